@@ -1,0 +1,44 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "trunnion/base/result.hpp"
+
+namespace trunnion {
+
+/// Whole content of a file; `-` is standard input. Fails with io_failed (missing, a folder, unreadable).
+Result<std::string> read_file(const std::string& path);
+
+/// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a hidden name where the
+/// file system has no unnamed files), `commit` flushes to the disk and renames into place. Destroyed or killed without commit, it
+/// leaves nothing behind. Symbolic links at `path` are followed. For `-` (standard output), a device or a pipe the bytes are
+/// held and written at commit.
+class AtomicFile {
+ public:
+  static Result<AtomicFile> create(const std::string& path);
+  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// Fails with io_failed, naming the reason (disk full, ...).
+  Result<void> write(std::string_view bytes);
+  Result<void> commit();
+
+ private:
+  AtomicFile() = default;
+  Result<void> open_beside();
+  Result<void> write_through(std::string_view bytes);
+  Error failure(const char* action) const;
+  std::string path_;       // as the user wrote it, for messages
+  std::string target_;     // resolved; empty when bytes are held
+  std::string temporary_;  // hidden name that exists on the disk; empty while the file is unnamed
+  std::string held_;
+  int descriptor_ = -1;
+};
+
+/// Writes `bytes` to `path` through an AtomicFile.
+Result<void> write_file(const std::string& path, std::string_view bytes);
+
+}  // namespace trunnion

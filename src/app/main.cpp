@@ -1,0 +1,58 @@
+#include <csignal>
+#include <exception>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "app/support.hpp"
+#include "trunnion/base/contract.hpp"
+
+namespace {
+
+using namespace trunnion;
+
+// Messages and progress go to standard error; standard output is for results.
+void set_up_log(bool quiet, bool verbose) {
+  auto logger = spdlog::stderr_logger_st("trunnion");
+  logger->set_pattern("%v");
+  logger->set_level(quiet ? spdlog::level::err : verbose ? spdlog::level::debug : spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+// Each command stands in its own file; the order here is the order of the help.
+void register_commands(CLI::App& root, int& exit) {
+  static_cast<void>(root);
+  static_cast<void>(exit);
+}
+
+int run(int argc, char** argv) {
+  CLI::App root{"Five-axis post-processor for dual-turntable machines.", "trunnion"};
+  root.set_version_flag("--version", std::string("trunnion ") + TRUNNION_VERSION);
+  root.require_subcommand(1);
+  root.fallthrough();
+  bool quiet = false;
+  bool verbose = false;
+  root.add_flag("-q,--quiet", quiet, "errors only");
+  root.add_flag("-v,--verbose", verbose, "more detail");
+  root.parse_complete_callback([&] { set_up_log(quiet, verbose); });
+  int exit = app::kDone;
+  register_commands(root, exit);
+  try {
+    root.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int code = root.exit(e);
+    return code == 0 ? app::kDone : app::kWrongUse;
+  }
+  return exit;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, exit code 4
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "trunnion: defect of the program: %s\nPlease report it with the command and the files.\n", e.what());
+    return trunnion::app::kDefect;
+  }
+}

@@ -1,0 +1,38 @@
+#include "app/support.hpp"
+
+#include <algorithm>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/base/files.hpp"
+
+namespace trunnion::app {
+
+ExitCode exit_code(ErrorCode code) { return static_cast<ExitCode>(static_cast<int>(code)); }
+
+void print(const Diagnostics& diagnostics) {
+  for (const Finding& finding : diagnostics.findings()) {
+    const auto level = finding.severity == Severity::error     ? spdlog::level::err
+                       : finding.severity == Severity::warning ? spdlog::level::warn
+                                                               : spdlog::level::info;
+    spdlog::log(level, "{}", finding.text());
+  }
+}
+
+ExitCode print_error(const Error& error) {
+  spdlog::error("{}", error.text());
+  return exit_code(error.code);
+}
+
+ExitCode print_failure(const Diagnostics& diagnostics, const Error& error) {
+  print(diagnostics);
+  const auto& findings = diagnostics.findings();
+  const bool said = std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.text() == error.text(); });
+  return said ? exit_code(error.code) : print_error(error);
+}
+
+ExitCode write_output(const std::string& path, const std::string& text) {
+  const auto written = write_file(path, text);
+  return written ? kDone : print_error(written.error());
+}
+
+}  // namespace trunnion::app

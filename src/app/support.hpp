@@ -1,0 +1,28 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+
+namespace trunnion::app {
+
+/// Exit codes of the program (README, "Exit codes").
+enum ExitCode { kDone = 0, kCheckFailed = 1, kWrongUse = 2, kWrongInput = 3, kIoFailed = 4, kDefect = 70 };
+
+ExitCode exit_code(ErrorCode code);
+
+/// Prints what a stage found to standard error, warnings and errors alike (`--quiet` keeps errors only).
+void print(const Diagnostics& diagnostics);
+/// Prints the error and gives the exit code that belongs to it.
+ExitCode print_error(const Error& error);
+/// For a stage that failed after filling `diagnostics`: prints them, and `error` too when it is not one of them.
+ExitCode print_failure(const Diagnostics& diagnostics, const Error& error);
+
+/// Writes `text` to `path` through an AtomicFile (`-` is standard output).
+ExitCode write_output(const std::string& path, const std::string& text);
+
+/// Each subcommand lives in its own file and registers itself with the root; the callback stores the exit code in `exit`.
+// (declarations follow here, one a command: void add_<name>_command(CLI::App& root, int& exit);)
+
+}  // namespace trunnion::app

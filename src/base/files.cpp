@@ -1,0 +1,153 @@
+#include "trunnion/base/files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace trunnion {
+namespace {
+
+std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): glibc's is per thread
+
+Result<std::string> read_descriptor(int descriptor, const std::string& path) {
+  std::string out;
+  std::array<char, 1 << 16> buffer;
+  for (;;) {
+    const ssize_t n = ::read(descriptor, buffer.data(), buffer.size());
+    if (n == 0) return out;
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return fail(ErrorCode::io_failed, "cannot read: " + reason(), path);
+    out.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+}
+
+// The file that a chain of symbolic links names, whether it exists or not: the link stays, its target is replaced.
+std::string follow_links(const std::string& path) {
+  std::error_code ec;
+  const auto resolved = std::filesystem::weakly_canonical(path, ec);
+  return ec ? path : resolved.string();
+}
+
+std::string temporary_name(const std::string& target) {
+  static std::atomic<unsigned> counter{0};
+  const std::filesystem::path p(target);
+  const std::string name = "." + p.filename().string() + "." + std::to_string(::getpid()) + "-" +
+                           std::to_string(counter.fetch_add(1)) + ".tmp";
+  return (p.parent_path() / name).string();
+}
+
+}  // namespace
+
+Result<std::string> read_file(const std::string& path) {
+  if (path == "-") return read_descriptor(STDIN_FILENO, "<stdin>");
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return fail(ErrorCode::io_failed, "cannot open: " + reason(), path);
+  auto out = read_descriptor(descriptor, path);
+  ::close(descriptor);
+  return out;
+}
+
+Error AtomicFile::failure(const char* action) const {
+  return {ErrorCode::io_failed, std::string("cannot ") + action + ": " + reason(), path_, {}};
+}
+
+Result<AtomicFile> AtomicFile::create(const std::string& path) {
+  AtomicFile file;
+  file.path_ = path;
+  if (path == "-") {
+    file.descriptor_ = ::dup(STDOUT_FILENO);
+    if (file.descriptor_ < 0) return tl::unexpected(file.failure("write"));
+    return file;
+  }
+  const std::string target = follow_links(path);
+  struct stat status {};
+  const bool exists = ::stat(target.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) return fail(ErrorCode::io_failed, "cannot write: is a folder", path);
+  if (exists && !S_ISREG(status.st_mode)) {
+    file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file.descriptor_ < 0) return tl::unexpected(file.failure("write"));
+    return file;
+  }
+  file.target_ = target;
+  if (auto opened = file.open_beside(); !opened) return tl::unexpected(opened.error());
+  return file;
+}
+
+Result<void> AtomicFile::open_beside() {
+  const std::string folder = std::filesystem::path(target_).parent_path().string();
+  descriptor_ = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (descriptor_ >= 0) return {};
+  const std::string name = temporary_name(target_);
+  descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) return tl::unexpected(failure("write"));
+  temporary_ = name;
+  return {};
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      held_(std::move(other.held_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+Result<void> AtomicFile::write(std::string_view bytes) {
+  if (target_.empty()) {
+    held_ += bytes;
+    return {};
+  }
+  return write_through(bytes);
+}
+
+Result<void> AtomicFile::write_through(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return tl::unexpected(failure("write"));
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+Result<void> AtomicFile::commit() {
+  if (target_.empty()) return write_through(held_);
+  struct stat status {};
+  // Keep who may read the file that is replaced; a failure is no loss of data.
+  if (::stat(target_.c_str(), &status) == 0) static_cast<void>(::fchmod(descriptor_, status.st_mode & 07777));
+  // fsync tells of a full disk or a lost network share before the old file is gone.
+  if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) return tl::unexpected(failure("write"));
+  if (temporary_.empty()) {
+    const std::string name = temporary_name(target_);
+    const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
+    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) {
+      return tl::unexpected(failure("write"));
+    }
+    temporary_ = name;
+  }
+  if (::close(std::exchange(descriptor_, -1)) != 0) return tl::unexpected(failure("write"));
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return tl::unexpected(failure("rename into place"));
+  temporary_.clear();
+  return {};
+}
+
+Result<void> write_file(const std::string& path, std::string_view bytes) {
+  auto file = AtomicFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = file->write(bytes); !written) return written;
+  return file->commit();
+}
+
+}  // namespace trunnion
