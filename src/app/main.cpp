@@ -3,8 +3,9 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "app/support.hpp"
 #include "trunnion/base/contract.hpp"
+
+#include "app/support.hpp"
 
 namespace {
 
@@ -52,7 +53,9 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "trunnion: defect of the program: %s\nPlease report it with the command and the files.\n", e.what());
+    std::fprintf(stderr,
+                 "trunnion: defect of the program: %s\nPlease report it with the command and the files.\n",
+                 e.what());
     return trunnion::app::kDefect;
   }
 }

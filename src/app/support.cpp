@@ -7,7 +7,9 @@
 
 namespace trunnion::app {
 
-ExitCode exit_code(ErrorCode code) { return static_cast<ExitCode>(static_cast<int>(code)); }
+ExitCode exit_code(ErrorCode code) {
+  return static_cast<ExitCode>(static_cast<int>(code));
+}
 
 void print(const Diagnostics& diagnostics) {
   for (const Finding& finding : diagnostics.findings()) {
@@ -26,7 +28,8 @@ ExitCode print_error(const Error& error) {
 ExitCode print_failure(const Diagnostics& diagnostics, const Error& error) {
   print(diagnostics);
   const auto& findings = diagnostics.findings();
-  const bool said = std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.text() == error.text(); });
+  const bool said = std::any_of(findings.begin(), findings.end(),
+                                [&](const Finding& f) { return f.text() == error.text(); });
   return said ? exit_code(error.code) : print_error(error);
 }
 

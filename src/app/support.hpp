@@ -16,13 +16,15 @@ ExitCode exit_code(ErrorCode code);
 void print(const Diagnostics& diagnostics);
 /// Prints the error and gives the exit code that belongs to it.
 ExitCode print_error(const Error& error);
-/// For a stage that failed after filling `diagnostics`: prints them, and `error` too when it is not one of them.
+/// For a stage that failed after filling `diagnostics`: prints them, and `error` too when it is not one of
+/// them.
 ExitCode print_failure(const Diagnostics& diagnostics, const Error& error);
 
 /// Writes `text` to `path` through an AtomicFile (`-` is standard output).
 ExitCode write_output(const std::string& path, const std::string& text);
 
-/// Each subcommand lives in its own file and registers itself with the root; the callback stores the exit code in `exit`.
+/// Each subcommand lives in its own file and registers itself with the root; the callback stores the exit
+/// code in `exit`.
 // (declarations follow here, one a command: void add_<name>_command(CLI::App& root, int& exit);)
 
 }  // namespace trunnion::app

@@ -55,7 +55,8 @@ void Diagnostics::error(std::string file, SourceRef where, std::string message) 
   add(Severity::error, std::move(file), where, std::move(message));
 }
 
-void Diagnostics::warning_once(const std::string& key, std::string file, SourceRef where, std::string message) {
+void Diagnostics::warning_once(const std::string& key, std::string file, SourceRef where,
+                               std::string message) {
   if (seen_.insert(key).second) add(Severity::warning, std::move(file), where, std::move(message));
 }
 

@@ -1,21 +1,22 @@
 #include "trunnion/base/files.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <utility>
 
 namespace trunnion {
 namespace {
 
-std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): glibc's is per thread
+std::string reason() {
+  return std::strerror(errno);
+}  // NOLINT(concurrency-mt-unsafe): glibc's is per thread
 
 Result<std::string> read_descriptor(int descriptor, const std::string& path) {
   std::string out;
@@ -29,7 +30,8 @@ Result<std::string> read_descriptor(int descriptor, const std::string& path) {
   }
 }
 
-// The file that a chain of symbolic links names, whether it exists or not: the link stays, its target is replaced.
+// The file that a chain of symbolic links names, whether it exists or not: the link stays, its target is
+// replaced.
 std::string follow_links(const std::string& path) {
   std::error_code ec;
   const auto resolved = std::filesystem::weakly_canonical(path, ec);

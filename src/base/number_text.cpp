@@ -40,7 +40,8 @@ ParsedNumber parse_number(std::string_view text) {
   }
   if (text.empty()) return {0.0, NumberFault::empty};
   if (text.find_first_of("0123456789") == std::string_view::npos) return {0.0, NumberFault::not_a_number};
-  if (const auto d = text.find_first_of("dD"); d != std::string_view::npos) return parse_with_fortran_exponent(text, d);
+  if (const auto d = text.find_first_of("dD"); d != std::string_view::npos)
+    return parse_with_fortran_exponent(text, d);
   ParsedNumber out;
   out.fault = fault_of(text, std::from_chars(text.data(), text.data() + text.size(), out.value));
   if (out.fault == NumberFault::out_of_range && underflows(text)) return {0.0, NumberFault::none};

@@ -10,7 +10,8 @@ std::string Error::text() const {
 }
 
 void throw_bug(const char* condition, const char* file, int line) {
-  throw BugError(std::string("expectation failed: ") + condition + " (" + file + ":" + std::to_string(line) + ")");
+  throw BugError(std::string("expectation failed: ") + condition + " (" + file + ":" + std::to_string(line) +
+                 ")");
 }
 
 }  // namespace trunnion

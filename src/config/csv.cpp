@@ -47,7 +47,8 @@ void check_header(const CsvTable& table, Diagnostics& diagnostics) {
   std::set<std::string_view> seen;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const SourceRef where{table.header_line, static_cast<std::uint32_t>(i + 1)};
-    if (table.columns[i].empty()) diagnostics.error(table.file, where, "column " + std::to_string(i + 1) + " has no name");
+    if (table.columns[i].empty())
+      diagnostics.error(table.file, where, "column " + std::to_string(i + 1) + " has no name");
     else if (!seen.insert(table.columns[i]).second)
       diagnostics.error(table.file, where, "column '" + table.columns[i] + "' stands twice in the header");
   }
@@ -83,9 +84,10 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagn
       table.header_line = number;
       check_header(table, diagnostics);
     } else if (fields.size() != table.columns.size()) {
-      diagnostics.error(file, {number, static_cast<std::uint32_t>(std::min(fields.size(), table.columns.size()) + 1)},
-                        "row has " + std::to_string(fields.size()) + " fields, the header has " +
-                            std::to_string(table.columns.size()));
+      diagnostics.error(
+          file, {number, static_cast<std::uint32_t>(std::min(fields.size(), table.columns.size()) + 1)},
+          "row has " + std::to_string(fields.size()) + " fields, the header has " +
+              std::to_string(table.columns.size()));
     } else {
       table.rows.push_back({number, fields});
     }
@@ -101,8 +103,9 @@ std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row
   const SourceRef where{row.line, static_cast<std::uint32_t>(column + 1)};
   const auto begin = field.find_first_not_of(" \t");
   const auto end = field.find_last_not_of(" \t");
-  const auto number = begin == std::string::npos ? ParsedNumber{0.0, NumberFault::empty}
-                                                 : parse_number(std::string_view(field).substr(begin, end - begin + 1));
+  const auto number = begin == std::string::npos
+                          ? ParsedNumber{0.0, NumberFault::empty}
+                          : parse_number(std::string_view(field).substr(begin, end - begin + 1));
   if (number) return number.value;
   const char* why = number.fault == NumberFault::empty          ? "is empty"
                     : number.fault == NumberFault::out_of_range ? "is beyond the range of numbers"
@@ -112,7 +115,8 @@ std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row
 }
 
 std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\n\r") == std::string_view::npos && !text.starts_with('#')) return std::string(text);
+  if (text.find_first_of(",\"\n\r") == std::string_view::npos && !text.starts_with('#'))
+    return std::string(text);
   std::string out(2 * text.size() + 2, '\0');
   out.resize(csv_write(out.data(), out.size(), text.data(), text.size()));
   return out;

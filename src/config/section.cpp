@@ -72,7 +72,9 @@ SourceRef Section::where(std::string_view key) const {
   return v ? v->where : value_->where;
 }
 
-void Section::error(std::string_view key, const std::string& message) { diagnostics_->error(file_, where(key), message); }
+void Section::error(std::string_view key, const std::string& message) {
+  diagnostics_->error(file_, where(key), message);
+}
 void Section::warning(std::string_view key, const std::string& message) {
   diagnostics_->warning(file_, where(key), message);
 }
@@ -100,12 +102,15 @@ const Value* Section::require(std::string_view key) {
   return value;
 }
 
-const Value* Section::raw(std::string_view key) { return lookup(key); }
+const Value* Section::raw(std::string_view key) {
+  return lookup(key);
+}
 
 std::optional<double> Section::number_of(std::string_view key, const Value& value, double factor) {
   const auto number = plain_number(value);
   if (!number) {
-    diagnostics_->error(file_, value.where, "'" + std::string(key) + "' must be a number, not " + value.kind());
+    diagnostics_->error(file_, value.where,
+                        "'" + std::string(key) + "' must be a number, not " + value.kind());
     return std::nullopt;
   }
   if (!std::isfinite(*number)) {
@@ -211,7 +216,8 @@ std::optional<std::vector<std::string>> Section::find_texts(std::string_view key
     if (const auto* v = item.as_string()) {
       out.push_back(*v);
     } else {
-      diagnostics_->error(file_, item.where, "'" + std::string(key) + "' must hold strings, not " + item.kind());
+      diagnostics_->error(file_, item.where,
+                          "'" + std::string(key) + "' must hold strings, not " + item.kind());
       return std::nullopt;
     }
   }
@@ -234,7 +240,8 @@ std::vector<Section> Section::sections(std::string_view key) {
     return out;
   }
   for (const auto& item : *items) {
-    out.emplace_back(item, std::string(key) + "[" + std::to_string(out.size() + 1) + "]", file_, *diagnostics_);
+    out.emplace_back(item, std::string(key) + "[" + std::to_string(out.size() + 1) + "]", file_,
+                     *diagnostics_);
   }
   return out;
 }
@@ -254,7 +261,8 @@ void Section::finish() {
   const auto* table = value_->as_table();
   if (table == nullptr) return;
   for (const auto& [key, value] : *table) {
-    if (!asked_.contains(key)) diagnostics_->error(file_, value.where, "unknown key '" + key + "' in [" + name_ + "]");
+    if (!asked_.contains(key))
+      diagnostics_->error(file_, value.where, "unknown key '" + key + "' in [" + name_ + "]");
   }
 }
 

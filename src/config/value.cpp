@@ -23,7 +23,8 @@ Value convert_table(const toml::table& table) {
     out.emplace_back(std::string(key.str()), std::move(value));
   }
   std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.second.where.line, a.second.where.column) < std::pair(b.second.where.line, b.second.where.column);
+    return std::pair(a.second.where.line, a.second.where.column) <
+           std::pair(b.second.where.line, b.second.where.column);
   });
   return {std::move(out), place(table.source())};
 }
@@ -54,11 +55,14 @@ std::string quoted(const std::string& text) {
 }
 
 bool bare_key(std::string_view key) {
-  return !key.empty() && key.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
-                             std::string_view::npos;
+  return !key.empty() &&
+         key.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
+             std::string_view::npos;
 }
 
-std::string key_text(const std::string& key) { return bare_key(key) ? key : quoted(key); }
+std::string key_text(const std::string& key) {
+  return bare_key(key) ? key : quoted(key);
+}
 
 std::string real_text(double value) {
   std::string text = shortest_text(value);
@@ -90,7 +94,8 @@ bool is_table_array(const Value& value) {
 
 void write_table(const Table& table, const std::string& path, std::string& out) {
   for (const auto& [key, value] : table) {
-    if (value.as_table() == nullptr && !is_table_array(value)) out += key_text(key) + " = " + inline_text(value) + "\n";
+    if (value.as_table() == nullptr && !is_table_array(value))
+      out += key_text(key) + " = " + inline_text(value) + "\n";
   }
   for (const auto& [key, value] : table) {
     const std::string child = path.empty() ? key_text(key) : path + "." + key_text(key);
@@ -111,12 +116,14 @@ void write_table(const Table& table, const std::string& path, std::string& out) 
 const Value* Value::find(std::string_view key) const {
   const auto* table = as_table();
   if (table == nullptr) return nullptr;
-  const auto it = std::find_if(table->begin(), table->end(), [&](const auto& entry) { return entry.first == key; });
+  const auto it =
+      std::find_if(table->begin(), table->end(), [&](const auto& entry) { return entry.first == key; });
   return it == table->end() ? nullptr : &it->second;
 }
 
 const char* Value::kind() const {
-  constexpr const char* kNames[] = {"true or false", "a whole number", "a number", "a string", "an array", "a table"};
+  constexpr const char* kNames[] = {"true or false", "a whole number", "a number",
+                                    "a string",      "an array",       "a table"};
   return kNames[data.index()];
 }
 

@@ -16,7 +16,8 @@ struct SinCos {
 SinCos exact_at_right_angles(double rad) {
   const double quarter_turns = rad / (0.5 * kPi);
   const double whole = std::nearbyint(quarter_turns);
-  if (std::abs(quarter_turns - whole) > 1e-15 * std::max(1.0, std::abs(whole))) return {std::sin(rad), std::cos(rad)};
+  if (std::abs(quarter_turns - whole) > 1e-15 * std::max(1.0, std::abs(whole)))
+    return {std::sin(rad), std::cos(rad)};
   switch (static_cast<long long>(std::fmod(whole, 4.0) + 4.0) % 4) {
     case 0:
       return {0.0, 1.0};
@@ -29,8 +30,8 @@ SinCos exact_at_right_angles(double rad) {
   }
 }
 
-// sin(x)/x, (1-cos x)/x^2 and (x-sin x)/x^3 for the exponential; series below 1e-2, where the closed forms lose digits
-// (the first term left out is below 1e-17 there).
+// sin(x)/x, (1-cos x)/x^2 and (x-sin x)/x^3 for the exponential; series below 1e-2, where the closed forms
+// lose digits (the first term left out is below 1e-17 there).
 struct ExpCoefficients {
   double a, b, c;
 };
@@ -38,7 +39,8 @@ struct ExpCoefficients {
 ExpCoefficients exp_coefficients(double x) {
   const double x2 = x * x;
   if (x < 1e-2) {
-    return {1.0 - x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0)), 0.5 - x2 / 24.0 * (1.0 - x2 / 30.0 * (1.0 - x2 / 56.0)),
+    return {1.0 - x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0)),
+            0.5 - x2 / 24.0 * (1.0 - x2 / 30.0 * (1.0 - x2 / 56.0)),
             1.0 / 6.0 - x2 / 120.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0))};
   }
   return {std::sin(x) / x, (1.0 - std::cos(x)) / x2, (x - std::sin(x)) / (x2 * x)};
@@ -74,7 +76,9 @@ Vec3 rotation_vector(const Mat3& R) {
   return sign * factor * q.vec();
 }
 
-Angle angle_between(const Vec3& a, const Vec3& b) { return Angle::radians(std::atan2(a.cross(b).norm(), a.dot(b))); }
+Angle angle_between(const Vec3& a, const Vec3& b) {
+  return Angle::radians(std::atan2(a.cross(b).norm(), a.dot(b)));
+}
 
 double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;

@@ -17,7 +17,8 @@ Pose joint_pose(const Axis& axis, double q) {
   return Pose::rotation(axis.direction, axis.point_mm, Angle::radians(q));
 }
 
-// Linear: Trans(q e) Trans(o) Exp(xi) Trans(-o), o the carriage point; rotary: Trans(a) Exp(xi) Rot(n, q) Trans(-a).
+// Linear: Trans(q e) Trans(o) Exp(xi) Trans(-o), o the carriage point; rotary: Trans(a) Exp(xi) Rot(n, q)
+// Trans(-a).
 Pose joint_pose(const Axis& axis, double q, const Twist& error) {
   if (error.is_zero()) return joint_pose(axis, q);
   const Pose at_point = Pose::translation(axis.point_mm) * exp(error);
@@ -71,7 +72,8 @@ RotarySolutions single_rotary(const Vec3* n, const Vec3& axis_P, double slack, d
   return out;
 }
 
-// Quantities of the two-rotation problem: Rot(n1, A) Rot(n2, C) u = k with v = Rot(n2, C) u = al n1 + be n2 + ga (n1 x n2).
+// Quantities of the two-rotation problem: Rot(n1, A) Rot(n2, C) u = k with v = Rot(n2, C) u = al n1 + be n2 +
+// ga (n1 x n2).
 struct TwoRotations {
   Vec3 n1, n2, u;
   double S;  // |n2 x u| |n1 x n2|
@@ -98,7 +100,8 @@ struct TwoRotations {
   }
 };
 
-RotarySolution solve_branch(const TwoRotations& problem, double sign, double seed_inner, const InverseOptions& options) {
+RotarySolution solve_branch(const TwoRotations& problem, double sign, double seed_inner,
+                            const InverseOptions& options) {
   RotarySolution s;
   s.branch = sign > 0.0 ? 0 : 1;
   const Vec3 v = problem.v(sign);
@@ -118,17 +121,19 @@ RotarySolution solve_branch(const TwoRotations& problem, double sign, double see
   return s;
 }
 
-RotarySolutions two_rotary(const Machine& machine, AxisId outer, AxisId inner, const Vec3& axis_P, double seed_inner,
-                           const InverseOptions& options) {
+RotarySolutions two_rotary(const Machine& machine, AxisId outer, AxisId inner, const Vec3& axis_P,
+                           double seed_inner, const InverseOptions& options) {
   const TwoRotations problem(machine.axes[outer].direction, machine.axes[inner].direction, axis_P);
   RotarySolutions out;
   const double short_by = std::abs(problem.D) - problem.S;  // of |n1 x n2| times the sine
   const double sin_axes = problem.n1.cross(problem.n2).norm();
   if (short_by > std::max(options.axis_resolution, kFreeTilt) * sin_axes) {
     // The nearest reachable tilt differs by the difference of the two angles to the inner axis.
-    const double reach = std::atan2(std::abs(problem.D), std::sqrt(std::max(0.0, sin_axes * sin_axes - problem.D * problem.D)));
+    const double reach = std::atan2(std::abs(problem.D),
+                                    std::sqrt(std::max(0.0, sin_axes * sin_axes - problem.D * problem.D)));
     const double tilt = std::asin(std::min(1.0, problem.S / sin_axes));
-    out.missing_by = Angle::radians(std::isfinite(reach) ? std::max(std::abs(reach - tilt), short_by) : short_by);
+    out.missing_by =
+        Angle::radians(std::isfinite(reach) ? std::max(std::abs(reach - tilt), short_by) : short_by);
     return out;
   }
   out.at[0] = solve_branch(problem, 1.0, seed_inner, options);
@@ -152,8 +157,8 @@ Pose forward(const Machine& machine, const JointVector& q, const Vec3& tool_mm) 
 Pose forward(const Machine& machine, const JointVector& q, const Vec3& tool_mm, const ChainErrors& errors) {
   const Pose X_MT =
       chain_pose(machine, machine.tool_chain, q, errors) * exp(errors.spindle) * Pose::translation(tool_mm);
-  const Pose X_MP = chain_pose(machine, machine.part_chain, q, errors) * Pose::translation(machine.part_zero_mm) *
-                    exp(errors.part);
+  const Pose X_MP = chain_pose(machine, machine.part_chain, q, errors) *
+                    Pose::translation(machine.part_zero_mm) * exp(errors.part);
   return X_MP.inverse() * X_MT;
 }
 
@@ -265,8 +270,8 @@ std::vector<LimitViolation> limit_violations(const Machine& machine, const Joint
 
 namespace {
 
-// What the word of a linear axis has more than the joint position: the tool vector and the work offset, seen along the way in which
-// the coordinate counts (against the body's motion when the body is the part).
+// What the word of a linear axis has more than the joint position: the tool vector and the work offset, seen
+// along the way in which the coordinate counts (against the body's motion when the body is the part).
 JointVector word_offsets(const Machine& machine, const Vec3& tool_mm) {
   JointVector out;
   const Vec3 point = machine.output_point == OutputPoint::tip ? tool_mm : Vec3::Zero();

@@ -26,8 +26,9 @@ void read_limits(Section& s, Axis& axis, const char* min_key, const char* max_ke
     return;
   }
   if (!min) {
-    if (!axis.cyclic) s.error(min_key, "axis " + axis.name + " needs '" + min_key + "' and '" + max_key + "'" +
-                                           (axis.kind == AxisKind::rotary ? " or 'cyclic = true'" : ""));
+    if (!axis.cyclic)
+      s.error(min_key, "axis " + axis.name + " needs '" + min_key + "' and '" + max_key + "'" +
+                           (axis.kind == AxisKind::rotary ? " or 'cyclic = true'" : ""));
     return;
   }
   if (*min >= *max) s.error(min_key, "'" + std::string(min_key) + "' must be below '" + max_key + "'");
@@ -79,7 +80,8 @@ Axis read_axis(Section& s) {
   return axis;
 }
 
-void read_chain(Section& s, const char* key, Machine& machine, std::vector<AxisId>& chain, std::vector<int>& uses) {
+void read_chain(Section& s, const char* key, Machine& machine, std::vector<AxisId>& chain,
+                std::vector<int>& uses) {
   for (const std::string& name : s.texts(key)) {
     const auto id = machine.axis(name);
     if (!id) {
@@ -95,7 +97,8 @@ void read_chain(Section& s, const char* key, Machine& machine, std::vector<AxisI
 void check_uses(Section& s, const Machine& machine, const std::vector<int>& uses) {
   for (AxisId id = 0; id < machine.axes.size(); ++id) {
     if (uses[id] == 1) continue;
-    s.error("", "axis " + machine.axes[id].name + " must stand in exactly one of 'tool' and 'part'; it stands in " +
+    s.error("", "axis " + machine.axes[id].name +
+                    " must stand in exactly one of 'tool' and 'part'; it stands in " +
                     std::to_string(uses[id]));
   }
 }
@@ -103,15 +106,18 @@ void check_uses(Section& s, const Machine& machine, const std::vector<int>& uses
 void check_chain(Section& s, const Machine& machine) {
   for (const AxisId id : machine.tool_chain) {
     if (machine.axes[id].kind == AxisKind::rotary) {
-      s.error("tool", "rotary axis " + machine.axes[id].name + " carries the tool: only axes that carry the part may turn");
+      s.error("tool", "rotary axis " + machine.axes[id].name +
+                          " carries the tool: only axes that carry the part may turn");
     }
   }
   const auto rotary = machine.rotary_axes();
-  if (rotary.size() > 2) s.error("part", std::to_string(rotary.size()) + " rotary axes carry the part; at most 2 can");
+  if (rotary.size() > 2)
+    s.error("part", std::to_string(rotary.size()) + " rotary axes carry the part; at most 2 can");
   constexpr double kParallel = 1e-3;  // |n1 x n2| below which two rotary axes cannot tilt the part
   if (rotary.size() == 2 &&
       machine.axes[rotary[0]].direction.cross(machine.axes[rotary[1]].direction).norm() < kParallel) {
-    s.error("part", "rotary axes " + machine.axes[rotary[0]].name + " and " + machine.axes[rotary[1]].name + " are parallel");
+    s.error("part", "rotary axes " + machine.axes[rotary[0]].name + " and " + machine.axes[rotary[1]].name +
+                        " are parallel");
   }
   Mat3 linear = Mat3::Zero();
   Eigen::Index count = 0;
@@ -121,7 +127,8 @@ void check_chain(Section& s, const Machine& machine) {
   }
   if (count != 3) s.error("", "there must be three linear axes; there are " + std::to_string(count));
   constexpr double kFlat = 1e-3;
-  if (count == 3 && std::abs(linear.determinant()) < kFlat) s.error("", "the three linear axes lie in one plane");
+  if (count == 3 && std::abs(linear.determinant()) < kFlat)
+    s.error("", "the three linear axes lie in one plane");
 }
 
 void read_axes(Section& root, Machine& machine) {
@@ -158,7 +165,8 @@ void read_output(Section& root, Machine& machine) {
   auto s = root.find_section("output");
   if (!s) return;
   const std::string point = s->find_text("point").value_or("tip");
-  if (point != "tip" && point != "spindle") s->error("point", "'point' must be \"tip\" or \"spindle\", not \"" + point + "\"");
+  if (point != "tip" && point != "spindle")
+    s->error("point", "'point' must be \"tip\" or \"spindle\", not \"" + point + "\"");
   machine.output_point = point == "spindle" ? OutputPoint::spindle : OutputPoint::tip;
   machine.work_offset_mm = s->find_vector("work_offset_mm").value_or(Vec3::Zero());
   s->finish();
@@ -190,7 +198,8 @@ void read_thermal(Section& root, Machine& machine) {
   machine.ambient_sensor = s->find_text("ambient_sensor").value_or(machine.ambient_sensor);
   if (auto sensors = s->find_section("axis_sensors")) {
     for (const std::string& name : sensors->keys()) {
-      if (!machine.axis(name)) sensors->error(name, "'axis_sensors' names axis '" + name + "', which has no [[axis]]");
+      if (!machine.axis(name))
+        sensors->error(name, "'axis_sensors' names axis '" + name + "', which has no [[axis]]");
       if (const auto sensor = sensors->find_text(name)) machine.axis_sensors[name] = *sensor;
     }
   }
@@ -203,7 +212,8 @@ void read_head(Section& root, Machine& machine) {
     machine.controller = s->find_text("controller");
     const std::string kinematics = s->find_text("kinematics").value_or("table-table");
     if (kinematics != "table-table") {
-      s->error("kinematics", "kinematics '" + kinematics + "' is not known; rotary axes carry the part: \"table-table\"");
+      s->error("kinematics",
+               "kinematics '" + kinematics + "' is not known; rotary axes carry the part: \"table-table\"");
     }
     if (const auto tolerance = s->find_quantity("axis_tolerance_deg")) {
       if (*tolerance <= 0.0) s->error("axis_tolerance_deg", "'axis_tolerance_deg' must be above 0");

@@ -1,9 +1,8 @@
 #include "trunnion/machine/kinematics.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdlib>
+#include <gtest/gtest.h>
 #include <random>
 
 #include "support/machines.hpp"
@@ -74,10 +73,12 @@ TEST_P(KinematicsOf, InverseFindsTheJointsItCameFrom) {
     double best = 1e9;
     for (const JointSolution& s : solutions) {
       double difference = 0.0;
-      for (AxisId id = 0; id < machine.axes.size(); ++id) difference = std::max(difference, std::abs(s.q[id] - q[id]));
+      for (AxisId id = 0; id < machine.axes.size(); ++id)
+        difference = std::max(difference, std::abs(s.q[id] - q[id]));
       best = std::min(best, difference);
     }
-    // The rotary positions are determined to rounding / sin(A): at A = 0 C is free, at A = 180 deg the two branches meet.
+    // The rotary positions are determined to rounding / sin(A): at A = 0 C is free, at A = 180 deg the two
+    // branches meet.
     const double tilt = std::abs(std::sin(q[machine.rotary_axes()[0]]));
     ASSERT_LT(best, 1e-9 + 1e-12 / std::max(tilt, 1e-12)) << "case " << i << " tilt " << tilt;
   }
@@ -98,14 +99,17 @@ TEST(Kinematics, MatchesThePapersInverse) {
   EXPECT_NEAR(s.q[3], A, 1e-12);
   EXPECT_NEAR(s.q[4], C, 1e-12);
   const Vec3 d(51.4984, 4.8320, -37.8134 + 200.0);
-  const Vec3 turned(std::cos(C) * d.x() - std::sin(C) * d.y(), std::sin(C) * d.x() + std::cos(C) * d.y(), d.z());
+  const Vec3 turned(std::cos(C) * d.x() - std::sin(C) * d.y(), std::sin(C) * d.x() + std::cos(C) * d.y(),
+                    d.z());
   EXPECT_NEAR(s.q[0], turned.x(), 1e-9);
   EXPECT_NEAR(s.q[1], std::cos(A) * turned.y() - std::sin(A) * turned.z(), 1e-9);
-  EXPECT_NEAR(s.q[2] - 150.0, std::sin(A) * turned.y() + std::cos(A) * turned.z() - 200.0, 1e-9);  // S is 150 above the tip
+  EXPECT_NEAR(s.q[2] - 150.0, std::sin(A) * turned.y() + std::cos(A) * turned.z() - 200.0,
+              1e-9);  // S is 150 above the tip
 }
 
 TEST(Kinematics, MatchesThePublishedCheckOfXyzacTrt) {
-  // LinuxCNC xyzac-trt: r = (3,-2,-40), y-offset 20, z-offset 150, joints (1,2,3,30,30) -> (-22.4103, -42.0119, 25.3353).
+  // LinuxCNC xyzac-trt: r = (3,-2,-40), y-offset 20, z-offset 150, joints (1,2,3,30,30) -> (-22.4103,
+  // -42.0119, 25.3353).
   Machine machine = test::shipped_machine("xyzac_trt");
   machine.tool_length_mm = 0.0;
   machine.axes[3].point_mm = Vec3(3, -2 + 20, -40 + 150);

@@ -1,6 +1,5 @@
 #pragma once
 #include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
 
@@ -9,11 +8,14 @@
 namespace trunnion::test {
 
 /// Names of the machine files that ship with the project.
-inline std::vector<std::string> shipped_machines() { return {"paper", "trunnion_offset", "nutating_45", "xyzac_trt"}; }
+inline std::vector<std::string> shipped_machines() {
+  return {"paper", "trunnion_offset", "nutating_45", "xyzac_trt"};
+}
 
 inline Machine shipped_machine(const std::string& name) {
   Diagnostics diagnostics;
-  auto machine = load_machine(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/" + name + ".toml", diagnostics);
+  auto machine =
+      load_machine(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/" + name + ".toml", diagnostics);
   if (!machine) throw std::runtime_error(machine.error().text());
   return *machine;
 }

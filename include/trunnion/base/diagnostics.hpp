@@ -28,7 +28,8 @@ class Diagnostics {
   void note(std::string file, SourceRef where, std::string message);
   void warning(std::string file, SourceRef where, std::string message);
   void error(std::string file, SourceRef where, std::string message);
-  /// A warning that is kept only the first time that `key` is seen: one word of a CL file may stand there a thousand times.
+  /// A warning that is kept only the first time that `key` is seen: one word of a CL file may stand there a
+  /// thousand times.
   void warning_once(const std::string& key, std::string file, SourceRef where, std::string message);
 
   bool has_errors() const { return error_count_ > 0; }

@@ -9,10 +9,10 @@ namespace trunnion {
 /// Whole content of a file; `-` is standard input. Fails with io_failed (missing, a folder, unreadable).
 Result<std::string> read_file(const std::string& path);
 
-/// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a hidden name where the
-/// file system has no unnamed files), `commit` flushes to the disk and renames into place. Destroyed or killed without commit, it
-/// leaves nothing behind. Symbolic links at `path` are followed. For `-` (standard output), a device or a pipe the bytes are
-/// held and written at commit.
+/// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a
+/// hidden name where the file system has no unnamed files), `commit` flushes to the disk and renames into
+/// place. Destroyed or killed without commit, it leaves nothing behind. Symbolic links at `path` are
+/// followed. For `-` (standard output), a device or a pipe the bytes are held and written at commit.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::string& path);

@@ -30,7 +30,8 @@ template <class T>
 using Result = tl::expected<T, Error>;
 
 /// Failure value for `return fail(...)` in a function that returns Result<T>.
-inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string file = {}, SourceRef where = {}) {
+inline tl::unexpected<Error> fail(ErrorCode code, std::string message, std::string file = {},
+                                  SourceRef where = {}) {
   return tl::unexpected<Error>(Error{code, std::move(message), std::move(file), where});
 }
 

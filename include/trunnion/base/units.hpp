@@ -1,5 +1,6 @@
 #pragma once
-// The one place where unit factors stand. Inside the library: mm, rad, s, K, mm/s, rad/s, rad (not deg) and so on.
+// The one place where unit factors stand. Inside the library: mm, rad, s, K, mm/s, rad/s, rad (not deg) and
+// so on.
 #include <compare>
 
 namespace trunnion {
@@ -7,7 +8,7 @@ namespace trunnion {
 inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kTwoPi = 2.0 * kPi;
 
-inline constexpr double kMmPerInch = 25.4;     // exact by definition (ISO 31-1)
+inline constexpr double kMmPerInch = 25.4;  // exact by definition (ISO 31-1)
 inline constexpr double kMmPerFoot = 12.0 * kMmPerInch;
 inline constexpr double kMmPerUm = 1e-3;
 inline constexpr double kRadPerUrad = 1e-6;
@@ -36,11 +37,19 @@ class Angle {
 };
 
 namespace literals {
-consteval Angle operator""_deg(long double deg) { return Angle::degrees(static_cast<double>(deg)); }
-consteval Angle operator""_deg(unsigned long long deg) { return Angle::degrees(static_cast<double>(deg)); }
+consteval Angle operator""_deg(long double deg) {
+  return Angle::degrees(static_cast<double>(deg));
+}
+consteval Angle operator""_deg(unsigned long long deg) {
+  return Angle::degrees(static_cast<double>(deg));
+}
 /// Lengths are plain doubles in mm.
-consteval double operator""_um(long double um) { return static_cast<double>(um) * kMmPerUm; }
-consteval double operator""_um(unsigned long long um) { return static_cast<double>(um) * kMmPerUm; }
+consteval double operator""_um(long double um) {
+  return static_cast<double>(um) * kMmPerUm;
+}
+consteval double operator""_um(unsigned long long um) {
+  return static_cast<double>(um) * kMmPerUm;
+}
 }  // namespace literals
 
 }  // namespace trunnion

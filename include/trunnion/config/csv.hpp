@@ -10,8 +10,8 @@
 
 namespace trunnion::config {
 
-/// A CSV file with a header line: RFC 4180 fields (quotes as needed), lines starting with `#` are comments, UTF-8 (a byte order
-/// mark is skipped), CRLF accepted.
+/// A CSV file with a header line: RFC 4180 fields (quotes as needed), lines starting with `#` are comments,
+/// UTF-8 (a byte order mark is skipped), CRLF accepted.
 struct CsvTable {
   struct Row {
     std::uint32_t line = 0;
@@ -26,11 +26,12 @@ struct CsvTable {
   std::optional<std::size_t> column(std::string_view name) const;
 };
 
-/// Reads the whole table. Errors: no header, a column twice, a row with another number of fields, an open quote. Every faulty row is
-/// reported with file:line:column (the column counts fields there).
+/// Reads the whole table. Errors: no header, a column twice, a row with another number of fields, an open
+/// quote. Every faulty row is reported with file:line:column (the column counts fields there).
 Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagnostics& diagnostics);
 
-/// A number from a field, reported to `diagnostics` when it is none. Empty fields are an error here; ask before.
+/// A number from a field, reported to `diagnostics` when it is none. Empty fields are an error here; ask
+/// before.
 std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row, std::size_t column,
                                  Diagnostics& diagnostics);
 

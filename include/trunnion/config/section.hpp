@@ -11,13 +11,14 @@
 
 namespace trunnion::config {
 
-/// Factor from the unit that ends a key (`length_mm`, `angle_deg`, `A0C_urad`, `rapid_mm_min`, `temperature_degC`) to the internal
-/// unit (mm, rad, s, mm/s, rad/s, degC); nothing when the key ends in no known unit.
+/// Factor from the unit that ends a key (`length_mm`, `angle_deg`, `A0C_urad`, `rapid_mm_min`,
+/// `temperature_degC`) to the internal unit (mm, rad, s, mm/s, rad/s, degC); nothing when the key ends in no
+/// known unit.
 std::optional<double> unit_factor_of_key(std::string_view key);
 
-/// Reads one TOML table. Every getter reports what is wrong (missing, wrong type, not finite, a key without its unit) to the
-/// Diagnostics with file:line:column and returns the fallback, so that one pass finds everything. `finish` reports the keys that
-/// nobody asked for.
+/// Reads one TOML table. Every getter reports what is wrong (missing, wrong type, not finite, a key without
+/// its unit) to the Diagnostics with file:line:column and returns the fallback, so that one pass finds
+/// everything. `finish` reports the keys that nobody asked for.
 class Section {
  public:
   /// `value` must outlive the section; `name` is the path for messages ("axis[2]").

@@ -33,7 +33,8 @@ struct Value {
 /// Parses TOML text; `file` is for messages. The result is the root table.
 Result<Value> parse_toml(std::string_view text, const std::string& file);
 
-/// TOML text of a root table: scalars and inline arrays first, then tables and arrays of tables; reads back as the same Value.
+/// TOML text of a root table: scalars and inline arrays first, then tables and arrays of tables; reads back
+/// as the same Value.
 std::string toml_text(const Value& root);
 
 }  // namespace trunnion::config

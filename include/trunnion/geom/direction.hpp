@@ -9,7 +9,8 @@ namespace trunnion {
 /// A unit vector. Made only through its factories, so that a Direction is always of length 1 within rounding.
 class Direction {
  public:
-  /// Largest | |v| - 1 | that `from` takes: the rounding of four printed decimals in each component stays below it.
+  /// Largest | |v| - 1 | that `from` takes: the rounding of four printed decimals in each component stays
+  /// below it.
   static constexpr double kMaxLengthError = 1e-4;
 
   Direction() = default;  // +Z

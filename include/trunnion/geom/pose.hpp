@@ -5,7 +5,8 @@
 namespace trunnion {
 
 /// Rotation matrix of a turn by `angle` about the unit vector `axis`, right-hand rule (Rodrigues).
-/// Multiples of 90 degrees given as Angle::degrees are exact to the last bit of sine and cosine of the double.
+/// Multiples of 90 degrees given as Angle::degrees are exact to the last bit of sine and cosine of the
+/// double.
 Mat3 rotation_about(const Vec3& axis, Angle angle);
 
 /// Pose of a frame B in a frame A: `p_A = R * p_B + p`. Written X_AB; the only legal product is X_AB * X_BC.
@@ -24,9 +25,9 @@ struct Pose {
   Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
-/// A small displacement: rotation vector `rot_rad` (applied about the origin of the frame in which it stands) and translation
-/// `trans_mm`, both in the axes of that frame. Twists at one joint add (physics: first order); between joints the poses that
-/// `exp` makes of them are composed exactly.
+/// A small displacement: rotation vector `rot_rad` (applied about the origin of the frame in which it stands)
+/// and translation `trans_mm`, both in the axes of that frame. Twists at one joint add (physics: first
+/// order); between joints the poses that `exp` makes of them are composed exactly.
 struct Twist {
   Vec3 trans_mm = Vec3::Zero();
   Vec3 rot_rad = Vec3::Zero();
@@ -50,8 +51,8 @@ Angle angle_between(const Vec3& a, const Vec3& b);
 /// Distance of a point from the segment from `a` to `b` (which may have zero length), mm.
 double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b);
 
-/// Point of the great circle from unit vector u0 to u1 at fraction t in [0, 1]. Antipodal vectors have no great circle: u0 is kept
-/// for t < 1/2, u1 after.
+/// Point of the great circle from unit vector u0 to u1 at fraction t in [0, 1]. Antipodal vectors have no
+/// great circle: u0 is kept for t < 1/2, u1 after.
 Vec3 slerp(const Vec3& u0, const Vec3& u1, double t);
 
 }  // namespace trunnion

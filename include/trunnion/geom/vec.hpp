@@ -4,7 +4,8 @@
 
 namespace trunnion {
 
-/// Plain vectors and matrices. The frame stands in the variable's name: `p_PT_P` or short `p_P` is a point of P in the axes of P.
+/// Plain vectors and matrices. The frame stands in the variable's name: `p_PT_P` or short `p_P` is a point of
+/// P in the axes of P.
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 

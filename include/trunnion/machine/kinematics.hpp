@@ -7,18 +7,22 @@
 
 namespace trunnion {
 
-/// Errors of the whole chain at one moment: the twist of every joint's carried body, at the joint's moving origin, in the axes of
-/// its fixed side; of the spindle before the tool vector; of the part after its zero (README of this layer, "Errors").
+/// Errors of the whole chain at one moment: the twist of every joint's carried body, at the joint's moving
+/// origin, in the axes of its fixed side; of the spindle before the tool vector; of the part after its zero
+/// (README of this layer, "Errors").
 struct ChainErrors {
   std::array<Twist, kMaxAxes> joint{};
   Twist spindle;
   Twist part;
 };
 
-/// X_PT: pose of the tool tip in the part, the one forward model. `tool_mm` is the vector from S to the point of interest.
+/// X_PT: pose of the tool tip in the part, the one forward model. `tool_mm` is the vector from S to the point
+/// of interest.
 Pose forward(const Machine& machine, const JointVector& q, const Vec3& tool_mm);
 Pose forward(const Machine& machine, const JointVector& q, const Vec3& tool_mm, const ChainErrors& errors);
-inline Pose forward(const Machine& machine, const JointVector& q) { return forward(machine, q, machine.tool_vector()); }
+inline Pose forward(const Machine& machine, const JointVector& q) {
+  return forward(machine, q, machine.tool_vector());
+}
 
 /// X_MP, nominal: pose of the part in the machine (it does not depend on linear axes that carry the tool).
 Pose part_in_machine(const Machine& machine, const JointVector& q);
@@ -35,7 +39,9 @@ struct ToolPose {
   Vec3 tip_P = Vec3::Zero();
   Vec3 axis_P = Vec3::UnitZ();  // unit, from the tip to the spindle
 };
-inline ToolPose tool_pose(const Pose& X_PT) { return {X_PT.p, X_PT.R.col(2)}; }
+inline ToolPose tool_pose(const Pose& X_PT) {
+  return {X_PT.p, X_PT.R.col(2)};
+}
 
 /// Positions of the two (one, no) rotary axes that turn `axis_P` into the spindle's direction, in (-pi, pi].
 /// `singular`: the inner axis (C) has no direction of its own there.
@@ -53,8 +59,9 @@ struct RotarySolutions {
 };
 
 struct InverseOptions {
-  /// Half a digit of the CL file's axis components: below a tilt of 1e-6 the pole keeps C from `seed` while the tool axis errs less
-  /// than this, and an axis that is out of reach by less than this is taken as tangent.
+  /// Half a digit of the CL file's axis components: below a tilt of 1e-6 the pole keeps C from `seed` while
+  /// the tool axis errs less than this, and an axis that is out of reach by less than this is taken as
+  /// tangent.
   double axis_resolution = 0.0;
 };
 
@@ -68,11 +75,12 @@ inline constexpr double kDigitTilt = 1e-6;
 RotarySolutions rotary_solutions(const Machine& machine, const Vec3& axis_P, double seed_inner,
                                  const InverseOptions& options = {});
 
-/// Fills in the linear axes so that the tip (tool vector `tool_mm`) stands at `tip_P`, the rotary positions in `q` given.
-/// Accuracy 1e-9 mm. Limits are not looked at.
+/// Fills in the linear axes so that the tip (tool vector `tool_mm`) stands at `tip_P`, the rotary positions
+/// in `q` given. Accuracy 1e-9 mm. Limits are not looked at.
 void solve_linear(const Machine& machine, const Vec3& tip_P, const Vec3& tool_mm, JointVector& q);
 
-/// `angle` plus the whole turns that bring it nearest to `seed`, within the axis' limits; nothing when no turn is within them.
+/// `angle` plus the whole turns that bring it nearest to `seed`, within the axis' limits; nothing when no
+/// turn is within them.
 std::optional<double> nearest_turn(const Axis& axis, double angle, double seed);
 
 struct JointSolution {
@@ -81,12 +89,13 @@ struct JointSolution {
   bool singular = false;
 };
 
-/// Joint positions that put the tool at `pose`, one per branch (each at the turn nearest to `seed` within limits), nearest to
-/// `seed` in the rotary axes first; linear limits are not a reason to drop one (see `limit_violations`).
+/// Joint positions that put the tool at `pose`, one per branch (each at the turn nearest to `seed` within
+/// limits), nearest to `seed` in the rotary axes first; linear limits are not a reason to drop one (see
+/// `limit_violations`).
 ///
 /// Frames: `pose` in the part frame P; result in machine axes (mm, rad).
-/// Accuracy: forward(inverse(pose)) meets pose within 1e-9 mm and 1e-12 rad on the nominal chain (tilt above 1e-6; below it within
-/// options.axis_resolution).
+/// Accuracy: forward(inverse(pose)) meets pose within 1e-9 mm and 1e-12 rad on the nominal chain (tilt above
+/// 1e-6; below it within options.axis_resolution).
 /// @return empty when no branch reaches `pose` within the rotary limits.
 std::vector<JointSolution> inverse(const Machine& machine, const ToolPose& pose, const JointVector& seed,
                                    const InverseOptions& options = {});
@@ -99,8 +108,9 @@ struct LimitViolation {
 };
 std::vector<LimitViolation> limit_violations(const Machine& machine, const JointVector& q);
 
-/// NC word values of `q`: the coordinate of each axis as the control counts it (mm, rad): the tip or S minus the work offset for
-/// linear axes (Machine::output_point), the joint position itself for rotary axes. `tool_mm` as programmed.
+/// NC word values of `q`: the coordinate of each axis as the control counts it (mm, rad): the tip or S minus
+/// the work offset for linear axes (Machine::output_point), the joint position itself for rotary axes.
+/// `tool_mm` as programmed.
 JointVector words_of(const Machine& machine, const JointVector& q, const Vec3& tool_mm);
 /// The inverse of `words_of`.
 JointVector joints_of_words(const Machine& machine, const JointVector& words, const Vec3& tool_mm);

@@ -22,7 +22,8 @@ using AxisId = std::size_t;
 /// Nine named axes (X Y Z A B C U V W) are what NC words offer.
 inline constexpr std::size_t kMaxAxes = 9;
 
-/// One number per axis: mm for linear axes, rad for rotary axes (or mm/s, rad/s). Deliberately without a norm: mm and rad do not add.
+/// One number per axis: mm for linear axes, rad for rotary axes (or mm/s, rad/s). Deliberately without a
+/// norm: mm and rad do not add.
 class JointVector {
  public:
   double& operator[](AxisId id) { return values_[id]; }
@@ -32,7 +33,8 @@ class JointVector {
   /// a + t (b - a), axis by axis: what a control does between two blocks without tool-centre-point control.
   static JointVector interpolate(const JointVector& a, const JointVector& b, double t) {
     JointVector out;
-    for (std::size_t i = 0; i < kMaxAxes; ++i) out.values_[i] = a.values_[i] + t * (b.values_[i] - a.values_[i]);
+    for (std::size_t i = 0; i < kMaxAxes; ++i)
+      out.values_[i] = a.values_[i] + t * (b.values_[i] - a.values_[i]);
     return out;
   }
 
@@ -44,13 +46,14 @@ class JointVector {
 struct Axis {
   std::string name;  // one letter: X, Y, Z, A, B, C, ...
   AxisKind kind = AxisKind::linear;
-  /// The way the carried body physically moves (linear) or the vector about which it physically turns (rotary, right-hand rule) for
-  /// a positive command. Unit length.
+  /// The way the carried body physically moves (linear) or the vector about which it physically turns
+  /// (rotary, right-hand rule) for a positive command. Unit length.
   Vec3 direction = Vec3::UnitX();
-  Vec3 point_mm = Vec3::Zero();  // a point on the rotary axis; the measured carriage point of a linear axis (moves with it)
+  Vec3 point_mm = Vec3::Zero();  // a point on the rotary axis; the measured carriage point of a linear axis
+                                 // (moves with it)
   double min = -std::numeric_limits<double>::infinity();  // mm, rad
   double max = std::numeric_limits<double>::infinity();
-  bool cyclic = false;  // the control may count turns for ever
+  bool cyclic = false;             // the control may count turns for ever
   std::optional<double> rapid;     // mm/s, rad/s
   std::optional<double> max_feed;  // mm/s, rad/s
   std::optional<double> screw_pitch_mm;
@@ -63,7 +66,8 @@ struct Axis {
 /// Which point's position the X Y Z words are.
 enum class OutputPoint : std::uint8_t { tip, spindle };
 
-/// A machine as its file describes it: the kinematic chain and its nominal geometry (`physics` in README of this layer).
+/// A machine as its file describes it: the kinematic chain and its nominal geometry (`physics` in README of
+/// this layer).
 struct Machine {
   std::string file;  // where it was read from, for headers and messages
   std::string name;
@@ -75,9 +79,10 @@ struct Machine {
   Vec3 part_zero_mm = Vec3::Zero();
   OutputPoint output_point = OutputPoint::tip;
   Vec3 work_offset_mm = Vec3::Zero();
-  /// Rotary positions at which the program zero was probed on the real machine; nothing: the part is where this file says.
+  /// Rotary positions at which the program zero was probed on the real machine; nothing: the part is where
+  /// this file says.
   std::optional<JointVector> probed_at;
-  double reference_degC = 20.0;  // ISO 1
+  double reference_degC = 20.0;                     // ISO 1
   std::map<std::string, std::string> axis_sensors;  // axis name -> temperature name
   std::string ambient_sensor = "ambient";
   /// Default tolerance of the tool axis between two blocks.
@@ -90,10 +95,11 @@ struct Machine {
   Vec3 tool_vector() const { return {0.0, 0.0, -tool_length_mm}; }
 };
 
-/// Reads a machine from TOML text. All findings go to `diagnostics` with `file:line:column`; fails when one is an error.
-/// Besides types, units and unknown keys it checks: known axis names, no axis twice, unit directions (normalised when 1e-4 near,
-/// see Direction), min < max, every axis in exactly one chain, three linear axes that span space, at most two rotary axes that
-/// carry the part and are not parallel, none that carries the tool, part zero and offsets finite.
+/// Reads a machine from TOML text. All findings go to `diagnostics` with `file:line:column`; fails when one
+/// is an error. Besides types, units and unknown keys it checks: known axis names, no axis twice, unit
+/// directions (normalised when 1e-4 near, see Direction), min < max, every axis in exactly one chain, three
+/// linear axes that span space, at most two rotary axes that carry the part and are not parallel, none that
+/// carries the tool, part zero and offsets finite.
 Result<Machine> parse_machine(std::string_view toml, const std::string& file, Diagnostics& diagnostics);
 Result<Machine> load_machine(const std::string& path, Diagnostics& diagnostics);
 
