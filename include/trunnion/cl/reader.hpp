@@ -1,0 +1,91 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/cl/record.hpp"
+
+namespace trunnion::cl {
+
+struct ReaderOptions {
+  /// Unit of a file that has no UNITS word.
+  enum class Units : std::uint8_t { mm, inch };
+  Units units = Units::mm;
+  /// NX: GOTO coordinates are in the absolute system, MSYS is the program's zero and axes. `ignore` takes the
+  /// coordinates as they stand.
+  enum class Frames : std::uint8_t { apply, ignore };
+  Frames frames = Frames::apply;
+  /// false: every arc becomes straight motions that stay within `arc_tolerance_mm` of it. true: ArcMotion
+  /// records.
+  bool keep_arcs = false;
+  double arc_tolerance_mm = 0.001;
+};
+
+/// Where the text comes from, piece by piece.
+class TextSource {
+ public:
+  virtual ~TextSource() = default;
+  /// Fills at most `capacity` bytes; 0 at the end.
+  virtual Result<std::size_t> read(char* buffer, std::size_t capacity) = 0;
+};
+
+/// A file read in large pieces; `-` is standard input. Fails with io_failed.
+Result<std::unique_ptr<TextSource>> open_source(const std::string& path);
+
+/// How finely the file is written: half of the last decimal place seen so far.
+struct Resolution {
+  double coordinate_mm = 0.0;
+  /// Of the tool axis components (no unit): InverseOptions::axis_resolution. 0 when no axis with three
+  /// decimals or more was seen: `0,0,1` is exact.
+  double axis = 0.0;
+};
+
+/// Reads APT/CL text as a stream of records, in memory that does not grow with the text.
+///
+/// Everything that is wrong goes to `diagnostics` with line and column, and reading goes on: a record with a
+/// fault is left out. Use nothing of what was read when `diagnostics.has_errors()` in the end. Words that
+/// change geometry and are not understood are errors, display words are skipped, any other unknown word is
+/// one warning.
+class Reader {
+ public:
+  /// `text` and `diagnostics` must outlive the reader.
+  Reader(std::string_view text, std::string file, const ReaderOptions& options, Diagnostics& diagnostics);
+  Reader(std::unique_ptr<TextSource> source, std::string file, const ReaderOptions& options,
+         Diagnostics& diagnostics);
+  Reader(Reader&&) noexcept;
+  Reader& operator=(Reader&&) = delete;
+  ~Reader();
+
+  /// The next record; false at the end of the text. Reading a motion into a record that held a motion
+  /// allocates nothing.
+  bool next(Record& record);
+
+  const Resolution& resolution() const;
+  std::size_t motion_count() const;
+  std::size_t line_count() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A whole file.
+struct Program {
+  std::string file;
+  std::vector<Record> records;
+  Resolution resolution;
+  std::size_t motion_count = 0;
+};
+
+/// All records of `text`. Fails with the first error (all of them are in `diagnostics`); a text without any
+/// motion is an error.
+Result<Program> read_program(std::string_view text, const std::string& file, const ReaderOptions& options,
+                             Diagnostics& diagnostics);
+/// As above, from a file (`-` is standard input).
+Result<Program> load_program(const std::string& path, const ReaderOptions& options, Diagnostics& diagnostics);
+
+}  // namespace trunnion::cl
