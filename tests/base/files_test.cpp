@@ -1,0 +1,74 @@
+#include "trunnion/base/files.hpp"
+
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+namespace trunnion {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("trunnion_files_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}));
+  }
+  fs::path folder_;
+};
+
+TEST_F(Files, WrittenFileReadsBack) {
+  ASSERT_TRUE(write_file(path("a.nc"), "G1 X1\n"));
+  EXPECT_EQ(read_file(path("a.nc")).value(), "G1 X1\n");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, WithoutCommitNothingAppears) {
+  {
+    auto file = AtomicFile::create(path("a.nc"));
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->write("half"));
+  }
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(Files, OldContentStaysUntilCommit) {
+  ASSERT_TRUE(write_file(path("a.nc"), "old"));
+  auto file = AtomicFile::create(path("a.nc"));
+  ASSERT_TRUE(file->write("new"));
+  EXPECT_EQ(read_file(path("a.nc")).value(), "old");
+  ASSERT_TRUE(file->commit());
+  EXPECT_EQ(read_file(path("a.nc")).value(), "new");
+}
+
+TEST_F(Files, LinkIsFollowedAndStays) {
+  ASSERT_TRUE(write_file(path("real.nc"), "old"));
+  fs::create_symlink(path("real.nc"), path("link.nc"));
+  ASSERT_TRUE(write_file(path("link.nc"), "new"));
+  EXPECT_TRUE(fs::is_symlink(path("link.nc")));
+  EXPECT_EQ(read_file(path("real.nc")).value(), "new");
+}
+
+TEST_F(Files, DevicesAreWrittenNotReplaced) {
+  ASSERT_TRUE(write_file("/dev/null", "x"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  const auto full = write_file("/dev/full", "x");
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().code, ErrorCode::io_failed);
+  EXPECT_EQ(full.error().text(), "/dev/full: error: cannot write: No space left on device");
+}
+
+TEST_F(Files, MissingFolderAndFolderAreNamed) {
+  EXPECT_EQ(write_file(path("no/such/a.nc"), "").error().code, ErrorCode::io_failed);
+  EXPECT_EQ(write_file(folder_.string(), "").error().message, "cannot write: is a folder");
+  EXPECT_EQ(read_file(path("missing.cls")).error().message, "cannot open: No such file or directory");
+}
+
+}  // namespace
+}  // namespace trunnion
