@@ -1,0 +1,78 @@
+#pragma once
+#include <array>
+
+#include "trunnion/machine/kinematics.hpp"
+
+namespace trunnion {
+
+/// The nominal chain of one machine and tool, prepared for many evaluations: the same pose as `forward`
+/// (tests: within 1e-10 mm and 1e-14), with two sine-cosine pairs and two turns of a vector instead of
+/// products of poses. No rotary axis, one, or two.
+///
+///     p_P = Rot(n1, C)^T [ Rot(n0, A)^T w(q) + b(q) ] + g(q),     u_P = Rot(n1, C)^T Rot(n0, A)^T k
+///
+/// A the outer, C the inner rotary axis; w, b, g affine in the linear axes (b and g constant unless a linear
+/// axis stands between or beyond the rotary ones in the part's chain); k the spindle direction. README of
+/// this layer.
+class TableKinematics {
+ public:
+  TableKinematics(const Machine& machine, const Vec3& tool_mm);
+
+  /// Sine and cosine of the outer [0] and inner [1] rotary axis.
+  struct Sines {
+    std::array<double, 2> sin{0.0, 0.0};
+    std::array<double, 2> cos{1.0, 1.0};
+  };
+  Sines sines(const JointVector& q) const;
+
+  Vec3 tip_P(const JointVector& q, const Sines& sines) const;
+  Vec3 axis_P(const Sines& sines) const;
+  ToolPose pose(const JointVector& q) const;
+  /// Turns a vector of P into M: R_MP.
+  Vec3 to_machine(const Vec3& v_P, const Sines& sines) const;
+
+  /// As the free function `solve_linear` for the tool given at construction.
+  void solve_linear(const Vec3& tip_P, const Sines& sines, JointVector& q) const;
+
+  std::size_t rotary_count() const { return rotary_count_; }
+  AxisId rotary(std::size_t k) const { return rotary_[k]; }  // 0 outer, 1 inner; k < rotary_count()
+  double angle(const JointVector& q, std::size_t k) const { return k < rotary_count_ ? q[rotary_[k]] : 0.0; }
+  const Vec3& direction(std::size_t k) const { return n_[k]; }
+
+  /// w, b, g at q, mm (see above).
+  Vec3 w(const JointVector& q) const { return affine(0, q); }
+  Vec3 b(const JointVector& q) const { return affine(1, q); }
+  Vec3 g(const JointVector& q) const { return affine(2, q); }
+  const Vec3& spindle() const { return k_; }
+  /// True when b and g do not depend on q: all linear axes stand before the rotary ones.
+  bool linear_axes_first() const { return linear_first_; }
+
+  /// v turned by +angle (`turn`) or -angle (`turn_back`) about n_k.
+  Vec3 turn(std::size_t k, const Vec3& v, const Sines& s) const { return turned(k, v, s.sin[k], s.cos[k]); }
+  Vec3 turn_back(std::size_t k, const Vec3& v, const Sines& s) const {
+    return turned(k, v, -s.sin[k], s.cos[k]);
+  }
+
+ private:
+  Vec3 affine(std::size_t slot, const JointVector& q) const;
+  Vec3 turned(std::size_t k, const Vec3& v, double sin, double cos) const {
+    const Vec3& n = n_[k];
+    return cos * v + sin * n.cross(v) + ((1.0 - cos) * n.dot(v)) * n;
+  }
+
+  struct LinearAxis {
+    AxisId id = 0;
+    std::size_t slot = 0;
+    Vec3 motion = Vec3::Zero();  // how q moves the tip relative to what follows, in the slot's axes
+  };
+  std::size_t rotary_count_ = 0;
+  std::array<AxisId, 2> rotary_{};
+  std::array<Vec3, 2> n_{Vec3::UnitX(), Vec3::UnitZ()};
+  std::array<LinearAxis, 3> linear_;
+  std::array<Vec3, 3> constant_{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+  Vec3 k_ = Vec3::UnitZ();
+  Mat3 unmix_ = Mat3::Identity();  // inverse of the motion columns when linear_first_
+  bool linear_first_ = true;
+};
+
+}  // namespace trunnion

@@ -1,0 +1,100 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/path/point.hpp"
+
+namespace trunnion::path {
+
+/// What is done about the nonlinear error of a segment.
+enum class Method : std::uint8_t {
+  none,      // nothing: the error is only reported
+  reinsert,  // points on the chord wherever the predicted midpoint error exceeds the tolerance, then checked
+             // (paper 001, 3.2.1)
+  subtract,  // intermediate points whose linear axes are moved by -R_MP e(t), rotary axes left (paper 001,
+             // Eq. 3.4)
+  adaptive   // fewest points: two-sided placement inside the tube of the tolerance, each piece certified
+};
+
+/// How the error of a segment is predicted from few evaluations.
+struct Predictor {
+  enum class Kind : std::uint8_t {
+    harmonic,  // sines 1..order through `order` interior samples; order 1 is the paper's Eq. 3.3
+    parabola,  // 4 k (1 - k) e_mid
+    skew,      // parabola and the odd cubic from the end slopes
+    quartic,   // midpoint error and both end slopes
+    exact      // the curve itself
+  };
+  Kind kind = Kind::harmonic;
+  int order = 1;  // of the harmonic
+  bool operator==(const Predictor&) const = default;
+};
+inline constexpr int kMaxHarmonicOrder = 9;
+/// Names of the command line: harmonic, harmonic2 ... harmonic9, parabola, skew, quartic, exact.
+std::optional<Predictor> predictor_from_text(std::string_view text);
+std::optional<Method> method_from_text(std::string_view text);
+
+/// What a piece of the path must keep to, against the programmed segment and the great circle of its tool
+/// axes.
+struct Tolerance {
+  double tip_mm = 0.01;
+  Angle axis = Angle::degrees(0.05);
+};
+
+struct NonlinearOptions {
+  Method method = Method::reinsert;
+  Predictor predictor;
+  bool one_sided = false;  // adaptive: nodes stay on the chord
+  bool thin = false;       // drop CL points that the tolerance does not need (see refine_run)
+  bool move_programmed_points =
+      false;  // adaptive: programmed points may leave their place by up to the tolerance (see refine_run)
+  bool certify = true;              // prove each piece; else it is sampled
+  std::size_t max_inserted = 4096;  // per segment: where it is reached the segment has not converged
+};
+
+/// What came of one programmed segment.
+struct SegmentReport {
+  double predicted_mm = 0.0;  // largest error that the predictor expects of the segment as programmed
+  double midpoint_mm = 0.0;   // |e(1/2)| of the segment as programmed
+  double tip_mm = 0.0;        // largest distance of the tip from the programmed segment, after insertion
+  Angle axis;                 // largest angle of the tool axis from its great circle, after insertion
+  bool certified = false;     // tip_mm and axis are proved upper bounds; else they are the largest of samples
+  std::uint32_t inserted = 0;
+  bool linear_nodes = false;  // nodes are linear in the rotary axes, not on the great circle (the pole)
+  bool converged = true;      // tip_mm and axis are within the tolerance
+};
+
+/// Refines one segment after the other; keeps its scratch memory, so one Refiner per thread.
+///
+/// The points handed in have their rotary branch and turns chosen and are on the word grid (round_to_words);
+/// so are those that come back. Pieces are judged as a control without tool-centre-point control runs them: q
+/// linear between blocks, on the nominal machine.
+class Refiner {
+ public:
+  Refiner(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding,
+          const NonlinearOptions& options);
+  ~Refiner();
+  Refiner(Refiner&&) noexcept;
+  Refiner& operator=(Refiner&&) noexcept;
+
+  /// Appends to `out` the points to insert between `a` and `b` (neither of the two themselves).
+  SegmentReport refine(const Point& a, const Point& b, const Tolerance& tolerance, std::vector<Point>& out);
+  /// The segment as it stands, nothing inserted.
+  SegmentReport measure(const Point& a, const Point& b, const Tolerance& tolerance);
+
+  /// A run of feed moves: `run` are programmed points, every two neighbours a segment. Appends the whole new
+  /// run to `out`, its first and last point unmoved, and one report per programmed segment to `reports`. This
+  /// is where `thin` and `move_programmed_points` act; without them it is `refine` on every segment.
+  void refine_run(std::span<const Point> run, const Tolerance& tolerance, std::vector<Point>& out,
+                  std::vector<SegmentReport>& reports);
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,39 @@
+#pragma once
+#include <span>
+
+#include "trunnion/base/source_ref.hpp"
+#include "trunnion/machine/kinematics.hpp"
+
+namespace trunnion::path {
+
+/// One joint position of the path, and what the CL file prescribes there.
+struct Point {
+  JointVector q;  // mm, rad; rotary turns chosen; on the word grid of the control when the path was rounded
+  Vec3 tip_P =
+      Vec3::Zero();  // prescribed tip, mm: of the CL file, or the point of its segment for an inserted one
+  Vec3 axis_P =
+      Vec3::UnitZ();  // prescribed unit tool axis: of the CL file, or of the great circle for an inserted one
+  SourceRef where;    // line of the CL file; of the segment's end for an inserted one
+  bool inserted = false;
+};
+
+/// The grid on which the NC words stand. A quantum of 0 leaves that axis as it is.
+struct Rounding {
+  JointVector quantum;  // one unit of the word's last place, mm or rad
+  JointVector offset;   // word minus joint position (words_of of q = 0), mm or rad
+
+  /// The nearest joint position whose word is a whole number of quanta.
+  double rounded(AxisId axis, double value) const;
+  /// True when no axis is rounded.
+  bool is_identity() const;
+  /// Grid of words with `quantum` on this machine and tool.
+  static Rounding of(const Machine& machine, const Vec3& tool_mm, const JointVector& quantum);
+};
+
+/// Puts `q` on the word grid as the NC writer does: rotary axes first, then the linear axes such that the tip
+/// stands at `tip_P` with the rounded angles, then those rounded too. The tip is then within half a linear
+/// quantum in each word.
+void round_to_words(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding, const Vec3& tip_P,
+                    JointVector& q);
+
+}  // namespace trunnion::path

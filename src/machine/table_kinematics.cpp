@@ -1,0 +1,100 @@
+#include "trunnion/machine/table_kinematics.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "trunnion/base/contract.hpp"
+
+namespace trunnion {
+
+// The part's chain from the bed outwards is undone joint by joint, p = J_n^-1 ... J_1^-1 p_M: a linear joint
+// subtracts q e, a rotary one x -> o + R^T (x - o). Between the rotary joints everything is affine in the
+// linear axes: the slots w, b, g.
+TableKinematics::TableKinematics(const Machine& machine, const Vec3& tool_mm) {
+  std::size_t linear_count = 0;
+  const auto add_linear = [&](AxisId id, std::size_t slot, const Vec3& motion) {
+    TRUNNION_EXPECTS(linear_count < linear_.size());
+    linear_[linear_count++] = {id, slot, motion};
+    linear_first_ = linear_first_ && slot == 0;
+  };
+  constant_[0] = tool_mm;
+  for (const AxisId id : machine.tool_chain) {
+    TRUNNION_EXPECTS(machine.axes[id].kind == AxisKind::linear);
+    add_linear(id, 0, machine.axes[id].direction);
+  }
+  for (const AxisId id : machine.part_chain) {
+    const Axis& axis = machine.axes[id];
+    if (axis.kind == AxisKind::linear) {
+      add_linear(id, rotary_count_, -axis.direction);
+      continue;
+    }
+    TRUNNION_EXPECTS(rotary_count_ < 2);
+    constant_[rotary_count_] -= axis.point_mm;
+    n_[rotary_count_] = axis.direction;
+    rotary_[rotary_count_] = id;
+    constant_[++rotary_count_] += axis.point_mm;
+  }
+  constant_[rotary_count_] -= machine.part_zero_mm;
+  TRUNNION_EXPECTS(linear_count == linear_.size());
+  if (linear_first_) {
+    Mat3 motion;
+    for (Eigen::Index i = 0; i < 3; ++i) motion.col(i) = linear_[static_cast<std::size_t>(i)].motion;
+    unmix_ = motion.inverse();
+  }
+}
+
+Vec3 TableKinematics::affine(std::size_t slot, const JointVector& q) const {
+  Vec3 sum = constant_[slot];
+  for (const LinearAxis& axis : linear_) {
+    if (axis.slot == slot) sum += q[axis.id] * axis.motion;
+  }
+  return sum;
+}
+
+TableKinematics::Sines TableKinematics::sines(const JointVector& q) const {
+  Sines s;
+  for (std::size_t k = 0; k < rotary_count_; ++k) {
+    s.sin[k] = std::sin(q[rotary_[k]]);
+    s.cos[k] = std::cos(q[rotary_[k]]);
+  }
+  return s;
+}
+
+Vec3 TableKinematics::tip_P(const JointVector& q, const Sines& s) const {
+  return turn_back(1, turn_back(0, w(q), s) + b(q), s) + g(q);
+}
+
+Vec3 TableKinematics::axis_P(const Sines& s) const {
+  return turn_back(1, turn_back(0, k_, s), s);
+}
+
+ToolPose TableKinematics::pose(const JointVector& q) const {
+  const Sines s = sines(q);
+  return {tip_P(q, s), axis_P(s)};
+}
+
+Vec3 TableKinematics::to_machine(const Vec3& v_P, const Sines& s) const {
+  return turn(0, turn(1, v_P, s), s);
+}
+
+void TableKinematics::solve_linear(const Vec3& tip_P, const Sines& s, JointVector& q) const {
+  // With the linear axes at zero the tip misses by `gap`, in the axes of w.
+  const Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
+  Vec3 solved;
+  if (linear_first_) {
+    solved = unmix_ * gap;
+  } else {
+    Mat3 motion;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const LinearAxis& axis = linear_[static_cast<std::size_t>(i)];
+      Vec3 v = axis.motion;
+      if (axis.slot == 2) v = turn(1, v, s);
+      if (axis.slot >= 1) v = turn(0, v, s);
+      motion.col(i) = v;
+    }
+    solved = motion.inverse() * gap;
+  }
+  for (std::size_t i = 0; i < 3; ++i) q[linear_[i].id] = solved[static_cast<Eigen::Index>(i)];
+}
+
+}  // namespace trunnion
