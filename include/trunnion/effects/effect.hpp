@@ -1,17 +1,21 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "trunnion/machine/kinematics.hpp"
 
 namespace trunnion {
 
-/// Unit in which a parameter is read and printed; inside it is mm, rad, s, K and their quotients.
+/// Unit in which a parameter is read and printed; inside it is mm, rad, s, K, 1/min (spindle speed) and their
+/// quotients.
 enum class Unit : std::uint8_t {
   none,
   um,
@@ -21,15 +25,16 @@ enum class Unit : std::uint8_t {
   um_per_K,
   urad_per_K,
   um_per_m_K,
-  um_per_s,
+  um_per_h,
   um_per_krpm,
+  urad_per_m,
   s,
-  count,
-  um_per_unit,
-  urad_per_unit
+  ms
 };
 double unit_factor(Unit unit);            // internal = printed * factor
-std::string_view unit_suffix(Unit unit);  // "um", "urad", ...: the end of the parameter's key
+std::string_view unit_suffix(Unit unit);  // "um", "urad", ...: the end of the parameter's key; empty for none
+/// The unit that ends a key ("k_um" -> um); none when the key ends in no known unit.
+Unit unit_of_key(std::string_view key);
 
 /// Where in the chain a twist acts.
 struct Link {
@@ -41,14 +46,14 @@ struct Link {
 
 /// A quantity that errors may depend on with memory: a first-order lag follows it.
 struct Signal {
-  enum class Kind : std::uint8_t { spindle_rpm, temperature, state };
+  enum class Kind : std::uint8_t { spindle_rpm, temperature, state, position, velocity };
   Kind kind = Kind::spindle_rpm;
-  std::size_t index = 0;  // of the temperature or the free state in StateNames
+  std::size_t index = 0;  // of the temperature or the free state in StateNames, of the axis
   bool operator==(const Signal&) const = default;
 };
 struct LagRequest {
   Signal signal;
-  double tau_s = 0.0;
+  double tau_s = 0.0;  // time constant; 0 or less: the signal itself
 };
 
 /// Names of the sensors whose values a MachineState carries: columns T_<name>_degC and s_<name>.
@@ -56,6 +61,9 @@ struct StateNames {
   std::vector<std::string> temperatures;
   std::vector<std::string> states;
 };
+
+/// `MachineState::run` of a pose that belongs to no measured run: a program on the machine.
+inline constexpr std::size_t kNoRun = std::numeric_limits<std::size_t>::max();
 
 /// What the machine is doing at one reading or one NC block: all that an error may depend on.
 struct MachineState {
@@ -67,7 +75,15 @@ struct MachineState {
   std::span<const double> temperature_K;  // above the machine's reference temperature, by StateNames
   std::span<const double> state;          // free states, by StateNames
   double time_s = 0.0;                    // within the run
-  std::size_t run = 0;                    // index of the run
+  std::size_t run = kNoRun;               // index of the run in EffectContext::runs
+
+  /// A temperature above reference; 0 (at reference) for a sensor that this state does not carry.
+  double temperature(std::size_t index) const {
+    return index < temperature_K.size() ? temperature_K[index] : 0.0;
+  }
+  /// A free state; 0 when this state does not carry it.
+  double free_state(std::size_t index) const { return index < state.size() ? state[index] : 0.0; }
+  double value(const Signal& signal) const;
 };
 
 enum class ParameterRole : std::uint8_t {
@@ -80,17 +96,22 @@ struct Parameter {
   Unit unit = Unit::none;
   ParameterRole role = ParameterRole::linear;
   double usual =
-      0.0;  // usual magnitude on real machines (linear) or the middle of the search (shape), internal unit
-  double min = 0.0;  // of the search, shape parameters only
+      0.0;  // usual magnitude on real machines (linear) or where a search starts (shape), internal unit
+  double min = 0.0;  // of the search, shape parameters only, internal unit
   double max = 0.0;
   bool integer = false;  // shape parameters that are whole numbers (teeth of a worm)
+  /// Values that are known to occur (the screw's pitch and its parts): tried before the search, inside or
+  /// beside its range.
+  std::vector<double> candidates;
 
   /// Key in files: "X0C_um".
   std::string key() const;
 };
 
-/// Which switch of the command line turns an effect off.
+/// Which switch of the command line turns an effect off: geometric --no-geometric, thermal --no-thermal, the
+/// others none.
 enum class EffectClass : std::uint8_t { geometric, thermal, dynamic, setup };
+std::string_view text_of(EffectClass kind);
 
 struct EffectInfo {
   std::string id;      // "location:C"
@@ -99,21 +120,38 @@ struct EffectInfo {
   std::string remedy;  // what to do at the machine
   EffectClass kind = EffectClass::geometric;
   std::vector<Parameter> parameters;  // linear ones first
+  /// The discrete choice that this instance stands for, as keys and values of the model file: {"component",
+  /// "EZX"},
+  /// {"sensor", "frame"}, {"run", "r3"}; empty for most effects.
+  std::vector<std::pair<std::string, std::string>> variant;
+  /// Ids of effects whose twists are within the span of this one's (and a constant): they are no rivals, the
+  /// smaller is named.
+  std::vector<std::string> contains;
+
   std::size_t linear_count() const;
+  std::size_t shape_count() const { return parameters.size() - linear_count(); }
+};
+
+/// Whether a state lies where an effect knows its error (tables: the measured range).
+struct RangeCheck {
+  enum class Verdict : std::uint8_t { inside, held, refused };
+  Verdict verdict = Verdict::inside;
+  std::string message;  // which axis, its value and the range; empty when inside
 };
 
 /// One physical effect: maps (state, parameters) to a twist of one link.
 ///
-/// Laws that every effect keeps (tests/effects/contract_test.cpp): zero linear parameters give a zero twist;
-/// the twist is the sum of linear parameter times column; columns are finite and, but for direction and step,
-/// continuous in the state.
+/// Laws that every effect keeps (tests/effects/contract_test.cpp): the twist is `fixed_part` plus the sum of
+/// linear parameter times column; columns are finite and, but for direction and step, continuous in the
+/// state. Const functions may be called by several threads at once.
 class Effect {
  public:
   virtual ~Effect() = default;
   virtual const EffectInfo& info() const = 0;
   /// The link at which its twist acts.
   virtual Link link() const = 0;
-  /// Lagged signals that `columns` wants, in order, for these shape parameters.
+  /// Lagged signals that `columns` wants, in order, for these shape parameters (their number does not depend
+  /// on `shape`).
   virtual std::vector<LagRequest> lags(std::span<const double> shape) const;
   /// Twist per unit of each linear parameter (internal units), at `link()`, in the axes that ChainErrors
   /// defines.
@@ -122,6 +160,17 @@ class Effect {
   /// @param out     one twist per linear parameter
   virtual void columns(const MachineState& state, std::span<const double> lagged,
                        std::span<const double> shape, std::span<Twist> out) const = 0;
+  /// The part of the twist that no parameter scales (error tables, constants of a formula); zero for the
+  /// library.
+  virtual Twist fixed_part(const MachineState& state, std::span<const double> lagged,
+                           std::span<const double> shape) const;
+  /// The twist for `parameters` (all of info().parameters, linear ones first). Does not allocate for up to 16
+  /// linear parameters.
+  Twist twist(const MachineState& state, std::span<const double> lagged,
+              std::span<const double> parameters) const;
+  virtual RangeCheck check_range(const MachineState& state) const;
+  /// What the model file says of this effect beside its id and parameters, by default `info().variant`.
+  virtual std::vector<std::pair<std::string, std::string>> file_keys() const { return info().variant; }
 };
 
 }  // namespace trunnion

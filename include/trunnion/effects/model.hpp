@@ -1,0 +1,110 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/config/value.hpp"
+#include "trunnion/effects/deviation.hpp"
+#include "trunnion/effects/effect.hpp"
+#include "trunnion/effects/library.hpp"
+
+namespace trunnion {
+
+/// One parameter's value as the model file gives it or a fit found it; internal units.
+struct ParameterValue {
+  double value = 0.0;
+  std::optional<double> sigma;  // standard uncertainty
+  bool given =
+      false;  // the file names it; a parameter that is not given is 0 (linear) or its usual value (shape)
+  bool fixed = false;  // fits hold it
+  bool prior = false;  // value and sigma enter a fit as a measurement
+};
+
+struct ModelEffect {
+  std::shared_ptr<const Effect> effect;
+  std::vector<ParameterValue> parameters;  // as effect->info().parameters
+  config::Table evidence;                  // [effect.evidence]: why it was added; kept, never interpreted
+  SourceRef where;
+
+  const std::string& id() const { return effect->info().id; }
+  /// Index of the parameter with this name or key ("X0C", "X0C_um", "EX0C_um", ...).
+  std::optional<std::size_t> find(std::string_view name) const;
+  std::vector<double> values() const;
+  /// Values of the shape parameters only.
+  std::vector<double> shape() const;
+};
+
+/// A new entry with every linear parameter 0 and every shape parameter at its usual value.
+ModelEffect model_effect(std::shared_ptr<const Effect> effect);
+
+enum class SetupTranslation : std::uint8_t { free, fixed };
+
+/// What is known of a machine's errors: a set of effects with their parameters.
+struct Model {
+  std::string file;  // where it was read from
+  std::string name;
+  std::optional<std::string> parent;
+  SetupTranslation setup_translation = SetupTranslation::free;
+  std::vector<ModelEffect> effects;
+  EffectContext context;  // sensors and runs that the indices in its effects count
+
+  bool has_memory() const;
+};
+
+/// Reads a model for this machine. `context` holds the sensors and runs of the data (empty for none); those
+/// that only the model names are appended to `Model::context`, so that indices of `context` stay valid. Error
+/// tables are read from beside `file`. All findings go to `diagnostics` with file:line:column; unknown keys
+/// are errors.
+Result<Model> parse_model(std::string_view toml, const std::string& file, const Machine& machine,
+                          const EffectContext& context, Diagnostics& diagnostics);
+Result<Model> load_model(const std::string& path, const Machine& machine, const EffectContext& context,
+                         Diagnostics& diagnostics);
+
+/// TOML text that parse_model reads back to the same model.
+std::string model_text(const Model& model);
+
+/// The model with those effects only for which `keep` is true.
+Model filtered(const Model& model, const std::function<bool(const EffectInfo&)>& keep);
+
+/// All lags that the model's effects want, effect by effect: the order in which `chain_errors` takes their
+/// values.
+std::vector<LagRequest> lag_requests(const Model& model);
+
+/// A model with its numbers laid out for evaluation: no allocation per state, safe from several threads.
+class ModelEvaluator {
+ public:
+  /// Keeps the effects of `model` alive; later changes of `model` are not seen.
+  explicit ModelEvaluator(const Model& model);
+  const std::vector<LagRequest>& lags() const { return lags_; }
+  /// Errors of the whole chain. `lagged` are the values of lags(); empty for a model without memory or for
+  /// lags at rest (all 0).
+  ChainErrors errors(const MachineState& state, std::span<const double> lagged = {}) const;
+  /// The worst range check of its effects at `state`.
+  RangeCheck check_range(const MachineState& state) const;
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Effect> effect;
+    Link link;
+    std::size_t lag_begin, lag_count;
+    std::vector<double> parameters;
+  };
+  std::vector<Entry> entries_;
+  std::vector<LagRequest> lags_;
+  std::vector<double> rest_;
+};
+
+/// Twists of the whole chain for one state (one-off; use ModelEvaluator in loops).
+ChainErrors chain_errors(const Model& model, const MachineState& state, std::span<const double> lagged = {});
+
+/// Deviation (in P) of program zero when probed at Machine::probed_at on the machine with these errors, at
+/// rest and at reference temperature: what the work offset has taken up already; zero without a probed datum.
+Vec3 datum_shift_P(const Machine& machine, const ModelEvaluator& model);
+
+}  // namespace trunnion
