@@ -1,0 +1,109 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "trunnion/base/source_ref.hpp"
+#include "trunnion/nc/axis_words.hpp"
+
+/// Canonical blocks: what an NC program says, whatever words its control has for it. All values are whole
+/// numbers of quanta, so that blocks -> text -> blocks is an identity. Modal: what is not said again stays.
+namespace trunnion::nc {
+
+enum class MotionKind : std::uint8_t { rapid, feed };
+
+/// per_minute: mm/min (degrees/min where only rotary axes move, see Controller::FeedRules::path);
+/// inverse_time: 1/min, the reciprocal of the duration of the block.
+enum class FeedMode : std::uint8_t { per_minute, inverse_time };
+
+/// All axes move linearly and together to `words` (absolute). A block that moves nothing is not written.
+/// Written: axes that are absent stay where they are. Read: all axes whose position is known at the end of
+/// the block.
+struct Motion {
+  MotionKind kind = MotionKind::rapid;
+  FeedMode feed_mode = FeedMode::per_minute;  // of a feed move
+  std::int64_t feed = 0;                      // of a feed move, > 0, in quanta of FeedFormat
+  AxisWords words;
+  SourceRef source;  // writing: line of the CL file, kept for messages; reading: place in the NC text
+};
+
+/// First block; the setup lines of the controller (units, plane, ...) follow after the leading comments.
+struct ProgramStart {
+  std::string name;         // for controls that name programs; letters, digits, _ and -
+  std::int64_t number = 1;  // for those that number them
+};
+/// Last block.
+struct ProgramEnd {};
+struct Comment {
+  std::string text;
+};
+/// Line of text that goes out as it is (block number added). The reader takes it only when told to expect it.
+struct Raw {
+  std::string text;
+};
+struct Dwell {
+  std::int64_t milliseconds = 0;
+};
+enum class SpindleTurn : std::uint8_t { off, clockwise, counterclockwise };
+struct Spindle {
+  SpindleTurn turn = SpindleTurn::off;
+  std::int64_t rpm = 0;  // 0 when off
+};
+enum class CoolantKind : std::uint8_t { off, flood, mist, through_tool, air };
+/// `off` ends all kinds; any other kind is added to those that run.
+struct Coolant {
+  CoolantKind kind = CoolantKind::off;
+};
+/// Tool change. Length compensation is a block of its own, except on controls where it belongs to the tool
+/// (Controller::Length).
+struct ToolCall {
+  std::int64_t tool = 0;
+  std::int64_t length_offset = 0;  // read: the tool's number where the words do not say
+};
+/// Tool length compensation along the tool (G43 H in ISO words); number 0 ends it.
+struct LengthCompensation {
+  std::int64_t number = 0;
+};
+/// Tool-centre-point control: X Y Z are the tip in the part, which the control keeps while the rotary axes
+/// move.
+struct TcpControl {
+  bool on = false;
+  std::int64_t length_offset = 0;  // of `on`, for controls that want it there
+};
+/// Work offset 1 (G54), 2, ...
+struct WorkOffset {
+  std::int64_t index = 1;
+};
+enum class PathModeKind : std::uint8_t { exact_path, exact_stop, continuous };
+struct PathMode {
+  PathModeKind kind = PathModeKind::exact_path;
+  std::int64_t tolerance = 0;  // of `continuous`, quanta of the linear format; 0: what the control has set
+};
+/// Moves axes to the safe machine position of the controller file; their program positions are unknown
+/// afterwards.
+struct Retract {
+  std::uint16_t axes = AxisWords::bit(AxisLetter::Z);
+};
+/// Tilted working plane (3+2): origin in quanta of the linear format, angles in quanta of the rotary format
+/// in the convention of the controller (Controller::TiltedPlane). Axis words that follow are in the plane's
+/// coordinates.
+struct TiltedPlane {
+  bool on = false;
+  std::array<std::int64_t, 3> origin{};
+  std::array<std::int64_t, 3> angles{};
+};
+struct Stop {
+  bool optional = false;
+};
+
+using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
+                           LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop>;
+
+/// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
+/// Quanta as they are.
+std::string to_text(const Block& block);
+
+/// Equal in all that an NC text can say (Motion::source does not count).
+bool same(const Block& a, const Block& b);
+
+}  // namespace trunnion::nc

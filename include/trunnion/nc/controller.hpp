@@ -1,0 +1,162 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/nc/axis_words.hpp"
+#include "trunnion/nc/blocks.hpp"
+
+namespace trunnion::nc {
+
+/// Lines of text with `{placeholders}`; empty: the control has no words for it.
+using Template = std::vector<std::string>;
+
+/// Decimals of the F word. Conversions round to nearest; `quanta` never gives 0 for a feed > 0.
+struct FeedFormat {
+  int per_minute_decimals = 3;
+  int inverse_time_decimals = 4;
+
+  /// `internal`: mm/s in mode per_minute, 1/s in mode inverse_time.
+  std::int64_t quanta(FeedMode mode, double internal) const;
+  double internal(FeedMode mode, std::int64_t quanta) const;
+  /// The same for a per-minute feed of rotary axes alone: rad/s <-> degrees/min.
+  std::int64_t rotary_quanta(double rad_s) const;
+  double rotary_internal(std::int64_t quanta) const;
+  int decimals(FeedMode mode) const {
+    return mode == FeedMode::inverse_time ? inverse_time_decimals : per_minute_decimals;
+  }
+};
+
+/// How the control measures the path that a per-minute F refers to when rotary axes move too.
+enum class FeedPath : std::uint8_t {
+  linear_first,  // length of X Y Z alone if one of them moves (mm/min), else of the rotary axes (deg/min)
+  all_axes,      // root of the squares of all axes, 1 degree counting as 1 mm
+};
+
+/// Convention of the three angles of a tilted plane.
+enum class PlaneAngles : std::uint8_t {
+  euler_zxz,  // about Z, then the new X, then the new Z
+  euler_xyz,  // about X, then the new Y, then the new Z
+  fixed_xyz,  // about the fixed X, then the fixed Y, then the fixed Z
+};
+
+/// A control, as its TOML file describes it (postconfigs/README.md lists every key). Data only: nothing here
+/// depends on which control it is.
+struct Controller {
+  std::string file;  // where it was read from
+  std::string name;  // "LinuxCNC 2.9"
+
+  struct Numbers {
+    AxisFormat axes;
+    FeedFormat feed;
+    bool trailing_zeros = true;  // X1.5000 rather than X1.5
+    bool point_required =
+        false;               // a number without point means something else to the control (X10 = 0.010 mm)
+    bool plus_sign = false;  // X+1.5
+  } numbers;
+
+  struct Line {
+    std::size_t max_length = 255;  // characters without the line end
+    std::string separator = " ";   // between words
+    std::string end = "\n";
+  } line;
+
+  struct BlockNumbers {
+    bool enabled = false;
+    std::string prefix = "N";
+    std::int64_t start = 10;
+    std::int64_t step = 10;
+    std::int64_t max = 99999;             // starts again at `start` after it
+    std::vector<std::string> not_before;  // lines that begin so carry no number
+  } block_numbers;
+
+  struct Comments {
+    std::string open = "(";
+    std::string close = ")";  // empty: to the end of the line
+    std::vector<std::string>
+        also_read;                // other marks that begin a comment to the end of the line, when reading
+    std::size_t max_length = 80;  // of the text; longer comments are broken at a blank
+    bool upper_case = false;
+  } comments;
+
+  struct MotionWords {
+    std::string rapid = "G0";
+    std::string linear = "G1";
+    bool modal = true;         // written only when it changes
+    std::string rapid_suffix;  // a word that makes a block rapid, as FMAX
+  } motion;
+
+  struct FeedRules {
+    std::string per_minute = "G94";
+    std::string inverse_time = "G93";      // empty: the control has none
+    bool inverse_time_every_block = true;  // F in every feed block while inverse time is active
+    FeedPath path = FeedPath::all_axes;
+    std::optional<double> max_per_minute;    // largest F that the control takes
+    std::optional<double> max_inverse_time;  // 1/min
+    /// Lowest X Y Z rate that the control keeps in inverse time, mm/min: slower blocks run faster than told.
+    std::optional<double> min_linear_rate;
+  } feed;
+
+  struct Rotary {
+    bool modulo = false;  // angles are written in [0, 360) and the control turns the shorter way
+  } rotary;
+
+  struct Length {
+    Template on;  // {length_offset}
+    Template off;
+    bool automatic = false;    // belongs to the tool: no words of its own
+    bool with_motion = false;  // the words stand in the next motion block
+  } length;
+
+  struct Tcp {
+    Template on;  // {length_offset}
+    Template off;
+    bool off_for_tool_change =
+        true;  // switched off before and on again after a tool change, a retract and at the end
+    bool replaces_length = false;  // `on` takes the place of length compensation, `off` ends both
+  } tcp;
+
+  struct Plane {
+    Template on;  // {x} {y} {z} {a} {b} {c}
+    Template off;
+    PlaneAngles angles = PlaneAngles::euler_zxz;
+  } tilted_plane;
+
+  struct Program {
+    Template begin;  // {number} {name}
+    Template setup;
+    Template end;  // {number} {name}
+  } program;
+
+  Template tool_change;                                               // {tool} {length_offset}
+  Template spindle_clockwise, spindle_counterclockwise, spindle_off;  // {rpm}
+  std::array<Template, 5> coolant;                                    // by CoolantKind
+  Template dwell;                                                     // {seconds} or {milliseconds}
+  int dwell_decimals = 3;
+  Template stop, optional_stop;
+  std::vector<Template> work_offsets;             // 1, 2, ...
+  std::array<Template, 3> path_modes;             // by PathModeKind
+  Template continuous_within;                     // {tolerance}
+  std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
+  std::array<Template, kAxisLetters> retract;     // by axis
+  std::vector<Template> silent;  // words that the reader takes and that move nothing and change nothing here
+
+  bool has_inverse_time() const { return !feed.inverse_time.empty(); }
+  bool has_tcp() const { return !tcp.on.empty(); }
+  bool has_tilted_plane() const { return !tilted_plane.on.empty(); }
+};
+
+/// Reads a controller file with its bases (`base = "iso"` is iso.toml in the same folder). Every finding goes
+/// to `diagnostics` with file:line:column; unknown keys, unknown placeholders, templates that the reader
+/// could not tell apart and missing motion words are errors.
+Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics);
+
+/// The file that `name_or_path` means: itself when it names a file that exists or ends in `.toml`, else
+/// `<folder>/<name>.toml`. Fails with io_failed and the names that the folder does have.
+Result<std::string> find_controller(const std::string& name_or_path, const std::string& folder);
+
+}  // namespace trunnion::nc

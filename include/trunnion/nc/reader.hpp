@@ -1,0 +1,57 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/nc/blocks.hpp"
+#include "trunnion/nc/controller.hpp"
+
+namespace trunnion::nc {
+
+struct ReaderOptions {
+  /// Decimals of the quanta of the blocks that come out, at least the controller's (AxisFormat::finer). A
+  /// word with more is an error.
+  std::optional<AxisFormat> format;
+  /// Lines (without block number) that come out as Raw instead of being understood.
+  std::vector<std::string> raw_lines;
+  /// Reading gives up after this many errors: the wrong controller would make one of every line.
+  std::size_t max_errors = 20;
+};
+
+/// NC text -> the blocks that the control will run, with the modal state resolved.
+///
+/// Takes what the Writer writes with the same controller, and what people make of it: blanks, lower case,
+/// missing block numbers, comments, words in any order, no blanks at all. A word that is not understood is an
+/// error with file:line:column: a verification must not guess. Blocks that repeat what is already so (M9
+/// while no coolant runs) do not come out.
+class Reader {
+ public:
+  using Sink = std::function<void(const Block&)>;
+  /// `controller` and `diagnostics` must outlive the reader; `file` is for messages.
+  Reader(const Controller& controller, std::string file, Diagnostics& diagnostics, Sink sink,
+         ReaderOptions options = {});
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ~Reader();
+
+  /// Any piece of the text, in order; pieces may end anywhere.
+  void feed(std::string_view text);
+  /// Reads the last line. Fails with the first error when there was one.
+  Result<void> finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// All blocks of a text.
+Result<std::vector<Block>> read_program(const Controller& controller, std::string_view text,
+                                        const std::string& file, Diagnostics& diagnostics,
+                                        const ReaderOptions& options = {});
+
+}  // namespace trunnion::nc
