@@ -31,9 +31,40 @@ bool underflows(std::string_view text) {
   return e != std::string_view::npos && text.find('-', e) != std::string_view::npos;
 }
 
+// Plain decimals of at most 15 digits (`-12.345`): both the digits and the power of ten are exact doubles, so
+// that one division is correctly rounded (Clinger 1990). Anything else is left to from_chars.
+std::optional<double> plain_decimal(std::string_view text) {
+  constexpr std::array<double, 16> kPower = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                             1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  const bool negative = p != end && *p == '-';
+  if (negative) ++p;
+  if (end - p > 16 || p == end) return std::nullopt;  // 15 digits and a point
+  std::int64_t digits = 0;
+  const char* point = nullptr;
+  std::ptrdiff_t count = 0;
+  for (; p != end; ++p) {
+    const unsigned digit = static_cast<unsigned char>(*p) - static_cast<unsigned>('0');
+    if (digit <= 9) {
+      digits = 10 * digits + static_cast<std::int64_t>(digit);
+      ++count;
+    } else if (*p == '.' && point == nullptr) {
+      point = p;
+    } else {
+      return std::nullopt;
+    }
+  }
+  if (count == 0 || count > 15) return std::nullopt;
+  double value = static_cast<double>(digits);
+  if (point != nullptr) value /= kPower[static_cast<std::size_t>(end - point - 1)];
+  return negative ? -value : value;
+}
+
 }  // namespace
 
 ParsedNumber parse_number(std::string_view text) {
+  if (const auto value = plain_decimal(text)) return {*value, NumberFault::none};
   if (!text.empty() && text.front() == '+') {
     text.remove_prefix(1);
     if (!text.empty() && text.front() == '-') return {0.0, NumberFault::not_a_number};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <csv.h>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -10,29 +11,6 @@
 
 namespace trunnion::config {
 namespace {
-
-// libcsv splits the fields; the lines are split here, since a message needs their number.
-class FieldSplitter {
- public:
-  FieldSplitter() { csv_init(&parser_, CSV_STRICT | CSV_STRICT_FINI | CSV_APPEND_NULL); }
-  FieldSplitter(const FieldSplitter&) = delete;
-  FieldSplitter& operator=(const FieldSplitter&) = delete;
-  ~FieldSplitter() { csv_free(&parser_); }
-
-  bool split(std::string_view line, std::vector<std::string>& fields) {
-    fields_ = &fields;
-    fields.clear();
-    const bool parsed = csv_parse(&parser_, line.data(), line.size(), on_field, nullptr, this) == line.size();
-    return csv_fini(&parser_, on_field, nullptr, this) == 0 && parsed;
-  }
-
- private:
-  static void on_field(void* data, std::size_t size, void* self) {
-    static_cast<FieldSplitter*>(self)->fields_->emplace_back(static_cast<const char*>(data), size);
-  }
-  csv_parser parser_{};
-  std::vector<std::string>* fields_ = nullptr;
-};
 
 // Next line without its end; advances `text`.
 std::string_view take_line(std::string_view& text) {
@@ -43,18 +21,142 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-void check_header(const CsvTable& table, Diagnostics& diagnostics) {
-  std::set<std::string_view> seen;
-  for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    const SourceRef where{table.header_line, static_cast<std::uint32_t>(i + 1)};
-    if (table.columns[i].empty())
-      diagnostics.error(table.file, where, "column " + std::to_string(i + 1) + " has no name");
-    else if (!seen.insert(table.columns[i]).second)
-      diagnostics.error(table.file, where, "column '" + table.columns[i] + "' stands twice in the header");
-  }
+bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
+
+std::string_view without_blanks(std::string_view field) {
+  while (!field.empty() && is_blank(field.front())) field.remove_prefix(1);
+  while (!field.empty() && is_blank(field.back())) field.remove_suffix(1);
+  return field;
+}
+
+// Reports why `field` is no number.
+void report_number(std::string_view field, NumberFault fault, std::string_view column,
+                   const std::string& file, SourceRef where, Diagnostics& diagnostics) {
+  const char* why = fault == NumberFault::empty          ? "is empty"
+                    : fault == NumberFault::out_of_range ? "is beyond the range of numbers"
+                                                         : "is not a number";
+  diagnostics.error(file, where,
+                    "'" + std::string(field) + "' in column '" + std::string(column) + "' " + why);
 }
 
 }  // namespace
+
+// libcsv splits the fields of a line; the lines are split outside, since a message needs their number.
+class CsvRows::Splitter {
+ public:
+  Splitter() { csv_init(&parser_, CSV_STRICT | CSV_STRICT_FINI | CSV_APPEND_NULL); }
+  Splitter(const Splitter&) = delete;
+  Splitter& operator=(const Splitter&) = delete;
+  ~Splitter() { csv_free(&parser_); }
+
+  bool split(std::string_view line, std::vector<std::string_view>& fields) {
+    held_.clear();
+    const bool parsed = csv_parse(&parser_, line.data(), line.size(), on_field, nullptr, this) == line.size();
+    const bool closed = csv_fini(&parser_, on_field, nullptr, this) == 0;
+    fields.clear();
+    for (const std::string& field : held_) fields.push_back(without_blanks(field));
+    return parsed && closed;
+  }
+
+ private:
+  static void on_field(void* data, std::size_t size, void* self) {
+    static_cast<Splitter*>(self)->held_.emplace_back(static_cast<const char*>(data), size);
+  }
+  csv_parser parser_{};
+  std::vector<std::string> held_;
+};
+
+CsvRows::CsvRows(std::string_view text, std::string file, Diagnostics& diagnostics)
+    : text_(text),
+      file_(std::move(file)),
+      diagnostics_(&diagnostics),
+      splitter_(std::make_unique<Splitter>()) {
+  if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
+  const std::size_t errors_before = diagnostics_->error_count();
+  while (columns_.empty()) {
+    if (!take_row()) {
+      if (diagnostics_->error_count() == errors_before)
+        diagnostics_->error(file_, {1, 1}, "no header line: the file is empty");
+      return;
+    }
+    columns_.assign(fields_.begin(), fields_.end());
+  }
+  header_line_ = line_;
+  std::set<std::string_view> seen;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const SourceRef where{header_line_, static_cast<std::uint32_t>(i + 1)};
+    if (columns_[i].empty()) {
+      diagnostics_->error(file_, where, "column " + std::to_string(i + 1) + " has no name");
+    } else if (!seen.insert(columns_[i]).second) {
+      diagnostics_->error(file_, where, "column '" + columns_[i] + "' stands twice in the header");
+    }
+  }
+}
+
+CsvRows::CsvRows(CsvRows&&) noexcept = default;
+CsvRows::~CsvRows() = default;
+
+std::optional<std::size_t> CsvRows::column(std::string_view name) const {
+  const auto it = std::find(columns_.begin(), columns_.end(), name);
+  return it == columns_.end() ? std::nullopt : std::optional<std::size_t>(it - columns_.begin());
+}
+
+// The next line that is neither blank nor a comment, split; lines with faulty quotes are reported and left
+// out.
+bool CsvRows::take_row() {
+  while (!text_.empty()) {
+    const std::string_view line = take_line(text_);
+    ++line_;
+    if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
+    if (line.front() == '#') {
+      comments_.emplace_back(line.substr(1));
+      continue;
+    }
+    if (line.find('"') != std::string_view::npos) {
+      if (splitter_->split(line, fields_)) return true;
+      diagnostics_->error(file_, {line_, 1}, "quotes are not closed or stand inside a field");
+      continue;
+    }
+    fields_.clear();
+    // Fields are short: a plain loop beats a search call for each comma.
+    const char* begin = line.data();
+    const char* const end = begin + line.size();
+    for (const char* p = begin; p != end; ++p) {
+      if (*p != ',') continue;
+      fields_.push_back(without_blanks({begin, static_cast<std::size_t>(p - begin)}));
+      begin = p + 1;
+    }
+    fields_.push_back(without_blanks({begin, static_cast<std::size_t>(end - begin)}));
+    return true;
+  }
+  return false;
+}
+
+bool CsvRows::next() {
+  while (take_row()) {
+    if (fields_.size() == columns_.size()) return true;
+    diagnostics_->error(file_,
+                        {line_, static_cast<std::uint32_t>(std::min(fields_.size(), columns_.size()) + 1)},
+                        "row has " + std::to_string(fields_.size()) + " fields, the header has " +
+                            std::to_string(columns_.size()));
+  }
+  return false;
+}
+
+std::optional<double> CsvRows::number(std::size_t column) {
+  const ParsedNumber number = parse_number(fields_[column]);
+  if (number) return number.value;
+  report_number(fields_[column], number.fault, columns_[column], file_,
+                {line_, static_cast<std::uint32_t>(column + 1)}, *diagnostics_);
+  return std::nullopt;
+}
+
+std::optional<double> CsvRows::number_or_nan(std::size_t column) {
+  if (fields_[column].empty()) return std::numeric_limits<double>::quiet_NaN();
+  return number(column);
+}
 
 std::optional<std::size_t> CsvTable::column(std::string_view name) const {
   const auto it = std::find(columns.begin(), columns.end(), name);
@@ -62,55 +164,27 @@ std::optional<std::size_t> CsvTable::column(std::string_view name) const {
 }
 
 Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
+  CsvRows rows(text, file, diagnostics);
   CsvTable table;
   table.file = file;
-  const std::size_t errors_before = diagnostics.error_count();
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  FieldSplitter splitter;
-  std::vector<std::string> fields;
-  for (std::uint32_t number = 1; !text.empty(); ++number) {
-    const std::string_view line = take_line(text);
-    if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
-    if (line.front() == '#') {
-      table.comments.emplace_back(line.substr(1));
-      continue;
-    }
-    if (!splitter.split(line, fields)) {
-      diagnostics.error(file, {number, 1}, "quotes are not closed or stand inside a field");
-      continue;
-    }
-    if (table.columns.empty()) {
-      table.columns = fields;
-      table.header_line = number;
-      check_header(table, diagnostics);
-    } else if (fields.size() != table.columns.size()) {
-      diagnostics.error(
-          file, {number, static_cast<std::uint32_t>(std::min(fields.size(), table.columns.size()) + 1)},
-          "row has " + std::to_string(fields.size()) + " fields, the header has " +
-              std::to_string(table.columns.size()));
-    } else {
-      table.rows.push_back({number, fields});
-    }
+  while (!rows.columns().empty() && rows.next()) {
+    table.rows.push_back({rows.line(), {rows.fields().begin(), rows.fields().end()}});
   }
-  if (table.columns.empty()) diagnostics.error(file, {1, 1}, "no header line: the file is empty");
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  table.header_line = rows.header_line();
+  table.columns = rows.columns();
+  table.comments = rows.comments();
   return table;
 }
 
 std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row, std::size_t column,
                                  Diagnostics& diagnostics) {
   const std::string& field = row.fields[column];
-  const SourceRef where{row.line, static_cast<std::uint32_t>(column + 1)};
-  const auto begin = field.find_first_not_of(" \t");
-  const auto end = field.find_last_not_of(" \t");
-  const auto number = begin == std::string::npos
-                          ? ParsedNumber{0.0, NumberFault::empty}
-                          : parse_number(std::string_view(field).substr(begin, end - begin + 1));
+  const ParsedNumber number = parse_number(without_blanks(field));
   if (number) return number.value;
-  const char* why = number.fault == NumberFault::empty          ? "is empty"
-                    : number.fault == NumberFault::out_of_range ? "is beyond the range of numbers"
-                                                                : "is not a number";
-  diagnostics.error(table.file, where, "'" + field + "' in column '" + table.columns[column] + "' " + why);
+  report_number(field, number.fault, table.columns[column], table.file,
+                {row.line, static_cast<std::uint32_t>(column + 1)}, diagnostics);
   return std::nullopt;
 }
 

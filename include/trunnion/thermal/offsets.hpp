@@ -1,0 +1,83 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/machine/kinematics.hpp"
+
+namespace trunnion::thermal {
+
+/// Deviation of the tool relative to the part, actual minus nominal (physics: "Errors"): a correction is
+/// minus this.
+struct Offset {
+  double time_s = 0.0;    // since the start of the run; of a table by operation: unused
+  std::string operation;  // name of the operation (a blade); empty in a table over time
+  Vec3 deviation_mm = Vec3::Zero();
+  double sigma_mm = 0.0;  // standard uncertainty of the largest component
+};
+
+enum class OffsetFrame {
+  machine,  // axes of M
+  part      // axes of P: turns with the table
+};
+
+/// Offsets over time, or one for each operation.
+struct OffsetTable {
+  enum class Key { time, operation };
+  std::string file;
+  Key key = Key::time;
+  OffsetFrame frame = OffsetFrame::machine;
+  std::vector<Offset> rows;  // over time: strictly increasing
+
+  /// Deviation at `time_s`: linear between rows, held outside. Requires a table over time with a row.
+  Vec3 at_time(double time_s) const;
+  /// The row of an operation; nothing when the table has none of that name.
+  const Offset* of_operation(std::string_view name) const;
+};
+
+/// Reads `time_s` or `operation`, `dx_um`, `dy_um`, `dz_um` (each optional: 0), [`sigma_um`], [`frame`]
+/// (`machine` or `part`, the same in all rows). Findings go to `diagnostics` with file:line:column.
+Result<OffsetTable> parse_offsets(std::string_view text, const std::string& file, Diagnostics& diagnostics);
+Result<OffsetTable> load_offsets(const std::string& path, Diagnostics& diagnostics);
+/// CSV text of the table in the same format; `comments` become lines that start with `#`.
+std::string offsets_text(const OffsetTable& table, const std::vector<std::string>& comments);
+
+/// What keeps a thermal correction harmless. Klipper, Siemens MD20392 and Heidenhain have the same ones.
+struct OffsetLimits {
+  bool enabled = true;
+  double clamp_mm =
+      0.2;  // largest component that is ever applied; twice the largest drift of the reference data
+  double slew_mm_s = 0.001;      // Heidenhain's 1 um/s
+  double dead_band_mm = 0.0005;  // smaller changes are not followed: below the resolution of a length word
+};
+
+/// Follows offsets over time under limits; a new one for each program.
+class OffsetFollower {
+ public:
+  explicit OffsetFollower(const OffsetLimits& limits) : limits_(limits) {}
+  /// Deviation that may be applied `dt_s` after the previous call when `wanted_mm` is asked for. The first
+  /// call of a program sets it without slew (nothing is being cut yet). Switched off: zero.
+  Vec3 follow(const Vec3& wanted_mm, double dt_s);
+  bool clamped() const { return clamped_; }            // in any call
+  bool slew_limited() const { return slew_limited_; }  // in any call
+
+ private:
+  OffsetLimits limits_;
+  std::optional<Vec3> applied_mm_;
+  bool clamped_ = false;
+  bool slew_limited_ = false;
+};
+
+/// The deviation as an error of the chain, for prediction, compensation and verification: frame machine as a
+/// translation of the spindle (exact while no axis of the tool side turns), frame part as one of the part.
+ChainErrors chain_errors(const Vec3& deviation_mm, OffsetFrame frame);
+
+/// Change of the work offset (G54 and the like, in the control's axes) that takes out the deviation at joint
+/// positions `q`. Without tool-centre-point control the control adds the offset to its axes: -d in M. With it
+/// (`tcp_control`) the offset is given in the part's axes and turns with the table: -(R_MP)^T d. A constant
+/// machine-frame deviation therefore needs a new offset for every pose under TCP control.
+Vec3 work_offset_shift(const Machine& machine, const JointVector& q, const Vec3& deviation_mm,
+                       OffsetFrame frame, bool tcp_control);
+
+}  // namespace trunnion::thermal

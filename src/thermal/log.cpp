@@ -1,0 +1,294 @@
+#include "trunnion/thermal/log.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/config/csv.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+// `T_front_degC` with prefix `T_` and suffix `_degC` is `front`; empty when the name has another form.
+std::string_view between(std::string_view name, std::string_view prefix, std::string_view suffix) {
+  if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix))
+    return {};
+  return name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+}
+
+enum class Role { run, time, temperature, speed, feed, channel };
+struct Column {
+  Role role = Role::channel;
+  std::size_t index = 0;  // of the sensor or channel
+  double factor = 1.0;    // to internal units
+};
+
+std::optional<Column> classify(const std::string& name, Log& log) {
+  if (name == "run_id") return Column{Role::run};
+  if (name == "time_s") return Column{Role::time};
+  if (name == "spindle_rpm") {
+    log.has_speed = true;
+    return Column{Role::speed};
+  }
+  if (name == "feed_mm_min") {
+    log.has_feed = true;
+    return Column{Role::feed, 0, 1.0 / kSecondsPerMinute};
+  }
+  if (const auto sensor = between(name, "T_", "_degC"); !sensor.empty()) {
+    log.sensors.emplace_back(sensor);
+    return Column{Role::temperature, log.sensors.size() - 1};
+  }
+  if (const auto channel = between(name, "", "_um"); !channel.empty()) {
+    log.channels.emplace_back(channel);
+    return Column{Role::channel, log.channels.size() - 1, kMmPerUm};
+  }
+  return std::nullopt;
+}
+
+// Reads the rows of one file; remembers the run of the row before, since a run's rows usually follow each
+// other.
+class LogReader {
+ public:
+  LogReader(std::string_view text, const std::string& file, Diagnostics& diagnostics)
+      : rows_(text, file, diagnostics), diagnostics_(&diagnostics) {
+    log_.file = file;
+  }
+
+  void read() {
+    read_header();
+    if (diagnostics_->has_errors()) return;
+    while (rows_.next()) read_row();
+    if (log_.runs.empty()) diagnostics_->error(rows_.file(), {rows_.header_line(), 1}, "the log has no rows");
+  }
+  Log take() { return std::move(log_); }
+
+ private:
+  void read_header() {
+    for (std::size_t i = 0; i < rows_.columns().size(); ++i) {
+      const std::string& name = rows_.columns()[i];
+      const auto column = classify(name, log_);
+      if (column) {
+        if (column->role == Role::time) time_column_ = i;
+        if (column->role == Role::run) run_column_ = i;
+        columns_.push_back(*column);
+      } else {
+        diagnostics_->error(
+            rows_.file(), {rows_.header_line(), static_cast<std::uint32_t>(i + 1)},
+            "column '" + name +
+                "' is none of run_id, time_s, T_<name>_degC, spindle_rpm, feed_mm_min, <channel>_um");
+      }
+    }
+    if (!time_column_) diagnostics_->error(rows_.file(), {rows_.header_line(), 1}, "no column 'time_s'");
+  }
+
+  void read_row() {
+    const auto time_s = rows_.number(*time_column_);
+    if (!time_s) return;
+    LogRun& run = run_of_row();
+    if (!run.time_s.empty() && *time_s <= run.time_s.back()) {
+      diagnostics_->error(rows_.file(), {rows_.line(), static_cast<std::uint32_t>(*time_column_ + 1)},
+                          "time " + shortest_text(*time_s) + " s of run '" + run.id +
+                              "' does not come after " + shortest_text(run.time_s.back()) + " s");
+      return;
+    }
+    run.time_s.push_back(*time_s);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const Column& column = columns_[i];
+      if (column.role == Role::run || column.role == Role::time) continue;
+      const double value = rows_.number_or_nan(i).value_or(kNothing) * column.factor;
+      switch (column.role) {
+        case Role::temperature:
+          run.temperature_degC[column.index].push_back(value);
+          break;
+        case Role::speed:
+          run.spindle_rpm.push_back(value);
+          break;
+        case Role::feed:
+          run.feed_mm_s.push_back(value);
+          break;
+        default:
+          run.channel_mm[column.index].push_back(value);
+          break;
+      }
+    }
+  }
+
+  LogRun& run_of_row() {
+    const std::string_view id = run_column_ ? rows_.fields()[*run_column_] : "1";
+    if (!log_.runs.empty() && log_.runs[current_].id == id) return log_.runs[current_];
+    const auto [it, added] = index_.try_emplace(std::string(id), log_.runs.size());
+    current_ = it->second;
+    if (added) {
+      LogRun run;
+      run.id = id;
+      run.temperature_degC.resize(log_.sensors.size());
+      run.channel_mm.resize(log_.channels.size());
+      log_.runs.push_back(std::move(run));
+    }
+    return log_.runs[current_];
+  }
+
+  config::CsvRows rows_;
+  Diagnostics* diagnostics_;
+  Log log_;
+  std::vector<Column> columns_;
+  std::optional<std::size_t> time_column_, run_column_;
+  std::unordered_map<std::string, std::size_t> index_;
+  std::size_t current_ = 0;
+};
+
+std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
+  const auto it = std::find(names.begin(), names.end(), name);
+  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
+  names.push_back(name);
+  return names.size() - 1;
+}
+
+// Values of `from` at the rows of the joined time base; a value that is there already stays.
+void join_column(const std::vector<std::size_t>& place, const std::vector<double>& from,
+                 std::vector<double>& to) {
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (!std::isnan(from[i])) to[place[i]] = from[i];
+  }
+}
+
+// All columns of `run` moved to the rows of `time_s`, of which the run's own times are a part.
+LogRun spread(const LogRun& run, const std::vector<double>& time_s,
+              const std::vector<std::size_t>& sensor_place, const std::vector<std::size_t>& channel_place,
+              const Log& names) {
+  LogRun out;
+  out.id = run.id;
+  out.time_s = time_s;
+  const std::vector<double> empty(time_s.size(), kNothing);
+  out.temperature_degC.assign(names.sensors.size(), empty);
+  out.channel_mm.assign(names.channels.size(), empty);
+  if (names.has_speed) out.spindle_rpm = empty;
+  if (names.has_feed) out.feed_mm_s = empty;
+  std::vector<std::size_t> place;
+  for (const double t : run.time_s) {
+    place.push_back(
+        static_cast<std::size_t>(std::lower_bound(time_s.begin(), time_s.end(), t) - time_s.begin()));
+  }
+  for (std::size_t i = 0; i < run.temperature_degC.size(); ++i)
+    join_column(place, run.temperature_degC[i], out.temperature_degC[sensor_place[i]]);
+  for (std::size_t i = 0; i < run.channel_mm.size(); ++i)
+    join_column(place, run.channel_mm[i], out.channel_mm[channel_place[i]]);
+  join_column(place, run.spindle_rpm, out.spindle_rpm);
+  join_column(place, run.feed_mm_s, out.feed_mm_s);
+  return out;
+}
+
+std::vector<std::size_t> identity(std::size_t n) {
+  std::vector<std::size_t> out(n);
+  for (std::size_t i = 0; i < n; ++i) out[i] = i;
+  return out;
+}
+
+// Adds the rows of `more` (already with the columns of `run`) to `run`.
+void merge_into(LogRun& run, const LogRun& more) {
+  for (std::size_t i = 0; i < run.temperature_degC.size(); ++i)
+    join_column(identity(more.rows()), more.temperature_degC[i], run.temperature_degC[i]);
+  for (std::size_t i = 0; i < run.channel_mm.size(); ++i)
+    join_column(identity(more.rows()), more.channel_mm[i], run.channel_mm[i]);
+  join_column(identity(more.rows()), more.spindle_rpm, run.spindle_rpm);
+  join_column(identity(more.rows()), more.feed_mm_s, run.feed_mm_s);
+}
+
+Log join(const Log& a, const Log& b) {
+  Log out;
+  out.file = a.file;
+  out.sensors = a.sensors;
+  out.channels = a.channels;
+  out.has_speed = a.has_speed || b.has_speed;
+  out.has_feed = a.has_feed || b.has_feed;
+  std::vector<std::size_t> sensor_place, channel_place;
+  for (const auto& name : b.sensors) sensor_place.push_back(index_of(out.sensors, name));
+  for (const auto& name : b.channels) channel_place.push_back(index_of(out.channels, name));
+  for (const LogRun& run : a.runs) {
+    const auto it =
+        std::find_if(b.runs.begin(), b.runs.end(), [&](const LogRun& r) { return r.id == run.id; });
+    std::vector<double> time_s = run.time_s;
+    if (it != b.runs.end()) {
+      time_s.clear();
+      std::set_union(run.time_s.begin(), run.time_s.end(), it->time_s.begin(), it->time_s.end(),
+                     std::back_inserter(time_s));
+    }
+    out.runs.push_back(spread(run, time_s, identity(a.sensors.size()), identity(a.channels.size()), out));
+    if (it != b.runs.end())
+      merge_into(out.runs.back(), spread(*it, time_s, sensor_place, channel_place, out));
+  }
+  for (const LogRun& run : b.runs) {
+    const bool known =
+        std::any_of(a.runs.begin(), a.runs.end(), [&](const LogRun& r) { return r.id == run.id; });
+    if (!known) out.runs.push_back(spread(run, run.time_s, sensor_place, channel_place, out));
+  }
+  return out;
+}
+
+std::string number_or_empty(double value, int decimals) {
+  return std::isnan(value) ? "" : fixed_text(value, decimals);
+}
+
+}  // namespace
+
+std::optional<std::size_t> Log::sensor(std::string_view name) const {
+  const auto it = std::find(sensors.begin(), sensors.end(), name);
+  return it == sensors.end() ? std::nullopt : std::optional<std::size_t>(it - sensors.begin());
+}
+
+std::optional<std::size_t> Log::channel(std::string_view name) const {
+  const auto it = std::find(channels.begin(), channels.end(), name);
+  return it == channels.end() ? std::nullopt : std::optional<std::size_t>(it - channels.begin());
+}
+
+Result<Log> parse_log(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
+  Diagnostics own;
+  LogReader reader(text, file, own);
+  if (!own.has_errors()) reader.read();
+  diagnostics.append(own);
+  if (own.has_errors()) return tl::unexpected(own.first_error());
+  return reader.take();
+}
+
+Result<Log> load_logs(const std::vector<std::string>& paths, Diagnostics& diagnostics) {
+  std::optional<Log> joined;
+  for (const std::string& path : paths) {
+    const auto text = read_file(path);
+    if (!text) return tl::unexpected(text.error());
+    auto log = parse_log(*text, path, diagnostics);
+    if (!log) return tl::unexpected(log.error());
+    joined = joined ? join(*joined, *log) : std::move(*log);
+  }
+  if (!joined) return fail(ErrorCode::wrong_use, "no log file given");
+  return std::move(*joined);
+}
+
+std::string log_text(const Log& log, const std::vector<std::string>& comments) {
+  std::string out;
+  for (const std::string& comment : comments) out += "#" + comment + "\n";
+  out += "run_id,time_s";
+  for (const auto& name : log.sensors) out += ",T_" + name + "_degC";
+  if (log.has_speed) out += ",spindle_rpm";
+  if (log.has_feed) out += ",feed_mm_min";
+  for (const auto& name : log.channels) out += "," + name + "_um";
+  out += "\n";
+  for (const LogRun& run : log.runs) {
+    for (std::size_t row = 0; row < run.rows(); ++row) {
+      out += config::csv_field(run.id) + "," + shortest_text(run.time_s[row]);
+      for (const auto& column : run.temperature_degC) out += "," + number_or_empty(column[row], 3);
+      if (log.has_speed) out += "," + number_or_empty(run.spindle_rpm[row], 1);
+      if (log.has_feed) out += "," + number_or_empty(run.feed_mm_s[row] * kSecondsPerMinute, 1);
+      for (const auto& column : run.channel_mm) out += "," + number_or_empty(column[row] / kMmPerUm, 3);
+      out += "\n";
+    }
+  }
+  return out;
+}
+
+}  // namespace trunnion::thermal

@@ -1,0 +1,175 @@
+#include "trunnion/thermal/offsets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/config/csv.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+constexpr std::array kKnown = {"time_s", "operation", "dx_um", "dy_um", "dz_um", "sigma_um", "frame"};
+
+struct OffsetColumns {
+  std::optional<std::size_t> time, operation, sigma, frame;
+  std::array<std::optional<std::size_t>, 3> component;
+};
+
+OffsetColumns find_columns(const config::CsvRows& rows, Diagnostics& diagnostics) {
+  OffsetColumns out;
+  out.time = rows.column("time_s");
+  out.operation = rows.column("operation");
+  out.sigma = rows.column("sigma_um");
+  out.frame = rows.column("frame");
+  out.component = {rows.column("dx_um"), rows.column("dy_um"), rows.column("dz_um")};
+  const SourceRef header{rows.header_line(), 1};
+  if (out.time.has_value() == out.operation.has_value()) {
+    diagnostics.error(rows.file(), header,
+                      "an offset table has either a column 'time_s' or a column 'operation'");
+  }
+  if (!out.component[0] && !out.component[1] && !out.component[2]) {
+    diagnostics.error(rows.file(), header, "none of the columns dx_um, dy_um, dz_um");
+  }
+  for (std::size_t i = 0; i < rows.columns().size(); ++i) {
+    const std::string& name = rows.columns()[i];
+    // A channel without an axis (`thermal predict` writes those too) moves nothing.
+    if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
+      diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
+                          "column '" + name + "' is no offset and is not used");
+    }
+  }
+  return out;
+}
+
+// `frame` must be the same everywhere: a table is applied as a whole.
+void read_frame(const config::CsvRows& rows, std::size_t column, OffsetTable& table,
+                Diagnostics& diagnostics) {
+  const std::string_view word = rows.fields()[column];
+  const SourceRef where{rows.line(), static_cast<std::uint32_t>(column + 1)};
+  if (word != "machine" && word != "part" && !word.empty()) {
+    diagnostics.error(rows.file(), where,
+                      "frame must be 'machine' or 'part', not '" + std::string(word) + "'");
+    return;
+  }
+  const OffsetFrame frame = word == "part" ? OffsetFrame::part : OffsetFrame::machine;
+  if (table.rows.empty()) table.frame = frame;
+  if (table.frame != frame) diagnostics.error(rows.file(), where, "the frame changes within the table");
+}
+
+}  // namespace
+
+Vec3 OffsetTable::at_time(double time_s) const {
+  TRUNNION_EXPECTS(key == Key::time && !rows.empty());
+  const auto after = std::upper_bound(rows.begin(), rows.end(), time_s,
+                                      [](double t, const Offset& row) { return t < row.time_s; });
+  if (after == rows.begin()) return rows.front().deviation_mm;
+  if (after == rows.end()) return rows.back().deviation_mm;
+  const Offset& a = *(after - 1);
+  const double t = (time_s - a.time_s) / (after->time_s - a.time_s);
+  return a.deviation_mm + t * (after->deviation_mm - a.deviation_mm);
+}
+
+const Offset* OffsetTable::of_operation(std::string_view name) const {
+  const auto it =
+      std::find_if(rows.begin(), rows.end(), [&](const Offset& row) { return row.operation == name; });
+  return it == rows.end() ? nullptr : &*it;
+}
+
+Result<OffsetTable> parse_offsets(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
+  config::CsvRows rows(text, file, diagnostics);
+  if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  const OffsetColumns columns = find_columns(rows, diagnostics);
+  if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  OffsetTable table;
+  table.file = file;
+  table.key = columns.time ? OffsetTable::Key::time : OffsetTable::Key::operation;
+  while (rows.next()) {
+    Offset row;
+    if (columns.time) row.time_s = rows.number(*columns.time).value_or(0.0);
+    if (columns.operation) row.operation = rows.fields()[*columns.operation];
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const auto& column = columns.component[static_cast<std::size_t>(i)];
+      if (column) row.deviation_mm[i] = rows.number(*column).value_or(0.0) * kMmPerUm;
+    }
+    if (columns.sigma) row.sigma_mm = rows.number(*columns.sigma).value_or(0.0) * kMmPerUm;
+    if (columns.frame) read_frame(rows, *columns.frame, table, diagnostics);
+    const SourceRef where{rows.line(), 1};
+    if (columns.time && !table.rows.empty() && row.time_s <= table.rows.back().time_s) {
+      diagnostics.error(file, where,
+                        "time " + shortest_text(row.time_s) + " s does not come after " +
+                            shortest_text(table.rows.back().time_s) + " s");
+    }
+    if (columns.operation && table.of_operation(row.operation) != nullptr) {
+      diagnostics.error(file, where, "operation '" + row.operation + "' stands twice");
+    }
+    table.rows.push_back(std::move(row));
+  }
+  if (table.rows.empty()) diagnostics.error(file, {rows.header_line(), 1}, "the offset table has no rows");
+  if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  return table;
+}
+
+Result<OffsetTable> load_offsets(const std::string& path, Diagnostics& diagnostics) {
+  const auto text = read_file(path);
+  if (!text) return tl::unexpected(text.error());
+  return parse_offsets(*text, path, diagnostics);
+}
+
+std::string offsets_text(const OffsetTable& table, const std::vector<std::string>& comments) {
+  std::string out;
+  for (const std::string& comment : comments) out += "#" + comment + "\n";
+  const bool by_time = table.key == OffsetTable::Key::time;
+  out += by_time ? "time_s" : "operation";
+  out += ",dx_um,dy_um,dz_um,sigma_um,frame\n";
+  for (const Offset& row : table.rows) {
+    out += by_time ? shortest_text(row.time_s) : config::csv_field(row.operation);
+    // A nanometre is far below what any machine follows.
+    for (Eigen::Index i = 0; i < 3; ++i) out += "," + fixed_text(row.deviation_mm[i] / kMmPerUm, 3);
+    out += "," + fixed_text(row.sigma_mm / kMmPerUm, 3);
+    out += table.frame == OffsetFrame::part ? ",part\n" : ",machine\n";
+  }
+  return out;
+}
+
+Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
+  if (!limits_.enabled) return Vec3::Zero();
+  const Vec3 limit = Vec3::Constant(limits_.clamp_mm);
+  const Vec3 target = wanted_mm.cwiseMax(-limit).cwiseMin(limit);
+  clamped_ = clamped_ || target != wanted_mm;
+  if (!applied_mm_) {
+    applied_mm_ = target;
+    return target;
+  }
+  const double step = limits_.slew_mm_s * std::max(0.0, dt_s);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double change = target[i] - (*applied_mm_)[i];
+    if (std::abs(change) <= limits_.dead_band_mm) continue;
+    slew_limited_ = slew_limited_ || std::abs(change) > step;
+    (*applied_mm_)[i] += std::clamp(change, -step, step);
+  }
+  return *applied_mm_;
+}
+
+ChainErrors chain_errors(const Vec3& deviation_mm, OffsetFrame frame) {
+  ChainErrors errors;
+  // X_PT = X_MP^-1 X_MT: moving the part by -d in its own axes is the same as moving the tool by d in them.
+  if (frame == OffsetFrame::machine) errors.spindle.trans_mm = deviation_mm;
+  if (frame == OffsetFrame::part) errors.part.trans_mm = -deviation_mm;
+  return errors;
+}
+
+Vec3 work_offset_shift(const Machine& machine, const JointVector& q, const Vec3& deviation_mm,
+                       OffsetFrame frame, bool tcp_control) {
+  const Mat3 R_MP = part_in_machine(machine, q).R;
+  const bool in_part = frame == OffsetFrame::part;
+  if (in_part == tcp_control) return -deviation_mm;
+  return tcp_control ? Vec3(-(R_MP.transpose() * deviation_mm)) : Vec3(-(R_MP * deviation_mm));
+}
+
+}  // namespace trunnion::thermal
