@@ -1,0 +1,72 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trunnion/base/result.hpp"
+#include "trunnion/machine/kinematics.hpp"
+
+namespace trunnion::path {
+
+/// How the rotary positions are chosen where the machine offers several.
+enum class ChoiceMethod : std::uint8_t {
+  global,    // shortest path over all points between two rapids: least sum of axis times
+  combined,  // local, point by point: least root of the sum of squares of the rotary travels
+  largest,   // local: least largest rotary travel
+  sum,       // local: least sum of the rotary travels
+  axis       // local: least travel of one named axis
+};
+
+struct ChoiceOptions {
+  ChoiceMethod method = ChoiceMethod::global;
+  std::string axis;  // for ChoiceMethod::axis
+  InverseOptions inverse;
+  Vec3 tool_mm = Vec3::Zero();  // from S to the tip
+};
+
+/// One point of a path whose joints are to be chosen.
+struct ChoicePoint {
+  ToolPose pose;
+  SourceRef where;
+  bool rapid = false;  // the motion that ends here is a rapid
+};
+
+struct ChosenPoint {
+  JointVector q;
+  std::uint8_t branch = 0;
+  bool singular = false;  // C was kept from the point before
+  /// The motion that ends here cannot be made while cutting: an axis must turn back by more than half a turn,
+  /// or the branch jumps. The tool has to leave the part, the axes turn, and the tool comes back (limits,
+  /// "Rewind" in README).
+  bool reconfigure = false;
+};
+
+/// What a choice did, for the report.
+struct ChoiceSummary {
+  std::size_t branch_changes = 0;    // between points that were not singular
+  std::size_t reconfigurations = 0;  // flagged points
+  std::size_t pole_points = 0;
+  double rotary_travel_rad = 0.0;  // sum over the rotary axes
+  double axis_time_s = 0.0;        // sum over all axes of travel / rapid rate: what `global` makes least
+};
+
+/// Joint positions for a run of points (one operation, or the points between two rapids), starting from
+/// `seed`.
+///
+/// `global` is a shortest path (dynamic programming) over all branches and all turns within the limits; the
+/// cost of a step is the sum over the axes of travel / rapid rate, a step that needs a reconfiguration costs
+/// kReconfigureSeconds more, and with equal cost the position nearer to the middle of the limits wins.
+/// O(points x candidates^2), candidates <= 8 in practice. Appends one ChosenPoint per point to `out` and adds
+/// to `summary`. Linear limits are not a criterion (see limit_violations). Fails with check_failed for a
+/// point that no branch reaches within the rotary limits: CL line, axis, by how much.
+Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoint> points,
+                              const JointVector& seed, const ChoiceOptions& options,
+                              const std::string& cl_file, std::vector<ChosenPoint>& out,
+                              ChoiceSummary& summary);
+
+/// Time that a retract, a turn and a re-engagement take beside the turn itself; large against any detour
+/// worth making while cutting.
+inline constexpr double kReconfigureSeconds = 60.0;
+
+}  // namespace trunnion::path
