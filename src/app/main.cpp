@@ -21,8 +21,7 @@ void set_up_log(bool quiet, bool verbose) {
 
 // Each command stands in its own file; the order here is the order of the help.
 void register_commands(CLI::App& root, int& exit) {
-  static_cast<void>(root);
-  static_cast<void>(exit);
+  app::add_iso230_command(root, exit);
 }
 
 int run(int argc, char** argv) {

@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "trunnion/diagnosis/iso230_2.hpp"
+#include "trunnion/diagnosis/iso230_4.hpp"
+#include "trunnion/diagnosis/iso230_7.hpp"
+
+namespace trunnion::report {
+
+/// One error motion with its evaluation.
+struct EvaluatedMotion {
+  iso230::ErrorMotion motion;
+  iso230::ErrorMotionValues values;
+};
+
+/// JSON text of an evaluation: the standard with its year, the unit (um, urad), every symbol; what the
+/// standard does not give for these data is null. Symbols: `_up`, `_down` are the arrows.
+std::string iso230_2_json(const std::vector<iso230::Positioning>& axes);
+std::string iso230_6_json(const iso230::Diagonals& diagonals);
+std::string iso230_4_json(const std::vector<iso230::CircularTest>& tests);
+std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions);
+
+/// The same as text for people, symbols with their arrows.
+std::string iso230_2_text(const std::vector<iso230::Positioning>& axes);
+std::string iso230_6_text(const iso230::Diagonals& diagonals);
+std::string iso230_4_text(const std::vector<iso230::CircularTest>& tests);
+std::string iso230_7_text(const std::vector<EvaluatedMotion>& motions);
+
+}  // namespace trunnion::report
