@@ -5,41 +5,58 @@
 
 namespace trunnion::path {
 
-/// A piece of path as the control runs it (q linear between q0 and q1), and what it must keep to: the segment
-/// from `tip0_P` to `tip1_P` and the great circle from `axis0_P` to `axis1_P` (unit vectors, not opposite).
-/// The ends of the piece need not lie on them.
-struct Piece {
-  JointVector q0, q1;
+/// A joint position with what is evaluated once and used by both pieces that meet there.
+struct Station {
+  JointVector q;
+  TableKinematics::Sines sines;
+  Vec3 tip_P = Vec3::Zero();    // where the tip really is, mm
+  Vec3 axis_P = Vec3::UnitZ();  // where the tool axis really points
+};
+Station station(const TableKinematics& kinematics, const JointVector& q);
+
+/// What a piece must keep to: the segment from `tip0_P` to `tip1_P` (mm; may have length zero) and the arc of
+/// the great circle from `axis0_P` to `axis1_P` (unit vectors).
+struct Reference {
   Vec3 tip0_P, tip1_P;
   Vec3 axis0_P, axis1_P;
 };
 
-/// A proved interval for the largest deviation of a piece: the truth is in [lower, upper] (mm, or rad for the
-/// axis).
+/// A proved interval for the largest deviation: the truth is in [lower, upper] (mm, or rad for the axis).
 struct Bound {
   double lower = 0.0;
   double upper = 0.0;
   std::uint32_t evaluations = 0;  // of the curve or of its polynomial
 };
 
-/// Answer of a decision: `yes` and `no` are proved; `unknown` only when the work limit was met.
+/// Answer of a decision. `yes` and `no` are proved; `unknown`: the deviation meets the tolerance within
+/// rounding, or the work limit was met.
 enum class Within : std::uint8_t { yes, no, unknown };
 
-/// Proved bounds on the nominal machine (README of this layer: mathematics and proof). Thread-safe, no
-/// allocation.
+/// Proved bounds for pieces of path as a control runs them without tool-centre-point control: q linear
+/// between two stations, on the nominal machine. The ends of a piece need not lie on its reference.
+/// Mathematics and proof: README of this layer. No allocation; one Certifier may serve many threads.
 class Certifier {
  public:
-  /// Keeps a copy of `kinematics`.
   explicit Certifier(const TableKinematics& kinematics) : kinematics_(kinematics) {}
 
-  /// Largest distance of the tip from the segment, mm; upper <= ratio * lower, or upper below `floor_mm`.
-  Bound tip(const Piece& piece, double ratio = 1.05, double floor_mm = 1e-7) const;
-  /// Largest angle of the tool axis from the arc of the great circle, rad.
-  Bound axis(const Piece& piece, double ratio = 1.05, double floor_rad = 1e-9) const;
+  /// Largest distance of the tip from the reference segment, mm. upper <= ratio * lower, or upper <=
+  /// floor_mm.
+  Bound tip(const Station& a, const Station& b, const Reference& reference, double ratio = 1.05,
+            double floor_mm = 1e-7) const;
+  /// Largest angle of the tool axis from the reference arc, rad; pi where it may be 90 degrees or more from
+  /// it. Opposite ends have no arc: pi.
+  Bound axis(const Station& a, const Station& b, const Reference& reference, double ratio = 1.05,
+             double floor_rad = 1e-9) const;
 
   /// Is the piece within the tolerance? Cheap forms first, the next only while undecided.
-  Within tip_within(const Piece& piece, double tolerance_mm) const;
-  Within axis_within(const Piece& piece, Angle tolerance) const;
+  Within tip_within(const Station& a, const Station& b, const Reference& reference,
+                    double tolerance_mm) const;
+  Within axis_within(const Station& a, const Station& b, const Reference& reference, Angle tolerance) const;
+
+  /// Largest distance of the tip from its own chord, from norms alone (no sine, no direction), mm.
+  double bow_from_norms(const Station& a, const Station& b) const;
+  /// The same from the exact second and third derivative in the middle and a bound on the fourth.
+  double bow_from_cubic(const Station& a, const Station& b) const;
 
   const TableKinematics& kinematics() const { return kinematics_; }
 
