@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -95,10 +96,10 @@ struct Controller {
     std::string inverse_time = "G93";      // empty: the control has none
     bool inverse_time_every_block = true;  // F in every feed block while inverse time is active
     FeedPath path = FeedPath::all_axes;
-    std::optional<double> max_per_minute;    // largest F that the control takes
+    std::optional<double> max_per_minute;    // largest F that the control takes, mm/min
     std::optional<double> max_inverse_time;  // 1/min
-    /// Lowest X Y Z rate that the control keeps in inverse time, mm/min: slower blocks run faster than told.
-    std::optional<double> min_linear_rate;
+    /// Lowest rate of X Y Z that the control keeps in inverse time, mm/s: slower blocks run faster than told.
+    std::optional<double> min_linear_rate_mm_s;
   } feed;
 
   struct Rotary {
@@ -109,15 +110,15 @@ struct Controller {
     Template on;  // {length_offset}
     Template off;
     bool automatic = false;    // belongs to the tool: no words of its own
-    bool with_motion = false;  // the words stand in the next motion block
+    bool with_motion = false;  // `on` stands in the next motion block, which then has a Z word
   } length;
 
   struct Tcp {
     Template on;  // {length_offset}
     Template off;
-    bool off_for_tool_change =
-        true;  // switched off before and on again after a tool change, a retract and at the end
-    bool replaces_length = false;  // `on` takes the place of length compensation, `off` ends both
+    bool with_motion = false;         // as for length
+    bool off_for_tool_change = true;  // switched off before a tool change, a retract and the end of the program
+    bool replaces_length = false;     // `on` takes the place of length compensation, `off` ends both
   } tcp;
 
   struct Plane {
@@ -143,7 +144,9 @@ struct Controller {
   Template continuous_within;                     // {tolerance}
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
   std::array<Template, kAxisLetters> retract;     // by axis
-  std::vector<Template> silent;  // words that the reader takes and that move nothing and change nothing here
+  Template silent;  // words that the reader takes and that move nothing and change nothing here
+
+  std::map<std::string, std::string> refused;  // words that are known and not read, as G91, and why
 
   bool has_inverse_time() const { return !feed.inverse_time.empty(); }
   bool has_tcp() const { return !tcp.on.empty(); }

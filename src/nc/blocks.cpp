@@ -1,0 +1,75 @@
+#include "trunnion/nc/blocks.hpp"
+
+#include <tuple>
+
+namespace trunnion::nc {
+namespace {
+
+std::string text_of(const AxisWords& words) {
+  std::string out;
+  for (const AxisLetter letter : kAllAxisLetters) {
+    if (words.has(letter)) out += std::string(" ") + letter_of(letter) + " " + std::to_string(words[letter]);
+  }
+  return out;
+}
+
+struct Describe {
+  std::string operator()(const Motion& b) const {
+    if (b.kind == MotionKind::rapid) return "rapid" + text_of(b.words);
+    return "feed" + text_of(b.words) + (b.feed_mode == FeedMode::inverse_time ? " | 1/min " : " | per min ") +
+           std::to_string(b.feed);
+  }
+  std::string operator()(const ProgramStart& b) const {
+    return "program start " + b.name + " " + std::to_string(b.number);
+  }
+  std::string operator()(const ProgramEnd&) const { return "program end"; }
+  std::string operator()(const Comment& b) const { return "comment " + b.text; }
+  std::string operator()(const Raw& b) const { return "raw " + b.text; }
+  std::string operator()(const Dwell& b) const { return "dwell ms " + std::to_string(b.milliseconds); }
+  std::string operator()(const Spindle& b) const {
+    static constexpr std::array kTurns = {"off", "clockwise", "counterclockwise"};
+    return std::string("spindle ") + kTurns[static_cast<std::size_t>(b.turn)] + " " + std::to_string(b.rpm);
+  }
+  std::string operator()(const Coolant& b) const {
+    static constexpr std::array kKinds = {"off", "flood", "mist", "through tool", "air"};
+    return std::string("coolant ") + kKinds[static_cast<std::size_t>(b.kind)];
+  }
+  std::string operator()(const ToolCall& b) const {
+    return "tool " + std::to_string(b.tool) + " offset " + std::to_string(b.length_offset);
+  }
+  std::string operator()(const LengthCompensation& b) const { return "length " + std::to_string(b.number); }
+  std::string operator()(const TcpControl& b) const {
+    return b.on ? "tcp on offset " + std::to_string(b.length_offset) : "tcp off";
+  }
+  std::string operator()(const WorkOffset& b) const { return "work offset " + std::to_string(b.index); }
+  std::string operator()(const PathMode& b) const {
+    static constexpr std::array kKinds = {"exact path", "exact stop", "continuous"};
+    return std::string("path ") + kKinds[static_cast<std::size_t>(b.kind)] + " " +
+           std::to_string(b.tolerance);
+  }
+  std::string operator()(const Retract& b) const {
+    AxisWords words;
+    words.mask = b.axes;
+    return "retract" + text_of(words);
+  }
+  std::string operator()(const TiltedPlane& b) const {
+    std::string out = b.on ? "plane on" : "plane off";
+    for (const auto& triple : {b.origin, b.angles}) {
+      for (const auto value : triple) out += " " + std::to_string(value);
+    }
+    return out;
+  }
+  std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
+};
+
+}  // namespace
+
+std::string to_text(const Block& block) {
+  return std::visit(Describe{}, block);
+}
+
+bool same(const Block& a, const Block& b) {
+  return a.index() == b.index() && to_text(a) == to_text(b);
+}
+
+}  // namespace trunnion::nc

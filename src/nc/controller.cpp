@@ -1,0 +1,360 @@
+#include "trunnion/nc/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/config/section.hpp"
+
+#include "nc/digits.hpp"
+#include "nc/patterns.hpp"
+#include "nc/templates.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+using config::Section;
+using config::Value;
+
+// A file and its bases are read one after the other into the same Controller, the base first: every key
+// replaces what the base said, and every message names the file in which the key stands.
+
+void read_into(Section& s, const char* key, std::string& out) {
+  if (auto v = s.find_text(key)) out = *v;
+}
+void read_into(Section& s, const char* key, bool& out) {
+  out = s.flag_or(key, out);
+}
+
+template <class Integer>
+void read_integer(Section& s, const char* key, Integer& out, std::int64_t min, std::int64_t max) {
+  const auto v = s.find_integer(key);
+  if (!v) return;
+  if (*v < min || *v > max) {
+    s.error(key, std::string("'") + key + "' must be from " + std::to_string(min) + " to " +
+                     std::to_string(max) + ", not " + std::to_string(*v));
+    return;
+  }
+  out = static_cast<Integer>(*v);
+}
+
+template <class Enum>
+void read_choice(Section& s, const char* key, const std::vector<std::pair<const char*, Enum>>& choices,
+                 Enum& out) {
+  const auto v = s.find_text(key);
+  if (!v) return;
+  std::string names;
+  for (const auto& [name, value] : choices) {
+    if (*v == name) {
+      out = value;
+      return;
+    }
+    names += std::string(names.empty() ? "" : ", ") + "\"" + name + "\"";
+  }
+  s.error(key, std::string("'") + key + "' must be one of " + names + ", not \"" + *v + "\"");
+}
+
+// A line or an array of lines; `allowed` are the placeholders that the writer can fill in here.
+void read_template(Section& s, const char* key, const std::set<Placeholder>& allowed, Template& out) {
+  const Value* value = s.raw(key);
+  if (value == nullptr) return;
+  Template lines;
+  if (const auto* text = value->as_string()) {
+    if (!text->empty()) lines.push_back(*text);
+  } else if (auto texts = s.find_texts(key)) {
+    lines = *texts;
+  } else {
+    return;
+  }
+  for (const auto& line : lines) {
+    std::string fault;
+    std::string_view rest = line;
+    while (!rest.empty()) {
+      const auto piece = next_piece(rest, fault);
+      if (piece.placeholder && !allowed.contains(*piece.placeholder)) {
+        fault = "{" + std::string(name_of(*piece.placeholder)) + "} has no meaning here";
+      }
+      if (piece.text.find('\n') != std::string_view::npos) fault = "one line in each string";
+    }
+    if (line.empty()) fault = "empty line";
+    if (!fault.empty()) s.error(key, std::string("'") + key + "': " + fault);
+  }
+  out = std::move(lines);
+}
+
+template <class Read>
+void in_section(Section& root, const char* name, const Read& read) {
+  if (auto s = root.find_section(name)) {
+    read(*s);
+    s->finish();
+  }
+}
+
+void read_numbers(Section& s, Controller& c) {
+  int linear = c.numbers.axes.decimals(AxisLetter::X);
+  int rotary = c.numbers.axes.decimals(AxisLetter::A);
+  read_integer(s, "linear_decimals", linear, 0, kMaxDecimals);
+  read_integer(s, "rotary_decimals", rotary, 0, kMaxDecimals);
+  c.numbers.axes = AxisFormat(linear, rotary);
+  read_integer(s, "feed_decimals", c.numbers.feed.per_minute_decimals, 0, kMaxDecimals);
+  read_integer(s, "inverse_time_decimals", c.numbers.feed.inverse_time_decimals, 0, kMaxDecimals);
+  read_into(s, "trailing_zeros", c.numbers.trailing_zeros);
+  read_into(s, "decimal_point_required", c.numbers.point_required);
+  read_into(s, "plus_sign", c.numbers.plus_sign);
+}
+
+void read_layout(Section& root, Controller& c) {
+  in_section(root, "line", [&](Section& s) {
+    read_integer(s, "max_characters", c.line.max_length, 40, 10000);
+    read_into(s, "separator", c.line.separator);
+    read_choice<std::string>(s, "end", {{"lf", "\n"}, {"crlf", "\r\n"}}, c.line.end);
+  });
+  in_section(root, "block_numbers", [&](Section& s) {
+    auto& n = c.block_numbers;
+    read_into(s, "enabled", n.enabled);
+    read_into(s, "prefix", n.prefix);
+    read_integer(s, "start", n.start, 0, 999999999);
+    read_integer(s, "step", n.step, 1, 1000000);
+    read_integer(s, "max", n.max, 1, 999999999);
+    if (auto v = s.find_texts("not_before")) n.not_before = *v;
+  });
+  in_section(root, "comments", [&](Section& s) {
+    read_into(s, "open", c.comments.open);
+    read_into(s, "close", c.comments.close);
+    if (auto v = s.find_texts("also_read")) c.comments.also_read = *v;
+    read_integer(s, "max_characters", c.comments.max_length, 20, 1000);
+    read_into(s, "upper_case", c.comments.upper_case);
+    if (c.comments.open.empty()) s.error("open", "'open' must not be empty");
+  });
+}
+
+void read_motion(Section& root, Controller& c) {
+  in_section(root, "motion", [&](Section& s) {
+    read_into(s, "rapid", c.motion.rapid);
+    read_into(s, "linear", c.motion.linear);
+    read_into(s, "modal", c.motion.modal);
+    read_into(s, "rapid_suffix", c.motion.rapid_suffix);
+  });
+  in_section(root, "feed", [&](Section& s) {
+    read_into(s, "per_minute", c.feed.per_minute);
+    read_into(s, "inverse_time", c.feed.inverse_time);
+    read_into(s, "inverse_time_every_block", c.feed.inverse_time_every_block);
+    read_choice<FeedPath>(
+        s, "path", {{"linear_first", FeedPath::linear_first}, {"all_axes", FeedPath::all_axes}}, c.feed.path);
+    if (auto v = s.find_number("max_per_minute")) c.feed.max_per_minute = *v;
+    if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
+    if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
+  });
+  in_section(root, "rotary", [&](Section& s) { read_into(s, "modulo", c.rotary.modulo); });
+}
+
+void read_compensation(Section& root, Controller& c) {
+  using P = Placeholder;
+  in_section(root, "length", [&](Section& s) {
+    read_template(s, "on", {P::length_offset}, c.length.on);
+    read_template(s, "off", {}, c.length.off);
+    read_into(s, "automatic", c.length.automatic);
+    read_into(s, "with_motion", c.length.with_motion);
+  });
+  in_section(root, "tcp", [&](Section& s) {
+    read_template(s, "on", {P::length_offset}, c.tcp.on);
+    read_template(s, "off", {}, c.tcp.off);
+    read_into(s, "with_motion", c.tcp.with_motion);
+    read_into(s, "off_for_tool_change", c.tcp.off_for_tool_change);
+    read_into(s, "replaces_length", c.tcp.replaces_length);
+  });
+  in_section(root, "tilted_plane", [&](Section& s) {
+    read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c}, c.tilted_plane.on);
+    read_template(s, "off", {}, c.tilted_plane.off);
+    read_choice<PlaneAngles>(s, "angles",
+                             {{"euler_zxz", PlaneAngles::euler_zxz},
+                              {"euler_xyz", PlaneAngles::euler_xyz},
+                              {"fixed_xyz", PlaneAngles::fixed_xyz}},
+                             c.tilted_plane.angles);
+  });
+}
+
+void read_program(Section& root, Controller& c) {
+  using P = Placeholder;
+  in_section(root, "program", [&](Section& s) {
+    read_template(s, "begin", {P::number, P::name}, c.program.begin);
+    read_template(s, "setup", {}, c.program.setup);
+    read_template(s, "end", {P::number, P::name}, c.program.end);
+  });
+  in_section(root, "tool", [&](Section& s) {
+    read_template(s, "change", {P::tool, P::length_offset}, c.tool_change);
+  });
+  in_section(root, "spindle", [&](Section& s) {
+    read_template(s, "clockwise", {P::rpm}, c.spindle_clockwise);
+    read_template(s, "counterclockwise", {P::rpm}, c.spindle_counterclockwise);
+    read_template(s, "off", {}, c.spindle_off);
+  });
+  in_section(root, "coolant", [&](Section& s) {
+    static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
+    for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.coolant[i]);
+  });
+  in_section(root, "dwell", [&](Section& s) {
+    read_template(s, "words", {P::seconds, P::milliseconds}, c.dwell);
+    read_integer(s, "decimals", c.dwell_decimals, 0, 3);
+  });
+  in_section(root, "stop", [&](Section& s) {
+    read_template(s, "program", {}, c.stop);
+    read_template(s, "optional", {}, c.optional_stop);
+  });
+  in_section(root, "retract", [&](Section& s) {
+    for (const auto& key : s.keys()) {
+      const auto letter = axis_letter(key);
+      if (letter) {
+        read_template(s, key.c_str(), {}, c.retract[index(*letter)]);
+      } else {
+        s.error(key, "'" + key + "' is no axis: X, Y, Z, A, B, C, U, V or W");
+      }
+    }
+  });
+}
+
+void read_modes(Section& root, Controller& c) {
+  in_section(root, "work_offset", [&](Section& s) {
+    if (auto words = s.find_texts("words")) {
+      c.work_offsets.clear();
+      for (const auto& word : *words) c.work_offsets.push_back({word});
+    }
+  });
+  in_section(root, "path_mode", [&](Section& s) {
+    static constexpr std::array kKeys = {"exact_path", "exact_stop", "continuous"};
+    for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.path_modes[i]);
+    read_template(s, "continuous_within", {Placeholder::tolerance}, c.continuous_within);
+    PathModeKind kind = c.default_path_mode.value_or(PathModeKind::exact_path);
+    read_choice<PathModeKind>(s, "default",
+                              {{"exact_path", PathModeKind::exact_path},
+                               {"exact_stop", PathModeKind::exact_stop},
+                               {"continuous", PathModeKind::continuous}},
+                              kind);
+    if (s.has("default")) c.default_path_mode = kind;
+  });
+  in_section(root, "read", [&](Section& s) {
+    read_template(s, "silent", {}, c.silent);
+    if (auto refused = s.find_section("refused")) {
+      for (const auto& word : refused->keys()) c.refused[word] = refused->text(word);
+    }
+  });
+}
+
+void read_sections(Section& root, Controller& c) {
+  in_section(root, "numbers", [&](Section& s) { read_numbers(s, c); });
+  read_layout(root, c);
+  read_motion(root, c);
+  read_compensation(root, c);
+  read_program(root, c);
+  read_modes(root, c);
+}
+
+// Bases are given by name and stand in the same folder.
+constexpr int kMaxBases = 8;
+
+Result<void> read_file_into(const std::string& path, int depth, Controller& c, Diagnostics& diagnostics) {
+  auto text = read_file(path);
+  if (!text) return tl::unexpected(text.error());
+  auto value = config::parse_toml(*text, path);
+  if (!value) {
+    diagnostics.error(path, value.error().where, value.error().message);
+    return tl::unexpected(value.error());
+  }
+  Section root(*value, "file", path, diagnostics);
+  auto head = root.find_section("controller");
+  if (!head) {
+    root.error("controller", "missing table [controller]");
+    return tl::unexpected(diagnostics.first_error());
+  }
+  if (const auto base = head->find_text("base")) {
+    if (depth == kMaxBases) {
+      head->error("base", "more than " + std::to_string(kMaxBases) + " bases: do two files name each other?");
+      return tl::unexpected(diagnostics.first_error());
+    }
+    const auto folder = std::filesystem::path(path).parent_path();
+    auto done = read_file_into((folder / (*base + ".toml")).string(), depth + 1, c, diagnostics);
+    if (!done) return done;
+  }
+  c.name = head->text("name");
+  head->finish();
+  read_sections(root, c);
+  root.finish();
+  return {};
+}
+
+// What holds between keys, whichever file they come from.
+void check(const Controller& c, Diagnostics& diagnostics) {
+  const auto error = [&](const std::string& message) { diagnostics.error(c.file, {}, message); };
+  if (c.motion.rapid.empty() || c.motion.linear.empty()) error("[motion] needs both 'rapid' and 'linear'");
+  if (c.motion.rapid == c.motion.linear && c.motion.rapid_suffix.empty()) {
+    error("[motion] 'rapid' and 'linear' are the same and there is no 'rapid_suffix' that tells them apart");
+  }
+  if (c.motion.rapid == c.motion.linear && c.motion.modal) {
+    error("[motion] 'modal' must be false when 'rapid_suffix' tells rapids from feed moves");
+  }
+  if (c.program.end.empty()) error("[program] needs 'end'");
+  if (c.tcp.on.empty() != c.tcp.off.empty()) error("[tcp] needs both 'on' and 'off', or neither");
+  if (c.length.automatic && !c.length.on.empty()) error("[length] 'automatic' excludes 'on'");
+  if (c.tilted_plane.on.empty() != c.tilted_plane.off.empty()) {
+    error("[tilted_plane] needs both 'on' and 'off', or neither");
+  }
+  if (c.block_numbers.max < c.block_numbers.start) error("[block_numbers] 'max' is less than 'start'");
+  if (c.rotary.modulo && c.numbers.axes.decimals(AxisLetter::C) > 6) {
+    error("[rotary] 'modulo' allows at most 6 decimals for rotary axes");
+  }
+}
+
+}  // namespace
+
+std::int64_t FeedFormat::quanta(FeedMode mode, double internal) const {
+  const double scaled = internal * kSecondsPerMinute * static_cast<double>(power_of_ten(decimals(mode)));
+  TRUNNION_EXPECTS(scaled < 9e18);
+  const std::int64_t quanta = std::llround(scaled);
+  return scaled > 0.0 ? std::max<std::int64_t>(quanta, 1) : quanta;
+}
+
+double FeedFormat::internal(FeedMode mode, std::int64_t quanta) const {
+  return static_cast<double>(quanta) / static_cast<double>(power_of_ten(decimals(mode))) / kSecondsPerMinute;
+}
+
+std::int64_t FeedFormat::rotary_quanta(double rad_s) const {
+  return quanta(FeedMode::per_minute, rad_s * kDegreePerRad);
+}
+
+double FeedFormat::rotary_internal(std::int64_t quanta) const {
+  return internal(FeedMode::per_minute, quanta) * kRadPerDegree;
+}
+
+Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics) {
+  Controller c;
+  c.file = path;
+  const std::size_t errors_before = diagnostics.error_count();
+  if (auto done = read_file_into(path, 0, c, diagnostics); !done) return tl::unexpected(done.error());
+  check(c, diagnostics);
+  static_cast<void>(compile_patterns(c, diagnostics));
+  if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  return c;
+}
+
+Result<std::string> find_controller(const std::string& name_or_path, const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code ec;
+  if (name_or_path.ends_with(".toml") || fs::is_regular_file(name_or_path, ec)) return name_or_path;
+  const auto path = fs::path(folder) / (name_or_path + ".toml");
+  if (fs::is_regular_file(path, ec)) return path.string();
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, ec)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  std::string list;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  return fail(ErrorCode::io_failed, "no controller '" + name_or_path + "' in " + folder +
+                                        (list.empty() ? "" : "; there are: " + list));
+}
+
+}  // namespace trunnion::nc

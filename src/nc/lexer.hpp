@@ -1,0 +1,65 @@
+#pragma once
+#include <cstdint>
+
+namespace trunnion::nc {
+
+/// A decimal number as it stands in the text: mantissa * 10^-decimals.
+struct Number {
+  std::int64_t mantissa = 0;
+  int decimals = 0;
+  bool has_point = false;
+};
+
+constexpr bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+constexpr bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
+constexpr bool is_letter(char c) {
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
+}
+constexpr char upper(char c) {
+  return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+}
+constexpr bool begins_number(char c) {
+  return is_digit(c) || c == '+' || c == '-' || c == '.';
+}
+
+/// Most digits that are taken: more would not fit 64 bits.
+inline constexpr int kMaxDigits = 18;
+
+/// Reads `[+-] digits [. digits]` at `p`; on success `p` stands behind it. Fails without a digit and beyond
+/// kMaxDigits.
+inline bool scan_number(const char*& p, const char* end, Number& out) {
+  const char* s = p;
+  const bool negative = s != end && *s == '-';
+  if (s != end && (*s == '-' || *s == '+')) ++s;
+  std::uint64_t mantissa = 0;
+  const char* const first = s;
+  while (s != end && is_digit(*s)) mantissa = mantissa * 10 + static_cast<std::uint64_t>(*s++ - '0');
+  auto digits = s - first;
+  out.decimals = 0;
+  out.has_point = s != end && *s == '.';
+  if (out.has_point) {
+    const char* const fraction = ++s;
+    while (s != end && is_digit(*s)) mantissa = mantissa * 10 + static_cast<std::uint64_t>(*s++ - '0');
+    out.decimals = static_cast<int>(s - fraction);
+    digits += s - fraction;
+  }
+  if (digits == 0 || digits > kMaxDigits) return false;
+  out.mantissa = negative ? -static_cast<std::int64_t>(mantissa) : static_cast<std::int64_t>(mantissa);
+  p = s;
+  return true;
+}
+
+/// Same value, however it is written (1, 01, 1.0).
+bool equal(Number a, Number b);
+
+/// The number in quanta of 10^-decimals; false when it has more digits than that or is too large.
+bool to_quanta(Number number, int decimals, std::int64_t& out);
+
+/// The same, rounded to the nearest quantum (halves away from zero).
+bool to_rounded_quanta(Number number, int decimals, std::int64_t& out);
+
+}  // namespace trunnion::nc

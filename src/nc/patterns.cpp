@@ -1,0 +1,251 @@
+#include "nc/patterns.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace trunnion::nc {
+namespace {
+
+using Type = PatternToken::Type;
+
+bool is_text(Placeholder p) {
+  return p == Placeholder::name;
+}
+
+void tokenise(std::string_view text, std::vector<PatternToken>& out) {
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  while (p != end) {
+    PatternToken token;
+    if (is_blank(*p)) {
+      ++p;
+      continue;
+    }
+    if (is_letter(*p)) {
+      token.type = Type::letters;
+      while (p != end && is_letter(*p)) token.text += upper(*p++);
+    } else if (const char* q = p; begins_number(*p) && scan_number(q, end, token.number)) {
+      token.type = Type::number;
+      p = q;
+    } else {
+      token.text = *p++;
+    }
+    out.push_back(std::move(token));
+  }
+}
+
+std::vector<PatternToken> tokens_of(std::string_view line) {
+  std::vector<PatternToken> out;
+  std::string fault;
+  while (!line.empty()) {
+    const auto piece = next_piece(line, fault);
+    tokenise(piece.text, out);
+    if (!piece.placeholder) continue;
+    PatternToken token;
+    token.type = Type::placeholder;
+    token.placeholder = *piece.placeholder;
+    out.push_back(std::move(token));
+  }
+  return out;
+}
+
+// Letter, number, letter, number, ...: a set of address words; anything else is a phrase.
+std::vector<PatternWord> words_of(const std::vector<PatternToken>& tokens) {
+  std::vector<PatternWord> out;
+  if (tokens.size() % 2 != 0) return {};
+  for (std::size_t i = 0; i < tokens.size(); i += 2) {
+    const auto& letter = tokens[i];
+    const auto& value = tokens[i + 1];
+    const bool fixed = value.type == Type::number;
+    const bool numeric = value.type == Type::placeholder && !is_text(value.placeholder);
+    if (letter.type != Type::letters || letter.text.size() != 1 || (!fixed && !numeric)) return {};
+    out.push_back({letter.text.front(), fixed, value.number, value.placeholder});
+  }
+  return out;
+}
+
+// One text for equal patterns, whatever blanks and zeros they are written with.
+std::string key_of(const std::vector<PatternToken>& tokens) {
+  std::string out;
+  for (const auto& t : tokens) {
+    if (t.type == Type::number) {
+      std::int64_t quanta = 0;
+      out += to_quanta(t.number, kMaxDigits / 2, quanta) ? std::to_string(quanta) : "?";
+    } else if (t.type == Type::placeholder) {
+      out += "{}";
+    } else {
+      out += t.text;
+    }
+    out += ' ';
+  }
+  return out;
+}
+
+bool is_symbols_only(const std::vector<PatternToken>& tokens) {
+  return std::all_of(tokens.begin(), tokens.end(),
+                     [](const PatternToken& t) { return t.type == Type::symbol; });
+}
+
+bool has_placeholder(const std::vector<PatternToken>& tokens) {
+  return std::any_of(tokens.begin(), tokens.end(),
+                     [](const PatternToken& t) { return t.type == Type::placeholder; });
+}
+
+class Compiler {
+ public:
+  Compiler(const Controller& controller, Diagnostics& diagnostics)
+      : controller_(controller), diagnostics_(diagnostics) {}
+
+  // The last line of a template with more than symbols means the event; lines before it hold values or mean
+  // nothing.
+  void add(const Template& lines, Event event, const std::string& origin) {
+    std::size_t main = lines.size();
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (!is_symbols_only(tokens_of(lines[i]))) main = i;
+    }
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      auto tokens = tokens_of(lines[i]);
+      if (i == main) {
+        put(std::move(tokens), event, origin);
+      } else {
+        later_.push_back({std::move(tokens), origin});
+      }
+    }
+  }
+
+  void add_word(const std::string& word, Event event, const std::string& origin) {
+    if (!word.empty()) put(tokens_of(word), event, origin);
+  }
+
+  // Words that stand in a line of their own meaning only if nothing else claims them.
+  void add_silent(const Template& lines, const std::string& origin) {
+    for (const auto& line : lines) later_.push_back({tokens_of(line), origin});
+  }
+
+  PatternSet finish() {
+    for (auto& [tokens, origin] : later_) add_later(std::move(tokens), origin);
+    PatternSet out;
+    for (auto& [key, pattern] : found_) {
+      (pattern.words.empty() ? out.phrases : out.words).push_back(std::move(pattern));
+    }
+    const auto fixed_words = [](const Pattern& p) {
+      return std::count_if(p.words.begin(), p.words.end(), [](const PatternWord& w) { return w.is_fixed; });
+    };
+    const auto longer = [&](const Pattern& a, const Pattern& b) {
+      if (fixed_words(a) != fixed_words(b)) return fixed_words(a) > fixed_words(b);
+      return a.tokens.size() > b.tokens.size();
+    };
+    std::stable_sort(out.words.begin(), out.words.end(), longer);
+    std::stable_sort(out.phrases.begin(), out.phrases.end(), longer);
+    return out;
+  }
+
+ private:
+  struct Later {
+    std::vector<PatternToken> tokens;
+    std::string origin;
+  };
+
+  void put(std::vector<PatternToken> tokens, Event event, const std::string& origin) {
+    if (tokens.empty()) return;
+    const std::string key = key_of(tokens);
+    const auto [it, is_new] = found_.try_emplace(key);
+    if (is_new) {
+      auto words = words_of(tokens);
+      it->second = Pattern{event, origin, std::move(tokens), std::move(words)};
+      return;
+    }
+    Event& there = it->second.event;
+    if (there == event) return;
+    if (there.kind == EventKind::length_off && event.kind == EventKind::tcp_off) {
+      there.kind = EventKind::length_or_tcp_off;
+      return;
+    }
+    diagnostics_.error(controller_.file, {},
+                       "'" + origin + "' and '" + it->second.origin + "' have the same words: '" + key + "'");
+  }
+
+  // A line of address words without values is taken word by word: people reorder and split such lines.
+  void add_later(std::vector<PatternToken> tokens, const std::string& origin) {
+    const bool remembers = has_placeholder(tokens);
+    const auto words = words_of(tokens);
+    if (remembers || words.empty()) {
+      if (found_.contains(key_of(tokens))) return;
+      put(std::move(tokens), {remembers ? EventKind::remember : EventKind::silent}, origin);
+      return;
+    }
+    for (std::size_t i = 0; i < tokens.size(); i += 2) {
+      std::vector<PatternToken> word(tokens.begin() + static_cast<std::ptrdiff_t>(i),
+                                     tokens.begin() + static_cast<std::ptrdiff_t>(i) + 2);
+      if (!found_.contains(key_of(word))) put(std::move(word), {EventKind::silent}, origin);
+    }
+  }
+
+  const Controller& controller_;
+  Diagnostics& diagnostics_;
+  std::map<std::string, Pattern> found_;
+  std::vector<Later> later_;
+};
+
+void add_motion(Compiler& compiler, const Controller& c) {
+  compiler.add_word(c.motion.linear, {EventKind::motion, static_cast<int>(MotionKind::feed)},
+                    "[motion] linear");
+  if (c.motion.rapid != c.motion.linear) {
+    compiler.add_word(c.motion.rapid, {EventKind::motion, static_cast<int>(MotionKind::rapid)},
+                      "[motion] rapid");
+  }
+  compiler.add_word(c.motion.rapid_suffix, {EventKind::rapid_suffix}, "[motion] rapid_suffix");
+  compiler.add_word(c.feed.per_minute, {EventKind::feed_mode, static_cast<int>(FeedMode::per_minute)},
+                    "[feed] per_minute");
+  compiler.add_word(c.feed.inverse_time, {EventKind::feed_mode, static_cast<int>(FeedMode::inverse_time)},
+                    "[feed] inverse_time");
+}
+
+void add_state(Compiler& compiler, const Controller& c) {
+  const auto turn = [](SpindleTurn t) { return Event{EventKind::spindle, static_cast<int>(t)}; };
+  compiler.add(c.spindle_clockwise, turn(SpindleTurn::clockwise), "[spindle] clockwise");
+  compiler.add(c.spindle_counterclockwise, turn(SpindleTurn::counterclockwise), "[spindle] counterclockwise");
+  compiler.add(c.spindle_off, turn(SpindleTurn::off), "[spindle] off");
+  static constexpr std::array kCoolants = {"off", "flood", "mist", "through_tool", "air"};
+  for (std::size_t i = 0; i < c.coolant.size(); ++i) {
+    compiler.add(c.coolant[i], {EventKind::coolant, static_cast<int>(i)},
+                 std::string("[coolant] ") + kCoolants[i]);
+  }
+  compiler.add(c.tool_change, {EventKind::tool}, "[tool] change");
+  compiler.add(c.length.on, {EventKind::length_on}, "[length] on");
+  compiler.add(c.length.off, {EventKind::length_off}, "[length] off");
+  compiler.add(c.tcp.on, {EventKind::tcp_on}, "[tcp] on");
+  compiler.add(c.tcp.off, {EventKind::tcp_off}, "[tcp] off");
+  for (std::size_t i = 0; i < c.work_offsets.size(); ++i) {
+    compiler.add(c.work_offsets[i], {EventKind::work_offset, static_cast<int>(i) + 1}, "[work_offset] words");
+  }
+  for (std::size_t i = 0; i < c.path_modes.size(); ++i) {
+    compiler.add(c.path_modes[i], {EventKind::path_mode, static_cast<int>(i)}, "[path_mode]");
+  }
+  compiler.add(c.continuous_within, {EventKind::path_mode, static_cast<int>(PathModeKind::continuous)},
+               "[path_mode] continuous_within");
+  compiler.add(c.tilted_plane.on, {EventKind::plane_on}, "[tilted_plane] on");
+  compiler.add(c.tilted_plane.off, {EventKind::plane_off}, "[tilted_plane] off");
+}
+
+}  // namespace
+
+PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
+  Compiler compiler(c, diagnostics);
+  add_motion(compiler, c);
+  add_state(compiler, c);
+  compiler.add(c.program.begin, {EventKind::program_start}, "[program] begin");
+  compiler.add(c.program.end, {EventKind::program_end}, "[program] end");
+  compiler.add(c.dwell, {EventKind::dwell}, "[dwell] words");
+  for (const AxisLetter letter : kAllAxisLetters) {
+    compiler.add(c.retract[index(letter)], {EventKind::retract, static_cast<int>(letter)},
+                 std::string("[retract] ") + letter_of(letter));
+  }
+  compiler.add(c.stop, {EventKind::stop, 0}, "[stop] program");
+  compiler.add(c.optional_stop, {EventKind::stop, 1}, "[stop] optional");
+  compiler.add_silent(c.program.setup, "[program] setup");
+  compiler.add_silent(c.silent, "[read] silent");
+  return compiler.finish();
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,81 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/nc/controller.hpp"
+
+#include "nc/lexer.hpp"
+#include "nc/templates.hpp"
+
+// The templates of a controller file turned round: what the reader looks for in a line.
+namespace trunnion::nc {
+
+/// What a pattern means. The order is the order in which the events of one line take place.
+enum class EventKind : std::uint8_t {
+  silent,        // no effect
+  remember,      // holds a value that a later line uses (T before M6)
+  rapid_suffix,  // makes the motion of its line a rapid
+  motion,        // argument: MotionKind
+  feed_mode,     // argument: FeedMode
+  program_start,
+  spindle,  // argument: SpindleTurn
+  coolant,  // argument: CoolantKind
+  tool,
+  length_on,
+  length_off,
+  tcp_on,
+  tcp_off,
+  length_or_tcp_off,  // one word ends both
+  work_offset,        // argument: index
+  path_mode,          // argument: PathModeKind
+  plane_on,
+  plane_off,
+  dwell,
+  retract,  // argument: AxisLetter
+  stop,     // argument: 1 optional
+  program_end,
+};
+
+struct Event {
+  EventKind kind = EventKind::silent;
+  int argument = 0;
+  bool operator==(const Event&) const = default;
+};
+
+/// Smallest piece of a line. A letter before a number or a numeric placeholder is an address word.
+struct PatternToken {
+  enum class Type : std::uint8_t { letters, number, symbol, placeholder };
+  Type type = Type::symbol;
+  std::string text;  // letters, symbol
+  Number number;
+  Placeholder placeholder = Placeholder::tool;
+};
+
+/// Address word of a pattern whose words may stand in any order.
+struct PatternWord {
+  char letter = ' ';
+  bool is_fixed = true;
+  Number number;
+  Placeholder placeholder = Placeholder::tool;
+};
+
+struct Pattern {
+  Event event;
+  std::string origin;                // key of the controller file, for messages
+  std::vector<PatternToken> tokens;  // in the order of the template
+  std::vector<PatternWord>
+      words;  // when it consists of address words only; else the tokens must stand as they are
+};
+
+/// Longest first within each kind.
+struct PatternSet {
+  std::vector<Pattern> words;
+  std::vector<Pattern> phrases;
+};
+
+/// All patterns of a controller. Two templates with the same words are an error (file only: they may stand in
+/// two files), but for one word that ends both length compensation and tool-centre-point control.
+PatternSet compile_patterns(const Controller& controller, Diagnostics& diagnostics);
+
+}  // namespace trunnion::nc

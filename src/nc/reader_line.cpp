@@ -1,0 +1,166 @@
+#include "nc/reader_line.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+using Type = PatternToken::Type;
+
+const char* skip_blanks(const char* p, const char* end) {
+  while (p != end && is_blank(*p)) ++p;
+  return p;
+}
+
+bool starts_with(const char* p, const char* end, const std::string& text) {
+  return static_cast<std::size_t>(end - p) >= text.size() && std::string_view(p, text.size()) == text;
+}
+
+std::string trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return std::string(text);
+}
+
+bool match_letters(const char*& p, const char* end, const std::string& letters) {
+  const char* s = p;
+  for (const char letter : letters) {
+    if (s == end || upper(*s) != letter) return false;
+    ++s;
+  }
+  if (s != end && is_letter(*s)) return false;  // a longer name
+  p = s;
+  return true;
+}
+
+bool match_name(const char*& p, const char* end, std::string& out) {
+  const char* s = p;
+  while (s != end && (is_letter(*s) || is_digit(*s) || *s == '-' || *s == '.')) ++s;
+  if (s == p) return false;
+  out.assign(p, s);
+  p = s;
+  return true;
+}
+
+bool match_token(const char*& p, const char* end, const PatternToken& token, Captures& captures) {
+  Number number;
+  switch (token.type) {
+    case Type::letters:
+      return match_letters(p, end, token.text);
+    case Type::symbol:
+      if (p == end || *p != token.text.front()) return false;
+      ++p;
+      return true;
+    case Type::number:
+      return scan_number(p, end, number) && equal(number, token.number);
+    case Type::placeholder:
+      break;
+  }
+  if (token.placeholder == Placeholder::name) return match_name(p, end, captures.name);
+  if (!scan_number(p, end, number)) return false;
+  captures.set(token.placeholder, number);
+  return true;
+}
+
+std::string quoted(const char* p, const char* end) {
+  const char* s = p;
+  while (s != end && (is_letter(*s) || is_digit(*s)) && s - p < 24) ++s;
+  if (s != p) return "'" + std::string(p, s) + "'";
+  const auto byte = static_cast<unsigned char>(*p);
+  if (byte >= ' ' && byte <= '~') return std::string("'") + *p + "'";
+  static constexpr char kHex[] = "0123456789abcdef";
+  return std::string("byte 0x") + kHex[byte >> 4U] + kHex[byte & 15U];
+}
+
+void refuse(ParsedLine& out, const char* begin, const char* p, std::string message) {
+  out.error = std::move(message);
+  out.error_column = static_cast<std::uint32_t>(p - begin) + 1;
+}
+
+}  // namespace
+
+const char* LineScanner::skip_block_number(const char* p, const char* end) const {
+  p = skip_blanks(p, end);
+  const char* s = p;
+  for (const char ch : c_.block_numbers.prefix) {
+    if (s == end || upper(*s) != upper(ch)) return p;
+    ++s;
+  }
+  s = skip_blanks(s, end);
+  if (s == end || !is_digit(*s)) return p;
+  while (s != end && is_digit(*s)) ++s;
+  return skip_blanks(s, end);
+}
+
+bool LineScanner::scan_comment(const char*& p, const char* end, ParsedLine& out) const {
+  const auto& comments = c_.comments;
+  if (starts_with(p, end, comments.open)) {
+    const char* const text = p + comments.open.size();
+    const std::string_view rest(text, static_cast<std::size_t>(end - text));
+    const auto close = comments.close.empty() ? rest.size() : rest.find(comments.close);
+    if (close == std::string_view::npos) return false;
+    out.comments.push_back(trimmed(rest.substr(0, close)));
+    p = text + close + comments.close.size();
+    return true;
+  }
+  for (const auto& mark : comments.also_read) {
+    if (!starts_with(p, end, mark)) continue;
+    out.comments.push_back(trimmed({p + mark.size(), static_cast<std::size_t>(end - p) - mark.size()}));
+    p = end;
+    return true;
+  }
+  return false;
+}
+
+bool LineScanner::scan_phrase(const char*& p, const char* end, FoundEvent& out) const {
+  for (const auto& pattern : patterns_.phrases) {
+    const char* s = p;
+    out.captures = {};
+    bool matches = true;
+    for (const auto& token : pattern.tokens) {
+      s = skip_blanks(s, end);
+      if (!(matches = match_token(s, end, token, out.captures))) break;
+    }
+    if (!matches) continue;
+    out.event = pattern.event;
+    p = s;
+    return true;
+  }
+  return false;
+}
+
+void LineScanner::scan(const char* begin, const char* p, const char* end, ParsedLine& out) const {
+  while (p != end) {
+    const char c = *p;
+    if (is_blank(c)) {
+      ++p;
+      continue;
+    }
+    if (is_letter(c)) {
+      const char* s = skip_blanks(p + 1, end);
+      if (s != end && begins_number(*s)) {
+        if (out.word_count == kMaxWords) return refuse(out, begin, p, "more words than any block has");
+        Word& word = out.words[out.word_count];
+        word.letter = upper(c);
+        word.used = false;
+        word.column = static_cast<std::uint32_t>(p - begin) + 1;
+        if (!scan_number(s, end, word.number))
+          return refuse(out, begin, p, "no number after " + quoted(p, p + 1));
+        ++out.word_count;
+        p = s;
+        continue;
+      }
+    }
+    if (scan_comment(p, end, out)) continue;
+    FoundEvent found;
+    found.column = static_cast<std::uint32_t>(p - begin) + 1;
+    if (!scan_phrase(p, end, found)) {
+      if (starts_with(p, end, c_.comments.open)) return refuse(out, begin, p, "a comment without its end");
+      if (c == '/')
+        return refuse(out, begin, p,
+                      "block delete '/' is not evaluated: which way the control runs is not known");
+      return refuse(out, begin, p, quoted(p, end) + " is not understood");
+    }
+    out.phrases.push_back(std::move(found));
+  }
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,79 @@
+#pragma once
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nc/lexer.hpp"
+#include "nc/patterns.hpp"
+
+// One line of NC text taken apart: address words, events of phrases, comments. Knows words, not their effect.
+namespace trunnion::nc {
+
+/// A letter with a number.
+struct Word {
+  char letter = ' ';
+  bool used = false;
+  std::uint32_t column = 0;
+  Number number;
+};
+
+/// Values that the placeholders of a pattern stood for.
+struct Captures {
+  std::array<Number, kPlaceholders> number{};
+  std::uint32_t mask = 0;
+  std::string name;
+
+  bool has(Placeholder p) const { return (mask & (1U << static_cast<unsigned>(p))) != 0; }
+  const Number& operator[](Placeholder p) const { return number[static_cast<std::size_t>(p)]; }
+  void set(Placeholder p, const Number& value) {
+    number[static_cast<std::size_t>(p)] = value;
+    mask |= 1U << static_cast<unsigned>(p);
+  }
+};
+
+struct FoundEvent {
+  Event event;
+  Captures captures;
+  std::uint32_t column = 0;
+};
+
+/// No line that a person or a post-processor writes has more address words.
+inline constexpr std::size_t kMaxWords = 48;
+
+struct ParsedLine {
+  std::array<Word, kMaxWords> words;
+  std::size_t word_count = 0;
+  std::vector<FoundEvent> phrases;
+  std::vector<std::string> comments;
+  std::uint32_t error_column = 0;
+  std::string error;  // empty: understood so far
+
+  void clear() {
+    word_count = 0;
+    phrases.clear();
+    comments.clear();
+    error.clear();
+  }
+};
+
+/// Takes lines apart by the rules of one controller.
+class LineScanner {
+ public:
+  /// Both must outlive the scanner.
+  LineScanner(const Controller& controller, const PatternSet& patterns)
+      : c_(controller), patterns_(patterns) {}
+
+  /// Position behind the block number (and the blanks around it).
+  const char* skip_block_number(const char* p, const char* end) const;
+  /// `begin` is the start of the line (for columns), [p, end) what is to be read.
+  void scan(const char* begin, const char* p, const char* end, ParsedLine& out) const;
+
+ private:
+  bool scan_comment(const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_phrase(const char*& p, const char* end, FoundEvent& out) const;
+  const Controller& c_;
+  const PatternSet& patterns_;
+};
+
+}  // namespace trunnion::nc

@@ -1,0 +1,62 @@
+#pragma once
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "trunnion/nc/controller.hpp"
+#include "trunnion/nc/reader.hpp"
+#include "trunnion/nc/writer.hpp"
+
+namespace trunnion::test {
+
+inline std::string controller_folder() {
+  return std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers";
+}
+
+/// Names of all controller files that ship with the project.
+inline std::vector<std::string> shipped_controllers() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(controller_folder())) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+inline nc::Controller shipped_controller(const std::string& name) {
+  Diagnostics diagnostics;
+  auto controller = nc::load_controller(controller_folder() + "/" + name + ".toml", diagnostics);
+  if (!controller) {
+    std::string all;
+    for (const auto& f : diagnostics.findings()) all += f.text() + "\n";
+    throw std::runtime_error(all);
+  }
+  return *controller;
+}
+
+/// Text of `blocks`; throws what the writer refuses.
+inline std::string nc_text(const nc::Controller& controller, const std::vector<nc::Block>& blocks) {
+  std::string text;
+  nc::Writer writer(controller, text);
+  for (const auto& block : blocks) {
+    if (auto done = writer.write(block); !done) throw std::runtime_error(done.error().message);
+  }
+  return text;
+}
+
+/// Blocks of `text`; throws all findings when there is an error.
+inline std::vector<nc::Block> nc_blocks(const nc::Controller& controller, const std::string& text,
+                                        const nc::ReaderOptions& options = {}) {
+  Diagnostics diagnostics;
+  auto blocks = nc::read_program(controller, text, "test.nc", diagnostics, options);
+  if (!blocks) {
+    std::string all;
+    for (const auto& f : diagnostics.findings()) all += f.text() + "\n";
+    throw std::runtime_error(all);
+  }
+  return *blocks;
+}
+
+}  // namespace trunnion::test
