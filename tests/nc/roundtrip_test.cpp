@@ -95,7 +95,6 @@ TEST_P(EveryController, PiecesOfTextMayEndAnywhere) {
 
 INSTANTIATE_TEST_SUITE_P(Shipped, EveryController, ::testing::ValuesIn(test::shipped_controllers()),
                          file_name);
-});
 
 class LongEveryController : public ::testing::TestWithParam<std::string> {};
 
@@ -106,7 +105,6 @@ TEST_P(LongEveryController, GivesBackEveryBlockOfTenThousandPrograms) {
 
 INSTANTIATE_TEST_SUITE_P(LongShipped, LongEveryController, ::testing::ValuesIn(test::shipped_controllers()),
                          file_name);
-});
 
 }  // namespace
 }  // namespace trunnion
