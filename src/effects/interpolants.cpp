@@ -1,0 +1,115 @@
+#include "effects/interpolants.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+
+namespace trunnion {
+namespace effects {
+
+Place place_of(std::span<const double> nodes, double x) {
+  const auto upper = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, x);
+  const auto i = static_cast<std::size_t>(upper - nodes.begin()) - 1;
+  return {i, std::clamp((x - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)};
+}
+
+namespace {
+
+// Paper 000, Eq. (1)-(2): e = (1 - t) e_i + t e_i+1.
+class Linear final : public Interpolant {
+ public:
+  explicit Linear(const Grid& grid) : grid_(grid) {}
+  double value(double u, double) const override {
+    const auto [i, t] = place_of(grid_.u, u);
+    return (1.0 - t) * grid_.values[i] + t * grid_.values[i + 1];
+  }
+
+ private:
+  Grid grid_;
+};
+
+// Paper 000, Eq. (3)-(4).
+class Bilinear final : public Interpolant {
+ public:
+  explicit Bilinear(const Grid& grid) : grid_(grid) {}
+  double value(double u, double v) const override {
+    const auto [i, s] = place_of(grid_.u, u);
+    const auto [j, t] = place_of(grid_.v, v);
+    const auto row = [&](std::size_t k) { return (1.0 - t) * grid_.at(k, j) + t * grid_.at(k, j + 1); };
+    return (1.0 - s) * row(i) + s * row(i + 1);
+  }
+
+ private:
+  Grid grid_;
+};
+
+std::optional<std::string> fault_of(const std::vector<double>& nodes, const char* name) {
+  if (nodes.size() < 2)
+    return std::string("an error table needs 2 nodes or more in each argument; ") + name + " has " +
+           std::to_string(nodes.size());
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    if (!(nodes[i] < nodes[i + 1])) {
+      return std::string("nodes of ") + name + " must ascend; " + shortest_text(nodes[i]) + " comes before " +
+             shortest_text(nodes[i + 1]);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::shared_ptr<const Interpolant> make_linear(const Grid& grid) {
+  return std::make_shared<Linear>(grid);
+}
+std::shared_ptr<const Interpolant> make_bilinear(const Grid& grid) {
+  return std::make_shared<Bilinear>(grid);
+}
+
+}  // namespace effects
+
+std::string_view text_of(Interpolation method) {
+  constexpr std::array<std::string_view, 4> kNames = {"linear", "bilinear", "nurbs", "spline"};
+  return kNames[static_cast<std::size_t>(method)];
+}
+
+std::optional<Interpolation> interpolation_of(std::string_view text) {
+  for (const Interpolation m :
+       {Interpolation::linear, Interpolation::bilinear, Interpolation::nurbs, Interpolation::spline}) {
+    if (text_of(m) == text) return m;
+  }
+  return std::nullopt;
+}
+
+Result<std::shared_ptr<const Interpolant>> make_interpolant(const Grid& grid,
+                                                            const InterpolationOptions& options) {
+  auto fault = effects::fault_of(grid.u, "the first argument");
+  if (!fault && !grid.v.empty()) fault = effects::fault_of(grid.v, "the second argument");
+  if (fault) return fail(ErrorCode::wrong_input, *fault);
+  if (grid.values.size() != grid.u.size() * grid.columns()) {
+    return fail(ErrorCode::wrong_input, "a grid of " + std::to_string(grid.u.size()) + " x " +
+                                            std::to_string(grid.columns()) + " nodes has " +
+                                            std::to_string(grid.values.size()) + " values");
+  }
+  switch (options.method) {
+    case Interpolation::linear:
+      if (!grid.v.empty())
+        return fail(ErrorCode::wrong_input,
+                    "linear interpolation takes one argument, the table has two: use bilinear");
+      return effects::make_linear(grid);
+    case Interpolation::bilinear:
+      if (grid.v.empty())
+        return fail(ErrorCode::wrong_input,
+                    "bilinear interpolation takes two arguments, the table has one: use linear");
+      return effects::make_bilinear(grid);
+    case Interpolation::nurbs:
+      return effects::make_nurbs(grid, options);
+    case Interpolation::spline:
+      if (!(options.smoothing >= 0.0)) return fail(ErrorCode::wrong_input, "smoothing must not be negative");
+      return effects::make_spline(grid, options.smoothing);
+  }
+  return fail(ErrorCode::wrong_input, "unknown interpolation");
+}
+
+}  // namespace trunnion

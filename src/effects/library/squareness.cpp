@@ -1,0 +1,49 @@
+// Squareness errors (ISO 230-1): C0Y, Y turned about +Z, EXY = -C0Y y; B0Z, Z turned about +Y, EXZ = +B0Z z;
+// A0Z, Z turned about +X, EYZ = -A0Z z; y, z the joint's own coordinate.
+#include "effects/library_support.hpp"
+
+namespace trunnion::effects {
+namespace {
+
+class Squareness final : public LibraryEffect {
+ public:
+  Squareness(EffectInfo info, Link link, const Vec3& per_mm)
+      : LibraryEffect(std::move(info), link), per_mm_(per_mm) {}
+
+  void columns(const MachineState& state, std::span<const double>, std::span<const double>,
+               std::span<Twist> out) const override {
+    out[0] = {per_mm_ * state.q[link().axis], Vec3::Zero()};
+  }
+
+ private:
+  Vec3 per_mm_;
+};
+
+struct Kind {
+  const char* symbol;
+  const char* axis;
+  const char* to;
+  Vec3 per_mm;
+};
+
+}  // namespace
+
+void make_squareness(const LibraryBuilder& builder) {
+  const Kind kinds[] = {
+      {"C0Y", "Y", "X", -Vec3::UnitX()}, {"B0Z", "Z", "X", Vec3::UnitX()}, {"A0Z", "Z", "Y", -Vec3::UnitY()}};
+  for (const Kind& kind : kinds) {
+    const auto id = builder.machine().axis(kind.axis);
+    if (!id || !builder.machine().axis(kind.to) || builder.machine().axes[*id].kind != AxisKind::linear)
+      continue;
+    EffectInfo info;
+    info.id = std::string("squareness:") + kind.symbol;
+    info.what =
+        std::string("The motions of ") + kind.to + " and " + kind.axis + " are not square to each other";
+    info.cause = "guideways that were assembled, or have settled, out of square; a machine that is not level";
+    info.remedy = "level the machine, re-align the column or saddle, or enter the squareness in the control";
+    info.parameters = {linear(kind.symbol, Unit::urad, 30.0)};
+    builder.add(std::make_shared<Squareness>(std::move(info), joint_link(*id), kind.per_mm));
+  }
+}
+
+}  // namespace trunnion::effects

@@ -1,0 +1,73 @@
+#include "effects/library_support.hpp"
+
+#include <algorithm>
+
+#include "trunnion/base/contract.hpp"
+
+namespace trunnion::effects {
+
+std::vector<AxisId> LibraryBuilder::axes(AxisKind kind) const {
+  std::vector<AxisId> out;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == kind) out.push_back(id);
+  }
+  return out;
+}
+
+std::optional<std::size_t> LibraryBuilder::temperature(const std::string& name) const {
+  const auto& names = context_.names.temperatures;
+  const auto it = std::find(names.begin(), names.end(), name);
+  return it == names.end() ? std::nullopt : std::optional<std::size_t>(it - names.begin());
+}
+
+Twist unit_twist(char letter) {
+  if (is_rotation(letter)) return {Vec3::Zero(), Vec3::Unit(letter - 'A')};
+  TRUNNION_EXPECTS(letter >= 'X' && letter <= 'Z');
+  return {Vec3::Unit(letter - 'X'), Vec3::Zero()};
+}
+
+Parameter linear(std::string name, Unit unit, double usual) {
+  return {.name = std::move(name),
+          .unit = unit,
+          .role = ParameterRole::linear,
+          .usual = usual * unit_factor(unit),
+          .min = 0.0,
+          .max = 0.0,
+          .integer = false,
+          .candidates = {}};
+}
+
+Parameter shape(std::string name, Unit unit, double usual, double min, double max) {
+  const double factor = unit_factor(unit);
+  return {.name = std::move(name),
+          .unit = unit,
+          .role = ParameterRole::shape,
+          .usual = usual * factor,
+          .min = min * factor,
+          .max = max * factor,
+          .integer = false,
+          .candidates = {}};
+}
+
+Parameter lag_time() {
+  return shape("tau", Unit::s, 2000.0, 300.0, 15000.0);
+}
+
+double normalised_position(const Axis& axis, double x) {
+  return (2.0 * x - (axis.max + axis.min)) / (axis.max - axis.min);
+}
+
+double legendre(int n, double t) {
+  switch (n) {
+    case 1:
+      return t;
+    case 2:
+      return 0.5 * (3.0 * t * t - 1.0);
+    case 3:
+      return 0.5 * t * (5.0 * t * t - 3.0);
+    default:
+      return 0.125 * ((35.0 * t * t - 30.0) * t * t + 3.0);
+  }
+}
+
+}  // namespace trunnion::effects

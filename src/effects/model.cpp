@@ -1,0 +1,150 @@
+#include "trunnion/effects/model.hpp"
+
+#include <algorithm>
+
+#include "trunnion/base/contract.hpp"
+
+namespace trunnion {
+
+std::vector<double> ModelEffect::values() const {
+  std::vector<double> out;
+  for (const ParameterValue& p : parameters) out.push_back(p.value);
+  return out;
+}
+
+std::vector<double> ModelEffect::shape() const {
+  std::vector<double> out = values();
+  out.erase(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(effect->info().linear_count()));
+  return out;
+}
+
+namespace {
+
+enum class Dimension { other, length, angle, time };
+
+Dimension dimension_of(Unit unit) {
+  switch (unit) {
+    case Unit::um:
+    case Unit::mm:
+      return Dimension::length;
+    case Unit::urad:
+    case Unit::deg:
+      return Dimension::angle;
+    case Unit::s:
+    case Unit::ms:
+      return Dimension::time;
+    default:
+      return Dimension::other;
+  }
+}
+
+bool convertible(Unit a, Unit b) {
+  return a == b || (dimension_of(a) != Dimension::other && dimension_of(a) == dimension_of(b));
+}
+
+}  // namespace
+
+std::optional<std::size_t> ModelEffect::find(std::string_view name) const {
+  const Unit unit = unit_of_key(name);
+  const std::string whole = canonical_symbol(name);
+  const std::string stem = unit == Unit::none
+                               ? whole
+                               : canonical_symbol(name.substr(0, name.size() - unit_suffix(unit).size() - 1));
+  const auto& parameters_of = effect->info().parameters;
+  for (std::size_t k = 0; k < parameters_of.size(); ++k) {
+    const Parameter& p = parameters_of[k];
+    if (p.name == whole || (p.name == stem && convertible(unit, p.unit))) return k;
+  }
+  return std::nullopt;
+}
+
+ModelEffect model_effect(std::shared_ptr<const Effect> effect) {
+  ModelEffect out;
+  for (const Parameter& p : effect->info().parameters) {
+    ParameterValue value;
+    if (p.role == ParameterRole::shape) value.value = p.usual;
+    out.parameters.push_back(value);
+  }
+  out.effect = std::move(effect);
+  return out;
+}
+
+bool Model::has_memory() const {
+  return !lag_requests(*this).empty();
+}
+
+Model filtered(const Model& model, const std::function<bool(const EffectInfo&)>& keep) {
+  Model out = model;
+  std::erase_if(out.effects, [&](const ModelEffect& e) { return !keep(e.effect->info()); });
+  return out;
+}
+
+std::vector<LagRequest> lag_requests(const Model& model) {
+  std::vector<LagRequest> out;
+  for (const ModelEffect& e : model.effects) {
+    const auto lags = e.effect->lags(e.shape());
+    out.insert(out.end(), lags.begin(), lags.end());
+  }
+  return out;
+}
+
+std::vector<std::string> missing_sensors(const Model& model, const EffectContext& data) {
+  std::vector<std::string> out;
+  const auto lacks = [](const std::vector<std::string>& have, const std::string& name) {
+    return std::find(have.begin(), have.end(), name) == have.end();
+  };
+  for (const std::string& name : model.context.names.temperatures) {
+    if (lacks(data.names.temperatures, name)) out.push_back("T_" + name);
+  }
+  for (const std::string& name : model.context.names.states) {
+    if (lacks(data.names.states, name)) out.push_back("s_" + name);
+  }
+  return out;
+}
+
+ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)), rest_(lags_.size(), 0.0) {
+  std::size_t begin = 0;
+  for (const ModelEffect& e : model.effects) {
+    const std::size_t count = e.effect->lags(e.shape()).size();
+    entries_.push_back({e.effect, e.effect->link(), begin, count, e.values()});
+    begin += count;
+  }
+}
+
+ChainErrors ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged) const {
+  if (lagged.empty()) lagged = rest_;
+  TRUNNION_EXPECTS(lagged.size() == lags_.size());
+  ChainErrors out;
+  for (const Entry& e : entries_) {
+    const Twist twist = e.effect->twist(state, lagged.subspan(e.lag_begin, e.lag_count), e.parameters);
+    Twist& at = e.link.kind == Link::Kind::joint     ? out.joint[e.link.axis]
+                : e.link.kind == Link::Kind::spindle ? out.spindle
+                                                     : out.part;
+    at += twist;
+  }
+  return out;
+}
+
+RangeCheck ModelEvaluator::check_range(const MachineState& state) const {
+  RangeCheck worst;
+  for (const Entry& e : entries_) {
+    RangeCheck check = e.effect->check_range(state);
+    if (check.verdict > worst.verdict) worst = std::move(check);
+  }
+  return worst;
+}
+
+ChainErrors chain_errors(const Model& model, const MachineState& state, std::span<const double> lagged) {
+  return ModelEvaluator(model).errors(state, lagged);
+}
+
+Vec3 datum_shift_P(const Machine& machine, const ModelEvaluator& model) {
+  if (!machine.probed_at) return Vec3::Zero();
+  MachineState state;
+  state.q = *machine.probed_at;
+  const Vec3 tool = machine.tool_vector();
+  solve_linear(machine, Vec3::Zero(), tool, state.q);
+  return DeviationMap(machine, state.q, tool).exact_P(model.errors(state)).displacement_mm;
+}
+
+}  // namespace trunnion

@@ -1,0 +1,109 @@
+#include "effects/table_effect.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <numeric>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "effects/library_support.hpp"
+
+namespace trunnion::effects {
+namespace {
+
+constexpr int kAngleDecimals = 4;
+
+std::string position_text(double value, bool rotary) {
+  return rotary ? fixed_text(Angle::radians(value).deg(), kAngleDecimals) + " deg"
+                : shortest_text(value) + " mm";
+}
+
+// Least-squares slope of the values over the argument that is the joint's own axis.
+std::optional<double> slope_over(const ErrorTable& table, const Grid& grid, const std::string& joint) {
+  const auto own = std::find(table.arguments.begin(), table.arguments.end(), joint);
+  if (own == table.arguments.end()) return std::nullopt;
+  const bool first = own == table.arguments.begin();
+  double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  for (std::size_t i = 0; i < grid.u.size(); ++i) {
+    for (std::size_t j = 0; j < grid.columns(); ++j) {
+      const double x = first ? grid.u[i] : grid.v[j];
+      const double y = grid.at(i, j);
+      n += 1.0, sx += x, sy += y, sxx += x * x, sxy += x * y;
+    }
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const TableEffect>> TableEffect::make(const TableSpec& spec, const ErrorTable& table,
+                                                             const Machine& machine) {
+  const std::string joint = spec.component.substr(2);
+  const auto id = machine.axis(joint);
+  if (!id)
+    return fail(ErrorCode::wrong_input, "component " + spec.component + ": the machine has no axis " + joint);
+  if (table.component(spec.component) == nullptr) {
+    std::string have;
+    for (const auto& c : table.components) have += (have.empty() ? "" : ", ") + c.name;
+    return fail(ErrorCode::wrong_input,
+                "table '" + spec.file + "' has no column " + spec.component + "; it has " + have);
+  }
+  const std::shared_ptr<TableEffect> out(new TableEffect());
+  out->spec_ = spec;
+  if (!spec.interpolation_given) {
+    out->spec_.interpolation.method =
+        table.arguments.size() == 1 ? Interpolation::linear : Interpolation::bilinear;
+  }
+  const Grid grid = table.grid(spec.component);
+  auto function = make_interpolant(grid, out->spec_.interpolation);
+  if (!function) return tl::unexpected(function.error());
+  out->function_ = *function;
+  out->link_ = joint_link(*id);
+  out->unit_ = unit_twist(spec.component[1]);
+  for (std::size_t k = 0; k < table.arguments.size(); ++k) {
+    const AxisId axis = *machine.axis(table.arguments[k]);
+    out->arguments_.push_back({axis, table.arguments[k], machine.axes[axis].kind == AxisKind::rotary,
+                               table.nodes[k].front(), table.nodes[k].back()});
+  }
+  out->slope_ = slope_over(table, grid, joint);
+  out->mean_ =
+      std::accumulate(grid.values.begin(), grid.values.end(), 0.0) / static_cast<double>(grid.values.size());
+  out->info_.id = "component:" + spec.component;
+  out->info_.what = "Error table of " + spec.component + " over " + table.arguments[0] +
+                    (table.arguments.size() > 1 ? " and " + table.arguments[1] : "") + ", " +
+                    std::string(text_of(out->spec_.interpolation.method)) + ", file " + spec.file;
+  out->info_.cause = "as measured";
+  out->info_.remedy = "measure again when the machine has been moved, levelled or has met something hard";
+  return std::shared_ptr<const TableEffect>(out);
+}
+
+Twist TableEffect::fixed_part(const MachineState& state, std::span<const double>,
+                              std::span<const double>) const {
+  const double u = state.q[arguments_[0].axis];
+  const double v = arguments_.size() > 1 ? state.q[arguments_[1].axis] : 0.0;
+  return unit_ * function_->value(u, v);
+}
+
+RangeCheck TableEffect::check_range(const MachineState& state) const {
+  constexpr double kSlack = 1e-9;  // mm, rad: rounding of a range written in other units
+  for (const Argument& a : arguments_) {
+    const double q = state.q[a.axis];
+    if (q >= a.min - kSlack && q <= a.max + kSlack) continue;
+    RangeCheck out;
+    out.verdict = spec_.refuse_outside ? RangeCheck::Verdict::refused : RangeCheck::Verdict::held;
+    out.message = "table '" + spec_.file + "' of " + spec_.component + " ends at " +
+                  position_text(q < a.min ? a.min : a.max, a.rotary) + " of " + a.name +
+                  "; the machine is at " + position_text(q, a.rotary) +
+                  (spec_.refuse_outside ? "" : ": the value at the end is held");
+    return out;
+  }
+  return {};
+}
+
+std::vector<std::pair<std::string, std::string>> TableEffect::file_keys() const {
+  return {{"table", spec_.file},
+          {"interpolation", std::string(text_of(spec_.interpolation.method))},
+          {"outside", spec_.refuse_outside ? "error" : "hold"}};
+}
+
+}  // namespace trunnion::effects
