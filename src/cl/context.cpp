@@ -1,0 +1,240 @@
+#include "cl/context.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/geom/direction.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+// Beyond this the numbers are no rounded unit vector.
+constexpr double kWorstLengthError = 1e-2;
+// Decimals of a file whose axis components are taken as rounded. Fewer are typed by hand: `0,0,1` and
+// `.6,0,.8` are exact.
+constexpr unsigned kRoundedDecimals = 3;
+
+}  // namespace
+
+unsigned decimals_of(std::string_view text) {
+  const std::size_t end = text.find_first_of("EeDd");
+  const std::string_view mantissa = text.substr(0, end);
+  const std::size_t point = mantissa.find('.');
+  long places = point == std::string_view::npos ? 0 : static_cast<long>(mantissa.size() - point - 1);
+  if (end != std::string_view::npos) {
+    const ParsedNumber exponent = parse_number(text.substr(end + 1));
+    if (exponent) places -= std::lround(exponent.value);
+  }
+  return static_cast<unsigned>(std::clamp(places, 0L, 300L));
+}
+
+std::string short_text(double value, int digits) {
+  char text[40];
+  const int length = std::snprintf(text, sizeof(text), "%.*g", digits, value);
+  return {text, static_cast<std::size_t>(length)};
+}
+
+Context::Context(std::string file, const ReaderOptions& options, Diagnostics& diagnostics)
+    : file_(std::move(file)),
+      options_(options),
+      diagnostics_(diagnostics),
+      errors_before_(diagnostics.error_count()) {
+  if (options_.units == ReaderOptions::Units::inch) modal.mm_per_unit = kMmPerInch;
+}
+
+void Context::error(SourceRef where, std::string message) {
+  ++error_count_;
+  if (error_count_ < kMostErrors) {
+    diagnostics_.error(file_, where, std::move(message));
+  } else if (error_count_ == kMostErrors) {
+    diagnostics_.error(file_, where,
+                       std::to_string(kMostErrors) + " errors: the rest of the file is not read");
+  }
+}
+
+std::optional<double> Context::number(const Statement& statement, std::size_t index) {
+  const std::string word(statement.word);
+  const std::string place = "value " + std::to_string(index + 1);
+  if (index >= statement.fields.size()) {
+    error(statement.where, word + ": " + place + " is missing");
+    return std::nullopt;
+  }
+  const Field& field = statement.fields[index];
+  const ParsedNumber parsed = parse_number(field.text);
+  const std::string quoted = "'" + std::string(field.text.substr(0, 40)) + "'";
+  switch (parsed.fault) {
+    case NumberFault::none:
+      break;
+    case NumberFault::empty:
+      error(field.where, word + ": " + place + " is empty");
+      return std::nullopt;
+    case NumberFault::out_of_range:
+      error(field.where, word + ": " + quoted + " is beyond the range of numbers");
+      return std::nullopt;
+    default:
+      error(field.where, word + ": " + quoted + " is not a number");
+      return std::nullopt;
+  }
+  if (field.blank_inside_number) {
+    warning(field.where, word + ": blank inside a number, read as " + std::string(field.text));
+  }
+  return parsed.value;
+}
+
+std::optional<double> Context::positive(const Statement& statement, std::size_t index) {
+  const auto value = number(statement, index);
+  if (value && !(*value > 0.0)) {
+    error(statement.fields[index].where,
+          std::string(statement.word) + ": " + shortest_text(*value) + " is not above 0");
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<std::uint32_t> Context::whole(const Statement& statement, std::size_t index) {
+  const auto value = number(statement, index);
+  if (!value) return std::nullopt;
+  constexpr double kMost = 4294967295.0;
+  if (*value < 0.0 || *value > kMost || *value != std::floor(*value)) {
+    error(statement.fields[index].where,
+          std::string(statement.word) + ": " + shortest_text(*value) + " is not a whole number from 0 on");
+    return std::nullopt;
+  }
+  return static_cast<std::uint32_t>(*value);
+}
+
+bool Context::numbers(const Statement& statement, std::size_t first, std::size_t count, double* out) {
+  bool all = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto value = number(statement, first + i);
+    if (value) out[i] = *value;
+    all = all && value.has_value();
+  }
+  return all;
+}
+
+bool Context::in_range(const Statement& statement, std::size_t index, double mm) {
+  if (std::abs(mm) <= kLongest_mm) return true;
+  error(statement.fields[index].where, std::string(statement.word) + ": " + short_text(mm) +
+                                           " mm is beyond " + short_text(kLongest_mm) + " mm");
+  return false;
+}
+
+std::optional<Vec3> Context::point(const Statement& statement, std::size_t first) {
+  double value[3];
+  if (!numbers(statement, first, 3, value)) return std::nullopt;
+  bool good = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    value[i] *= modal.mm_per_unit;
+    good = in_range(statement, first + i, value[i]) && good;
+    count_decimals(decimals_of(statement.fields[first + i].text), 0);
+  }
+  if (!good) return std::nullopt;
+  return Vec3(value[0], value[1], value[2]);
+}
+
+std::optional<Vec3> Context::axis(const Statement& statement, std::size_t first) {
+  double value[3];
+  if (!numbers(statement, first, 3, value)) return std::nullopt;
+  const SourceRef where = statement.fields[first].where;
+  const std::string word(statement.word);
+  for (std::size_t i = 0; i < 3; ++i) count_decimals(0, decimals_of(statement.fields[first + i].text));
+  const Vec3 v(value[0], value[1], value[2]);
+  const double length = v.stableNorm();
+  if (length == 0.0) {
+    error(where, word + ": the tool axis (0, 0, 0) has no direction");
+    return std::nullopt;
+  }
+  const double length_error = std::abs(length - 1.0);
+  if (length_error > kWorstLengthError) {
+    error(where, word + ": the tool axis has length " + short_text(length) + "; 1 within " +
+                     short_text(kWorstLengthError) + " is needed");
+    return std::nullopt;
+  }
+  if (length_error > Direction::kMaxLengthError) {
+    ++normalised_;
+    if (length_error > worst_length_error_) {
+      worst_length_error_ = length_error;
+      worst_length_at_ = where;
+    }
+    char text[24];
+    std::snprintf(text, sizeof(text), "%.4f", length);
+    warning_once("axis length", where, word + ": the tool axis has length " + text + " and was normalised");
+  }
+  return Vec3(v / std::sqrt(v.squaredNorm()));  // the same bits as in plain_motion
+}
+
+void Context::count_decimals(unsigned coordinate, unsigned axis_places) {
+  if (coordinate > coordinate_decimals_ || resolution_.coordinate_mm == 0.0) {
+    coordinate_decimals_ = std::max(coordinate, coordinate_decimals_);
+    resolution_.coordinate_mm =
+        0.5 * std::pow(10.0, -static_cast<double>(coordinate_decimals_)) * modal.mm_per_unit;
+  }
+  if (axis_places > axis_decimals_) {
+    axis_decimals_ = axis_places;
+    if (axis_decimals_ >= kRoundedDecimals) {
+      resolution_.axis = 0.5 * std::pow(10.0, -static_cast<double>(axis_decimals_));
+    }
+  }
+}
+
+Motion Context::motion(const Vec3& tip_A, const Vec3& axis_A, bool rapid) {
+  if (!modal.turned) return {tip_A, axis_A, modal.feed, rapid};
+  return {modal.X_PA * tip_A, modal.X_PA.R * axis_A, modal.feed, rapid};
+}
+
+void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+  modal.tip_A = tip_A;
+  modal.axis_A = axis_A;
+  modal.has_position = true;
+  emit(where, motion(tip_A, axis_A, modal.rapid_next));
+  modal.rapid_next = false;
+  ++motion_count_;
+}
+
+bool Context::plain_motion(const PlainGoto& plain, Record& record) {
+  if (modal.ended || (plain.count == 3 && modal.tilted_csys_axis)) return false;
+  const Vec3 tip_A = Vec3(plain.value[0], plain.value[1], plain.value[2]) * modal.mm_per_unit;
+  if (!(tip_A.cwiseAbs().maxCoeff() <= kLongest_mm)) return false;
+  if (plain.count == 6) {
+    const Vec3 v(plain.value[3], plain.value[4], plain.value[5]);
+    const double length = std::sqrt(v.squaredNorm());
+    if (!(std::abs(length - 1.0) <= Direction::kMaxLengthError)) return false;
+    modal.axis_A = v / length;
+  }
+  count_decimals(plain.coordinate_decimals, plain.axis_decimals);
+  modal.tip_A = tip_A;
+  modal.has_position = true;
+  record.where = plain.where;
+  if (auto* held = std::get_if<Motion>(&record.data)) {
+    *held = motion(tip_A, modal.axis_A, modal.rapid_next);
+  } else {
+    record.data = motion(tip_A, modal.axis_A, modal.rapid_next);
+  }
+  modal.rapid_next = false;
+  ++motion_count_;
+  return true;
+}
+
+bool Context::take(Record& record) {
+  if (pending_.empty()) return false;
+  record = std::move(pending_.front());
+  pending_.pop_front();
+  return true;
+}
+
+void Context::finish(std::size_t lines) {
+  if (normalised_ > 1) {
+    note(worst_length_at_, std::to_string(normalised_) +
+                               " tool axes were normalised; the length of this one is off by most, " +
+                               short_text(worst_length_error_, 3));
+  }
+  if (motion_count_ == 0 && diagnostics_.error_count() == errors_before_) {
+    error({static_cast<std::uint32_t>(std::max<std::size_t>(lines, 1)), 0}, "no motion (GOTO) in the file");
+  }
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,124 @@
+#pragma once
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/cl/reader.hpp"
+#include "trunnion/cl/record.hpp"
+
+#include "cl/statement.hpp"
+
+namespace trunnion::cl {
+
+/// What earlier words of the file left behind. Coordinates here are those of the file's own system A (mm),
+/// not of P.
+struct Modal {
+  double mm_per_unit = 1.0;
+  Vec3 tip_A = Vec3::Zero();
+  Vec3 axis_A = Vec3::UnitZ();
+  bool has_position = false;
+  Feed feed;
+  bool rapid_next = false;
+
+  /// Pose of A in P; identity until an MSYS is applied. Fixed by the first motion: all of a program is in one
+  /// P.
+  Pose X_PA;
+  bool has_frame = false;
+  bool turned = false;  // X_PA is not the identity
+
+  /// CSYS (SolidWorks) with a Z axis other than the file's: a GOTO without an axis is ambiguous then.
+  std::optional<Vec3> tilted_csys_axis;
+
+  /// Words that SYN has renamed.
+  std::map<std::string, std::string, std::less<>> synonyms;
+  bool ended = false;
+};
+
+/// What the words of a CL file act on: the modal state, the records made, the findings. One for each file.
+class Context {
+ public:
+  Context(std::string file, const ReaderOptions& options, Diagnostics& diagnostics);
+
+  void error(SourceRef where, std::string message);
+  void warning(SourceRef where, std::string message) {
+    diagnostics_.warning(file_, where, std::move(message));
+  }
+  void note(SourceRef where, std::string message) { diagnostics_.note(file_, where, std::move(message)); }
+  void warning_once(const std::string& key, SourceRef where, std::string message) {
+    diagnostics_.warning_once(file_ + ":" + key, file_, where, std::move(message));
+  }
+
+  /// The number in a field; an error and nothing when it is none. Counts as decimals of nothing.
+  std::optional<double> number(const Statement& statement, std::size_t index);
+  /// A number > 0.
+  std::optional<double> positive(const Statement& statement, std::size_t index);
+  /// A whole number >= 0.
+  std::optional<std::uint32_t> whole(const Statement& statement, std::size_t index);
+  /// `count` numbers from `first` on; false with an error for each that is wrong.
+  bool numbers(const Statement& statement, std::size_t first, std::size_t count, double* out);
+  /// Three lengths of the file in mm, each at most kLongest_mm. They count for the resolution of the
+  /// coordinates.
+  std::optional<Vec3> point(const Statement& statement, std::size_t first);
+  /// A tool axis, normalised: nothing (and an error) when it is no direction. It counts for the resolution of
+  /// the axis.
+  std::optional<Vec3> axis(const Statement& statement, std::size_t first);
+
+  /// A record that is no motion.
+  template <class Data>
+  void emit(SourceRef where, Data&& data) {
+    Record record;
+    record.where = where;
+    record.data = std::forward<Data>(data);
+    pending_.push_back(std::move(record));
+  }
+  /// A motion to `tip_A`, which becomes the position; takes RAPID.
+  void move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
+  /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by
+  /// word.
+  bool plain_motion(const PlainGoto& plain, Record& record);
+  /// The next record made by the words read so far.
+  bool take(Record& record);
+
+  void count_decimals(unsigned coordinate, unsigned axis);
+  /// What can be said only in the end.
+  void finish(std::size_t lines);
+
+  Modal modal;
+  const ReaderOptions& options() const { return options_; }
+  const Resolution& resolution() const { return resolution_; }
+  std::size_t motion_count() const { return motion_count_; }
+  bool too_many_errors() const { return error_count_ >= kMostErrors; }
+
+  static constexpr std::size_t kMostErrors =
+      1000;                                   // a broken file of millions of lines must not fill the memory
+  static constexpr double kLongest_mm = 1e6;  // 1 km: larger than any machine; beyond it, a fault of the file
+
+ private:
+  bool in_range(const Statement& statement, std::size_t index, double mm);
+  Motion motion(const Vec3& tip_A, const Vec3& axis_A, bool rapid);
+
+  std::string file_;
+  ReaderOptions options_;
+  Diagnostics& diagnostics_;
+  std::deque<Record> pending_;
+  Resolution resolution_;
+  unsigned coordinate_decimals_ = 0;
+  unsigned axis_decimals_ = 0;
+  std::size_t motion_count_ = 0;
+  std::size_t errors_before_;
+  std::size_t error_count_ = 0;
+  std::size_t normalised_ = 0;
+  double worst_length_error_ = 0.0;
+  SourceRef worst_length_at_;
+};
+
+/// The decimal places of a number as written: 3 for `1.250`, 5 for `1.25e-3`.
+unsigned decimals_of(std::string_view text);
+
+/// `value` with `digits` significant digits, for messages.
+std::string short_text(double value, int digits = 6);
+
+}  // namespace trunnion::cl

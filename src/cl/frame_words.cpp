@@ -1,0 +1,161 @@
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+constexpr double kUnitLength =
+    1e-3;  // axes of a frame are rounded unit vectors, at a right angle to each other
+constexpr double kSameFrame = 1e-6;
+
+/// The rotation whose columns are x, y and x cross y, made orthogonal; nothing when x and y are no pair of
+/// axes.
+std::optional<Mat3> axes_of(const Vec3& x, const Vec3& y) {
+  if (!(std::abs(x.norm() - 1.0) <= kUnitLength) || !(std::abs(y.norm() - 1.0) <= kUnitLength) ||
+      !(std::abs(x.dot(y)) <= kUnitLength)) {
+    return std::nullopt;
+  }
+  Mat3 R;
+  R.col(0) = x.normalized();
+  R.col(1) = (y - R.col(0) * R.col(0).dot(y)).normalized();
+  R.col(2) = R.col(0).cross(R.col(1));
+  return R;
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+  return (a.R - b.R).cwiseAbs().maxCoeff() <= kSameFrame && (a.p - b.p).cwiseAbs().maxCoeff() <= kSameFrame;
+}
+
+// NX: MSYS/ox,oy,oz, xx,xy,xz, yx,yy,yz: the machine coordinate system in the absolute one, in which the
+// points are given.
+void read_msys(Context& context, const Statement& statement) {
+  if (statement.fields.size() != 9) {
+    return context.error(statement.where, "MSYS: " + std::to_string(statement.fields.size()) +
+                                              " values; 9 (origin, x axis, y axis) are needed");
+  }
+  double v[9];
+  if (!context.numbers(statement, 0, 9, v)) return;
+  const auto R_AP = axes_of(Vec3(v[3], v[4], v[5]), Vec3(v[6], v[7], v[8]));
+  if (!R_AP)
+    return context.error(statement.where, "MSYS: its axes are not two unit vectors at a right angle");
+  const Vec3 origin_A = Vec3(v[0], v[1], v[2]) * context.modal.mm_per_unit;
+  if (!(origin_A.cwiseAbs().maxCoeff() <= Context::kLongest_mm)) {
+    return context.error(statement.where,
+                         "MSYS: its origin is beyond " + short_text(Context::kLongest_mm) + " mm");
+  }
+  const auto X_AP = std::make_shared<const Pose>(Pose{*R_AP, origin_A});
+  Modal& modal = context.modal;
+  const bool apply = context.options().frames == ReaderOptions::Frames::apply;
+  context.emit(statement.where, Frame{"MSYS", X_AP, apply});
+  if (!apply) return;
+  const Pose X_PA = X_AP->inverse();
+  if (modal.has_frame || context.motion_count() > 0) {
+    if (!same_pose(X_PA, modal.X_PA)) {
+      context.warning_once(
+          "MSYS again", statement.where,
+          "this MSYS differs from the program's first frame: all points are given in the first one");
+    }
+    return;
+  }
+  modal.has_frame = true;
+  modal.X_PA = X_PA;
+  modal.turned = !same_pose(X_PA, Pose::identity());
+}
+
+// SolidWorks CAM: CSYS/ three rows of four numbers, the columns are the axes and the origin. The points stay
+// in the part's system (TRNTYP/WORLD) and carry their axis; the frame only says in which plane the operation
+// is.
+void read_csys(Context& context, const Statement& statement) {
+  if (statement.fields.size() != 12) {
+    return context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +
+                                              " values; 12 (three rows of four) are needed");
+  }
+  double v[12];
+  if (!context.numbers(statement, 0, 12, v)) return;
+  const auto R = axes_of(Vec3(v[0], v[4], v[8]), Vec3(v[1], v[5], v[9]));
+  if (!R) return context.error(statement.where, "CSYS: its axes are not unit vectors at a right angle");
+  const Vec3 origin = Vec3(v[3], v[7], v[11]) * context.modal.mm_per_unit;
+  const bool tilted = (R->col(2) - Vec3::UnitZ()).norm() > kUnitLength;
+  context.modal.tilted_csys_axis = tilted ? std::optional<Vec3>(R->col(2)) : std::nullopt;
+  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(Pose{*R, origin}), false});
+}
+
+void read_trntyp(Context& context, const Statement& statement) {
+  bool world = statement.has_fields() && statement.fields[0].text == "WORLD";
+  for (std::size_t i = 1; i < statement.fields.size(); ++i) {
+    const auto offset = context.number(statement, i);
+    if (!offset) return;
+    world = world && *offset == 0.0;
+  }
+  if (!world) context.error(statement.where, "TRNTYP: only TRNTYP/WORLD,0,0,0 is understood");
+}
+
+std::string unquoted(std::string_view text) {
+  if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') text = text.substr(1, text.size() - 2);
+  return std::string(text);
+}
+
+// SYN/'new','word'[,...]: from now on `new` stands for `word`. CATIA files for ICAM turn TLAXIS into a
+// comment with it.
+void read_syn(Context& context, const Statement& statement) {
+  if (statement.fields.size() % 2 != 0 || !statement.has_fields()) {
+    return context.error(statement.where, "SYN: pairs of words are needed");
+  }
+  for (std::size_t i = 0; i < statement.fields.size(); i += 2) {
+    const std::string from = unquoted(statement.fields[i].text);
+    const std::string to = unquoted(statement.fields[i + 1].text);
+    if (from == "GOTO" || from == "FINI") {
+      context.error(statement.fields[i].where, "SYN: " + from + " cannot be renamed");
+    } else {
+      context.modal.synonyms[from] = to;
+    }
+  }
+}
+
+constexpr WordReading kWords[] = {
+    {"MSYS", read_msys}, {"CSYS", read_csys}, {"TRNTYP", read_trntyp}, {"SYN", read_syn}};
+
+}  // namespace
+
+std::span<const WordReading> frame_words() {
+  return kWords;
+}
+
+// Creo: `$$-> CSYS / 12 values`. Points are in the machine coordinate system already (the default of
+// CL_DATA_MODE).
+void read_directive(Context& context, const Statement& statement) {
+  if (statement.word == "CUTTER" && statement.has_fields()) {
+    const auto diameter = context.number(statement, 0);
+    if (diameter) {
+      context.emit(statement.where,
+                   ToolGeometry{*diameter * context.modal.mm_per_unit, std::nullopt, std::nullopt});
+    }
+    return;
+  }
+  if (statement.word == "FEATNO" && statement.has_fields()) {
+    return context.emit(statement.where, OperationBegin{"FEATNO " + std::string(statement.fields[0].text)});
+  }
+  if (statement.word == "END") return context.emit(statement.where, OperationEnd{});
+  if (statement.word != "CSYS") return;
+  if (statement.fields.size() != 12) {
+    return context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +
+                                              " values; 12 (three rows of four) are needed");
+  }
+  double v[12];
+  if (!context.numbers(statement, 0, 12, v)) return;
+  const auto R = axes_of(Vec3(v[0], v[4], v[8]), Vec3(v[1], v[5], v[9]));
+  if (!R) return context.error(statement.where, "CSYS: its axes are not unit vectors at a right angle");
+  const Pose pose{*R, Vec3(v[3], v[7], v[11]) * context.modal.mm_per_unit};
+  if (!same_pose(pose, Pose::identity())) {
+    context.warning_once("$$->CSYS", statement.where,
+                         "$$-> CSYS is not the identity: the points are taken as they stand, in the machine "
+                         "coordinate system");
+  }
+  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(pose), false});
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,130 @@
+#include <string>
+
+#include "trunnion/base/units.hpp"
+
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+// A GOTO without an axis in a tilted CSYS could mean the last axis or that of the CSYS.
+constexpr double kSameAxis = 1e-3;
+
+bool three_or_six(Context& context, const Statement& statement) {
+  const std::size_t count = statement.fields.size();
+  if (count == 3 || count == 6) return true;
+  context.error(statement.where, std::string(statement.word) + ": " + std::to_string(count) +
+                                     (count == 1 ? " value" : " values") +
+                                     "; 3 (x, y, z) or 6 (x, y, z, i, j, k) are needed");
+  return false;
+}
+
+/// The tool axis of a statement of 3 or 6 values: its own, else the modal one.
+std::optional<Vec3> axis_of(Context& context, const Statement& statement) {
+  if (statement.fields.size() == 6) return context.axis(statement, 3);
+  const auto& tilted = context.modal.tilted_csys_axis;
+  if (tilted && (*tilted - context.modal.axis_A).norm() > kSameAxis) {
+    context.error(statement.where,
+                  std::string(statement.word) +
+                      " without a tool axis under a tilted CSYS: the last axis or that of the CSYS?");
+    return std::nullopt;
+  }
+  return context.modal.axis_A;
+}
+
+void read_goto(Context& context, const Statement& statement) {
+  if (!three_or_six(context, statement)) return;
+  const auto tip_A = context.point(statement, 0);
+  const auto axis_A = axis_of(context, statement);
+  if (tip_A && axis_A) context.move_to(statement.where, *tip_A, *axis_A);
+}
+
+void read_godlta(Context& context, const Statement& statement) {
+  if (!three_or_six(context, statement)) return;
+  const auto step_A = context.point(statement, 0);
+  const auto axis_A = axis_of(context, statement);
+  if (!context.modal.has_position) {
+    context.error(statement.where, "GODLTA before any position: there is nothing to go on from");
+    return;
+  }
+  if (!step_A || !axis_A) return;
+  const Vec3 tip_A = context.modal.tip_A + *step_A;
+  if (!(tip_A.cwiseAbs().maxCoeff() <= Context::kLongest_mm)) {
+    context.error(statement.where, "GODLTA leads beyond " + short_text(Context::kLongest_mm) + " mm");
+    return;
+  }
+  context.move_to(statement.where, tip_A, *axis_A);
+}
+
+void read_from(Context& context, const Statement& statement) {
+  if (!three_or_six(context, statement)) return;
+  const auto tip_A = context.point(statement, 0);
+  const auto axis_A = axis_of(context, statement);
+  if (!tip_A || !axis_A) return;
+  Modal& modal = context.modal;
+  modal.tip_A = *tip_A;
+  modal.axis_A = *axis_A;
+  modal.has_position = true;
+  context.emit(statement.where, From{modal.X_PA * *tip_A, modal.X_PA.R * *axis_A});
+}
+
+void read_rapid(Context& context, const Statement& statement) {
+  for (const Field& field : statement.fields) {
+    if (field.text.empty()) continue;
+    context.warning_once("RAPID/" + std::string(field.text), field.where,
+                         "RAPID/" + std::string(field.text) + ": taken as RAPID");
+  }
+  context.modal.rapid_next = true;
+}
+
+void read_multax(Context& context, const Statement& statement) {
+  // Whether an axis is given is seen from the points; ON and OFF say nothing more.
+  if (statement.fields.size() > 1 ||
+      (statement.has_fields() && statement.fields[0].text != "ON" && statement.fields[0].text != "OFF" &&
+       !statement.fields[0].text.empty())) {
+    context.error(statement.where,
+                  "MULTAX/" + std::string(statement.fields[0].text) + ": ON or OFF is needed");
+  }
+}
+
+void read_tlaxis(Context& context, const Statement& statement) {
+  if (statement.fields.size() != 3) {
+    context.error(statement.where,
+                  "TLAXIS: " + std::to_string(statement.fields.size()) + " values; 3 (i, j, k) are needed");
+    return;
+  }
+  const auto axis_A = context.axis(statement, 0);
+  if (axis_A) context.modal.axis_A = *axis_A;
+}
+
+void read_units(Context& context, const Statement& statement) {
+  const std::string_view unit = statement.fields.size() == 1 ? statement.fields[0].text : std::string_view{};
+  double factor = 0.0;
+  if (unit == "MM") {
+    factor = 1.0;
+  } else if (unit == "INCHES" || unit == "INCH" || unit == "IN") {
+    factor = kMmPerInch;
+  } else {
+    const SourceRef where = statement.has_fields() ? statement.fields[0].where : statement.where;
+    context.error(where, std::string(statement.word) + ": '" + std::string(unit.substr(0, 40)) +
+                             "' is no unit; MM or INCHES is needed");
+    return;
+  }
+  if (context.modal.has_position && factor != context.modal.mm_per_unit) {
+    context.warning(statement.where, "the unit changes after the first position");
+  }
+  context.modal.mm_per_unit = factor;
+}
+
+constexpr WordReading kWords[] = {{"GOTO", read_goto},   {"GODLTA", read_godlta}, {"FROM", read_from},
+                                  {"RAPID", read_rapid}, {"MULTAX", read_multax}, {"TLAXIS", read_tlaxis},
+                                  {"UNITS", read_units}, {"UNIT", read_units}};
+
+}  // namespace
+
+std::span<const WordReading> motion_words() {
+  return kWords;
+}
+
+}  // namespace trunnion::cl

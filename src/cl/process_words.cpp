@@ -1,0 +1,233 @@
+#include <string>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+constexpr double kFastest_mm_s = 1e5;  // 6000 m/min: no machine; beyond it, a fault of the file
+
+bool starts_number(std::string_view text) {
+  return !text.empty() && std::string_view("0123456789+-.").find(text.front()) != std::string_view::npos;
+}
+
+struct FeedUnit {
+  std::string_view word;
+  FeedMode mode;
+  double factor;  // to mm/s, mm/rev, 1/s; 0: the file's unit of length
+};
+constexpr FeedUnit kFeedUnits[] = {
+    {"MMPM", FeedMode::per_minute, 1.0 / kSecondsPerMinute},
+    {"IPM", FeedMode::per_minute, kMmPerInch / kSecondsPerMinute},
+    {"FPM", FeedMode::per_minute, kMmPerFoot / kSecondsPerMinute},
+    {"PERMIN", FeedMode::per_minute, 0.0},
+    {"MMPR", FeedMode::per_revolution, 1.0},
+    {"IPR", FeedMode::per_revolution, kMmPerInch},
+    {"FPR", FeedMode::per_revolution, kMmPerFoot},
+    {"PERREV", FeedMode::per_revolution, 0.0},
+    {"INVERS", FeedMode::inverse, 1.0 / kSecondsPerMinute},
+};
+
+double feed_factor(const FeedUnit& unit, double mm_per_unit) {
+  if (unit.factor != 0.0) return unit.factor;
+  return unit.mode == FeedMode::per_minute ? mm_per_unit / kSecondsPerMinute : mm_per_unit;
+}
+
+// FEDRAT/v  FEDRAT/v,unit  FEDRAT/unit,v. Without a unit: per minute, in the file's unit of length.
+void read_fedrat(Context& context, const Statement& statement) {
+  std::optional<std::size_t> value_at;
+  const FeedUnit* unit = nullptr;
+  for (std::size_t i = 0; i < statement.fields.size(); ++i) {
+    const Field& field = statement.fields[i];
+    if (starts_number(field.text) || field.text.empty()) {
+      if (value_at) return context.error(field.where, "FEDRAT: a second value");
+      value_at = i;
+      continue;
+    }
+    const FeedUnit* found = nullptr;
+    for (const FeedUnit& known : kFeedUnits) {
+      if (known.word == field.text) found = &known;
+    }
+    if (field.text == "AUTO" ||
+        field.text == "OFF") {  // FEDRAT/INVERS,AUTO: how the post is to write feeds, no feed
+      PostWord word{"FEDRAT", {}};
+      for (const Field& each : statement.fields) word.fields.emplace_back(each.text);
+      return context.emit(statement.where, std::move(word));
+    }
+    if (found == nullptr) {
+      return context.error(
+          field.where,
+          "FEDRAT: '" + std::string(field.text.substr(0, 40)) +
+              "' is no unit of feed; MMPM, IPM, FPM, PERMIN, MMPR, IPR, FPR, PERREV or INVERS is needed");
+    }
+    if (unit != nullptr) return context.error(field.where, "FEDRAT: a second unit");
+    unit = found;
+  }
+  if (!value_at) return context.error(statement.where, "FEDRAT: no value");
+  const auto value = context.positive(statement, *value_at);
+  if (!value) return;
+  if (unit == nullptr) unit = &kFeedUnits[3];  // PERMIN
+  const Feed feed{unit->mode, *value * feed_factor(*unit, context.modal.mm_per_unit)};
+  if (feed.mode != FeedMode::inverse && feed.value > kFastest_mm_s) {
+    return context.error(
+        statement.fields[*value_at].where,
+        "FEDRAT: " + short_text(feed.value) + " mm/s is beyond " + short_text(kFastest_mm_s) + " mm/s");
+  }
+  context.modal.feed = feed;
+}
+
+// Value, unit and way in any order: SPINDL/RPM,800,CLW  SPINDL/500,SFM,CCLW  SPINDL/ON  SPINDL/OFF.
+void read_spindl(Context& context, const Statement& statement) {
+  Spindle spindle;
+  double surface_factor = 0.0;
+  std::optional<double> value;
+  for (std::size_t i = 0; i < statement.fields.size(); ++i) {
+    const Field& field = statement.fields[i];
+    const std::string_view text = field.text;
+    if (starts_number(text)) {
+      const auto number = context.number(statement, i);
+      if (!number) return;
+      if (*number < 0.0) {
+        return context.error(field.where, "SPINDL: " + shortest_text(*number) + " is below 0");
+      }
+      if (!value) value = number;
+    } else if (text == "MAXRPM" || text == "LIMIT") {
+      spindle.max_rpm = context.positive(statement, ++i);
+      if (!spindle.max_rpm) return;
+    } else if (text == "SFM") {
+      surface_factor = kMmPerFoot / kSecondsPerMinute;
+    } else if (text == "SMM") {
+      surface_factor = 1000.0 / kSecondsPerMinute;  // m/min
+    } else if (text == "CCLW") {
+      spindle.counterclockwise = true;
+    } else if (text == "OFF") {
+      spindle.state = Spindle::State::off;
+    } else if (text == "ORIENT") {
+      spindle.state = Spindle::State::orient;
+    } else if (text != "RPM" && text != "CLW" && text != "ON" && !text.empty()) {
+      context.warning_once("SPINDL/" + std::string(text), field.where,
+                           "SPINDL: " + std::string(text.substr(0, 40)) + " is not known and was skipped");
+    }
+  }
+  if (value && spindle.state != Spindle::State::orient) {
+    if (surface_factor > 0.0) {
+      spindle.surface_speed_mm_s = *value * surface_factor;
+    } else {
+      spindle.speed_rpm = *value;
+    }
+  }
+  context.emit(statement.where, spindle);
+}
+
+void read_coolnt(Context& context, const Statement& statement) {
+  struct Word {
+    std::string_view word;
+    Coolant::Kind kind;
+  };
+  static constexpr Word kKinds[] = {
+      {"ON", Coolant::Kind::on},        {"OFF", Coolant::Kind::off},         {"FLOOD", Coolant::Kind::flood},
+      {"MIST", Coolant::Kind::mist},    {"TAP", Coolant::Kind::tap},         {"TAPKUL", Coolant::Kind::tap},
+      {"THRU", Coolant::Kind::through}, {"THROUGH", Coolant::Kind::through}, {"AIR", Coolant::Kind::air}};
+  Coolant coolant;
+  for (const Field& field : statement.fields) {
+    if (starts_number(field.text) || field.text.empty()) continue;  // pressure
+    const Word* found = nullptr;
+    for (const Word& known : kKinds) {
+      if (known.word == field.text) found = &known;
+    }
+    if (found == nullptr) {
+      context.warning_once(
+          "COOLNT/" + std::string(field.text), field.where,
+          "COOLNT: " + std::string(field.text.substr(0, 40)) + " is not known and was skipped");
+      continue;
+    }
+    if (found->kind != Coolant::Kind::on) coolant.kind = found->kind;  // COOLNT/FLOOD,ON
+  }
+  context.emit(statement.where, coolant);
+}
+
+void read_delay(Context& context, const Statement& statement) {
+  const auto value = context.number(statement, 0);
+  if (!value) return;
+  if (*value < 0.0) {
+    return context.error(statement.fields[0].where,
+                         std::string(statement.word) + ": " + shortest_text(*value) + " is below 0");
+  }
+  Dwell dwell;
+  const std::string_view unit = statement.fields.size() > 1 ? statement.fields[1].text : std::string_view{};
+  if (unit == "REV") {
+    dwell.revolutions = *value;
+  } else {
+    dwell.seconds = *value;
+  }
+  context.emit(statement.where, dwell);
+}
+
+void read_stop(Context& context, const Statement& statement) {
+  context.emit(statement.where, Stop{false});
+}
+void read_opstop(Context& context, const Statement& statement) {
+  context.emit(statement.where, Stop{true});
+}
+
+// LINTOL/0.01  LINTOL/ON  LINTOL/OFF  LINTOL/RAPID,0.1  LINTOL/AXIS,0.0001
+void read_lintol(Context& context, const Statement& statement) {
+  Tolerance tolerance;
+  bool said = false;
+  for (std::size_t i = 0; i < statement.fields.size(); ++i) {
+    const std::string_view text = statement.fields[i].text;
+    if (text == "ON" || text == "OFF") {
+      tolerance.on = text == "ON";
+    } else if (text == "RAPID") {
+      tolerance.applies = Tolerance::Applies::rapid;
+    } else if (text == "AXIS") {
+      tolerance.applies = Tolerance::Applies::axis;
+    } else if (starts_number(text) && !tolerance.value_mm && !tolerance.axis_angle) {
+      const auto value = context.positive(statement, i);
+      if (!value) return;
+      if (tolerance.applies == Tolerance::Applies::axis) {
+        tolerance.axis_angle = *value;
+      } else {
+        tolerance.value_mm = *value * context.modal.mm_per_unit;
+      }
+    } else {
+      return context.error(statement.fields[i].where,
+                           "LINTOL: '" + std::string(text.substr(0, 40)) +
+                               "' is not understood; ON, OFF, RAPID, AXIS or a tolerance is needed");
+    }
+    said = true;
+  }
+  if (!said) return context.error(statement.where, "LINTOL: no value");
+  context.emit(statement.where, tolerance);
+}
+
+// Words that the post acts on; their fields go there as they stand.
+void read_post_word(Context& context, const Statement& statement) {
+  PostWord word{std::string(statement.word), {}};
+  for (const Field& field : statement.fields) word.fields.emplace_back(field.text);
+  context.emit(statement.where, std::move(word));
+}
+
+void read_fini(Context& context, const Statement& statement) {
+  context.modal.ended = true;
+  context.emit(statement.where, End{});
+}
+
+constexpr WordReading kWords[] = {
+    {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},    {"COOLNT", read_coolnt},
+    {"DELAY", read_delay},      {"DWELL", read_delay},      {"STOP", read_stop},
+    {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},    {"FINI", read_fini},
+    {"ROTABL", read_post_word}, {"LIMITS", read_post_word}, {"CLEARP", read_post_word},
+    {"MAXDPM", read_post_word}};
+
+}  // namespace
+
+std::span<const WordReading> process_words() {
+  return kWords;
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,110 @@
+#include "trunnion/cl/reader.hpp"
+
+#include "cl/context.hpp"
+#include "cl/scanner.hpp"
+#include "cl/source.hpp"
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+class Reader::Impl {
+ public:
+  Impl(std::unique_ptr<TextSource> source, const std::string& file, const ReaderOptions& options,
+       Diagnostics& diagnostics)
+      : context(file, options, diagnostics), scanner_(std::move(source), file, diagnostics) {}
+
+  bool next(Record& record) {
+    for (;;) {
+      if (has_pending_ && context.take(record)) return true;
+      has_pending_ = false;
+      if (ended_) return false;
+      PlainGoto plain;
+      if (scanner_.plain_goto(plain)) {
+        if (context.plain_motion(plain, record)) return true;
+        scanner_.unread_goto();
+      }
+      read_slowly();
+    }
+  }
+  std::size_t line_count() const { return scanner_.line_count(); }
+
+  Context context;
+
+ private:
+  void read_slowly() {
+    if (!scanner_.next(statement_)) {
+      ended_ = true;
+      context.finish(scanner_.line_count());
+    } else if (statement_.kind == Statement::Kind::comment) {
+      read_comment(context, statement_);
+    } else if (statement_.kind == Statement::Kind::directive) {
+      read_directive(context, statement_);
+    } else {
+      read_statement(context, statement_);
+    }
+    if (context.too_many_errors()) scanner_.stop();
+    has_pending_ = true;
+  }
+
+  Scanner scanner_;
+  Statement statement_;
+  bool has_pending_ = false;
+  bool ended_ = false;
+};
+
+Reader::Reader(std::string_view text, std::string file, const ReaderOptions& options,
+               Diagnostics& diagnostics)
+    : Reader(std::make_unique<MemorySource>(text), std::move(file), options, diagnostics) {}
+
+Reader::Reader(std::unique_ptr<TextSource> source, std::string file, const ReaderOptions& options,
+               Diagnostics& diagnostics)
+    : impl_(std::make_unique<Impl>(std::move(source), file, options, diagnostics)) {}
+
+Reader::Reader(Reader&&) noexcept = default;
+Reader::~Reader() = default;
+
+bool Reader::next(Record& record) {
+  return impl_->next(record);
+}
+const Resolution& Reader::resolution() const {
+  return impl_->context.resolution();
+}
+std::size_t Reader::motion_count() const {
+  return impl_->context.motion_count();
+}
+std::size_t Reader::line_count() const {
+  return impl_->line_count();
+}
+
+namespace {
+
+Result<Program> collect(std::unique_ptr<TextSource> source, const std::string& file,
+                        const ReaderOptions& options, Diagnostics& diagnostics) {
+  Diagnostics own;  // errors that were there before are not ours
+  Reader reader(std::move(source), file, options, own);
+  Program program;
+  program.file = file;
+  Record record;
+  while (reader.next(record)) program.records.push_back(std::move(record));
+  program.resolution = reader.resolution();
+  program.motion_count = reader.motion_count();
+  diagnostics.append(own);
+  if (own.has_errors()) return tl::unexpected<Error>(own.first_error());
+  return program;
+}
+
+}  // namespace
+
+Result<Program> read_program(std::string_view text, const std::string& file, const ReaderOptions& options,
+                             Diagnostics& diagnostics) {
+  return collect(std::make_unique<MemorySource>(text), file, options, diagnostics);
+}
+
+Result<Program> load_program(const std::string& path, const ReaderOptions& options,
+                             Diagnostics& diagnostics) {
+  auto source = open_source(path);
+  if (!source) return tl::unexpected<Error>(source.error());
+  return collect(std::move(*source), path, options, diagnostics);
+}
+
+}  // namespace trunnion::cl

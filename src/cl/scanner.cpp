@@ -1,0 +1,356 @@
+#include "cl/scanner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+
+#include "cl/plain_number.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 17;  // fits the level 2 cache
+constexpr std::size_t kPadding = 16;  // zeros behind the text: the fast path reads words of bytes
+constexpr std::size_t kLongestStatement = 1 << 16;
+
+/// Words whose rest of the line is text, with or without a separator.
+constexpr std::array<std::string_view, 9> kTextWords = {"PARTNO", "PPRINT", "INSERT", "REMARK",  "TPRINT",
+                                                        "LETTER", "TITLES", "HEADER", "TOOLPATH"};
+
+bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
+char upper(char c) {
+  return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+}
+bool number_character(char c) {
+  return (c >= '0' && c <= '9') || c == '.';
+}
+
+std::uint32_t column_of(std::size_t index) {
+  return static_cast<std::uint32_t>(index + 1);
+}
+
+std::string hexadecimal(unsigned char byte) {
+  std::array<char, 8> text{};
+  const int length = std::snprintf(text.data(), text.size(), "0x%02X", static_cast<unsigned>(byte));
+  return {text.data(), static_cast<std::size_t>(length)};
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// A cut file: the line behind a `$` is no continuation but the next point.
+bool begins_goto(std::string_view line) {
+  constexpr std::string_view kGoto = "GOTO";
+  std::size_t i = std::min(line.find_first_not_of(" \t"), line.size());
+  for (const char c : kGoto) {
+    if (i >= line.size() || upper(line[i]) != c) return false;
+    ++i;
+  }
+  while (i < line.size() && is_blank(line[i])) ++i;
+  return i < line.size() && line[i] == '/';
+}
+
+}  // namespace
+
+Scanner::Scanner(std::unique_ptr<TextSource> source, std::string file, Diagnostics& diagnostics)
+    : source_(std::move(source)), file_(std::move(file)), diagnostics_(diagnostics) {
+  buffer_.resize(kBufferBytes + kPadding);
+  buffer_[0] = '\0';
+}
+
+void Scanner::fatal(SourceRef where, std::string message) {
+  diagnostics_.error(file_, where, std::move(message));
+  stopped_ = true;
+}
+
+// Moves what is unread to the front and reads on behind it. False when nothing more came.
+bool Scanner::refill() {
+  if (source_ended_) return false;
+  std::memmove(buffer_.data(), buffer_.data() + cursor_, end_ - cursor_);
+  end_ -= cursor_;
+  cursor_ = 0;
+  const std::size_t before = end_;
+  while (end_ < kBufferBytes) {
+    const auto count = source_->read(buffer_.data() + end_, kBufferBytes - end_);
+    if (!count) {
+      fatal({line_, 0}, count.error().message);
+      source_ended_ = true;
+      break;
+    }
+    if (*count == 0) {
+      source_ended_ = true;
+      break;
+    }
+    end_ += *count;
+  }
+  std::fill_n(buffer_.begin() + static_cast<std::ptrdiff_t>(end_), kPadding, '\0');
+  return end_ > before;
+}
+
+bool Scanner::physical_line(std::string_view& line) {
+  if (stopped_) return false;
+  std::size_t searched = cursor_;
+  const char* newline = nullptr;
+  for (;;) {
+    newline = static_cast<const char*>(std::memchr(buffer_.data() + searched, '\n', end_ - searched));
+    if (newline != nullptr) break;
+    const std::size_t unread = end_ - cursor_;
+    if (unread >= kBufferBytes) {
+      fatal({line_ + 1, 0},
+            "a line of more than " + std::to_string(kBufferBytes) + " bytes: this is no CL text");
+      return false;
+    }
+    if (!refill()) break;
+    searched = cursor_ + unread;
+  }
+  if (cursor_ == end_ || stopped_) return false;
+  const char* begin = buffer_.data() + cursor_;
+  const char* stop = newline != nullptr ? newline : buffer_.data() + end_;
+  cursor_ = static_cast<std::size_t>(stop - buffer_.data()) + (newline != nullptr ? 1 : 0);
+  ++line_;
+  line = {begin, static_cast<std::size_t>(stop - begin)};
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  if (!line.empty() && line.back() == '\x1A' && cursor_ == end_ && source_ended_)
+    line.remove_suffix(1);  // DOS
+  return check_text(line);
+}
+
+void Scanner::unread_line(std::string_view line) {
+  cursor_ = static_cast<std::size_t>(line.data() - buffer_.data());
+  --line_;
+}
+
+// A CL file is text: any control character but the tab tells that it is something else. DOS ends a text with
+// 0x1A.
+bool Scanner::check_text(std::string_view line) {
+  if (line_ == 1 && (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF"))) {
+    fatal({1, 1}, "UTF-16 text: a CL file is ASCII or UTF-8");
+    return false;
+  }
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(line[i]);
+    if ((byte >= 0x20 || byte == '\t') && byte != 0x7F) continue;
+    fatal({line_, column_of(i)}, "byte " + hexadecimal(byte) + " is not text: this is no CL file");
+    return false;
+  }
+  return true;
+}
+
+bool Scanner::next(Statement& statement) {
+  std::string_view line;
+  while (physical_line(line)) {
+    std::size_t begin = 0;
+    if (line_ == 1 && line.starts_with("\xEF\xBB\xBF")) begin = 3;  // byte order mark of UTF-8
+    while (begin < line.size() && is_blank(line[begin])) ++begin;
+    if (begin == line.size()) continue;
+    statement.fields.clear();
+    statement.has_slash = false;
+    statement.text = {};
+    statement.word = {};
+    statement.where = {line_, column_of(begin)};
+    if (line.substr(begin).starts_with("$$->")) {
+      statement.kind = Statement::Kind::directive;
+      if (assemble(line, begin + 4, statement)) return true;
+      continue;
+    }
+    if (line.substr(begin).starts_with("$$")) {
+      statement.kind = Statement::Kind::comment;
+      statement.text = trimmed(line.substr(begin + 2));
+      return true;
+    }
+    if (text_word(line, begin, statement)) return true;
+    statement.kind = Statement::Kind::command;
+    if (assemble(line, begin, statement)) return true;
+  }
+  return false;
+}
+
+// Blanks may stand inside the word too (`TOOL PATH`).
+bool Scanner::text_word(std::string_view line, std::size_t begin, Statement& statement) {
+  for (const std::string_view word : kTextWords) {
+    std::size_t i = begin;
+    std::size_t matched = 0;
+    while (i < line.size() && matched < word.size()) {
+      if (upper(line[i]) == word[matched]) {
+        ++matched;
+      } else if (!is_blank(line[i])) {
+        break;
+      }
+      ++i;
+    }
+    if (matched < word.size()) continue;
+    std::string_view rest = trimmed(line.substr(i));
+    if (!rest.empty() && rest.front() == '/') rest = trimmed(rest.substr(1));
+    statement.kind = Statement::Kind::text;
+    statement.word = word;
+    statement.text = rest;
+    return true;
+  }
+  return false;
+}
+
+// Takes the part of a physical line that counts into compacted_. True when the statement goes on in the next
+// line.
+bool Scanner::compact(std::string_view line, std::size_t begin) {
+  bool blank = true;  // the end of a line parts two numbers as a blank does
+  for (std::size_t i = begin; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '\'') in_quotes_ = !in_quotes_;
+    if (!in_quotes_ && c == '$') return i + 1 >= line.size() || line[i + 1] != '$';
+    if (is_blank(c)) {
+      blank = true;
+      continue;
+    }
+    compacted_.push_back(upper(c));
+    places_.push_back({line_, column_of(i)});
+    after_blank_.push_back(blank ? 1 : 0);
+    blank = false;
+  }
+  return false;
+}
+
+bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& statement) {
+  compacted_.clear();
+  places_.clear();
+  after_blank_.clear();
+  in_quotes_ = false;
+  bool continued = compact(line, begin);
+  while (continued) {
+    in_quotes_ = false;
+    const SourceRef place{line_, column_of(line.find_last_not_of(" \t"))};
+    if (!physical_line(line)) {
+      if (!stopped_) diagnostics_.error(file_, place, "the file ends after a continuation ($)");
+      return false;
+    }
+    if (begins_goto(line)) {
+      unread_line(line);
+      if (!compacted_.empty() && compacted_.back() == ',') compacted_.pop_back();
+      diagnostics_.warning(
+          file_, place,
+          "continued by $, but the next line is a new GOTO: the statement is taken as it stands");
+      break;
+    }
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first != std::string_view::npos && line.substr(first).starts_with("$$"))
+      continue;  // a comment in between
+    continued = compact(line, 0);
+    if (compacted_.size() > kLongestStatement) {
+      fatal(statement.where, "a statement of more than " + std::to_string(kLongestStatement) + " characters");
+      return false;
+    }
+  }
+  if (compacted_.empty()) return false;
+  split(statement);
+  return true;
+}
+
+void Scanner::append_field(std::size_t begin, std::size_t end, Statement& statement) {
+  Field field;
+  field.text = std::string_view(compacted_).substr(begin, end - begin);
+  // An empty field stands where its comma is, or behind the last character.
+  field.where =
+      begin < places_.size() ? places_[begin] : SourceRef{places_.back().line, places_.back().column + 1};
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    if (after_blank_[i] != 0 && number_character(compacted_[i]) && number_character(compacted_[i - 1])) {
+      field.blank_inside_number = true;
+    }
+  }
+  statement.fields.push_back(field);
+}
+
+void Scanner::split(Statement& statement) {
+  const std::string_view all = compacted_;
+  statement.where = places_.front();
+  std::size_t at = all.find_first_of("/,(=");
+  if (at == std::string_view::npos) at = all.size();
+  statement.word = all.substr(0, at);
+  statement.text = all.substr(at);
+  if (at == all.size()) return;
+  statement.has_slash = all[at] == '/';
+  std::size_t begin = at + 1;
+  if (begin == all.size()) return;  // `RAPID/`
+  bool quoted = false;
+  for (std::size_t i = begin; i < all.size(); ++i) {
+    if (all[i] == '\'') quoted = !quoted;
+    if (quoted || all[i] != ',') continue;
+    append_field(begin, i, statement);
+    begin = i + 1;
+  }
+  append_field(begin, all.size(), statement);
+}
+
+bool Scanner::plain_goto(PlainGoto& out) {
+  constexpr std::size_t kComfort = 2048;  // longer than any plain GOTO, so that one refill at most is needed
+  if (stopped_) return false;
+  if (end_ - cursor_ < kComfort) refill();
+  const char* const line_start = buffer_.data() + cursor_;
+  const char* p = line_start;
+  while (is_blank(*p)) ++p;
+  std::uint32_t word = 0;
+  std::memcpy(&word, p, sizeof(word));
+  std::uint32_t goto_word = 0;
+  std::memcpy(&goto_word, "goto", sizeof(goto_word));
+  if ((word | 0x20202020U) != goto_word) return false;
+  out.where = {line_ + 1, column_of(static_cast<std::size_t>(p - line_start))};
+  p += sizeof(word);
+  while (is_blank(*p)) ++p;
+  if (*p != '/') return false;
+  ++p;
+  std::uint32_t lines = 1;
+  int count = 0;
+  unsigned decimals[2] = {0, 0};
+  for (;;) {
+    while (is_blank(*p)) ++p;
+    if (*p == '$') {
+      ++p;
+      while (is_blank(*p)) ++p;
+      if (*p == '\r') ++p;
+      if (*p != '\n') return false;
+      ++p;
+      ++lines;
+      while (is_blank(*p)) ++p;
+    }
+    unsigned places = 0;
+    p = plain_number(p, out.value[count], places);
+    if (p == nullptr) return false;
+    unsigned& most = decimals[count >= 3 ? 1 : 0];
+    most = std::max(most, places);
+    ++count;
+    while (is_blank(*p)) ++p;
+    if (*p != ',' || count == 6) break;
+    ++p;
+  }
+  if (*p == '\r') ++p;
+  const char* const text_end = buffer_.data() + end_;
+  if (p == text_end && source_ended_) {
+    // last line without a newline
+  } else if (*p == '\n') {
+    ++p;
+  } else {
+    return false;
+  }
+  if (count != 3 && count != 6) return false;
+  out.count = count;
+  out.coordinate_decimals = static_cast<std::uint8_t>(decimals[0]);
+  out.axis_decimals = static_cast<std::uint8_t>(decimals[1]);
+  goto_cursor_ = cursor_;
+  goto_line_ = line_;
+  cursor_ = static_cast<std::size_t>(p - buffer_.data());
+  line_ += lines;
+  return true;
+}
+
+void Scanner::unread_goto() {
+  cursor_ = goto_cursor_;
+  line_ = goto_line_;
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,64 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/cl/reader.hpp"
+
+#include "cl/statement.hpp"
+
+namespace trunnion::cl {
+
+/// Cuts CL text into statements: blanks and tabs anywhere, `$` continuation, `$$` comments, CR LF, no final
+/// newline, quoted strings, words that keep the rest of their line as text. Memory is one buffer and the
+/// statement at hand.
+class Scanner {
+ public:
+  Scanner(std::unique_ptr<TextSource> source, std::string file, Diagnostics& diagnostics);
+
+  /// The next statement; false at the end. The views in it hold until the next call.
+  bool next(Statement& statement);
+
+  /// Reads a GOTO of 3 or 6 plain numbers (digits, point, sign; also continued by `$`); false, with nothing
+  /// consumed, for anything else, however right or wrong: `next` is the judge of that.
+  bool plain_goto(PlainGoto& out);
+  /// Puts the last plain_goto back, so that `next` reads it again.
+  void unread_goto();
+
+  std::size_t line_count() const { return line_; }
+  /// Nothing more is read.
+  void stop() { stopped_ = true; }
+
+ private:
+  bool refill();
+  bool physical_line(std::string_view& line);
+  void unread_line(std::string_view line);
+  bool check_text(std::string_view line);
+  bool text_word(std::string_view line, std::size_t begin, Statement& statement);
+  bool assemble(std::string_view line, std::size_t begin, Statement& statement);
+  bool compact(std::string_view line, std::size_t begin);
+  void split(Statement& statement);
+  void append_field(std::size_t begin, std::size_t end, Statement& statement);
+  void fatal(SourceRef where, std::string message);
+
+  std::unique_ptr<TextSource> source_;
+  std::string file_;
+  Diagnostics& diagnostics_;
+  std::vector<char> buffer_;
+  std::size_t cursor_ = 0;  // in buffer_
+  std::size_t end_ = 0;     // in buffer_; buffer_[end_] is 0
+  bool source_ended_ = false;
+  bool stopped_ = false;
+  std::uint32_t line_ = 0;  // number of the physical line read last
+  std::size_t goto_cursor_ = 0;
+  std::uint32_t goto_line_ = 0;
+
+  std::string compacted_;          // statement at hand, upper case, no blanks
+  std::vector<SourceRef> places_;  // of each character of compacted_
+  std::vector<char> after_blank_;  // 1 where a blank stood before the character
+  bool in_quotes_ = false;
+};
+
+}  // namespace trunnion::cl

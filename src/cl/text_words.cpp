@@ -1,0 +1,64 @@
+#include <algorithm>
+#include <string>
+
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+void emit_text(Context& context, const Statement& statement, Text::Kind kind) {
+  context.emit(statement.where, Text{kind, std::string(statement.text)});
+}
+void read_partno(Context& context, const Statement& statement) {
+  emit_text(context, statement, Text::Kind::part_name);
+}
+void read_pprint(Context& context, const Statement& statement) {
+  emit_text(context, statement, Text::Kind::print);
+}
+void read_insert(Context& context, const Statement& statement) {
+  emit_text(context, statement, Text::Kind::insert);
+}
+void read_other(Context& context, const Statement& statement) {
+  emit_text(context, statement, Text::Kind::other);
+}
+void skip(Context&, const Statement&) {}
+
+// NX: TOOL PATH/operation,TOOL,tool
+void read_toolpath(Context& context, const Statement& statement) {
+  const std::string_view name = statement.text.substr(0, statement.text.find(','));
+  context.emit(statement.where, OperationBegin{std::string(name)});
+}
+void read_end_of_path(Context& context, const Statement& statement) {
+  context.emit(statement.where, OperationEnd{});
+}
+
+constexpr WordReading kWords[] = {
+    {"PARTNO", read_partno},          {"PPRINT", read_pprint}, {"INSERT", read_insert},
+    {"TPRINT", read_other},           {"LETTER", read_other},  {"TITLES", read_other},
+    {"TOOLPATH", read_toolpath},      {"REMARK", skip},        {"HEADER", skip},
+    {"END-OF-PATH", read_end_of_path}};
+
+}  // namespace
+
+std::span<const WordReading> text_words() {
+  return kWords;
+}
+
+// CATIA names its operations in comments: `$$ OPERATION NAME : x`, `$$  End of generation of : x`. Its matrix
+// of the machining axis system stands there too.
+void read_comment(Context& context, const Statement& statement) {
+  constexpr std::string_view kName = "OPERATION NAME :";
+  const std::string_view text = statement.text;
+  if (text.starts_with(kName)) {
+    std::string_view name = text.substr(kName.size());
+    name.remove_prefix(std::min(name.find_first_not_of(' '), name.size()));
+    return context.emit(statement.where, OperationBegin{std::string(name)});
+  }
+  if (text.starts_with("End of generation of :")) return context.emit(statement.where, OperationEnd{});
+  if (text.starts_with("*CATIA0")) {
+    context.error(statement.where, "$$*CATIA0 changes the geometry and is not understood by this program");
+  }
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,117 @@
+#include "cl/words.hpp"
+
+#include <string>
+#include <unordered_map>
+
+#include "trunnion/base/contract.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+constexpr std::string_view kRefused[] = {
+    // curves
+    "CIRCLE", "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRV", "INDIRP", "ARCSLP",
+    "ARCDAT",
+    // motion along part, drive and check surfaces, and motions whose end the file does not say
+    "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLON", "TLONPS",
+    "TLOFPS", "RETRCT", "THREAD", "TURN", "POCKET", "HEAD",
+    // cutter compensation and cycles
+    "CUTCOM", "CYCLE",
+    // frames and copies
+    "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS",
+    "MODE", "MATRIX", "SETANG", "POSTN",
+    // programs that call themselves
+    "CALSUB", "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD"};
+
+constexpr std::string_view kSilent[] = {
+    // display
+    "PAINT", "CAMERA", "DISPLY", "CLPRNT", "PLOT", "NOPLOT", "PPLOT", "PEN", "TITLE", "CSI_SET_FLUTE_LENGTH",
+    "CSI_SET_EXTENSION_LENGTH",
+    // what the CAM system worked with: it is in the points already
+    "MACHIN", "MCHTOL", "INTOL", "OUTTOL", "TOLER", "THICK", "AUTOPS", "PSIS", "CUT", "DNTCUT", "NOPOST",
+    "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL"};
+
+using ReadingTable = std::unordered_map<std::string_view, Reading>;
+
+const ReadingTable& readings() {
+  static const ReadingTable table = [] {
+    ReadingTable all;
+    for (const auto list : {motion_words(), process_words(), tool_words(), frame_words(), text_words()}) {
+      for (const WordReading& entry : list) {
+        const bool first = all.emplace(entry.word, entry.read).second;
+        TRUNNION_EXPECTS(first);
+      }
+    }
+    return all;
+  }();
+  return table;
+}
+
+bool is_in(std::span<const std::string_view> list, std::string_view word) {
+  for (const std::string_view entry : list) {
+    if (entry == word) return true;
+  }
+  return false;
+}
+
+// A word that no list knows.
+void judge_unknown(Context& context, const Statement& statement) {
+  const std::string word(statement.word.substr(0, 40));
+  const char first = word.empty() ? '\0' : word.front();
+  if (first < 'A' || first > 'Z') {
+    context.error(statement.where, "a statement begins with '" +
+                                       (word.empty() ? std::string(statement.text.substr(0, 1)) : word) +
+                                       "': a word is needed (a lost continuation?)");
+    return;
+  }
+  if (statement.text.starts_with("=")) {
+    context.error(statement.where, word + "=: this is APT source language, not CL data");
+    return;
+  }
+  // A misspelt motion must not get lost with a warning.
+  if (word.starts_with("GO")) {
+    context.error(statement.where, word + ": no motion word of this name");
+    return;
+  }
+  context.warning_once(word, statement.where, word + " is not known and was skipped");
+}
+
+}  // namespace
+
+std::span<const std::string_view> refused_words() {
+  return kRefused;
+}
+std::span<const std::string_view> silent_words() {
+  return kSilent;
+}
+
+void read_statement(Context& context, const Statement& statement) {
+  if (context.modal.ended) {
+    context.warning_once("after FINI", statement.where,
+                         std::string(statement.word.substr(0, 40)) + ": what follows FINI is not read");
+    return;
+  }
+  if (!context.modal.synonyms.empty()) {
+    const auto found = context.modal.synonyms.find(statement.word);
+    if (found != context.modal.synonyms.end()) {
+      if (found->second.starts_with("$$")) return;  // made a comment
+      Statement renamed = statement;
+      renamed.word = found->second;
+      const auto reading = readings().find(renamed.word);
+      if (reading != readings().end()) return reading->second(context, renamed);
+      return judge_unknown(context, renamed);
+    }
+  }
+  const auto reading = readings().find(statement.word);
+  if (reading != readings().end()) {
+    reading->second(context, statement);
+  } else if (is_in(refused_words(), statement.word)) {
+    context.error(statement.where, std::string(statement.word) +
+                                       " changes the geometry and is not understood by this program");
+  } else if (!is_in(silent_words(), statement.word)) {
+    judge_unknown(context, statement);
+  }
+}
+
+}  // namespace trunnion::cl

@@ -1,0 +1,37 @@
+#pragma once
+#include <span>
+#include <string_view>
+
+#include "cl/context.hpp"
+#include "cl/statement.hpp"
+
+namespace trunnion::cl {
+
+using Reading = void (*)(Context&, const Statement&);
+
+/// A word and what reads its statement.
+struct WordReading {
+  std::string_view word;
+  Reading read;
+};
+
+// One list per concern; a word stands in one list only.
+std::span<const WordReading> motion_words();   // GOTO, FROM, GODLTA, RAPID, MULTAX, TLAXIS, UNITS
+std::span<const WordReading> process_words();  // FEDRAT, SPINDL, COOLNT, DELAY, STOP, LINTOL, FINI ...
+std::span<const WordReading> tool_words();     // LOADTL, LOAD, SELECT, CUTTER, TLDATA ...
+std::span<const WordReading> frame_words();    // MSYS, CSYS, TRNTYP ...
+std::span<const WordReading> text_words();     // PARTNO, PPRINT, INSERT, TOOL PATH ...
+
+/// Words that change where the tool goes and are not understood: each is an error.
+std::span<const std::string_view> refused_words();
+/// Words that draw, name or set what does not concern the NC program: skipped without a word.
+std::span<const std::string_view> silent_words();
+
+/// Reads one statement into `context`: its word's reading, or the verdict on a word without one.
+void read_statement(Context& context, const Statement& statement);
+
+/// Comments that carry data: Creo's `$$-> ...`, CATIA's operation names.
+void read_directive(Context& context, const Statement& statement);
+void read_comment(Context& context, const Statement& statement);
+
+}  // namespace trunnion::cl

@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "trunnion/base/files.hpp"
+
+#include "cl/support.hpp"
+
+namespace trunnion::cl {
+namespace {
+
+std::vector<std::filesystem::path> bad_cases() {
+  std::vector<std::filesystem::path> cases;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(TRUNNION_SOURCE_DIR) + "/tests/cases/bad")) {
+    if (entry.path().extension() == ".cls") cases.push_back(entry.path());
+  }
+  std::sort(cases.begin(), cases.end());
+  return cases;
+}
+
+// Each file's first line says what its only error has to be: `$$ expect: file:line:column: error: message`.
+TEST(BadCases, EachGivesExactlyTheErrorOfItsFirstLine) {
+  const std::string prefix = "$$ expect: ";
+  const auto cases = bad_cases();
+  EXPECT_GE(cases.size(), 20U);
+  for (const auto& path : cases) {
+    const auto text = read_file(path.string());
+    ASSERT_TRUE(text) << path;
+    const std::string first = text->substr(0, text->find('\n'));
+    ASSERT_TRUE(first.starts_with(prefix)) << path;
+    Diagnostics diagnostics;
+    const auto program = read_program(*text, path.filename().string(), {}, diagnostics);
+    ASSERT_FALSE(program) << path;
+    EXPECT_EQ(program.error().code, ErrorCode::wrong_input) << path;
+    EXPECT_EQ(program.error().text(), first.substr(prefix.size())) << path;
+    EXPECT_EQ(diagnostics.findings().size(), 1U) << path;
+  }
+}
+
+TEST(BadCases, AllFaultsOfAFileAreReported) {
+  const auto reading = test::read(
+      "GOTO/1,2\nGOTO/0,0,0,0,0,1\nFEDRAT/-5\nGOTO/1,NAN,1e999\nSPINDL/RPM\nCIRCEL/1\nCIRCEL/2\nGOTO/"
+      "1,2,3,0,0,0\n");
+  EXPECT_EQ(test::joined(reading.findings),
+            "1:1: error: GOTO: 2 values; 3 (x, y, z) or 6 (x, y, z, i, j, k) are needed\n"
+            "3:8: error: FEDRAT: -5 is not above 0\n"
+            "4:8: error: GOTO: 'NAN' is not a number\n"
+            "4:12: error: GOTO: '1E999' is beyond the range of numbers\n"
+            "6:1: warning: CIRCEL is not known and was skipped\n"
+            "8:12: error: GOTO: the tool axis (0, 0, 0) has no direction\n");
+  EXPECT_EQ(reading.motions().size(), 1U);
+}
+
+TEST(BadCases, AFileOfNothingButFaultsStopsAtAThousand) {
+  std::string text;
+  for (int i = 0; i < 5000; ++i) text += "GOTO/1\n";
+  const auto reading = test::read(text);
+  ASSERT_EQ(reading.findings.size(), 1000U);
+  EXPECT_EQ(reading.findings.back(), "1000:1: error: 1000 errors: the rest of the file is not read");
+}
+
+TEST(BadCases, EmptyTextsHaveNoMotion) {
+  for (const std::string text : {"", "\n", "\n\n\n", "$$ only a comment", "   \t  "}) {
+    const auto reading = test::read(text);
+    ASSERT_EQ(reading.findings.size(), 1U);
+    EXPECT_TRUE(reading.findings[0].ends_with("error: no motion (GOTO) in the file")) << reading.findings[0];
+  }
+}
+
+TEST(BadCases, Utf16IsNamed) {
+  const std::string text("\xFF\xFEG\0O\0T\0O\0", 10);
+  EXPECT_EQ(test::joined(test::read(text).findings),
+            "1:1: error: UTF-16 text: a CL file is ASCII or UTF-8\n");
+}
+
+TEST(BadCases, AMissingFileOrAFolderIsAnInputOutputError) {
+  Diagnostics diagnostics;
+  for (const std::string path : {"/nonexistent/part.cls", "/"}) {
+    const auto program = load_program(path, {}, diagnostics);
+    ASSERT_FALSE(program);
+    EXPECT_EQ(program.error().code, ErrorCode::io_failed);
+    EXPECT_EQ(program.error().file, path);
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::cl

@@ -1,0 +1,51 @@
+#pragma once
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "trunnion/cl/reader.hpp"
+
+namespace trunnion::cl::test {
+
+/// What a text reads as: all records, and all findings without the file name.
+struct Reading {
+  std::vector<Record> records;
+  std::vector<std::string> findings;
+  Resolution resolution;
+
+  std::vector<Motion> motions() const {
+    std::vector<Motion> all;
+    for (const Record& record : records) {
+      if (const auto* motion = std::get_if<Motion>(&record.data)) all.push_back(*motion);
+    }
+    return all;
+  }
+  template <class Data>
+  std::vector<Data> all() const {
+    std::vector<Data> found;
+    for (const Record& record : records) {
+      if (const auto* data = std::get_if<Data>(&record.data)) found.push_back(*data);
+    }
+    return found;
+  }
+};
+
+inline Reading read(std::string_view text, const ReaderOptions& options = {}) {
+  Diagnostics diagnostics;
+  Reader reader(text, "f", options, diagnostics);
+  Reading reading;
+  Record record;
+  while (reader.next(record)) reading.records.push_back(record);
+  reading.resolution = reader.resolution();
+  for (const Finding& finding : diagnostics.findings())
+    reading.findings.push_back(finding.text().substr(2));  // without "f:"
+  return reading;
+}
+
+inline std::string joined(const std::vector<std::string>& findings) {
+  std::string all;
+  for (const std::string& finding : findings) all += finding + "\n";
+  return all;
+}
+
+}  // namespace trunnion::cl::test
