@@ -237,6 +237,7 @@ void read_modes(Section& root, Controller& c) {
     if (s.has("default")) c.default_path_mode = kind;
   });
   in_section(root, "read", [&](Section& s) {
+    read_template(s, "end", {}, c.also_end);
     read_template(s, "silent", {}, c.silent);
     if (auto refused = s.find_section("refused")) {
       for (const auto& word : refused->keys()) c.refused[word] = refused->text(word);

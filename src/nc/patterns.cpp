@@ -236,6 +236,7 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   add_state(compiler, c);
   compiler.add(c.program.begin, {EventKind::program_start}, "[program] begin");
   compiler.add(c.program.end, {EventKind::program_end}, "[program] end");
+  for (const auto& word : c.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");
   compiler.add(c.dwell, {EventKind::dwell}, "[dwell] words");
   for (const AxisLetter letter : kAllAxisLetters) {
     compiler.add(c.retract[index(letter)], {EventKind::retract, static_cast<int>(letter)},

@@ -128,6 +128,7 @@ bool LineScanner::scan_phrase(const char*& p, const char* end, FoundEvent& out) 
 }
 
 void LineScanner::scan(const char* begin, const char* p, const char* end, ParsedLine& out) const {
+  out.begin = begin;
   while (p != end) {
     const char c = *p;
     if (is_blank(c)) {
@@ -144,6 +145,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
         word.column = static_cast<std::uint32_t>(p - begin) + 1;
         if (!scan_number(s, end, word.number))
           return refuse(out, begin, p, "no number after " + quoted(p, p + 1));
+        word.length = static_cast<std::uint32_t>(s - p);
         ++out.word_count;
         p = s;
         continue;

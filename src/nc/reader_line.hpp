@@ -15,6 +15,7 @@ struct Word {
   char letter = ' ';
   bool used = false;
   std::uint32_t column = 0;
+  std::uint32_t length = 0;  // of its text
   Number number;
 };
 
@@ -42,6 +43,7 @@ struct FoundEvent {
 inline constexpr std::size_t kMaxWords = 48;
 
 struct ParsedLine {
+  const char* begin = nullptr;  // the line, for messages
   std::array<Word, kMaxWords> words;
   std::size_t word_count = 0;
   std::vector<FoundEvent> phrases;

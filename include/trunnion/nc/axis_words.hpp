@@ -23,6 +23,10 @@ constexpr char letter_of(AxisLetter letter) {
 constexpr bool is_rotary(AxisLetter letter) {
   return letter == AxisLetter::A || letter == AxisLetter::B || letter == AxisLetter::C;
 }
+/// Bits of AxisWords::mask.
+inline constexpr std::uint16_t kAllAxes = 0b111111111;
+inline constexpr std::uint16_t kRotaryAxes = 0b000111000;
+inline constexpr std::uint16_t kLinearAxes = kAllAxes & ~kRotaryAxes;
 /// The letter that `name` ("X", "A", ...) is; nothing for any other text.
 std::optional<AxisLetter> axis_letter(std::string_view name);
 
@@ -75,10 +79,8 @@ struct AxisWords {
     quanta[index(letter)] = value;
     mask = static_cast<std::uint16_t>(mask | bit(letter));
   }
-  void forget(AxisLetter letter) {
-    quanta[index(letter)] = 0;
-    mask = static_cast<std::uint16_t>(mask & ~bit(letter));
-  }
+  void forget(std::uint16_t axes) { mask = static_cast<std::uint16_t>(mask & ~axes); }
+  void forget(AxisLetter letter) { forget(bit(letter)); }
   /// Equal words; quanta of absent words do not count.
   bool operator==(const AxisWords& other) const;
 };

@@ -116,9 +116,10 @@ struct Controller {
   struct Tcp {
     Template on;  // {length_offset}
     Template off;
-    bool with_motion = false;         // as for length
-    bool off_for_tool_change = true;  // switched off before a tool change, a retract and the end of the program
-    bool replaces_length = false;     // `on` takes the place of length compensation, `off` ends both
+    bool with_motion = false;  // as for length
+    bool off_for_tool_change =
+        true;                      // switched off before a tool change, a retract and the end of the program
+    bool replaces_length = false;  // `on` takes the place of length compensation, `off` ends both
   } tcp;
 
   struct Plane {
@@ -144,6 +145,7 @@ struct Controller {
   Template continuous_within;                     // {tolerance}
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
   std::array<Template, kAxisLetters> retract;     // by axis
+  Template also_end;  // other words that end a program, when reading
   Template silent;  // words that the reader takes and that move nothing and change nothing here
 
   std::map<std::string, std::string> refused;  // words that are known and not read, as G91, and why

@@ -1,0 +1,198 @@
+#include <algorithm>
+#include <utility>
+
+#include "nc/reader_state.hpp"
+
+// All words but motion.
+namespace trunnion::nc {
+void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion& m) {
+  bool moved = false;
+  for (const auto& found : events) {
+    const auto kind = found.event.kind;
+    if (m.words.mask != 0 && excludes_motion(kind)) {
+      return error(m.column, "axis words stand in one block with words that exclude motion");
+    }
+    // Stops and the end take place when the motion of their block is done.
+    if (!moved && kind >= EventKind::stop) {
+      run_motion(m);
+      moved = true;
+    }
+    run_event(found);
+  }
+  if (!moved) run_motion(m);
+}
+
+bool Reader::State::excludes_motion(EventKind kind) {
+  return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
+         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
+}
+
+std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
+  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+  std::int64_t out = fallback;
+  if (number != nullptr && !to_rounded_quanta(*number, 0, out)) error(found.column, "number too large");
+  return out;
+}
+
+std::int64_t Reader::State::scaled(const FoundEvent& found, Placeholder p, int decimals) {
+  std::int64_t out = 0;
+  if (found.captures.has(p) && !to_quanta(found.captures[p], decimals, out)) {
+    error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
+                            std::to_string(decimals));
+  }
+  return out;
+}
+
+void Reader::State::keep_captures(const Captures& captures) {
+  for (const auto p : {Placeholder::tool, Placeholder::rpm}) {
+    if (captures.has(p)) kept.set(p, captures[p]);
+  }
+}
+
+void Reader::State::run_event(const FoundEvent& found) {
+  keep_captures(found.captures);
+  switch (found.event.kind) {
+    case EventKind::program_start:
+      return run_program_start(found);
+    case EventKind::program_end:
+      ended = true;
+      return emit(ProgramEnd{});
+    case EventKind::spindle:
+      return run_spindle(found);
+    case EventKind::coolant:
+      return run_coolant(static_cast<CoolantKind>(found.event.argument));
+    case EventKind::tool:
+      return run_tool(found);
+    case EventKind::length_on:
+      return run_length(whole(found, Placeholder::length_offset, 0));
+    case EventKind::length_off:
+      return run_length(0);
+    case EventKind::tcp_on:
+      return run_tcp(true, whole(found, Placeholder::length_offset, 0));
+    case EventKind::tcp_off:
+      return run_tcp(false, 0);
+    case EventKind::length_or_tcp_off:
+      return tcp ? run_tcp(false, 0) : run_length(0);
+    case EventKind::work_offset:
+      return run_work_offset(found.event.argument);
+    case EventKind::path_mode:
+      return run_path_mode(found);
+    case EventKind::plane_on:
+      return run_plane(found);
+    case EventKind::plane_off:
+      if (!plane) return;
+      plane = false;
+      position.forget(kAllAxes);
+      return emit(TiltedPlane{});
+    case EventKind::dwell:
+      return run_dwell(found);
+    case EventKind::retract:
+      return run_retract(static_cast<AxisLetter>(found.event.argument));
+    case EventKind::stop:
+      return emit(Stop{found.event.argument == 1});
+    default:
+      return;
+  }
+}
+
+void Reader::State::run_program_start(const FoundEvent& found) {
+  if (started) return;
+  ProgramStart start;
+  start.name = found.captures.name;
+  start.number = whole(found, Placeholder::number, 1);
+  emit(start);
+}
+
+void Reader::State::run_spindle(const FoundEvent& found) {
+  Spindle now;
+  now.turn = static_cast<SpindleTurn>(found.event.argument);
+  if (now.turn != SpindleTurn::off) {
+    now.rpm = whole(found, Placeholder::rpm, 0);
+    if (now.rpm <= 0) return error(found.column, "the spindle is to turn without a speed");
+  }
+  if (now.turn == spindle.turn && now.rpm == spindle.rpm) return;
+  spindle = now;
+  emit(now);
+}
+
+void Reader::State::run_coolant(CoolantKind kind) {
+  const auto now =
+      static_cast<std::uint8_t>(kind == CoolantKind::off ? 0 : coolant | (1U << static_cast<unsigned>(kind)));
+  if (now == coolant) return;
+  coolant = now;
+  emit(Coolant{kind});
+}
+
+void Reader::State::run_tool(const FoundEvent& found) {
+  ToolCall call;
+  call.tool = whole(found, Placeholder::tool, -1);
+  if (call.tool < 0) return error(found.column, "a tool change without a tool");
+  call.length_offset = whole(found, Placeholder::length_offset, call.tool);
+  spindle = {};
+  coolant = 0;
+  length = -1;  // not said yet
+  position.forget(kAllAxes);
+  emit(call);
+}
+
+void Reader::State::run_length(std::int64_t number) {
+  if (number == length) return;
+  length = number;
+  position.forget(kLinearAxes);
+  emit(LengthCompensation{number});
+}
+
+void Reader::State::run_tcp(bool on, std::int64_t offset) {
+  if (on == tcp && offset == tcp_offset) return;
+  tcp = on;
+  tcp_offset = offset;
+  if (c.tcp.replaces_length) length = 0;
+  position.forget(kLinearAxes);
+  emit(TcpControl{on, offset});
+}
+
+void Reader::State::run_work_offset(std::int64_t index) {
+  if (index == work_offset) return;
+  work_offset = index;
+  position.forget(kAllAxes);
+  emit(WorkOffset{index});
+}
+
+void Reader::State::run_path_mode(const FoundEvent& found) {
+  PathMode now;
+  now.kind = static_cast<PathModeKind>(found.event.argument);
+  now.tolerance = scaled(found, Placeholder::tolerance, format.decimals(AxisLetter::X));
+  if (path_mode && path_mode->kind == now.kind && path_mode->tolerance == now.tolerance) return;
+  path_mode = now;
+  emit(now);
+}
+
+void Reader::State::run_plane(const FoundEvent& found) {
+  TiltedPlane now;
+  now.on = true;
+  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
+  static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
+  for (std::size_t i = 0; i < 3; ++i) {
+    now.origin[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
+    now.angles[i] = scaled(found, kAngle[i], format.decimals(AxisLetter::A));
+  }
+  plane = true;
+  position.forget(kAllAxes);
+  emit(now);
+}
+
+void Reader::State::run_dwell(const FoundEvent& found) {
+  Dwell now;
+  now.milliseconds = found.captures.has(Placeholder::milliseconds)
+                         ? whole(found, Placeholder::milliseconds, 0)
+                         : scaled(found, Placeholder::seconds, 3);
+  emit(now);
+}
+
+void Reader::State::run_retract(AxisLetter letter) {
+  position.forget(letter);
+  motion_kind.reset();
+  emit(Retract{AxisWords::bit(letter)});
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,120 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/nc/reader.hpp"
+
+#include "nc/patterns.hpp"
+#include "nc/reader_line.hpp"
+
+namespace trunnion::nc {
+
+// G0 to G999.9 in tenths.
+inline constexpr std::size_t kCodes = 10000;
+enum class Simple : std::uint8_t { no, silent, rapid, linear, per_minute, inverse_time };
+
+/// What the control knows after the text so far.
+struct Reader::State {
+  State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
+        ReaderOptions opts);
+
+  const Controller& c;
+  std::string file;
+  Diagnostics& diagnostics;
+  Sink sink;
+  ReaderOptions options;
+  AxisFormat format;
+  PatternSet patterns;
+  LineScanner scanner;
+  std::int64_t turn;
+  std::array<Simple, kCodes> g_codes{};
+  std::array<Simple, kCodes> m_codes{};
+  std::array<std::uint8_t, 32> kept_letters{};  // letter -> placeholder + 1 that later lines use
+
+  // Text.
+  std::string carry;  // an unfinished line
+  std::uint32_t line = 0;
+  ParsedLine parsed;
+  std::size_t errors = 0;
+  bool given_up = false;
+  std::optional<Error> first_error;
+
+  // What the control knows.
+  Block motion_block = Motion{};
+  AxisWords position;
+  std::optional<MotionKind> motion_kind;
+  FeedMode feed_mode = FeedMode::per_minute;
+  std::int64_t feed = 0;  // 0: none
+  Spindle spindle;
+  std::uint8_t coolant = 0;
+  std::int64_t length = 0;
+  bool tcp = false;
+  std::int64_t tcp_offset = 0;
+  std::int64_t work_offset = 0;
+  std::optional<PathMode> path_mode;
+  bool plane = false;
+  Captures kept;
+  bool started = false;
+  bool ended = false;
+
+  void note_simple(const Pattern& p);
+  // Findings.
+  void error(std::uint32_t column, const std::string& message);
+  std::string text_of(const Word& word) const;
+  void unknown_word(const Word& word);
+  void emit(const Block& block);
+
+  // Motion.
+  struct LineMotion {
+    AxisWords words;
+    bool has_feed = false;
+    Number feed;
+    std::uint32_t column = 0;
+    bool rapid = false;  // by a word that holds for this line only
+    bool named = false;  // a motion word stands in the line
+  };
+  bool take_axis(Word& word, std::uint8_t axis, LineMotion& m);
+  bool take_simple(Word& word, LineMotion& m);
+  void set_kind(MotionKind kind, LineMotion& m);
+  void set_feed_mode(FeedMode mode);
+  void take_feed(LineMotion& m);
+  std::int64_t unwrapped(AxisLetter letter, std::int64_t value) const;
+  void run_motion(LineMotion& m);
+
+  // Lines.
+  void read_line(std::string_view text);
+  bool is_raw(std::string_view text) const;
+  void run_line();
+  // What is left after patterns have taken their words: motion, or not understood.
+  bool take_words(LineMotion& m);
+  // T before M6, S before M3: on lines of their own.
+  bool keep(const Word& word);
+  std::vector<FoundEvent> find_events(LineMotion& m);
+  Word* find_word(const PatternWord& wanted);
+  // All words of the pattern in the line, in any order; tool and spindle speed may have come before.
+  bool match_words(const Pattern& pattern, FoundEvent& found);
+
+  // Events.
+  void run_events(const std::vector<FoundEvent>& events, LineMotion& m);
+  static bool excludes_motion(EventKind kind);
+  std::int64_t whole(const FoundEvent& found, Placeholder p, std::int64_t fallback);
+  std::int64_t scaled(const FoundEvent& found, Placeholder p, int decimals);
+  void keep_captures(const Captures& captures);
+  void run_event(const FoundEvent& found);
+  void run_program_start(const FoundEvent& found);
+  void run_spindle(const FoundEvent& found);
+  void run_coolant(CoolantKind kind);
+  void run_tool(const FoundEvent& found);
+  void run_length(std::int64_t number);
+  void run_tcp(bool on, std::int64_t offset);
+  void run_work_offset(std::int64_t index);
+  void run_path_mode(const FoundEvent& found);
+  void run_plane(const FoundEvent& found);
+  void run_dwell(const FoundEvent& found);
+  void run_retract(AxisLetter letter);
+};
+
+}  // namespace trunnion::nc

@@ -1,0 +1,229 @@
+#include <algorithm>
+#include <utility>
+
+#include "trunnion/base/contract.hpp"
+
+#include "nc/writer_state.hpp"
+
+// All blocks but motion.
+namespace trunnion::nc {
+
+Result<void> Writer::State::flush_setup(bool with_default_path_mode) {
+  setup_pending = false;
+  if (auto done = put_template(c.program.setup, {}); !done) return done;
+  if (with_default_path_mode && c.default_path_mode) return write(PathMode{*c.default_path_mode, 0});
+  return {};
+}
+
+Result<void> Writer::State::switch_tcp_off() {
+  if (!tcp || !c.tcp.off_for_tool_change) return {};
+  return write(TcpControl{});
+}
+
+Result<void> Writer::State::write(const ProgramStart& b) {
+  TRUNNION_EXPECTS(!started);
+  for (const char ch : b.name) {
+    const bool ok = (ch >= '0' && ch <= '9') || (ch >= 'A' && ch <= 'Z') || (ch >= 'a' && ch <= 'z') ||
+                    ch == '_' || ch == '-';
+    if (!ok) return refuse("the program name '" + b.name + "' may hold letters, digits, _ and - only");
+  }
+  if (b.number <= 0) return refuse("the program number must be positive, not " + std::to_string(b.number));
+  started = true;
+  setup_pending = true;
+  program_name = b.name.empty() ? "PROGRAM" : b.name;
+  program_number = b.number;
+  return put_template(c.program.begin, program_values());
+}
+
+Result<void> Writer::State::write(const ProgramEnd&) {
+  if (auto done = switch_tcp_off(); !done) return done;
+  if (feed_mode == FeedMode::inverse_time && !c.feed.per_minute.empty()) {
+    feed_mode = FeedMode::per_minute;
+    if (auto done = put_line(c.feed.per_minute); !done) return done;
+  }
+  ended = true;
+  return put_template(c.program.end, program_values());
+}
+
+Result<void> Writer::State::write(const Comment& b) {
+  std::string text;
+  for (char ch : b.text) {
+    const bool printable = ch >= ' ' && ch <= '~';
+    if (c.comments.upper_case && ch >= 'a' && ch <= 'z') ch = static_cast<char>(ch - 'a' + 'A');
+    if (!c.comments.close.empty() && ch == '(') ch = '[';
+    if (!c.comments.close.empty() && ch == ')') ch = ']';
+    text += printable ? ch : '?';
+  }
+  std::string_view rest = text;
+  do {
+    std::size_t n = rest.size();
+    if (n > c.comments.max_length) {
+      const auto blank = rest.rfind(' ', c.comments.max_length);
+      n = blank == std::string_view::npos || blank == 0 ? c.comments.max_length : blank;
+    }
+    const std::string blank = c.comments.close.empty() ? " " : "";
+    if (auto done = put_line(c.comments.open + blank + std::string(rest.substr(0, n)) + c.comments.close);
+        !done)
+      return done;
+    rest.remove_prefix(n);
+    rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
+  } while (!rest.empty());
+  return {};
+}
+
+Result<void> Writer::State::write(const Raw& b) {
+  if (b.text.find_first_of("\r\n") != std::string::npos) return refuse("a raw line must be one line");
+  return put_line(b.text);
+}
+
+Result<void> Writer::State::write(const Dwell& b) {
+  if (b.milliseconds <= 0) return {};
+  NumberStyle style = linear;
+  style.plus_sign = false;
+  style.decimals = c.dwell_decimals;
+  const std::int64_t step = kPowersOfTen[static_cast<std::size_t>(3 - c.dwell_decimals)];
+  Values values;
+  values.set(Placeholder::seconds, number_text((b.milliseconds + step / 2) / step, style));
+  values.set(Placeholder::milliseconds, std::to_string(b.milliseconds));
+  return put_words(c.dwell, values, "a dwell");
+}
+
+Result<void> Writer::State::write(const Spindle& b) {
+  const std::int64_t rpm = b.turn == SpindleTurn::off ? 0 : b.rpm;
+  if (spindle.turn == b.turn && spindle.rpm == rpm) return {};
+  if (b.turn != SpindleTurn::off && rpm <= 0)
+    return refuse("the spindle is to turn at " + std::to_string(b.rpm) + " rpm");
+  spindle = {b.turn, rpm};
+  const auto& words = b.turn == SpindleTurn::off         ? c.spindle_off
+                      : b.turn == SpindleTurn::clockwise ? c.spindle_clockwise
+                                                         : c.spindle_counterclockwise;
+  return put_words(words, Values().set(Placeholder::rpm, std::to_string(rpm)), "this spindle command");
+}
+
+Result<void> Writer::State::write(const Coolant& b) {
+  const auto kind = static_cast<std::size_t>(b.kind);
+  const auto wanted = static_cast<std::uint8_t>(b.kind == CoolantKind::off ? 0 : coolant | (1U << kind));
+  if (wanted == coolant) return {};
+  coolant = wanted;
+  static constexpr std::array kWhat = {"coolant off", "flood coolant", "mist coolant",
+                                       "coolant through the tool", "air"};
+  return put_words(c.coolant[kind], {}, kWhat[kind]);
+}
+
+Result<void> Writer::State::write(const ToolCall& b) {
+  if (b.tool < 0 || b.length_offset < 0) return refuse("tool and length offset numbers must not be negative");
+  if (auto done = switch_tcp_off(); !done) return done;
+  // The control stops the spindle and the coolant for it, and may move any axis.
+  spindle = {};
+  coolant = 0;
+  length = kUnknown;
+  pending_words.clear();
+  position.forget(kAllAxes);
+  const auto values = Values()
+                          .set(Placeholder::tool, std::to_string(b.tool))
+                          .set(Placeholder::length_offset, std::to_string(b.length_offset));
+  return put_words(c.tool_change, values, "a tool change");
+}
+
+Result<void> Writer::State::write(const LengthCompensation& b) {
+  if (c.length.automatic || length == b.number) return {};
+  length = b.number;
+  position.forget(kLinearAxes);
+  if (b.number == 0) return put_words(c.length.off, {}, "the end of length compensation");
+  const auto values = Values().set(Placeholder::length_offset, std::to_string(b.number));
+  return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation")
+                              : put_words(c.length.on, values, "length compensation");
+}
+
+Result<void> Writer::State::write(const TcpControl& b) {
+  const std::int64_t offset = b.on ? b.length_offset : 0;
+  if (b.on == tcp && offset == tcp_offset) return {};
+  tcp = b.on;
+  tcp_offset = offset;
+  position.forget(kLinearAxes);
+  if (c.tcp.replaces_length) length = 0;
+  if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control");
+  const auto values = Values().set(Placeholder::length_offset, std::to_string(b.length_offset));
+  return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control")
+                           : put_words(c.tcp.on, values, "tool-centre-point control");
+}
+
+Result<void> Writer::State::write(const WorkOffset& b) {
+  if (b.index == work_offset) return {};
+  if (b.index < 1 || static_cast<std::size_t>(b.index) > c.work_offsets.size()) {
+    return refuse("work offset " + std::to_string(b.index) + ": the controller file has " +
+                  std::to_string(c.work_offsets.size()));
+  }
+  work_offset = b.index;
+  position.forget(kAllAxes);
+  return put_template(c.work_offsets[static_cast<std::size_t>(b.index) - 1], {});
+}
+
+Result<void> Writer::State::write(const PathMode& b) {
+  if (path_mode && path_mode->kind == b.kind && path_mode->tolerance == b.tolerance) return {};
+  path_mode = b;
+  if (b.tolerance > 0) {
+    return put_words(c.continuous_within,
+                     Values().set(Placeholder::tolerance, number_text(b.tolerance, linear)),
+                     "path blending within a tolerance");
+  }
+  return put_words(c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode");
+}
+
+Result<void> Writer::State::write(const Retract& b) {
+  if (auto done = switch_tcp_off(); !done) return done;
+  for (const AxisLetter letter : {AxisLetter::Z, AxisLetter::W, AxisLetter::X, AxisLetter::Y, AxisLetter::A,
+                                  AxisLetter::B, AxisLetter::C, AxisLetter::U, AxisLetter::V}) {
+    if ((b.axes & AxisWords::bit(letter)) == 0) continue;
+    const std::string what = std::string("a safe position of axis ") + letter_of(letter);
+    if (auto done = put_words(c.retract[index(letter)], {}, what.c_str()); !done) return done;
+    position.forget(letter);
+  }
+  motion_kind.reset();
+  return {};
+}
+
+Result<void> Writer::State::write(const TiltedPlane& b) {
+  if (!b.on && !plane) return {};
+  plane = b.on;
+  position.forget(kAllAxes);
+  if (!b.on) return put_words(c.tilted_plane.off, {}, "the end of a tilted plane");
+  Values values;
+  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
+  static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
+  for (std::size_t i = 0; i < 3; ++i) {
+    values.set(kOrigin[i], number_text(b.origin[i], linear));
+    values.set(kAngle[i], number_text(b.angles[i], rotary));
+  }
+  return put_words(c.tilted_plane.on, values, "a tilted plane");
+}
+
+Result<void> Writer::State::write(const Stop& b) {
+  return put_words(b.optional ? c.optional_stop : c.stop, {}, b.optional ? "an optional stop" : "a stop");
+}
+
+Values Writer::State::program_values() const {
+  return Values()
+      .set(Placeholder::name, program_name)
+      .set(Placeholder::number, std::to_string(program_number));
+}
+
+Result<void> Writer::State::write_block(const Block& block) {
+  const bool heads = std::holds_alternative<ProgramStart>(block) || std::holds_alternative<Comment>(block);
+  TRUNNION_EXPECTS(started || std::holds_alternative<ProgramStart>(block));
+  TRUNNION_EXPECTS(!ended);
+  if (setup_pending && !heads) {
+    if (auto done = flush_setup(!std::holds_alternative<PathMode>(block)); !done) return done;
+  }
+  return std::visit(
+      [this](const auto& b) -> Result<void> {
+        if constexpr (std::is_same_v<std::decay_t<decltype(b)>, Motion>) {
+          return write_motion(b);
+        } else {
+          return write(b);
+        }
+      },
+      block);
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,103 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "trunnion/nc/writer.hpp"
+
+#include "nc/digits.hpp"
+#include "nc/templates.hpp"
+
+namespace trunnion::nc {
+
+/// A number that the control may not have (feed, length offset).
+inline constexpr std::int64_t kUnknown = -1;
+
+/// What the control knows after the text so far, and how blocks become text. The reader follows the same
+/// state.
+struct Writer::State {
+  State(const Controller& controller, std::string& text);
+
+  const Controller& c;
+  std::string& out;
+  NumberStyle linear, rotary;
+  std::array<NumberStyle, 2> feed_style;
+  std::int64_t turn = 0;
+
+  // What the control knows.
+  AxisWords position;
+  std::optional<MotionKind> motion_kind;
+  FeedMode feed_mode = FeedMode::per_minute;
+  std::array<std::int64_t, 2> feed = {kUnknown, kUnknown};
+  Spindle spindle;
+  std::uint8_t coolant = 0;  // bit per kind
+  std::int64_t length = 0;   // number; kUnknown after a tool change
+  bool tcp = false;
+  std::int64_t tcp_offset = 0;
+  std::int64_t work_offset = 0;  // 0: not chosen
+  std::optional<PathMode> path_mode;
+  bool plane = false;
+
+  // What this program has said.
+  std::string program_name;
+  std::int64_t program_number = 0;
+  bool started = false;
+  bool setup_pending = false;
+  bool ended = false;
+  std::string pending_words;  // length or TCP words that belong into the next motion block
+
+  std::int64_t block_number;
+  std::size_t lines = 0;
+  std::size_t motions = 0;
+
+  tl::unexpected<Error> refuse(const std::string& message, SourceRef where = {}) const;
+
+  // Lines.
+  char* put_block_number(char* p);
+  bool wants_number(const std::string& line) const;
+  Result<void> put_line(const std::string& line);
+  Result<void> put_template(const Template& lines_of_template, const Values& values);
+  Result<void> put_words(const Template& words, const Values& values, const char* what);
+  // Words that the control wants in the block of the motion they belong to.
+  Result<void> put_with_motion(const Template& words, const Values& values, const char* what);
+  std::string number_text(std::int64_t quanta, const NumberStyle& style) const;
+
+  // Motion.
+  std::uint16_t changed_axes(const AxisWords& words) const;
+
+  // A control that counts modulo one turn takes the shorter way: half a turn or more cannot be told by the
+  // angle.
+  Result<void> check_turns(const Motion& m, std::uint16_t changed) const;
+  Result<void> check_feed(const Motion& m) const;
+  Result<void> check_motion(const Motion& m, std::uint16_t changed) const;
+  char* put_axis(char* p, std::size_t i, std::int64_t quanta) const;
+
+  // Motion word, words that wait for a motion, feed mode: in this order in front of the axis words.
+  char* put_leading(char* p, const Motion& m);
+  char* put_feed(char* p, const Motion& m);
+  Result<void> write_motion(const Motion& m);
+
+  // Everything else.
+  Result<void> flush_setup(bool with_default_path_mode);
+  Result<void> switch_tcp_off();
+  Result<void> write(const ProgramStart& b);
+  Values program_values() const;
+  Result<void> write(const ProgramEnd&);
+  Result<void> write(const Comment& b);
+  Result<void> write(const Raw& b);
+  Result<void> write(const Dwell& b);
+  Result<void> write(const Spindle& b);
+  Result<void> write(const Coolant& b);
+  Result<void> write(const ToolCall& b);
+  Result<void> write(const LengthCompensation& b);
+  Result<void> write(const TcpControl& b);
+  Result<void> write(const WorkOffset& b);
+  Result<void> write(const PathMode& b);
+  Result<void> write(const Retract& b);
+  Result<void> write(const TiltedPlane& b);
+  Result<void> write(const Stop& b);
+  Result<void> write_block(const Block& block);
+};
+
+}  // namespace trunnion::nc

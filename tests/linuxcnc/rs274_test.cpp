@@ -1,0 +1,254 @@
+// LinuxCNC's own interpreter reads what we write, and what we read.
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <sys/wait.h>
+
+#include "trunnion/base/files.hpp"
+
+#include "nc/random_program.hpp"
+#include "support/controllers.hpp"
+
+namespace trunnion {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool has_interpreter() {
+  return std::system("command -v rs274 > /dev/null 2>&1") == 0;
+}
+
+/// A motion as the interpreter prints it: six coordinates of four decimals, as text.
+struct Straight {
+  bool feed = false;
+  std::array<std::string, 6> xyzabc;
+  double feed_rate = 0.0;  // in force
+};
+
+struct Interpreted {
+  int exit_code = -1;
+  std::string messages;
+  std::vector<Straight> motions;
+};
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "trunnion_rs274_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path = name;
+  }
+  ~Folder() { fs::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  fs::path path;
+};
+
+Interpreted parse(const std::string& calls) {
+  Interpreted out;
+  std::istringstream lines(calls);
+  double feed_rate = 0.0;
+  for (std::string line; std::getline(lines, line);) {
+    if (const auto at = line.find("SET_FEED_RATE("); at != std::string::npos) {
+      feed_rate = std::stod(line.substr(at + 14));
+    }
+    const auto feed = line.find("STRAIGHT_FEED(");
+    const auto rapid = line.find("STRAIGHT_TRAVERSE(");
+    if (feed == std::string::npos && rapid == std::string::npos) continue;
+    Straight s;
+    s.feed = feed != std::string::npos;
+    s.feed_rate = feed_rate;
+    std::istringstream numbers(line.substr(line.find('(') + 1));
+    for (auto& coordinate : s.xyzabc) {
+      std::getline(numbers >> std::ws, coordinate, coordinate.data() == s.xyzabc[5].data() ? ')' : ',');
+    }
+    if (const auto end = s.xyzabc[5].find(')'); end != std::string::npos) s.xyzabc[5].resize(end);
+    out.motions.push_back(s);
+  }
+  return out;
+}
+
+// `-n 2` stops at the first error (`-n 0` would exit 0 in spite of errors); a variable file that does not
+// exist yet keeps offsets of earlier runs out.
+Interpreted interpret(const std::string& program) {
+  const Folder folder;
+  std::ofstream(folder.path / "p.ngc") << program;
+  std::ofstream tools(folder.path / "tool.tbl");
+  for (int t = 1; t <= 99; ++t) tools << "T" << t << " P" << t << " Z" << t / 10.0 << " D0.25\n";
+  tools.close();
+  const std::string command =
+      "cd " + folder.path.string() +
+      " && timeout 120 rs274 -g -n 2 -t tool.tbl -v new.var p.ngc out.txt > log.txt 2>&1";
+  const int status = std::system(command.c_str());
+  Interpreted out = parse(read_file((folder.path / "out.txt").string()).value_or(""));
+  out.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  out.messages = read_file((folder.path / "log.txt").string()).value_or("");
+  return out;
+}
+
+// Our number, by integers only: this must not go through the code under test.
+std::string four_decimals(std::int64_t quanta) {
+  std::string digits = std::to_string(std::abs(quanta));
+  if (digits.size() < 5) digits.insert(0, 5 - digits.size(), '0');
+  digits.insert(digits.size() - 4, ".");
+  return (quanta < 0 ? "-" : "") + digits;
+}
+
+std::vector<nc::Motion> motions_of(const std::vector<nc::Block>& blocks) {
+  std::vector<nc::Motion> out;
+  for (const auto& block : blocks) {
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) out.push_back(*motion);
+  }
+  return out;
+}
+
+// The interpreter starts at zero and knows all axes; we know those that were said.
+void expect_same_coordinates(const std::vector<nc::Motion>& ours, const Interpreted& theirs,
+                             const std::string& text) {
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages << text.substr(0, 2000);
+  ASSERT_EQ(ours.size(), theirs.motions.size()) << text.substr(0, 2000);
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    ASSERT_EQ(ours[i].kind == nc::MotionKind::feed, theirs.motions[i].feed) << "motion " << i;
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      const auto letter = static_cast<nc::AxisLetter>(axis);
+      if (ours[i].words.has(letter)) {
+        ASSERT_EQ(four_decimals(ours[i].words[letter]), theirs.motions[i].xyzabc[axis]) << "motion " << i;
+      }
+    }
+  }
+}
+
+// Blocks that move no axis or none that stands for the interpreter's own frame changes.
+std::vector<nc::Block> five_axis_program(std::uint64_t seed, int points) {
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<std::int64_t> step(-20000, 20000);
+  std::uniform_int_distribution<std::int64_t> feed(1, 60000000);
+  std::vector<nc::Block> blocks = {
+      nc::ProgramStart{}, nc::Comment{"seed " + std::to_string(seed)},    nc::WorkOffset{1},
+      nc::ToolCall{4, 4}, nc::Spindle{nc::SpindleTurn::clockwise, 12000}, nc::LengthCompensation{4}};
+  nc::Motion motion;
+  for (const auto letter :
+       {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::A, nc::AxisLetter::C}) {
+    motion.words.set(letter, 0);
+  }
+  for (int i = 0; i < points; ++i) {
+    for (const auto letter :
+         {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::A, nc::AxisLetter::C}) {
+      if (random() % 3 != 0) motion.words.set(letter, motion.words[letter] + step(random));
+    }
+    const auto choice = random() % 8;
+    motion.kind = i == 0 || choice == 0 ? nc::MotionKind::rapid : nc::MotionKind::feed;
+    motion.feed_mode = choice < 5 ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute;
+    motion.feed = motion.kind == nc::MotionKind::feed ? feed(random) : 0;
+    blocks.push_back(motion);
+  }
+  blocks.push_back(nc::Coolant{nc::CoolantKind::off});
+  blocks.push_back(nc::Spindle{});
+  blocks.push_back(nc::ProgramEnd{});
+  return blocks;
+}
+
+TEST(Rs274, ReadsOurProgramsAndFindsOurCoordinates) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto text = test::nc_text(controller, five_axis_program(seed, 3000));
+    expect_same_coordinates(motions_of(test::nc_blocks(controller, text)), interpret(text), text);
+  }
+}
+
+// Every word that the controller file has: dwell, coolant, offsets, path modes, ... in random order.
+TEST(Rs274, TakesEveryWordOfTheControllerFile) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    auto blocks = test::RandomProgram(controller, seed).make(80);
+    // Retract goes to machine coordinates, which the interpreter shows as program coordinates of its own
+    // offsets.
+    std::erase_if(blocks, [](const nc::Block& b) { return std::holds_alternative<nc::Retract>(b); });
+    const auto text = test::nc_text(controller, blocks);
+    const auto theirs = interpret(text);
+    ASSERT_EQ(theirs.exit_code, 0) << theirs.messages << text;
+    expect_same_coordinates(motions_of(test::nc_blocks(controller, text)), theirs, text);
+  }
+}
+
+// F under G93 is the reciprocal of the duration: the interpreter multiplies it with the length of the move (X
+// Y Z if one of them moves, else degrees).
+TEST(Rs274, FindsTheDurationThatInverseTimeFeedMeans) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  std::mt19937_64 random(11);
+  std::uniform_int_distribution<std::int64_t> position(-1000000, 1000000);
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}};
+  std::vector<double> rates;
+  std::array<std::int64_t, 5> last{};
+  nc::Motion motion;
+  for (int i = 0; i < 500; ++i) {
+    std::array<std::int64_t, 5> now{};
+    const bool rotary_only = i % 4 == 3;
+    for (std::size_t k = 0; k < 5; ++k) now[k] = rotary_only && k < 3 ? last[k] : position(random);
+    const std::array letters = {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::A,
+                                nc::AxisLetter::C};
+    double linear = 0.0;
+    double rotary = 0.0;
+    for (std::size_t k = 0; k < 5; ++k) {
+      motion.words.set(letters[k], now[k]);
+      const double way = static_cast<double>(now[k] - last[k]) / 1e4;
+      (k < 3 ? linear : rotary) += way * way;
+    }
+    last = now;
+    motion.kind = nc::MotionKind::feed;
+    motion.feed_mode = nc::FeedMode::inverse_time;
+    motion.feed = 10000 + 37 * i;
+    blocks.push_back(motion);
+    rates.push_back(static_cast<double>(motion.feed) / 1e4 * std::sqrt(rotary_only ? rotary : linear));
+  }
+  blocks.push_back(nc::ProgramEnd{});
+  const auto theirs = interpret(test::nc_text(controller, blocks));
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
+  ASSERT_EQ(theirs.motions.size(), rates.size());
+  for (std::size_t i = 0; i < rates.size(); ++i)
+    EXPECT_NEAR(theirs.motions[i].feed_rate, rates[i], 1e-4) << "motion " << i;
+}
+
+// A program that LinuxCNC brings along, read by both: our reader must understand what others wrote.
+TEST(Rs274, AgreesOnTheImpellerThatLinuxCncShips) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const fs::path folder =
+      "/usr/share/doc/linuxcnc/examples/sample-configs/sim/axis/vismach/5axis/table-rotary-tilting/demos";
+  std::string text = read_file((folder / "impeller-7bl-xyzac.ngc").string()).value_or("");
+  if (text.empty()) GTEST_SKIP() << "no impeller-7bl-xyzac.ngc in " << folder;
+  // Words of that configuration alone, which neither its interpreter without the configuration nor we know.
+  std::istringstream lines(text);
+  std::string plain;
+  for (std::string line; std::getline(lines, line);) {
+    for (const char* word : {"M428", "M429", "M430", "m428", "m429", "m430"}) {
+      if (const auto at = line.find(word); at != std::string::npos) line.erase(at, 4);
+    }
+    plain += line + "\n";
+  }
+  const auto controller = test::shipped_controller("linuxcnc");
+  nc::ReaderOptions options;
+  options.format = controller.numbers.axes.finer(4);
+  auto ours = motions_of(test::nc_blocks(controller, plain, options));
+  const auto theirs = interpret(plain);
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
+  ASSERT_EQ(ours.size(), theirs.motions.size());
+  EXPECT_GT(ours.size(), 4000U);
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      const auto letter = static_cast<nc::AxisLetter>(axis);
+      if (!ours[i].words.has(letter)) continue;
+      ASSERT_NEAR(static_cast<double>(ours[i].words[letter]) / 1e8, std::stod(theirs.motions[i].xyzabc[axis]),
+                  0.5001e-4)
+          << "motion " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trunnion

@@ -1,0 +1,212 @@
+// The kinematics that LinuxCNC runs for a tilting rotary table (module xyzac-trt-kins of Debian's
+// linuxcnc-uspace), loaded at run time, against ours: an independent check of every sign and order. Nothing
+// of LinuxCNC is in this file: the module's interface is two functions, and pins that it asks its host for by
+// name.
+#include <cstdarg>
+#include <cstdio>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+
+#include "trunnion/base/units.hpp"
+#include "trunnion/machine/kinematics.hpp"
+
+#include "support/machines.hpp"
+
+namespace {
+
+// Pins by name; the module holds pointers to the values.
+std::map<std::string, double>& pins() {
+  static std::map<std::string, double> values;
+  return values;
+}
+
+// Memory that the module keeps for ever.
+void* room(std::size_t bytes) {
+  alignas(16) static std::array<char, 1U << 16U> pool;
+  static std::size_t used = 0;
+  void* const p = pool.data() + used;
+  used += (bytes + 15U) / 16U * 16U;
+  return used <= pool.size() ? p : nullptr;
+}
+
+}  // namespace
+
+// NOLINTBEGIN(cert-dcl50-cpp): C functions with variable arguments are what the module calls.
+extern "C" {
+int hal_init(const char*) {
+  return 1;
+}
+int hal_ready(int) {
+  return 0;
+}
+int hal_exit(int) {
+  return 0;
+}
+void* hal_malloc(long bytes) {
+  return room(static_cast<std::size_t>(bytes));
+}
+int hal_pin_float_newf(int, double** pin, int, const char* format, ...) {
+  std::array<char, 256> name{};
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(name.data(), name.size(), format, arguments);
+  va_end(arguments);
+  *pin = &pins()[name.data()];
+  return 0;
+}
+int hal_pin_bit_new(const char*, int, bool** pin, int) {
+  *pin = static_cast<bool*>(room(1));
+  return 0;
+}
+int hal_pin_bit_newf(int, bool** pin, int, const char*, ...) {
+  *pin = static_cast<bool*>(room(1));
+  return 0;
+}
+int hal_pin_s32_new(const char*, int, int** pin, int) {
+  *pin = static_cast<int*>(room(4));
+  return 0;
+}
+void rtapi_print(const char*, ...) {}
+void rtapi_print_msg(int, const char*, ...) {}
+}
+// NOLINTEND(cert-dcl50-cpp)
+
+namespace trunnion {
+namespace {
+
+/// Position of the tool tip (mm) and rotary axes (degrees) in LinuxCNC's order.
+struct World {
+  double x = 0, y = 0, z = 0, a = 0, b = 0, c = 0, u = 0, v = 0, w = 0;
+};
+
+class Module {
+ public:
+  static constexpr const char* kPath = "/usr/lib/linuxcnc/modules/xyzac-trt-kins.so";
+
+  Module() : handle_(dlopen(kPath, RTLD_NOW | RTLD_GLOBAL)) {
+    if (handle_ == nullptr) return;
+    const auto start = reinterpret_cast<int (*)()>(dlsym(handle_, "rtapi_app_main"));
+    forward_ = reinterpret_cast<Forward>(dlsym(handle_, "kinematicsForward"));
+    inverse_ = reinterpret_cast<Inverse>(dlsym(handle_, "kinematicsInverse"));
+    ready_ = start != nullptr && forward_ != nullptr && inverse_ != nullptr && start() == 0;
+  }
+  bool ready() const { return ready_; }
+
+  void set(const std::string& pin, double value) { pins().at("xyzac-trt-kins." + pin) = value; }
+
+  World forward(const std::array<double, 16>& joints) const {
+    World world;
+    unsigned long flags = 0;
+    unsigned long more = 0;
+    if (forward_(joints.data(), &world, &flags, &more) != 0)
+      throw std::runtime_error("kinematicsForward failed");
+    return world;
+  }
+  std::array<double, 16> inverse(const World& world) const {
+    std::array<double, 16> joints{};
+    unsigned long flags = 0;
+    unsigned long more = 0;
+    if (inverse_(&world, joints.data(), &flags, &more) != 0)
+      throw std::runtime_error("kinematicsInverse failed");
+    return joints;
+  }
+
+ private:
+  using Forward = int (*)(const double*, World*, const unsigned long*, unsigned long*);
+  using Inverse = int (*)(const World*, double*, const unsigned long*, unsigned long*);
+  void* handle_ = nullptr;
+  Forward forward_ = nullptr;
+  Inverse inverse_ = nullptr;
+  bool ready_ = false;
+};
+
+// LinuxCNC counts joints so that the part's coordinates are the machine's at A = C = 0; our linear words are
+// positions of the tip in M.
+std::array<double, 16> their_joints(const Machine& machine, const JointVector& words) {
+  std::array<double, 16> joints{};
+  const std::array names = {"X", "Y", "Z", "A", "C"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const AxisId id = *machine.axis(names[i]);
+    joints[i] = i < 3 ? words[id] : words[id] * kDegreePerRad;
+  }
+  return joints;
+}
+
+class TrtKinematics : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    static Module module;
+    if (!module.ready()) GTEST_SKIP() << Module::kPath << " (linuxcnc-uspace) is not there";
+    module_ = &module;
+    // The values of LinuxCNC's sample configuration, which postconfigs/machines/xyzac_trt.toml describes.
+    // Tool offset 0: the words are then the tip, as with G43.
+    module.set("y-offset", 20.0);
+    module.set("z-offset", 10.0);
+  }
+  JointVector random_words(const Machine& machine) {
+    JointVector words;
+    std::uniform_real_distribution<double> mm(-300.0, 300.0);
+    std::uniform_real_distribution<double> tilt(-120.0, 120.0);
+    std::uniform_real_distribution<double> turn(-720.0, 720.0);
+    for (const char* name : {"X", "Y", "Z"}) words[*machine.axis(name)] = mm(random_);
+    words[*machine.axis("A")] = tilt(random_) * kRadPerDegree;
+    words[*machine.axis("C")] = turn(random_) * kRadPerDegree;
+    return words;
+  }
+  static constexpr int kPoses = 100000;
+  Module* module_ = nullptr;
+  std::mt19937_64 random_{20240611};
+};
+
+// Both add a few rotations of vectors below 1e3 mm: 1e-9 mm is some hundred times the rounding of that.
+constexpr double kTolerance_mm = 1e-9;
+
+TEST_F(TrtKinematics, ForwardAgreesOnEveryPose) {
+  const Machine machine = test::shipped_machine("xyzac_trt");
+  const Vec3 tool = machine.tool_vector();
+  double worst_mm = 0.0;
+  double worst_axis = 0.0;
+  for (int i = 0; i < kPoses; ++i) {
+    const JointVector words = random_words(machine);
+    const auto joints = their_joints(machine, words);
+    const World tip = module_->forward(joints);
+    auto raised = joints;
+    raised[2] += 1.0;  // one mm along the tool
+    const World above = module_->forward(raised);
+    const ToolPose ours = tool_pose(forward(machine, joints_of_words(machine, words, tool), tool));
+    worst_mm = std::max(worst_mm, (ours.tip_P - Vec3(tip.x, tip.y, tip.z)).norm());
+    worst_axis =
+        std::max(worst_axis, (ours.axis_P - Vec3(above.x - tip.x, above.y - tip.y, above.z - tip.z)).norm());
+  }
+  EXPECT_LT(worst_mm, kTolerance_mm);
+  EXPECT_LT(worst_axis, 1e-9);
+}
+
+TEST_F(TrtKinematics, OurInverseGivesTheJointsThatTheirsGives) {
+  const Machine machine = test::shipped_machine("xyzac_trt");
+  const Vec3 tool = machine.tool_vector();
+  double worst_mm = 0.0;
+  double worst_deg = 0.0;
+  for (int i = 0; i < kPoses; ++i) {
+    const JointVector words = random_words(machine);
+    const JointVector seed = joints_of_words(machine, words, tool);
+    const ToolPose pose = tool_pose(forward(machine, seed, tool));
+    const auto solutions = inverse(machine, pose, seed);
+    ASSERT_FALSE(solutions.empty());
+    const auto ours = their_joints(machine, words_of(machine, solutions.front().q, tool));
+    // Theirs takes the rotary angles as given and finds the linear axes.
+    const auto theirs =
+        module_->inverse({pose.tip_P.x(), pose.tip_P.y(), pose.tip_P.z(), ours[3], 0.0, ours[4], 0, 0, 0});
+    for (std::size_t k = 0; k < 3; ++k) worst_mm = std::max(worst_mm, std::abs(ours[k] - theirs[k]));
+    // The solution nearest to the seed is the pose that we came from.
+    const auto programmed = their_joints(machine, words);
+    for (std::size_t k = 3; k < 5; ++k) worst_deg = std::max(worst_deg, std::abs(ours[k] - programmed[k]));
+  }
+  EXPECT_LT(worst_mm, kTolerance_mm);
+  EXPECT_LT(worst_deg, 1e-9);
+}
+
+}  // namespace
+}  // namespace trunnion
