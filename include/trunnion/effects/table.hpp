@@ -32,7 +32,7 @@ struct InterpolationOptions {
   /// NURBS: degrees in u and v; lowered to the number of nodes less one.
   std::array<int, 2> degree{3, 3};
   /// NURBS: weights of the control points, one per node; empty: all 1.
-  std::vector<double> weights;
+  std::vector<double> weights = {};
   /// Spline: weight of the roughness (integral of the squared second derivative in u, v, scaled to unit
   /// spacing); 0 interpolates.
   double smoothing = 0.0;
