@@ -1,0 +1,173 @@
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/effects/control_tables.hpp"
+
+namespace trunnion {
+namespace {
+
+constexpr int kMostIterations = 8;
+constexpr double kConverged_mm = 1e-7;  // a tenth of a nanometre
+
+// +1 for an axis that carries the tool, -1 for one that carries the part: what its motion does to the tool
+// relative to the part.
+double side(const Axis& axis) {
+  return axis.carries_part ? -1.0 : 1.0;
+}
+
+// The translation of joint `input` along `direction` that a motion of `output` by 1 mm makes good (0 when it
+// cannot).
+double gain(const Axis& input, const Axis& output, Eigen::Index direction) {
+  return side(input) * side(output) * output.direction[direction];
+}
+
+}  // namespace
+
+std::optional<ComponentPlace> place_of_component(const Machine& machine, std::string_view symbol) {
+  if (symbol.size() != 3 || symbol[0] != 'E') return std::nullopt;
+  const auto kind = std::string_view("XYZABC").find(symbol[1]);
+  const auto joint = machine.axis(symbol.substr(2));
+  if (kind == std::string_view::npos || !joint) return std::nullopt;
+  return ComponentPlace{*joint, kind >= 3, static_cast<Eigen::Index>(kind % 3)};
+}
+
+Result<TableErrors> TableErrors::create(const Machine& machine, const std::vector<ErrorTable>& tables,
+                                        const InterpolationOptions& one, const InterpolationOptions& two) {
+  TableErrors out;
+  for (const ErrorTable& table : tables)
+    for (const auto& component : table.components) {
+      const auto place = place_of_component(machine, component.name);
+      if (!place)
+        return fail(ErrorCode::wrong_input, "'" + component.name + "' is no component error of this machine",
+                    table.file);
+      Entry entry{.joint = place->joint,
+                  .rotation = place->rotation,
+                  .direction = place->direction,
+                  .u = 0,
+                  .v = 0,
+                  .interpolant = {}};
+      const auto u = machine.axis(table.arguments[0]), v = machine.axis(table.arguments.back());
+      if (!u || !v)
+        return fail(ErrorCode::wrong_input, "the table's argument is no axis of this machine", table.file);
+      entry.u = *u;
+      entry.v = *v;
+      auto interpolant =
+          make_interpolant(table.grid(component.name), table.arguments.size() == 1 ? one : two);
+      if (!interpolant) return tl::unexpected(interpolant.error());
+      entry.interpolant = *interpolant;
+      out.entries_.push_back(std::move(entry));
+    }
+  return out;
+}
+
+Result<TableErrors> TableErrors::create(const Machine& machine, const std::vector<ErrorTable>& tables) {
+  InterpolationOptions one, two;
+  one.method = Interpolation::linear;
+  two.method = Interpolation::bilinear;
+  return create(machine, tables, one, two);
+}
+
+ChainErrors TableErrors::at(const JointVector& q) const {
+  ChainErrors errors;
+  for (const Entry& entry : entries_) {
+    Twist& twist = errors.joint[entry.joint];
+    (entry.rotation ? twist.rot_rad : twist.trans_mm)[entry.direction] +=
+        entry.interpolant->value(q[entry.u], q[entry.v]);
+  }
+  return errors;
+}
+
+Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<ErrorTable>& errors,
+                                     const std::vector<std::string>& inputs,
+                                     const std::vector<std::vector<double>>& nodes,
+                                     const std::vector<std::string>& outputs, const JointVector& rest,
+                                     const Vec3& tool_mm) {
+  TRUNNION_EXPECTS(inputs.size() == nodes.size() && !inputs.empty() && inputs.size() <= 2);
+  const auto table = TableErrors::create(machine, errors);
+  if (!table) return tl::unexpected(table.error());
+  CorrectionMap map{.inputs = inputs, .nodes = nodes, .outputs = {}};
+  std::vector<AxisId> in, all;
+  for (const std::string& name : inputs) {
+    const auto id = machine.axis(name);
+    if (!id) return fail(ErrorCode::wrong_input, "the machine has no axis " + name);
+    in.push_back(*id);
+  }
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    if (machine.axes[id].kind == AxisKind::linear) all.push_back(id);
+  if (all.size() != 3) return fail(ErrorCode::wrong_input, "corrections need three linear axes");
+  std::vector<std::size_t> place;  // of each output among the linear axes
+  for (const std::string& name : outputs) {
+    const auto id = machine.axis(name);
+    const auto it = id ? std::find(all.begin(), all.end(), *id) : all.end();
+    if (it == all.end())
+      return fail(ErrorCode::wrong_input, "axis " + name + " is no linear axis of this machine");
+    place.push_back(static_cast<std::size_t>(it - all.begin()));
+    map.outputs.push_back({name, {}, {}});
+  }
+  Mat3 motion;  // of the tool relative to the part, in M, per mm of each linear axis
+  for (std::size_t k = 0; k < 3; ++k)
+    motion.col(static_cast<Eigen::Index>(k)) = side(machine.axes[all[k]]) * machine.axes[all[k]].direction;
+  const Mat3 inverse = motion.inverse();
+  const std::size_t width = nodes.size() > 1 ? nodes[1].size() : 1;
+  for (std::size_t i = 0; i < nodes[0].size(); ++i)
+    for (std::size_t j = 0; j < width; ++j) {
+      JointVector q = rest;
+      q[in[0]] = nodes[0][i];
+      if (in.size() > 1) q[in[1]] = nodes[1][j];
+      const Vec3 target = forward(machine, q, tool_mm).p;
+      const Mat3 R_MP = part_in_machine(machine, q).R;
+      // The control looks its tables up at the commanded position, where the errors are taken too.
+      const ChainErrors chain = table->at(q);
+      Vec3 correction = Vec3::Zero();
+      for (int n = 0; n < kMostIterations; ++n) {
+        JointVector moved = q;
+        for (std::size_t k = 0; k < 3; ++k) moved[all[k]] += correction[static_cast<Eigen::Index>(k)];
+        const Vec3 off_M = R_MP * (forward(machine, moved, tool_mm, chain).p - target);
+        if (off_M.norm() < kConverged_mm) break;
+        correction -= inverse * off_M;
+      }
+      for (std::size_t k = 0; k < outputs.size(); ++k)
+        map.outputs[k].up.push_back(correction[static_cast<Eigen::Index>(place[k])]);
+    }
+  return map;
+}
+
+Result<std::vector<ErrorTable>> errors_of(const Machine& machine, const CorrectionMap& corrections) {
+  ErrorTable table;
+  table.arguments = corrections.inputs;
+  table.nodes = corrections.nodes;
+  for (const auto& output : corrections.outputs) {
+    const bool own = std::find(corrections.inputs.begin(), corrections.inputs.end(), output.axis) !=
+                     corrections.inputs.end();
+    const auto joint = machine.axis(own ? output.axis : corrections.inputs[0]),
+               moved = machine.axis(output.axis);
+    if (!joint || !moved) return fail(ErrorCode::wrong_input, "the machine has no axis " + output.axis);
+    const Axis& mover = machine.axes[*moved];
+    Eigen::Index direction = 0;
+    const double along = mover.direction.cwiseAbs().maxCoeff(&direction);
+    if (mover.kind != AxisKind::linear && own) {  // a rotary axis over itself: its angular positioning
+      const std::string name = std::string("E") + "ABC"[direction] + mover.name;
+      ErrorTable::Component component{name, {}};
+      for (std::size_t i = 0; i < output.up.size(); ++i)
+        component.values.push_back(-0.5 *
+                                   (output.up[i] + (output.down.empty() ? output.up : output.down)[i]) *
+                                   mover.direction[direction]);
+      table.components.push_back(std::move(component));
+      continue;
+    }
+    if (mover.kind != AxisKind::linear || along < 1.0 - 1e-9)
+      return fail(ErrorCode::wrong_input,
+                  "corrections of axis " + output.axis +
+                      " are no component error: it moves along no axis of the machine");
+    const double factor = -gain(machine.axes[*joint], mover, direction);
+    ErrorTable::Component component{std::string("E") + "XYZ"[direction] + machine.axes[*joint].name, {}};
+    for (std::size_t i = 0; i < output.up.size(); ++i)
+      component.values.push_back(factor * 0.5 *
+                                 (output.up[i] + (output.down.empty() ? output.up : output.down)[i]));
+    table.components.push_back(std::move(component));
+  }
+  return std::vector<ErrorTable>{table};
+}
+
+}  // namespace trunnion
