@@ -186,7 +186,7 @@ TEST_P(LongCertificateOf, NoSampleLiesAboveTheBound) {
   expect_no_sample_above(test::shipped_machine(GetParam()), cases(10000000) / 4, 4711);
 }
 
-INSTANTIATE_TEST_SUITE_P(Machines, LongCertificateOf, testing::ValuesIn(test::shipped_machines()));
+INSTANTIATE_TEST_SUITE_P(LongMachines, LongCertificateOf, testing::ValuesIn(test::shipped_machines()));
 
 INSTANTIATE_TEST_SUITE_P(Machines, CertificateOf, testing::ValuesIn(test::shipped_machines()));
 

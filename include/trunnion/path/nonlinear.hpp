@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "trunnion/path/point.hpp"
+#include "trunnion/path/predictor.hpp"
 
 namespace trunnion::path {
 
@@ -20,22 +22,6 @@ enum class Method : std::uint8_t {
   adaptive   // fewest points: two-sided placement inside the tube of the tolerance, each piece certified
 };
 
-/// How the error of a segment is predicted from few evaluations.
-struct Predictor {
-  enum class Kind : std::uint8_t {
-    harmonic,  // sines 1..order through `order` interior samples; order 1 is the paper's Eq. 3.3
-    parabola,  // 4 k (1 - k) e_mid
-    skew,      // parabola and the odd cubic from the end slopes
-    quartic,   // midpoint error and both end slopes
-    exact      // the curve itself
-  };
-  Kind kind = Kind::harmonic;
-  int order = 1;  // of the harmonic
-  bool operator==(const Predictor&) const = default;
-};
-inline constexpr int kMaxHarmonicOrder = 9;
-/// Names of the command line: harmonic, harmonic2 ... harmonic9, parabola, skew, quartic, exact.
-std::optional<Predictor> predictor_from_text(std::string_view text);
 std::optional<Method> method_from_text(std::string_view text);
 
 /// What a piece of the path must keep to, against the programmed segment and the great circle of its tool
@@ -58,14 +44,17 @@ struct NonlinearOptions {
 
 /// What came of one programmed segment.
 struct SegmentReport {
-  double predicted_mm = 0.0;  // largest error that the predictor expects of the segment as programmed
-  double midpoint_mm = 0.0;   // |e(1/2)| of the segment as programmed
-  double tip_mm = 0.0;        // largest distance of the tip from the programmed segment, after insertion
-  Angle axis;                 // largest angle of the tool axis from its great circle, after insertion
-  bool certified = false;     // tip_mm and axis are proved upper bounds; else they are the largest of samples
+  double predicted_mm = 0.0;   // largest distance from the segment that the predictor expects, as programmed
+  double midpoint_mm = 0.0;    // |e(1/2)|, as programmed
+  double programmed_mm = 0.0;  // largest distance as programmed (bound or sample, see `certified`)
+  double tip_mm = 0.0;         // largest distance of the tip from the programmed segment, after insertion
+  Angle axis;                  // largest angle of the tool axis from its great circle, after insertion
+  bool certified = false;      // the three are proved upper bounds; else the largest of samples
   std::uint32_t inserted = 0;
-  bool linear_nodes = false;  // nodes are linear in the rotary axes, not on the great circle (the pole)
-  bool converged = true;      // tip_mm and axis are within the tolerance
+  bool linear_nodes = false;  // nodes are linear in the rotary axes, not on the great circle (near the pole)
+  bool harmonic_fails =
+      false;  // a rotary step over 60 degrees, or the largest error is not in the middle (S-shaped)
+  bool converged = true;  // tip_mm and axis are within the tolerance
 };
 
 /// Refines one segment after the other; keeps its scratch memory, so one Refiner per thread.

@@ -1,8 +1,6 @@
 #pragma once
-#include <span>
-
 #include "trunnion/base/source_ref.hpp"
-#include "trunnion/machine/kinematics.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
 
@@ -33,7 +31,7 @@ struct Rounding {
 /// Puts `q` on the word grid as the NC writer does: rotary axes first, then the linear axes such that the tip
 /// stands at `tip_P` with the rounded angles, then those rounded too. The tip is then within half a linear
 /// quantum in each word.
-void round_to_words(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding, const Vec3& tip_P,
-                    JointVector& q);
+void round_to_words(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
+                    const Vec3& tip_P, JointVector& q);
 
 }  // namespace trunnion::path

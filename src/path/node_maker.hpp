@@ -1,0 +1,46 @@
+#pragma once
+#include "trunnion/path/certificate.hpp"
+#include "trunnion/path/point.hpp"
+
+namespace trunnion::path {
+
+/// How the rotary axes run between the ends of a segment.
+enum class NodeAxis : std::uint8_t {
+  great_circle,  // tool axis on the great circle between the prescribed axes
+  joint_linear   // rotary axes linear between the ends' positions
+};
+
+/// A point that stands, or would stand, inside a segment.
+struct Node {
+  double t = 0.0;             // fraction of the chord
+  Vec3 tip_P = Vec3::Zero();  // point of the chord
+  Vec3 axis_P = Vec3::UnitZ();
+  Station station;  // where the machine stands, on the word grid if it was asked for
+};
+
+/// Makes nodes of one segment.
+class NodeMaker {
+ public:
+  NodeMaker(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding)
+      : machine_(&machine), kinematics_(&kinematics), rounding_(&rounding) {}
+
+  void start(const Point& a, const Point& b) {
+    a_ = &a;
+    b_ = &b;
+  }
+  /// The node at `t`, its tip beside the chord by `displacement_P` (mm).
+  Node node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const;
+  /// A node that stands at rotary positions and tip as given.
+  Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const;
+
+ private:
+  void set_rotary(const Vec3& axis_P, JointVector& q) const;
+
+  const Machine* machine_;
+  const TableKinematics* kinematics_;
+  const Rounding* rounding_;
+  const Point* a_ = nullptr;
+  const Point* b_ = nullptr;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,62 @@
+#include "trunnion/path/nonlinear.hpp"
+
+#include "trunnion/base/contract.hpp"
+
+#include "path/segment_refiner.hpp"
+
+namespace trunnion::path {
+
+std::optional<Method> method_from_text(std::string_view text) {
+  if (text == "none") return Method::none;
+  if (text == "reinsert") return Method::reinsert;
+  if (text == "subtract") return Method::subtract;
+  if (text == "adaptive") return Method::adaptive;
+  return std::nullopt;
+}
+
+struct Refiner::Work {
+  Work(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding, const NonlinearOptions& options)
+      : segment(machine, tool_mm, rounding, options) {}
+
+  SegmentRefiner segment;
+  // The end of a segment is the start of the next: its station is kept.
+  Station a, b;
+  bool known = false;
+
+  SegmentEnds ends(const Point& from, const Point& to) {
+    if (known && b.q == from.q) {
+      a = b;
+    } else {
+      a = station(segment.kinematics(), from.q);
+    }
+    b = station(segment.kinematics(), to.q);
+    known = true;
+    return {&from, &to, &a, &b, false};
+  }
+};
+
+Refiner::Refiner(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding,
+                 const NonlinearOptions& options)
+    : work_(std::make_unique<Work>(machine, tool_mm, rounding, options)) {}
+Refiner::~Refiner() = default;
+Refiner::Refiner(Refiner&&) noexcept = default;
+Refiner& Refiner::operator=(Refiner&&) noexcept = default;
+
+SegmentReport Refiner::refine(const Point& a, const Point& b, const Tolerance& tolerance,
+                              std::vector<Point>& out) {
+  return work_->segment.refine(work_->ends(a, b), tolerance, out);
+}
+
+SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& tolerance) {
+  return work_->segment.measure(work_->ends(a, b), tolerance);
+}
+
+void Refiner::refine_run(std::span<const Point> run, const Tolerance& tolerance, std::vector<Point>& out,
+                         std::vector<SegmentReport>& reports) {
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    if (i > 0) reports.push_back(refine(run[i - 1], run[i], tolerance, out));
+    out.push_back(run[i]);
+  }
+}
+
+}  // namespace trunnion::path

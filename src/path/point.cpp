@@ -1,0 +1,38 @@
+#include "trunnion/path/point.hpp"
+
+#include <cmath>
+
+#include "trunnion/machine/table_kinematics.hpp"
+
+namespace trunnion::path {
+
+double Rounding::rounded(AxisId axis, double value) const {
+  const double unit = quantum[axis];
+  if (!(unit > 0.0)) return value;
+  return unit * std::nearbyint((value + offset[axis]) / unit) - offset[axis];
+}
+
+bool Rounding::is_identity() const {
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    if (quantum[id] > 0.0) return false;
+  }
+  return true;
+}
+
+Rounding Rounding::of(const Machine& machine, const Vec3& tool_mm, const JointVector& quantum) {
+  return {quantum, words_of(machine, JointVector(), tool_mm)};
+}
+
+void round_to_words(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
+                    const Vec3& tip_P, JointVector& q) {
+  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
+    const AxisId id = kinematics.rotary(k);
+    q[id] = rounding.rounded(id, q[id]);
+  }
+  kinematics.solve_linear(tip_P, kinematics.sines(q), q);
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (machine.axes[id].kind == AxisKind::linear) q[id] = rounding.rounded(id, q[id]);
+  }
+}
+
+}  // namespace trunnion::path

@@ -1,0 +1,367 @@
+#include "path/segment_refiner.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "path/convex.hpp"
+
+namespace trunnion::path {
+namespace {
+
+// Rotary step that one cell may span: sqrt of the curvature changes by a few per cent within it.
+const Angle kCellTurn = Angle::degrees(3.0);
+constexpr std::size_t kFewestCells = 4;
+constexpr std::size_t kMostCells = 128;
+// Below this the straight joint path and the great circle need the same number of points.
+const Angle kSmallTurn = Angle::degrees(5.0);
+// Nodes on the great circle are given up when they need so many times the points of joint-linear ones.
+constexpr double kCheaper = 1.1;
+// Plans anew from the pieces of the last attempt before one more piece is tried.
+constexpr int kRefits = 2;
+// Attempts, each with more pieces, before a segment is left unconverged.
+constexpr int kAttempts = 40;
+// A cell of the great circle that turns so many times its share is at the pole.
+constexpr double kFlip = 4.0;
+// So many times the pieces that the integral asks for, and still not within: more will not help.
+constexpr std::size_t kHopeless = 8;
+// A bound this far below the tolerance is reported as the cheap form gives it.
+constexpr double kWellBelow = 0.25;
+// Interior samples of a piece when proof was declined.
+constexpr int kSamples = 9;
+// Harmonic functions describe the error up to here (README, "Predictors").
+const Angle kHarmonicTurn = Angle::degrees(60.0);
+// Share of the largest error that the middle of a bow has at least; less is S-shaped.
+constexpr double kBowShaped = 0.9;
+// Depth to which `subtract` halves a segment whose prediction stays short.
+constexpr int kSubtractHalvings = 12;
+
+double word_error(const Machine& machine, const Rounding& rounding) {
+  double sum = 0.0;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (machine.axes[id].kind == AxisKind::linear) sum += rounding.quantum[id] * rounding.quantum[id];
+  }
+  return 0.5 * std::sqrt(sum);
+}
+
+}  // namespace
+
+SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding,
+                               const NonlinearOptions& options)
+    : machine_(machine),
+      rounding_(rounding),
+      options_(options),
+      certifier_(TableKinematics(machine, tool_mm)),
+      maker_(machine_, certifier_.kinematics(), rounding_),
+      word_error_mm_(word_error(machine, rounding)) {}
+
+void SegmentRefiner::start(const SegmentEnds& ends, const Tolerance& tolerance) {
+  ends_ = ends;
+  tolerance_ = tolerance;
+  reference_ = {ends.a->tip_P, ends.b->tip_P, ends.a->axis_P, ends.b->axis_P};
+  maker_.start(*ends.a, *ends.b);
+  nodes_.clear();
+  end0_ = end1_ = 0.0;
+}
+
+double SegmentRefiner::largest_turn() const {
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    turn =
+        std::max(turn, std::abs(kinematics().angle(ends_.at_b->q, k) - kinematics().angle(ends_.at_a->q, k)));
+  }
+  return turn;
+}
+
+bool SegmentRefiner::piece_within(const Station& a, const Station& b) const {
+  if (options_.certify) {
+    return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
+           certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes;
+  }
+  double tip_mm = 0.0;
+  double axis_rad = 0.0;
+  judge(a, b, tip_mm, axis_rad);
+  return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad();
+}
+
+void SegmentRefiner::judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const {
+  const SegmentShape segment(reference_.tip0_P, reference_.tip1_P);
+  const ArcShape arc(reference_.axis0_P, reference_.axis1_P);
+  const auto tip_of = [&](const Vec3& p) { return SegmentShape::distance(segment.foot(p)); };
+  const auto axis_of = [&](const Vec3& u) { return ArcShape::measure(ArcShape::distance(arc.foot(u))); };
+  double tip = std::max(tip_of(a.tip_P), tip_of(b.tip_P));
+  double axis = std::max(axis_of(a.axis_P), axis_of(b.axis_P));
+  if (!options_.certify) {
+    for (int i = 1; i <= kSamples; ++i) {
+      const JointVector q = JointVector::interpolate(a.q, b.q, static_cast<double>(i) / (kSamples + 1));
+      const ToolPose pose = kinematics().pose(q);
+      tip = std::max(tip, tip_of(pose.tip_P));
+      axis = std::max(axis, axis_of(pose.axis_P));
+    }
+  } else {
+    tip += certifier_.bow_from_norms(a, b);
+    if (tip > kWellBelow * tolerance_.tip_mm) tip = certifier_.tip(a, b, reference_).upper;
+    double turn = 0.0;
+    for (std::size_t k = 0; k < 2; ++k)
+      turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+    // sin x >= 2x/pi up to a right angle.
+    axis += 0.5 * kPi * turn * turn / 8.0;
+    if (axis > kWellBelow * tolerance_.axis.rad()) axis = certifier_.axis(a, b, reference_).upper;
+  }
+  tip_mm = std::max(tip_mm, tip);
+  axis_rad = std::max(axis_rad, axis);
+}
+
+const Station& SegmentRefiner::station_at(std::size_t i) const {
+  if (i == 0) return *ends_.at_a;
+  return i > nodes_.size() ? *ends_.at_b : nodes_[i - 1].station;
+}
+
+void SegmentRefiner::judge_pieces(SegmentReport& report) const {
+  double tip_mm = 0.0;
+  double axis_rad = 0.0;
+  for (std::size_t i = 0; i <= nodes_.size(); ++i) judge(station_at(i), station_at(i + 1), tip_mm, axis_rad);
+  report.tip_mm = tip_mm;
+  report.axis = Angle::radians(axis_rad);
+}
+
+// Fills in what is known of the segment as programmed; true when points have to be inserted.
+bool SegmentRefiner::needs_points(SegmentReport& report) {
+  const ErrorModel model(kinematics(), *ends_.at_a, *ends_.at_b, options_.predictor);
+  report.certified = options_.certify;
+  report.predicted_mm = model.largest_distance();
+  report.midpoint_mm = model.midpoint().norm();
+  judge_pieces(report);
+  report.programmed_mm = report.tip_mm;
+  const double middle = distance_to_segment(model.midpoint() + 0.5 * (ends_.at_a->tip_P + ends_.at_b->tip_P),
+                                            ends_.at_a->tip_P, ends_.at_b->tip_P);
+  const bool bowed = report.tip_mm <= kWellBelow * tolerance_.tip_mm || middle >= kBowShaped * report.tip_mm;
+  report.harmonic_fails = largest_turn() > kHarmonicTurn.rad() || !bowed;
+  // The bounds are within 5 % of the truth; in between the decision itself.
+  if (report.tip_mm > tolerance_.tip_mm || report.axis > tolerance_.axis) {
+    report.converged = piece_within(*ends_.at_a, *ends_.at_b);
+  }
+  return !report.converged ||
+         (options_.method != Method::adaptive && report.predicted_mm > tolerance_.tip_mm);
+}
+
+SegmentReport SegmentRefiner::measure(const SegmentEnds& ends, const Tolerance& tolerance) {
+  start(ends, tolerance);
+  SegmentReport report;
+  needs_points(report);
+  return report;
+}
+
+SegmentReport SegmentRefiner::refine(const SegmentEnds& ends, const Tolerance& tolerance,
+                                     std::vector<Point>& out) {
+  start(ends, tolerance);
+  SegmentReport report;
+  if (!needs_points(report) || options_.method == Method::none) return report;
+  report.converged = insert(report);
+  judge_pieces(report);
+  report.inserted = static_cast<std::uint32_t>(nodes_.size());
+  for (const Node& node : nodes_) {
+    out.push_back({node.station.q, node.tip_P, node.axis_P, ends.b->where, true});
+  }
+  return report;
+}
+
+bool SegmentRefiner::insert(SegmentReport& report) {
+  const bool axis_holds =
+      certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, tolerance_.axis) == Within::yes;
+  if (options_.method == Method::subtract && axis_holds) {
+    report.linear_nodes = true;
+    return subtract(*ends_.at_a, *ends_.at_b, 0.0, 1.0, 0);
+  }
+  const NodeAxis how = choose_axis(axis_holds);
+  report.linear_nodes = how == NodeAxis::joint_linear;
+  const bool both_sides = options_.method == Method::adaptive && !options_.one_sided;
+  if (both_sides && insert_two_sided(how)) return true;
+  return insert_on_chord(how);
+}
+
+// The great circle, unless joint-linear nodes (which hold the axis tolerance as they are) need fewer points:
+// at the pole.
+NodeAxis SegmentRefiner::choose_axis(bool axis_holds) {
+  cells_along(NodeAxis::great_circle, kFewestCells);
+  if (!axis_holds) return NodeAxis::great_circle;
+  const bool flips = largest_cell_turn_ > kFlip * largest_turn() / static_cast<double>(cells_.size());
+  if (!flips && largest_turn() < kSmallTurn.rad()) return NodeAxis::great_circle;
+  use_cells(NodeAxis::great_circle);
+  const double on_circle = spacing_.total();
+  const std::vector<Cell> circle = cells_;
+  cells_along(NodeAxis::joint_linear, kFewestCells);
+  use_cells(NodeAxis::joint_linear);
+  if (flips || on_circle > kCheaper * spacing_.total()) return NodeAxis::joint_linear;
+  cells_ = circle;
+  return NodeAxis::great_circle;
+}
+
+// Cells of the pieces between neighbouring ideal nodes, evenly spaced.
+void SegmentRefiner::cells_along(NodeAxis how, std::size_t least) {
+  const auto by_turn = static_cast<std::size_t>(std::ceil(largest_turn() / kCellTurn.rad()));
+  const std::size_t count = std::clamp(by_turn, least, kMostCells);
+  cells_.clear();
+  largest_cell_turn_ = 0.0;
+  Station before = maker_.node(0.0, Vec3::Zero(), NodeAxis::joint_linear, false).station;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const double t1 = static_cast<double>(i) / static_cast<double>(count);
+    const NodeAxis kind = i == count ? NodeAxis::joint_linear : how;
+    const Station after = maker_.node(t1, Vec3::Zero(), kind, false).station;
+    add_cell(before, after, static_cast<double>(i - 1) / static_cast<double>(count), t1);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double turn = kinematics().angle(after.q, k) - kinematics().angle(before.q, k);
+      largest_cell_turn_ = std::max(largest_cell_turn_, std::abs(turn));
+    }
+    before = after;
+  }
+}
+
+// Cells of the pieces as they came out of the last attempt.
+void SegmentRefiner::cells_of_nodes(std::size_t least) {
+  cells_.clear();
+  const std::size_t pieces = nodes_.size() + 1;
+  const std::size_t parts = (least + pieces - 1) / pieces;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const Station& a = station_at(i);
+    const Station& b = station_at(i + 1);
+    const double t0 = i == 0 ? 0.0 : nodes_[i - 1].t;
+    const double t1 = i == nodes_.size() ? 1.0 : nodes_[i].t;
+    Station before = a;
+    for (std::size_t k = 1; k <= parts; ++k) {
+      const double share = static_cast<double>(k) / static_cast<double>(parts);
+      const Station after = k == parts ? b : station(kinematics(), JointVector::interpolate(a.q, b.q, share));
+      const double from = t0 + (t1 - t0) * static_cast<double>(k - 1) / static_cast<double>(parts);
+      add_cell(before, after, from, t0 + (t1 - t0) * share);
+      before = after;
+    }
+  }
+}
+
+void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, double t1) {
+  const Station middle = station(kinematics(), JointVector::interpolate(a.q, b.q, 0.5));
+  const Vec3 chord = b.tip_P - a.tip_P;
+  const double length = chord.norm();
+  Vec3 bow = middle.tip_P - 0.5 * (a.tip_P + b.tip_P);
+  const double along = length > 0.0 ? bow.dot(chord) / length : 0.0;
+  // While the foot stays on the chord, motion along it is no error.
+  if (4.0 * std::abs(along) < length) bow -= (along / length) * chord;
+  const ArcShape arc(a.axis_P, b.axis_P);
+  const double axis = ArcShape::measure(ArcShape::distance(arc.foot(middle.axis_P)));
+  cells_.push_back({t0, t1, bow, axis});
+}
+
+void SegmentRefiner::use_cells(NodeAxis how) {
+  // Rounded words take their share of the tube.
+  const double tube = std::max(tolerance_.tip_mm - word_error_mm_, 0.5 * tolerance_.tip_mm);
+  spacing_.set(cells_, tube, tolerance_.axis.rad(), how == NodeAxis::great_circle);
+  if (!ends_.moved) return;
+  const auto displaced = [&](const Station& at, const Point& p, double t) {
+    return (at.tip_P - p.tip_P).dot(spacing_.against(t)) / tube;
+  };
+  end0_ = std::clamp(displaced(*ends_.at_a, *ends_.a, 0.0), -1.0, 1.0);
+  end1_ = std::clamp(displaced(*ends_.at_b, *ends_.b, 1.0), -1.0, 1.0);
+}
+
+bool SegmentRefiner::all_within() const {
+  for (std::size_t i = 0; i <= nodes_.size(); ++i) {
+    if (!piece_within(station_at(i), station_at(i + 1))) return false;
+  }
+  return true;
+}
+
+bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
+  if (side == Side::on_chord) {
+    spacing_.place_on_chord(pieces, places_);
+  } else {
+    spacing_.place_two_sided(pieces, end0_, end1_, places_);
+  }
+  nodes_.clear();
+  for (const Place& place : places_) nodes_.push_back(maker_.node(place.t, place.displacement_P, how, true));
+  return all_within();
+}
+
+// Attempts with `least` to `most` pieces; each count is planned from the cells, then anew from what the
+// attempt came to.
+bool SegmentRefiner::insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most) {
+  std::size_t pieces = std::max<std::size_t>(2, least);
+  for (int attempt = 0; attempt < kAttempts && pieces <= most; ++attempt) {
+    for (int fit = 0; fit <= kRefits; ++fit) {
+      if (try_pieces(pieces, how, side)) return true;
+      cells_of_nodes(kFewestCells);
+      use_cells(how);
+    }
+    // One more while that is likely to do; faster where the plan is far off.
+    const std::size_t asked =
+        side == Side::on_chord ? spacing_.on_chord_pieces() : spacing_.two_sided_pieces(end0_, end1_);
+    const std::size_t step = 1 + (attempt < 3 ? 0 : pieces / 4);
+    pieces = std::max(pieces + step, std::min(asked, 2 * pieces));
+  }
+  return false;
+}
+
+bool SegmentRefiner::insert_two_sided(NodeAxis how) {
+  use_cells(how);
+  if (!spacing_.tip_leads()) return false;
+  const std::vector<Cell> planned = cells_;
+  const std::size_t on_chord = spacing_.on_chord_pieces();
+  if (insert_nodes(how, Side::two_sided, spacing_.two_sided_pieces(end0_, end1_),
+                   std::max<std::size_t>(2, on_chord))) {
+    return true;
+  }
+  cells_ = planned;
+  return false;
+}
+
+bool SegmentRefiner::insert_on_chord(NodeAxis how) {
+  use_cells(how);
+  const std::size_t least = std::max<std::size_t>(2, spacing_.on_chord_pieces());
+  return insert_nodes(how, Side::on_chord, least, std::min(options_.max_inserted + 1, kHopeless * least));
+}
+
+// Intermediate points of the linear interpolation, linear axes moved by -R_MP e(t) (paper 001, Eq. 3.4),
+// rotary axes left. Where the prediction stays short the segment is halved: the middle, where it is exact,
+// comes to stand on the chord.
+bool SegmentRefiner::subtract(const Station& a, const Station& b, double t0, double t1, int halvings) {
+  const ErrorModel model(kinematics(), a, b, options_.predictor);
+  const std::size_t before = nodes_.size();
+  if (halvings > 0 && piece_within(a, b)) return true;
+  if (subtract_evenly(a, b, t0, t1, model)) return true;
+  nodes_.resize(before);
+  if (halvings >= kSubtractHalvings || nodes_.size() >= options_.max_inserted) return false;
+  const double t = 0.5 * (t0 + t1);
+  const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
+  const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
+  const Node middle = maker_.node_at(t, q, tip - model.at(0.5), true);
+  const bool first = subtract(a, middle.station, t0, t, halvings + 1);
+  nodes_.push_back(middle);
+  return subtract(middle.station, b, t, t1, halvings + 1) && first;
+}
+
+bool SegmentRefiner::subtract_evenly(const Station& a, const Station& b, double t0, double t1,
+                                     const ErrorModel& model) {
+  constexpr std::size_t kTries = 3;
+  const std::size_t before = nodes_.size();
+  const double ratio = std::sqrt(model.largest_distance() / tolerance_.tip_mm);
+  const auto least = static_cast<std::size_t>(std::max(2.0, std::ceil(ratio)));
+  for (std::size_t pieces = least; pieces < least + kTries && pieces <= options_.max_inserted; ++pieces) {
+    nodes_.resize(before);
+    bool within = true;
+    Station last = a;
+    for (std::size_t j = 1; j <= pieces && within; ++j) {
+      if (j == pieces) {
+        within = piece_within(last, b);
+        break;
+      }
+      const double k = static_cast<double>(j) / static_cast<double>(pieces);
+      const JointVector q = JointVector::interpolate(a.q, b.q, k);
+      const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
+      nodes_.push_back(maker_.node_at(t0 + k * (t1 - t0), q, tip - model.at(k), true));
+      within = piece_within(last, nodes_.back().station);
+      last = nodes_.back().station;
+    }
+    if (within) return true;
+  }
+  return false;
+}
+
+}  // namespace trunnion::path

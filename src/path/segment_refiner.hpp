@@ -1,0 +1,79 @@
+#pragma once
+#include <vector>
+
+#include "trunnion/path/nonlinear.hpp"
+
+#include "path/node_maker.hpp"
+#include "path/spacing.hpp"
+
+namespace trunnion::path {
+
+/// One segment as it is refined: its programmed ends, and where they stand when they were moved.
+struct SegmentEnds {
+  const Point* a = nullptr;  // as programmed
+  const Point* b = nullptr;
+  const Station* at_a = nullptr;  // where the machine stands
+  const Station* at_b = nullptr;
+  bool moved = false;
+};
+
+/// The work on one segment at a time, with its scratch memory.
+class SegmentRefiner {
+ public:
+  SegmentRefiner(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding,
+                 const NonlinearOptions& options);
+  SegmentRefiner(const SegmentRefiner&) = delete;
+  SegmentRefiner& operator=(const SegmentRefiner&) = delete;
+
+  SegmentReport refine(const SegmentEnds& ends, const Tolerance& tolerance, std::vector<Point>& out);
+  SegmentReport measure(const SegmentEnds& ends, const Tolerance& tolerance);
+
+  /// How the segment bends, in cells along its ideal path (nodes on the chord and the great circle).
+  const Spacing& spacing_of(const SegmentEnds& ends, const Tolerance& tolerance);
+  const TableKinematics& kinematics() const { return certifier_.kinematics(); }
+  const NodeMaker& maker() const { return maker_; }
+  bool piece_within(const Station& a, const Station& b) const;
+  void start(const SegmentEnds& ends, const Tolerance& tolerance);
+
+ private:
+  enum class Side : std::uint8_t { on_chord, two_sided };
+
+  bool needs_points(SegmentReport& report);
+  bool insert(SegmentReport& report);
+  bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
+  bool insert_on_chord(NodeAxis how);
+  bool insert_two_sided(NodeAxis how);
+  bool try_pieces(std::size_t pieces, NodeAxis how, Side side);
+  bool all_within() const;
+  NodeAxis choose_axis(bool axis_holds);
+  void cells_along(NodeAxis how, std::size_t count);
+  void cells_of_nodes(std::size_t least);
+  void add_cell(const Station& a, const Station& b, double t0, double t1);
+  void use_cells(NodeAxis how);
+  bool subtract(const Station& a, const Station& b, double t0, double t1, int halvings);
+  bool subtract_evenly(const Station& a, const Station& b, double t0, double t1, const ErrorModel& model);
+  void judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const;
+  void judge_pieces(SegmentReport& report) const;
+  double largest_turn() const;
+  const Station& station_at(std::size_t i) const;
+
+  Machine machine_;
+  Rounding rounding_;
+  NonlinearOptions options_;
+  Certifier certifier_;
+  NodeMaker maker_;
+  double word_error_mm_ = 0.0;  // largest distance of the tip that rounding of the linear words makes
+
+  SegmentEnds ends_;
+  Tolerance tolerance_;
+  Reference reference_;
+  double end0_ = 0.0;  // displacement of the ends against the bow, in tolerances
+  double end1_ = 0.0;
+  std::vector<Cell> cells_;
+  double largest_cell_turn_ = 0.0;
+  Spacing spacing_;
+  std::vector<Place> places_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,121 @@
+#include "path/spacing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trunnion::path {
+namespace {
+
+// I-length of a piece whose bow is one tolerance: l^2 / 8 = 1.
+const double kOnChordLength = std::sqrt(8.0);
+// Between two nodes displaced by one tolerance against the bow: l^2 / 8 = 2.
+constexpr double kInnerLength = 4.0;
+// A count that the integral misses by so little of a piece is tried first; the certificate decides.
+constexpr double kCountSlack = 0.01;
+
+std::size_t pieces(double exact) {
+  return static_cast<std::size_t>(std::max(1.0, std::ceil(exact - kCountSlack)));
+}
+
+// I-length of a piece between ends displaced by x and y tolerances against the bow. Its curve is -x (1-t) - y
+// t + 4 c t (1-t) with c = l^2/8; its largest value, 1, gives c + (y-x)^2/(16 c) = 1 + (x+y)/2.
+double length_between(double x, double y) {
+  const double m = 1.0 + 0.5 * (x + y);
+  const double c = 0.5 * (m + std::sqrt(std::max(0.0, m * m - 0.25 * (y - x) * (y - x))));
+  return std::sqrt(8.0 * c);
+}
+
+// I-length that `count` >= 2 pieces cover in a tube of w^2 tolerances.
+double covered(std::size_t count, double w, double end0, double end1) {
+  const double w2 = w * w;
+  const double x0 = std::clamp(end0 / w2, -1.0, 1.0);
+  const double x1 = std::clamp(end1 / w2, -1.0, 1.0);
+  return w *
+         (length_between(x0, 1.0) + kInnerLength * static_cast<double>(count - 2) + length_between(1.0, x1));
+}
+
+}  // namespace
+
+void Spacing::set(const std::vector<Cell>& cells, double tip_tolerance_mm, double axis_tolerance_rad,
+                  bool axis_counts) {
+  cells_ = &cells;
+  tip_tolerance_mm_ = tip_tolerance_mm;
+  cumulative_.clear();
+  double sum = 0.0;
+  double excess = 0.0;
+  for (const Cell& cell : cells) {
+    const double tip = std::sqrt(8.0 * cell.bow_P.norm() / tip_tolerance_mm);
+    const double axis = axis_counts ? std::sqrt(8.0 * cell.axis / axis_tolerance_rad) : 0.0;
+    sum += std::max(tip, axis);
+    excess += std::max(0.0, axis - tip * kOnChordLength / kInnerLength);
+    cumulative_.push_back(sum);
+  }
+  tip_leads_ = excess == 0.0;
+}
+
+std::size_t Spacing::on_chord_pieces() const {
+  return pieces(total() / kOnChordLength);
+}
+
+std::size_t Spacing::two_sided_pieces(double end0, double end1) const {
+  if (total() <= length_between(end0, end1)) return 1;
+  const double inner = (total() - covered(2, 1.0, end0, end1)) / kInnerLength;
+  return 1 + pieces(1.0 + inner);
+}
+
+double Spacing::t_at(double length) const {
+  const auto it = std::lower_bound(cumulative_.begin(), cumulative_.end(), length);
+  if (it == cumulative_.end()) return 1.0;
+  const Cell& cell = (*cells_)[static_cast<std::size_t>(it - cumulative_.begin())];
+  const double before = it == cumulative_.begin() ? 0.0 : *(it - 1);
+  const double share = *it > before ? (length - before) / (*it - before) : 1.0;
+  return cell.t0 + share * (cell.t1 - cell.t0);
+}
+
+void Spacing::place_on_chord(std::size_t count, std::vector<Place>& out) const {
+  out.clear();
+  for (std::size_t j = 1; j < count; ++j) {
+    const double share = static_cast<double>(j) / static_cast<double>(count);
+    // Without any bow (the axis alone is short, or rounding) evenly.
+    out.push_back({total() > 0.0 ? t_at(share * total()) : share, Vec3::Zero()});
+  }
+}
+
+void Spacing::place_two_sided(std::size_t count, double end0, double end1, std::vector<Place>& out) const {
+  out.clear();
+  if (count < 2) return;
+  double low = 0.0;
+  double high = 1.0;
+  // The narrowest tube that these pieces cover; 40 halvings reach the last digit that matters.
+  for (int i = 0; i < 40; ++i) {
+    const double w = 0.5 * (low + high);
+    (covered(count, w, end0, end1) < total() ? low : high) = w;
+  }
+  const double w = high;
+  const double x0 = std::clamp(end0 / (w * w), -1.0, 1.0);
+  const double scale = total() / covered(count, w, end0, end1);
+  for (std::size_t j = 1; j < count; ++j) {
+    const double length = w * (length_between(x0, 1.0) + kInnerLength * static_cast<double>(j - 1));
+    const double t = t_at(std::min(1.0, scale) * length);
+    out.push_back({t, (w * w * tip_tolerance_mm_) * against(t)});
+  }
+}
+
+Vec3 Spacing::against(double t) const {
+  // Bow per square of length between the cells' middles, then its direction.
+  const auto bend = [](const Cell& c) { return Vec3(c.bow_P / ((c.t1 - c.t0) * (c.t1 - c.t0))); };
+  const auto middle = [](const Cell& c) { return 0.5 * (c.t0 + c.t1); };
+  const std::vector<Cell>& cells = *cells_;
+  const auto after = std::upper_bound(cells.begin(), cells.end(), t,
+                                      [&](double value, const Cell& cell) { return value < middle(cell); });
+  const std::size_t i = after == cells.begin() ? 0 : static_cast<std::size_t>(after - cells.begin()) - 1;
+  Vec3 bow = bend(cells[i]);
+  if (i + 1 < cells.size() && t > middle(cells[i])) {
+    const double share = (t - middle(cells[i])) / (middle(cells[i + 1]) - middle(cells[i]));
+    bow = (1.0 - share) * bow + share * bend(cells[i + 1]);
+  }
+  const double size = bow.norm();
+  return size > 0.0 ? Vec3(-bow / size) : Vec3::Zero();
+}
+
+}  // namespace trunnion::path

@@ -1,0 +1,202 @@
+#include "trunnion/path/nonlinear.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "path/random_segments.hpp"
+#include "path/table_3_2.hpp"
+#include "support/machines.hpp"
+
+namespace trunnion::path {
+namespace {
+
+Rounding four_decimals(const Machine& machine) {
+  JointVector quantum;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    quantum[id] = machine.axes[id].kind == AxisKind::linear ? 1e-4 : Angle::degrees(1e-4).rad();
+  }
+  return Rounding::of(machine, machine.tool_vector(), quantum);
+}
+
+void put_on_words(const Machine& machine, const Rounding& rounding, std::vector<Point>& path) {
+  const TableKinematics kinematics(machine, machine.tool_vector());
+  for (Point& p : path) round_to_words(machine, kinematics, rounding, p.tip_P, p.q);
+}
+
+// Largest sampled deviations of the whole path a, inserted..., b from the segment a b, by the one forward
+// model.
+struct Sampled {
+  double tip = 0.0;
+  double axis = 0.0;
+};
+Sampled sampled(const Machine& machine, const Point& a, const Point& b, const std::vector<Point>& inserted) {
+  Sampled out;
+  std::vector<JointVector> q{a.q};
+  for (const Point& p : inserted) q.push_back(p.q);
+  q.push_back(b.q);
+  const Vec3 n = a.axis_P.cross(b.axis_P - a.axis_P);
+  for (std::size_t i = 1; i < q.size(); ++i) {
+    for (int k = 0; k <= 64; ++k) {
+      const ToolPose pose = tool_pose(forward(machine, JointVector::interpolate(q[i - 1], q[i], k / 64.0)));
+      out.tip = std::max(out.tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
+      if (n.norm() > 1e-9)
+        out.axis = std::max(out.axis, std::asin(std::abs(n.normalized().dot(pose.axis_P - a.axis_P))));
+    }
+  }
+  return out;
+}
+
+struct Case {
+  const char* method;
+  const char* predictor;
+  bool one_sided;
+};
+NonlinearOptions options_of(const Case& c) {
+  NonlinearOptions options;
+  options.method = *method_from_text(c.method);
+  options.predictor = *predictor_from_text(c.predictor);
+  options.one_sided = c.one_sided;
+  return options;
+}
+
+constexpr Case kCases[] = {{"reinsert", "harmonic", false}, {"reinsert", "quartic", false},
+                           {"subtract", "harmonic", false}, {"subtract", "parabola", false},
+                           {"subtract", "exact", false},    {"adaptive", "harmonic", false},
+                           {"adaptive", "harmonic", true}};
+
+TEST(Refiner, KeepsTable32WithinTheToleranceWithEveryMethod) {
+  const Machine machine = test::shipped_machine("paper");
+  for (const bool rounded : {false, true}) {
+    const Rounding rounding = rounded ? four_decimals(machine) : Rounding{};
+    auto path = test::table_3_2_path(machine);
+    put_on_words(machine, rounding, path);
+    for (const Case& c : kCases) {
+      SCOPED_TRACE(std::string(c.method) + " " + c.predictor);
+      Refiner refiner(machine, machine.tool_vector(), rounding, options_of(c));
+      const Tolerance tolerance{0.001, Angle::degrees(0.05)};
+      std::size_t inserted = 0;
+      for (std::size_t i = 1; i < path.size(); ++i) {
+        std::vector<Point> out;
+        const SegmentReport report = refiner.refine(path[i - 1], path[i], tolerance, out);
+        EXPECT_TRUE(report.converged);
+        EXPECT_TRUE(report.certified);
+        EXPECT_LE(report.tip_mm, tolerance.tip_mm * 1.05);
+        EXPECT_EQ(report.inserted, out.size());
+        const Sampled truth = sampled(machine, path[i - 1], path[i], out);
+        EXPECT_LE(truth.tip, std::min(report.tip_mm, tolerance.tip_mm) + 1e-12);
+        EXPECT_LE(truth.axis, report.axis.rad() + 1e-12);
+        inserted += out.size();
+      }
+      EXPECT_GE(inserted, 19U);
+      EXPECT_LT(inserted, 19U * 4U);
+    }
+  }
+}
+
+TEST(Refiner, NoneOnlyReports) {
+  const Machine machine = test::shipped_machine("paper");
+  const auto path = test::table_3_2_path(machine);
+  NonlinearOptions options;
+  options.method = Method::none;
+  Refiner refiner(machine, machine.tool_vector(), {}, options);
+  std::vector<Point> out;
+  double largest = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const SegmentReport report = refiner.refine(path[i - 1], path[i], {0.002, Angle::degrees(0.05)}, out);
+    largest = std::max(largest, report.tip_mm);
+    EXPECT_EQ(report.converged, report.tip_mm <= 0.002);
+  }
+  EXPECT_TRUE(out.empty());
+  EXPECT_GE(largest, 4.589e-3 - 1e-6);
+  EXPECT_LE(largest, 4.589e-3 * 1.05);
+}
+
+bool within_rotary_limits(const Machine& machine, const JointVector& q) {
+  for (const AxisId id : machine.rotary_axes()) {
+    const Axis& axis = machine.axes[id];
+    if (axis.has_limits() && !axis.within_limits(q[id])) return false;
+  }
+  return true;
+}
+
+class RefinerOf : public testing::TestWithParam<std::string> {};
+
+TEST_P(RefinerOf, ConvergesOnRandomSegments) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Rounding rounding = four_decimals(machine);
+  test::RandomSegments random(machine, 5);
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(std::string(c.method) + " " + c.predictor + (c.one_sided ? " one-sided" : ""));
+    Refiner refiner(machine, machine.tool_vector(), rounding, options_of(c));
+    const Tolerance tolerance{0.005, Angle::degrees(0.2)};
+    int unconverged = 0;
+    for (int i = 0; i < 300; ++i) {
+      const auto s = random.next(test::Family::chord, Angle::degrees(5.0));
+      if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
+      Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
+      Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
+      round_to_words(machine, random.kinematics(), rounding, a.tip_P, a.q);
+      round_to_words(machine, random.kinematics(), rounding, b.tip_P, b.q);
+      std::vector<Point> out;
+      const SegmentReport report = refiner.refine(a, b, tolerance, out);
+      unconverged += !report.converged;
+      if (!report.converged) continue;
+      const Sampled truth = sampled(machine, a, b, out);
+      ASSERT_LE(truth.tip, std::min(report.tip_mm, tolerance.tip_mm) + 1e-12) << i;
+      ASSERT_LE(truth.axis, std::min(report.axis.rad(), tolerance.axis.rad()) + 1e-12) << i;
+      for (const Point& p : out) {
+        EXPECT_TRUE(p.inserted);
+        EXPECT_EQ(p.where.line, 2U);
+        // On the word grid.
+        const JointVector words = words_of(machine, p.q, machine.tool_vector());
+        for (AxisId id = 0; id < machine.axes.size(); ++id) {
+          const double units = words[id] / rounding.quantum[id];
+          ASSERT_NEAR(units, std::nearbyint(units), 1e-6);
+        }
+      }
+    }
+    EXPECT_EQ(unconverged, 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, RefinerOf, testing::ValuesIn(test::shipped_machines()));
+
+// Issue: a half turn of C at A = 0. Nodes on the great circle flip C by 180 degrees between any two; linear
+// ones converge.
+TEST(Refiner, HalfTurnAtThePoleConverges) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const bool two_sided : {false, true}) {
+    NonlinearOptions options;
+    options.method = Method::adaptive;
+    options.one_sided = !two_sided;
+    Refiner refiner(machine, machine.tool_vector(), {}, options);
+    const TableKinematics kinematics(machine, machine.tool_vector());
+    const auto at = [&](double tilt_deg, double turn_deg, const Vec3& tip) {
+      Point p;
+      p.q[*machine.axis("A")] = Angle::degrees(tilt_deg).rad();
+      p.q[*machine.axis("C")] = Angle::degrees(turn_deg).rad();
+      kinematics.solve_linear(tip, kinematics.sines(p.q), p.q);
+      const ToolPose pose = kinematics.pose(p.q);
+      p.tip_P = pose.tip_P;
+      p.axis_P = pose.axis_P;
+      return p;
+    };
+    // A shallow dome through its top: 0.34 mm of path, the axis 0.05 degrees to either side of the pole.
+    const Point a = at(0.05, 0.0, {-0.17, 0.0, 0.0});
+    const Point b = at(0.05, 180.0, {0.17, 0.0, 0.0});
+    std::vector<Point> out;
+    const SegmentReport report = refiner.refine(a, b, {0.01, Angle::degrees(0.1)}, out);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(out.size(), 20U);
+    EXPECT_GT(out.size(), 2U);
+    EXPECT_TRUE(report.linear_nodes);
+    EXPECT_TRUE(report.harmonic_fails);
+    EXPECT_LE(report.axis.deg(), 0.1);
+    EXPECT_LE(report.tip_mm, 0.0105);
+    RecordProperty(two_sided ? "two_sided" : "on_chord", static_cast<int>(out.size()));
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::path
