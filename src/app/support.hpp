@@ -26,6 +26,10 @@ ExitCode write_output(const std::string& path, const std::string& text);
 /// Each subcommand lives in its own file and registers itself with the root; the callback stores the exit
 /// code in `exit`.
 // (declarations follow here, one a command: void add_<name>_command(CLI::App& root, int& exit);)
+void add_post_command(CLI::App& root, int& exit);
+void add_verify_command(CLI::App& root, int& exit);
+void add_compare_command(CLI::App& root, int& exit);
+void add_machine_command(CLI::App& root, int& exit);
 void add_iso230_command(CLI::App& root, int& exit);
 
 }  // namespace trunnion::app

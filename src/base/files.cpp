@@ -124,6 +124,21 @@ Result<void> AtomicFile::write_through(std::string_view bytes) {
   return {};
 }
 
+Result<void> AtomicFile::overwrite(std::size_t offset, std::string_view bytes) {
+  if (target_.empty()) {
+    held_.replace(offset, bytes.size(), bytes);
+    return {};
+  }
+  while (!bytes.empty()) {
+    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return tl::unexpected(failure("write"));
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+    offset += static_cast<std::size_t>(n);
+  }
+  return {};
+}
+
 Result<void> AtomicFile::commit() {
   if (target_.empty()) return write_through(held_);
   struct stat status {};

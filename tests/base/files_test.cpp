@@ -47,6 +47,16 @@ TEST_F(Files, OldContentStaysUntilCommit) {
   EXPECT_EQ(read_file(path("a.nc")).value(), "new");
 }
 
+TEST_F(Files, WrittenBytesCanBeOverwrittenBeforeCommit) {
+  auto file = AtomicFile::create(path("a.nc"));
+  ASSERT_TRUE(file->write("(PENDING)\n"));
+  ASSERT_TRUE(file->write("G1 X1\n"));
+  ASSERT_TRUE(file->overwrite(1, "PASSED!"));
+  ASSERT_TRUE(file->write("M2\n"));
+  ASSERT_TRUE(file->commit());
+  EXPECT_EQ(read_file(path("a.nc")).value(), "(PASSED!)\nG1 X1\nM2\n");
+}
+
 TEST_F(Files, LinkIsFollowedAndStays) {
   ASSERT_TRUE(write_file(path("real.nc"), "old"));
   fs::create_symlink(path("real.nc"), path("link.nc"));

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,8 @@ class AtomicFile {
 
   /// Fails with io_failed, naming the reason (disk full, ...).
   Result<void> write(std::string_view bytes);
+  /// Replaces bytes that were written already, from `offset` on. Only before commit.
+  Result<void> overwrite(std::size_t offset, std::string_view bytes);
   Result<void> commit();
 
  private:

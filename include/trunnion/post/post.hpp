@@ -1,0 +1,87 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/cl/reader.hpp"
+#include "trunnion/effects/model.hpp"
+#include "trunnion/machine/machine.hpp"
+#include "trunnion/nc/controller.hpp"
+#include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/solution_choice.hpp"
+#include "trunnion/post/verify.hpp"
+
+namespace trunnion::post {
+
+enum class FeedOutput : std::uint8_t {
+  inverse,    // G93 for moves in which a rotary axis turns, per minute for the others
+  per_minute  // F as the control measures it, so that the tip moves at the programmed feed
+};
+
+struct PostOptions {
+  double tolerance_mm = 0.01;
+  std::optional<double> rapid_tolerance_mm;  // nothing: rapids get no points and are only reported
+  std::optional<Angle> axis_tolerance;       // nothing: the machine's
+  path::NonlinearOptions nonlinear;
+  path::ChoiceMethod choice = path::ChoiceMethod::global;
+  std::string choice_axis = "C";
+  FeedOutput feed = FeedOutput::inverse;
+  /// For CL files without FEDRAT before their first feed move: warned about once.
+  double default_feed_mm_s = 250.0 / kSecondsPerMinute;
+  /// Where the rotary axes must turn back while cutting: how far the tool leaves along its axis, and how
+  /// fast.
+  double retract_mm = 50.0;
+  double retract_feed_mm_s = 5000.0 / kSecondsPerMinute;
+  bool verify = true;
+  bool collect = false;  // keep what the HTML report draws
+  cl::ReaderOptions cl;
+};
+
+/// What is posted with what. Pointers must outlive the call.
+struct PostJob {
+  std::string cl_file;  // for messages
+  const Machine* machine = nullptr;
+  const nc::Controller* controller = nullptr;
+  const Model* model = nullptr;     // errors to compensate and to verify with; nothing: nominal
+  std::vector<std::string> header;  // further comment lines (command, versions)
+};
+
+struct PostReport {
+  std::size_t points_in = 0;
+  std::size_t points_inserted = 0;
+  std::size_t segments_with_points = 0;
+  std::size_t segments_not_converged = 0;
+  double worst_predicted_mm = 0.0;   // by the predictor, of the path as programmed
+  double worst_programmed_mm = 0.0;  // midpoint error of the path as programmed
+  path::ChoiceSummary choice;
+  double duration_s = 0.0;
+  double feed_time_lost_s = 0.0;  // by axis speed limits
+  double largest_correction_mm = 0.0;
+  std::size_t nc_lines = 0;
+  std::optional<VerifyReport> verification;          // on the machine that was compensated for
+  std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied
+};
+
+/// Takes finished text of the program, piece by piece.
+using TextSink = std::function<Result<void>(std::string_view)>;
+
+/// A text that stands in the header until the verification is done; the caller replaces it, in what the sink
+/// took, by a text of the same length (see verdict_text).
+std::string verdict_placeholder();
+/// `WITHIN TOLERANCE: ...` or `NOT WITHIN TOLERANCE: ...` with the figures, padded to the placeholder's
+/// length.
+std::string verdict_text(const PostReport& report);
+
+/// CL text in, NC text out, verified by reading the NC text back. Streams: memory grows with the longest run
+/// of points between two rapids, not with the file. All findings go to `diagnostics`. Fails with wrong_input
+/// (CL errors, all in diagnostics), check_failed (a pose out of reach, a limit), io_failed (the sink). A
+/// verification that failed is a result, not a failure: see PostReport::verification.
+Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& job,
+                        const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics);
+
+}  // namespace trunnion::post

@@ -1,0 +1,124 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/cl/reader.hpp"
+#include "trunnion/effects/model.hpp"
+#include "trunnion/machine/kinematics.hpp"
+#include "trunnion/nc/controller.hpp"
+
+namespace trunnion::post {
+
+struct VerifyOptions {
+  double tolerance_mm = 0.01;
+  std::optional<double> rapid_tolerance_mm;  // nothing: rapids are reported only
+  Angle axis_tolerance = Angle::degrees(0.05);
+  bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
+  /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
+  const ModelEvaluator* truth = nullptr;
+  std::vector<std::string> raw_lines;  // lines that the controller's templates did not make
+  std::size_t worst_count = 10;        // places listed in the report
+  bool collect = false;                // keep one VerifiedBlock per motion block
+};
+
+/// One motion block of the NC program, as verified.
+struct VerifiedBlock {
+  JointVector q;
+  Vec3 tip_P = Vec3::Zero();
+  float tip_deviation_mm = 0.0F;
+  float axis_deviation_rad = 0.0F;
+  double path_mm = 0.0;  // of the tip, from the start of the program
+  std::uint32_t nc_line = 0;
+  std::uint32_t cl_line = 0;
+  bool rapid = false;
+  bool programmed = false;  // ends at a point of the CL file
+};
+
+struct WorstPlace {
+  std::uint32_t nc_line = 0;
+  std::uint32_t cl_line = 0;
+  double tip_mm = 0.0;
+  Angle axis;
+  Vec3 tip_P = Vec3::Zero();
+};
+
+/// A block beyond the travel of an axis.
+struct BeyondLimit {
+  std::uint32_t nc_line = 0;
+  std::uint32_t cl_line = 0;
+  std::string axis;
+  double value = 0.0;  // mm or rad
+  double by = 0.0;
+};
+
+struct VerifyReport {
+  std::size_t points_in = 0;   // motions of the CL file
+  std::size_t points_out = 0;  // motion blocks of the NC program
+  std::size_t feed_blocks = 0;
+  std::size_t rapid_blocks = 0;
+  double max_tip_deviation_mm = 0.0;  // feed moves: largest that was found on the path
+  double certified_tip_deviation_mm =
+      0.0;  // feed moves: proved upper bound; the sampled one when not `certified`
+  bool certified = true;
+  Angle max_axis_deviation;             // feed moves
+  double max_rapid_deviation_mm = 0.0;  // of rapids between CL points
+  double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
+  std::size_t points_missed = 0;        // CL points that the program never comes to
+  std::vector<BeyondLimit> beyond_limits;
+  std::size_t beyond_limits_count = 0;
+  std::vector<WorstPlace> worst;  // feed moves, worst first
+  std::vector<VerifiedBlock> blocks;
+  bool on_truth = false;  // evaluated on a machine with errors
+  double tolerance_mm = 0.0;
+  Angle axis_tolerance;
+  std::optional<double> rapid_tolerance_mm;
+
+  bool limits_ok() const { return beyond_limits_count == 0; }
+  bool within_tolerance() const;
+  bool passed() const { return within_tolerance() && limits_ok() && points_missed == 0; }
+};
+
+/// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing
+/// of how the program was made: blocks are matched to CL segments by geometry alone, in order. Streaming:
+/// motions and text may come in pieces, in step.
+///
+/// Tip deviation: distance of the tip's curve (q linear between blocks, words as rounded) from the CL
+/// segments between the places that the two blocks match. Axis deviation: angle of the tool axis from the
+/// great circle of the segment.
+class Verifier {
+ public:
+  /// References must outlive the verifier.
+  Verifier(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm,
+           const VerifyOptions& options, std::string nc_file, Diagnostics& diagnostics);
+  Verifier(const Verifier&) = delete;
+  Verifier& operator=(const Verifier&) = delete;
+  ~Verifier();
+
+  /// The next motion of the CL file.
+  void expect(const cl::Motion& motion, SourceRef where);
+  /// Any piece of the NC text, in order. Blocks whose CL motions are not known yet wait.
+  void text(std::string_view piece);
+  /// All motions and all text have been given. Fails when the text could not be read.
+  Result<VerifyReport> finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Verifies a whole program against a whole CL file: `nc` is read piece by piece, so that memory holds the CL
+/// motions only.
+Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
+                            std::unique_ptr<cl::TextSource> nc, const std::string& nc_file,
+                            const Machine& machine, const nc::Controller& controller,
+                            const cl::ReaderOptions& reading, const VerifyOptions& options,
+                            Diagnostics& diagnostics);
+
+}  // namespace trunnion::post

@@ -1,0 +1,85 @@
+#include <memory>
+
+#include "trunnion/report/compare.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct CompareCommand {
+  std::vector<std::string> programs;
+  std::string against;
+  std::string truth;
+  MachineOptions machine;
+  ResultOptions result;
+  double tolerance_mm = 0.01;
+  bool ignore_msys = false;
+};
+
+Result<report::ComparedProgram> evaluate(const CompareCommand& command, const std::string& program,
+                                         const Machine& machine, const nc::Controller& controller,
+                                         const post::VerifyOptions& options, Diagnostics& diagnostics) {
+  auto cl = cl::open_source(command.against);
+  if (!cl) return tl::unexpected(cl.error());
+  auto nc = cl::open_source(program);
+  if (!nc) return tl::unexpected(nc.error());
+  cl::ReaderOptions reading;
+  if (command.ignore_msys) reading.frames = cl::ReaderOptions::Frames::ignore;
+  auto report = post::verify(std::move(*cl), command.against, std::move(*nc), program, machine, controller,
+                             reading, options, diagnostics);
+  if (!report) return tl::unexpected(report.error());
+  return report::ComparedProgram{program, std::move(*report)};
+}
+
+ExitCode run(const CompareCommand& command) {
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
+  std::optional<ModelEvaluator> truth;
+  if (!command.truth.empty()) {
+    const auto model = load_model(command.truth, *machine, {}, diagnostics);
+    if (!model) return print_failure(diagnostics, model.error());
+    truth.emplace(*model);
+  }
+  post::VerifyOptions options;
+  options.tolerance_mm = command.tolerance_mm;
+  options.axis_tolerance = machine->axis_tolerance;
+  options.truth = truth ? &*truth : nullptr;
+  options.collect = true;
+  std::vector<report::ComparedProgram> programs;
+  for (const std::string& program : command.programs) {
+    auto evaluated = evaluate(command, program, *machine, *controller, options, diagnostics);
+    if (!evaluated) return print_failure(diagnostics, evaluated.error());
+    programs.push_back(std::move(*evaluated));
+  }
+  print(diagnostics);
+  if (command.result.json != "-") {
+    if (const auto code = write_output("-", report::compare_table(programs)); code != kDone) return code;
+  }
+  return command.result.json.empty() ? kDone
+                                     : write_output(command.result.json, report::compare_json(programs));
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& root, int& exit) {
+  auto command = std::make_shared<CompareCommand>();
+  CLI::App* c = root.add_subcommand(
+      "compare", "NC programs of one part side by side, on the nominal machine or one with errors");
+  c->add_option("programs", command->programs, "NC files")->required();
+  c->add_option("--against", command->against, "CL file")->required();
+  command->machine.add_to(*c, true);
+  c->add_option("--truth", command->truth,
+                "model of the errors of the machine to evaluate on (none: nominal)");
+  c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,68 @@
+#include <memory>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/proving.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct MachineCommand {
+  MachineOptions machine;
+  std::string program;
+};
+
+std::string text_of(const Machine& machine) {
+  std::string out = machine.name + "\n";
+  const auto chain = [&](const std::vector<AxisId>& ids) {
+    std::string names;
+    for (const AxisId id : ids) names += (names.empty() ? "" : " ") + machine.axes[id].name;
+    return names.empty() ? std::string("-") : names;
+  };
+  out += "from the bed to the tool: " + chain(machine.tool_chain) +
+         "; from the bed to the part: " + chain(machine.part_chain) + "\n";
+  out +=
+      "X Y Z words: position of " +
+      std::string(machine.output_point == OutputPoint::tip ? "the tool tip (the control owns the tool length)"
+                                                           : "the spindle's gauge point") +
+      "\ngauge length " + shortest_text(machine.tool_length_mm) + " mm\n\nA positive command:\n";
+  for (const post::AxisWords& axis : post::describe_axes(machine)) {
+    out += "  " + axis.name + "  " + axis.motion + "\n     travel " + axis.limits + "; rapid " + axis.rapid +
+           "\n";
+  }
+  return out;
+}
+
+ExitCode run(const MachineCommand& command) {
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
+  const auto program = post::proving_program(*machine, *controller);
+  if (!program) return print_error(program.error());
+  print(diagnostics);
+  if (!command.program.empty()) {
+    if (const auto code = write_output(command.program, *program); code != kDone) return code;
+    if (command.program == "-") return kDone;
+  }
+  std::string text = text_of(*machine);
+  if (command.program.empty()) text += "\nProving program (-o FILE writes it):\n\n" + *program;
+  return write_output("-", text);
+}
+
+}  // namespace
+
+void add_machine_command(CLI::App& root, int& exit) {
+  auto command = std::make_shared<MachineCommand>();
+  CLI::App* c = root.add_subcommand("machine", "which way each axis goes, limits, and a proving program");
+  c->add_option("machine", command->machine.machine,
+                "machine file, or the name of one in postconfigs/machines")
+      ->required();
+  c->add_option("-c,--controller", command->machine.controller, "controller of the proving program");
+  c->add_option("-o,--output", command->program, "write the proving program to this file");
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,153 @@
+#include "app/options.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace trunnion::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path program_folder() {
+  std::error_code ec;
+  const fs::path self = fs::read_symlink("/proc/self/exe", ec);
+  return ec ? fs::path(".") : self.parent_path();
+}
+
+}  // namespace
+
+std::string postconfigs_folder() {
+  if (const char* given = std::getenv("TRUNNION_POSTCONFIGS")) return given;  // NOLINT(concurrency-mt-unsafe)
+  std::error_code ec;
+  for (const fs::path& folder : {program_folder() / "postconfigs", program_folder() / ".." / "postconfigs",
+                                 program_folder() / ".." / "share" / "trunnion" / "postconfigs"}) {
+    if (fs::is_directory(folder, ec)) return folder.lexically_normal().string();
+  }
+  return TRUNNION_POSTCONFIGS_FOLDER;
+}
+
+void MachineOptions::add_to(CLI::App& command, bool with_controller) {
+  command.add_option("-m,--machine", machine, "machine file, or the name of one in postconfigs/machines")
+      ->required();
+  if (with_controller) {
+    command.add_option(
+        "-c,--controller", controller,
+        "controller file, or the name of one in postconfigs/controllers (the machine's, else linuxcnc)");
+  }
+}
+
+Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
+  std::error_code ec;
+  const bool named =
+      !fs::exists(options.machine, ec) && options.machine.find_first_of("/.") == std::string::npos;
+  return load_machine(
+      named ? postconfigs_folder() + "/machines/" + options.machine + ".toml" : options.machine, diagnostics);
+}
+
+Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
+                                           Diagnostics& diagnostics) {
+  // The default of the interface: the one control whose interpreter anybody can run.
+  const std::string name =
+      !options.controller.empty() ? options.controller : machine.controller.value_or("linuxcnc");
+  const auto file = nc::find_controller(name, postconfigs_folder() + "/controllers");
+  if (!file) return tl::unexpected(file.error());
+  return nc::load_controller(*file, diagnostics);
+}
+
+void ResultOptions::add_to(CLI::App& command) {
+  command.add_option("--json", json, "write the result as JSON to this file (- is standard output)");
+  command.add_option("--report", report, "write a self-contained HTML page");
+}
+
+void PostCliOptions::add_to(CLI::App& c) {
+  c.add_option("--tolerance-mm", tolerance_mm, "largest deviation of the tip from its programmed path")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c.add_option("--rapid-tolerance-mm", rapid_tolerance_mm,
+               "the same for rapids (none: rapids are reported only)")
+      ->check(CLI::PositiveNumber);
+  c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
+               "largest angle of the tool axis from its great circle (the machine's)")
+      ->check(CLI::PositiveNumber);
+  c.add_option("--nonlinear", nonlinear, "what is done about the nonlinear error")
+      ->check(CLI::IsMember({"none", "reinsert", "subtract", "adaptive"}))
+      ->capture_default_str();
+  c.add_option("--predictor", predictor, "harmonic, harmonic2..9, parabola, skew, quartic or exact")
+      ->capture_default_str();
+  c.add_option("--choice", choice,
+               "choice among the rotary solutions: global, combined, largest, sum or axis:NAME")
+      ->capture_default_str();
+  c.add_option("--feed", feed, "inverse time or per minute")
+      ->check(CLI::IsMember({"inverse", "per-minute"}))
+      ->capture_default_str();
+  c.add_option("--default-feed-mm-min", default_feed_mm_min, "feed of motions before any FEDRAT")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c.add_option("--retract-mm", retract_mm,
+               "how far the tool leaves the part where the rotary axes must turn back")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
+  c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
+  c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
+  c.add_flag("--one-sided", one_sided, "adaptive: nodes stay on the chord");
+  c.add_flag("--thin", thin, "drop programmed points that the tolerance does not need");
+  c.add_flag("--move-programmed-points", move_programmed_points,
+             "adaptive: programmed points may move by up to the tolerance");
+  c.add_flag("--no-certify", no_certify, "sample deviations instead of proving their bound");
+  c.add_flag("--no-verify", no_verify, "do not read the program back");
+  c.add_flag("--accept-deviation", accept_deviation,
+             "write a program that misses the tolerance all the same (marked, exit code 1)");
+  c.add_flag("--ignore-msys", ignore_msys, "take the coordinates of the CL file as they stand");
+}
+
+Result<post::PostOptions> PostCliOptions::resolve() const {
+  post::PostOptions out;
+  out.tolerance_mm = tolerance_mm;
+  out.rapid_tolerance_mm = rapid_tolerance_mm;
+  if (axis_tolerance_deg) out.axis_tolerance = Angle::degrees(*axis_tolerance_deg);
+  out.nonlinear.method = *path::method_from_text(nonlinear);
+  const auto named = path::predictor_from_text(predictor);
+  if (!named) return fail(ErrorCode::wrong_use, "--predictor: '" + predictor + "' is no predictor");
+  out.nonlinear.predictor = *named;
+  out.nonlinear.one_sided = one_sided;
+  out.nonlinear.thin = thin;
+  out.nonlinear.move_programmed_points = move_programmed_points;
+  out.nonlinear.certify = !no_certify;
+  if ((one_sided || move_programmed_points) && out.nonlinear.method != path::Method::adaptive) {
+    return fail(ErrorCode::wrong_use, std::string(one_sided ? "--one-sided" : "--move-programmed-points") +
+                                          " belongs to --nonlinear adaptive");
+  }
+  using path::ChoiceMethod;
+  if (choice.starts_with("axis:")) {
+    out.choice = ChoiceMethod::axis;
+    out.choice_axis = choice.substr(5);
+  } else if (choice == "global" || choice == "combined" || choice == "largest" || choice == "sum") {
+    out.choice = choice == "global"     ? ChoiceMethod::global
+                 : choice == "combined" ? ChoiceMethod::combined
+                 : choice == "largest"  ? ChoiceMethod::largest
+                                        : ChoiceMethod::sum;
+  } else {
+    return fail(ErrorCode::wrong_use,
+                "--choice: '" + choice + "' is none of global, combined, largest, sum, axis:NAME");
+  }
+  out.feed = feed == "inverse" ? post::FeedOutput::inverse : post::FeedOutput::per_minute;
+  out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
+  out.retract_mm = retract_mm;
+  out.verify = !no_verify;
+  if (ignore_msys) out.cl.frames = cl::ReaderOptions::Frames::ignore;
+  return out;
+}
+
+Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,
+                                                         Diagnostics& diagnostics) const {
+  if (model.empty()) return std::optional<Model>{};
+  auto loaded = load_model(model, machine, {}, diagnostics);
+  if (!loaded) return tl::unexpected(loaded.error());
+  return std::optional<Model>(filtered(*loaded, [&](const EffectInfo& info) {
+    const bool thermal = info.kind == EffectClass::thermal;
+    return !(thermal ? no_thermal : no_geometric);
+  }));
+}
+
+}  // namespace trunnion::app

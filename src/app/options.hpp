@@ -1,0 +1,68 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "trunnion/effects/model.hpp"
+#include "trunnion/machine/machine.hpp"
+#include "trunnion/nc/controller.hpp"
+#include "trunnion/post/post.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+
+/// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else beside the program
+/// or where it was built.
+std::string postconfigs_folder();
+
+/// `-m` and `-c` of every command that knows a machine.
+struct MachineOptions {
+  std::string machine;
+  std::string controller;
+  void add_to(CLI::App& command, bool with_controller);
+};
+
+/// The machine file, by path or by the name of one that ships with the program.
+Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics);
+/// The controller that is given, else the machine's, else linuxcnc.
+Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
+                                           Diagnostics& diagnostics);
+
+/// `--json` and `--report`.
+struct ResultOptions {
+  std::string json;
+  std::string report;
+  void add_to(CLI::App& command);
+};
+
+/// How a CL file is posted: the options that `post` and `batch` share.
+struct PostCliOptions {
+  double tolerance_mm = 0.01;
+  std::optional<double> rapid_tolerance_mm;
+  std::optional<double> axis_tolerance_deg;
+  std::string nonlinear = "reinsert";
+  std::string predictor = "harmonic";
+  std::string choice = "global";
+  std::string feed = "inverse";
+  std::string model;
+  double default_feed_mm_min = 250.0;
+  double retract_mm = 50.0;
+  bool one_sided = false;
+  bool thin = false;
+  bool move_programmed_points = false;
+  bool no_certify = false;
+  bool no_verify = false;
+  bool accept_deviation = false;
+  bool no_geometric = false;
+  bool no_thermal = false;
+  bool ignore_msys = false;
+
+  void add_to(CLI::App& command);
+  /// Fails with wrong_use.
+  Result<post::PostOptions> resolve() const;
+  /// The model of the file with the classes that are switched off left out; nothing without `--model`.
+  Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics) const;
+};
+
+}  // namespace trunnion::app

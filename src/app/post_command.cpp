@@ -1,0 +1,163 @@
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/report/post_json.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct PostCommand {
+  std::string cl_file;
+  std::string output;
+  MachineOptions machine;
+  PostCliOptions options;
+  ResultOptions result;
+};
+
+std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
+                                      const post::PostOptions& options, const nc::Controller& controller) {
+  std::vector<std::string> out;
+  out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
+  out.push_back("CL file " + command.cl_file);
+  out.push_back("machine " + machine.name + ", " + machine.file);
+  out.push_back("errors " + (command.options.model.empty() ? std::string("none compensated")
+                                                           : "compensated: " + command.options.model));
+  out.push_back("nonlinear error " + command.options.nonlinear + ", tolerance " +
+                shortest_text(options.tolerance_mm) + " mm");
+  return out;
+}
+
+void print_summary(const post::PostReport& r) {
+  spdlog::info("{} CL points, {} inserted in {} segments, {} NC lines, {:.1f} s machining time", r.points_in,
+               r.points_inserted, r.segments_with_points, r.nc_lines, r.duration_s);
+  if (r.feed_time_lost_s > 0.05)
+    spdlog::info("axis speeds cost {:.1f} s against the programmed feed", r.feed_time_lost_s);
+  if (r.choice.branch_changes > 0) spdlog::info("{} branch changes", r.choice.branch_changes);
+  if (r.choice.pole_points > 0) spdlog::info("{} points at the pole", r.choice.pole_points);
+  if (!r.verification) {
+    spdlog::warn("warning: not verified");
+    return;
+  }
+  const post::VerifyReport& v = *r.verification;
+  spdlog::info(
+      "verified{}: tip within {:.6f} mm of its path ({}; tolerance {} mm), tool axis within {:.4f} deg",
+      v.on_truth ? " on the machine with errors" : "", v.certified_tip_deviation_mm,
+      v.certified ? "proved" : "sampled", v.tolerance_mm, v.max_axis_deviation.deg());
+}
+
+// Why the check failed, with the place.
+void print_failed_check(const post::VerifyReport& v, const std::string& cl_file) {
+  const double tip = std::max(v.certified_tip_deviation_mm, v.max_point_deviation_mm);
+  if (tip > v.tolerance_mm) {
+    const std::string at =
+        v.worst.empty() ? "" : ", worst at " + cl_file + ":" + std::to_string(v.worst[0].cl_line);
+    spdlog::error("error: the tip deviates by {:.6f} mm, the tolerance is {} mm{}", tip, v.tolerance_mm, at);
+  }
+  if (v.max_axis_deviation > v.axis_tolerance) {
+    spdlog::error("error: the tool axis deviates by {:.4f} deg, the tolerance is {:.4f} deg",
+                  v.max_axis_deviation.deg(), v.axis_tolerance.deg());
+  }
+  if (v.rapid_tolerance_mm && v.max_rapid_deviation_mm > *v.rapid_tolerance_mm) {
+    spdlog::error("error: rapids deviate by {:.6f} mm, their tolerance is {} mm", v.max_rapid_deviation_mm,
+                  *v.rapid_tolerance_mm);
+  }
+  if (v.points_missed > 0)
+    spdlog::error("error: {} CL points are not on the program's path", v.points_missed);
+  for (const auto& b : v.beyond_limits) {
+    spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
+  }
+}
+
+// The output file, with the verdict put into its header in the end.
+class ProgramFile {
+ public:
+  explicit ProgramFile(AtomicFile file) : file_(std::move(file)) {}
+
+  Result<void> take(std::string_view text) {
+    if (!verdict_at_) {
+      const auto at = text.find(post::verdict_placeholder());
+      if (at != std::string_view::npos) verdict_at_ = size_ + at;
+    }
+    size_ += text.size();
+    return file_.write(text);
+  }
+  Result<void> finish(const std::string& verdict) {
+    if (verdict_at_) {
+      if (auto r = file_.overwrite(*verdict_at_, verdict); !r) return r;
+    }
+    return file_.commit();
+  }
+
+ private:
+  AtomicFile file_;
+  std::size_t size_ = 0;
+  std::optional<std::size_t> verdict_at_;
+};
+
+ExitCode finish(const PostCommand& command, const post::PostReport& report, ProgramFile& file) {
+  const bool passed = !report.verification || report.verification->passed();
+  print_summary(report);
+  if (!passed) print_failed_check(*report.verification, command.cl_file);
+  const bool deviation_only =
+      passed || (report.verification->limits_ok() && report.verification->points_missed == 0);
+  if (passed || (command.options.accept_deviation && deviation_only)) {
+    if (auto written = file.finish(post::verdict_text(report)); !written) return print_error(written.error());
+    if (!passed)
+      spdlog::warn("warning: written all the same, marked NOT WITHIN TOLERANCE (--accept-deviation)");
+  } else {
+    spdlog::error("error: nothing written{}",
+                  deviation_only ? " (--accept-deviation writes it all the same)" : "");
+  }
+  if (!command.result.json.empty()) {
+    if (const auto code = write_output(command.result.json, report::post_json(report)); code != kDone)
+      return code;
+  }
+  return passed ? kDone : kCheckFailed;
+}
+
+ExitCode run(const PostCommand& command) {
+  const auto options = command.options.resolve();
+  if (!options) return print_error(options.error());
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
+  const auto model = command.options.load_errors(*machine, diagnostics);
+  if (!model) return print_failure(diagnostics, model.error());
+  auto source = cl::open_source(command.cl_file);
+  if (!source) return print_error(source.error());
+  auto output = AtomicFile::create(command.output);
+  if (!output) return print_error(output.error());
+  ProgramFile file(std::move(*output));
+  post::PostJob job;
+  job.cl_file = command.cl_file == "-" ? "<stdin>" : command.cl_file;
+  job.machine = &*machine;
+  job.controller = &*controller;
+  job.model = *model ? &**model : nullptr;
+  job.header = header_lines(command, *machine, *options, *controller);
+  const auto report = post::post(
+      std::move(*source), job, *options, [&](std::string_view text) { return file.take(text); }, diagnostics);
+  if (!report) return print_failure(diagnostics, report.error());
+  print(diagnostics);
+  return finish(command, *report, file);
+}
+
+}  // namespace
+
+void add_post_command(CLI::App& root, int& exit) {
+  auto command = std::make_shared<PostCommand>();
+  CLI::App* c = root.add_subcommand("post", "CL file in, verified NC program out");
+  c->add_option("part", command->cl_file, "CL file (- is standard input)")->required();
+  c->add_option("-o,--output", command->output, "NC file (- is standard output)")->required();
+  command->machine.add_to(*c, true);
+  command->options.add_to(*c);
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

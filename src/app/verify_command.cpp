@@ -1,0 +1,104 @@
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/report/post_json.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct VerifyCommand {
+  std::string nc_file;
+  std::string against;
+  std::string truth;
+  MachineOptions machine;
+  ResultOptions result;
+  double tolerance_mm = 0.01;
+  std::optional<double> rapid_tolerance_mm;
+  std::optional<double> axis_tolerance_deg;
+  bool no_certify = false;
+  bool ignore_msys = false;
+};
+
+void print_report(const post::VerifyReport& v) {
+  spdlog::info("{} CL points, {} NC motion blocks ({} rapid)", v.points_in, v.points_out, v.rapid_blocks);
+  spdlog::info("tip deviation {:.6f} mm ({}), tolerance {} mm", v.certified_tip_deviation_mm,
+               v.certified ? "proved bound" : "sampled", v.tolerance_mm);
+  spdlog::info("CL points met within {:.6f} mm, {} missed", v.max_point_deviation_mm, v.points_missed);
+  spdlog::info("tool axis deviation {:.4f} deg, tolerance {:.4f} deg", v.max_axis_deviation.deg(),
+               v.axis_tolerance.deg());
+  spdlog::info("rapids deviate by {:.4f} mm", v.max_rapid_deviation_mm);
+  for (const auto& b : v.beyond_limits)
+    spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
+  if (v.passed()) {
+    spdlog::info("passed");
+  } else {
+    spdlog::error("error: not passed{}", v.worst.empty()
+                                             ? ""
+                                             : fmt::format("; worst at NC line {}, CL line {}",
+                                                           v.worst[0].nc_line, v.worst[0].cl_line));
+  }
+}
+
+ExitCode run(const VerifyCommand& command) {
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
+  std::optional<ModelEvaluator> truth;
+  if (!command.truth.empty()) {
+    const auto model = load_model(command.truth, *machine, {}, diagnostics);
+    if (!model) return print_failure(diagnostics, model.error());
+    truth.emplace(*model);
+  }
+  post::VerifyOptions options;
+  options.tolerance_mm = command.tolerance_mm;
+  options.rapid_tolerance_mm = command.rapid_tolerance_mm;
+  options.axis_tolerance =
+      command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
+  options.certify = !command.no_certify;
+  options.truth = truth ? &*truth : nullptr;
+  cl::ReaderOptions reading;
+  if (command.ignore_msys) reading.frames = cl::ReaderOptions::Frames::ignore;
+  auto cl = cl::open_source(command.against);
+  if (!cl) return print_error(cl.error());
+  auto program = cl::open_source(command.nc_file);
+  if (!program) return print_error(program.error());
+  const auto report = post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file,
+                                   *machine, *controller, reading, options, diagnostics);
+  if (!report) return print_failure(diagnostics, report.error());
+  print(diagnostics);
+  print_report(*report);
+  if (!command.result.json.empty()) {
+    if (const auto code = write_output(command.result.json, report::verify_json(*report)); code != kDone)
+      return code;
+  }
+  return report->passed() ? kDone : kCheckFailed;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& root, int& exit) {
+  auto command = std::make_shared<VerifyCommand>();
+  CLI::App* c = root.add_subcommand("verify", "evaluate an NC program against its CL file");
+  c->add_option("program", command->nc_file, "NC file (- is standard input)")->required();
+  c->add_option("--against", command->against, "CL file")->required();
+  command->machine.add_to(*c, true);
+  c->add_option("--truth", command->truth,
+                "model of the errors of the machine to evaluate on (none: nominal)");
+  c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c->add_option("--rapid-tolerance-mm", command->rapid_tolerance_mm, "the same for rapids")
+      ->check(CLI::PositiveNumber);
+  c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
+      ->check(CLI::PositiveNumber);
+  c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
+  c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,110 @@
+#include "post/deviation_meter.hpp"
+
+#include <array>
+
+namespace trunnion::post {
+namespace {
+
+// Samples of a motion where no proof is available.
+constexpr int kSamples = 16;
+
+// Angle from u to the arc of the great circle from a to b.
+double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
+  const double to_ends = std::min(angle_between(u, a).rad(), angle_between(u, b).rad());
+  const Vec3 n = a.cross(b);
+  if (n.norm() < 1e-12) return to_ends;
+  const Vec3 unit = n.normalized();
+  const Vec3 foot = u - unit.dot(u) * unit;
+  const bool inside = a.cross(foot).dot(unit) >= 0.0 && foot.cross(b).dot(unit) >= 0.0;
+  return inside ? std::asin(std::min(1.0, std::abs(unit.dot(u)))) : to_ends;
+}
+
+}  // namespace
+
+ToolPose DeviationMeter::pose(const MachineState& state) const {
+  if (truth_ == nullptr) return certifier_.kinematics().pose(state.q);
+  ToolPose pose = tool_pose(forward(machine_, state.q, tool_mm_, truth_->errors(state)));
+  pose.tip_P -= datum_P_;
+  return pose;
+}
+
+void DeviationMeter::place(Vertex& vertex, const MachineState& state) const {
+  vertex.q = state.q;
+  if (truth_ == nullptr) {
+    vertex.station = path::station(certifier_.kinematics(), state.q);
+    vertex.tip_P = vertex.station.tip_P;
+    vertex.axis_P = vertex.station.axis_P;
+  } else {
+    const ToolPose at = pose(state);
+    vertex.tip_P = at.tip_P;
+    vertex.axis_P = at.axis_P;
+  }
+}
+
+Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
+                                       const ProgramState& program) const {
+  const auto at = [&](double t) {
+    Vertex x = to;
+    place(x, program.towards(to.q, JointVector::interpolate(from.q, to.q, t)));
+    return x;
+  };
+  const auto distance = [&](double t) { return combined_distance(at(t), corner.tip_P, corner.axis_P); };
+  // Golden section: on a nearly straight piece the distance has one minimum.
+  constexpr double kGolden = 0.6180339887498949;
+  double a = 0.0;
+  double b = 1.0;
+  double u = b - kGolden * (b - a);
+  double w = a + kGolden * (b - a);
+  double du = distance(u);
+  double dw = distance(w);
+  while (b - a > 1e-9) {
+    if (du < dw) {
+      b = w;
+      w = u;
+      dw = du;
+      u = b - kGolden * (b - a);
+      du = distance(u);
+    } else {
+      a = u;
+      u = w;
+      du = dw;
+      w = a + kGolden * (b - a);
+      dw = distance(w);
+    }
+  }
+  return at(0.5 * (a + b));
+}
+
+DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,
+                                             const Target& b, const ProgramState& program) const {
+  if (!certify_) return sampled(from, to, a, b, program);
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  const path::Bound tip = certifier_.tip(from.station, to.station, reference);
+  const path::Bound axis = certifier_.axis(from.station, to.station, reference);
+  Deviation out{{tip.lower, tip.upper}, {axis.lower, axis.upper}};
+  using path::Within;
+  if (tip.lower <= tolerance_mm_ && tip.upper > tolerance_mm_ &&
+      certifier_.tip_within(from.station, to.station, reference, tolerance_mm_) == Within::yes) {
+    out.tip_mm.upper = tolerance_mm_;
+  }
+  if (axis.lower <= axis_tolerance_.rad() && axis.upper > axis_tolerance_.rad() &&
+      certifier_.axis_within(from.station, to.station, reference, axis_tolerance_) == Within::yes) {
+    out.axis_rad.upper = axis_tolerance_.rad();
+  }
+  return out;
+}
+
+DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vertex& to, const Target& a,
+                                                  const Target& b, const ProgramState& program) const {
+  double tip = 0.0;
+  double axis = 0.0;
+  for (int i = 0; i <= kSamples; ++i) {
+    const JointVector q = JointVector::interpolate(from.q, to.q, static_cast<double>(i) / kSamples);
+    const ToolPose pose = this->pose(program.towards(to.q, q));
+    tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
+    axis = std::max(axis, angle_to_arc(pose.axis_P, a.axis_P, b.axis_P));
+  }
+  return {{tip, tip}, {axis, axis}};
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,91 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "trunnion/effects/model.hpp"
+#include "trunnion/path/certificate.hpp"
+
+#include "post/program_state.hpp"
+
+namespace trunnion::post {
+
+/// A position of the program, evaluated.
+struct Vertex {
+  JointVector q;
+  path::Station station;  // of q on the nominal machine, where bounds are proved
+  Vec3 tip_P = Vec3::Zero();
+  Vec3 axis_P = Vec3::UnitZ();
+  std::uint32_t nc_line = 0;
+  bool rapid = false;
+};
+
+/// A point of the CL path.
+struct Target {
+  Vec3 tip_P = Vec3::Zero();
+  Vec3 axis_P = Vec3::UnitZ();
+  std::uint32_t line = 0;
+  bool rapid = false;
+};
+
+/// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:
+/// about a tool's length, so that a turn about the tip counts as much as the motion of the holder.
+inline constexpr double kAxisWeight_mm = 50.0;
+
+inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) {
+  return std::hypot((v.tip_P - tip_P).norm(), kAxisWeight_mm * angle_between(v.axis_P, axis_P).rad());
+}
+
+/// Deviation of motions on the machine that is verified: the nominal one (proved bounds) or one with errors
+/// (sampled).
+class DeviationMeter {
+ public:
+  struct Interval {
+    double lower = 0.0;
+    double upper = 0.0;
+  };
+  struct Deviation {
+    Interval tip_mm;
+    Interval axis_rad;
+  };
+
+  /// A proved upper bound is a little above the truth; where it straddles `tolerance_mm` or `axis_tolerance`
+  /// the question is decided.
+  DeviationMeter(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator* truth, bool certify,
+                 double tolerance_mm, Angle axis_tolerance)
+      : machine_(machine),
+        tool_mm_(tool_mm),
+        truth_(truth),
+        certify_(certify && truth == nullptr),
+        tolerance_mm_(tolerance_mm),
+        axis_tolerance_(axis_tolerance),
+        certifier_(TableKinematics(machine, tool_mm)) {
+    if (truth != nullptr) datum_P_ = datum_shift_P(machine, *truth);
+  }
+
+  bool proves() const { return certify_; }
+
+  /// Fills in where the tool stands at `state.q`.
+  void place(Vertex& vertex, const MachineState& state) const;
+  /// The position between two vertices of a block that comes nearest to a CL point.
+  Vertex nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
+                         const ProgramState& program) const;
+  /// Largest deviation of the motion from `from` to `to` from the segment a-b.
+  Deviation of(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+               const ProgramState& program) const;
+  Deviation sampled(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                    const ProgramState& program) const;
+
+ private:
+  ToolPose pose(const MachineState& state) const;
+  const Machine& machine_;
+  Vec3 tool_mm_;
+  const ModelEvaluator* truth_;
+  bool certify_;
+  double tolerance_mm_;
+  Angle axis_tolerance_;
+  path::Certifier certifier_;
+  Vec3 datum_P_ = Vec3::Zero();
+};
+
+}  // namespace trunnion::post

@@ -1,0 +1,145 @@
+// What is not a motion: spindle, coolant, tool, texts and words for the post-processor.
+#include <cmath>
+#include <variant>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+namespace {
+
+template <class... F>
+struct Visitor : F... {
+  using F::operator()...;
+};
+template <class... F>
+Visitor(F...) -> Visitor<F...>;
+
+nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
+  switch (kind) {
+    case cl::Coolant::Kind::off:
+      return nc::CoolantKind::off;
+    case cl::Coolant::Kind::mist:
+      return nc::CoolantKind::mist;
+    case cl::Coolant::Kind::through:
+      return nc::CoolantKind::through_tool;
+    case cl::Coolant::Kind::air:
+      return nc::CoolantKind::air;
+    default:
+      return nc::CoolantKind::flood;
+  }
+}
+
+}  // namespace
+
+Result<void> Pipeline::emit_event(const cl::Record& record) {
+  return std::visit(Visitor{
+                        [&](const cl::Spindle& s) { return emit_spindle(s, record.where); },
+                        [&](const cl::Coolant& c) { return write(nc::Coolant{coolant_kind(c.kind)}); },
+                        [&](const cl::ToolChange& t) { return emit_tool_change(t); },
+                        [&](const cl::ToolGeometry& g) {
+                          if (g.diameter_mm) tool_diameter_mm_ = *g.diameter_mm;
+                          return Result<void>{};
+                        },
+                        [&](const cl::Dwell& d) { return emit_dwell(d, record.where); },
+                        [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
+                        [&](const cl::Text& t) { return emit_text(t, record.where); },
+                        [&](const cl::OperationBegin& o) { return write(nc::Comment{o.name}); },
+                        [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
+                        [&](const cl::PostWord& w) {
+                          diagnostics_.warning_once("post word " + w.word, job_.cl_file, record.where,
+                                                    w.word + " is not acted on");
+                          return Result<void>{};
+                        },
+                        [](const auto&) { return Result<void>{}; },
+                    },
+                    record.data);
+}
+
+Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
+  if (s.state == cl::Spindle::State::off) {
+    state_.spindle(0.0);
+    return write(nc::Spindle{});
+  }
+  if (s.state == cl::Spindle::State::orient) {
+    diagnostics_.warning_once("orient", job_.cl_file, where, "SPINDL/ORIENT is not acted on");
+    return {};
+  }
+  if (s.speed_rpm) spindle_rpm_ = *s.speed_rpm;
+  if (s.surface_speed_mm_s) {
+    if (tool_diameter_mm_ <= 0.0) {
+      return fail(ErrorCode::wrong_input, "SPINDL gives a surface speed and no CUTTER or TLDATA a diameter",
+                  job_.cl_file, where);
+    }
+    spindle_rpm_ = *s.surface_speed_mm_s / (kPi * tool_diameter_mm_) * kSecondsPerMinute;
+  }
+  if (s.max_rpm) spindle_rpm_ = std::min(spindle_rpm_, *s.max_rpm);
+  if (spindle_rpm_ <= 0.0) {
+    diagnostics_.warning_once("no speed", job_.cl_file, where,
+                              "SPINDL gives no speed, and none was given before: left out");
+    return {};
+  }
+  state_.spindle(spindle_rpm_);
+  nc::Spindle out;
+  out.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
+  out.rpm = std::llround(spindle_rpm_);
+  return write(out);
+}
+
+Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t) {
+  approach_ = true;
+  nc::ToolCall call;
+  call.tool = t.number;
+  call.length_offset = t.length_register.value_or(t.number);
+  if (auto r = write(call); !r) return r;
+  // The spindle's position is what the words say where the output point is S: then the control must not add a
+  // length.
+  if (machine_.output_point == OutputPoint::spindle || controller_.length.automatic) return {};
+  return write(nc::LengthCompensation{call.length_offset});
+}
+
+Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
+  double seconds = d.seconds;
+  if (d.revolutions) {
+    if (spindle_rpm_ <= 0.0) {
+      return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed", job_.cl_file,
+                  where);
+    }
+    seconds = *d.revolutions / spindle_rpm_ * kSecondsPerMinute;
+  }
+  report_.duration_s += seconds;
+  return write(nc::Dwell{std::llround(seconds * 1000.0)});
+}
+
+Result<void> Pipeline::emit_text(const cl::Text& t, SourceRef where) {
+  if (t.kind == cl::Text::Kind::insert) {
+    // Some CAM systems put remarks there; a line that no one has checked does not go to a machine as a
+    // command.
+    diagnostics_.warning_once("INSERT", job_.cl_file, where,
+                              "the text of INSERT goes into the program as a comment, not as a command");
+  }
+  return t.text.empty() ? Result<void>{} : write(nc::Comment{t.text});
+}
+
+// LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
+Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {
+  if (!t.on) {
+    diagnostics_.warning_once(
+        "LINTOL/OFF", job_.cl_file, where,
+        "LINTOL/OFF is not followed: the tolerance stays " + shortest_text(tolerance_.tip_mm) + " mm");
+    return {};
+  }
+  if (t.applies == cl::Tolerance::Applies::feed) {
+    tolerance_.tip_mm = std::min(options_.tolerance_mm, t.value_mm.value_or(options_.tolerance_mm));
+  } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
+    const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
+    rapid_tolerance_ = path::Tolerance{std::min(given, *t.value_mm), tolerance_.axis};
+  } else if (t.axis_angle) {
+    const Angle given = options_.axis_tolerance.value_or(machine_.axis_tolerance);
+    tolerance_.axis = std::min(given, Angle::radians(*t.axis_angle));
+  }
+  return {};
+}
+
+}  // namespace trunnion::post

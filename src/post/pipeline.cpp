@@ -1,0 +1,402 @@
+#include "post/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr std::size_t kPassOnBytes = 1 << 16;
+// A local choice looks at one point at a time: its runs may be cut anywhere.
+constexpr std::size_t kLocalRun = 4096;
+
+path::ChoiceOptions choice_options(const PostOptions& options, const InverseOptions& inverse,
+                                   const Vec3& tool_mm) {
+  path::ChoiceOptions out;
+  out.method = options.choice;
+  out.axis = options.choice_axis;
+  out.inverse = inverse;
+  out.tool_mm = tool_mm;
+  return out;
+}
+
+JointVector quantum_of(const Machine& machine, const nc::Controller& controller) {
+  JointVector out;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    out[id] = controller.numbers.axes.quantum(*nc::axis_letter(machine.axes[id].name));
+  }
+  return out;
+}
+
+VerifyOptions verify_options(const PostOptions& options, const Machine& machine,
+                             const ModelEvaluator* truth) {
+  VerifyOptions v;
+  v.tolerance_mm = options.tolerance_mm;
+  v.rapid_tolerance_mm = options.rapid_tolerance_mm;
+  v.axis_tolerance = options.axis_tolerance.value_or(machine.axis_tolerance);
+  v.certify = options.nonlinear.certify;
+  v.truth = truth;
+  v.collect = options.collect;
+  return v;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink,
+                   Diagnostics& diagnostics)
+    : job_(job),
+      options_(options),
+      sink_(sink),
+      diagnostics_(diagnostics),
+      machine_(*job.machine),
+      controller_(*job.controller),
+      tool_mm_(job.machine->tool_vector()),
+      writer_(controller_, text_),
+      kinematics_(machine_, tool_mm_),
+      rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_))),
+      refiner_(machine_, tool_mm_, rounding_, options.nonlinear),
+      planner_(machine_, controller_, options.feed),
+      tolerance_{options.tolerance_mm, options.axis_tolerance.value_or(machine_.axis_tolerance)},
+      state_(machine_.axes.size()) {
+  if (options.rapid_tolerance_mm)
+    rapid_tolerance_ = path::Tolerance{*options.rapid_tolerance_mm, tolerance_.axis};
+  for (AxisId id = 0; id < machine_.axes.size(); ++id)
+    letters_[id] = *nc::axis_letter(machine_.axes[id].name);
+  if (job.model != nullptr) {
+    evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
+  }
+  if (!options.verify) return;
+  const std::string nc_file = "<program>";
+  verifier_ =
+      std::make_unique<Verifier>(machine_, controller_, tool_mm_,
+                                 verify_options(options, machine_, evaluator_.get()), nc_file, diagnostics);
+  if (evaluator_) {
+    VerifyOptions nominal = verify_options(options, machine_, nullptr);
+    nominal.collect = false;
+    nominal_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_, nominal, nc_file, diagnostics);
+  }
+}
+
+Pipeline::~Pipeline() = default;
+
+Result<void> Pipeline::write(const nc::Block& block) {
+  if (auto written = writer_.write(block); !written) return written;
+  return text_.size() >= kPassOnBytes ? pass_on() : Result<void>{};
+}
+
+Result<void> Pipeline::pass_on() {
+  if (verifier_) verifier_->text(text_);
+  if (nominal_) nominal_->text(text_);
+  auto passed = sink_(text_);
+  text_.clear();
+  return passed;
+}
+
+Result<void> Pipeline::begin() {
+  if (auto r = write(nc::ProgramStart{}); !r) return r;
+  for (const std::string& line : job_.header) {
+    if (auto r = write(nc::Comment{line}); !r) return r;
+  }
+  if (auto r = write(nc::Comment{verdict_placeholder()}); !r) return r;
+  return pass_on();
+}
+
+Result<void> Pipeline::take(const cl::Record& record, const cl::Resolution& resolution) {
+  inverse_.axis_resolution = resolution.axis;
+  const auto* motion = std::get_if<cl::Motion>(&record.data);
+  if (motion == nullptr) {
+    events_.push_back({pending_.size(), record});
+    // The machine stands still for a tool change: what comes before is one thing, what comes after another.
+    return std::holds_alternative<cl::ToolChange>(record.data) ? flush_run() : Result<void>{};
+  }
+  if (verifier_) verifier_->expect(*motion, record.where);
+  if (nominal_) nominal_->expect(*motion, record.where);
+  ++report_.points_in;
+  const bool local = options_.choice != path::ChoiceMethod::global;
+  if ((motion->rapid && feed_seen_) || (local && pending_.size() >= kLocalRun)) {
+    if (auto flushed = flush_run(); !flushed) return flushed;
+  }
+  feed_seen_ = feed_seen_ || !motion->rapid;
+  pending_.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed});
+  return {};
+}
+
+Result<void> Pipeline::flush_run() {
+  std::vector<path::ChoicePoint> points;
+  points.reserve(pending_.size());
+  for (const Pending& p : pending_) points.push_back(p.point);
+  std::vector<path::ChosenPoint> chosen;
+  if (!points.empty()) {
+    const auto done =
+        path::choose_solutions(machine_, points, last_.q, choice_options(options_, inverse_, tool_mm_),
+                               job_.cl_file, chosen, report_.choice);
+    if (!done) return done;
+  }
+  if (auto emitted = emit_run(chosen); !emitted) return emitted;
+  pending_.clear();
+  events_.clear();
+  feed_seen_ = false;
+  return {};
+}
+
+Result<void> Pipeline::emit_run(const std::vector<path::ChosenPoint>& chosen) {
+  std::size_t event = 0;
+  for (std::size_t i = 0; i <= pending_.size(); ++i) {
+    for (; event < events_.size() && events_[event].before == i; ++event) {
+      if (auto done = emit_event(events_[event].record); !done) return done;
+    }
+    if (i == pending_.size()) break;
+    const Pending& motion = pending_[i];
+    if (chosen[i].reconfigure && !approach_) {
+      if (auto done = emit_reconfiguration(chosen[i].q, motion); !done) return done;
+    }
+    if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q), motion); !done) return done;
+  }
+  return {};
+}
+
+path::Point Pipeline::rounded_point(const path::ChoicePoint& point, const JointVector& q) const {
+  path::Point out;
+  out.q = q;
+  out.tip_P = point.pose.tip_P;
+  out.axis_P = point.pose.axis_P;
+  out.where = point.where;
+  path::round_to_words(machine_, kinematics_, rounding_, out.tip_P, out.q);
+  return out;
+}
+
+Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion) {
+  if (approach_ || !placed_) {
+    approach_ = false;
+    placed_ = true;
+    return emit_approach(to, motion);
+  }
+  const bool rapid = motion.point.rapid;
+  inserted_.clear();
+  if (!rapid || rapid_tolerance_) {
+    const path::SegmentReport r =
+        refiner_.refine(last_, to, rapid ? *rapid_tolerance_ : tolerance_, inserted_);
+    if (!rapid) note(r);
+  }
+  inserted_.push_back(to);
+  for (const path::Point& point : inserted_) {
+    if (auto done = rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where); !done)
+      return done;
+    last_ = point;
+  }
+  return {};
+}
+
+void Pipeline::note(const path::SegmentReport& r) {
+  report_.points_inserted += r.inserted;
+  if (r.inserted > 0) ++report_.segments_with_points;
+  if (!r.converged) ++report_.segments_not_converged;
+  report_.worst_predicted_mm = std::max(report_.worst_predicted_mm, r.predicted_mm);
+  report_.worst_programmed_mm = std::max(report_.worst_programmed_mm, r.midpoint_mm);
+}
+
+// From an unknown or safe position: up, the rotary axes, then over the part, then down.
+Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
+  const JointVector q = corrected(to, 0.0);
+  if (auto r = emit_safe_turn(q, motion.point.where); !r) return r;
+  last_ = to;
+  last_emitted_ = q;
+  if (motion.point.rapid) return emit_motion(q, nc::MotionKind::rapid, {}, motion.point.where);
+  const auto rate = feed_rate(motion.feed, 0.0, motion.point.where);
+  if (!rate) return tl::unexpected(rate.error());
+  return emit_feed_per_minute(q, *rate, motion.point.where);
+}
+
+// Up to the safe height, then the rotary axes and then X and Y to where `q` has them.
+Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
+  const std::uint16_t z = nc::AxisWords::bit(nc::AxisLetter::Z);
+  std::uint16_t rotary = 0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::rotary) {
+      rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(letters_[id]));
+    }
+  }
+  if (!controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    if (auto r = write(nc::Retract{z}); !r) return r;
+  }
+  report_.duration_s += planner_.rapid_seconds(last_emitted_, q);
+  state_.move_to(q);
+  for (const std::uint16_t axes : {rotary, static_cast<std::uint16_t>(~rotary & ~z)}) {
+    if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, axes); !r) return r;
+  }
+  return {};
+}
+
+// A motion whose length the post does not know or that only leaves or enters: F per minute.
+Result<void> Pipeline::emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where) {
+  BlockFeed feed;
+  feed.quanta = controller_.numbers.feed.quanta(nc::FeedMode::per_minute, rate_mm_s);
+  return emit_motion(q, nc::MotionKind::feed, feed, where);
+}
+
+// The tool leaves along its axis, the rotary axes turn at the safe height to the solution that the path goes
+// on with, and the tool comes back along its axis to where it was.
+Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pending& motion) {
+  const auto solutions = inverse(machine_, {last_.tip_P, last_.axis_P}, next_q, inverse_);
+  if (solutions.empty()) {
+    return fail(ErrorCode::check_failed,
+                "the rotary axes cannot turn back here: no solution within their limits", job_.cl_file,
+                motion.point.where);
+  }
+  if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    return fail(
+        ErrorCode::check_failed,
+        "the rotary axes must turn back here and the controller file has no safe position ([retract] Z)",
+        job_.cl_file, motion.point.where);
+  }
+  const auto away = [&](const path::Point& point) {
+    path::Point out = point;
+    out.tip_P += options_.retract_mm * point.axis_P;
+    path::round_to_words(machine_, kinematics_, rounding_, out.tip_P, out.q);
+    return out;
+  };
+  const auto rate =
+      feed_rate(motion.feed, (motion.point.pose.tip_P - last_.tip_P).norm(), motion.point.where);
+  if (!rate) return tl::unexpected(rate.error());
+  const JointVector up = corrected(away(last_), 0.0);
+  if (auto r = emit_feed_per_minute(up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
+  path::Point back = last_;
+  back.q = solutions[0].q;
+  path::round_to_words(machine_, kinematics_, rounding_, back.tip_P, back.q);
+  const JointVector above = corrected(away(back), 0.0);
+  if (auto r = emit_safe_turn(above, motion.point.where); !r) return r;
+  if (auto r = emit_motion(above, nc::MotionKind::rapid, {}, motion.point.where); !r) return r;
+  last_ = back;
+  last_emitted_ = corrected(back, 0.0);
+  state_.move_to(last_emitted_);
+  report_.duration_s += options_.retract_mm / options_.retract_feed_mm_s + options_.retract_mm / *rate;
+  diagnostics_.note(job_.cl_file, motion.point.where,
+                    "the tool leaves the part here: the rotary axes turn back or change the branch");
+  return emit_feed_per_minute(last_emitted_, *rate, motion.point.where);
+}
+
+Result<void> Pipeline::emit_rapid(const path::Point& to) {
+  const JointVector q = corrected(to, 0.0);
+  const double seconds = planner_.rapid_seconds(last_emitted_, q);
+  state_.move_to(q, seconds);
+  report_.duration_s += seconds;
+  last_emitted_ = q;
+  return emit_motion(q, nc::MotionKind::rapid, {}, to.where);
+}
+
+Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where) {
+  const double tip_mm = (to.tip_P - last_.tip_P).norm();
+  const auto rate = feed_rate(feed, tip_mm, where);
+  if (!rate) return tl::unexpected(rate.error());
+  const JointVector q = corrected(to, tip_mm / *rate);
+  if (q == last_emitted_) return {};
+  const BlockFeed block = planner_.plan(last_emitted_, q, tip_mm, *rate);
+  state_.move_to(q, block.seconds);
+  report_.duration_s += block.seconds;
+  report_.feed_time_lost_s += block.lost_s;
+  last_emitted_ = q;
+  return emit_motion(q, nc::MotionKind::feed, block, where);
+}
+
+Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {
+  switch (feed.mode) {
+    case cl::FeedMode::per_minute:
+      return feed.value;
+    case cl::FeedMode::per_revolution:
+      if (spindle_rpm_ > 0.0) return feed.value * spindle_rpm_ / kSecondsPerMinute;
+      return fail(ErrorCode::wrong_input, "the feed is given per revolution and the spindle has no speed",
+                  job_.cl_file, where);
+    case cl::FeedMode::inverse:
+      return std::max(feed.value * segment_mm, 1e-6);
+    case cl::FeedMode::none:
+      break;
+  }
+  diagnostics_.warning_once("no feed", job_.cl_file, where,
+                            "no FEDRAT before this motion: the default feed of " +
+                                fixed_text(options_.default_feed_mm_s * kSecondsPerMinute, 1) +
+                                " mm/min is used");
+  return options_.default_feed_mm_s;
+}
+
+JointVector Pipeline::corrected(const path::Point& point, double) {
+  const JointVector q = point.q;
+  check_limits(point, q);
+  return q;
+}
+
+void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
+  for (const LimitViolation& v : limit_violations(machine_, q)) {
+    if (v.by <= 0.5 * rounding_.quantum[v.axis] + 1e-12) continue;  // rounding of a position at the limit
+    BeyondAxis& beyond = beyond_[v.axis];
+    ++beyond.count;
+    if (beyond.count == 1) beyond.first = point.where;
+    if (v.by > beyond.worst.by) {
+      beyond.worst = v;
+      beyond.where = point.where;
+    }
+  }
+}
+
+Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
+                                   SourceRef where, std::uint16_t only) {
+  const JointVector words = words_of(machine_, q, tool_mm_);
+  nc::Motion motion;
+  motion.kind = kind;
+  motion.feed_mode = feed.mode;
+  motion.feed = feed.quanta;
+  motion.source = where;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if ((only & nc::AxisWords::bit(letters_[id])) == 0) continue;
+    motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id]));
+  }
+  if (motion.words.mask == 0) return {};
+  if (auto written = writer_.write(motion); !written) return written;
+  return text_.size() >= kPassOnBytes ? pass_on() : Result<void>{};
+}
+
+Result<PostReport> Pipeline::finish() {
+  if (auto flushed = flush_run(); !flushed) return tl::unexpected(flushed.error());
+  if (auto r = write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
+  if (auto r = pass_on(); !r) return tl::unexpected(r.error());
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (beyond_[id].count > 0) diagnostics_.error(job_.cl_file, beyond_[id].where, limit_text(id));
+  }
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (beyond_[id].count > 0)
+      return fail(ErrorCode::check_failed, limit_text(id), job_.cl_file, beyond_[id].where);
+  }
+  report_.nc_lines = writer_.lines();
+  if (verifier_) {
+    auto verified = verifier_->finish();
+    if (!verified) return tl::unexpected(verified.error());
+    report_.verification = std::move(*verified);
+  }
+  if (nominal_) {
+    auto verified = nominal_->finish();
+    if (!verified) return tl::unexpected(verified.error());
+    report_.nominal_verification = std::move(*verified);
+  }
+  return std::move(report_);
+}
+
+std::string Pipeline::limit_text(AxisId id) const {
+  const Axis& axis = machine_.axes[id];
+  const BeyondAxis& beyond = beyond_[id];
+  const bool rotary = axis.kind == AxisKind::rotary;
+  const double factor = rotary ? kDegreePerRad : 1.0;
+  const std::string unit = rotary ? " deg" : " mm";
+  const auto number = [&](double v) { return fixed_text(v * factor, 4) + unit; };
+  std::string text = "axis " + axis.name + " would stand at " + number(beyond.worst.value) + ", " +
+                     number(beyond.worst.by) + " beyond its limits of " + number(axis.min) + " to " +
+                     number(axis.max);
+  if (beyond.count > 1) {
+    text += "; " + std::to_string(beyond.count) + " positions are beyond them, the first at line " +
+            std::to_string(beyond.first.line);
+  }
+  return text;
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,41 @@
+#pragma once
+#include <cmath>
+
+#include "trunnion/effects/effect.hpp"
+
+namespace trunnion::post {
+
+/// State of the machine along a program, for effects that depend on more than the position: the sense of each
+/// axis' last motion, velocities, the spindle speed, the elapsed time.
+class ProgramState {
+ public:
+  explicit ProgramState(std::size_t axes) : axes_(axes) {}
+
+  /// The machine moves to `q` in `seconds` (0: not known).
+  void move_to(const JointVector& q, double seconds = 0.0) {
+    state_ = towards(q, q, seconds);
+    state_.time_s += seconds;
+    started_ = true;
+  }
+  /// At `at`, on the way to `q`.
+  MachineState towards(const JointVector& q, const JointVector& at, double seconds = 0.0) const {
+    constexpr double kStill = 1e-9;  // below this an axis stands: rounding of a word is not a reversal
+    MachineState s = state_;
+    for (AxisId id = 0; id < axes_; ++id) {
+      const double d = q[id] - state_.q[id];
+      s.velocity[id] = seconds > 0.0 ? d / seconds : 0.0;
+      if (started_ && std::abs(d) > kStill) s.direction[id] = d > 0.0 ? std::int8_t{1} : std::int8_t{-1};
+    }
+    s.q = at;
+    return s;
+  }
+  void spindle(double rpm) { state_.spindle_rpm = rpm; }
+  const MachineState& now() const { return state_; }
+
+ private:
+  std::size_t axes_;
+  MachineState state_;
+  bool started_ = false;
+};
+
+}  // namespace trunnion::post

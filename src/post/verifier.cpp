@@ -1,0 +1,392 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <utility>
+
+#include "trunnion/nc/reader.hpp"
+#include "trunnion/post/verify.hpp"
+
+#include "post/deviation_meter.hpp"
+
+namespace trunnion::post {
+namespace {
+
+// A place on the CL path: segment `segment` runs from target `segment` to target `segment + 1`.
+struct Place {
+  std::size_t segment = 0;
+  double t = 0.0;
+  double distance = std::numeric_limits<double>::infinity();  // combined measure, mm
+};
+
+// How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
+double parameter_of(const Vertex& v, const Target& a, const Target& b) {
+  const Vec3 d = b.tip_P - a.tip_P;
+  const double turn = angle_between(a.axis_P, b.axis_P).rad();
+  constexpr double kStill = 1e-3;  // of the turn's weight: then rounding of XYZ would decide
+  if (d.norm() > kStill * kAxisWeight_mm * turn) {
+    const double l2 = d.squaredNorm();
+    return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
+  }
+  return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
+}
+
+// Far more CL points than one block of a thinned program passes.
+constexpr std::size_t kLookAhead = 1024;
+
+}  // namespace
+
+bool VerifyReport::within_tolerance() const {
+  // A hair for the rounding errors of the evaluation itself.
+  constexpr double kRounding_mm = 1e-9;
+  constexpr double kRounding_rad = 1e-12;
+  return certified_tip_deviation_mm <= tolerance_mm + kRounding_mm &&
+         max_point_deviation_mm <= tolerance_mm + kRounding_mm &&
+         max_axis_deviation.rad() <= axis_tolerance.rad() + kRounding_rad &&
+         (!rapid_tolerance_mm || max_rapid_deviation_mm <= *rapid_tolerance_mm + kRounding_mm);
+}
+
+struct Verifier::State {
+  State(const Machine& m, const nc::Controller& c, const Vec3& tool, const VerifyOptions& o,
+        std::string nc_file, Diagnostics& diagnostics)
+      : machine(m),
+        controller(c),
+        tool_mm(tool),
+        options(o),
+        meter(m, tool, o.truth, o.certify, o.tolerance_mm, o.axis_tolerance),
+        program(m.axes.size()),
+        reader(
+            c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
+            reader_options(o)) {
+    report.tolerance_mm = o.tolerance_mm;
+    report.axis_tolerance = o.axis_tolerance;
+    report.rapid_tolerance_mm = o.rapid_tolerance_mm;
+    report.on_truth = o.truth != nullptr;
+    report.certified = meter.proves();
+    for (AxisId id = 0; id < m.axes.size(); ++id) {
+      letters[id] = *nc::axis_letter(m.axes[id].name);
+      needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
+    }
+  }
+
+  static nc::ReaderOptions reader_options(const VerifyOptions& o) {
+    nc::ReaderOptions r;
+    r.raw_lines = o.raw_lines;
+    return r;
+  }
+
+  void take(const nc::Block& block) {
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
+    if (const auto* spindle = std::get_if<nc::Spindle>(&block))
+      program.spindle(static_cast<double>(spindle->rpm));
+  }
+
+  void take(const nc::Motion& motion) {
+    ++report.points_out;
+    const bool rapid = motion.kind == nc::MotionKind::rapid;
+    ++(rapid ? report.rapid_blocks : report.feed_blocks);
+    // Positions are not all known at the start of a program and after a retract to machine coordinates.
+    if ((motion.words.mask & needed) != needed) return;
+    JointVector words;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
+    }
+    Vertex v;
+    v.q = joints_of_words(machine, words, tool_mm);
+    v.nc_line = motion.source.line;
+    v.rapid = rapid;
+    waiting.push_back(v);
+    work();
+  }
+
+  // A block can be judged when the CL motions are known up to well beyond it.
+  void work() {
+    while (!waiting.empty() && (all_expected || targets.size() > at.segment + kLookAhead)) {
+      const Vertex v = waiting.front();
+      waiting.pop_front();
+      step(v);
+    }
+    if (at.segment > kLookAhead) {
+      targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
+      at.segment = 0;
+    }
+  }
+
+  void step(Vertex v) {
+    check_limits(v);
+    meter.place(v, program.towards(v.q, v.q));
+    if (have_previous) path_mm += (v.tip_P - previous.tip_P).norm();
+    if (!started) {
+      start(v);
+    } else if (v.rapid) {
+      rapid(v);
+    } else {
+      feed(v);
+    }
+    program.move_to(v.q);
+    previous = v;
+    have_previous = true;
+  }
+
+  // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
+  // may be anywhere.
+  double hit_tolerance() const {
+    constexpr double kNear_mm = 0.1;  // far above compensation and rounding, far below the length of rapids
+    return options.tolerance_mm + kNear_mm;
+  }
+
+  void start(const Vertex& v) {
+    if (targets.empty()) return;
+    const Target& first = targets[0];
+    // The program may first go to a safe height: the path begins where the first CL point is met.
+    const bool met = combined_distance(v, first.tip_P, first.axis_P) <= hit_tolerance() || !v.rapid;
+    if (met) {
+      started = true;
+      point_hit((v.tip_P - first.tip_P).norm());
+    }
+    record(v, 0.0, 0.0, first.line, met);
+  }
+
+  void point_hit(double tip_mm) {
+    report.max_point_deviation_mm = std::max(report.max_point_deviation_mm, tip_mm);
+  }
+
+  void rapid(const Vertex& v) {
+    pass_end_of_cut();
+    const std::size_t next = at.segment + 1;
+    const Target* target = next < targets.size() ? &targets[next] : nullptr;
+    const bool met = target != nullptr && target->rapid &&
+                     combined_distance(v, target->tip_P, target->axis_P) <= hit_tolerance();
+    if (met) {
+      point_hit((v.tip_P - target->tip_P).norm());
+      const auto d = meter.sampled(previous, v, targets[next - 1], *target, program);
+      report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, d.tip_mm.upper);
+      at = {next, 0.0, 0.0};
+    }
+    record(v, 0.0, 0.0, target != nullptr ? target->line : 0, met);
+  }
+
+  // A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
+  void pass_end_of_cut() {
+    const std::size_t next = at.segment + 1;
+    if (next >= targets.size() || targets[next].rapid) return;
+    const Target& end = targets[next];
+    if (combined_distance(previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
+    point_hit((previous.tip_P - end.tip_P).norm());
+    at = {next, 0.0, 0.0};
+  }
+
+  void feed(const Vertex& v) {
+    if (at.segment + 1 >= targets.size()) {  // beyond the end of the CL path: compared with its last point
+      const Target& last = targets.back();
+      take_deviation({{(v.tip_P - last.tip_P).norm(), (v.tip_P - last.tip_P).norm()},
+                      {0.0, angle_between(v.axis_P, last.axis_P).rad()}});
+      record_feed(v, last.line, false);
+      return;
+    }
+    if (away ? comes_back(v) : leaves(v)) return;
+    const Place place = find(v);
+    Vertex from = previous;
+    for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
+      const Vertex to = meter.nearest_between(from, v, targets[j + 1], program);
+      point_hit((to.tip_P - targets[j + 1].tip_P).norm());
+      take_deviation(meter.of(from, to, targets[j], targets[j + 1], program));
+      from = to;
+    }
+    const Target& end = targets[place.segment + 1];
+    take_deviation(meter.of(from, v, targets[place.segment], end, program));
+    // At the end of the segment within the rounding of the words.
+    constexpr double kRounding_mm = 5e-4;
+    const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kRounding_mm;
+    if (programmed) point_hit((v.tip_P - end.tip_P).norm());
+    at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
+    record_feed(v, end.line, programmed);
+  }
+
+  Target present() const {
+    const Target& a = targets[at.segment];
+    const Target& b = targets[std::min(at.segment + 1, targets.size() - 1)];
+    return {a.tip_P + at.t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, at.t), b.line, false};
+  }
+
+  // The tool leaves the path along its axis, away from the part, to turn elsewhere (wind-up, limits).
+  bool leaves(const Vertex& v) {
+    const Vec3 way = v.tip_P - previous.tip_P;
+    const bool along_axis = way.dot(previous.axis_P) > (1.0 - 1e-6) * way.norm();
+    constexpr double kSameAxis_rad = 1e-5;  // the rounding of the angles
+    if (!along_axis || way.norm() < hit_tolerance() ||
+        angle_between(v.axis_P, previous.axis_P).rad() > kSameAxis_rad)
+      return false;
+    if (find(v).distance <= hit_tolerance()) return false;  // a motion of the CL file itself
+    away = true;
+    record(v, 0.0, 0.0, present().line, false);
+    return true;
+  }
+
+  // Back along the tool axis to the place that was left. Whatever else a feed move does out there is judged
+  // as a motion of the path.
+  bool comes_back(const Vertex& v) {
+    away = false;
+    const Target place = present();
+    const Vec3 way = previous.tip_P - v.tip_P;
+    if (combined_distance(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
+    if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
+    const Target out{place.tip_P + way.norm() * place.axis_P, place.axis_P, place.line, false};
+    take_deviation(meter.of(previous, v, out, place, program));
+    record_feed(v, place.line, at.t == 0.0);
+    return true;
+  }
+
+  // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
+  // block can have come.
+  Place find(const Vertex& v) const {
+    const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;
+    const double reach_rad =
+        1.1 * angle_between(v.axis_P, previous.axis_P).rad() + 4.0 * options.axis_tolerance.rad();
+    Place best;
+    best.segment = at.segment;
+    double ahead_mm = 0.0;
+    double ahead_rad = 0.0;
+    for (std::size_t j = at.segment; j + 1 < targets.size() && j < at.segment + kLookAhead; ++j) {
+      const Target& a = targets[j];
+      const Target& b = targets[j + 1];
+      if (j > at.segment && b.rapid) break;
+      double t = parameter_of(v, a, b);
+      if (j == at.segment) t = std::max(t, at.t);
+      const double d = combined_distance(v, a.tip_P + t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, t));
+      // A later place must be nearer by more than rounding, else the first one is it.
+      if (d < best.distance - 1e-7) best = {j, t, d};
+      const double rest = j == at.segment ? 1.0 - at.t : 1.0;
+      ahead_mm += rest * (b.tip_P - a.tip_P).norm();
+      ahead_rad += rest * angle_between(a.axis_P, b.axis_P).rad();
+      if (ahead_mm > reach_mm || ahead_rad > reach_rad) break;
+    }
+    return best;
+  }
+
+  void take_deviation(const DeviationMeter::Deviation& d) {
+    block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
+    block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
+    report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
+    report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
+    report.max_axis_deviation = std::max(report.max_axis_deviation, Angle::radians(d.axis_rad.upper));
+  }
+
+  void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
+    auto& worst = report.worst;
+    if (worst.size() < options.worst_count || (!worst.empty() && block_tip_mm > worst.back().tip_mm)) {
+      const WorstPlace place{v.nc_line, cl_line, block_tip_mm, Angle::radians(block_axis_rad), v.tip_P};
+      const auto by_tip = [](const WorstPlace& x, const WorstPlace& y) { return x.tip_mm > y.tip_mm; };
+      worst.insert(std::upper_bound(worst.begin(), worst.end(), place, by_tip), place);
+      if (worst.size() > options.worst_count) worst.pop_back();
+    }
+    record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
+    block_tip_mm = 0.0;
+    block_axis_rad = 0.0;
+  }
+
+  void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed) {
+    if (!options.collect) return;
+    report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
+                             v.nc_line, cl_line, v.rapid, programmed});
+  }
+
+  void check_limits(const Vertex& v) {
+    for (const LimitViolation& violation : limit_violations(machine, v.q)) {
+      // Half a quantum beyond is the rounding of a position at the limit.
+      if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
+      ++report.beyond_limits_count;
+      if (report.beyond_limits.size() >= options.worst_count) continue;
+      const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+      report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                                      machine.axes[violation.axis].name, violation.value, violation.by});
+    }
+  }
+
+  const Machine& machine;
+  const nc::Controller& controller;
+  Vec3 tool_mm;
+  VerifyOptions options;
+  DeviationMeter meter;
+  ProgramState program;
+  std::array<nc::AxisLetter, kMaxAxes> letters{};
+  std::uint16_t needed = 0;
+
+  std::vector<Target> targets;
+  Place at;
+  bool started = false;
+  bool all_expected = false;
+  bool away = false;  // the tool has left the path along its axis
+  std::deque<Vertex> waiting;
+  Vertex previous;
+  bool have_previous = false;
+  double path_mm = 0.0;
+  double block_tip_mm = 0.0;
+  double block_axis_rad = 0.0;
+  VerifyReport report;
+  nc::Reader reader;
+};
+
+Verifier::Verifier(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm,
+                   const VerifyOptions& options, std::string nc_file, Diagnostics& diagnostics)
+    : state_(
+          std::make_unique<State>(machine, controller, tool_mm, options, std::move(nc_file), diagnostics)) {}
+Verifier::~Verifier() = default;
+
+void Verifier::expect(const cl::Motion& motion, SourceRef where) {
+  ++state_->report.points_in;
+  state_->targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid});
+}
+
+void Verifier::text(std::string_view piece) {
+  state_->reader.feed(piece);
+}
+
+Result<VerifyReport> Verifier::finish() {
+  State& s = *state_;
+  if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
+  s.all_expected = true;
+  s.work();
+  // CL points behind the last block were met if the tool stands there (a repeated point), else they are
+  // missed.
+  for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets.size(); ++i) {
+    const Target& target = s.targets[i];
+    const double d =
+        s.started ? (s.previous.tip_P - target.tip_P).norm() : std::numeric_limits<double>::infinity();
+    if (d <= s.options.tolerance_mm &&
+        angle_between(s.previous.axis_P, target.axis_P) <= s.options.axis_tolerance) {
+      s.point_hit(d);
+    } else {
+      ++s.report.points_missed;
+    }
+  }
+  return std::move(s.report);
+}
+
+Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
+                            std::unique_ptr<cl::TextSource> nc, const std::string& nc_file,
+                            const Machine& machine, const nc::Controller& controller,
+                            const cl::ReaderOptions& reading, const VerifyOptions& options,
+                            Diagnostics& diagnostics) {
+  Verifier verifier(machine, controller, machine.tool_vector(), options, nc_file, diagnostics);
+  const std::size_t errors = diagnostics.error_count();
+  cl::Reader reader(std::move(cl), cl_file, reading, diagnostics);
+  cl::Record record;
+  while (reader.next(record)) {
+    if (const auto* motion = std::get_if<cl::Motion>(&record.data)) verifier.expect(*motion, record.where);
+  }
+  if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
+  if (reader.motion_count() == 0)
+    return fail(ErrorCode::wrong_input, "no motion (GOTO) in the file", cl_file);
+  std::array<char, 1 << 16> buffer;
+  for (;;) {
+    const auto size = nc->read(buffer.data(), buffer.size());
+    if (!size) return tl::unexpected(size.error());
+    if (*size == 0) break;
+    verifier.text({buffer.data(), *size});
+  }
+  return verifier.finish();
+}
+
+}  // namespace trunnion::post

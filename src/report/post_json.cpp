@@ -1,0 +1,81 @@
+#include "trunnion/report/post_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace trunnion::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json vector_json(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+ordered_json verify_object(const post::VerifyReport& r) {
+  ordered_json out;
+  out["max_tip_deviation_mm"] = r.max_tip_deviation_mm;
+  out["certified_tip_deviation_mm"] = r.certified_tip_deviation_mm;
+  out["certified"] = r.certified;
+  out["max_axis_deviation_deg"] = r.max_axis_deviation.deg();
+  out["max_point_deviation_mm"] = r.max_point_deviation_mm;
+  out["max_rapid_deviation_mm"] = r.max_rapid_deviation_mm;
+  out["tolerance_mm"] = r.tolerance_mm;
+  out["axis_tolerance_deg"] = r.axis_tolerance.deg();
+  out["points_in"] = r.points_in;
+  out["points_out"] = r.points_out;
+  out["points_missed"] = r.points_missed;
+  out["blocks"] = r.feed_blocks + r.rapid_blocks;
+  out["feed_blocks"] = r.feed_blocks;
+  out["rapid_blocks"] = r.rapid_blocks;
+  out["limits_ok"] = r.limits_ok();
+  out["within_tolerance"] = r.within_tolerance();
+  out["passed"] = r.passed();
+  out["machine"] = r.on_truth ? "with errors" : "nominal";
+  auto& limits = out["beyond_limits"] = ordered_json::array();
+  for (const auto& b : r.beyond_limits) {
+    const bool rotary = b.axis == "A" || b.axis == "B" || b.axis == "C";
+    const double factor = rotary ? kDegreePerRad : 1.0;
+    limits.push_back({{"axis", b.axis},
+                      {"nc_line", b.nc_line},
+                      {"cl_line", b.cl_line},
+                      {rotary ? "value_deg" : "value_mm", b.value * factor},
+                      {rotary ? "by_deg" : "by_mm", b.by * factor}});
+  }
+  auto& worst = out["worst"] = ordered_json::array();
+  for (const auto& w : r.worst) {
+    worst.push_back({{"nc_line", w.nc_line},
+                     {"cl_line", w.cl_line},
+                     {"tip_deviation_mm", w.tip_mm},
+                     {"axis_deviation_deg", w.axis.deg()},
+                     {"tip_mm", vector_json(w.tip_P)}});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string verify_json(const post::VerifyReport& report) {
+  return verify_object(report).dump(2) + "\n";
+}
+
+std::string post_json(const post::PostReport& r) {
+  ordered_json out = r.verification ? verify_object(*r.verification) : ordered_json::object();
+  out["verified"] = r.verification.has_value();
+  out["points_in"] = r.points_in;
+  out["points_inserted"] = r.points_inserted;
+  out["segments_with_points"] = r.segments_with_points;
+  out["segments_not_converged"] = r.segments_not_converged;
+  out["worst_predicted_mm"] = r.worst_predicted_mm;
+  out["worst_programmed_mm"] = r.worst_programmed_mm;
+  out["branch_changes"] = r.choice.branch_changes;
+  out["pole_points"] = r.choice.pole_points;
+  out["rotary_travel_deg"] = r.choice.rotary_travel_rad * kDegreePerRad;
+  out["duration_s"] = r.duration_s;
+  out["feed_time_lost_s"] = r.feed_time_lost_s;
+  out["largest_correction_mm"] = r.largest_correction_mm;
+  out["nc_lines"] = r.nc_lines;
+  if (r.nominal_verification) out["nominal"] = verify_object(*r.nominal_verification);
+  return out.dump(2) + "\n";
+}
+
+}  // namespace trunnion::report
