@@ -1,0 +1,179 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+/// A self-contained HTML page: what it says and draws, as plain data. Layout, colours and behaviour are the
+/// renderer's (README of this layer, "Pages"). Texts are plain text, escaped by the renderer; not-a-number in
+/// a series is a gap.
+namespace trunnion::report {
+
+/// What stands at an axis or a colour scale: quantity and unit ("" where it has none).
+struct Scale {
+  std::string label;
+  std::string unit;
+  bool logarithmic = false;
+};
+
+enum class Mark : std::uint8_t {
+  line,
+  points,
+  bars,  // one a category or x
+  band   // between y and y2
+};
+
+struct Series {
+  std::string name;
+  Mark mark = Mark::line;
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> y2;           // band: upper edge; points: half-length of the error bar
+  std::vector<std::string> labels;  // of the points, shown on hovering; may be empty
+  std::optional<int> colour;        // index of the palette; nothing: by order
+};
+
+/// A named level at which something is drawn across a plot: a tolerance, a limit.
+struct Level {
+  std::string name;
+  double value = 0.0;
+};
+
+struct XyPlot {
+  Scale x;
+  Scale y;
+  std::vector<Series> series;
+  std::vector<Level> levels;            // horizontal
+  std::vector<std::string> categories;  // names of x = 0, 1, 2 ... instead of numbers
+  bool equal_scales = false;            // one unit of x is as long as one of y (circles stay round)
+};
+
+/// Box, whiskers to 1.5 interquartile ranges, and what lies beyond, of each sample.
+struct BoxPlot {
+  struct Sample {
+    std::string name;
+    std::vector<double> values;
+  };
+  Scale y;
+  std::vector<Sample> samples;
+};
+
+/// Points in space, joined to a path or each with a vector, coloured by a value.
+struct SpacePlot {
+  enum class Kind : std::uint8_t { path, vectors };
+  Kind kind = Kind::path;
+  std::string unit = "mm";  // of the coordinates
+  std::string frame;        // "part frame P"
+  std::vector<double> x, y, z;
+  std::vector<double> u, v, w;  // vectors, in the unit of `colour`
+  double magnification = 1.0;   // drawn length of a vector: value times this, in the unit of the coordinates
+  Scale colour;
+  std::vector<double> value;
+  double value_max =
+      0.0;  // end of the colour scale; 0: the largest value. Fixed where two plots are compared
+  std::vector<std::string> labels;
+};
+
+/// A matrix of numbers from 0 to `value_max`, as coloured cells.
+struct MatrixPlot {
+  std::vector<std::string> rows, columns;
+  std::vector<std::vector<double>> values;
+  Scale colour;
+  double value_max = 1.0;
+};
+
+struct Figure {
+  std::string id;  // unique on the page: letters, digits, '-'
+  std::string title;
+  std::string caption;
+  std::variant<XyPlot, BoxPlot, SpacePlot, MatrixPlot> plot;
+};
+
+struct Table {
+  std::string id;
+  std::string title;
+  std::string caption;
+  std::vector<std::string> columns;
+  std::vector<bool> numeric;  // right-aligned; empty: none
+  std::vector<std::vector<std::string>> rows;
+  /// Row i moves the slider of the machine view to stop `go_to[i]`; empty: rows do nothing.
+  std::vector<std::size_t> go_to;
+};
+
+/// The machine at chosen stops of a program: what the slider moves.
+struct MachineView {
+  struct Stop {
+    std::array<float, 12> part_in_machine{};  // X_MP row by row: rotation and translation, mm
+    std::array<float, 3> tip_P{};             // mm
+    std::vector<float> axes;                  // positions as NC words count them, mm and degrees
+    float path_mm = 0;                        // from the start of the program
+    float deviation_um = 0;
+    std::uint32_t nc_line = 0;
+    std::uint32_t cl_line = 0;
+  };
+  /// A line that is drawn with the machine: fixed in M, or carried with the part (coordinates of P).
+  struct Outline {
+    std::string name;
+    bool moves_with_part = false;
+    std::vector<std::array<float, 3>> points;
+  };
+  std::vector<std::string> axis_names;
+  std::vector<std::string> axis_units;
+  std::vector<Outline> outlines;
+  double tool_length_mm = 0.0;
+  std::vector<Stop> stops;
+  /// Figures whose view follows: one in space (coordinates of P) and one over path length; empty: none.
+  std::string space_figure;
+  std::string path_figure;
+};
+
+struct Paragraph {
+  std::string text;
+};
+
+/// A result in one line. `value` is the exact number behind `text`.
+struct Fact {
+  std::string id;
+  std::string label;
+  std::string text;
+  std::optional<double> value;
+};
+
+using Item = std::variant<Paragraph, Figure, Table, MachineView>;
+
+struct Section {
+  std::string title;
+  std::vector<Item> items;
+};
+
+enum class Tone : std::uint8_t { good, bad, neutral };
+
+struct Page {
+  std::string title;
+  std::string verdict;  // one sentence
+  Tone tone = Tone::neutral;
+  std::vector<Fact> facts;
+  std::vector<Section> sections;
+  /// All numbers of every block, beside what is drawn: name -> values (stored as float32).
+  std::map<std::string, std::vector<float>> arrays;
+  std::string result_json;  // the result of the command as `--json` gives it; may be empty
+  std::string made_by;      // program, version, command line
+};
+
+/// The page as one HTML document: nothing in it is fetched from anywhere.
+std::string page_html(const Page& page);
+
+/// True when the chart library was bundled at build time; without it the pages hold the drawn (SVG) plots
+/// only.
+bool has_interactive_charts();
+
+/// Indices of at most about `most` of the values, first and last among them and the smallest and largest of
+/// every stretch: what a plot needs to look as with all of them.
+std::vector<std::size_t> thinned(const std::vector<double>& values, std::size_t most);
+
+}  // namespace trunnion::report

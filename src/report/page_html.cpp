@@ -1,0 +1,151 @@
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/report/page.hpp"
+
+#include "report/assets.hpp"
+#include "report/page_data.hpp"
+#include "report/svg.hpp"
+
+namespace trunnion::report {
+namespace {
+
+const char* tone_class(Tone tone) {
+  return tone == Tone::good ? "good" : tone == Tone::bad ? "bad" : "neutral";
+}
+// A sign beside the colour, for those who cannot tell the colours.
+const char* tone_sign(Tone tone) {
+  return tone == Tone::good ? "&#10003; " : tone == Tone::bad ? "&#10007; " : "";
+}
+
+struct Count {
+  std::size_t all = 0;
+  std::size_t drawn = 0;
+  void take(const std::vector<double>& values, std::size_t most) {
+    all += values.size();
+    drawn += thinned(values, most).size();
+  }
+};
+
+// "6000 of 100000 points drawn, ..." when a figure had to be thinned.
+std::string thinning_note(const Figure& figure) {
+  Count count;
+  if (const auto* xy = std::get_if<XyPlot>(&figure.plot)) {
+    for (const Series& s : xy->series) count.take(s.y, kDrawnFlat);
+  } else if (const auto* space = std::get_if<SpacePlot>(&figure.plot)) {
+    count.take(space->value, kDrawnSpace);
+  }
+  if (count.all == count.drawn) return "";
+  return " Drawn: " + std::to_string(count.drawn) + " of " + std::to_string(count.all) +
+         " points; the smallest and the largest of every stretch are among them.";
+}
+
+std::string html_of(const Paragraph& paragraph) {
+  return "<p>" + escaped(paragraph.text) + "</p>\n";
+}
+
+std::string html_of(const Figure& figure) {
+  return "<figure id=\"" + figure.id + "\" data-figure=\"" + figure.id + "\"><h3>" + escaped(figure.title) +
+         "</h3><div class=\"plot\"><div class=\"live\" hidden></div><div class=\"still\">" + svg_of(figure) +
+         "</div></div><figcaption>" + escaped(figure.caption + thinning_note(figure)) +
+         "</figcaption></figure>\n";
+}
+
+std::string html_of(const Table& table) {
+  std::string out = "<figure class=\"table\" id=\"" + table.id + "\"><h3>" + escaped(table.title) +
+                    "</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" +
+                    escaped(table.title) + "\"><table><thead><tr>";
+  const auto cell_class = [&](std::size_t c) {
+    return c < table.numeric.size() && table.numeric[c] ? " class=\"number\"" : "";
+  };
+  for (std::size_t c = 0; c < table.columns.size(); ++c)
+    out += "<th scope=\"col\"" + std::string(cell_class(c)) + ">" + escaped(table.columns[c]) + "</th>";
+  out += "</tr></thead><tbody>\n";
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    out += "<tr>";
+    for (std::size_t c = 0; c < table.rows[r].size(); ++c) {
+      const bool button = c == 0 && r < table.go_to.size();
+      out += "<td" + std::string(cell_class(c)) + ">" +
+             (button ? "<button type=\"button\" data-stop=\"" + std::to_string(table.go_to[r]) + "\">" : "") +
+             escaped(table.rows[r][c]) + (button ? "</button>" : "") + "</td>";
+    }
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table></div><figcaption>" + escaped(table.caption) + "</figcaption></figure>\n";
+}
+
+std::string html_of(const MachineView& view) {
+  return "<figure id=\"machine\" class=\"needs-charts\" hidden><h3>The machine at one block</h3>"
+         "<div class=\"plot\"><div class=\"live\"></div></div>"
+         "<p class=\"slider\"><label for=\"stop\">Block</label>"
+         "<input type=\"range\" id=\"stop\" min=\"0\" max=\"" +
+         std::to_string(view.stops.empty() ? 0 : view.stops.size() - 1) +
+         "\" value=\"0\"></p><p id=\"stop-text\" aria-live=\"polite\"></p>"
+         "<figcaption>Table, part and tool in machine axes; arrow keys move by one stop, Page Up and Page "
+         "Down by a tenth. " +
+         std::to_string(view.stops.size()) + " stops.</figcaption></figure>\n";
+}
+
+std::string facts_html(const Page& page) {
+  if (page.facts.empty()) return "";
+  std::string out = "<dl class=\"facts\">";
+  for (const Fact& fact : page.facts) {
+    out += "<div><dt>" + escaped(fact.label) + "</dt><dd data-fact=\"" + escaped(fact.id) + "\"" +
+           (fact.value ? " data-value=\"" + shortest_text(*fact.value) + "\"" : "") + ">" +
+           escaped(fact.text) + "</dd></div>";
+  }
+  return out + "</dl>\n";
+}
+
+std::string navigation(const Page& page) {
+  std::string out = "<nav aria-label=\"Sections\">";
+  for (std::size_t i = 0; i < page.sections.size(); ++i)
+    out += "<a href=\"#section-" + std::to_string(i + 1) + "\">" + escaped(page.sections[i].title) + "</a> ";
+  return out + "<button type=\"button\" id=\"theme\">light / dark</button></nav>\n";
+}
+
+std::string body(const Page& page) {
+  std::string out = "<header><h1>" + escaped(page.title) + "</h1>\n<p id=\"verdict\" class=\"verdict " +
+                    tone_class(page.tone) + "\">" + tone_sign(page.tone) + escaped(page.verdict) + "</p>\n" +
+                    navigation(page) + "</header>\n<main>\n" + facts_html(page);
+  for (std::size_t i = 0; i < page.sections.size(); ++i) {
+    const std::string id = "section-" + std::to_string(i + 1);
+    out += "<section id=\"" + id + "\" aria-labelledby=\"" + id + "-title\"><h2 id=\"" + id + "-title\">" +
+           escaped(page.sections[i].title) + "</h2>\n";
+    for (const Item& item : page.sections[i].items)
+      out += std::visit([](const auto& it) { return html_of(it); }, item);
+    out += "</section>\n";
+  }
+  out += "</main>\n<footer><p>" + escaped(page.made_by) + "</p>";
+  if (!has_interactive_charts())
+    out += "<p>The program was built without the chart library: the plots of this page do not move.</p>";
+  return out + "</footer>\n";
+}
+
+std::string script(std::string_view attributes, std::string_view text) {
+  return "<script" + std::string(attributes) + ">" + std::string(text) + "</script>\n";
+}
+
+}  // namespace
+
+bool has_interactive_charts() {
+  return !chart_library().empty();
+}
+
+std::string page_html(const Page& page) {
+  // The policy is the promise that nothing is fetched, kept by the browser.
+  std::string out =
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+      "script-src 'unsafe-inline'; img-src data: blob:\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<link rel=\"icon\" href=\"data:,\">\n<title>" +
+      escaped(page.title) + "</title>\n<style>\n" + std::string(style_sheet()) +
+      "</style>\n</head>\n<body>\n" + body(page);
+  const std::string json_type = " type=\"application/json\" id=\"";
+  out += script(json_type + "result\"", script_text(page.result_json.empty() ? "null" : page.result_json));
+  out += script(json_type + "page\"", script_text(page_data(page).dump()));
+  if (has_interactive_charts()) out += script("", chart_library());
+  out += script("", page_script());
+  return out + "</body>\n</html>\n";
+}
+
+}  // namespace trunnion::report

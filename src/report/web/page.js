@@ -1,0 +1,307 @@
+// Makes the page of src/report interactive. Without the chart library (global Plotly) the drawings stay as they are.
+(() => {
+  'use strict';
+  const page = JSON.parse(document.getElementById('page').textContent);
+  const root = document.documentElement;
+  const charts = typeof Plotly === 'undefined' ? null : Plotly;
+  const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
+
+  const floats = (text) => {
+    const raw = atob(text);
+    const bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+    return new Float32Array(bytes.buffer);
+  };
+  const short = (v, digits = 4) => (Number.isFinite(v) ? String(Number(v.toPrecision(digits))) : '–');
+  const title = (s) => (s.unit ? `${s.label} / ${s.unit}` : s.label);
+  const hasWebGl = (() => {
+    try {
+      return !!document.createElement('canvas').getContext('webgl');
+    } catch {
+      return false;
+    }
+  })();
+
+  // The same nine places as the static drawings (cividis).
+  const cividis = ['#00224e', '#123570', '#3b496c', '#575d6d', '#707173', '#8a8678', '#a59c74', '#c3b369', '#fee838']
+    .map((colour, i) => [i / 8, colour]);
+
+  const layoutOf = () => ({
+    paper_bgcolor: 'rgba(0,0,0,0)',
+    plot_bgcolor: 'rgba(0,0,0,0)',
+    font: {color: css('--ink'), family: getComputedStyle(document.body).fontFamily, size: 12},
+    margin: {l: 66, r: 16, t: 12, b: 48},
+    legend: {orientation: 'h', y: 1.02, yanchor: 'bottom', x: 0},
+    hoverlabel: {font: {size: 12}},
+  });
+  const axisOf = (s, more) => ({
+    title: {text: title(s)},
+    type: s.log ? 'log' : 'linear',
+    gridcolor: css('--rule'),
+    zerolinecolor: css('--rule'),
+    linecolor: css('--soft'),
+    exponentformat: 'power',
+    ...more,
+  });
+  const spaceAxis = (name, unit) => ({
+    title: {text: `${name} / ${unit}`},
+    gridcolor: css('--rule'),
+    zerolinecolor: css('--rule'),
+    color: css('--ink'),
+    showbackground: false,
+  });
+  const colour = (i) => css(`--c${i % 8}`);
+  const faint = (hex) => `${hex}38`;
+
+  function flatTraces(f) {
+    const traces = [];
+    for (const s of f.series) {
+      const x = floats(s.x);
+      const y = floats(s.y);
+      const base = {name: s.name, x, y, showlegend: f.series.length > 1 && s.name !== '', text: s.labels, hoverinfo: 'x+y+name+text'};
+      if (s.mark === 'bars') {
+        traces.push({...base, type: 'bar', marker: {color: colour(s.colour)}});
+      } else if (s.mark === 'band') {
+        const line = {width: 0, color: colour(s.colour)};
+        traces.push({...base, type: 'scatter', mode: 'lines', line, showlegend: false, hoverinfo: 'skip'});
+        traces.push({...base, y: floats(s.y2), type: 'scatter', mode: 'lines', line, fill: 'tonexty', fillcolor: faint(colour(s.colour))});
+      } else if (s.mark === 'points') {
+        const bars = s.y2 ? {error_y: {array: floats(s.y2), color: colour(s.colour), thickness: 1}} : {};
+        traces.push({...base, type: 'scatter', mode: 'markers', marker: {color: colour(s.colour), size: x.length > 400 ? 3 : 6}, ...bars});
+      } else {
+        traces.push({...base, type: 'scatter', mode: 'lines', line: {color: colour(s.colour), width: 1.5}, connectgaps: false});
+      }
+    }
+    return traces;
+  }
+
+  function flatLayout(f) {
+    const layout = {...layoutOf(), xaxis: axisOf(f.x), yaxis: axisOf(f.y), barmode: 'group', shapes: [], annotations: []};
+    if (f.categories) {
+      layout.xaxis.tickvals = f.categories.map((_, i) => i);
+      layout.xaxis.ticktext = f.categories;
+    }
+    if (f.equal) layout.yaxis.scaleanchor = 'x';
+    for (const level of f.levels) {
+      layout.shapes.push({type: 'line', xref: 'paper', x0: 0, x1: 1, y0: level.value, y1: level.value,
+                          line: {color: css('--bad'), width: 1.3, dash: 'dash'}});
+      layout.annotations.push({xref: 'paper', x: 1, xanchor: 'right', y: f.y.log ? Math.log10(level.value) : level.value,
+                               yanchor: 'bottom', text: level.name, showarrow: false});
+    }
+    return layout;
+  }
+
+  function spaceScene(f) {
+    const axis = (name) => spaceAxis(name, f.unit);
+    return {xaxis: axis('X'), yaxis: axis('Y'), zaxis: axis('Z'), aspectmode: 'data', camera: {eye: {x: 1.1, y: -1.4, z: 0.9}}};
+  }
+  const colourBar = (f) => ({title: {text: title(f.colour), side: 'right'}, thickness: 14, len: 0.8});
+
+  function pathTraces(f) {
+    const value = floats(f.value);
+    const max = f.max || value.reduce((a, v) => (v > a ? v : a), 0) || 1;
+    const line = {color: value, colorscale: cividis, cmin: 0, cmax: max, width: 4, showscale: true, colorbar: colourBar(f)};
+    const hovertemplate = `X %{x:.3f} Y %{y:.3f} Z %{z:.3f} ${f.unit}<br>${f.colour.label} %{line.color:.3f} ${f.colour.unit}<extra></extra>`;
+    const path = {type: 'scatter3d', mode: 'lines', x: floats(f.x), y: floats(f.y), z: floats(f.z), line, hovertemplate, showlegend: false};
+    const here = {type: 'scatter3d', mode: 'markers', x: [], y: [], z: [], marker: {size: 7, color: css('--bad'), symbol: 'diamond'},
+                  hoverinfo: 'skip', showlegend: false};
+    return [path, here];
+  }
+
+  function vectorTraces(f) {
+    const x = floats(f.x), y = floats(f.y), z = floats(f.z), u = floats(f.u), v = floats(f.v), w = floats(f.w);
+    const value = floats(f.value);
+    const max = f.max || value.reduce((a, b) => (b > a ? b : a), 0) || 1;
+    const line = {x: [], y: [], z: [], c: []};
+    for (let i = 0; i < x.length; i++) {
+      line.x.push(x[i], x[i] + f.magnification * u[i], null);
+      line.y.push(y[i], y[i] + f.magnification * v[i], null);
+      line.z.push(z[i], z[i] + f.magnification * w[i], null);
+      line.c.push(value[i], value[i], value[i]);
+    }
+    return [
+      {type: 'scatter3d', mode: 'lines', x: line.x, y: line.y, z: line.z, hoverinfo: 'skip', showlegend: false,
+       line: {color: line.c, colorscale: cividis, cmin: 0, cmax: max, width: 4}},
+      {type: 'scatter3d', mode: 'markers', x, y, z, text: f.labels, hoverinfo: 'x+y+z+text', showlegend: false,
+       marker: {size: 3, color: value, colorscale: cividis, cmin: 0, cmax: max, showscale: true, colorbar: colourBar(f)}},
+    ];
+  }
+
+  function traces(f) {
+    if (f.kind === 'xy') return flatTraces(f);
+    if (f.kind === 'path') return pathTraces(f);
+    if (f.kind === 'vectors') return vectorTraces(f);
+    if (f.kind === 'box') {
+      return f.samples.map((s) => ({type: 'box', name: s.name, y: floats(s.y), marker: {color: colour(0)}, boxpoints: 'outliers', showlegend: false}));
+    }
+    return [{type: 'heatmap', x: f.columns, y: f.rows, z: f.z, zmin: 0, zmax: f.max, colorscale: cividis, colorbar: colourBar(f)}];
+  }
+  function layout(f) {
+    if (f.kind === 'xy') return flatLayout(f);
+    if (f.kind === 'box') return {...layoutOf(), xaxis: {gridcolor: css('--rule')}, yaxis: axisOf(f.y)};
+    if (f.kind === 'matrix') return {...layoutOf(), margin: {l: 150, r: 16, t: 12, b: 120}, yaxis: {autorange: 'reversed'}};
+    return {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene: spaceScene(f)};
+  }
+  const config = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['toImage']};
+
+  const live = new Map();  // figure id -> element that holds the chart
+  function activate(element) {
+    const f = page.figures[element.dataset.figure];
+    const space = f && (f.kind === 'path' || f.kind === 'vectors');
+    if (!charts || !f || live.has(element.dataset.figure) || (space && !hasWebGl)) return;
+    const holder = element.querySelector('.live');
+    holder.hidden = false;
+    holder.classList.toggle('space', space);
+    element.querySelector('.still').hidden = true;
+    live.set(element.dataset.figure, holder);
+    return charts.newPlot(holder, traces(f), layout(f), config);
+  }
+
+  // ---- the machine
+  const machine = page.machine;
+  const stops = machine && machine.nc_line.length;
+  const slider = document.getElementById('stop');
+  const decoded = {};
+  let carried = [];
+  function prepareMachine() {
+    for (const key of ['pose', 'tip', 'axes', 'path', 'deviation']) decoded[key] = floats(machine[key]);
+    const part = page.figures[machine.space_figure];
+    // The path goes with the table; some hundred points show where it is.
+    const x = floats(part.x), y = floats(part.y), z = floats(part.z);
+    const step = Math.max(1, Math.floor(x.length / 1500));
+    const path = [];
+    for (let i = 0; i < x.length; i += step) path.push(x[i], y[i], z[i]);
+    carried = machine.outlines.map((o) => ({...o, points: floats(o.points)}));
+    carried.push({name: 'tool path', moves: true, points: path});
+  }
+  function placed(points, stop) {
+    const m = decoded.pose.subarray(12 * stop, 12 * stop + 12);
+    const out = {x: [], y: [], z: []};
+    for (let i = 0; i < points.length; i += 3) {
+      const [a, b, c] = [points[i], points[i + 1], points[i + 2]];
+      if (Number.isNaN(a)) {
+        out.x.push(null), out.y.push(null), out.z.push(null);
+        continue;
+      }
+      out.x.push(m[0] * a + m[1] * b + m[2] * c + m[3]);
+      out.y.push(m[4] * a + m[5] * b + m[6] * c + m[7]);
+      out.z.push(m[8] * a + m[9] * b + m[10] * c + m[11]);
+    }
+    return out;
+  }
+  const still = (points) => ({x: [...points].filter((_, i) => i % 3 === 0), y: [...points].filter((_, i) => i % 3 === 1),
+                              z: [...points].filter((_, i) => i % 3 === 2)});
+  function machineLines(stop) {
+    const lines = carried.map((o) => (o.moves ? placed(o.points, stop) : still(o.points)));
+    const tip = placed(decoded.tip.subarray(3 * stop, 3 * stop + 3), stop);
+    lines.push({x: [tip.x[0], tip.x[0]], y: [tip.y[0], tip.y[0]], z: [tip.z[0], tip.z[0] + machine.tool_length]});
+    return lines;
+  }
+  // A cube that holds every position, so that the view stands still while the machine moves.
+  function machineRange() {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (let s = 0; s < stops; s += Math.max(1, Math.floor(stops / 60))) {
+      for (const l of machineLines(s)) {
+        [l.x, l.y, l.z].forEach((v, k) => v.forEach((p) => {
+          if (p === null) return;
+          low[k] = Math.min(low[k], p);
+          high[k] = Math.max(high[k], p);
+        }));
+      }
+    }
+    return [0, 1, 2].map((k) => [low[k], high[k]]);
+  }
+  function drawMachine() {
+    const lines = machineLines(Number(slider.value));
+    const names = [...carried.map((o) => o.name), 'tool'];
+    const colours = [...carried.map((o, i) => (o.name === 'tool path' ? css('--c0') : css(`--c${7 - (i % 3) * 2}`))), css('--bad')];
+    const data = lines.map((l, i) => ({type: 'scatter3d', mode: 'lines', ...l, name: names[i], hoverinfo: 'name',
+                                       line: {color: colours[i], width: names[i] === 'tool' ? 12 : names[i] === 'tool path' ? 2 : 5}}));
+    const range = machineRange();
+    const scene = spaceScene({unit: 'mm'});
+    [scene.xaxis.range, scene.yaxis.range, scene.zaxis.range] = range;
+    const holder = document.querySelector('#machine .live');
+    holder.classList.add('space');
+    return charts.newPlot(holder, data, {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene}, config);
+  }
+  function stopText(s) {
+    const names = machine.axis_names.map((name, i) => `${name} ${short(decoded.axes[s * machine.axis_names.length + i], 7)} ${machine.axis_units[i]}`);
+    return `NC line ${machine.nc_line[s]}, CL line ${machine.cl_line[s]}, ${short(decoded.path[s], 6)} mm along the path: ` +
+      `deviation ${short(decoded.deviation[s])} µm. ${names.join('  ')}`;
+  }
+  function moveTo(stop, look) {
+    slider.value = stop;
+    document.getElementById('stop-text').textContent = stopText(stop);
+    const lines = machineLines(stop);
+    const holder = document.querySelector('#machine .live');
+    if (holder.data) charts.restyle(holder, {x: lines.map((l) => l.x), y: lines.map((l) => l.y), z: lines.map((l) => l.z)});
+    const tip = decoded.tip.subarray(3 * stop, 3 * stop + 3);
+    const space = live.get(machine.space_figure);
+    if (space && space.data) {
+      charts.restyle(space, {x: [[tip[0]]], y: [[tip[1]]], z: [[tip[2]]]}, [1]);
+      if (look) lookAt(space, tip);
+    }
+    const flat = live.get(machine.path_figure);
+    if (flat && flat.data) {
+      const at = decoded.path[stop];
+      const whole = decoded.path[stops - 1] - decoded.path[0];
+      const cursor = {type: 'line', yref: 'paper', y0: 0, y1: 1, x0: at, x1: at, line: {color: css('--bad'), width: 1}};
+      const shapes = flatLayout(page.figures[machine.path_figure]).shapes.concat([cursor]);
+      charts.relayout(flat, look ? {shapes, 'xaxis.range': [at - whole / 100, at + whole / 100]} : {shapes});
+    }
+  }
+  // The camera turns about the place and comes nearer. Plotly counts from the middle of the data, longest side about 1 to each side.
+  function lookAt(holder, p) {
+    const scene = holder._fullLayout.scene;
+    const axes = [scene.xaxis, scene.yaxis, scene.zaxis];
+    const ratio = [scene.aspectratio.x, scene.aspectratio.y, scene.aspectratio.z];
+    const c = axes.map((a, k) => ((p[k] - a.range[0]) / (a.range[1] - a.range[0]) - 0.5) * ratio[k]);
+    charts.relayout(holder, {'scene.camera.center': {x: c[0], y: c[1], z: c[2]},
+                             'scene.camera.eye': {x: c[0] + 0.35, y: c[1] - 0.45, z: c[2] + 0.3}});
+  }
+  function startMachine() {
+    if (!charts || !machine || !stops || !hasWebGl) return;
+    prepareMachine();
+    document.getElementById('machine').hidden = false;
+    drawMachine();
+    slider.addEventListener('input', () => moveTo(Number(slider.value), false));
+    document.querySelectorAll('button[data-stop]').forEach((button) => button.addEventListener('click', () => {
+      document.querySelectorAll('tr.chosen').forEach((row) => row.classList.remove('chosen'));
+      button.closest('tr').classList.add('chosen');
+      const space = document.getElementById(machine.space_figure);
+      activate(space);
+      moveTo(Number(button.dataset.stop), true);
+      space.scrollIntoView({block: 'nearest'});
+    }));
+    moveTo(0, false);
+  }
+
+  // ---- light and dark
+  function redraw() {
+    for (const [id, holder] of live) {
+      const f = page.figures[id];
+      charts.react(holder, traces(f), layout(f), config);
+    }
+    if (charts && machine && stops && hasWebGl) {
+      drawMachine();
+      moveTo(Number(slider.value), false);
+    }
+  }
+  document.getElementById('theme').addEventListener('click', () => {
+    const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+    root.dataset.theme = dark ? 'light' : 'dark';
+    redraw();
+  });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
+
+  // Charts start when they come near the window: the page is there at once.
+  const figures = document.querySelectorAll('figure[data-figure]');
+  const near = new IntersectionObserver((entries) => entries.forEach((entry) => {
+    if (!entry.isIntersecting) return;
+    near.unobserve(entry.target);
+    activate(entry.target);
+  }), {rootMargin: '300px'});
+  figures.forEach((figure) => near.observe(figure));
+  startMachine();
+  root.dataset.ready = 'true';
+})();
