@@ -65,9 +65,8 @@ std::string short_number(double value, int digits) {
   const double magnitude = std::abs(value);
   const bool plain = value == 0.0 || (magnitude >= 1e-4 && magnitude < 1e6);
   std::array<char, 40> buffer;
-  const auto r = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                               plain ? std::chars_format::general : std::chars_format::scientific,
-                               plain ? digits : digits - 1);
+  const auto r =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, digits);
   std::string text(buffer.data(), r.ptr);
   // general switches to an exponent where the digits do not reach the point.
   if (plain && text.find('e') != std::string::npos) text = fixed_text(value, 0);

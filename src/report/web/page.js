@@ -93,7 +93,7 @@
 
   function spaceScene(f) {
     const axis = (name) => spaceAxis(name, f.unit);
-    return {xaxis: axis('X'), yaxis: axis('Y'), zaxis: axis('Z'), aspectmode: 'data', camera: {eye: {x: 1.1, y: -1.4, z: 0.9}}};
+    return {xaxis: axis('X'), yaxis: axis('Y'), zaxis: axis('Z'), aspectmode: 'data', camera: {eye: {x: 1.15, y: -1.45, z: 0.85}, center: {x: 0, y: 0, z: -0.1}}};
   }
   const colourBar = (f) => ({title: {text: title(f.colour), side: 'right'}, thickness: 14, len: 0.8});
 
