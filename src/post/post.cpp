@@ -45,9 +45,6 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
   }
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
   if (failure) return tl::unexpected(*failure);
-  if (reader.motion_count() == 0) {
-    return fail(ErrorCode::wrong_input, "no motion (GOTO) in the file", job.cl_file);
-  }
   return pipeline.finish();
 }
 

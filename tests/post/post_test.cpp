@@ -1,0 +1,251 @@
+#include "trunnion/post/post.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+
+#include "support/machines.hpp"
+
+namespace trunnion::post {
+namespace {
+
+class Text final : public cl::TextSource {
+ public:
+  explicit Text(std::string text) : text_(std::move(text)) {}
+  Result<std::size_t> read(char* buffer, std::size_t capacity) override {
+    const std::size_t n = std::min(capacity, text_.size() - at_);
+    std::memcpy(buffer, text_.data() + at_, n);
+    at_ += n;
+    return n;
+  }
+
+ private:
+  std::string text_;
+  std::size_t at_ = 0;
+};
+
+nc::Controller controller(const std::string& name) {
+  Diagnostics d;
+  auto c =
+      nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/" + name + ".toml", d);
+  if (!c) throw std::runtime_error(c.error().text());
+  return *c;
+}
+
+struct Posted {
+  Result<PostReport> report;
+  std::string nc;
+  Diagnostics diagnostics;
+};
+
+Posted posted(const std::string& cl, const Machine& machine, const PostOptions& options = {},
+              const std::string& control = "linuxcnc") {
+  const nc::Controller c = controller(control);
+  PostJob job;
+  job.cl_file = "part.cls";
+  job.machine = &machine;
+  job.controller = &c;
+  Posted out;
+  out.report = post(
+      std::make_unique<Text>(cl), job, options,
+      [&](std::string_view text) {
+        out.nc += text;
+        return Result<void>{};
+      },
+      out.diagnostics);
+  return out;
+}
+
+Result<VerifyReport> verified(const std::string& nc_text, const std::string& cl, const Machine& machine,
+                              double tolerance_mm) {
+  const nc::Controller c = controller("linuxcnc");
+  VerifyOptions options;
+  options.tolerance_mm = tolerance_mm;
+  Diagnostics d;
+  return verify(std::make_unique<Text>(cl), "part.cls", std::make_unique<Text>(nc_text), "part.nc", machine,
+                c, {}, options, d);
+}
+
+// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.
+std::string sample_path(unsigned seed, int points = 60) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  const double a = u(random) * 6.0;
+  const double b = u(random) * 6.0;
+  std::string out =
+      "PARTNO TEST\nMULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nCOOLNT/ON\nFEDRAT/MMPM,1200\nRAPID\n";
+  for (int i = 0; i < points; ++i) {
+    const double t = static_cast<double>(i) / points;
+    const double tilt = 0.6 + 0.4 * std::sin(5.0 * t + a);
+    const double turn = 3.0 * t + b;
+    if (i == points / 2) out += "RAPID\n";
+    out += "GOTO/" + fixed_text(40.0 * std::cos(3.0 * t), 4) + "," + fixed_text(40.0 * std::sin(3.0 * t), 4) +
+           "," + fixed_text(20.0 * t, 4) + "," + fixed_text(std::sin(tilt) * std::cos(turn), 7) + "," +
+           fixed_text(std::sin(tilt) * std::sin(turn), 7) + "," + fixed_text(std::cos(tilt), 7) + "\n";
+  }
+  return out + "FINI\n";
+}
+
+TEST(Post, ProgramsAreWithinToleranceOnEveryMachine) {
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      PostOptions options;
+      options.tolerance_mm = seed % 2 == 0 ? 0.002 : 0.01;
+      const Posted p = posted(sample_path(seed), machine, options);
+      ASSERT_TRUE(p.report) << name << " " << p.report.error().text();
+      const VerifyReport& v = *p.report->verification;
+      EXPECT_TRUE(v.passed()) << name << " seed " << seed << " tip " << v.certified_tip_deviation_mm
+                              << " missed " << v.points_missed;
+      EXPECT_EQ(v.points_in, 60u);
+      EXPECT_GT(p.report->points_inserted, 0u);
+    }
+  }
+}
+
+TEST(Post, WithoutInsertionTheVerificationFails) {
+  PostOptions options;
+  options.tolerance_mm = 0.002;
+  options.nonlinear.method = path::Method::none;
+  const Posted p = posted(sample_path(1), test::shipped_machine("trunnion_offset"), options);
+  ASSERT_TRUE(p.report);
+  EXPECT_FALSE(p.report->verification->passed());
+  EXPECT_EQ(verdict_text(*p.report).substr(0, 20), "NOT WITHIN TOLERANCE");
+  EXPECT_EQ(verdict_text(*p.report).size(), verdict_placeholder().size());
+  EXPECT_NE(p.nc.find(verdict_placeholder()), std::string::npos);
+}
+
+// Every word of the program matters: changing any one axis word of a cut by a hundredth fails the
+// verification.
+TEST(Verify, FindsASingleWrongWord) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = sample_path(3);
+  const Posted p = posted(cl, machine);
+  ASSERT_TRUE(verified(p.nc, cl, machine, 0.01)->passed());
+  std::mt19937_64 random(4);
+  int changed = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::string text = p.nc;
+    const auto start = text.find("G93");
+    std::size_t at = std::uniform_int_distribution<std::size_t>(start, text.size() - 40)(random);
+    at = text.find_first_of("XYZAC", at);
+    if (at == std::string::npos) continue;
+    const auto end = text.find_first_of(" \n", at);
+    const auto number = parse_number(std::string_view(text).substr(at + 1, end - at - 1));
+    if (!number) continue;
+    const bool rapid =
+        text.rfind("G0", at) > text.rfind("G1", at) && text.rfind("G0", at) != std::string::npos;
+    if (rapid) continue;
+    const double by = text[at] == 'A' || text[at] == 'C' ? 0.1 : 0.02;
+    text.replace(at + 1, end - at - 1, fixed_text(number.value + by, 4));
+    const auto v = verified(text, cl, machine, 0.01);
+    ASSERT_TRUE(v);
+    EXPECT_FALSE(v->passed()) << p.nc.substr(at, end - at);
+    ++changed;
+  }
+  EXPECT_GT(changed, 100);
+}
+
+TEST(Verify, FindsMissingBlocksAndAWrongEnd) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = sample_path(3);
+  std::string text = posted(cl, machine).nc;
+  const auto end = text.rfind("\nX");
+  const auto cut = text.rfind("\nX", end - 400);
+  std::string shorter = text.substr(0, cut + 1) + text.substr(text.find('\n', end + 1) + 1);
+  EXPECT_FALSE(verified(shorter, cl, machine, 0.01)->passed());
+}
+
+TEST(Post, BareGotosPostWithOneWarning) {
+  const std::string cl = "GOTO/10,0,5,0.6,0,0.8\nGOTO/11,0,5,0.61,0,0.7924\nGOTO/12,0,5,0.62,0,0.7846\n";
+  const Posted p = posted(cl, test::shipped_machine("paper"));
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+  ASSERT_EQ(p.diagnostics.findings().size(), 1u);
+  EXPECT_EQ(p.diagnostics.findings()[0].text(),
+            "part.cls:1:1: warning: no FEDRAT before this motion: the default feed of 250.0 mm/min is used");
+}
+
+TEST(Post, PapersSecondAxisVectorPostsWithOneWarning) {
+  // Section 3.2.3 of the paper: |U1| = 1.0020.
+  const std::string cl =
+      "FEDRAT/1000,MMPM\nGOTO/-191.4037,11.3508,7.6182,0.00639,-0.036377,0.99927\n"
+      "GOTO/-191.4057,13.5159,7.9093,0.006393,-0.068922,0.99960\n";
+  const Posted p = posted(cl, test::shipped_machine("paper"));
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(p.diagnostics.findings().size(), 1u);
+  EXPECT_TRUE(p.report->verification->passed());
+}
+
+TEST(Post, LimitsNameTheAxisTheLineAndTheAmount) {
+  const Posted p = posted("FEDRAT/100,MMPM\nGOTO/0,0,0\nGOTO/600,0,0\n", test::shipped_machine("paper"));
+  ASSERT_FALSE(p.report);
+  EXPECT_EQ(p.report.error().code, ErrorCode::check_failed);
+  EXPECT_EQ(p.report.error().text(),
+            "part.cls:3:1: error: axis X would stand at 600.0000 mm, 100.0000 mm beyond its limits of "
+            "-500.0000 mm to "
+            "500.0000 mm");
+}
+
+TEST(Post, CThatMustTurnBackLeavesThePartAlongTheToolAxis) {
+  Machine machine = test::shipped_machine("paper");
+  machine.axes[4].cyclic = false;
+  machine.axes[4].min = -200.0 * kRadPerDegree;
+  machine.axes[4].max = 200.0 * kRadPerDegree;
+  machine.axes[3].min = 0.0;
+  std::string cl = "FEDRAT/MMPM,1000\nRAPID\n";
+  for (int i = 0; i <= 180; ++i) {
+    const double turn = i * 3.0 * kRadPerDegree;
+    cl += "GOTO/" + fixed_text(30 * std::cos(turn), 4) + "," + fixed_text(30 * std::sin(turn), 4) + ",0," +
+          fixed_text(std::sin(0.5) * std::cos(turn), 7) + "," +
+          fixed_text(std::sin(0.5) * std::sin(turn), 7) + "," + fixed_text(std::cos(0.5), 7) + "\n";
+  }
+  const Posted p = posted(cl, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(p.report->choice.reconfigurations, 1u);
+  EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
+  EXPECT_TRUE(p.report->verification->limits_ok());
+}
+
+TEST(Post, NothingButMotionsIsAnError) {
+  EXPECT_EQ(posted("PARTNO X\nFINI\n", test::shipped_machine("paper")).report.error().text(),
+            "part.cls:2: error: no motion (GOTO) in the file");
+  EXPECT_EQ(posted("", test::shipped_machine("paper")).report.error().code, ErrorCode::wrong_input);
+}
+
+// Per minute and inverse time say the same duration: read back, F gives the programmed speed of the tip.
+TEST(Post, FeedMakesTheTipMoveAtTheProgrammedSpeed) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  for (auto& axis : machine.axes) axis.rapid = 1e6;  // no axis limits the feed
+  for (const FeedOutput output : {FeedOutput::inverse, FeedOutput::per_minute}) {
+    PostOptions options;
+    options.feed = output;
+    const std::string cl = sample_path(2);
+    const Posted p = posted(cl, machine, options);
+    ASSERT_TRUE(p.report);
+    // Length of the cut, from the CL text alone.
+    double length = 0.0;
+    Vec3 before;
+    Diagnostics d;
+    const auto program = cl::read_program(cl, "part.cls", {}, d);
+    bool first = true;
+    double rapid_s = 0.0;
+    for (const auto& record : program->records) {
+      const auto* m = std::get_if<cl::Motion>(&record.data);
+      if (m == nullptr) continue;
+      if (!first && !m->rapid) length += (m->tip_P - before).norm();
+      before = m->tip_P;
+      first = false;
+    }
+    rapid_s = p.report->duration_s - length / 20.0;
+    EXPECT_LT(std::abs(rapid_s), 0.002 * p.report->duration_s);
+    EXPECT_LT(p.report->feed_time_lost_s, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::post
