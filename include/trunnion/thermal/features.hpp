@@ -1,0 +1,63 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trunnion/thermal/log.hpp"
+
+namespace trunnion::thermal {
+
+/// What a model sees of the machine at one moment: temperatures, their first-order lags, and lags of spindle
+/// speed and feed. All are causal: a value holds until the next reading, lags of temperatures start settled,
+/// lags of speed and feed at rest.
+struct FeatureSpec {
+  std::vector<std::string> sensors;
+  std::vector<double> temperature_taus_s;  // one lag of each sensor for each; 0 is the temperature itself
+  std::vector<double> speed_taus_s;        // lags of the spindle speed (in 1000 rpm) ...
+  std::vector<double> speed_powers;  // ... to each of these powers: friction heat grows as speed^1 to ^2
+  std::vector<double> feed_taus_s;   // lags of the feed (in m/min)
+
+  std::size_t size() const {
+    return sensors.size() * temperature_taus_s.size() + speed_taus_s.size() * speed_powers.size() +
+           feed_taus_s.size();
+  }
+  /// `T_front`, `lag(T_front, 900)`, `lag(rpm^2, 600)`, `lag(feed, 600)`: in the order of the values.
+  std::vector<std::string> names() const;
+  bool operator==(const FeatureSpec&) const = default;
+};
+
+/// One reading of everything that features are made of; NaN: not read at this moment.
+struct Reading {
+  double time_s = 0.0;
+  std::span<const double> temperature_degC;  // in the order of FeatureSpec::sensors
+  double spindle_rpm = 0.0;
+  double feed_mm_s = 0.0;
+};
+
+/// Follows a run reading by reading.
+class FeatureState {
+ public:
+  explicit FeatureState(const FeatureSpec& spec);
+  /// Takes the next reading (later than the one before). A temperature that was not read keeps its value;
+  /// before its first reading it has none, and its features are zero-change from the moment it appears.
+  void step(const Reading& reading);
+  /// Feature values, degC, krpm^p, m/min: only differences within a run mean anything.
+  const Eigen::VectorXd& values() const { return values_; }
+  /// Seconds since each sensor was read last; infinite before the first reading.
+  double age_s(std::size_t sensor) const;
+
+ private:
+  FeatureSpec spec_;
+  std::vector<double> held_;       // signals: sensors, speed powers, feed
+  std::vector<double> read_at_s_;  // of the sensors
+  Eigen::VectorXd values_;
+  double time_s_ = 0.0;
+  bool started_ = false;
+};
+
+/// Features of all rows of a run (rows x features); sensors are looked up by name in `log`.
+Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogRun& run);
+
+}  // namespace trunnion::thermal

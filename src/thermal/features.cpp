@@ -1,0 +1,105 @@
+#include "trunnion/thermal/features.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+constexpr double kPerThousand = 1e-3;  // rpm to 1000 rpm, mm/min to m/min: features of order one
+
+std::string lag_name(const std::string& signal, double tau_s) {
+  return tau_s == 0.0 ? signal : "lag(" + signal + ", " + shortest_text(tau_s) + ")";
+}
+
+}  // namespace
+
+std::vector<std::string> FeatureSpec::names() const {
+  std::vector<std::string> out;
+  for (const double tau : temperature_taus_s) {
+    for (const auto& sensor : sensors) out.push_back(lag_name("T_" + sensor, tau));
+  }
+  for (const double tau : speed_taus_s) {
+    for (const double power : speed_powers)
+      out.push_back(lag_name(power == 1.0 ? "rpm" : "rpm^" + shortest_text(power), tau));
+  }
+  for (const double tau : feed_taus_s) out.push_back(lag_name("feed", tau));
+  return out;
+}
+
+FeatureState::FeatureState(const FeatureSpec& spec)
+    : spec_(spec),
+      held_(spec.sensors.size() + spec.speed_powers.size() + 1, 0.0),
+      read_at_s_(spec.sensors.size(), -std::numeric_limits<double>::infinity()),
+      values_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(spec.size()))) {}
+
+double FeatureState::age_s(std::size_t sensor) const {
+  return time_s_ - read_at_s_[sensor];
+}
+
+void FeatureState::step(const Reading& reading) {
+  TRUNNION_EXPECTS(!started_ || reading.time_s >= time_s_);
+  TRUNNION_EXPECTS(reading.temperature_degC.size() == spec_.sensors.size());
+  const double dt = started_ ? reading.time_s - time_s_ : 0.0;
+  const std::size_t sensors = spec_.sensors.size();
+  const std::size_t powers = spec_.speed_powers.size();
+  // First the time since the last reading passes with the values held, ...
+  Eigen::Index k = 0;
+  const auto relax = [&](double tau, std::size_t signal) {
+    if (tau > 0.0) values_[k] += -std::expm1(-dt / tau) * (held_[signal] - values_[k]);
+    ++k;
+  };
+  for (const double tau : spec_.temperature_taus_s) {
+    for (std::size_t i = 0; i < sensors; ++i) relax(tau, i);
+  }
+  for (const double tau : spec_.speed_taus_s) {
+    for (std::size_t p = 0; p < powers; ++p) relax(tau, sensors + p);
+  }
+  for (const double tau : spec_.feed_taus_s) relax(tau, sensors + powers);
+  // ... then the new ones take their place.
+  for (std::size_t i = 0; i < sensors; ++i) {
+    const double value = reading.temperature_degC[i];
+    if (std::isnan(value)) continue;
+    const bool first = !std::isfinite(read_at_s_[i]);
+    held_[i] = value;
+    read_at_s_[i] = reading.time_s;
+    for (std::size_t t = 0; t < spec_.temperature_taus_s.size(); ++t) {
+      if (first || spec_.temperature_taus_s[t] == 0.0)
+        values_[static_cast<Eigen::Index>(t * sensors + i)] = value;
+    }
+  }
+  if (!std::isnan(reading.spindle_rpm)) {
+    for (std::size_t p = 0; p < powers; ++p)
+      held_[sensors + p] = std::pow(std::abs(reading.spindle_rpm) * kPerThousand, spec_.speed_powers[p]);
+  }
+  if (!std::isnan(reading.feed_mm_s))
+    held_[sensors + powers] = reading.feed_mm_s * kSecondsPerMinute * kPerThousand;
+  time_s_ = reading.time_s;
+  started_ = true;
+}
+
+Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogRun& run) {
+  std::vector<std::size_t> sensor;
+  for (const auto& name : spec.sensors) {
+    TRUNNION_EXPECTS(log.sensor(name).has_value());
+    sensor.push_back(*log.sensor(name));
+  }
+  FeatureState state(spec);
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
+  std::vector<double> temperature(sensor.size());
+  for (std::size_t row = 0; row < run.rows(); ++row) {
+    for (std::size_t i = 0; i < sensor.size(); ++i) temperature[i] = run.temperature_degC[sensor[i]][row];
+    state.step({.time_s = run.time_s[row],
+                .temperature_degC = temperature,
+                .spindle_rpm = run.spindle_rpm.empty() ? 0.0 : run.spindle_rpm[row],
+                .feed_mm_s = run.feed_mm_s.empty() ? 0.0 : run.feed_mm_s[row]});
+    out.row(static_cast<Eigen::Index>(row)) = state.values().transpose();
+  }
+  return out;
+}
+
+}  // namespace trunnion::thermal
