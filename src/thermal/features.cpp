@@ -1,5 +1,6 @@
 #include "trunnion/thermal/features.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -89,6 +90,14 @@ Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogR
     sensor.push_back(*log.sensor(name));
   }
   FeatureState state(spec);
+  // A sensor whose first reading comes late was settled at it before: no jump from nothing.
+  std::vector<double> first;
+  for (const std::size_t i : sensor) {
+    const auto& column = run.temperature_degC[i];
+    const auto it = std::find_if(column.begin(), column.end(), [](double v) { return !std::isnan(v); });
+    first.push_back(it == column.end() ? 0.0 : *it);
+  }
+  if (run.rows() > 0) state.step({.time_s = run.time_s.front(), .temperature_degC = first});
   Eigen::MatrixXd out(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
   std::vector<double> temperature(sensor.size());
   for (std::size_t row = 0; row < run.rows(); ++row) {

@@ -1,0 +1,136 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/config/value.hpp"
+#include "trunnion/thermal/features.hpp"
+
+namespace trunnion::thermal {
+
+/// How a channel follows from the features.
+enum class Method {
+  none,       // no error is predicted
+  hold_last,  // the last measurement stays
+  ols,        // the paper's regression: temperatures with p < 0.05, with a constant
+  svr,  // the paper's model: support vector regression with an RBF kernel on the temperatures with p < 0.05
+  svr_all,   // the same on all temperatures
+  ridge,     // ridge without intercept on temperature rises and their first-order lags
+  lag,       // first-order-lag sums on spindle speed and feed
+  combined,  // ridge on the features of both
+  gp  // Gaussian process, linear + RBF kernel, on the features of both; has a standard deviation of its own
+};
+
+/// What measurements within the run do for the prediction.
+enum class Anchor {
+  open,   // nothing: y = f(x)
+  bias,   // the mean of what the measurements so far differ from f is added (a bias of the run)
+  update  // incremental: the last measurement plus the change of f since then
+};
+
+struct Candidate {
+  Method method = Method::none;
+  Anchor anchor = Anchor::open;
+  std::string name() const;  // "none", "hold_last", "ridge", "ridge+bias", "ridge+update"
+  bool operator==(const Candidate&) const = default;
+};
+std::optional<Candidate> candidate_of_name(std::string_view name);
+std::string method_name(Method method);
+std::optional<Method> method_of_name(std::string_view name);
+
+/// Features that a method uses of a log with these sensors.
+FeatureSpec features_of(Method method, const Log& log);
+
+/// What a model is trained on: changes of a channel between two moments of a run. A level has its `from` at
+/// the run's reference state (zero).
+struct TrainingSet {
+  Eigen::MatrixXd from, to;        // features relative to the run's reference, one row each
+  Eigen::VectorXd change_mm;       // of the channel
+  std::vector<std::size_t> group;  // run of each row: folds are made of whole runs
+};
+
+/// A fitted function of the features.
+class Regressor {
+ public:
+  virtual ~Regressor() = default;
+  /// Deviation at features `x` relative to the reference state.
+  virtual double level_mm(const Eigen::VectorXd& x) const = 0;
+  /// Change of the deviation from `from` to `to`; level_mm(to) - level_mm(from) unless the method knows
+  /// better.
+  virtual double change_mm(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    return level_mm(to) - level_mm(from);
+  }
+  /// Standard deviation of the change, where the method has one.
+  virtual std::optional<double> change_sd_mm(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+  /// For the model file.
+  virtual config::Table table() const = 0;
+};
+
+/// Fits a method; hyperparameters by folds of whole runs within `training` (marginal likelihood for gp).
+/// Fails when the measurements do not suffice (as for p-values without spare degrees of freedom). Not for
+/// none and hold_last.
+Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const TrainingSet& training);
+
+/// Tells whether features are like those of the training. The squared distance h of x is taken in the
+/// principal directions of the training features, each in units of its own spread, with a floor; beyond twice
+/// the largest distance of the training the model's word counts less, as the reciprocal of the distance, so
+/// that its correction stops growing.
+class Guard {
+ public:
+  Guard() = default;
+  explicit Guard(const TrainingSet& training);
+  Guard(Eigen::VectorXd scale, Eigen::MatrixXd directions, Eigen::VectorXd spread, double floor,
+        double largest);
+  /// Distance in units of the largest of the training: below 1 inside.
+  double distance(const Eigen::VectorXd& x) const;
+  /// Weight of the model, 1 inside.
+  static double trust(double distance) { return distance > kMargin ? kMargin / distance : 1.0; }
+  static constexpr double kMargin =
+      2.0;  // linear models extrapolate twice the range well on the reference data, see README
+  config::Table table() const;
+
+ private:
+  Eigen::VectorXd scale_;       // of each feature
+  Eigen::MatrixXd directions_;  // features x kept
+  Eigen::VectorXd spread_;      // variance along each kept direction
+  double floor_ = 1.0;          // variance of the directions that are not kept
+  double largest_ = 1.0;        // largest distance of the training
+};
+
+/// The model of one channel.
+struct ChannelModel {
+  std::string channel;  // name in the log, without _um
+  std::string axis;     // "dx", "dy", "dz": which offset it gives; empty: none
+  Candidate candidate;
+  FeatureSpec features;
+  std::shared_ptr<const Regressor> regressor;  // null for none and hold_last
+  Guard guard;
+  /// Held-out standard deviation of the prediction `age` after the last measurement: sqrt(floor^2 + growth^2
+  /// age).
+  double sigma_floor_mm = 0.0;
+  double sigma_growth_mm_per_sqrt_s = 0.0;
+  double heldout_rmse_mm = 0.0;
+  double hold_last_rmse_mm = 0.0;
+  double largest_mm = 0.0;  // largest deviation of the training: the natural clamp
+};
+
+struct ThermalModel {
+  std::string name;
+  std::string data_hash;  // of the measurements it was fitted to
+  std::vector<std::string> files;
+  std::vector<std::string> runs;
+  double measure_every_s = 1800.0;
+  std::vector<ChannelModel> channels;
+};
+
+std::string model_text(const ThermalModel& model);
+Result<ThermalModel> parse_model(std::string_view toml, const std::string& file, Diagnostics& diagnostics);
+Result<ThermalModel> load_model(const std::string& path, Diagnostics& diagnostics);
+
+/// 64-bit FNV-1a of all numbers and names of a log, as hexadecimal: tells whether a model was fitted to this
+/// data.
+std::string data_hash(const Log& log);
+
+}  // namespace trunnion::thermal

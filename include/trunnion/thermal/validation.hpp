@@ -1,0 +1,58 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/thermal/log.hpp"
+#include "trunnion/thermal/model.hpp"
+
+namespace trunnion::thermal {
+
+struct FitOptions {
+  std::vector<std::string> targets;  // channels; empty: all of the log
+  double measure_every_s = 1800.0;   // a blade
+  std::optional<Method> method;      // nothing: the one with the smallest held-out error
+  double window_s = 3.0 * 3600.0;    // the beginning of a run that is scored on its own
+  std::string name;                  // of the model
+};
+
+/// Held-out errors of one candidate: each run predicted by a model that was fitted to the other runs.
+struct Score {
+  std::string name;
+  double rmse_mm = 0.0;           // over all measurements of all runs
+  double mean_run_rmse_mm = 0.0;  // mean over runs of the run's RMSE
+  double median_run_rmse_mm = 0.0;
+  double worst_run_rmse_mm = 0.0;
+  double p95_mm = 0.0;          // of the absolute errors
+  double window_rmse_mm = 0.0;  // mean over runs of the RMSE within the window
+  double window_worst_rmse_mm = 0.0;
+  std::vector<double> run_rmse_mm;
+};
+
+struct ChannelReport {
+  std::string channel;
+  std::string chosen;
+  /// `none` and `hold_last` first.
+  std::vector<Score> models;
+  /// Held-out error of the choice itself: the method is chosen again without each run (nothing with fewer
+  /// than four runs or a method asked for).
+  std::optional<Score> nested;
+  std::vector<std::string> notes;  // methods that this log does not allow, and why
+
+  const Score* score(std::string_view name) const;
+};
+
+struct FitResult {
+  ThermalModel model;
+  std::vector<ChannelReport> channels;
+};
+
+/// Validates every method leave-one-run-out with a re-measurement every `measure_every_s` (training sees no
+/// other measurements either), chooses, and fits the chosen one to all runs. A channel counts from its first
+/// measurement in a run when that stands within a tenth of the interval from the run's start, else from zero
+/// at the run's start. A prediction uses only what came before it. Fails when a target is missing or fewer
+/// than two runs have measurements of it.
+Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnostics& diagnostics);
+
+}  // namespace trunnion::thermal

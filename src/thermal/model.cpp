@@ -1,0 +1,188 @@
+#include "trunnion/thermal/model.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "trunnion/base/contract.hpp"
+
+#include "thermal/regressors.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct NamedMethod {
+  Method method;
+  const char* name;
+};
+constexpr std::array kMethods = {NamedMethod{Method::none, "none"},
+                                 NamedMethod{Method::hold_last, "hold_last"},
+                                 NamedMethod{Method::ols, "ols"},
+                                 NamedMethod{Method::svr, "svr"},
+                                 NamedMethod{Method::svr_all, "svr_all"},
+                                 NamedMethod{Method::ridge, "ridge"},
+                                 NamedMethod{Method::lag, "lag"},
+                                 NamedMethod{Method::combined, "combined"},
+                                 NamedMethod{Method::gp, "gp"}};
+constexpr std::array kAnchorSuffix = {"", "+bias", "+update"};
+
+}  // namespace
+
+std::string method_name(Method method) {
+  for (const auto& m : kMethods) {
+    if (m.method == method) return m.name;
+  }
+  TRUNNION_EXPECTS(false);
+  return {};
+}
+
+std::optional<Method> method_of_name(std::string_view name) {
+  for (const auto& m : kMethods) {
+    if (name == m.name) return m.method;
+  }
+  return std::nullopt;
+}
+
+std::string Candidate::name() const {
+  return method_name(method) + kAnchorSuffix[static_cast<std::size_t>(anchor)];
+}
+
+std::optional<Candidate> candidate_of_name(std::string_view name) {
+  const auto plus = name.find('+');
+  const auto method = method_of_name(name.substr(0, plus));
+  const std::string_view suffix = plus == std::string_view::npos ? "" : name.substr(plus);
+  const auto anchor = std::find(kAnchorSuffix.begin(), kAnchorSuffix.end(), suffix);
+  if (!method || anchor == kAnchorSuffix.end()) return std::nullopt;
+  return Candidate{*method, static_cast<Anchor>(anchor - kAnchorSuffix.begin())};
+}
+
+FeatureSpec features_of(Method method, const Log& log) {
+  FeatureSpec spec;
+  const bool temperatures = method != Method::lag && method != Method::none && method != Method::hold_last;
+  const bool lags = method == Method::ridge || method == Method::combined || method == Method::gp;
+  const bool drives = method == Method::lag || method == Method::combined || method == Method::gp;
+  if (temperatures) {
+    spec.sensors = log.sensors;
+    // A quarter and a whole hour: between them and the temperature itself lie the time constants of spindles,
+    // heads and columns.
+    spec.temperature_taus_s = lags ? std::vector{0.0, 900.0, 3600.0} : std::vector{0.0};
+  }
+  if (drives && log.has_speed) {
+    spec.speed_taus_s = {120.0, 600.0, 1800.0, 3600.0, 7200.0};  // bearings to castings
+    spec.speed_powers = {1.0, 2.0};                              // friction: between speed and its square
+  }
+  if (drives && log.has_feed) spec.feed_taus_s = {600.0, 3600.0};  // screw and guide ways
+  return spec;
+}
+
+std::optional<double> Regressor::change_sd_mm(const VectorXd& from, const VectorXd& to) const {
+  static_cast<void>(from);
+  static_cast<void>(to);
+  return std::nullopt;
+}
+
+Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const TrainingSet& training) {
+  switch (method) {
+    case Method::ols:
+      return fit_ols(training);
+    case Method::svr:
+      return fit_svr(training, true);
+    case Method::svr_all:
+      return fit_svr(training, false);
+    case Method::ridge:
+    case Method::lag:
+    case Method::combined:
+      return fit_ridge(training);
+    case Method::gp:
+      return fit_gp(training);
+    case Method::none:
+    case Method::hold_last:
+      break;
+  }
+  TRUNNION_EXPECTS(false);
+  return fail(ErrorCode::wrong_use, "");
+}
+
+Guard::Guard(const TrainingSet& training) {
+  const MatrixXd X = training.to - training.from;
+  const auto n = static_cast<double>(X.rows());
+  scale_ = (X.colwise().squaredNorm().transpose() / n).cwiseSqrt();
+  for (double& s : scale_) s = s > 0.0 ? 1.0 / s : 1.0;
+  const MatrixXd Z = X * scale_.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(Z.transpose() * Z / n);
+  // Directions with less than a thousandth of the whole are sensor noise; their spread is set to that.
+  constexpr double kFloor = 1e-3;
+  floor_ = std::max(kFloor * eigen.eigenvalues().sum(), 1e-12);
+  Index kept = 0;
+  while (kept < Z.cols() && eigen.eigenvalues()[Z.cols() - 1 - kept] > floor_) ++kept;
+  directions_ = eigen.eigenvectors().rightCols(kept);
+  spread_ = eigen.eigenvalues().tail(kept);
+  largest_ = 1.0;
+  double largest = 0.0;
+  for (Index i = 0; i < X.rows(); ++i) largest = std::max(largest, distance(X.row(i).transpose()));
+  largest_ = largest > 0.0 ? largest : 1.0;
+}
+
+Guard::Guard(VectorXd scale, MatrixXd directions, VectorXd spread, double floor, double largest)
+    : scale_(std::move(scale)),
+      directions_(std::move(directions)),
+      spread_(std::move(spread)),
+      floor_(floor),
+      largest_(largest) {}
+
+double Guard::distance(const VectorXd& x) const {
+  if (scale_.size() == 0) return 0.0;
+  const VectorXd z = x.cwiseProduct(scale_);
+  const VectorXd along = directions_.transpose() * z;
+  const double across = std::max(0.0, z.squaredNorm() - along.squaredNorm());
+  return std::sqrt(along.cwiseAbs2().cwiseQuotient(spread_).sum() + across / floor_) / largest_;
+}
+
+config::Table Guard::table() const {
+  config::Table out;
+  out.emplace_back("scale", numbers(scale_));
+  out.emplace_back("spread", numbers(spread_));
+  out.emplace_back("floor", number_value(floor_));
+  out.emplace_back("largest", number_value(largest_));
+  out.emplace_back("directions", matrix_value(directions_.transpose()));
+  return out;
+}
+
+std::string data_hash(const Log& log) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;  // FNV-1a offset basis and prime
+  const auto add = [&hash](std::uint64_t word) {
+    for (int i = 0; i < 8; ++i) {
+      hash ^= (word >> (8 * i)) & 0xffU;
+      hash *= 0x100000001b3ULL;
+    }
+  };
+  const auto add_text = [&](const std::string& text) {
+    for (const char c : text) add(static_cast<unsigned char>(c));
+    add(0);
+  };
+  const auto add_column = [&](const std::vector<double>& column) {
+    for (const double v : column) add(std::isnan(v) ? ~0ULL : std::bit_cast<std::uint64_t>(v));
+  };
+  for (const auto& name : log.sensors) add_text(name);
+  for (const auto& name : log.channels) add_text(name);
+  for (const LogRun& run : log.runs) {
+    add_text(run.id);
+    add_column(run.time_s);
+    for (const auto& column : run.temperature_degC) add_column(column);
+    add_column(run.spindle_rpm);
+    add_column(run.feed_mm_s);
+    for (const auto& column : run.channel_mm) add_column(column);
+  }
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string out(16, '0');
+  for (int i = 0; i < 16; ++i) out[static_cast<std::size_t>(i)] = kDigits[(hash >> (60 - 4 * i)) & 0xfU];
+  return out;
+}
+
+}  // namespace trunnion::thermal

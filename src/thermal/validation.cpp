@@ -1,0 +1,264 @@
+#include "trunnion/thermal/validation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "trunnion/base/units.hpp"
+
+#include "thermal/bench.hpp"
+#include "thermal/regressors.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+using Eigen::Index;
+using Errors = std::vector<std::vector<double>>;  // [run][row]
+
+double root_mean_square(const std::vector<double>& errors) {
+  double sum = 0.0;
+  for (const double e : errors) sum += e * e;
+  return errors.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(errors.size()));
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+Score score_of(const std::string& name, const Errors& errors, const ChannelBench& bench, double window_s) {
+  Score out;
+  out.name = name;
+  std::vector<double> all;
+  std::vector<double> window_rmse;
+  for (std::size_t r = 0; r < errors.size(); ++r) {
+    const BenchRun& run = bench.runs()[r];
+    const auto& time_s = bench.log_run(r).time_s;
+    std::vector<double> early;
+    for (std::size_t i = 0; i < errors[r].size(); ++i) {
+      all.push_back(std::abs(errors[r][i]));
+      const double since_s =
+          time_s[static_cast<std::size_t>(run.rows[i])] - time_s[static_cast<std::size_t>(run.reference_row)];
+      if (since_s <= window_s) early.push_back(errors[r][i]);
+    }
+    out.run_rmse_mm.push_back(root_mean_square(errors[r]));
+    window_rmse.push_back(root_mean_square(early));
+  }
+  const auto runs = static_cast<double>(errors.size());
+  out.rmse_mm = root_mean_square(all);
+  out.p95_mm = quantile(all, 0.95);
+  out.mean_run_rmse_mm = std::accumulate(out.run_rmse_mm.begin(), out.run_rmse_mm.end(), 0.0) / runs;
+  out.median_run_rmse_mm = quantile(out.run_rmse_mm, 0.5);
+  out.worst_run_rmse_mm = *std::max_element(out.run_rmse_mm.begin(), out.run_rmse_mm.end());
+  out.window_rmse_mm = std::accumulate(window_rmse.begin(), window_rmse.end(), 0.0) / runs;
+  out.window_worst_rmse_mm = *std::max_element(window_rmse.begin(), window_rmse.end());
+  return out;
+}
+
+std::vector<std::size_t> all_but(std::size_t count, const std::vector<std::size_t>& without) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::find(without.begin(), without.end(), i) == without.end()) out.push_back(i);
+  }
+  return out;
+}
+
+// Leave-one-run-out errors of a candidate at all measured rows.
+Result<Errors> leave_one_out(ChannelBench& bench, const Candidate& candidate) {
+  Errors out;
+  for (std::size_t r = 0; r < bench.runs().size(); ++r) {
+    const auto fitted = fit_candidate(bench, candidate, all_but(bench.runs().size(), {r}));
+    if (!fitted) return tl::unexpected(fitted.error());
+    out.push_back(held_out_errors(bench, candidate, *fitted, r, 1));
+  }
+  return out;
+}
+
+// Sum of squared errors of a candidate on the runs but `held`, in at most five folds, none of which saw
+// `held`.
+std::optional<double> inner_error(ChannelBench& bench, const Candidate& candidate, std::size_t held) {
+  constexpr std::size_t kFolds = 5;
+  constexpr std::size_t kStride = 10;  // neighbouring rows say the same
+  const auto others = all_but(bench.runs().size(), {held});
+  const std::size_t folds = std::min(kFolds, others.size());
+  double sum = 0.0;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    std::vector<std::size_t> out = {held};
+    for (std::size_t i = fold; i < others.size(); i += folds) out.push_back(others[i]);
+    const auto fitted = fit_candidate(bench, candidate, all_but(bench.runs().size(), out));
+    if (!fitted) return std::nullopt;
+    for (std::size_t i = 1; i < out.size(); ++i) {
+      const std::size_t rows = bench.runs()[out[i]].rows.size();
+      const auto errors =
+          held_out_errors(bench, candidate, *fitted, out[i], rows > 5 * kStride ? kStride : 1);
+      // Every run counts alike, however often it was measured.
+      sum += std::pow(root_mean_square(errors), 2);
+    }
+  }
+  return sum;
+}
+
+struct Tried {
+  Candidate candidate;
+  Errors errors;
+};
+
+Errors nested_errors(ChannelBench& bench, const std::vector<Tried>& tried) {
+  Errors out;
+  for (std::size_t held = 0; held < bench.runs().size(); ++held) {
+    const Tried* best = &tried.front();
+    double least = std::numeric_limits<double>::infinity();
+    for (const Tried& t : tried) {
+      const auto error = inner_error(bench, t.candidate, held);
+      if (error && *error < least) {
+        least = *error;
+        best = &t;
+      }
+    }
+    out.push_back(best->errors[held]);
+  }
+  return out;
+}
+
+// sigma^2 = floor^2 + growth^2 age, by least squares over the held-out errors; both not negative.
+void fit_sigma(const ChannelBench& bench, const Errors& errors, bool grows, ChannelModel& model) {
+  double n = 0.0, t1 = 0.0, t2 = 0.0, e1 = 0.0, et = 0.0;
+  for (std::size_t r = 0; r < errors.size(); ++r) {
+    const BenchRun& run = bench.runs()[r];
+    const auto& time_s = bench.log_run(r).time_s;
+    for (std::size_t i = 0; i < errors[r].size(); ++i) {
+      const auto anchor = static_cast<std::size_t>(run.anchors[run.anchor_of_row[i]]);
+      const double age = time_s[static_cast<std::size_t>(run.rows[i])] - time_s[anchor];
+      const double e2 = errors[r][i] * errors[r][i];
+      n += 1.0, t1 += age, t2 += age * age, e1 += e2, et += e2 * age;
+    }
+  }
+  const double mean = e1 / n;
+  const double spread = t2 / n - t1 / n * t1 / n;
+  double growth2 = spread > 0.0 && grows ? (et / n - mean * t1 / n) / spread : 0.0;
+  growth2 = std::clamp(growth2, 0.0, t1 > 0.0 ? mean * n / t1 : 0.0);
+  model.sigma_growth_mm_per_sqrt_s = std::sqrt(growth2);
+  model.sigma_floor_mm = std::sqrt(std::max(0.0, mean - growth2 * t1 / n));
+}
+
+std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
+  std::vector<Candidate> out = {{Method::none, Anchor::open}, {Method::hold_last, Anchor::open}};
+  std::vector<Method> methods = {Method::ols, Method::svr, Method::svr_all, Method::ridge};
+  if (log.has_speed || log.has_feed) methods.insert(methods.end(), {Method::lag, Method::combined});
+  methods.push_back(Method::gp);
+  for (const Method method : methods) {
+    if (options.method && *options.method != method) continue;
+    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::update}) out.push_back({method, anchor});
+  }
+  return out;
+}
+
+// Which offset a channel is, by its name.
+std::string axis_of(const std::string& channel) {
+  for (const char* axis : {"x", "y", "z"}) {
+    if (channel == axis || channel == std::string("d") + axis) return std::string("d") + axis;
+  }
+  return {};
+}
+
+Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
+                                       const FitOptions& options, std::vector<Tried>& tried) {
+  ChannelReport out;
+  out.channel = channel;
+  for (const Candidate& candidate : candidates(log, options)) {
+    auto errors = leave_one_out(bench, candidate);
+    if (!errors) {
+      const std::string note = method_name(candidate.method) + ": " + errors.error().message;
+      if (std::find(out.notes.begin(), out.notes.end(), note) == out.notes.end()) out.notes.push_back(note);
+      continue;
+    }
+    out.models.push_back(score_of(candidate.name(), *errors, bench, options.window_s));
+    tried.push_back({candidate, std::move(*errors)});
+  }
+  // A method that was asked for is chosen among its own three ways of use; automatic choice is among all, the
+  // baselines too.
+  const std::size_t first = options.method ? 2 : 0;
+  if (out.models.size() <= first) {
+    return fail(ErrorCode::wrong_input,
+                "channel '" + channel + "': " + (out.notes.empty() ? "no method fits" : out.notes.front()),
+                log.file);
+  }
+  const auto best =
+      std::min_element(out.models.begin() + static_cast<std::ptrdiff_t>(first), out.models.end(),
+                       [](const Score& a, const Score& b) { return a.rmse_mm < b.rmse_mm; });
+  out.chosen = best->name;
+  if (!options.method && bench.runs().size() >= 4) {
+    out.nested = score_of("auto (nested)", nested_errors(bench, tried), bench, options.window_s);
+  }
+  return out;
+}
+
+Result<ChannelModel> final_model(ChannelBench& bench, const ChannelReport& report,
+                                 const std::vector<Tried>& tried, const Log& log) {
+  const auto best = std::find_if(tried.begin(), tried.end(),
+                                 [&](const Tried& t) { return t.candidate.name() == report.chosen; });
+  const auto fitted = fit_candidate(bench, best->candidate, all_but(bench.runs().size(), {}));
+  if (!fitted) return tl::unexpected(fitted.error());
+  ChannelModel out;
+  out.channel = report.channel;
+  out.axis = axis_of(report.channel);
+  out.candidate = best->candidate;
+  out.features = features_of(best->candidate.method, log);
+  out.regressor = fitted->regressor;
+  out.guard = fitted->guard;
+  const bool anchored =
+      best->candidate.anchor == Anchor::update || best->candidate.method == Method::hold_last;
+  fit_sigma(bench, best->errors, anchored, out);
+  out.heldout_rmse_mm = report.score(report.chosen)->rmse_mm;
+  out.hold_last_rmse_mm = report.score("hold_last")->rmse_mm;
+  for (const BenchRun& run : bench.runs()) {
+    for (const double v : run.value_mm) out.largest_mm = std::max(out.largest_mm, std::abs(v));
+  }
+  return out;
+}
+
+}  // namespace
+
+const Score* ChannelReport::score(std::string_view name) const {
+  const auto it = std::find_if(models.begin(), models.end(), [&](const Score& s) { return s.name == name; });
+  return it == models.end() ? nullptr : &*it;
+}
+
+Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnostics& diagnostics) {
+  FitResult out;
+  out.model.name = options.name;
+  out.model.data_hash = data_hash(log);
+  out.model.files = {log.file};
+  out.model.measure_every_s = options.measure_every_s;
+  for (const LogRun& run : log.runs) out.model.runs.push_back(run.id);
+  const auto targets = options.targets.empty() ? log.channels : options.targets;
+  if (targets.empty())
+    return fail(ErrorCode::wrong_input, "the log has no measured channel (<channel>_um)", log.file);
+  for (const std::string& target : targets) {
+    const auto channel = log.channel(target);
+    if (!channel)
+      return fail(ErrorCode::wrong_input,
+                  "the log has no channel '" + target + "' (column " + target + "_um)", log.file);
+    ChannelBench bench(log, *channel, options.measure_every_s);
+    if (bench.runs().size() < 2) {
+      return fail(ErrorCode::wrong_input,
+                  "channel '" + target + "' was measured in " + std::to_string(bench.runs().size()) +
+                      " run(s): two or more are needed, since a run is what is held out",
+                  log.file);
+    }
+    std::vector<Tried> tried;
+    auto report = validate_channel(bench, target, log, options, tried);
+    if (!report) return tl::unexpected(report.error());
+    for (const auto& note : report->notes)
+      diagnostics.note(log.file, {}, "channel '" + target + "': " + note);
+    auto model = final_model(bench, *report, tried, log);
+    if (!model) return tl::unexpected(model.error());
+    out.model.channels.push_back(std::move(*model));
+    out.channels.push_back(std::move(*report));
+  }
+  return out;
+}
+
+}  // namespace trunnion::thermal
