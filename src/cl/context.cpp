@@ -1,10 +1,12 @@
 #include "cl/context.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/cl/arc.hpp"
 #include "trunnion/geom/direction.hpp"
 
 namespace trunnion::cl {
@@ -19,6 +21,11 @@ constexpr unsigned kRoundedDecimals = 3;
 
 }  // namespace
 
+bool same_pose(const Pose& a, const Pose& b) {
+  constexpr double kSame = 1e-6;  // mm, and components of axes with seven decimals
+  return (a.R - b.R).cwiseAbs().maxCoeff() <= kSame && (a.p - b.p).cwiseAbs().maxCoeff() <= kSame;
+}
+
 unsigned decimals_of(std::string_view text) {
   const std::size_t end = text.find_first_of("EeDd");
   const std::string_view mantissa = text.substr(0, end);
@@ -32,9 +39,10 @@ unsigned decimals_of(std::string_view text) {
 }
 
 std::string short_text(double value, int digits) {
-  char text[40];
-  const int length = std::snprintf(text, sizeof(text), "%.*g", digits, value);
-  return {text, static_cast<std::size_t>(length)};
+  std::array<char, 40> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
+  return {text.data(), end.ptr};
 }
 
 Context::Context(std::string file, const ReaderOptions& options, Diagnostics& diagnostics)
@@ -160,9 +168,8 @@ std::optional<Vec3> Context::axis(const Statement& statement, std::size_t first)
       worst_length_error_ = length_error;
       worst_length_at_ = where;
     }
-    char text[24];
-    std::snprintf(text, sizeof(text), "%.4f", length);
-    warning_once("axis length", where, word + ": the tool axis has length " + text + " and was normalised");
+    warning_once("axis length", where,
+                 word + ": the tool axis has length " + fixed_text(length, 4) + " and was normalised");
   }
   return Vec3(v / std::sqrt(v.squaredNorm()));  // the same bits as in plain_motion
 }
@@ -181,22 +188,115 @@ void Context::count_decimals(unsigned coordinate, unsigned axis_places) {
   }
 }
 
-Motion Context::motion(const Vec3& tip_A, const Vec3& axis_A, bool rapid) {
-  if (!modal.turned) return {tip_A, axis_A, modal.feed, rapid};
-  return {modal.X_PA * tip_A, modal.X_PA.R * axis_A, modal.feed, rapid};
+Motion Context::motion(const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid) const {
+  if (!modal.turned) return {tip_A, axis_A, feed, rapid};
+  return {modal.X_PA * tip_A, modal.X_PA.R * axis_A, feed, rapid};
 }
 
-void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+void Context::add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed,
+                         bool rapid) {
+  if (modal.new_msys) settle_msys(axis_A);
   modal.tip_A = tip_A;
   modal.axis_A = axis_A;
   modal.has_position = true;
-  emit(where, motion(tip_A, axis_A, modal.rapid_next));
-  modal.rapid_next = false;
+  emit(where, motion(tip_A, axis_A, feed, rapid));
   ++motion_count_;
 }
 
+void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+  add_motion(where, tip_A, axis_A, modal.feed, modal.rapid_next);
+  modal.rapid_next = false;
+}
+
+void Context::start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+  if (modal.new_msys) settle_msys(axis_A);
+  modal.tip_A = tip_A;
+  modal.axis_A = axis_A;
+  modal.has_position = true;
+  emit(where, From{modal.X_PA * tip_A, modal.X_PA.R * axis_A});
+}
+
+void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, const Vec3& normal_A,
+                      Angle sweep) {
+  Arc arc;
+  arc.start_P = modal.X_PA * modal.tip_A;
+  arc.end_P = modal.X_PA * end_A;
+  arc.center_P = modal.X_PA * center_A;
+  arc.normal_P = modal.X_PA.R * normal_A;
+  arc.axis_P = modal.X_PA.R * modal.axis_A;
+  arc.sweep = sweep;
+  arc.feed = modal.feed;
+  const bool rapid = modal.rapid_next;
+  modal.rapid_next = false;
+  modal.tip_A = end_A;
+  if (options_.keep_arcs && !rapid) {
+    emit(where, ArcMotion{std::make_shared<const Arc>(arc)});
+    ++motion_count_;
+    return;
+  }
+  for (const Vec3& point_P : linearise(arc, options_.arc_tolerance_mm)) {
+    emit(where, Motion{point_P, arc.axis_P, arc.feed, rapid});
+    ++motion_count_;
+  }
+}
+
+void Context::take_msys(const PendingMsys& msys) {
+  modal.new_msys = msys;
+  if (modal.first_msys) settle_msys(modal.axis_A);  // settled with the first one
+}
+
+// Siemens documents the points of a CLSF as those of the MCS, and so they are taken. Files exist whose points
+// are in the absolute system all the same: in them the tool would come from below, while in MSYS it comes
+// from above.
+void Context::settle_msys(const Vec3& axis_A) {
+  constexpr double kUpright =
+      0.5;  // cosine: within 60 degrees of straight down or up, a choice without doubt
+  const PendingMsys msys = *modal.new_msys;
+  modal.new_msys.reset();
+  const Pose X_MA = msys.X_AM.inverse();
+  const bool first = !modal.first_msys;
+  if (first) {
+    modal.first_msys = msys.X_AM;
+    switch (options_.frames) {
+      case ReaderOptions::Frames::ignore:
+        modal.points_absolute = false;
+        break;
+      case ReaderOptions::Frames::apply:
+        modal.points_absolute = true;
+        break;
+      case ReaderOptions::Frames::automatic:
+        modal.points_absolute = axis_A.z() < -kUpright && (X_MA.R * axis_A).z() > kUpright;
+        break;
+    }
+    if (modal.points_absolute) {
+      modal.X_PA = X_MA;
+      modal.turned = true;
+      note(msys.where,
+           "MSYS is applied: the points are in the absolute system (in it the tool axis points down)");
+    } else if (!same_pose(msys.X_AM, Pose::identity())) {
+      note(msys.where, "MSYS: the points are taken as given in it");
+    }
+  } else if (options_.frames != ReaderOptions::Frames::ignore) {
+    if (!same_pose(msys.X_AM, *modal.first_msys)) {
+      warning_once("MSYS again", msys.where,
+                   "this MSYS differs from the program's first one: all points are given in the first");
+    }
+    if (!modal.points_absolute) {
+      // From here on the file counts in this frame: the position and the axis, too.
+      const Pose X_PM = modal.first_msys->inverse() * msys.X_AM;
+      const Pose X_new_old = X_PM.inverse() * modal.X_PA;
+      modal.tip_A = X_new_old * modal.tip_A;
+      modal.axis_A = X_new_old.R * modal.axis_A;
+      modal.X_PA = X_PM;
+      modal.turned = true;
+    }
+  }
+  emit(msys.where, Frame{"MSYS", std::make_shared<const Pose>(msys.X_AM), modal.points_absolute});
+}
+
 bool Context::plain_motion(const PlainGoto& plain, Record& record) {
-  if (modal.ended || (plain.count == 3 && modal.tilted_csys_axis)) return false;
+  if (modal.ended || modal.new_msys || modal.pending_arc || modal.cycle) return false;
+  if (plain.count == 3 && modal.tilted_csys_axis) return false;
   const Vec3 tip_A = Vec3(plain.value[0], plain.value[1], plain.value[2]) * modal.mm_per_unit;
   if (!(tip_A.cwiseAbs().maxCoeff() <= kLongest_mm)) return false;
   if (plain.count == 6) {
@@ -210,9 +310,9 @@ bool Context::plain_motion(const PlainGoto& plain, Record& record) {
   modal.has_position = true;
   record.where = plain.where;
   if (auto* held = std::get_if<Motion>(&record.data)) {
-    *held = motion(tip_A, modal.axis_A, modal.rapid_next);
+    *held = motion(tip_A, modal.axis_A, modal.feed, modal.rapid_next);
   } else {
-    record.data = motion(tip_A, modal.axis_A, modal.rapid_next);
+    record.data = motion(tip_A, modal.axis_A, modal.feed, modal.rapid_next);
   }
   modal.rapid_next = false;
   ++motion_count_;
@@ -227,6 +327,7 @@ bool Context::take(Record& record) {
 }
 
 void Context::finish(std::size_t lines) {
+  if (modal.pending_arc) error(modal.pending_arc->where, "CIRCLE: the end (GOTO) of the arc is missing");
   if (normalised_ > 1) {
     note(worst_length_at_, std::to_string(normalised_) +
                                " tool axes were normalised; the length of this one is off by most, " +

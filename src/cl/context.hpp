@@ -13,6 +13,38 @@
 
 namespace trunnion::cl {
 
+/// A CIRCLE that waits for the GOTO to its end.
+struct PendingArc {
+  SourceRef where;
+  Vec3 center_A = Vec3::Zero();
+  Vec3 normal_A = Vec3::UnitZ();  // the tool turns about it by the right-hand rule
+  double radius_mm = 0.0;         // 0: not given
+  std::uint32_t turns = 1;
+  bool full_when_closed = false;
+};
+
+/// A drilling cycle that is switched on.
+struct Cycle {
+  enum class Kind : std::uint8_t { drill, peck, feed_out };
+  Kind kind = Kind::drill;
+  double depth_mm = 0.0;
+  double clear_mm = 0.0;
+  double return_mm = 0.0;
+  double step_mm = 0.0;
+  double first_step_mm = 0.0;
+  double dwell_s = 0.0;
+  bool has_depth = false;
+  bool has_clear = false;
+  bool return_as_came = false;
+  std::optional<Feed> feed;
+};
+
+/// MSYS of NX as it was read: how its points are meant is settled with the first tool axis.
+struct PendingMsys {
+  SourceRef where;
+  Pose X_AM;
+};
+
 /// What earlier words of the file left behind. Coordinates here are those of the file's own system A (mm),
 /// not of P.
 struct Modal {
@@ -23,11 +55,18 @@ struct Modal {
   Feed feed;
   bool rapid_next = false;
 
-  /// Pose of A in P; identity until an MSYS is applied. Fixed by the first motion: all of a program is in one
-  /// P.
+  /// Pose of A, in which the points at hand are given, in P.
   Pose X_PA;
-  bool has_frame = false;
   bool turned = false;  // X_PA is not the identity
+  /// P is this frame: all of a program is in one P.
+  std::optional<Pose> first_msys;
+  bool points_absolute = false;  // MSYS is applied to the points
+  std::optional<PendingMsys> new_msys;
+
+  std::optional<PendingArc> pending_arc;
+  std::optional<Cycle> cycle;
+  std::optional<Cycle> last_cycle;
+  bool points_on_center = false;  // the file says that its points are those of the tool's center (Creo)
 
   /// CSYS (SolidWorks) with a Z axis other than the file's: a GOTO without an axis is ambiguous then.
   std::optional<Vec3> tilted_csys_axis;
@@ -74,11 +113,20 @@ class Context {
     record.data = std::forward<Data>(data);
     pending_.push_back(std::move(record));
   }
-  /// A motion to `tip_A`, which becomes the position; takes RAPID.
+  /// A motion to `tip_A`, which becomes the position.
+  void add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid);
+  /// As add_motion, with the modal feed; takes RAPID.
   void move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
+  /// An arc from the position to `end_A`, or the motions that stand for it. `sweep` > 0 about `normal_A`.
+  /// Takes RAPID.
+  void add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, const Vec3& normal_A, Angle sweep);
+  /// A position without a motion.
+  void start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by
   /// word.
   bool plain_motion(const PlainGoto& plain, Record& record);
+  /// An MSYS was read: how its points are meant is settled with the first tool axis behind it.
+  void take_msys(const PendingMsys& msys);
   /// The next record made by the words read so far.
   bool take(Record& record);
 
@@ -98,7 +146,8 @@ class Context {
 
  private:
   bool in_range(const Statement& statement, std::size_t index, double mm);
-  Motion motion(const Vec3& tip_A, const Vec3& axis_A, bool rapid);
+  Motion motion(const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid) const;
+  void settle_msys(const Vec3& axis_A);
 
   std::string file_;
   ReaderOptions options_;
@@ -114,6 +163,9 @@ class Context {
   double worst_length_error_ = 0.0;
   SourceRef worst_length_at_;
 };
+
+/// The same frame to the digits of a CL file.
+bool same_pose(const Pose& a, const Pose& b);
 
 /// The decimal places of a number as written: 3 for `1.250`, 5 for `1.25e-3`.
 unsigned decimals_of(std::string_view text);

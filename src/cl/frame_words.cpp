@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kUnitLength =
     1e-3;  // axes of a frame are rounded unit vectors, at a right angle to each other
-constexpr double kSameFrame = 1e-6;
 
 /// The rotation whose columns are x, y and x cross y, made orthogonal; nothing when x and y are no pair of
 /// axes.
@@ -26,10 +25,6 @@ std::optional<Mat3> axes_of(const Vec3& x, const Vec3& y) {
   return R;
 }
 
-bool same_pose(const Pose& a, const Pose& b) {
-  return (a.R - b.R).cwiseAbs().maxCoeff() <= kSameFrame && (a.p - b.p).cwiseAbs().maxCoeff() <= kSameFrame;
-}
-
 // NX: MSYS/ox,oy,oz, xx,xy,xz, yx,yy,yz: the machine coordinate system in the absolute one, in which the
 // points are given.
 void read_msys(Context& context, const Statement& statement) {
@@ -39,31 +34,19 @@ void read_msys(Context& context, const Statement& statement) {
   }
   double v[9];
   if (!context.numbers(statement, 0, 9, v)) return;
-  const auto R_AP = axes_of(Vec3(v[3], v[4], v[5]), Vec3(v[6], v[7], v[8]));
-  if (!R_AP)
+  const auto R_AM = axes_of(Vec3(v[3], v[4], v[5]), Vec3(v[6], v[7], v[8]));
+  if (!R_AM)
     return context.error(statement.where, "MSYS: its axes are not two unit vectors at a right angle");
   const Vec3 origin_A = Vec3(v[0], v[1], v[2]) * context.modal.mm_per_unit;
   if (!(origin_A.cwiseAbs().maxCoeff() <= Context::kLongest_mm)) {
     return context.error(statement.where,
                          "MSYS: its origin is beyond " + short_text(Context::kLongest_mm) + " mm");
   }
-  const auto X_AP = std::make_shared<const Pose>(Pose{*R_AP, origin_A});
-  Modal& modal = context.modal;
-  const bool apply = context.options().frames == ReaderOptions::Frames::apply;
-  context.emit(statement.where, Frame{"MSYS", X_AP, apply});
-  if (!apply) return;
-  const Pose X_PA = X_AP->inverse();
-  if (modal.has_frame || context.motion_count() > 0) {
-    if (!same_pose(X_PA, modal.X_PA)) {
-      context.warning_once(
-          "MSYS again", statement.where,
-          "this MSYS differs from the program's first frame: all points are given in the first one");
-    }
-    return;
+  if (!context.modal.first_msys && context.motion_count() > 0) {
+    return context.error(statement.where,
+                         "MSYS after the first motion: in which frame were the points before it?");
   }
-  modal.has_frame = true;
-  modal.X_PA = X_PA;
-  modal.turned = !same_pose(X_PA, Pose::identity());
+  context.take_msys({statement.where, Pose{*R_AM, origin_A}});
 }
 
 // SolidWorks CAM: CSYS/ three rows of four numbers, the columns are the axes and the origin. The points stay
@@ -140,6 +123,9 @@ void read_directive(Context& context, const Statement& statement) {
     return context.emit(statement.where, OperationBegin{"FEATNO " + std::string(statement.fields[0].text)});
   }
   if (statement.word == "END") return context.emit(statement.where, OperationEnd{});
+  if (statement.word == "CUTCOM_GEOMETRY_TYPE" && statement.has_fields()) {
+    context.modal.points_on_center = statement.fields[0].text == "OUTPUT_ON_CENTER";
+  }
   if (statement.word != "CSYS") return;
   if (statement.fields.size() != 12) {
     return context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +

@@ -37,7 +37,14 @@ void read_goto(Context& context, const Statement& statement) {
   if (!three_or_six(context, statement)) return;
   const auto tip_A = context.point(statement, 0);
   const auto axis_A = axis_of(context, statement);
-  if (tip_A && axis_A) context.move_to(statement.where, *tip_A, *axis_A);
+  if (!tip_A || !axis_A) return;
+  if (context.modal.pending_arc) {
+    finish_arc(context, statement.where, *tip_A, *axis_A);
+  } else if (context.modal.cycle) {
+    drill_hole(context, statement.where, *tip_A, *axis_A);
+  } else {
+    context.move_to(statement.where, *tip_A, *axis_A);
+  }
 }
 
 void read_godlta(Context& context, const Statement& statement) {
@@ -46,6 +53,10 @@ void read_godlta(Context& context, const Statement& statement) {
   const auto axis_A = axis_of(context, statement);
   if (!context.modal.has_position) {
     context.error(statement.where, "GODLTA before any position: there is nothing to go on from");
+    return;
+  }
+  if (context.modal.pending_arc || context.modal.cycle) {
+    context.error(statement.where, "GODLTA behind CIRCLE or under CYCLE: a GOTO is needed");
     return;
   }
   if (!step_A || !axis_A) return;
@@ -61,12 +72,7 @@ void read_from(Context& context, const Statement& statement) {
   if (!three_or_six(context, statement)) return;
   const auto tip_A = context.point(statement, 0);
   const auto axis_A = axis_of(context, statement);
-  if (!tip_A || !axis_A) return;
-  Modal& modal = context.modal;
-  modal.tip_A = *tip_A;
-  modal.axis_A = *axis_A;
-  modal.has_position = true;
-  context.emit(statement.where, From{modal.X_PA * *tip_A, modal.X_PA.R * *axis_A});
+  if (tip_A && axis_A) context.start_from(statement.where, *tip_A, *axis_A);
 }
 
 void read_rapid(Context& context, const Statement& statement) {

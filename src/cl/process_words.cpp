@@ -32,15 +32,31 @@ constexpr FeedUnit kFeedUnits[] = {
     {"INVERS", FeedMode::inverse, 1.0 / kSecondsPerMinute},
 };
 
-double feed_factor(const FeedUnit& unit, double mm_per_unit) {
-  if (unit.factor != 0.0) return unit.factor;
-  return unit.mode == FeedMode::per_minute ? mm_per_unit / kSecondsPerMinute : mm_per_unit;
+}  // namespace
+
+std::optional<std::pair<FeedMode, double>> feed_unit_factor(std::string_view word, double mm_per_unit) {
+  for (const FeedUnit& unit : kFeedUnits) {
+    if (unit.word != word) continue;
+    if (unit.factor != 0.0) return std::pair(unit.mode, unit.factor);
+    return std::pair(unit.mode,
+                     unit.mode == FeedMode::per_minute ? mm_per_unit / kSecondsPerMinute : mm_per_unit);
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+// Words that the post acts on; their fields go there as they stand.
+void read_post_word(Context& context, const Statement& statement) {
+  PostWord word{std::string(statement.word), {}};
+  for (const Field& field : statement.fields) word.fields.emplace_back(field.text);
+  context.emit(statement.where, std::move(word));
 }
 
 // FEDRAT/v  FEDRAT/v,unit  FEDRAT/unit,v. Without a unit: per minute, in the file's unit of length.
 void read_fedrat(Context& context, const Statement& statement) {
   std::optional<std::size_t> value_at;
-  const FeedUnit* unit = nullptr;
+  std::optional<std::pair<FeedMode, double>> unit;
   for (std::size_t i = 0; i < statement.fields.size(); ++i) {
     const Field& field = statement.fields[i];
     if (starts_number(field.text) || field.text.empty()) {
@@ -48,30 +64,24 @@ void read_fedrat(Context& context, const Statement& statement) {
       value_at = i;
       continue;
     }
-    const FeedUnit* found = nullptr;
-    for (const FeedUnit& known : kFeedUnits) {
-      if (known.word == field.text) found = &known;
-    }
     if (field.text == "AUTO" ||
         field.text == "OFF") {  // FEDRAT/INVERS,AUTO: how the post is to write feeds, no feed
-      PostWord word{"FEDRAT", {}};
-      for (const Field& each : statement.fields) word.fields.emplace_back(each.text);
-      return context.emit(statement.where, std::move(word));
+      return read_post_word(context, statement);
     }
-    if (found == nullptr) {
+    if (unit) return context.error(field.where, "FEDRAT: a second unit");
+    unit = feed_unit_factor(field.text, context.modal.mm_per_unit);
+    if (!unit) {
       return context.error(
           field.where,
           "FEDRAT: '" + std::string(field.text.substr(0, 40)) +
               "' is no unit of feed; MMPM, IPM, FPM, PERMIN, MMPR, IPR, FPR, PERREV or INVERS is needed");
     }
-    if (unit != nullptr) return context.error(field.where, "FEDRAT: a second unit");
-    unit = found;
   }
   if (!value_at) return context.error(statement.where, "FEDRAT: no value");
   const auto value = context.positive(statement, *value_at);
   if (!value) return;
-  if (unit == nullptr) unit = &kFeedUnits[3];  // PERMIN
-  const Feed feed{unit->mode, *value * feed_factor(*unit, context.modal.mm_per_unit)};
+  if (!unit) unit = feed_unit_factor("PERMIN", context.modal.mm_per_unit);
+  const Feed feed{unit->first, *value * unit->second};
   if (feed.mode != FeedMode::inverse && feed.value > kFastest_mm_s) {
     return context.error(
         statement.fields[*value_at].where,
@@ -205,24 +215,32 @@ void read_lintol(Context& context, const Statement& statement) {
   context.emit(statement.where, tolerance);
 }
 
-// Words that the post acts on; their fields go there as they stand.
-void read_post_word(Context& context, const Statement& statement) {
-  PostWord word{std::string(statement.word), {}};
-  for (const Field& field : statement.fields) word.fields.emplace_back(field.text);
-  context.emit(statement.where, std::move(word));
-}
-
 void read_fini(Context& context, const Statement& statement) {
   context.modal.ended = true;
   context.emit(statement.where, End{});
 }
 
+// The file gives the contour to be compensated, or that of the tool's center: unless it says so (Creo), only
+// the programmer knows.
+void read_cutcom(Context& context, const Statement& statement) {
+  const std::string_view side = statement.has_fields() ? statement.fields[0].text : std::string_view{};
+  if (side == "OFF") return;
+  const bool center = context.modal.points_on_center ||
+                      context.options().cutter_compensation == ReaderOptions::CutterCompensation::tool_center;
+  if (!center) {
+    return context.error(statement.where, "CUTCOM/" + std::string(side.substr(0, 40)) +
+                                              " changes the geometry and is not understood by this program");
+  }
+  context.warning_once("CUTCOM", statement.where,
+                       "CUTCOM is left out: the points are those of the tool's center");
+}
+
 constexpr WordReading kWords[] = {
-    {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},    {"COOLNT", read_coolnt},
-    {"DELAY", read_delay},      {"DWELL", read_delay},      {"STOP", read_stop},
-    {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},    {"FINI", read_fini},
-    {"ROTABL", read_post_word}, {"LIMITS", read_post_word}, {"CLEARP", read_post_word},
-    {"MAXDPM", read_post_word}};
+    {"CUTCOM", read_cutcom},    {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},
+    {"COOLNT", read_coolnt},    {"DELAY", read_delay},      {"DWELL", read_delay},
+    {"STOP", read_stop},        {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},
+    {"FINI", read_fini},        {"ROTABL", read_post_word}, {"LIMITS", read_post_word},
+    {"CLEARP", read_post_word}, {"MAXDPM", read_post_word}};
 
 }  // namespace
 

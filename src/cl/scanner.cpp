@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cstdio>
 #include <cstring>
 
 #include "cl/plain_number.hpp"
@@ -35,9 +33,8 @@ std::uint32_t column_of(std::size_t index) {
 }
 
 std::string hexadecimal(unsigned char byte) {
-  std::array<char, 8> text{};
-  const int length = std::snprintf(text.data(), text.size(), "0x%02X", static_cast<unsigned>(byte));
-  return {text.data(), static_cast<std::size_t>(length)};
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return std::string("0x") + kDigits[byte / 16] + kDigits[byte % 16];
 }
 
 std::string_view trimmed(std::string_view text) {

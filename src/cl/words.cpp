@@ -11,13 +11,10 @@ namespace {
 
 constexpr std::string_view kRefused[] = {
     // curves
-    "CIRCLE", "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRV", "INDIRP", "ARCSLP",
-    "ARCDAT",
+    "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRV", "INDIRP", "ARCSLP", "ARCDAT",
     // motion along part, drive and check surfaces, and motions whose end the file does not say
     "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLON", "TLONPS",
     "TLOFPS", "RETRCT", "THREAD", "TURN", "POCKET", "HEAD",
-    // cutter compensation and cycles
-    "CUTCOM", "CYCLE",
     // frames and copies
     "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS",
     "MODE", "MATRIX", "SETANG", "POSTN",
@@ -37,7 +34,8 @@ using ReadingTable = std::unordered_map<std::string_view, Reading>;
 const ReadingTable& readings() {
   static const ReadingTable table = [] {
     ReadingTable all;
-    for (const auto list : {motion_words(), process_words(), tool_words(), frame_words(), text_words()}) {
+    for (const auto list : {motion_words(), process_words(), tool_words(), frame_words(), text_words(),
+                            circle_words(), cycle_words()}) {
       for (const WordReading& entry : list) {
         const bool first = all.emplace(entry.word, entry.read).second;
         TRUNNION_EXPECTS(first);

@@ -1,6 +1,8 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "cl/context.hpp"
 #include "cl/statement.hpp"
@@ -21,6 +23,16 @@ std::span<const WordReading> process_words();  // FEDRAT, SPINDL, COOLNT, DELAY,
 std::span<const WordReading> tool_words();     // LOADTL, LOAD, SELECT, CUTTER, TLDATA ...
 std::span<const WordReading> frame_words();    // MSYS, CSYS, TRNTYP ...
 std::span<const WordReading> text_words();     // PARTNO, PPRINT, INSERT, TOOL PATH ...
+std::span<const WordReading> circle_words();   // CIRCLE
+std::span<const WordReading> cycle_words();    // CYCLE
+
+/// The GOTO to the end of context.modal.pending_arc.
+void finish_arc(Context& context, SourceRef where, const Vec3& end_A, const Vec3& axis_A);
+/// The GOTO to a hole of context.modal.cycle.
+void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
+
+/// Mode of a word for the unit of a feed and its factor to the record's unit; nothing for another word.
+std::optional<std::pair<FeedMode, double>> feed_unit_factor(std::string_view word, double mm_per_unit);
 
 /// Words that change where the tool goes and are not understood: each is an error.
 std::span<const std::string_view> refused_words();

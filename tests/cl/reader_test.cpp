@@ -194,10 +194,16 @@ TEST(Reader, NumbersAreRoundedCorrectlyHoweverLong) {
   }
 }
 
-TEST(Reader, MsysGivesTheProgramsZeroAndAxes) {
-  const std::string text = "MSYS/10,20,30,0,1,0,1,0,0\nGOTO/12,23,34,0,0,-1\nGODLTA/0,1,0\n";
+// x_P = y_A - 20, y_P = x_A - 10, z_P = -(z_A - 30)
+constexpr char kMsys[] = "MSYS/10,20,30,0,1,0,1,0,0\n";
+
+TEST(Reader, MsysIsAppliedToPointsOfTheAbsoluteSystem) {
+  const std::string text =
+      std::string(kMsys) + "GOTO/12,23,34,0,0,-1\nGODLTA/0,1,0\n";  // from below in A, from above in MSYS
   const auto applied = read(text);
-  // x_P = y_A - 20, y_P = x_A - 10, z_P = -(z_A - 30)
+  EXPECT_EQ(joined(applied.findings),
+            "1:1: note: MSYS is applied: the points are in the absolute system (in it the tool axis points "
+            "down)\n");
   EXPECT_NEAR((tip(applied, 0) - Vec3(3, 2, -4)).norm(), 0.0, 1e-13);
   EXPECT_NEAR((tip(applied, 1) - Vec3(4, 2, -4)).norm(), 0.0, 1e-13);
   EXPECT_EQ(axis(applied, 0), Vec3(0, 0, 1));
@@ -208,9 +214,34 @@ TEST(Reader, MsysGivesTheProgramsZeroAndAxes) {
   const auto ignored = read(text, ignore);
   EXPECT_EQ(tip(ignored, 0), Vec3(12, 23, 34));
   EXPECT_FALSE(ignored.all<Frame>()[0].applied);
-  EXPECT_EQ(joined(read(text + "MSYS/0,0,0,1,0,0,0,1,0\nGOTO/12,23,34\n").findings),
-            "4:1: warning: this MSYS differs from the program's first frame: all points are given in the "
-            "first one\n");
+}
+
+TEST(Reader, PointsOfMsysStandAsTheyAre) {
+  const auto reading = read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n");
+  EXPECT_EQ(joined(reading.findings), "1:1: note: MSYS: the points are taken as given in it\n");
+  EXPECT_EQ(tip(reading, 0), Vec3(12, 23, 34));
+  ReaderOptions apply;
+  apply.frames = ReaderOptions::Frames::apply;
+  EXPECT_NEAR((tip(read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n", apply), 0) - Vec3(3, 2, -4)).norm(),
+              0.0, 1e-13);
+}
+
+TEST(Reader, AProgramIsInItsFirstMsys) {
+  const std::string second = "MSYS/0,0,0,1,0,0,0,1,0\nGOTO/12,23,34,0,0,-1\n";
+  // In the first, absolute: the same point again. In MSYS: the point of the second frame, seen in the first.
+  const auto absolute = read(std::string(kMsys) + "GOTO/12,23,34,0,0,-1\n" + second);
+  EXPECT_EQ(
+      absolute.findings.at(1),
+      "3:1: warning: this MSYS differs from the program's first one: all points are given in the first");
+  EXPECT_EQ(tip(absolute, 0), tip(absolute, 1));
+  const auto given = read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n" + second);
+  EXPECT_NEAR((tip(given, 1) - Vec3(3, 2, -4)).norm(), 0.0, 1e-13);
+  const auto back =
+      read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n" + second + kMsys + "GODLTA/0,0,1\nGOTO/12,23,34\n");
+  EXPECT_NEAR((tip(back, 2) - Vec3(3, 2, -3)).norm(), 0.0, 1e-13);
+  EXPECT_NEAR((tip(back, 3) - Vec3(12, 23, 34)).norm(), 0.0, 1e-13);
+  EXPECT_EQ(joined(read("GOTO/0,0,0\n" + second).findings),
+            "2:1: error: MSYS after the first motion: in which frame were the points before it?\n");
 }
 
 TEST(Reader, ATiltedCsysNeedsTheAxisInEachPoint) {

@@ -83,7 +83,9 @@ TEST_F(ReferenceCl, CreoInInchesWithContinuedPoints) {
 
 TEST_F(ReferenceCl, NxContourWithItsMsysAndWithout) {
   const auto applied = read("nx_clsf_5x_variable_contour_large.cls");
-  EXPECT_EQ(joined(applied.findings), "");
+  EXPECT_EQ(joined(applied.findings),
+            "3:1: note: MSYS is applied: the points are in the absolute system (in it the tool axis points "
+            "down)\n");
   EXPECT_EQ(applied.motions().size(), 20057U);
   EXPECT_EQ(rapids(applied), 459U);
   EXPECT_EQ(applied.all<ToolSelect>().at(0).number, 2U);
@@ -99,12 +101,40 @@ TEST_F(ReferenceCl, NxContourWithItsMsysAndWithout) {
   EXPECT_EQ(most_ignored, 180.0);
 }
 
-TEST_F(ReferenceCl, SolidWorksThreePlusTwo) {
+TEST_F(ReferenceCl, SolidWorksThreePlusTwoWithItsHoles) {
   const auto reading = read("solidworkscam_3plus2_tilt.apt");
+  EXPECT_EQ(joined(reading.findings), "");
   EXPECT_EQ(reading.all<ToolChange>().size(), 3U);
   const auto [least, most] = tilt_range_deg(reading);
   EXPECT_NEAR(least, 10.0, 1e-4);
   EXPECT_NEAR(most, 10.0, 1e-4);
+  // The bottoms of the first tool's holes: 2.75344 below their points along the tool axis.
+  const Vec3 axis = Vec3(-0.173648, 0, 0.984808).normalized();
+  const auto motions = reading.motions();
+  for (const double y : {10.0, 30.0}) {
+    const Vec3 bottom = Vec3(15.756924, y, -6.156343) - 2.75344 * axis;
+    EXPECT_TRUE(std::any_of(motions.begin(), motions.end(), [&](const Motion& m) {
+      return (m.tip_P - bottom).norm() < 1e-9 && !m.rapid && std::abs(m.feed.value - 731.52 / 60.0) < 1e-9;
+    }));
+  }
+}
+
+TEST_F(ReferenceCl, NxCirclesAreRefusedForTheirCompensationAndReadWithoutIt) {
+  const auto refused = read("nx_clsf_cutcom_circle.clsf");
+  ASSERT_GE(refused.findings.size(), 2U);
+  EXPECT_EQ(refused.findings[1],
+            "17:1: error: CUTCOM/LEFT changes the geometry and is not understood by this program");
+  ReaderOptions options;
+  options.cutter_compensation = ReaderOptions::CutterCompensation::tool_center;
+  options.keep_arcs = true;
+  const auto reading = read("nx_clsf_cutcom_circle.clsf", options);
+  EXPECT_EQ(joined(reading.findings),
+            "3:1: note: MSYS: the points are taken as given in it\n"
+            "17:1: warning: CUTCOM is left out: the points are those of the tool's center\n");
+  EXPECT_EQ(reading.all<ArcMotion>().size(), 140U);
+  EXPECT_EQ(reading.motions().size() + 140U, 566U);
+  // All of them lead in or out tangentially over a quarter turn: with the other sense it would be three.
+  for (const ArcMotion& motion : reading.all<ArcMotion>()) EXPECT_NEAR(motion.arc->sweep.deg(), 90.0, 0.01);
 }
 
 }  // namespace

@@ -15,10 +15,16 @@ struct ReaderOptions {
   /// Unit of a file that has no UNITS word.
   enum class Units : std::uint8_t { mm, inch };
   Units units = Units::mm;
-  /// NX: GOTO coordinates are in the absolute system, MSYS is the program's zero and axes. `ignore` takes the
-  /// coordinates as they stand.
-  enum class Frames : std::uint8_t { apply, ignore };
-  Frames frames = Frames::apply;
+  /// NX, MSYS (the program's frame in the absolute system). `automatic`: the points are given in MSYS, as
+  /// Siemens documents, unless the first tool axis shows that they are in the absolute system: it points down
+  /// there and up in MSYS. `apply`: they are in the absolute system. `ignore`: every point stands as it is,
+  /// whatever MSYS follows.
+  enum class Frames : std::uint8_t { automatic, apply, ignore };
+  Frames frames = Frames::automatic;
+  /// CUTCOM/LEFT and RIGHT. `refuse`: an error, unless the file says that its points are those of the tool's
+  /// center. `tool_center`: they are, and CUTCOM is left out with a warning.
+  enum class CutterCompensation : std::uint8_t { refuse, tool_center };
+  CutterCompensation cutter_compensation = CutterCompensation::refuse;
   /// false: every arc becomes straight motions that stay within `arc_tolerance_mm` of it. true: ArcMotion
   /// records.
   bool keep_arcs = false;

@@ -1,0 +1,233 @@
+// Drilling cycles, expanded to motions. A GOTO under a cycle is the point where the hole begins; all
+// distances count from it along the tool axis:
+//   DEPTH, FEDTO   to the bottom. Systems differ in the sign (NX -33, SolidWorks 2.75); a hole only goes
+//   down: its size counts. CLEAR, RAPTO   where the feed begins, above. RETURN, RTRCTO where the tool is
+//   taken after the hole, above: at least CLEAR. AUTO: as high as it came.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+
+#include "cl/words.hpp"
+
+namespace trunnion::cl {
+
+namespace {
+
+// Between two pecks the rapid ends this far above the last bottom. More only cuts air.
+constexpr double kPeckGap_mm = 1.0;
+constexpr std::size_t kMostPecks = 10000;
+
+// Not by the first character: 1STPECK is a word.
+bool is_number(std::string_view text) { return static_cast<bool>(parse_number(text)); }
+
+/// The fields of one CYCLE statement, one after the other.
+class CycleReading {
+ public:
+  CycleReading(Context& context, const Statement& statement) : context_(context), statement_(statement) {}
+
+  bool read(Cycle& cycle) {
+    read_kind(cycle);
+    while (good_ && at_ < statement_.fields.size()) {
+      if (is_number(field().text)) {
+        read_positional(cycle);
+      } else {
+        read_couplet(cycle);
+      }
+    }
+    return good_ && complete(cycle);
+  }
+
+ private:
+  const Field& field() const { return statement_.fields[at_]; }
+  void fail(SourceRef where, const std::string& message) {
+    context_.error(where, "CYCLE: " + message);
+    good_ = false;
+  }
+
+  void read_kind(Cycle& cycle) {
+    const std::string_view kind = field().text;
+    if (kind == "DRILL" || kind == "FACE" || kind == "THRU" || kind == "CSINK") {
+      cycle.kind = Cycle::Kind::drill;
+    } else if (kind == "DEEP" || kind == "DEEP2" || kind == "BRKCHP") {
+      cycle.kind = Cycle::Kind::peck;  // a hole with full retracts is the same hole
+    } else if (kind == "REAM" || kind == "BORE") {
+      cycle.kind = Cycle::Kind::feed_out;  // no mark of the tool's edge
+    } else {
+      return fail(field().where, std::string(kind.substr(0, 40)) +
+                                     " changes the geometry and is not understood by this program");
+    }
+    ++at_;
+    if (kind == "DRILL" && at_ < statement_.fields.size() &&
+        (field().text == "DEEP" || field().text == "BRKCHP")) {
+      cycle.kind = Cycle::Kind::peck;
+      ++at_;
+    }
+  }
+
+  std::optional<double> value() {
+    const auto number = context_.number(statement_, at_);
+    ++at_;
+    if (!number) good_ = false;
+    return number;
+  }
+  void length(double& target) {
+    const auto number = value();
+    if (number) target = *number * context_.modal.mm_per_unit;
+  }
+
+  // DRILL, depth, unit, feed, clearance: the fixed order. The feed follows its unit.
+  void read_positional(Cycle& cycle) {
+    const SourceRef where = field().where;
+    if (!cycle.has_depth) {
+      length(cycle.depth_mm);
+      cycle.has_depth = true;
+    } else if (!cycle.has_clear && cycle.feed) {
+      length(cycle.clear_mm);
+      cycle.has_clear = true;
+    } else {
+      fail(where, "a value without a word for it");
+    }
+  }
+
+  void read_couplet(Cycle& cycle) {
+    const std::string word(field().text);
+    const SourceRef where = field().where;
+    ++at_;
+    if (word == "DEPTH" || word == "FEDTO") {
+      length(cycle.depth_mm);
+      cycle.has_depth = true;
+    } else if (word == "CLEAR" || word == "RAPTO") {
+      length(cycle.clear_mm);
+      cycle.has_clear = true;
+    } else if (word == "RETURN" || word == "RTRCTO") {
+      cycle.return_as_came = at_ < statement_.fields.size() && field().text == "AUTO";
+      if (cycle.return_as_came) {
+        ++at_;
+      } else {
+        length(cycle.return_mm);
+      }
+    } else if (word == "STEP" || word == "SUBPECK" || word == "INCR") {
+      length(cycle.step_mm);
+    } else if (word == "1STPECK") {
+      length(cycle.first_step_mm);
+    } else if (word == "DWELL") {
+      const auto number = value();
+      if (number) cycle.dwell_s = *number;
+    } else if (feed_unit_factor(word, context_.modal.mm_per_unit)) {
+      const auto number = context_.positive(statement_, at_);
+      ++at_;
+      const auto unit = *feed_unit_factor(word, context_.modal.mm_per_unit);
+      if (number) {
+        cycle.feed = Feed{unit.first, *number * unit.second};
+      } else {
+        good_ = false;
+      }
+    } else if (!word.empty()) {
+      fail(where, "'" + word.substr(0, 40) + "' is not understood");
+    }
+  }
+
+  bool complete(Cycle& cycle) {
+    cycle.depth_mm = std::abs(cycle.depth_mm);
+    if (!cycle.has_depth) fail(statement_.where, "no depth (DEPTH or FEDTO)");
+    if (cycle.clear_mm < 0.0 || cycle.return_mm < 0.0 || cycle.step_mm < 0.0 || cycle.first_step_mm < 0.0 ||
+        cycle.dwell_s < 0.0) {
+      fail(statement_.where, "a clearance, return, step or dwell below 0");
+    }
+    const double longest = std::max({cycle.depth_mm, cycle.clear_mm, cycle.return_mm});
+    if (!(longest <= Context::kLongest_mm))
+      fail(statement_.where, "a distance beyond " + short_text(Context::kLongest_mm) + " mm");
+    if (cycle.kind == Cycle::Kind::peck) {
+      if (cycle.step_mm == 0.0) cycle.step_mm = cycle.first_step_mm;
+      if (cycle.first_step_mm == 0.0) cycle.first_step_mm = cycle.step_mm;
+      if (cycle.step_mm == 0.0) {
+        context_.warning(statement_.where, "CYCLE: no step is given: each hole is drilled in one go");
+        cycle.kind = Cycle::Kind::drill;
+      } else if (cycle.depth_mm / cycle.step_mm > static_cast<double>(kMostPecks)) {
+        fail(statement_.where, "more than " + std::to_string(kMostPecks) + " pecks");
+      }
+    }
+    return good_;
+  }
+
+  Context& context_;
+  const Statement& statement_;
+  std::size_t at_ = 0;
+  bool good_ = true;
+};
+
+void read_cycle(Context& context, const Statement& statement) {
+  const std::string_view first = statement.has_fields() ? statement.fields[0].text : std::string_view{};
+  if (first == "OFF") {
+    context.modal.cycle.reset();
+  } else if (first == "ON") {
+    if (!context.modal.last_cycle)
+      return context.error(statement.where, "CYCLE/ON: there is no cycle before it");
+    context.modal.cycle = context.modal.last_cycle;
+  } else if (first.empty()) {
+    context.error(statement.where, "CYCLE: no kind");
+  } else if (first != "INIT") {
+    Cycle cycle;
+    if (!CycleReading(context, statement).read(cycle)) return;
+    context.modal.cycle = cycle;
+    context.modal.last_cycle = cycle;
+  }
+}
+
+constexpr WordReading kWords[] = {{"CYCLE", read_cycle}};
+
+}  // namespace
+
+std::span<const WordReading> cycle_words() {
+  return kWords;
+}
+
+void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+  Modal& modal = context.modal;
+  const Cycle& cycle = *modal.cycle;
+  const Feed feed = cycle.feed.value_or(modal.feed);
+  const auto rapid_to = [&](const Vec3& point, const Vec3& axis) {
+    context.add_motion(where, point, axis, feed, true);
+  };
+  const auto feed_to = [&](double height) {
+    context.add_motion(where, tip_A + axis_A * height, axis_A, feed, false);
+  };
+  const auto at = [&](double height) { return Vec3(tip_A + axis_A * height); };
+  const double clear = cycle.clear_mm;
+  double leave = std::max(cycle.return_mm, clear);
+  modal.rapid_next = false;
+
+  // As a control's own cycle: up to the return height, across, and down to where the feed begins.
+  double came = leave;
+  if (modal.has_position) {
+    const double height = axis_A.dot(modal.tip_A - tip_A);
+    came = std::max(leave, height);
+    if (height < leave) {
+      rapid_to(modal.tip_A + modal.axis_A * (leave - height), modal.axis_A);
+    }
+  }
+  if (cycle.return_as_came) leave = came;
+  rapid_to(at(came), axis_A);
+  if (came > clear) rapid_to(at(clear), axis_A);
+
+  if (cycle.kind == Cycle::Kind::peck) {
+    double bottom = std::min(cycle.first_step_mm, cycle.depth_mm);
+    feed_to(-bottom);
+    while (bottom < cycle.depth_mm) {
+      rapid_to(at(clear), axis_A);
+      rapid_to(at(std::min(clear, kPeckGap_mm - bottom)), axis_A);
+      bottom = std::min(bottom + cycle.step_mm, cycle.depth_mm);
+      feed_to(-bottom);
+    }
+  } else {
+    feed_to(-cycle.depth_mm);
+  }
+  if (cycle.dwell_s > 0.0) context.emit(where, Dwell{cycle.dwell_s, std::nullopt});
+  if (cycle.kind == Cycle::Kind::feed_out) feed_to(clear);
+  rapid_to(at(leave), axis_A);
+}
+
+}  // namespace trunnion::cl

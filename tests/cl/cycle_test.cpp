@@ -1,0 +1,112 @@
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "cl/support.hpp"
+
+namespace trunnion::cl {
+namespace {
+
+using test::joined;
+using test::read;
+
+struct Step {
+  double z;
+  bool rapid;
+  bool operator==(const Step&) const = default;
+};
+
+std::vector<Step> steps(const test::Reading& reading, std::size_t first) {
+  std::vector<Step> all;
+  const auto motions = reading.motions();
+  for (std::size_t i = first; i < motions.size(); ++i)
+    all.push_back({motions[i].tip_P.z(), motions[i].rapid});
+  return all;
+}
+
+std::ostream& operator<<(std::ostream& out, const Step& step) {
+  return out << step.z << (step.rapid ? " rapid" : " feed");
+}
+
+TEST(Cycle, AHoleInEveryGrammar) {
+  // NX (signed depth), SolidWorks, Creo couplets, CATIA, the fixed order.
+  for (const std::string cycle : {"CYCLE/DRILL,RAPTO,3.0,FEDTO,-12.5,RTRCTO,10.0,MMPM,60.0",
+                                  "CYCLE/INIT\nCYCLE/DRILL,FEDTO,12.5,MMPM,60,RAPTO,3.,RTRCTO,10.,DWELL,0",
+                                  "CYCLE / DRILL, DEPTH, 12.5, MMPM, 60.0, CLEAR, 3.0, RETURN, 10.0",
+                                  "CYCLE/DRILL,DEPTH,    12.5,MMPM,    60.0,CLEAR,    3.0,$\nRETURN,   10.0",
+                                  "CYCLE/DRILL, 12.5, MMPM, 60, 3.0, RETURN, 10"}) {
+    const auto reading =
+        read("GOTO/0,0,50,0,0,1\n" + cycle + "\nGOTO/5,0,0\nGOTO/5,5,1\nCYCLE/OFF\nRAPID\nGOTO/5,5,50\n");
+    ASSERT_EQ(joined(reading.findings), "") << cycle;
+    EXPECT_EQ(steps(reading, 1), (std::vector<Step>{{50, true},
+                                                    {3, true},
+                                                    {-12.5, false},
+                                                    {10, true},  // across, down, hole, out
+                                                    {11, true},  // up to the next return height
+                                                    {11, true},
+                                                    {4, true},
+                                                    {-11.5, false},
+                                                    {11, true},
+                                                    {50, true}}))
+        << cycle;
+    const auto motions = reading.motions();
+    EXPECT_EQ(motions[3].feed, (Feed{FeedMode::per_minute, 1.0}));
+    EXPECT_EQ(motions[1].tip_P, Vec3(5, 0, 50));
+    EXPECT_EQ(motions[5].tip_P, Vec3(5, 0, 11));  // up before across
+    EXPECT_EQ(motions[6].tip_P, Vec3(5, 5, 11));
+  }
+}
+
+TEST(Cycle, ATiltedHoleGoesAlongTheToolAxis) {
+  const auto reading =
+      read("GOTO/0,0,100,0.6,0,0.8\nCYCLE/DRILL,FEDTO,10,RAPTO,2,RTRCTO,5,MMPM,60\nGOTO/1,2,3\n");
+  const auto motions = reading.motions();
+  const Vec3 axis(0.6, 0, 0.8);
+  EXPECT_NEAR((motions[3].tip_P - (Vec3(1, 2, 3) - 10 * axis)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((motions[4].tip_P - (Vec3(1, 2, 3) + 5 * axis)).norm(), 0.0, 1e-12);
+  for (const Motion& motion : motions) EXPECT_NEAR((motion.axis_P - axis).norm(), 0.0, 1e-12);
+}
+
+TEST(Cycle, PecksGoOnWhereTheyStoppedAndReachTheBottom) {
+  const auto reading = read(
+      "GOTO/0,0,20\nCYCLE/DEEP2,FEDTO,10.,1STPECK,5.,SUBPECK,2.,MMPM,60,RAPTO,3.,RTRCTO,3.\nGOTO/0,0,0\n");
+  ASSERT_EQ(joined(reading.findings), "");
+  EXPECT_EQ(steps(reading, 1), (std::vector<Step>{{20, true},
+                                                  {3, true},
+                                                  {-5, false},
+                                                  {3, true},
+                                                  {-4, true},
+                                                  {-7, false},
+                                                  {3, true},
+                                                  {-6, true},
+                                                  {-9, false},
+                                                  {3, true},
+                                                  {-8, true},
+                                                  {-10, false},
+                                                  {3, true}}));
+}
+
+TEST(Cycle, ReturnAutoGoesBackToWhereItCameFrom) {
+  const auto reading =
+      read("GOTO/0,0,20\nCYCLE/FACE,RAPTO,3.,FEDTO,-5.,RTRCTO,AUTO,MMPM,60,DWELL,0.5\nGOTO/0,0,0\n");
+  EXPECT_EQ(steps(reading, 1), (std::vector<Step>{{20, true}, {3, true}, {-5, false}, {20, true}}));
+  EXPECT_EQ(reading.all<Dwell>().at(0).seconds, 0.5);
+}
+
+TEST(Cycle, WhatAControlAloneCanDoIsRefused) {
+  const auto error_of = [](const std::string& cycle) {
+    return joined(read("GOTO/0,0,9\n" + cycle + "\nGOTO/0,0,0\n").findings);
+  };
+  EXPECT_EQ(error_of("CYCLE/TAP,DEPTH,5,IPR,.1,CLEAR,1"),
+            "2:7: error: CYCLE: TAP changes the geometry and is not understood by this program\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,MMPM,100"), "2:1: error: CYCLE: no depth (DEPTH or FEDTO)\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,FOO,1"),
+            "2:21: error: CYCLE: 'FOO' is not understood\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,CLEAR,-1"),
+            "2:1: error: CYCLE: a clearance, return, step or dwell below 0\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,DEEP,RAPTO,3.0,FEDTO,2.0,MMPM,250.0"),
+            "2:1: warning: CYCLE: no step is given: each hole is drilled in one go\n");
+}
+
+}  // namespace
+}  // namespace trunnion::cl
