@@ -100,8 +100,7 @@ TEST(Cycle, WhatAControlAloneCanDoIsRefused) {
   EXPECT_EQ(error_of("CYCLE/TAP,DEPTH,5,IPR,.1,CLEAR,1"),
             "2:7: error: CYCLE: TAP changes the geometry and is not understood by this program\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,MMPM,100"), "2:1: error: CYCLE: no depth (DEPTH or FEDTO)\n");
-  EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,FOO,1"),
-            "2:21: error: CYCLE: 'FOO' is not understood\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,FOO,1"), "2:21: error: CYCLE: 'FOO' is not understood\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,CLEAR,-1"),
             "2:1: error: CYCLE: a clearance, return, step or dwell below 0\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEEP,RAPTO,3.0,FEDTO,2.0,MMPM,250.0"),

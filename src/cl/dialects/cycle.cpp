@@ -21,7 +21,9 @@ constexpr double kPeckGap_mm = 1.0;
 constexpr std::size_t kMostPecks = 10000;
 
 // Not by the first character: 1STPECK is a word.
-bool is_number(std::string_view text) { return static_cast<bool>(parse_number(text)); }
+bool is_number(std::string_view text) {
+  return static_cast<bool>(parse_number(text));
+}
 
 /// The fields of one CYCLE statement, one after the other.
 class CycleReading {
