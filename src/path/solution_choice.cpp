@@ -328,11 +328,59 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
     const Candidate& c = layer.at[best];
     const bool leave =
         !point.rapid && run.chooser.needs_reconfiguration(q, c.q, axis_before, point.pose.axis_P);
-    out.push_back({c.q, c.branch, c.singular, leave});
+    out.push_back({c.q, c.branch, c.singular, leave, c.q});
     q = c.q;
     axis_before = point.pose.axis_P;
   }
   return {};
+}
+
+// Gives C its position at the points first..last of the pole, which were chosen with C as it came.
+void settle_pole(const Run& run, std::span<const ChoicePoint> points, std::span<ChosenPoint> chosen,
+                 std::size_t first, std::size_t last, ChoiceSummary& summary) {
+  if (last + 1 == chosen.size()) return;  // nothing follows that asks for a position
+  const AxisId inner = run.chooser.rotary().back();
+  const double in = chosen[first].q[inner];
+  const double turn = chosen[last + 1].q[inner] - in;
+  if (turn == 0.0 || points[last + 1].rapid) return;
+  const auto place = [&](std::size_t i, double angle) {
+    JointVector q = chosen[i].q;
+    q[inner] = angle;
+    solve_linear(run.machine, points[i].pose.tip_P, run.options.tool_mm, q);
+    return q;
+  };
+  double way = 0.0;
+  for (std::size_t i = first + 1; i <= last; ++i)
+    way += (points[i].pose.tip_P - points[i - 1].pose.tip_P).norm();
+  if (points[first].rapid) {
+    for (std::size_t i = first; i <= last; ++i) chosen[i].q = place(i, in + turn);
+  } else if (way > 0.0) {
+    double gone = 0.0;
+    for (std::size_t i = first + 1; i <= last; ++i) {
+      gone += (points[i].pose.tip_P - points[i - 1].pose.tip_P).norm();
+      chosen[i].q = place(i, in + turn * gone / way);
+    }
+  } else {
+    chosen[last].q_leave = place(last, in + turn);
+    ++summary.turns_in_place;
+    return;
+  }
+  for (std::size_t i = first; i <= last; ++i) chosen[i].q_leave = chosen[i].q;
+}
+
+void settle_poles(const Run& run, std::span<const ChoicePoint> points, std::span<ChosenPoint> chosen,
+                  ChoiceSummary& summary) {
+  for (ChosenPoint& c : chosen) c.q_leave = c.q;
+  if (run.chooser.rotary().size() < 2) return;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (!chosen[i].singular) continue;
+    std::size_t last = i;
+    // A rapid within the pole begins a new stretch: C may turn there.
+    while (last + 1 < chosen.size() && chosen[last + 1].singular && !points[last + 1].rapid) ++last;
+    const bool pole_goes_on = last + 1 < chosen.size() && chosen[last + 1].singular;
+    if (!pole_goes_on) settle_pole(run, points, chosen, i, last, summary);
+    i = last;
+  }
 }
 
 }  // namespace
@@ -347,6 +395,7 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   const auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
                                                              : choose_local(run, points, seed, out);
   if (!chosen) return chosen;
+  settle_poles(run, points, std::span(out).subspan(begin), summary);
   JointVector before = seed;
   std::uint8_t branch = begin > 0 ? out[begin - 1].branch : out.empty() ? std::uint8_t{0} : out[begin].branch;
   for (std::size_t i = begin; i < out.size(); ++i) {

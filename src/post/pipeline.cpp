@@ -154,6 +154,8 @@ Result<void> Pipeline::emit_run(const std::vector<path::ChosenPoint>& chosen) {
       if (auto done = emit_reconfiguration(chosen[i].q, motion); !done) return done;
     }
     if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q), motion); !done) return done;
+    if (chosen[i].q_leave == chosen[i].q) continue;
+    if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q_leave), motion); !done) return done;
   }
   return {};
 }

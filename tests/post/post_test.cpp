@@ -211,6 +211,33 @@ TEST(Post, CThatMustTurnBackLeavesThePartAlongTheToolAxis) {
   EXPECT_TRUE(p.report->verification->limits_ok());
 }
 
+// Into the pole along +X, out of it along +Y: C must turn by 90 deg while the tool stands along it.
+std::string through_the_pole(int points_at_pole) {
+  std::string cl = "FEDRAT/MMPM,1000\nRAPID\n";
+  const auto point = [&](double x, double y, double i, double j) {
+    cl += "GOTO/" + fixed_text(x, 4) + "," + fixed_text(y, 4) + ",0," + fixed_text(i, 7) + "," + fixed_text(j, 7) + "," +
+          fixed_text(std::sqrt(1.0 - i * i - j * j), 7) + "\n";
+  };
+  for (int k = 20; k > 0; --k) point(30 + k, 40, 0.01 * k, 0);
+  for (int k = 0; k < points_at_pole; ++k) point(30, 40 + k, 0, 0);
+  for (int k = 1; k <= 20; ++k) point(30, 39 + points_at_pole + k, 0, 0.01 * k);
+  return cl;
+}
+
+TEST(Post, PoleIsPassedWithinTolerance) {
+  for (const char* name : {"paper", "trunnion_offset", "xyzac_trt"}) {
+    for (const int points : {1, 2, 10}) {
+      const Posted p = posted(through_the_pole(points), test::shipped_machine(name));
+      ASSERT_TRUE(p.report) << p.report.error().text();
+      const VerifyReport& v = *p.report->verification;
+      EXPECT_TRUE(v.passed()) << name << " " << points << ": " << v.certified_tip_deviation_mm << " mm "
+                              << v.max_axis_deviation.deg() << " deg";
+      EXPECT_EQ(p.report->choice.turns_in_place, points == 1 ? 1u : 0u);
+      EXPECT_LT(p.report->points_inserted, 100u);
+    }
+  }
+}
+
 TEST(Post, NothingButMotionsIsAnError) {
   EXPECT_EQ(posted("PARTNO X\nFINI\n", test::shipped_machine("paper")).report.error().text(),
             "part.cls:2: error: no motion (GOTO) in the file");

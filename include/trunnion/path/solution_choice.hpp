@@ -40,6 +40,9 @@ struct ChosenPoint {
   /// or the branch jumps. The tool has to leave the part, the axes turn, and the tool comes back (limits,
   /// "Rewind" in README).
   bool reconfigure = false;
+  /// At the pole: where C must stand before the path goes on. The same as `q` but where C has to turn in
+  /// place (the tool stands along C, so that the part's surface is not touched): X and Y follow the turn.
+  JointVector q_leave;
 };
 
 /// What a choice did, for the report.
@@ -47,12 +50,17 @@ struct ChoiceSummary {
   std::size_t branch_changes = 0;    // between points that were not singular
   std::size_t reconfigurations = 0;  // flagged points
   std::size_t pole_points = 0;
+  std::size_t turns_in_place = 0;  // C turned at one point of the pole
   double rotary_travel_rad = 0.0;  // sum over the rotary axes
   double axis_time_s = 0.0;        // sum over all axes of travel / rapid rate: what `global` makes least
 };
 
 /// Joint positions for a run of points (one operation, or the points between two rapids), starting from
 /// `seed`.
+///
+/// Pole: C is free there, so it takes the position in which the path leaves the pole: at once when a rapid
+/// leads there, spread over the way along the pole when the tool cuts into it and out of it, in place
+/// (`q_leave`) when there is no such way.
 ///
 /// `global` is a shortest path (dynamic programming) over all branches and all turns within the limits; the
 /// cost of a step is the sum over the axes of travel / rapid rate, a step that needs a reconfiguration costs
