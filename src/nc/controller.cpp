@@ -149,7 +149,19 @@ void read_motion(Section& root, Controller& c) {
     if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
     if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
   });
-  in_section(root, "rotary", [&](Section& s) { read_into(s, "modulo", c.rotary.modulo); });
+  in_section(root, "rotary", [&](Section& s) {
+    const auto axes = s.find_texts("modulo_axes");
+    if (!axes) return;
+    c.rotary.modulo_axes = 0;
+    for (const auto& name : *axes) {
+      const auto letter = axis_letter(name);
+      if (letter && is_rotary(*letter)) {
+        c.rotary.modulo_axes = static_cast<std::uint16_t>(c.rotary.modulo_axes | AxisWords::bit(*letter));
+      } else {
+        s.error("modulo_axes", "'" + name + "' is no rotary axis: A, B or C");
+      }
+    }
+  });
 }
 
 void read_compensation(Section& root, Controller& c) {
@@ -206,7 +218,9 @@ void read_program(Section& root, Controller& c) {
     read_template(s, "optional", {}, c.optional_stop);
   });
   in_section(root, "retract", [&](Section& s) {
+    read_into(s, "ends_length", c.retract_ends_length);
     for (const auto& key : s.keys()) {
+      if (key == "ends_length") continue;
       const auto letter = axis_letter(key);
       if (letter) {
         read_template(s, key.c_str(), {}, c.retract[index(*letter)]);
@@ -217,13 +231,29 @@ void read_program(Section& root, Controller& c) {
   });
 }
 
-void read_modes(Section& root, Controller& c) {
-  in_section(root, "work_offset", [&](Section& s) {
-    if (auto words = s.find_texts("words")) {
-      c.work_offsets.clear();
-      for (const auto& word : *words) c.work_offsets.push_back({word});
+// One word each, or the lines of each.
+void read_work_offsets(Section& s, Controller& c) {
+  const Value* value = s.raw("words");
+  if (value == nullptr) return;
+  const auto* items = value->as_array();
+  const auto refuse = [&] { s.error("words", "'words' must be an array of words, or of arrays of lines"); };
+  if (items == nullptr) return refuse();
+  c.work_offsets.clear();
+  for (const auto& item : *items) {
+    Template lines;
+    if (const auto* word = item.as_string()) lines.push_back(*word);
+    if (const auto* array = item.as_array()) {
+      for (const auto& line : *array) {
+        if (line.as_string() != nullptr) lines.push_back(*line.as_string());
+      }
     }
-  });
+    if (lines.empty()) return refuse();
+    c.work_offsets.push_back(std::move(lines));
+  }
+}
+
+void read_modes(Section& root, Controller& c) {
+  in_section(root, "work_offset", [&](Section& s) { read_work_offsets(s, c); });
   in_section(root, "path_mode", [&](Section& s) {
     static constexpr std::array kKeys = {"exact_path", "exact_stop", "continuous"};
     for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.path_modes[i]);
@@ -304,8 +334,8 @@ void check(const Controller& c, Diagnostics& diagnostics) {
     error("[tilted_plane] needs both 'on' and 'off', or neither");
   }
   if (c.block_numbers.max < c.block_numbers.start) error("[block_numbers] 'max' is less than 'start'");
-  if (c.rotary.modulo && c.numbers.axes.decimals(AxisLetter::C) > 6) {
-    error("[rotary] 'modulo' allows at most 6 decimals for rotary axes");
+  if (c.rotary.modulo_axes != 0 && c.numbers.axes.decimals(AxisLetter::C) > 6) {
+    error("[rotary] 'modulo_axes' allows at most 6 decimals for rotary axes");
   }
 }
 

@@ -133,7 +133,9 @@ class Compiler {
     };
     const auto longer = [&](const Pattern& a, const Pattern& b) {
       if (fixed_words(a) != fixed_words(b)) return fixed_words(a) > fixed_words(b);
-      return a.tokens.size() > b.tokens.size();
+      if (a.tokens.size() != b.tokens.size()) return a.tokens.size() > b.tokens.size();
+      // A line that only stands beside others must not hide one that holds a value.
+      return a.event.kind != EventKind::silent && b.event.kind == EventKind::silent;
     };
     std::stable_sort(out.words.begin(), out.words.end(), longer);
     std::stable_sort(out.phrases.begin(), out.phrases.end(), longer);

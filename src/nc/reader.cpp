@@ -178,7 +178,7 @@ void Reader::State::take_feed(LineMotion& m) {
 }
 
 std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) const {
-  if (!c.rotary.modulo || !is_rotary(letter) || !position.has(letter)) return value;
+  if (!c.rotary.is_modulo(letter) || !position.has(letter)) return value;
   const std::int64_t from = position[letter];
   std::int64_t way = (value - from) % turn;
   if (2 * way > turn) way -= turn;
@@ -209,7 +209,8 @@ void Reader::State::run_motion(LineMotion& m) {
   for (std::size_t i = 0; i < kAxisLetters; ++i) {
     if ((m.words.mask & (1U << i)) == 0) continue;
     const auto letter = static_cast<AxisLetter>(i);
-    position.set(letter, c.rotary.modulo ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
+    position.set(letter,
+                 c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
   }
   motion.words = position;
   motion.source = {line, m.column};
@@ -277,77 +278,6 @@ bool Reader::State::take_words(LineMotion& m) {
       return unknown_word(word), false;
     }
   }
-  return true;
-}
-
-bool Reader::State::keep(const Word& word) {
-  const auto placeholder = kept_letters[static_cast<std::size_t>(word.letter - '@') & 31U];
-  if (placeholder == 0) return false;
-  kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
-  return true;
-}
-
-std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
-  std::vector<FoundEvent> events;
-  for (auto& phrase : parsed.phrases) {
-    switch (phrase.event.kind) {
-      case EventKind::silent:
-        break;
-      case EventKind::motion:
-        set_kind(static_cast<MotionKind>(phrase.event.argument), m);
-        break;
-      case EventKind::feed_mode:
-        set_feed_mode(static_cast<FeedMode>(phrase.event.argument));
-        break;
-      case EventKind::rapid_suffix:
-        m.rapid = true;
-        break;
-      default:
-        events.push_back(std::move(phrase));
-    }
-  }
-  for (const auto& pattern : patterns.words) {
-    const auto kind = pattern.event.kind;
-    if (kind == EventKind::motion || kind == EventKind::feed_mode) continue;  // left to take_simple
-    FoundEvent found;
-    if (!match_words(pattern, found)) continue;
-    if (kind == EventKind::rapid_suffix) m.rapid = true;
-    if (kind != EventKind::silent && kind != EventKind::rapid_suffix) events.push_back(std::move(found));
-  }
-  std::stable_sort(events.begin(), events.end(),
-                   [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
-  return events;
-}
-
-Word* Reader::State::find_word(const PatternWord& wanted) {
-  for (std::size_t i = 0; i < parsed.word_count; ++i) {
-    Word& word = parsed.words[i];
-    if (word.letter != wanted.letter || word.used) continue;
-    if (!wanted.is_fixed || equal(word.number, wanted.number)) return &word;
-  }
-  return nullptr;
-}
-
-bool Reader::State::match_words(const Pattern& pattern, FoundEvent& found) {
-  std::array<Word*, kMaxWords> taken{};
-  std::size_t n = 0;
-  bool any_fixed = false;
-  for (const auto& wanted : pattern.words) {
-    Word* word = find_word(wanted);
-    if (word == nullptr) {
-      const bool may_be_kept = !wanted.is_fixed && kept.has(wanted.placeholder) &&
-                               kept_letters[static_cast<std::size_t>(wanted.letter - '@') & 31U] != 0;
-      if (!may_be_kept) return false;
-      continue;
-    }
-    any_fixed = any_fixed || wanted.is_fixed || pattern.words.size() == 1;
-    if (!wanted.is_fixed) found.captures.set(wanted.placeholder, word->number);
-    found.column = word->column;
-    taken[n++] = word;
-  }
-  if (!any_fixed) return false;
-  for (std::size_t i = 0; i < n; ++i) taken[i]->used = true;
-  found.event = pattern.event;
   return true;
 }
 

@@ -5,6 +5,78 @@
 
 // All words but motion.
 namespace trunnion::nc {
+
+bool Reader::State::keep(const Word& word) {
+  const auto placeholder = kept_letters[static_cast<std::size_t>(word.letter - '@') & 31U];
+  if (placeholder == 0) return false;
+  kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
+  return true;
+}
+
+std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
+  std::vector<FoundEvent> events;
+  for (auto& phrase : parsed.phrases) {
+    switch (phrase.event.kind) {
+      case EventKind::silent:
+        break;
+      case EventKind::motion:
+        set_kind(static_cast<MotionKind>(phrase.event.argument), m);
+        break;
+      case EventKind::feed_mode:
+        set_feed_mode(static_cast<FeedMode>(phrase.event.argument));
+        break;
+      case EventKind::rapid_suffix:
+        m.rapid = true;
+        break;
+      default:
+        events.push_back(std::move(phrase));
+    }
+  }
+  for (const auto& pattern : patterns.words) {
+    const auto kind = pattern.event.kind;
+    if (kind == EventKind::motion || kind == EventKind::feed_mode) continue;  // left to take_simple
+    FoundEvent found;
+    if (!match_words(pattern, found)) continue;
+    if (kind == EventKind::rapid_suffix) m.rapid = true;
+    if (kind != EventKind::silent && kind != EventKind::rapid_suffix) events.push_back(std::move(found));
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
+  return events;
+}
+
+Word* Reader::State::find_word(const PatternWord& wanted) {
+  for (std::size_t i = 0; i < parsed.word_count; ++i) {
+    Word& word = parsed.words[i];
+    if (word.letter != wanted.letter || word.used) continue;
+    if (!wanted.is_fixed || equal(word.number, wanted.number)) return &word;
+  }
+  return nullptr;
+}
+
+bool Reader::State::match_words(const Pattern& pattern, FoundEvent& found) {
+  std::array<Word*, kMaxWords> taken{};
+  std::size_t n = 0;
+  bool any_fixed = false;
+  for (const auto& wanted : pattern.words) {
+    Word* word = find_word(wanted);
+    if (word == nullptr) {
+      const bool may_be_kept = !wanted.is_fixed && (wanted.placeholder == Placeholder::tool ||
+                                                    wanted.placeholder == Placeholder::rpm);
+      if (!may_be_kept) return false;
+      continue;
+    }
+    any_fixed = any_fixed || wanted.is_fixed || pattern.words.size() == 1;
+    if (!wanted.is_fixed) found.captures.set(wanted.placeholder, word->number);
+    found.column = word->column;
+    taken[n++] = word;
+  }
+  if (!any_fixed) return false;
+  for (std::size_t i = 0; i < n; ++i) taken[i]->used = true;
+  found.event = pattern.event;
+  return true;
+}
+
 void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion& m) {
   bool moved = false;
   for (const auto& found : events) {
@@ -35,22 +107,26 @@ std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::i
 }
 
 std::int64_t Reader::State::scaled(const FoundEvent& found, Placeholder p, int decimals) {
+  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
   std::int64_t out = 0;
-  if (found.captures.has(p) && !to_quanta(found.captures[p], decimals, out)) {
+  if (number != nullptr && !to_quanta(*number, decimals, out)) {
     error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
                             std::to_string(decimals));
   }
   return out;
 }
 
-void Reader::State::keep_captures(const Captures& captures) {
-  for (const auto p : {Placeholder::tool, Placeholder::rpm}) {
-    if (captures.has(p)) kept.set(p, captures[p]);
+void Reader::State::keep_captures(const FoundEvent& found) {
+  for (std::size_t i = 0; i < kPlaceholders; ++i) {
+    const auto p = static_cast<Placeholder>(i);
+    const bool lasts =
+        found.event.kind == EventKind::remember || p == Placeholder::tool || p == Placeholder::rpm;
+    if (lasts && found.captures.has(p)) kept.set(p, found.captures[p]);
   }
 }
 
 void Reader::State::run_event(const FoundEvent& found) {
-  keep_captures(found.captures);
+  keep_captures(found);
   switch (found.event.kind) {
     case EventKind::program_start:
       return run_program_start(found);
@@ -64,7 +140,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::tool:
       return run_tool(found);
     case EventKind::length_on:
-      return run_length(whole(found, Placeholder::length_offset, 0));
+      return run_length(whole(found, Placeholder::length_offset, 1));
     case EventKind::length_off:
       return run_length(0);
     case EventKind::tcp_on:
@@ -192,6 +268,7 @@ void Reader::State::run_dwell(const FoundEvent& found) {
 void Reader::State::run_retract(AxisLetter letter) {
   position.forget(letter);
   motion_kind.reset();
+  if (c.retract_ends_length && length > 0) length = -1;
   emit(Retract{AxisWords::bit(letter)});
 }
 

@@ -5,6 +5,10 @@ namespace {
 
 using Type = PatternToken::Type;
 
+std::size_t letter_index(char c) {
+  return static_cast<std::size_t>(upper(c) - '@') & 31U;
+}
+
 const char* skip_blanks(const char* p, const char* end) {
   while (p != end && is_blank(*p)) ++p;
   return p;
@@ -77,6 +81,37 @@ void refuse(ParsedLine& out, const char* begin, const char* p, std::string messa
 
 }  // namespace
 
+LineScanner::LineScanner(const Controller& controller, const PatternSet& patterns)
+    : c_(controller), patterns_(patterns) {
+  for (const auto& pattern : patterns.phrases) {
+    const auto& first = pattern.tokens.front();
+    if (first.type == Type::letters && first.text.size() == 1)
+      letter_begins_phrase_[letter_index(first.text.front())] = true;
+  }
+}
+
+// A letter and its number; blanks may stand between them.
+bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const {
+  const char* s = skip_blanks(p + 1, end);
+  if (s == end || !begins_number(*s)) return false;
+  if (out.word_count == kMaxWords) {
+    refuse(out, begin, p, "more words than any block has");
+    return false;
+  }
+  Word& word = out.words[out.word_count];
+  word.letter = upper(*p);
+  word.used = false;
+  word.column = static_cast<std::uint32_t>(p - begin) + 1;
+  if (!scan_number(s, end, word.number)) {
+    refuse(out, begin, p, "no number after " + quoted(p, p + 1));
+    return false;
+  }
+  word.length = static_cast<std::uint32_t>(s - p);
+  ++out.word_count;
+  p = s;
+  return true;
+}
+
 const char* LineScanner::skip_block_number(const char* p, const char* end) const {
   p = skip_blanks(p, end);
   const char* s = p;
@@ -135,26 +170,14 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       ++p;
       continue;
     }
-    if (is_letter(c)) {
-      const char* s = skip_blanks(p + 1, end);
-      if (s != end && begins_number(*s)) {
-        if (out.word_count == kMaxWords) return refuse(out, begin, p, "more words than any block has");
-        Word& word = out.words[out.word_count];
-        word.letter = upper(c);
-        word.used = false;
-        word.column = static_cast<std::uint32_t>(p - begin) + 1;
-        if (!scan_number(s, end, word.number))
-          return refuse(out, begin, p, "no number after " + quoted(p, p + 1));
-        word.length = static_cast<std::uint32_t>(s - p);
-        ++out.word_count;
-        p = s;
-        continue;
-      }
-    }
+    if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;
+    if (!out.error.empty()) return;
     if (scan_comment(p, end, out)) continue;
     FoundEvent found;
     found.column = static_cast<std::uint32_t>(p - begin) + 1;
     if (!scan_phrase(p, end, found)) {
+      if (is_letter(c) && scan_word(begin, p, end, out)) continue;
+      if (!out.error.empty()) return;
       if (starts_with(p, end, c_.comments.open)) return refuse(out, begin, p, "a comment without its end");
       if (c == '/')
         return refuse(out, begin, p,

@@ -63,8 +63,7 @@ struct ParsedLine {
 class LineScanner {
  public:
   /// Both must outlive the scanner.
-  LineScanner(const Controller& controller, const PatternSet& patterns)
-      : c_(controller), patterns_(patterns) {}
+  LineScanner(const Controller& controller, const PatternSet& patterns);
 
   /// Position behind the block number (and the blanks around it).
   const char* skip_block_number(const char* p, const char* end) const;
@@ -72,10 +71,12 @@ class LineScanner {
   void scan(const char* begin, const char* p, const char* end, ParsedLine& out) const;
 
  private:
+  bool scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
   bool scan_comment(const char*& p, const char* end, ParsedLine& out) const;
   bool scan_phrase(const char*& p, const char* end, FoundEvent& out) const;
   const Controller& c_;
   const PatternSet& patterns_;
+  std::array<bool, 32> letter_begins_phrase_{};  // Q of `Q339=`: by letter
 };
 
 }  // namespace trunnion::nc

@@ -102,7 +102,7 @@ struct Reader::State {
   static bool excludes_motion(EventKind kind);
   std::int64_t whole(const FoundEvent& found, Placeholder p, std::int64_t fallback);
   std::int64_t scaled(const FoundEvent& found, Placeholder p, int decimals);
-  void keep_captures(const Captures& captures);
+  void keep_captures(const FoundEvent& found);
   void run_event(const FoundEvent& found);
   void run_program_start(const FoundEvent& found);
   void run_spindle(const FoundEvent& found);

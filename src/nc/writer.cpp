@@ -124,7 +124,8 @@ std::uint16_t Writer::State::changed_axes(const AxisWords& words) const {
 
 Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) const {
   for (const AxisLetter letter : {AxisLetter::A, AxisLetter::B, AxisLetter::C}) {
-    if ((changed & AxisWords::bit(letter)) == 0 || !position.has(letter)) continue;
+    if ((changed & AxisWords::bit(letter)) == 0 || !position.has(letter) || !c.rotary.is_modulo(letter))
+      continue;
     const std::int64_t way = std::abs(m.words[letter] - position[letter]);
     if (2 * way >= turn) {
       return refuse(std::string("axis ") + letter_of(letter) + " turns by " + number_text(way, rotary) +
@@ -156,7 +157,7 @@ Result<void> Writer::State::check_motion(const Motion& m, std::uint16_t changed)
   }
   if (m.kind == MotionKind::feed) {
     if (auto ok = check_feed(m); !ok) return ok;
-    if (c.rotary.modulo) return check_turns(m, changed);
+    if (c.rotary.modulo_axes != 0) return check_turns(m, changed);
   }
   return {};
 }
@@ -165,7 +166,7 @@ char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const
   const auto letter = kAllAxisLetters[i];
   *p++ = letter_of(letter);
   if (!is_rotary(letter)) return put_number(p, quanta, linear);
-  if (c.rotary.modulo) {
+  if (c.rotary.is_modulo(letter)) {
     quanta %= turn;
     if (quanta < 0) quanta += turn;
   }
@@ -204,6 +205,9 @@ char* Writer::State::put_feed(char* p, const Motion& m) {
 Result<void> Writer::State::write_motion(const Motion& m) {
   if (setup_pending) {
     if (auto done = flush_setup(true); !done) return done;
+  }
+  if (length_to_restore || tcp_to_restore) {
+    if (auto done = restore_after_retract(); !done) return done;
   }
   TRUNNION_EXPECTS(started && !ended);
   const std::uint16_t changed = changed_axes(m.words);

@@ -8,6 +8,16 @@
 // All blocks but motion.
 namespace trunnion::nc {
 
+namespace {
+
+bool holds(const Template& lines, Placeholder placeholder) {
+  const std::string text = "{" + std::string(name_of(placeholder)) + "}";
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const auto& line) { return line.find(text) != std::string::npos; });
+}
+
+}  // namespace
+
 Result<void> Writer::State::flush_setup(bool with_default_path_mode) {
   setup_pending = false;
   if (auto done = put_template(c.program.setup, {}); !done) return done;
@@ -118,6 +128,8 @@ Result<void> Writer::State::write(const ToolCall& b) {
   coolant = 0;
   length = kUnknown;
   pending_words.clear();
+  length_to_restore.reset();
+  tcp_to_restore.reset();
   position.forget(kAllAxes);
   const auto values = Values()
                           .set(Placeholder::tool, std::to_string(b.tool))
@@ -126,24 +138,29 @@ Result<void> Writer::State::write(const ToolCall& b) {
 }
 
 Result<void> Writer::State::write(const LengthCompensation& b) {
-  if (c.length.automatic || length == b.number) return {};
-  length = b.number;
+  const std::int64_t number =
+      holds(c.length.on, Placeholder::length_offset) ? b.number : std::min<std::int64_t>(b.number, 1);
+  length_to_restore.reset();
+  if (c.length.automatic || length == number) return {};
+  length = number;
   position.forget(kLinearAxes);
-  if (b.number == 0) return put_words(c.length.off, {}, "the end of length compensation");
-  const auto values = Values().set(Placeholder::length_offset, std::to_string(b.number));
+  if (number == 0) return put_words(c.length.off, {}, "the end of length compensation");
+  const auto values = Values().set(Placeholder::length_offset, std::to_string(number));
   return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation")
                               : put_words(c.length.on, values, "length compensation");
 }
 
 Result<void> Writer::State::write(const TcpControl& b) {
-  const std::int64_t offset = b.on ? b.length_offset : 0;
+  const bool has_offset = b.on && holds(c.tcp.on, Placeholder::length_offset);
+  const std::int64_t offset = has_offset ? b.length_offset : 0;
+  tcp_to_restore.reset();
   if (b.on == tcp && offset == tcp_offset) return {};
   tcp = b.on;
   tcp_offset = offset;
   position.forget(kLinearAxes);
   if (c.tcp.replaces_length) length = 0;
   if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control");
-  const auto values = Values().set(Placeholder::length_offset, std::to_string(b.length_offset));
+  const auto values = Values().set(Placeholder::length_offset, std::to_string(offset));
   return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control")
                            : put_words(c.tcp.on, values, "tool-centre-point control");
 }
@@ -163,15 +180,35 @@ Result<void> Writer::State::write(const PathMode& b) {
   if (path_mode && path_mode->kind == b.kind && path_mode->tolerance == b.tolerance) return {};
   path_mode = b;
   if (b.tolerance > 0) {
+    NumberStyle style = linear;
+    style.plus_sign = false;
     return put_words(c.continuous_within,
-                     Values().set(Placeholder::tolerance, number_text(b.tolerance, linear)),
+                     Values().set(Placeholder::tolerance, number_text(b.tolerance, style)),
                      "path blending within a tolerance");
   }
   return put_words(c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode");
 }
 
+Result<void> Writer::State::restore_after_retract() {
+  const auto tcp_before = std::exchange(tcp_to_restore, std::nullopt);
+  const auto length_before = std::exchange(length_to_restore, std::nullopt);
+  if (tcp_before && c.tcp.replaces_length) return write(*tcp_before);
+  if (length_before) {
+    if (auto done = write(*length_before); !done) return done;
+  }
+  return tcp_before ? write(*tcp_before) : Result<void>{};
+}
+
 Result<void> Writer::State::write(const Retract& b) {
-  if (auto done = switch_tcp_off(); !done) return done;
+  if (tcp && c.tcp.off_for_tool_change) {
+    const TcpControl before{true, tcp_offset};
+    if (auto done = switch_tcp_off(); !done) return done;
+    tcp_to_restore = before;
+  }
+  if (c.retract_ends_length && length > 0) {
+    length_to_restore = LengthCompensation{length};
+    length = kUnknown;
+  }
   for (const AxisLetter letter : {AxisLetter::Z, AxisLetter::W, AxisLetter::X, AxisLetter::Y, AxisLetter::A,
                                   AxisLetter::B, AxisLetter::C, AxisLetter::U, AxisLetter::V}) {
     if ((b.axes & AxisWords::bit(letter)) == 0) continue;

@@ -44,6 +44,9 @@ struct Writer::State {
   std::int64_t program_number = 0;
   bool started = false;
   bool setup_pending = false;
+  // What a retract switched off, to be switched on again before the next motion.
+  std::optional<LengthCompensation> length_to_restore;
+  std::optional<TcpControl> tcp_to_restore;
   bool ended = false;
   std::string pending_words;  // length or TCP words that belong into the next motion block
 
@@ -80,6 +83,7 @@ struct Writer::State {
 
   // Everything else.
   Result<void> flush_setup(bool with_default_path_mode);
+  Result<void> restore_after_retract();
   Result<void> switch_tcp_off();
   Result<void> write(const ProgramStart& b);
   Values program_values() const;

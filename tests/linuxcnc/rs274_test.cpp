@@ -167,8 +167,10 @@ TEST(Rs274, TakesEveryWordOfTheControllerFile) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     auto blocks = test::RandomProgram(controller, seed).make(80);
     // Retract goes to machine coordinates, which the interpreter shows as program coordinates of its own
-    // offsets.
-    std::erase_if(blocks, [](const nc::Block& b) { return std::holds_alternative<nc::Retract>(b); });
+    // offsets; the words for tool-centre-point control are user codes of some configurations.
+    std::erase_if(blocks, [](const nc::Block& b) {
+      return std::holds_alternative<nc::Retract>(b) || std::holds_alternative<nc::TcpControl>(b);
+    });
     const auto text = test::nc_text(controller, blocks);
     const auto theirs = interpret(text);
     ASSERT_EQ(theirs.exit_code, 0) << theirs.messages << text;

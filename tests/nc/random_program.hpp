@@ -122,9 +122,10 @@ class RandomProgram {
     known_ = {};
   }
 
-  void length() {
+  void length() { length(integer(0, mentions(c_.length.on, "{length_offset}") ? 3 : 1)); }
+
+  void length(std::int64_t number) {
     if (c_.length.automatic || c_.length.on.empty() || (tcp_ && c_.tcp.replaces_length)) return;
-    const auto number = integer(0, 3);
     if (number == length_) return;
     length_ = number;
     forget_linear();
@@ -172,6 +173,10 @@ class RandomProgram {
     if (tcp_) tcp(false);
     known_.forget(letter);
     blocks_.push_back(nc::Retract{nc::AxisWords::bit(letter)});
+    if (c_.retract_ends_length && length_ > 0) {
+      length_ = -1;
+      length(integer(0, 1) == 0 ? 0 : 1);
+    }
   }
 
   void plane() {
@@ -220,7 +225,7 @@ class RandomProgram {
   }
 
   std::int64_t next_position(nc::AxisLetter letter, nc::MotionKind kind) {
-    if (c_.rotary.modulo && nc::is_rotary(letter)) {
+    if (c_.rotary.is_modulo(letter)) {
       const std::int64_t turn = c_.numbers.axes.turn();
       if (!known_.has(letter)) return integer(0, turn - 1);
       const std::int64_t half = turn / 2 - 1;

@@ -38,6 +38,7 @@ TEST_P(EveryController, WritesNoMinusZeroAndNoLineBeyondTheLimit) {
          begin = end + 1, end = text.find('\n', begin)) {
       const auto line = text.substr(begin, end - begin);
       EXPECT_LE(line.size(), controller.line.max_length + 1) << line;
+      if (line.find(controller.comments.open) != std::string::npos) continue;  // any text
       for (const char* minus_zero : {"-0 ", "-0.0 ", "-0.00 ", "-0.000 ", "-0.0000 ", "-0. "}) {
         EXPECT_EQ((line + " ").find(minus_zero), std::string::npos) << line;
       }

@@ -54,13 +54,15 @@ enum class CoolantKind : std::uint8_t { off, flood, mist, through_tool, air };
 struct Coolant {
   CoolantKind kind = CoolantKind::off;
 };
-/// Tool change. Length compensation is a block of its own, except on controls where it belongs to the tool
+/// Tool change. It ends tool-centre-point control (the writer says so where the control needs it) and length
+/// compensation, which is a block of its own, except on controls where it belongs to the tool
 /// (Controller::Length).
 struct ToolCall {
   std::int64_t tool = 0;
   std::int64_t length_offset = 0;  // read: the tool's number where the words do not say
 };
-/// Tool length compensation along the tool (G43 H in ISO words); number 0 ends it.
+/// Tool length compensation along the tool (G43 H in ISO words); number 0 ends it. 1 for controls whose words
+/// hold no number.
 struct LengthCompensation {
   std::int64_t number = 0;
 };
@@ -80,7 +82,8 @@ struct PathMode {
   std::int64_t tolerance = 0;  // of `continuous`, quanta of the linear format; 0: what the control has set
 };
 /// Moves axes to the safe machine position of the controller file; their program positions are unknown
-/// afterwards.
+/// afterwards. Tool-centre-point control and length compensation are what they were for the next motion: the
+/// writer switches them off and on where needed.
 struct Retract {
   std::uint16_t axes = AxisWords::bit(AxisLetter::Z);
 };

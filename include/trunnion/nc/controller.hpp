@@ -103,7 +103,10 @@ struct Controller {
   } feed;
 
   struct Rotary {
-    bool modulo = false;  // angles are written in [0, 360) and the control turns the shorter way
+    /// Rotary axes (bits of AxisWords) whose angles are written in [0, 360) and which turn the shorter way:
+    /// without limits, as a rule C.
+    std::uint16_t modulo_axes = 0;
+    bool is_modulo(AxisLetter letter) const { return (modulo_axes & AxisWords::bit(letter)) != 0; }
   } rotary;
 
   struct Length {
@@ -145,8 +148,10 @@ struct Controller {
   Template continuous_within;                     // {tolerance}
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
   std::array<Template, kAxisLetters> retract;     // by axis
+  bool retract_ends_length =
+      false;          // a retract ends length compensation too: written again before the next motion
   Template also_end;  // other words that end a program, when reading
-  Template silent;  // words that the reader takes and that move nothing and change nothing here
+  Template silent;    // words that the reader takes and that move nothing and change nothing here
 
   std::map<std::string, std::string> refused;  // words that are known and not read, as G91, and why
 

@@ -1,0 +1,88 @@
+// Controller files: what is wrong in one is said with its place.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/controllers.hpp"
+
+namespace trunnion {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class ControllerFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "trunnion_controller_XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    fs::copy_file(test::controller_folder() + "/iso.toml", folder_ / "iso.toml");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // Messages without the folder, in front of each its file.
+  std::vector<std::string> errors_of(const std::string& text) {
+    std::ofstream(folder_ / "c.toml") << text;
+    Diagnostics diagnostics;
+    EXPECT_FALSE(nc::load_controller((folder_ / "c.toml").string(), diagnostics));
+    std::vector<std::string> out;
+    for (const auto& f : diagnostics.findings()) out.push_back(f.text().substr(folder_.string().size() + 1));
+    return out;
+  }
+  fs::path folder_;
+};
+
+constexpr const char* kHead = "[controller]\nname = \"C\"\nbase = \"iso\"\n";
+
+TEST_F(ControllerFile, TakesEverythingFromItsBase) {
+  std::ofstream(folder_ / "c.toml") << kHead << "[comments]\nmax_characters = 30\n";
+  Diagnostics diagnostics;
+  const auto c = nc::load_controller((folder_ / "c.toml").string(), diagnostics);
+  ASSERT_TRUE(c);
+  EXPECT_EQ(c->name, "C");
+  EXPECT_EQ(c->comments.max_length, 30U);
+  EXPECT_EQ(c->motion.rapid, "G0");
+}
+
+TEST_F(ControllerFile, NamesUnknownKeysAndWrongTypesWithTheirPlace) {
+  EXPECT_THAT(errors_of(std::string(kHead) +
+                        "[motion]\nrapidd = \"G0\"\n[numbers]\nlinear_decimals = 12\nplus_sign = 1\n"),
+              ElementsAre("c.toml:7:1: error: 'linear_decimals' must be from 0 to 9, not 12",
+                          "c.toml:8:1: error: 'plus_sign' must be true or false, not a whole number",
+                          "c.toml:5:1: error: unknown key 'rapidd' in [motion]"));
+}
+
+TEST_F(ControllerFile, RefusesPlaceholdersWithoutMeaning) {
+  EXPECT_THAT(
+      errors_of(std::string(kHead) + "[dwell]\nwords = \"G4 P{second}\"\n[stop]\nprogram = \"M{tool}\"\n"),
+      ElementsAre("c.toml:5:1: error: 'words': unknown placeholder {second}",
+                  "c.toml:7:1: error: 'program': {tool} has no meaning here"));
+}
+
+TEST_F(ControllerFile, RefusesTemplatesThatTheReaderCouldNotTellApart) {
+  EXPECT_THAT(errors_of(std::string(kHead) + "[coolant]\nmist = \"M08\"\n"),
+              ElementsAre(HasSubstr("error: '[coolant] mist' and '[coolant] flood' have the same words")));
+}
+
+TEST_F(ControllerFile, RefusesACircleOfBases) {
+  std::ofstream(folder_ / "d.toml") << "[controller]\nname = \"D\"\nbase = \"c\"\n";
+  EXPECT_THAT(errors_of("[controller]\nname = \"C\"\nbase = \"d\"\n").front(),
+              HasSubstr("more than 8 bases"));
+}
+
+TEST_F(ControllerFile, IsFoundByNameOrPath) {
+  EXPECT_EQ(nc::find_controller("iso", folder_.string()).value(), (folder_ / "iso.toml").string());
+  EXPECT_EQ(nc::find_controller("/somewhere/x.toml", folder_.string()).value(), "/somewhere/x.toml");
+  const auto missing = nc::find_controller("okuma", folder_.string());
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::io_failed);
+  EXPECT_THAT(missing.error().message, HasSubstr("no controller 'okuma' in"));
+  EXPECT_THAT(missing.error().message, HasSubstr("there are: iso"));
+}
+
+}  // namespace
+}  // namespace trunnion

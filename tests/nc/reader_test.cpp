@@ -1,0 +1,164 @@
+// What the reader takes, what it refuses, and where it says the fault is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "support/controllers.hpp"
+
+namespace trunnion {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::vector<std::string> read(const std::string& controller, const std::string& text) {
+  std::vector<std::string> out;
+  for (const auto& block : test::nc_blocks(test::shipped_controller(controller), text))
+    out.push_back(to_text(block));
+  return out;
+}
+
+std::vector<std::string> errors_of(const std::string& name, const std::string& text) {
+  const auto controller = test::shipped_controller(name);
+  Diagnostics diagnostics;
+  const auto blocks = nc::read_program(controller, text, "p.nc", diagnostics);
+  EXPECT_FALSE(blocks);
+  std::vector<std::string> out;
+  for (const auto& f : diagnostics.findings()) out.push_back(f.text());
+  return out;
+}
+
+TEST(Reader, GivesEveryAxisThatIsKnown) {
+  EXPECT_THAT(read("linuxcnc", "G0 X1\nY2 Z-.5\ng1c90.5f100\nM2"),
+              ElementsAre("program start  1", "rapid X 10000", "rapid X 10000 Y 20000 Z -5000",
+                          "feed X 10000 Y 20000 Z -5000 C 905000 | per min 100000", "program end"));
+}
+
+TEST(Reader, TakesWordsInAnyOrderAndAnySpelling) {
+  EXPECT_THAT(read("linuxcnc", "F100.0Z+2.X01G01;move\n\n  ( a comment ) \nN7 m30"),
+              ElementsAre("program start  1", "comment move", "feed X 10000 Z 20000 | per min 100000",
+                          "comment a comment", "program end"));
+}
+
+TEST(Reader, ResolvesTheFeedMode) {
+  EXPECT_THAT(read("linuxcnc", "G93 G1 X1 F2.5\nX2 F3\nG94 X3 F100\nX4\nM2"),
+              ElementsAre("program start  1", "feed X 10000 | 1/min 25000", "feed X 20000 | 1/min 30000",
+                          "feed X 30000 | per min 100000", "feed X 40000 | per min 100000", "program end"));
+}
+
+TEST(Reader, KeepsToolAndSpeedForALaterLine) {
+  EXPECT_THAT(
+      read("linuxcnc", "T5\nS900\nM6\nM3\nG43 H7\nM2"),
+      ElementsAre("program start  1", "tool 5 offset 5", "spindle clockwise 900", "length 7", "program end"));
+}
+
+TEST(Reader, RunsStopsAfterTheMotionOfTheirLine) {
+  EXPECT_THAT(read("linuxcnc", "M8 G0 X1 M0\nM2"),
+              ElementsAre("program start  1", "coolant flood", "rapid X 10000", "stop", "program end"));
+}
+
+TEST(Reader, ForgetsPositionsThatAToolChangeOrAnOffsetMakesUnknown) {
+  EXPECT_THAT(read("linuxcnc", "G0 X1 Y1 Z1 A1\nT1 M6\nA2\nG43 H1\nX1\nG55\nY3\nM2"),
+              ElementsAre("program start  1", "rapid X 10000 Y 10000 Z 10000 A 10000", "tool 1 offset 1",
+                          "rapid A 20000", "length 1", "rapid X 10000 A 20000", "work offset 2",
+                          "rapid Y 30000", "program end"));
+}
+
+TEST(Reader, TurnsAModuloAxisTheShorterWay) {
+  EXPECT_THAT(read("heidenhain_tnc640",
+                   "0 BEGIN PGM A MM\n1 L C+350 FMAX\n2 L C+10 F100\n3 L C+350\n4 L C+180 A-30\n5 M30\n6 END "
+                   "PGM A MM"),
+              ElementsAre("program start A 1", "rapid C 3500000", "feed C 3700000 | per min 100000",
+                          "feed C 3500000 | per min 100000", "feed A -300000 C 1800000 | per min 100000",
+                          "program end"));
+}
+
+TEST(Reader, KnowsThatG49EndsWhicheverIsActive) {
+  EXPECT_THAT(read("fanuc_30i", "%\nO12\nG0 G43 H1 Z5.\nG49\nG0 G43.4 H2 Z6.\nG49\nG49\nM30\n%"),
+              ElementsAre("program start  12", "length 1", "rapid Z 5000", "length 0", "tcp on offset 2",
+                          "rapid Z 6000", "tcp off", "program end"));
+}
+
+TEST(Reader, GivesBackRawLinesItIsToldOf) {
+  nc::ReaderOptions options;
+  options.raw_lines = {"M123 Q7"};
+  const auto blocks = test::nc_blocks(test::shipped_controller("linuxcnc"), "M123 Q7 \nM2\n", options);
+  ASSERT_EQ(blocks.size(), 3U);
+  EXPECT_EQ(to_text(blocks[1]), "raw M123 Q7");
+}
+
+TEST(Reader, ReadsMoreDecimalsWhenAsked) {
+  const auto controller = test::shipped_controller("linuxcnc");
+  nc::ReaderOptions options;
+  options.format = controller.numbers.axes.finer(3);
+  const auto blocks = test::nc_blocks(controller, "G0 X1.2345678 C-0.5\nM2", options);
+  EXPECT_EQ(to_text(blocks[1]), "rapid X 12345678 C -5000000");
+}
+
+TEST(Reader, SaysWhatIsWrongAndWhere) {
+  const auto one = [](const std::string& text) {
+    const auto errors = errors_of("linuxcnc", text);
+    return errors.empty() ? std::string() : errors.front();
+  };
+  EXPECT_THAT(one("G0 X1\nG68.2 X1\nM2"), HasSubstr("p.nc:2:1: error: 'G68.2' is not known to LinuxCNC ("));
+  EXPECT_EQ(one("G0 X1\n G91 X1\nM2"), "p.nc:2:2: error: G91: incremental programs are not read");
+  EXPECT_EQ(one("G20\nM2"), "p.nc:1:1: error: G20: inch programs are not read");
+  EXPECT_EQ(one("X1\nM2"), "p.nc:1:1: error: axis words before any G0 or G1");
+  EXPECT_EQ(one("G1 X1\nM2"), "p.nc:1:4: error: feed move without feed");
+  EXPECT_EQ(one("G93 G1 X1 F1\nX2\nM2"),
+            "p.nc:2:1: error: feed move without F, which inverse time needs in every block");
+  EXPECT_EQ(one("G0 X1 Y2 X3\nM2"), "p.nc:1:10: error: two X words in one block");
+  EXPECT_EQ(one("G0 X1.23456\nM2"), "p.nc:1:4: error: 'X1.23456' has more decimals than 4, or is too large");
+  EXPECT_THAT(one("G0 X1e5\nM2"), HasSubstr("p.nc:1:6: error: 'e5' is not known to LinuxCNC"));
+  EXPECT_EQ(one("G0 X--1\nM2"), "p.nc:1:4: error: no number after 'X'");
+  EXPECT_EQ(one("G0 X1 (open\nM2"), "p.nc:1:7: error: a comment without its end");
+  EXPECT_EQ(one("/G0 X1\nM2"),
+            "p.nc:1:1: error: block delete '/' is not evaluated: which way the control runs is not known");
+  EXPECT_EQ(one("#1=5\nM2"), "p.nc:1:1: error: '#' is not understood");
+  EXPECT_EQ(one(std::string("G0 \x01\nM2")), "p.nc:1:4: error: byte 0x01 is not understood");
+  EXPECT_EQ(one("TRAORI\nM2"), "p.nc:1:1: error: 'TRAORI' is not understood");
+  EXPECT_EQ(one("G0 X1\n"), "p.nc:2: error: the program has no end (M2)");
+  EXPECT_EQ(one("M2\nG0 X1"), "p.nc:2:1: error: text after the end of the program");
+  EXPECT_EQ(one("G4 P1 X5\nM2"),
+            "p.nc:1:7: error: axis words stand in one block with words that exclude motion");
+  EXPECT_EQ(one("M3\nM2"), "p.nc:1:1: error: the spindle is to turn without a speed");
+}
+
+TEST(Reader, RefusesNumbersWithoutPointWhereTheyMeanIncrements) {
+  EXPECT_THAT(errors_of("fanuc_30i", "%\nO1\nG0 X10\nM30\n%").front(),
+              HasSubstr("p.nc:3:4: error: 'X10' has no decimal point"));
+  EXPECT_THAT(read("fanuc_30i", "%\nO1\nG0 X0 Y10.\nM30\n%"),
+              ElementsAre("program start  1", "rapid X 0 Y 10000", "program end"));
+}
+
+TEST(Reader, WantsAMotionWordInEveryBlockWhereTheControlDoes) {
+  EXPECT_THAT(
+      errors_of("heidenhain_tnc640", "0 BEGIN PGM A MM\n1 L X+1 FMAX\n2 X+2\n3 M30\n4 END PGM A MM").front(),
+      HasSubstr("p.nc:3:3: error: axis words without 'L'"));
+}
+
+TEST(Reader, GivesUpOnTheWrongLanguage) {
+  std::string text;
+  for (int i = 0; i < 1000; ++i) text += "L X+1 Y+2 FMAX\n";
+  const auto errors = errors_of("linuxcnc", text);
+  EXPECT_EQ(errors.size(), 21U);
+  EXPECT_THAT(errors.back(), HasSubstr("too many errors: is it a program for LinuxCNC?"));
+}
+
+// Whatever bytes come: an error or blocks, never a crash.
+TEST(Reader, SurvivesAnyBytes) {
+  std::mt19937_64 random(17);
+  const std::string alphabet = "GMXYZABCFSTHNLDQ0123456789.-+ ()\n;%/=\"\t\rFMAXCYCLDEFTOOLCALL\xff\x80";
+  for (const auto& name : test::shipped_controllers()) {
+    const auto controller = test::shipped_controller(name);
+    for (int i = 0; i < 300; ++i) {
+      std::string text;
+      for (std::size_t n = random() % 400; n > 0; --n) text += alphabet[random() % alphabet.size()];
+      Diagnostics diagnostics;
+      static_cast<void>(nc::read_program(controller, text, "p.nc", diagnostics));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trunnion
