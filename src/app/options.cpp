@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "trunnion/base/number_text.hpp"
+
 namespace trunnion::app {
 namespace {
 
@@ -137,6 +139,19 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   out.verify = !no_verify;
   if (ignore_msys) out.cl.frames = cl::ReaderOptions::Frames::ignore;
   return out;
+}
+
+std::string PostCliOptions::text() const {
+  const auto number = [](const std::optional<double>& v) { return v ? shortest_text(*v) : std::string("-"); };
+  std::string out = shortest_text(tolerance_mm) + " " + number(rapid_tolerance_mm) + " " +
+                    number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
+                    feed + " " + model + " " + shortest_text(default_feed_mm_min) + " " +
+                    shortest_text(retract_mm);
+  for (const bool flag : {one_sided, thin, move_programmed_points, no_certify, no_verify, accept_deviation,
+                          no_geometric, no_thermal, ignore_msys}) {
+    out += flag ? " 1" : " 0";
+  }
+  return out + "\n";
 }
 
 Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,

@@ -61,6 +61,8 @@ struct PostCliOptions {
   void add_to(CLI::App& command);
   /// Fails with wrong_use.
   Result<post::PostOptions> resolve() const;
+  /// All values, for the fingerprint of a batch.
+  std::string text() const;
   /// The model of the file with the classes that are switched off left out; nothing without `--model`.
   Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics) const;
 };
