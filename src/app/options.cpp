@@ -32,9 +32,9 @@ void MachineOptions::add_to(CLI::App& command, bool with_controller) {
   command.add_option("-m,--machine", machine, "machine file, or the name of one in postconfigs/machines")
       ->required();
   if (with_controller) {
-    command.add_option(
-        "-c,--controller", controller,
-        "controller file, or the name of one in postconfigs/controllers (the machine's, else linuxcnc)");
+    command.add_option("-c,--controller", controller,
+                       "controller file, or the name of one in postconfigs/controllers (the machine file's, "
+                       "else default.toml there)");
   }
 }
 
@@ -48,9 +48,8 @@ Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
 
 Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
                                            Diagnostics& diagnostics) {
-  // The default of the interface: the one control whose interpreter anybody can run.
   const std::string name =
-      !options.controller.empty() ? options.controller : machine.controller.value_or("linuxcnc");
+      !options.controller.empty() ? options.controller : machine.controller.value_or("default");
   const auto file = nc::find_controller(name, postconfigs_folder() + "/controllers");
   if (!file) return tl::unexpected(file.error());
   return nc::load_controller(*file, diagnostics);
