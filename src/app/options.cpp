@@ -89,6 +89,7 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
+  c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
   c.add_flag("--one-sided", one_sided, "adaptive: nodes stay on the chord");
@@ -132,7 +133,10 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
     return fail(ErrorCode::wrong_use,
                 "--choice: '" + choice + "' is none of global, combined, largest, sum, axis:NAME");
   }
-  out.feed = feed == "inverse" ? post::FeedOutput::inverse : post::FeedOutput::per_minute;
+  out.feed = rtcp                ? post::FeedOutput::tip
+             : feed == "inverse" ? post::FeedOutput::inverse
+                                 : post::FeedOutput::per_minute;
+  out.rtcp = rtcp;
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
   out.retract_mm = retract_mm;
   out.verify = !no_verify;
@@ -146,8 +150,8 @@ std::string PostCliOptions::text() const {
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
                     feed + " " + model + " " + shortest_text(default_feed_mm_min) + " " +
                     shortest_text(retract_mm);
-  for (const bool flag : {one_sided, thin, move_programmed_points, no_certify, no_verify, accept_deviation,
-                          no_geometric, no_thermal, ignore_msys}) {
+  for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
+                          accept_deviation, no_geometric, no_thermal, ignore_msys}) {
     out += flag ? " 1" : " 0";
   }
   return out + "\n";

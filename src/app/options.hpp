@@ -48,6 +48,7 @@ struct PostCliOptions {
   std::string model;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
+  bool rtcp = false;
   bool one_sided = false;
   bool thin = false;
   bool move_programmed_points = false;
