@@ -32,5 +32,7 @@ void add_batch_command(CLI::App& root, int& exit);
 void add_compare_command(CLI::App& root, int& exit);
 void add_machine_command(CLI::App& root, int& exit);
 void add_iso230_command(CLI::App& root, int& exit);
+void add_model_command(CLI::App& root, int& exit);
+void add_simulate_command(CLI::App& root, int& exit);
 
 }  // namespace trunnion::app
