@@ -1,8 +1,6 @@
 #include "trunnion/path/nonlinear.hpp"
 
-#include "trunnion/base/contract.hpp"
-
-#include "path/segment_refiner.hpp"
+#include "path/run_refiner.hpp"
 
 namespace trunnion::path {
 
@@ -16,9 +14,10 @@ std::optional<Method> method_from_text(std::string_view text) {
 
 struct Refiner::Work {
   Work(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding, const NonlinearOptions& options)
-      : segment(machine, tool_mm, rounding, options) {}
+      : run(machine, tool_mm, rounding, options), segment(run.segment()) {}
 
-  SegmentRefiner segment;
+  RunRefiner run;
+  SegmentRefiner& segment;
   // The end of a segment is the start of the next: its station is kept.
   Station a, b;
   bool known = false;
@@ -53,10 +52,7 @@ SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& 
 
 void Refiner::refine_run(std::span<const Point> run, const Tolerance& tolerance, std::vector<Point>& out,
                          std::vector<SegmentReport>& reports) {
-  for (std::size_t i = 0; i < run.size(); ++i) {
-    if (i > 0) reports.push_back(refine(run[i - 1], run[i], tolerance, out));
-    out.push_back(run[i]);
-  }
+  work_->run.refine(run, tolerance, out, reports);
 }
 
 }  // namespace trunnion::path

@@ -251,8 +251,7 @@ void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, dou
 }
 
 void SegmentRefiner::use_cells(NodeAxis how) {
-  // Rounded words take their share of the tube.
-  const double tube = std::max(tolerance_.tip_mm - word_error_mm_, 0.5 * tolerance_.tip_mm);
+  const double tube = tube_mm(tolerance_);
   spacing_.set(cells_, tube, tolerance_.axis.rad(), how == NodeAxis::great_circle);
   if (!ends_.moved) return;
   const auto displaced = [&](const Station& at, const Point& p, double t) {
@@ -260,6 +259,31 @@ void SegmentRefiner::use_cells(NodeAxis how) {
   };
   end0_ = std::clamp(displaced(*ends_.at_a, *ends_.a, 0.0), -1.0, 1.0);
   end1_ = std::clamp(displaced(*ends_.at_b, *ends_.b, 1.0), -1.0, 1.0);
+}
+
+double SegmentRefiner::tube_mm(const Tolerance& tolerance) const {
+  return std::max(tolerance.tip_mm - word_error_mm_, 0.5 * tolerance.tip_mm);
+}
+
+const Spacing& SegmentRefiner::spacing_of(const SegmentEnds& ends, const Tolerance& tolerance) {
+  start(ends, tolerance);
+  const bool axis_holds =
+      certifier_.axis_within(*ends.at_a, *ends.at_b, reference_, tolerance.axis) == Within::yes;
+  use_cells(choose_axis(axis_holds));
+  return spacing_;
+}
+
+SegmentReport SegmentRefiner::span_report(const Station& programmed_a, const Station& programmed_b,
+                                          const Station& a, const Station& b) {
+  ends_.at_a = &programmed_a;
+  ends_.at_b = &programmed_b;
+  SegmentReport report;
+  needs_points(report);
+  ends_.at_a = &a;
+  ends_.at_b = &b;
+  judge_pieces(report);
+  report.converged = true;
+  return report;
 }
 
 bool SegmentRefiner::all_within() const {

@@ -30,6 +30,11 @@ class SegmentRefiner {
 
   /// How the segment bends, in cells along its ideal path (nodes on the chord and the great circle).
   const Spacing& spacing_of(const SegmentEnds& ends, const Tolerance& tolerance);
+  /// What the tolerance leaves for the bow when the words are rounded, mm.
+  double tube_mm(const Tolerance& tolerance) const;
+  /// Report of the segment that is started, of which the part from `a` to `b` of a longer piece keeps.
+  SegmentReport span_report(const Station& programmed_a, const Station& programmed_b, const Station& a,
+                            const Station& b);
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
   const NodeMaker& maker() const { return maker_; }
   bool piece_within(const Station& a, const Station& b) const;

@@ -63,6 +63,17 @@ std::size_t Spacing::two_sided_pieces(double end0, double end1) const {
   return 1 + pieces(1.0 + inner);
 }
 
+double Spacing::free_end_share(double length) {
+  const double w = length / (kInnerLength * std::ceil(length / kInnerLength - kCountSlack));
+  return std::min(1.0, w * w);
+}
+
+bool Spacing::one_piece_covers(double length, double x0, double x1) {
+  // A displacement of more than one tolerance, or so far along the bow that its end is outside, is nobody's
+  // plan.
+  return length <= length_between(std::clamp(x0, -1.0, 1.0), std::clamp(x1, -1.0, 1.0));
+}
+
 double Spacing::t_at(double length) const {
   const auto it = std::lower_bound(cumulative_.begin(), cumulative_.end(), length);
   if (it == cumulative_.end()) return 1.0;

@@ -40,6 +40,11 @@ class Spacing {
   void place_two_sided(std::size_t pieces, double end0, double end1, std::vector<Place>& out) const;
   /// Unit vector against the bow at t; zero where there is none.
   Vec3 against(double t) const;
+  /// Displacement of free ends, in tolerances, with which a segment of I-length `length` needs the fewest
+  /// pieces.
+  static double free_end_share(double length);
+  /// True when one piece with ends displaced by x0, x1 tolerances against the bow is enough.
+  static bool one_piece_covers(double length, double x0, double x1);
   double total() const { return cumulative_.empty() ? 0.0 : cumulative_.back(); }
 
  private:

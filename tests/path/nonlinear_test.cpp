@@ -198,5 +198,143 @@ TEST(Refiner, HalfTurnAtThePoleConverges) {
   }
 }
 
+// A path along a blade of `rows` points, `step_mm` apart, the axis turning as it goes.
+std::vector<Point> blade(const Machine& machine, std::size_t rows, double step_mm, const Rounding& rounding) {
+  std::vector<ToolPose> poses;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double s = step_mm * static_cast<double>(i);
+    const Vec3 tip(50.0 - 0.3 * s, 5.0 - 0.7 * s + 0.002 * s * s, -38.0 + 0.6 * s);
+    const Vec3 axis(0.7 + 0.004 * s, -0.1 - 0.006 * s, 0.55 - 0.003 * s);
+    poses.push_back({tip, axis.normalized()});
+  }
+  auto path = test::nearest_path(machine, poses);
+  put_on_words(machine, rounding, path);
+  return path;
+}
+
+// Largest distance of the new path from the programmed polyline, and of its vertices from the new path.
+double largest_distance(const Machine& machine, const std::vector<Point>& run,
+                        const std::vector<Point>& out) {
+  std::vector<Vec3> curve;
+  for (std::size_t i = 1; i < out.size(); ++i) {
+    for (int k = 0; k <= 16; ++k)
+      curve.push_back(forward(machine, JointVector::interpolate(out[i - 1].q, out[i].q, k / 16.0)).p);
+  }
+  double worst = 0.0;
+  for (const Vec3& p : curve) {
+    double nearest = 1e9;
+    for (std::size_t i = 1; i < run.size(); ++i) {
+      nearest = std::min(nearest, distance_to_segment(p, run[i - 1].tip_P, run[i].tip_P));
+    }
+    worst = std::max(worst, nearest);
+  }
+  for (const Point& v : run) {
+    double nearest = 1e9;
+    for (std::size_t i = 1; i < curve.size(); ++i)
+      nearest = std::min(nearest, distance_to_segment(v.tip_P, curve[i - 1], curve[i]));
+    worst = std::max(worst, nearest);
+  }
+  return worst;
+}
+
+TEST(RefineRun, IsRefineOnEverySegmentByDefault) {
+  const Machine machine = test::shipped_machine("paper");
+  const auto run = blade(machine, 30, 1.0, {});
+  Refiner refiner(machine, machine.tool_vector(), {}, {});
+  const Tolerance tolerance{0.002, Angle::degrees(0.05)};
+  std::vector<Point> whole;
+  std::vector<SegmentReport> reports;
+  refiner.refine_run(run, tolerance, whole, reports);
+  std::vector<Point> single{run.front()};
+  for (std::size_t i = 1; i < run.size(); ++i) {
+    refiner.refine(run[i - 1], run[i], tolerance, single);
+    single.push_back(run[i]);
+  }
+  ASSERT_EQ(whole.size(), single.size());
+  EXPECT_EQ(reports.size(), run.size() - 1);
+  for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_EQ(whole[i].q, single[i].q);
+}
+
+TEST(RefineRun, MovedPointsSaveInsertedOnesWithinTheTolerance) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Rounding rounding = four_decimals(machine);
+  const auto run = blade(machine, 60, 2.0, rounding);
+  // A tolerance that every segment misses by a little: one point each on the chord.
+  NonlinearOptions none;
+  none.method = Method::none;
+  std::vector<Point> unchanged;
+  std::vector<SegmentReport> programmed;
+  Refiner(machine, machine.tool_vector(), rounding, none)
+      .refine_run(run, {1e-6, Angle::degrees(1.0)}, unchanged, programmed);
+  double least = 1e9;
+  for (const SegmentReport& r : programmed) least = std::min(least, r.programmed_mm);
+  const Tolerance tolerance{0.8 * least, Angle::degrees(0.2)};
+  std::size_t inserted[2] = {0, 0};
+  for (const bool moves : {false, true}) {
+    NonlinearOptions options;
+    options.method = Method::adaptive;
+    options.move_programmed_points = moves;
+    Refiner refiner(machine, machine.tool_vector(), rounding, options);
+    std::vector<Point> out;
+    std::vector<SegmentReport> reports;
+    refiner.refine_run(run, tolerance, out, reports);
+    ASSERT_EQ(reports.size(), run.size() - 1);
+    EXPECT_EQ(out.front().q, run.front().q);
+    EXPECT_EQ(out.back().q, run.back().q);
+    for (const SegmentReport& r : reports) {
+      EXPECT_TRUE(r.converged);
+      inserted[moves ? 1 : 0] += r.inserted;
+    }
+    EXPECT_EQ(out.size(), run.size() + inserted[moves ? 1 : 0]);
+    EXPECT_LE(largest_distance(machine, run, out), tolerance.tip_mm);
+  }
+  EXPECT_GE(inserted[0], run.size() - 1);
+  EXPECT_LE(inserted[1], inserted[0] / 2);
+}
+
+TEST(RefineRun, ThinningKeepsTheTubeAndTheProgrammedPoints) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Rounding rounding = four_decimals(machine);
+  const auto run = blade(machine, 400, 0.05, rounding);
+  const Tolerance tolerance{0.005, Angle::degrees(0.05)};
+  NonlinearOptions options;
+  options.method = Method::adaptive;
+  options.thin = true;
+  Refiner refiner(machine, machine.tool_vector(), rounding, options);
+  std::vector<Point> out;
+  std::vector<SegmentReport> reports;
+  refiner.refine_run(run, tolerance, out, reports);
+  EXPECT_EQ(reports.size(), run.size() - 1);
+  EXPECT_LT(out.size(), run.size() / 5);
+  EXPECT_EQ(out.front().q, run.front().q);
+  EXPECT_EQ(out.back().q, run.back().q);
+  EXPECT_LE(largest_distance(machine, run, out), tolerance.tip_mm);
+  for (const SegmentReport& r : reports) {
+    EXPECT_TRUE(r.converged);
+    EXPECT_LE(r.tip_mm, 1.05 * tolerance.tip_mm);
+    EXPECT_LE(r.axis.rad(), 1.05 * tolerance.axis.rad());
+  }
+}
+
+TEST(RefineRun, ThinningKeepsCorners) {
+  const Machine machine = test::shipped_machine("paper");
+  std::vector<ToolPose> poses;
+  for (const Vec3& tip :
+       {Vec3(0, 0, 0), Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(10, 5, 0), Vec3(10, 10, 0), Vec3(10, 4, 0)}) {
+    poses.push_back({tip, Vec3(0.1, 0.2, 0.9).normalized()});
+  }
+  const auto run = test::nearest_path(machine, poses);
+  NonlinearOptions options;
+  options.thin = true;
+  Refiner refiner(machine, machine.tool_vector(), {}, options);
+  std::vector<Point> out;
+  std::vector<SegmentReport> reports;
+  refiner.refine_run(run, {0.01, Angle::degrees(0.05)}, out, reports);
+  // The two points in the middle of a straight edge go; the corner and the turning point stay.
+  ASSERT_EQ(out.size(), 4U);
+  EXPECT_EQ(out[1].tip_P, Vec3(10, 0, 0));
+  EXPECT_EQ(out[2].tip_P, Vec3(10, 10, 0));
+}
+
 }  // namespace
 }  // namespace trunnion::path

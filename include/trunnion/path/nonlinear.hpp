@@ -75,9 +75,10 @@ class Refiner {
   /// The segment as it stands, nothing inserted.
   SegmentReport measure(const Point& a, const Point& b, const Tolerance& tolerance);
 
-  /// A run of feed moves: `run` are programmed points, every two neighbours a segment. Appends the whole new
-  /// run to `out`, its first and last point unmoved, and one report per programmed segment to `reports`. This
-  /// is where `thin` and `move_programmed_points` act; without them it is `refine` on every segment.
+  /// A run of cutting moves of one feed: `run` are programmed points, every two neighbours a segment. Appends
+  /// the whole new run to `out`, its first and last point as they are, and one report per programmed segment
+  /// to `reports`. This is where `thin` (points are left out) and `move_programmed_points` (q of a programmed
+  /// point changes, its tip_P stays what was prescribed) act; without them it is `refine` on every segment.
   void refine_run(std::span<const Point> run, const Tolerance& tolerance, std::vector<Point>& out,
                   std::vector<SegmentReport>& reports);
 
