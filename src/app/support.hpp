@@ -31,5 +31,8 @@ void add_verify_command(CLI::App& root, int& exit);
 void add_compare_command(CLI::App& root, int& exit);
 void add_machine_command(CLI::App& root, int& exit);
 void add_iso230_command(CLI::App& root, int& exit);
+void add_model_command(CLI::App& root, int& exit);
+/// Members of the group `trunnion model`.
+void add_model_effects_command(CLI::App& model, int& exit);
 
 }  // namespace trunnion::app

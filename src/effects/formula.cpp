@@ -10,6 +10,8 @@
 namespace trunnion::effects {
 namespace {
 
+constexpr std::size_t kMaxParameters = 24;  // of one formula: evaluation keeps them on the stack
+
 // Where a variable of a formula comes from.
 struct Source {
   enum class Kind {
@@ -124,6 +126,10 @@ std::string stem(const std::string& key) {
 Result<Function> compile(const FormulaSpec& spec, const Machine& machine, EffectContext& context) {
   const auto split = take_out_lags(spec.expression);
   if (!split) return tl::unexpected(split.error());
+  if (spec.parameters.size() > kMaxParameters) {
+    return fail(ErrorCode::wrong_input,
+                "a formula has at most " + std::to_string(kMaxParameters) + " parameters");
+  }
   std::vector<std::string> parameters;
   for (const auto& p : spec.parameters) parameters.push_back(stem(p.key));
   Function f;
@@ -306,15 +312,15 @@ class FormulaEffect final : public Effect {
   Link link() const override { return link_; }
 
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
-    const std::vector<double> p = file_order(shape);
+    const auto p = file_order(shape);
     std::vector<LagRequest> out;
-    for (const Lag& lag : f_.lags) out.push_back({lag.signal, (*lag.tau)(p)});
+    for (const Lag& lag : f_.lags) out.push_back({lag.signal, (*lag.tau)(std::span(p).first(order_.size()))});
     return out;
   }
 
   void columns(const MachineState& state, std::span<const double> lagged, std::span<const double> shape,
                std::span<Twist> out) const override {
-    std::vector<double> p = file_order(shape);
+    auto p = file_order(shape);
     const double at_zero = f_(state, lagged, p);
     for (std::size_t k = 0; k < out.size(); ++k) {
       const double step =
@@ -339,8 +345,8 @@ class FormulaEffect final : public Effect {
 
  private:
   // Parameters as the formula counts them: linear ones 0, shape ones as given.
-  std::vector<double> file_order(std::span<const double> shape) const {
-    std::vector<double> p(order_.size(), 0.0);
+  std::array<double, kMaxParameters> file_order(std::span<const double> shape) const {
+    std::array<double, kMaxParameters> p{};
     const std::size_t first = order_.size() - shape.size();
     for (std::size_t k = 0; k < shape.size(); ++k) p[order_[first + k]] = shape[k];
     return p;

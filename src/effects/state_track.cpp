@@ -67,6 +67,22 @@ std::vector<double> StateTrack::lag(const LagRequest& request) const {
   return out;
 }
 
+LagFollower::LagFollower(std::vector<LagRequest> requests)
+    : requests_(std::move(requests)), values_(requests_.size(), 0.0) {}
+
+void LagFollower::hold(const MachineState& state, double seconds) {
+  for (std::size_t k = 0; k < requests_.size(); ++k) {
+    const LagRequest& r = requests_[k];
+    const double u = state.value(r.signal);
+    if (!started_ && settled_at_start(r.signal.kind)) values_[k] = u;
+    if (r.tau_s > 0.0)
+      values_[k] -= (u - values_[k]) * std::expm1(-seconds / r.tau_s);
+    else
+      values_[k] = u;
+  }
+  started_ = true;
+}
+
 const std::array<std::int8_t, kMaxAxes>& DirectionTracker::move_to(const JointVector& q) {
   for (std::size_t i = 0; i < kMaxAxes; ++i) {
     const double step = started_ ? q[i] - last_[i] : 0.0;

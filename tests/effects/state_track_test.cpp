@@ -84,6 +84,23 @@ TEST(StateTrack, FineStepsAgreeWithTheDifferentialEquation) {
   EXPECT_NEAR(y.back(), expected, 0.5);  // half a step of holding: 1000 w dt / 2
 }
 
+TEST(LagFollower, EqualsTheTrackOfTheSameStates) {
+  Rows rows;
+  const double times[] = {0.0, 120.0, 130.0, 900.0, 2500.0};
+  const double speeds[] = {6000.0, 0.0, 9000.0, 3000.0, 0.0};
+  const double temperatures[] = {1.0, 2.5, 2.0, 4.0, 4.0};
+  for (int i = 0; i < 5; ++i) rows.add(0, times[i], speeds[i], temperatures[i]);
+  const StateTrack track = rows.track();
+  const auto spindle = track.lag(kSpindle);
+  const auto warm = track.lag(kTemperature);
+  LagFollower follower({kSpindle, kTemperature});
+  for (std::size_t i = 0; i + 1 < 5; ++i) {
+    follower.hold(track.state(i), times[i + 1] - times[i]);
+    EXPECT_NEAR(follower.values()[0], spindle[i + 1], 1e-9);
+    EXPECT_NEAR(follower.values()[1], warm[i + 1], 1e-12);
+  }
+}
+
 TEST(DirectionTracker, KeepsTheSenseOfTheLastMotion) {
   DirectionTracker tracker;
   JointVector q;

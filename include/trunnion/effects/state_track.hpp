@@ -36,6 +36,22 @@ class StateTrack {
   std::vector<std::size_t> order_;  // rows by run, then by time
 };
 
+/// Lags along a program, block by block: the same equation as StateTrack, for states that come one after the
+/// other.
+class LagFollower {
+ public:
+  explicit LagFollower(std::vector<LagRequest> requests);
+  /// The machine holds `state` for `seconds`.
+  void hold(const MachineState& state, double seconds);
+  /// In the order of the requests. Before the first `hold`: at rest (0).
+  std::span<const double> values() const { return values_; }
+
+ private:
+  std::vector<LagRequest> requests_;
+  std::vector<double> values_;
+  bool started_ = false;
+};
+
 /// Sense of each axis' last motion along a sequence of commanded positions: kept until the axis moves the
 /// other way by more than the rounding of an NC word. Unknown (0) before an axis has moved.
 class DirectionTracker {

@@ -1,0 +1,77 @@
+#pragma once
+#include <span>
+#include <string>
+
+#include "trunnion/base/result.hpp"
+#include "trunnion/effects/model.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
+
+namespace trunnion::path {
+
+struct CompensationOptions {
+  /// The iteration ends when the tip is this near to where it is prescribed, mm (1 nm: a hundredth of the
+  /// finest NC word).
+  double converged_mm = 1e-6;
+  int max_steps = 10;
+  /// Correct the rotary axes too. A tilt error of d rad needs dC = d / sin(A): near A = 0 the tool axis is
+  /// left as it is.
+  bool orientation = false;
+  /// sin(tilt) below which the rotary axes are not corrected; the tool axis' deviation is reported.
+  double min_sin_tilt = 0.1;
+};
+
+/// What to command so that the erroneous machine does what the CL file prescribes.
+struct Corrected {
+  JointVector q;
+  double before_mm = 0.0;  // deviation of the tip without correction
+  double left_mm = 0.0;    // with it, before rounding
+  Angle axis_left;         // deviation of the tool axis that stays
+  int steps = 0;           // evaluations of the error model that moved q
+  /// The state lies outside a table's measured range, whose end value was held (see
+  /// Compensator::range_message).
+  bool held = false;
+};
+
+/// Finds joint positions whose actual pose, on the machine with the errors of a model, is the prescribed one:
+///
+///     target_0 = tip_P;   q_k = linear axes for target_k (rotary axes given);   target_k+1 = target_k -
+///     (tip_actual(q_k) - tip_P)
+///
+/// tip_actual from the forward model with errors, less the datum shift (Machine::probed_at). The errors
+/// change by 1e-4 of a step, so that each step gains four digits. Thread-safe; does not allocate.
+class Compensator {
+ public:
+  /// Keeps copies of what it needs of `machine` and `model`. `tool_mm`: vector from S to the tip, as
+  /// programmed.
+  Compensator(const Machine& machine, const Model& model, const Vec3& tool_mm,
+              const CompensationOptions& options = {});
+
+  /// @param tip_P, axis_P  what the CL file prescribes at this point (unit axis)
+  /// @param at      the machine at this point: `at.q` nominal (its rotary positions are taken as they are,
+  /// rounded or not), sense of
+  ///                motion, velocities, spindle speed, temperatures, time
+  /// @param lagged  values of evaluator().lags() at this point; empty for a model without memory, or at rest
+  /// Fails with check_failed: outside a table that says `outside = "error"`; no convergence (errors that
+  /// change faster than the position).
+  Result<Corrected> corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
+                              std::span<const double> lagged = {}) const;
+
+  /// X_PT on the machine with errors, as the shop sees it: less the datum shift.
+  Pose actual(const MachineState& at, std::span<const double> lagged = {}) const;
+
+  /// Why `Corrected::held` was set at this state.
+  std::string range_message(const MachineState& at) const { return evaluator_.check_range(at).message; }
+  const ModelEvaluator& evaluator() const { return evaluator_; }
+  const Vec3& datum_shift() const { return datum_shift_P_; }
+
+ private:
+  bool turn_rotaries(const Vec3& axis_P, JointVector& q) const;
+  Machine machine_;
+  ModelEvaluator evaluator_;
+  Vec3 tool_mm_;
+  CompensationOptions options_;
+  TableKinematics kinematics_;
+  Vec3 datum_shift_P_;
+};
+
+}  // namespace trunnion::path

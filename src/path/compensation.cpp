@@ -1,0 +1,89 @@
+#include "trunnion/path/compensation.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/number_text.hpp"
+
+namespace trunnion::path {
+
+Compensator::Compensator(const Machine& machine, const Model& model, const Vec3& tool_mm,
+                         const CompensationOptions& options)
+    : machine_(machine),
+      evaluator_(model),
+      tool_mm_(tool_mm),
+      options_(options),
+      kinematics_(machine, tool_mm),
+      datum_shift_P_(datum_shift_P(machine, evaluator_)) {}
+
+Pose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
+  Pose X_PT = forward(machine_, at.q, tool_mm_, evaluator_.errors(at, lagged));
+  X_PT.p -= datum_shift_P_;
+  return X_PT;
+}
+
+// Rotary positions for the wanted axis, of the branch and turn nearest to q; false where C has too little
+// hold.
+bool Compensator::turn_rotaries(const Vec3& axis_P, JointVector& q) const {
+  const std::size_t count = kinematics_.rotary_count();
+  if (count < 2) return false;
+  const AxisId outer = kinematics_.rotary(0);
+  const AxisId inner = kinematics_.rotary(1);
+  if (axis_P.cross(kinematics_.direction(1)).norm() < options_.min_sin_tilt) return false;
+  const RotarySolutions solutions = rotary_solutions(machine_, axis_P, q[inner]);
+  double nearest = std::numeric_limits<double>::infinity();
+  JointVector best = q;
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    const auto& s = solutions.at[i];
+    const double A = q[outer] + std::remainder(s.angle[0] - q[outer], kTwoPi);
+    const double C = q[inner] + std::remainder(s.angle[1] - q[inner], kTwoPi);
+    const double distance = std::abs(A - q[outer]) + std::abs(C - q[inner]);
+    if (distance >= nearest) continue;
+    nearest = distance;
+    best[outer] = A;
+    best[inner] = C;
+  }
+  // Where the branches meet (the axis only just in reach) a small error may have no near solution.
+  constexpr double kFar = 0.01;  // rad; errors of an axis are 1e-4, divided by min_sin_tilt
+  if (nearest > kFar) return false;
+  q = best;
+  return true;
+}
+
+Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
+                                         std::span<const double> lagged) const {
+  MachineState state = at;
+  const RangeCheck range = evaluator_.check_range(state);
+  if (range.verdict == RangeCheck::Verdict::refused) return fail(ErrorCode::check_failed, range.message);
+  Corrected out;
+  out.held = range.verdict == RangeCheck::Verdict::held;
+  Vec3 target_P = tip_P;
+  Vec3 target_axis_P = axis_P;
+  bool turns = options_.orientation;
+  for (;; ++out.steps) {
+    kinematics_.solve_linear(target_P, kinematics_.sines(state.q), state.q);
+    const Pose X_PT = actual(state, lagged);
+    const Vec3 error_P = X_PT.p - tip_P;
+    const Vec3 axis_error_P = X_PT.R.col(2) - axis_P;
+    out.left_mm = error_P.norm();
+    out.axis_left = angle_between(X_PT.R.col(2), axis_P);
+    if (out.steps == 0) out.before_mm = out.left_mm;
+    constexpr double kAxisConverged = 1e-10;  // rad: 0.1 nm at 1 m
+    const bool axis_done = !turns || out.axis_left.rad() < kAxisConverged;
+    if (out.left_mm < options_.converged_mm && axis_done) break;
+    if (out.steps == options_.max_steps) {
+      return fail(ErrorCode::check_failed, "the correction does not converge: after " +
+                                               std::to_string(out.steps) + " steps the tip is still " +
+                                               shortest_text(out.left_mm) + " mm off");
+    }
+    target_P -= error_P;
+    if (turns && !axis_done) {
+      target_axis_P = (target_axis_P - axis_error_P).normalized();
+      turns = turn_rotaries(target_axis_P, state.q);
+    }
+  }
+  out.q = state.q;
+  return out;
+}
+
+}  // namespace trunnion::path
