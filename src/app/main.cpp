@@ -22,11 +22,13 @@ void set_up_log(bool quiet, bool verbose) {
 // Each command stands in its own file; the order here is the order of the help.
 void register_commands(CLI::App& root, int& exit) {
   app::add_post_command(root, exit);
+  app::add_batch_command(root, exit);
   app::add_verify_command(root, exit);
   app::add_compare_command(root, exit);
   app::add_machine_command(root, exit);
   app::add_iso230_command(root, exit);
   app::add_model_command(root, exit);
+  app::add_simulate_command(root, exit);
 }
 
 int run(int argc, char** argv) {

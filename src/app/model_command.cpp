@@ -1,3 +1,4 @@
+#include "app/model_inputs.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -9,6 +10,13 @@ void add_model_command(CLI::App& root, int& exit) {
       "model", "what is known of a machine's errors: list, evaluate, fit, diagnose, improve");
   model->require_subcommand(1);
   add_model_effects_command(*model, exit);
+  add_model_evaluate_command(*model, exit);
+  add_model_fit_command(*model, exit);
+  add_model_diagnose_command(*model, exit);
+  add_model_add_command(*model, exit);
+  add_model_plan_command(*model, exit);
+  add_model_improve_command(*model, exit);
+  add_model_history_command(*model, exit);
 }
 
 }  // namespace trunnion::app

@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "trunnion/base/number_text.hpp"
+
 namespace trunnion::app {
 namespace {
 
@@ -30,9 +32,9 @@ void MachineOptions::add_to(CLI::App& command, bool with_controller) {
   command.add_option("-m,--machine", machine, "machine file, or the name of one in postconfigs/machines")
       ->required();
   if (with_controller) {
-    command.add_option(
-        "-c,--controller", controller,
-        "controller file, or the name of one in postconfigs/controllers (the machine's, else linuxcnc)");
+    command.add_option("-c,--controller", controller,
+                       "controller file, or the name of one in postconfigs/controllers (the machine file's, "
+                       "else default.toml there)");
   }
 }
 
@@ -46,9 +48,8 @@ Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
 
 Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
                                            Diagnostics& diagnostics) {
-  // The default of the interface: the one control whose interpreter anybody can run.
   const std::string name =
-      !options.controller.empty() ? options.controller : machine.controller.value_or("linuxcnc");
+      !options.controller.empty() ? options.controller : machine.controller.value_or("default");
   const auto file = nc::find_controller(name, postconfigs_folder() + "/controllers");
   if (!file) return tl::unexpected(file.error());
   return nc::load_controller(*file, diagnostics);
@@ -88,6 +89,7 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
+  c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
   c.add_flag("--one-sided", one_sided, "adaptive: nodes stay on the chord");
@@ -131,12 +133,28 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
     return fail(ErrorCode::wrong_use,
                 "--choice: '" + choice + "' is none of global, combined, largest, sum, axis:NAME");
   }
-  out.feed = feed == "inverse" ? post::FeedOutput::inverse : post::FeedOutput::per_minute;
+  out.feed = rtcp                ? post::FeedOutput::tip
+             : feed == "inverse" ? post::FeedOutput::inverse
+                                 : post::FeedOutput::per_minute;
+  out.rtcp = rtcp;
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
   out.retract_mm = retract_mm;
   out.verify = !no_verify;
   if (ignore_msys) out.cl.frames = cl::ReaderOptions::Frames::ignore;
   return out;
+}
+
+std::string PostCliOptions::text() const {
+  const auto number = [](const std::optional<double>& v) { return v ? shortest_text(*v) : std::string("-"); };
+  std::string out = shortest_text(tolerance_mm) + " " + number(rapid_tolerance_mm) + " " +
+                    number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
+                    feed + " " + model + " " + shortest_text(default_feed_mm_min) + " " +
+                    shortest_text(retract_mm);
+  for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
+                          accept_deviation, no_geometric, no_thermal, ignore_msys}) {
+    out += flag ? " 1" : " 0";
+  }
+  return out + "\n";
 }
 
 Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,

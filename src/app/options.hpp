@@ -48,6 +48,7 @@ struct PostCliOptions {
   std::string model;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
+  bool rtcp = false;
   bool one_sided = false;
   bool thin = false;
   bool move_programmed_points = false;
@@ -61,6 +62,8 @@ struct PostCliOptions {
   void add_to(CLI::App& command);
   /// Fails with wrong_use.
   Result<post::PostOptions> resolve() const;
+  /// All values, for the fingerprint of a batch.
+  std::string text() const;
   /// The model of the file with the classes that are switched off left out; nothing without `--model`.
   Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics) const;
 };

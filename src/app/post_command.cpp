@@ -1,8 +1,8 @@
 #include <memory>
 #include <spdlog/spdlog.h>
 
-#include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/post_file.hpp"
 #include "trunnion/report/post_json.hpp"
 
 #include "app/options.hpp"
@@ -72,55 +72,26 @@ void print_failed_check(const post::VerifyReport& v, const std::string& cl_file)
   }
 }
 
-// The output file, with the verdict put into its header in the end.
-class ProgramFile {
- public:
-  explicit ProgramFile(AtomicFile file) : file_(std::move(file)) {}
-
-  Result<void> take(std::string_view text) {
-    if (!verdict_at_) {
-      const auto at = text.find(post::verdict_placeholder());
-      if (at != std::string_view::npos) verdict_at_ = size_ + at;
-    }
-    size_ += text.size();
-    return file_.write(text);
-  }
-  Result<void> finish(const std::string& verdict) {
-    if (verdict_at_) {
-      if (auto r = file_.overwrite(*verdict_at_, verdict); !r) return r;
-    }
-    return file_.commit();
-  }
-
- private:
-  AtomicFile file_;
-  std::size_t size_ = 0;
-  std::optional<std::size_t> verdict_at_;
-};
-
-ExitCode finish(const PostCommand& command, const post::PostReport& report, ProgramFile& file) {
-  const bool passed = !report.verification || report.verification->passed();
-  print_summary(report);
-  if (!passed) print_failed_check(*report.verification, command.cl_file);
-  const bool deviation_only =
-      passed || (report.verification->limits_ok() && report.verification->points_missed == 0);
-  if (passed || (command.options.accept_deviation && deviation_only)) {
-    if (auto written = file.finish(post::verdict_text(report)); !written) return print_error(written.error());
-    if (!passed)
+ExitCode finish(const PostCommand& command, const post::FileOutcome& outcome) {
+  print_summary(*outcome.report);
+  if (!outcome.passed) {
+    print_failed_check(*outcome.report->verification, command.cl_file);
+    if (outcome.written) {
       spdlog::warn("warning: written all the same, marked NOT WITHIN TOLERANCE (--accept-deviation)");
-  } else {
-    spdlog::error("error: nothing written{}",
-                  deviation_only ? " (--accept-deviation writes it all the same)" : "");
+    } else {
+      spdlog::error("error: nothing written{}",
+                    outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
+    }
   }
   if (!command.result.json.empty()) {
-    if (const auto code = write_output(command.result.json, report::post_json(report)); code != kDone)
-      return code;
+    const auto code = write_output(command.result.json, report::post_json(*outcome.report));
+    if (code != kDone) return code;
   }
-  return passed ? kDone : kCheckFailed;
+  return outcome.passed ? kDone : kCheckFailed;
 }
 
 ExitCode run(const PostCommand& command) {
-  const auto options = command.options.resolve();
+  auto options = command.options.resolve();
   if (!options) return print_error(options.error());
   Diagnostics diagnostics;
   const auto machine = load(command.machine, diagnostics);
@@ -129,22 +100,17 @@ ExitCode run(const PostCommand& command) {
   if (!controller) return print_failure(diagnostics, controller.error());
   const auto model = command.options.load_errors(*machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
-  auto source = cl::open_source(command.cl_file);
-  if (!source) return print_error(source.error());
-  auto output = AtomicFile::create(command.output);
-  if (!output) return print_error(output.error());
-  ProgramFile file(std::move(*output));
+  print(diagnostics);
   post::PostJob job;
-  job.cl_file = command.cl_file == "-" ? "<stdin>" : command.cl_file;
+  job.cl_file = command.cl_file;
   job.machine = &*machine;
   job.controller = &*controller;
   job.model = *model ? &**model : nullptr;
   job.header = header_lines(command, *machine, *options, *controller);
-  const auto report = post::post(
-      std::move(*source), job, *options, [&](std::string_view text) { return file.take(text); }, diagnostics);
-  if (!report) return print_failure(diagnostics, report.error());
-  print(diagnostics);
-  return finish(command, *report, file);
+  const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
+  if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
+  print(outcome.diagnostics);
+  return finish(command, outcome);
 }
 
 }  // namespace

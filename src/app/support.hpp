@@ -28,10 +28,12 @@ ExitCode write_output(const std::string& path, const std::string& text);
 // (declarations follow here, one a command: void add_<name>_command(CLI::App& root, int& exit);)
 void add_post_command(CLI::App& root, int& exit);
 void add_verify_command(CLI::App& root, int& exit);
+void add_batch_command(CLI::App& root, int& exit);
 void add_compare_command(CLI::App& root, int& exit);
 void add_machine_command(CLI::App& root, int& exit);
 void add_iso230_command(CLI::App& root, int& exit);
 void add_model_command(CLI::App& root, int& exit);
+void add_simulate_command(CLI::App& root, int& exit);
 /// Members of the group `trunnion model`.
 void add_model_effects_command(CLI::App& model, int& exit);
 

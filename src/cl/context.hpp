@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <deque>
 #include <map>
 #include <optional>
@@ -45,6 +46,14 @@ struct PendingMsys {
   Pose X_AM;
 };
 
+/// The lines of a `$$*CATIA0` while they are read.
+struct CatiaMatrix {
+  SourceRef where;
+  int lines = 0;  // 0: none is being read
+  std::size_t count = 0;
+  std::array<double, 12> values{};
+};
+
 /// What earlier words of the file left behind. Coordinates here are those of the file's own system A (mm),
 /// not of P.
 struct Modal {
@@ -70,6 +79,10 @@ struct Modal {
 
   /// CSYS (SolidWorks) with a Z axis other than the file's: a GOTO without an axis is ambiguous then.
   std::optional<Vec3> tilted_csys_axis;
+
+  CatiaMatrix catia_matrix;
+  std::optional<std::array<double, 12>> catia_system;
+  std::optional<Vec3> start_direction_A;  // INDIRV
 
   /// Words that SYN has renamed.
   std::map<std::string, std::string, std::less<>> synonyms;

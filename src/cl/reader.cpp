@@ -1,17 +1,35 @@
 #include "trunnion/cl/reader.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 #include "cl/context.hpp"
+#include "cl/nci.hpp"
 #include "cl/scanner.hpp"
 #include "cl/source.hpp"
 #include "cl/words.hpp"
 
 namespace trunnion::cl {
 
+namespace {
+
+bool names_nci(std::string_view file) {
+  constexpr std::string_view kEnding = ".nci";
+  if (file.size() < kEnding.size()) return false;
+  return std::equal(kEnding.begin(), kEnding.end(), file.end() - static_cast<std::ptrdiff_t>(kEnding.size()),
+                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
+}  // namespace
+
 class Reader::Impl {
  public:
   Impl(std::unique_ptr<TextSource> source, const std::string& file, const ReaderOptions& options,
        Diagnostics& diagnostics)
-      : context(file, options, diagnostics), scanner_(std::move(source), file, diagnostics) {}
+      : context(file, options, diagnostics),
+        scanner_(std::move(source), file, diagnostics),
+        is_nci_(options.dialect == ReaderOptions::Dialect::nci ||
+                (options.dialect == ReaderOptions::Dialect::automatic && names_nci(file))) {}
 
   bool next(Record& record) {
     for (;;) {
@@ -19,7 +37,7 @@ class Reader::Impl {
       has_pending_ = false;
       if (ended_) return false;
       PlainGoto plain;
-      if (scanner_.plain_goto(plain)) {
+      if (!is_nci_ && scanner_.plain_goto(plain)) {
         if (context.plain_motion(plain, record)) return true;
         scanner_.unread_goto();
       }
@@ -27,26 +45,35 @@ class Reader::Impl {
     }
   }
   std::size_t line_count() const { return scanner_.line_count(); }
+  const std::optional<Error>& read_failure() const { return scanner_.read_failure(); }
 
   Context context;
 
  private:
   void read_slowly() {
-    if (!scanner_.next(statement_)) {
+    if (!(is_nci_ ? nci_.next(context, scanner_) : read_statement_of_text())) {
       ended_ = true;
       context.finish(scanner_.line_count());
-    } else if (statement_.kind == Statement::Kind::comment) {
+    }
+    if (context.too_many_errors()) scanner_.stop();
+    has_pending_ = true;
+  }
+
+  bool read_statement_of_text() {
+    if (!scanner_.next(statement_)) return false;
+    if (statement_.kind == Statement::Kind::comment) {
       read_comment(context, statement_);
     } else if (statement_.kind == Statement::Kind::directive) {
       read_directive(context, statement_);
     } else {
       read_statement(context, statement_);
     }
-    if (context.too_many_errors()) scanner_.stop();
-    has_pending_ = true;
+    return true;
   }
 
   Scanner scanner_;
+  NciReader nci_;
+  bool is_nci_;
   Statement statement_;
   bool has_pending_ = false;
   bool ended_ = false;
@@ -65,6 +92,9 @@ Reader::~Reader() = default;
 
 bool Reader::next(Record& record) {
   return impl_->next(record);
+}
+const std::optional<Error>& Reader::read_failure() const {
+  return impl_->read_failure();
 }
 const Resolution& Reader::resolution() const {
   return impl_->context.resolution();
@@ -89,6 +119,7 @@ Result<Program> collect(std::unique_ptr<TextSource> source, const std::string& f
   program.resolution = reader.resolution();
   program.motion_count = reader.motion_count();
   diagnostics.append(own);
+  if (reader.read_failure()) return tl::unexpected<Error>(*reader.read_failure());
   if (own.has_errors()) return tl::unexpected<Error>(own.first_error());
   return program;
 }

@@ -78,6 +78,7 @@ bool Scanner::refill() {
   while (end_ < kBufferBytes) {
     const auto count = source_->read(buffer_.data() + end_, kBufferBytes - end_);
     if (!count) {
+      read_failure_ = count.error();
       fatal({line_, 0}, count.error().message);
       source_ended_ = true;
       break;

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,7 +28,12 @@ class Scanner {
   /// Puts the last plain_goto back, so that `next` reads it again.
   void unread_goto();
 
+  /// The next physical line as it stands; false at the end.
+  bool line(std::string_view& text) { return physical_line(text); }
+  std::uint32_t line_number() const { return line_; }
   std::size_t line_count() const { return line_; }
+  /// What went wrong below the text: the read itself.
+  const std::optional<Error>& read_failure() const { return read_failure_; }
   /// Nothing more is read.
   void stop() { stopped_ = true; }
 
@@ -50,6 +56,7 @@ class Scanner {
   std::size_t cursor_ = 0;  // in buffer_
   std::size_t end_ = 0;     // in buffer_; buffer_[end_] is 0
   bool source_ended_ = false;
+  std::optional<Error> read_failure_;
   bool stopped_ = false;
   std::uint32_t line_ = 0;  // number of the physical line read last
   std::size_t goto_cursor_ = 0;

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <string>
 
 #include "cl/words.hpp"
@@ -43,22 +42,6 @@ constexpr WordReading kWords[] = {
 
 std::span<const WordReading> text_words() {
   return kWords;
-}
-
-// CATIA names its operations in comments: `$$ OPERATION NAME : x`, `$$  End of generation of : x`. Its matrix
-// of the machining axis system stands there too.
-void read_comment(Context& context, const Statement& statement) {
-  constexpr std::string_view kName = "OPERATION NAME :";
-  const std::string_view text = statement.text;
-  if (text.starts_with(kName)) {
-    std::string_view name = text.substr(kName.size());
-    name.remove_prefix(std::min(name.find_first_not_of(' '), name.size()));
-    return context.emit(statement.where, OperationBegin{std::string(name)});
-  }
-  if (text.starts_with("End of generation of :")) return context.emit(statement.where, OperationEnd{});
-  if (text.starts_with("*CATIA0")) {
-    context.error(statement.where, "$$*CATIA0 changes the geometry and is not understood by this program");
-  }
 }
 
 }  // namespace trunnion::cl

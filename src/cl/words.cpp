@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::string_view kRefused[] = {
     // curves
-    "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRV", "INDIRP", "ARCSLP", "ARCDAT",
+    "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRP", "ARCSLP", "ARCDAT",
     // motion along part, drive and check surfaces, and motions whose end the file does not say
-    "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLON", "TLONPS",
+    "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLONPS",
     "TLOFPS", "RETRCT", "THREAD", "TURN", "POCKET", "HEAD",
     // frames and copies
     "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS",
@@ -35,7 +35,7 @@ const ReadingTable& readings() {
   static const ReadingTable table = [] {
     ReadingTable all;
     for (const auto list : {motion_words(), process_words(), tool_words(), frame_words(), text_words(),
-                            circle_words(), cycle_words()}) {
+                            circle_words(), cycle_words(), catia_words()}) {
       for (const WordReading& entry : list) {
         const bool first = all.emplace(entry.word, entry.read).second;
         TRUNNION_EXPECTS(first);

@@ -25,6 +25,7 @@ std::span<const WordReading> frame_words();    // MSYS, CSYS, TRNTYP ...
 std::span<const WordReading> text_words();     // PARTNO, PPRINT, INSERT, TOOL PATH ...
 std::span<const WordReading> circle_words();   // CIRCLE
 std::span<const WordReading> cycle_words();    // CYCLE
+std::span<const WordReading> catia_words();    // INDIRV, TLON, TURRET
 
 /// The GOTO to the end of context.modal.pending_arc.
 void finish_arc(Context& context, SourceRef where, const Vec3& end_A, const Vec3& axis_A);

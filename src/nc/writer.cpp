@@ -24,6 +24,8 @@ char* put_text(char* p, const std::string& text) {
   return p + text.size();
 }
 
+constexpr std::uint16_t kZ = AxisWords::bit(AxisLetter::Z);
+
 // Numbers as the control takes them need at most 18 digits.
 constexpr std::int64_t kLargest = 999'999'999'999'999'999;
 
@@ -152,8 +154,9 @@ Result<void> Writer::State::check_feed(const Motion& m) const {
 }
 
 Result<void> Writer::State::check_motion(const Motion& m, std::uint16_t changed) const {
-  if (!pending_words.empty() && (changed & AxisWords::bit(AxisLetter::Z)) == 0) {
-    return refuse("the motion after length compensation must say where Z goes", m.source);
+  // Rotary axes may turn before tool-centre-point control is on; a linear word would mean another point.
+  if (!pending_words.empty() && pending_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
+    return refuse("the first linear motion under tool-centre-point control must say where Z goes", m.source);
   }
   if (m.kind == MotionKind::feed) {
     if (auto ok = check_feed(m); !ok) return ok;
@@ -173,7 +176,7 @@ char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const
   return put_number(p, quanta, rotary);
 }
 
-char* Writer::State::put_leading(char* p, const Motion& m) {
+char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
   if (m.kind == MotionKind::feed && m.feed_mode != feed_mode) {
     const auto& word = m.feed_mode == FeedMode::inverse_time ? c.feed.inverse_time : c.feed.per_minute;
     if (!word.empty()) p = put_text(put_text(p, word), c.line.separator);
@@ -185,7 +188,7 @@ char* Writer::State::put_leading(char* p, const Motion& m) {
     p = put_text(p, c.line.separator);
     motion_kind = m.kind;
   }
-  if (!pending_words.empty()) {
+  if (with_pending) {
     p = put_text(p, pending_words);
     pending_words.clear();
   }
@@ -206,17 +209,18 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   if (setup_pending) {
     if (auto done = flush_setup(true); !done) return done;
   }
-  if (length_to_restore || tcp_to_restore) {
-    if (auto done = restore_after_retract(); !done) return done;
-  }
   TRUNNION_EXPECTS(started && !ended);
-  const std::uint16_t changed = changed_axes(m.words);
+  std::uint16_t changed = changed_axes(m.words);
   if (changed == 0) return {};
+  if (length_to_restore || tcp_to_restore) {
+    if (auto done = restore_after_retract(changed); !done) return done;
+    changed = changed_axes(m.words);
+  }
   if (auto ok = check_motion(m, changed); !ok) return ok;
   std::array<char, kMotionRoom + 2 * kWordRoom> buffer;
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
-  p = put_leading(p, m);
+  p = put_leading(p, m, !pending_words.empty() && (changed & kZ) != 0);
   for (std::size_t i = 0; i < kAxisLetters; ++i) {
     if ((changed & (1U << i)) == 0) continue;
     if (m.words.quanta[i] > kLargest || m.words.quanta[i] < -kLargest)

@@ -144,6 +144,8 @@ Result<void> Writer::State::write(const LengthCompensation& b) {
   if (c.length.automatic || length == number) return {};
   length = number;
   position.forget(kLinearAxes);
+  pending_tcp = false;
+  pending_words.clear();
   if (number == 0) return put_words(c.length.off, {}, "the end of length compensation");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(number));
   return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation")
@@ -158,6 +160,8 @@ Result<void> Writer::State::write(const TcpControl& b) {
   tcp = b.on;
   tcp_offset = offset;
   position.forget(kLinearAxes);
+  pending_tcp = b.on;
+  pending_words.clear();
   if (c.tcp.replaces_length) length = 0;
   if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(offset));
@@ -189,7 +193,11 @@ Result<void> Writer::State::write(const PathMode& b) {
   return put_words(c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode");
 }
 
-Result<void> Writer::State::restore_after_retract() {
+// Before the first motion that it matters to: a rotary axis that turns at the safe height must not make the
+// linear axes follow.
+Result<void> Writer::State::restore_after_retract(std::uint16_t changed) {
+  const std::uint16_t waits_for = tcp_to_restore ? kLinearAxes : AxisWords::bit(AxisLetter::Z);
+  if ((changed & waits_for) == 0) return {};
   const auto tcp_before = std::exchange(tcp_to_restore, std::nullopt);
   const auto length_before = std::exchange(length_to_restore, std::nullopt);
   if (tcp_before && c.tcp.replaces_length) return write(*tcp_before);

@@ -48,6 +48,7 @@ struct Writer::State {
   std::optional<LengthCompensation> length_to_restore;
   std::optional<TcpControl> tcp_to_restore;
   bool ended = false;
+  bool pending_tcp = false;   // pending_words switch tool-centre-point control on
   std::string pending_words;  // length or TCP words that belong into the next motion block
 
   std::int64_t block_number;
@@ -77,13 +78,13 @@ struct Writer::State {
   char* put_axis(char* p, std::size_t i, std::int64_t quanta) const;
 
   // Motion word, words that wait for a motion, feed mode: in this order in front of the axis words.
-  char* put_leading(char* p, const Motion& m);
+  char* put_leading(char* p, const Motion& m, bool with_pending);
   char* put_feed(char* p, const Motion& m);
   Result<void> write_motion(const Motion& m);
 
   // Everything else.
   Result<void> flush_setup(bool with_default_path_mode);
-  Result<void> restore_after_retract();
+  Result<void> restore_after_retract(std::uint16_t changed);
   Result<void> switch_tcp_off();
   Result<void> write(const ProgramStart& b);
   Values program_values() const;

@@ -41,11 +41,20 @@ void DeviationMeter::place(Vertex& vertex, const MachineState& state) const {
   }
 }
 
+JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double t) const {
+  JointVector q = JointVector::interpolate(from.q, to.q, t);
+  if (!to.tcp || !from.tcp) return q;
+  // The control keeps the tip of the nominal machine on the line.
+  const auto tip = [&](const Vertex& v) { return kinematics().pose(v.q).tip_P; };
+  kinematics().solve_linear((1.0 - t) * tip(from) + t * tip(to), kinematics().sines(q), q);
+  return q;
+}
+
 Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                                        const ProgramState& program) const {
   const auto at = [&](double t) {
     Vertex x = to;
-    place(x, program.towards(to.q, JointVector::interpolate(from.q, to.q, t)));
+    place(x, program.towards(to.q, between(from, to, t)));
     return x;
   };
   const auto distance = [&](double t) { return combined_distance(at(t), corner.tip_P, corner.axis_P); };
@@ -79,7 +88,15 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
                                              const Target& b, const ProgramState& program) const {
   if (!certify_) return sampled(from, to, a, b, program);
   const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  const path::Bound tip = certifier_.tip(from.station, to.station, reference);
+  path::Bound tip;
+  if (from.tcp && to.tcp) {
+    // A straight line: the distance from a segment is convex, so it is largest at an end.
+    tip.upper = std::max(distance_to_segment(from.tip_P, a.tip_P, b.tip_P),
+                         distance_to_segment(to.tip_P, a.tip_P, b.tip_P));
+    tip.lower = tip.upper;
+  } else {
+    tip = certifier_.tip(from.station, to.station, reference);
+  }
   const path::Bound axis = certifier_.axis(from.station, to.station, reference);
   Deviation out{{tip.lower, tip.upper}, {axis.lower, axis.upper}};
   using path::Within;
@@ -99,7 +116,7 @@ DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vert
   double tip = 0.0;
   double axis = 0.0;
   for (int i = 0; i <= kSamples; ++i) {
-    const JointVector q = JointVector::interpolate(from.q, to.q, static_cast<double>(i) / kSamples);
+    const JointVector q = between(from, to, static_cast<double>(i) / kSamples);
     const ToolPose pose = this->pose(program.towards(to.q, q));
     tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
     axis = std::max(axis, angle_to_arc(pose.axis_P, a.axis_P, b.axis_P));

@@ -18,6 +18,8 @@ struct Vertex {
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t nc_line = 0;
   bool rapid = false;
+  bool tcp =
+      false;  // reached under tool-centre-point control: the control moves the tip on a straight line in P
 };
 
 /// A point of the CL path.
@@ -75,6 +77,10 @@ class DeviationMeter {
                const ProgramState& program) const;
   Deviation sampled(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                     const ProgramState& program) const;
+
+  /// Where the axes are on the way from `from` to `to`, as the control moves them.
+  JointVector between(const Vertex& from, const Vertex& to, double t) const;
+  const TableKinematics& kinematics() const { return certifier_.kinematics(); }
 
  private:
   ToolPose pose(const MachineState& state) const;

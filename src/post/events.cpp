@@ -92,7 +92,9 @@ Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t) {
   nc::ToolCall call;
   call.tool = t.number;
   call.length_offset = t.length_register.value_or(t.number);
+  length_offset_ = call.length_offset;
   if (auto r = write(call); !r) return r;
+  if (options_.rtcp && controller_.tcp.replaces_length) return {};
   // The spindle's position is what the words say where the output point is S: then the control must not add a
   // length.
   if (machine_.output_point == OutputPoint::spindle || controller_.length.automatic) return {};
@@ -130,12 +132,12 @@ Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {
         "LINTOL/OFF is not followed: the tolerance stays " + shortest_text(tolerance_.tip_mm) + " mm");
     return {};
   }
-  if (t.applies == cl::Tolerance::Applies::feed) {
+  if (t.applies == cl::Tolerance::Applies::feed && !options_.rtcp) {
     tolerance_.tip_mm = std::min(options_.tolerance_mm, t.value_mm.value_or(options_.tolerance_mm));
   } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
     const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
     rapid_tolerance_ = path::Tolerance{std::min(given, *t.value_mm), tolerance_.axis};
-  } else if (t.axis_angle) {
+  } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
     const Angle given = options_.axis_tolerance.value_or(machine_.axis_tolerance);
     tolerance_.axis = std::min(given, Angle::radians(*t.axis_angle));
   }

@@ -74,7 +74,11 @@ BlockFeed FeedPlanner::plan(const JointVector& a, const JointVector& b, double t
     return out;
   }
   bool rotary_only = false;
-  const double path = control_path(a, b, rotary_only);
+  double path = control_path(a, b, rotary_only);
+  if (output_ == FeedOutput::tip && tip_mm > 0.0) {
+    path = tip_mm;
+    rotary_only = false;
+  }
   double rate = path / seconds;
   if (rotary_only && turns) {
     out.quanta = format.rotary_quanta(rate);

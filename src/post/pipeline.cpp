@@ -9,6 +9,10 @@
 namespace trunnion::post {
 namespace {
 
+// Under tool-centre-point control the tip keeps its line by itself: points are inserted for the tool axis
+// only.
+constexpr double kNoTipError_mm = 1e9;
+
 constexpr std::size_t kPassOnBytes = 1 << 16;
 // A local choice looks at one point at a time: its runs may be cut anywhere.
 constexpr std::size_t kLocalRun = 4096;
@@ -23,9 +27,11 @@ path::ChoiceOptions choice_options(const PostOptions& options, const InverseOpti
   return out;
 }
 
-JointVector quantum_of(const Machine& machine, const nc::Controller& controller) {
+// Under tool-centre-point control the linear words are not joint positions: those are not rounded.
+JointVector quantum_of(const Machine& machine, const nc::Controller& controller, bool rtcp) {
   JointVector out;
   for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (rtcp && machine.axes[id].kind == AxisKind::linear) continue;
     out[id] = controller.numbers.axes.quantum(*nc::axis_letter(machine.axes[id].name));
   }
   return out;
@@ -56,10 +62,11 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
       tool_mm_(job.machine->tool_vector()),
       writer_(controller_, text_),
       kinematics_(machine_, tool_mm_),
-      rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_))),
+      rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_, options.rtcp))),
       refiner_(machine_, tool_mm_, rounding_, options.nonlinear),
       planner_(machine_, controller_, options.feed),
-      tolerance_{options.tolerance_mm, options.axis_tolerance.value_or(machine_.axis_tolerance)},
+      tolerance_{options.rtcp ? kNoTipError_mm : options.tolerance_mm,
+                 options.axis_tolerance.value_or(machine_.axis_tolerance)},
       state_(machine_.axes.size()) {
   if (options.rapid_tolerance_mm)
     rapid_tolerance_ = path::Tolerance{*options.rapid_tolerance_mm, tolerance_.axis};
@@ -226,10 +233,15 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   }
   report_.duration_s += planner_.rapid_seconds(last_emitted_, q);
   state_.move_to(q);
-  for (const std::uint16_t axes : {rotary, static_cast<std::uint16_t>(~rotary & ~z)}) {
-    if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, axes); !r) return r;
-  }
-  return {};
+  if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
+  if (!options_.rtcp)
+    return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~z));
+  // Under tool-centre-point control a linear move needs all of X Y Z: to a point straight above, at the end
+  // of Z's travel.
+  JointVector above = q;
+  if (const auto id = machine_.axis("Z")) above[*id] = std::max(q[*id], machine_.axes[*id].max);
+  if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
+  return emit_motion(above, nc::MotionKind::rapid, {}, where);
 }
 
 // A motion whose length the post does not know or that only leaves or enters: F per minute.
@@ -342,9 +354,20 @@ void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
   }
 }
 
+// Words under tool-centre-point control: the tip in P, for linear axes named X, Y and Z.
+JointVector Pipeline::part_words(const JointVector& q) const {
+  JointVector words = q;
+  const Vec3 tip_P = kinematics_.pose(q).tip_P;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::linear)
+      words[id] = tip_P[static_cast<Eigen::Index>(nc::index(letters_[id]))];
+  }
+  return words;
+}
+
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                    SourceRef where, std::uint16_t only) {
-  const JointVector words = words_of(machine_, q, tool_mm_);
+  const JointVector words = options_.rtcp ? part_words(q) : words_of(machine_, q, tool_mm_);
   nc::Motion motion;
   motion.kind = kind;
   motion.feed_mode = feed.mode;

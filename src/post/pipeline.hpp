@@ -56,6 +56,7 @@ class Pipeline {
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where);
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = 0xFFFF);
+  JointVector part_words(const JointVector& q) const;
   Result<void> write(const nc::Block& block);
   Result<void> pass_on();
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
@@ -86,6 +87,7 @@ class Pipeline {
   std::array<nc::AxisLetter, kMaxAxes> letters_{};
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
+  std::int64_t length_offset_ = 1;
 
   std::vector<Pending> pending_;
   std::vector<Event> events_;

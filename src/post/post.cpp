@@ -32,6 +32,10 @@ std::string verdict_text(const PostReport& report) {
 
 Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& job,
                         const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics) {
+  if (options.rtcp && !job.controller->has_tcp()) {
+    return fail(ErrorCode::wrong_use,
+                "--rtcp: the control '" + job.controller->name + "' has no tool-centre-point control");
+  }
   const std::size_t errors = diagnostics.error_count();
   Pipeline pipeline(job, options, sink, diagnostics);
   if (auto r = pipeline.begin(); !r) return tl::unexpected(r.error());

@@ -78,6 +78,7 @@ struct Verifier::State {
 
   void take(const nc::Block& block) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
+    if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
     if (const auto* spindle = std::get_if<nc::Spindle>(&block))
       program.spindle(static_cast<double>(spindle->rpm));
   }
@@ -93,11 +94,24 @@ struct Verifier::State {
       words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
     }
     Vertex v;
-    v.q = joints_of_words(machine, words, tool_mm);
+    v.tcp = tcp;
+    v.q = tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm);
     v.nc_line = motion.source.line;
     v.rapid = rapid;
     waiting.push_back(v);
     work();
+  }
+
+  // Under tool-centre-point control X Y Z are the tip in P.
+  JointVector joints_of_part_words(const JointVector& words) const {
+    JointVector q = words;
+    Vec3 tip_P;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      if (machine.axes[id].kind == AxisKind::linear)
+        tip_P[static_cast<Eigen::Index>(nc::index(letters[id]))] = words[id];
+    }
+    meter.kinematics().solve_linear(tip_P, meter.kinematics().sines(q), q);
+    return q;
   }
 
   // A block can be judged when the CL motions are known up to well beyond it.
@@ -312,6 +326,7 @@ struct Verifier::State {
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
   std::uint16_t needed = 0;
+  bool tcp = false;
 
   std::vector<Target> targets;
   Place at;

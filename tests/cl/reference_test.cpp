@@ -137,5 +137,16 @@ TEST_F(ReferenceCl, NxCirclesAreRefusedForTheirCompensationAndReadWithoutIt) {
   for (const ArcMotion& motion : reading.all<ArcMotion>()) EXPECT_NEAR(motion.arc->sweep.deg(), 90.0, 0.01);
 }
 
+TEST_F(ReferenceCl, CatiaTurningIsRefusedByName) {
+  const auto reading = read("catia_v5_icam_pptable_turn_cycle.aptsource");
+  std::vector<std::string> errors;
+  for (const std::string& finding : reading.findings) {
+    if (finding.find(" error: ") != std::string::npos) errors.push_back(finding.substr(0, finding.find(' ')));
+  }
+  EXPECT_EQ(errors, (std::vector<std::string>{"29:1:", "125:1:", "161:1:"}));  // TURRET
+  EXPECT_EQ(reading.all<OperationBegin>().size(), 9U);
+  EXPECT_EQ(reading.all<ToolChange>().size(), 1U);
+}
+
 }  // namespace
 }  // namespace trunnion::cl

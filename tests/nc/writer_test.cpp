@@ -194,6 +194,28 @@ TEST(Writer, RefusesWhatTheControlCannotBeTold) {
               HasSubstr("feed 100000 is beyond the largest that the control takes, 99999.999"));
 }
 
+// At the safe height the rotary axes turn first: compensation comes back with the motion that needs it.
+TEST(Writer, RestoresCompensationAfterARetractWithTheFirstLinearMotion) {
+  const auto program = [](const std::string& name, const nc::Block& compensation) {
+    const auto c = test::shipped_controller(name);
+    nc::Motion m = move(MotionKind::rapid, {{AxisLetter::X, 0}, {AxisLetter::Z, 0}, {AxisLetter::C, 0}});
+    std::vector<nc::Block> blocks = {nc::ProgramStart{}, compensation, m, nc::Retract{}};
+    m = move(MotionKind::rapid, {{AxisLetter::C, 90 * c.numbers.axes.turn() / 360}});
+    blocks.emplace_back(m);
+    blocks.emplace_back(move(MotionKind::rapid, {{AxisLetter::X, 0}, {AxisLetter::Z, 0}}));
+    const auto text = test::nc_text(c, blocks);
+    return text.substr(text.find("Z0") + 2);
+  };
+  EXPECT_THAT(program("iso", nc::LengthCompensation{3}),
+              HasSubstr(" G53 G0 Z0.\nN40 G0 C90.\nN50 G43 H3 X0. Z0.\n"));
+  EXPECT_THAT(program("fanuc_30i", nc::TcpControl{true, 3}),
+              HasSubstr(" G49\nN40 G53 G0 Z0.\nN50 G0 C90.\nN60 G43.4 H3 X0. Z0.\n"));
+  EXPECT_THAT(program("siemens_840d_sl", nc::TcpControl{true, 3}),
+              HasSubstr(" TRAFOOF\nN50 SUPA G0 Z0 D0\nN60 G0 C90\nN70 TRAORI\nN80 X0 Z0\n"));
+  EXPECT_THAT(program("linuxcnc", nc::LengthCompensation{3}),
+              HasSubstr("\nG53 G0 Z0\nG0 C90.0000\nZ0.0000\n"));
+}
+
 // Half a turn or more cannot be told by an angle in [0, 360).
 TEST(Writer, RefusesTurnsThatAModuloAxisWouldTakeTheOtherWay) {
   const auto turn_c = [](std::int64_t degrees) {

@@ -215,8 +215,8 @@ TEST(Post, CThatMustTurnBackLeavesThePartAlongTheToolAxis) {
 std::string through_the_pole(int points_at_pole) {
   std::string cl = "FEDRAT/MMPM,1000\nRAPID\n";
   const auto point = [&](double x, double y, double i, double j) {
-    cl += "GOTO/" + fixed_text(x, 4) + "," + fixed_text(y, 4) + ",0," + fixed_text(i, 7) + "," + fixed_text(j, 7) + "," +
-          fixed_text(std::sqrt(1.0 - i * i - j * j), 7) + "\n";
+    cl += "GOTO/" + fixed_text(x, 4) + "," + fixed_text(y, 4) + ",0," + fixed_text(i, 7) + "," +
+          fixed_text(j, 7) + "," + fixed_text(std::sqrt(1.0 - i * i - j * j), 7) + "\n";
   };
   for (int k = 20; k > 0; --k) point(30 + k, 40, 0.01 * k, 0);
   for (int k = 0; k < points_at_pole; ++k) point(30, 40 + k, 0, 0);
@@ -235,6 +235,21 @@ TEST(Post, PoleIsPassedWithinTolerance) {
       EXPECT_EQ(p.report->choice.turns_in_place, points == 1 ? 1u : 0u);
       EXPECT_LT(p.report->points_inserted, 100u);
     }
+  }
+}
+
+TEST(Post, ToolCentrePointControlNeedsFewPointsAndKeepsTheAxis) {
+  for (const char* control : {"fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "haas_ngc", "linuxcnc"}) {
+    PostOptions options;
+    options.rtcp = true;
+    options.feed = FeedOutput::tip;
+    options.axis_tolerance = Angle::degrees(0.01);
+    const Posted p = posted(sample_path(3), test::shipped_machine("trunnion_offset"), options, control);
+    ASSERT_TRUE(p.report) << control << " " << p.report.error().text();
+    const VerifyReport& v = *p.report->verification;
+    EXPECT_TRUE(v.passed()) << control;
+    EXPECT_LT(v.certified_tip_deviation_mm, 0.00087) << control;  // half a micrometre in each of three words
+    EXPECT_GT(p.report->points_inserted, 0u);
   }
 }
 

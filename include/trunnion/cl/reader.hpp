@@ -12,7 +12,10 @@
 namespace trunnion::cl {
 
 struct ReaderOptions {
-  /// Unit of a file that has no UNITS word.
+  /// `automatic`: Mastercam NCI when the file's name ends in .nci, else APT/CL text.
+  enum class Dialect : std::uint8_t { automatic, apt, nci };
+  Dialect dialect = Dialect::automatic;
+  /// Unit of a file that says none (no UNITS word; every NCI file).
   enum class Units : std::uint8_t { mm, inch };
   Units units = Units::mm;
   /// NX, MSYS (the program's frame in the absolute system). `automatic`: the points are given in MSYS, as
@@ -70,6 +73,8 @@ class Reader {
   /// allocates nothing.
   bool next(Record& record);
 
+  /// The failure of the source that ended the text early, if one did (it is among the diagnostics, too).
+  const std::optional<Error>& read_failure() const;
   const Resolution& resolution() const;
   std::size_t motion_count() const;
   std::size_t line_count() const;

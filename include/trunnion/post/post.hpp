@@ -19,8 +19,9 @@
 namespace trunnion::post {
 
 enum class FeedOutput : std::uint8_t {
-  inverse,    // G93 for moves in which a rotary axis turns, per minute for the others
-  per_minute  // F as the control measures it, so that the tip moves at the programmed feed
+  inverse,     // G93 for moves in which a rotary axis turns, per minute for the others
+  per_minute,  // F as the control measures it, so that the tip moves at the programmed feed
+  tip          // F is the feed of the tip: what a control understands under tool-centre-point control
 };
 
 struct PostOptions {
@@ -37,6 +38,8 @@ struct PostOptions {
   /// fast.
   double retract_mm = 50.0;
   double retract_feed_mm_s = 5000.0 / kSecondsPerMinute;
+  /// Tool-centre-point control: words are the tip in P, the control moves it on a straight line.
+  bool rtcp = false;
   bool verify = true;
   bool collect = false;  // keep what the HTML report draws
   cl::ReaderOptions cl;

@@ -1,0 +1,37 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+
+namespace trunnion::diagnosis {
+
+struct RunResidual {
+  std::string run_id;
+  std::size_t readings = 0;
+  double rms_um = 0.0, max_um = 0.0, chi2 = 0.0;
+};
+
+struct RowResidual {
+  std::string file, run_id;
+  std::uint32_t row = 0;  // line of the file
+  JointVector q;
+  double residual_um = 0.0;  // rotations: urad, that is um at 1 m
+  double normalised = 0.0;   // over its uncertainty
+};
+
+/// How well a model as it stands explains measurements (set-ups fitted, nothing else).
+struct Evaluation {
+  double rms_um = 0.0, p95_um = 0.0, max_um = 0.0;
+  double chi2 = 0.0, dof = 0.0, p_value = 1.0;  // against the stated uncertainty
+  /// Lack of fit against repeated readings; nothing without repeats.
+  std::optional<double> replicate_p, replicate_um;
+  std::string verdict;  // one sentence
+  std::vector<RunResidual> runs;
+  std::vector<RowResidual> worst;
+  std::vector<Dependence> by_covariate;  // all tried, the surest first
+};
+Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& model, std::size_t worst = 20);
+
+}  // namespace trunnion::diagnosis

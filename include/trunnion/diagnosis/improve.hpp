@@ -1,0 +1,41 @@
+#pragma once
+#include "trunnion/diagnosis/diagnose.hpp"
+
+namespace trunnion::diagnosis {
+
+/// The model with more effects, all fitted to `data`; parent, sigma and evidence filled in. `file` is the
+/// parent's.
+struct Added {
+  Model model;
+  Fit fit;
+};
+Added add_and_fit(const Machine& machine, const Dataset& data, const Model& parent,
+                  std::vector<ModelEffect> effects, const Diagnosis* diagnosis = nullptr);
+
+/// One step of the loop: the model as it stood before, and what was said of it.
+struct ImproveStep {
+  Model model;          // fitted
+  double rms_um = 0.0;  // fit data
+  std::optional<double> heldout_um;
+  double noise_floor_um = 0.0;
+  Diagnosis diagnosis;
+};
+
+/// Evaluate, diagnose, add, refit, until nothing is left that can be named with certainty (at most
+/// `most_steps` additions).
+std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, const Model& model,
+                                 const DiagnoseOptions& options = {}, std::size_t most_steps = 12,
+                                 const std::vector<EffectFamily>& extra = {});
+
+/// Error of a model against steps: on the data as given, and leave-one-run-out with all its parameters
+/// refitted.
+struct HistoryEntry {
+  std::string name, parent;
+  std::vector<std::string> effects;
+  double rms_um = 0.0;
+  std::optional<double> heldout_um;
+  double chi2 = 0.0, dof = 0.0, noise_floor_um = 0.0;
+};
+HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Model& model);
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,63 @@
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "trunnion/post/post_file.hpp"
+
+namespace trunnion::post {
+
+/// One conversion of a batch.
+struct BatchItem {
+  std::string input;   // CL file
+  std::string output;  // NC file
+};
+
+/// Finds the CL files of `inputs`: files as they stand, folders with all CL files below them (by their
+/// endings), manifests
+/// (`.toml`: `[[part]] file = "...", output = "..."`, paths relative to the manifest). Outputs go to
+/// `folder`, with the path below the input folder kept. Fails when an input does not exist, a folder holds no
+/// CL file, or two inputs would write one output.
+Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& inputs, const std::string& folder,
+                                           Diagnostics& diagnostics);
+
+/// The items of shard `index` (from 1) of `count`: every count-th item, so that the shards together are the
+/// whole, each item once.
+std::vector<BatchItem> shard(const std::vector<BatchItem>& items, std::size_t index, std::size_t count);
+
+enum class BatchState : std::uint8_t { posted, skipped, failed, would_post, not_run };
+
+struct BatchResult {
+  BatchItem item;
+  BatchState state = BatchState::not_run;
+  FileOutcome outcome;  // of a posted or failed item
+  double seconds = 0.0;
+};
+
+struct BatchOptions {
+  PostOptions post;
+  bool accept_deviation = false;
+  bool dry_run = false;
+  bool force = false;       // post unchanged inputs too
+  std::size_t threads = 0;  // 0: all cores
+  /// Everything but the CL file that decides about the output: contents of machine, controller and model,
+  /// options, version.
+  std::string fingerprint;
+};
+
+/// Posts the items in parallel. One item's failure does not stop the others. Unchanged ones are skipped: a
+/// stamp beside the output
+/// (`.<name>.stamp`) holds the hash of what it was made from and of itself. Killed at any moment and run
+/// again it ends with the same files; two batches at once in one folder do no harm, since every file appears
+/// by a rename.
+/// @param progress called after each item, from any thread
+/// @param stop     set by a signal: items that have not begun are not run
+std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
+                                   const nc::Controller& controller, const Model* model,
+                                   const std::vector<std::string>& header, const BatchOptions& options,
+                                   const std::function<void(const BatchResult&)>& progress,
+                                   const std::atomic<bool>& stop);
+
+}  // namespace trunnion::post

@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+
+#include "trunnion/diagnosis/evaluate.hpp"
+#include "trunnion/diagnosis/improve.hpp"
+
+namespace trunnion::report {
+
+/// Results of `model ...` as one JSON object each (fields: README, "Results").
+std::string diagnosis_json(const diagnosis::Diagnosis& result, const Machine& machine);
+std::string evaluation_json(const diagnosis::Evaluation& result, const Machine& machine);
+std::string fit_json(const diagnosis::Fit& result, const diagnosis::Dataset& data);
+std::string plan_json(const diagnosis::NextMeasurement& next, const Machine& machine);
+std::string improve_json(const std::vector<diagnosis::ImproveStep>& steps);
+std::string history_json(const std::vector<diagnosis::HistoryEntry>& entries);
+
+/// The same for a person.
+std::string diagnosis_text(const diagnosis::Diagnosis& result);
+std::string evaluation_text(const diagnosis::Evaluation& result);
+std::string fit_text(const diagnosis::Fit& result);
+
+}  // namespace trunnion::report

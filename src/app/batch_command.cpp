@@ -1,0 +1,172 @@
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <spdlog/spdlog.h>
+#include <thread>
+#include <unistd.h>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/batch.hpp"
+#include "trunnion/report/batch_json.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct BatchCommand {
+  std::vector<std::string> inputs;
+  std::string folder;
+  MachineOptions machine;
+  PostCliOptions options;
+  ResultOptions result;
+  std::size_t threads = 0;
+  std::string shard;
+  bool dry_run = false;
+  bool force = false;
+};
+
+std::atomic<bool> g_stop{false};  // set by SIGINT and SIGTERM: what has not begun is not run
+
+// One line that is written over, on a terminal only.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::size_t total) : total_(total), on_(::isatty(STDERR_FILENO) == 1) {}
+  ~ProgressLine() {
+    if (on_) std::fputs("\r\x1b[K", stderr);
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void step() {
+    const std::lock_guard lock(mutex_);
+    ++done_;
+    if (!on_) return;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double rate = static_cast<double>(done_) / std::max(seconds, 1e-3);
+    const double left = static_cast<double>(total_ - done_) / rate;
+    constexpr std::size_t kWidth = 30;
+    const std::size_t full = kWidth * done_ / total_;
+    std::fprintf(stderr, "\r[%s%s] %zu/%zu  %.1f files/s  %.0f s left\x1b[K", std::string(full, '#').c_str(),
+                 std::string(kWidth - full, '.').c_str(), done_, total_, rate, left);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::size_t total_;
+  std::size_t done_ = 0;
+  bool on_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+Result<std::vector<post::BatchItem>> take_shard(const BatchCommand& command,
+                                                std::vector<post::BatchItem> items) {
+  if (command.shard.empty()) return items;
+  const auto slash = command.shard.find('/');
+  const auto index = parse_integer(command.shard.substr(0, slash));
+  const auto count =
+      slash == std::string::npos ? std::nullopt : parse_integer(command.shard.substr(slash + 1));
+  if (!index || !count || *index < 1 || *index > *count) {
+    return fail(ErrorCode::wrong_use, "--shard takes i/n with 1 <= i <= n, not '" + command.shard + "'");
+  }
+  return post::shard(items, *index, *count);
+}
+
+// Everything but the CL file that decides about an output.
+Result<std::string> fingerprint(const BatchCommand& command, const Machine& machine,
+                                const nc::Controller& controller) {
+  std::string out = std::string("trunnion ") + TRUNNION_VERSION + "\n" + command.options.text();
+  for (const std::string& file : {machine.file, controller.file, command.options.model}) {
+    if (file.empty()) continue;
+    const auto text = read_file(file);
+    if (!text) return tl::unexpected(text.error());
+    out += *text + "\n";
+  }
+  return out;
+}
+
+// Findings and the reason of every failure, file by file.
+void print_failures(const std::vector<post::BatchResult>& results) {
+  for (const post::BatchResult& r : results) {
+    if (r.state != post::BatchState::failed) continue;
+    if (r.outcome.error) {
+      print_failure(r.outcome.diagnostics, *r.outcome.error);
+    } else if (r.outcome.report && r.outcome.report->verification) {
+      const post::VerifyReport& v = *r.outcome.report->verification;
+      spdlog::error(
+          "{}: error: verification failed: tip {:.6f} of {} mm, {} CL points missed, {} positions beyond "
+          "limits",
+          r.item.input, v.certified_tip_deviation_mm, v.tolerance_mm, v.points_missed, v.beyond_limits_count);
+    }
+  }
+}
+
+ExitCode run(const BatchCommand& command) {
+  const auto options = command.options.resolve();
+  if (!options) return print_error(options.error());
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
+  const auto model = command.options.load_errors(*machine, diagnostics);
+  if (!model) return print_failure(diagnostics, model.error());
+  auto all = post::batch_items(command.inputs, command.folder, diagnostics);
+  if (!all) return print_failure(diagnostics, all.error());
+  const auto items = take_shard(command, std::move(*all));
+  if (!items) return print_error(items.error());
+  const auto mark = fingerprint(command, *machine, *controller);
+  if (!mark) return print_error(mark.error());
+  print(diagnostics);
+  post::BatchOptions batch;
+  batch.post = *options;
+  batch.accept_deviation = command.options.accept_deviation;
+  batch.dry_run = command.dry_run;
+  batch.force = command.force;
+  batch.threads = command.threads;
+  batch.fingerprint = *mark;
+  g_stop = false;
+  std::signal(SIGINT, [](int) { g_stop = true; });
+  std::signal(SIGTERM, [](int) { g_stop = true; });
+  std::vector<post::BatchResult> results;
+  {
+    ProgressLine progress(items->size());
+    const std::vector<std::string> header = {
+        std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller->name,
+        "machine " + machine->name};
+    results = post::run_batch(
+        *items, *machine, *controller, *model ? &**model : nullptr, header, batch,
+        [&](const post::BatchResult&) { progress.step(); }, g_stop);
+  }
+  print_failures(results);
+  const report::BatchCounts counts = report::count(results);
+  spdlog::info("{}", report::batch_table(results));
+  if (!command.result.json.empty()) {
+    if (const auto code = write_output(command.result.json, report::batch_json(results)); code != kDone)
+      return code;
+  }
+  return counts.failed + counts.not_run > 0 ? kCheckFailed : kDone;
+}
+
+}  // namespace
+
+void add_batch_command(CLI::App& root, int& exit) {
+  auto command = std::make_shared<BatchCommand>();
+  CLI::App* c = root.add_subcommand("batch", "post many CL files; unchanged ones are skipped");
+  c->add_option("inputs", command->inputs, "CL files, folders with CL files, manifests (.toml)")->required();
+  c->add_option("-o,--output", command->folder, "folder for the NC files")->required();
+  command->machine.add_to(*c, true);
+  c->add_option("-j,--threads", command->threads, "files at a time (all cores)")->check(CLI::PositiveNumber);
+  c->add_option("--shard", command->shard, "i/n: only every n-th file, beginning with the i-th (array jobs)");
+  c->add_flag("--dry-run", command->dry_run, "say what would be posted");
+  c->add_flag("--force", command->force, "post unchanged files too");
+  command->options.add_to(*c);
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

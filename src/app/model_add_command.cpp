@@ -1,0 +1,101 @@
+#include <cmath>
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct Options {
+  ModelFiles files;
+  std::string effect, out;
+  std::vector<std::string> with;  // key=value of a variant
+};
+
+std::optional<std::vector<std::pair<std::string, std::string>>> variant(
+    const std::vector<std::string>& with) {
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const std::string& item : with) {
+    const auto at = item.find('=');
+    if (at == std::string::npos || at == 0) {
+      spdlog::error("error: --with wants key=value (component=EZX, sensor=frame, run=r3), not '{}'", item);
+      return std::nullopt;
+    }
+    out.emplace_back(item.substr(0, at), item.substr(at + 1));
+  }
+  return out;
+}
+
+// Where the effect has variants and none is asked for, the data choose.
+Result<std::shared_ptr<const Effect>> chosen(const Options& options, const Machine& machine, Model& model,
+                                             const diagnosis::Dataset* data,
+                                             const std::vector<std::pair<std::string, std::string>>& keys) {
+  if (keys.empty() && data != nullptr) {
+    for (const EffectFamily& family : effect_library(machine, data->context)) {
+      if (family.id() != options.effect || family.variants.size() < 2) continue;
+      std::shared_ptr<const Effect> best;
+      double least = INFINITY;
+      for (const auto& one : family.variants) {
+        const auto added = diagnosis::add_and_fit(machine, *data, model, {model_effect(one)});
+        if (added.fit.chi2 < least) least = added.fit.chi2, best = one;
+      }
+      return best;
+    }
+  }
+  return make_effect(machine, model.context, options.effect, keys);
+}
+
+int run(const Options& options) {
+  int exit = kDone;
+  const auto keys = variant(options.with);
+  if (!keys) return kWrongUse;
+  if (options.files.machine.empty()) {
+    spdlog::error("error: model add needs the machine file (-m): effects are those of a machine's axes");
+    return kWrongUse;
+  }
+  const auto machine = read_machine(options.files.machine, exit);
+  if (!machine) return exit;
+  std::optional<diagnosis::Dataset> data;
+  if (!options.files.data.empty()) {
+    data = read_data(options.files.data, *machine, exit);
+    if (!data) return exit;
+  }
+  auto model = read_model(options.files.model, *machine, data ? data->context : EffectContext{}, exit);
+  if (!model) return exit;
+  auto effect = chosen(options, *machine, *model, data ? &*data : nullptr, *keys);
+  if (!effect) return print_error(effect.error());
+  Model added = *model;
+  if (data) {
+    const auto diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false});
+    auto result = diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &diagnosis);
+    added = std::move(result.model);
+    exit = write_results(options.files, options.out == "-" ? "" : report::fit_text(result.fit),
+                         report::fit_json(result.fit, *data));
+    if (exit != kDone) return exit;
+  } else {
+    added.effects.push_back(model_effect(*effect));
+  }
+  added.parent = options.files.model;
+  return write_output(options.out, model_text(added));
+}
+
+}  // namespace
+
+void add_model_add_command(CLI::App& model, int& exit) {
+  auto* command = model.add_subcommand("add", "add an effect to a model, and fit it if data are given");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("effect", options->effect,
+                   "identifier, as in location:C (`trunnion model effects` lists them)")
+      ->required();
+  options->files.add_to(*command, false);
+  command->add_option("--with", options->with, "choice of the effect: component=EZX, sensor=frame, run=r3");
+  command->add_option("-o,--output", options->out, "the new model file")->required();
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace trunnion::app

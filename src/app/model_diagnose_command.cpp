@@ -1,0 +1,38 @@
+#include <memory>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+
+// Effects of another model file that compete with the library's, one family each.
+std::vector<EffectFamily> competing(const Model& model) {
+  std::vector<EffectFamily> out;
+  for (const ModelEffect& effect : model.effects) out.push_back({{effect.effect}});
+  return out;
+}
+
+void add_model_diagnose_command(CLI::App& model, int& exit) {
+  auto* command =
+      model.add_subcommand("diagnose", "which effect the model lacks, or that these data cannot tell");
+  auto files = std::make_shared<ModelFiles>();
+  auto also = std::make_shared<std::string>();
+  files->add_to(*command);
+  command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
+  command->callback([files, also, &exit] {
+    const auto in = read_inputs(*files, exit);
+    if (!in) return;
+    std::vector<EffectFamily> extra;
+    if (!also->empty()) {
+      const auto rivals = read_model(*also, in->machine, in->model.context, exit);
+      if (!rivals) return;
+      extra = competing(*rivals);
+    }
+    const auto result = diagnosis::diagnose(in->machine, in->data, in->model, {}, extra);
+    exit = write_results(*files, report::diagnosis_text(result), report::diagnosis_json(result, in->machine));
+  });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,23 @@
+#include <memory>
+
+#include "trunnion/diagnosis/evaluate.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+
+void add_model_evaluate_command(CLI::App& model, int& exit) {
+  auto* command = model.add_subcommand("evaluate", "how well a model as it stands explains measurements");
+  auto files = std::make_shared<ModelFiles>();
+  files->add_to(*command);
+  command->callback([files, &exit] {
+    const auto in = read_inputs(*files, exit);
+    if (!in) return;
+    const auto result = diagnosis::evaluate(in->machine, in->data, in->model);
+    exit =
+        write_results(*files, report::evaluation_text(result), report::evaluation_json(result, in->machine));
+  });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,30 @@
+#include <memory>
+
+#include "trunnion/diagnosis/fit.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+
+void add_model_fit_command(CLI::App& model, int& exit) {
+  auto* command = model.add_subcommand("fit", "fit all parameters of a model to measurements");
+  auto files = std::make_shared<ModelFiles>();
+  auto out = std::make_shared<std::string>();
+  auto plain = std::make_shared<bool>(false);
+  files->add_to(*command);
+  command->add_option("-o,--output", *out, "the fitted model file")->required();
+  command->add_flag("--no-robust", *plain, "keep outliers");
+  command->callback([files, out, plain, &exit] {
+    const auto in = read_inputs(*files, exit);
+    if (!in) return;
+    auto result = diagnosis::fit(in->machine, in->data, in->model, {.robust = !*plain});
+    result.model.parent = files->model;
+    exit = write_output(*out, model_text(result.model));
+    if (exit == kDone)
+      exit = write_results(*files, *out == "-" ? "" : report::fit_text(result),
+                           report::fit_json(result, in->data));
+  });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,93 @@
+#include <array>
+#include <charconv>
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;  // models (.toml) and data
+  std::string machine;
+  std::optional<std::string> json;
+};
+
+std::string number(const std::optional<double>& value) {
+  if (!value) return "-";
+  std::array<char, 40> buffer;
+  const auto r =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), *value, std::chars_format::general, 4);
+  return {buffer.data(), r.ptr};
+}
+
+std::string joined(const std::vector<std::string>& items) {
+  std::string out;
+  for (const auto& item : items) out += (out.empty() ? "" : " + ") + item;
+  return out.empty() ? "(no effect)" : out;
+}
+
+int run(const Options& options) {
+  int exit = kDone;
+  ModelFiles files;
+  std::vector<std::string> models;
+  for (const std::string& file : options.files)
+    (file.ends_with(".toml") ? models : files.data).push_back(file);
+  files.json = options.json;
+  if (models.empty() || (!files.data.empty() && options.machine.empty())) {
+    spdlog::error("error: model history wants model files (.toml), and with data the machine file (-m)");
+    return kWrongUse;
+  }
+  if (options.machine.empty()) {
+    spdlog::error("error: model history needs the machine file (-m): effects are those of a machine's axes");
+    return kWrongUse;
+  }
+  const auto machine = read_machine(options.machine, exit);
+  if (!machine) return exit;
+  std::optional<diagnosis::Dataset> data;
+  if (!files.data.empty()) {
+    data = read_data(files.data, *machine, exit);
+    if (!data) return exit;
+  }
+  std::vector<diagnosis::HistoryEntry> entries;
+  std::string text;
+  for (const std::string& path : models) {
+    const auto model = read_model(path, *machine, data ? data->context : EffectContext{}, exit);
+    if (!model) return exit;
+    diagnosis::HistoryEntry entry;
+    if (data)
+      entry = diagnosis::history_entry(*machine, *data, *model);
+    else {
+      entry.name = model->name;
+      entry.parent = model->parent.value_or("");
+      for (const auto& effect : model->effects) entry.effects.push_back(effect.id());
+    }
+    text += path + ": ";
+    if (data)
+      text += number(entry.rms_um) + " um RMS, held out " + number(entry.heldout_um) + " um, noise " +
+              number(entry.noise_floor_um) + " um, chi-square " + number(entry.chi2) + " for " +
+              number(entry.dof) + "; ";
+    text += joined(entry.effects) + "\n";
+    entries.push_back(std::move(entry));
+  }
+  return write_results(files, text, report::history_json(entries));
+}
+
+}  // namespace
+
+void add_model_history_command(CLI::App& model, int& exit) {
+  auto* command = model.add_subcommand("history", "how the error fell, model by model");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
+      ->required();
+  command->add_option("-m,--machine", options->machine, "machine file (TOML)");
+  command->add_option("--json", options->json, "result as JSON to this file; - is standard output");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace trunnion::app

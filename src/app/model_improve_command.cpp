@@ -1,0 +1,66 @@
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+namespace {
+
+std::string number(double value) {
+  std::array<char, 40> buffer;
+  const auto r =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 4);
+  return {buffer.data(), r.ptr};
+}
+
+std::string line(const diagnosis::ImproveStep& step, std::size_t k) {
+  std::string out = "step " + std::to_string(k) + ": " + number(step.rms_um) + " um RMS";
+  if (step.heldout_um) out += ", held out " + number(*step.heldout_um) + " um";
+  out += ", noise " + number(step.noise_floor_um) + " um; " + std::string(text_of(step.diagnosis.verdict));
+  for (std::size_t i = 0; i < step.diagnosis.effects.size(); ++i)
+    out += (i == 0 ? ": " : " + ") + step.diagnosis.effects[i];
+  return out + "\n";
+}
+
+int run(const ModelFiles& files, const std::string& folder) {
+  int exit = kDone;
+  const auto in = read_inputs(files, exit);
+  if (!in) return exit;
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    return print_error({ErrorCode::io_failed, "cannot make the folder: " + failed.message(), folder, {}});
+  auto steps = diagnosis::improve(in->machine, in->data, in->model);
+  std::string text, parent = files.model;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const std::string path =
+        (std::filesystem::path(folder) / ("step_" + std::to_string(k) + ".toml")).string();
+    Model model = steps[k].model;
+    model.parent = parent;
+    if (const ExitCode code = write_output(path, model_text(model)); code != kDone) return code;
+    text += line(steps[k], k);
+    parent = path;
+  }
+  text += steps.back().diagnosis.paragraph + "\n";
+  return write_results(files, text, report::improve_json(steps));
+}
+
+}  // namespace
+
+void add_model_improve_command(CLI::App& model, int& exit) {
+  auto* command =
+      model.add_subcommand("improve", "diagnose, add, refit until nothing is left: one model file a step");
+  auto files = std::make_shared<ModelFiles>();
+  auto folder = std::make_shared<std::string>();
+  files->add_to(*command);
+  command->add_option("-o,--output", *folder, "folder for the model files")->required();
+  command->callback([files, folder, &exit] { exit = run(*files, *folder); });
+}
+
+}  // namespace trunnion::app

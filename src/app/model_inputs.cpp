@@ -1,0 +1,69 @@
+#include "app/model_inputs.hpp"
+
+#include <cstdio>
+
+namespace trunnion::app {
+
+void ModelFiles::add_to(CLI::App& command, bool data_required, bool model_required) {
+  auto* files = command.add_option("data", data, "measurement files (CSV)");
+  if (data_required) files->required();
+  auto* m = command.add_option("-m,--machine", machine, "machine file (TOML)");
+  if (data_required) m->required();
+  auto* known =
+      command.add_option("--model", model, "model file (TOML): what is known of the machine's errors");
+  if (model_required) known->required();
+  command.add_option("--json", json, "result as JSON to this file; - is standard output");
+}
+
+std::optional<Machine> read_machine(const std::string& path, int& exit) {
+  Diagnostics diagnostics;
+  auto machine = load_machine(path, diagnostics);
+  if (!machine) {
+    exit = print_failure(diagnostics, machine.error());
+    return std::nullopt;
+  }
+  print(diagnostics);
+  return std::move(*machine);
+}
+
+std::optional<Model> read_model(const std::string& path, const Machine& machine, const EffectContext& context,
+                                int& exit) {
+  Diagnostics diagnostics;
+  auto model = load_model(path, machine, context, diagnostics);
+  if (!model) {
+    exit = print_failure(diagnostics, model.error());
+    return std::nullopt;
+  }
+  print(diagnostics);
+  return std::move(*model);
+}
+
+std::optional<diagnosis::Dataset> read_data(const std::vector<std::string>& paths, const Machine& machine,
+                                            int& exit) {
+  Diagnostics diagnostics;
+  auto data = diagnosis::load_measurements(paths, machine, diagnostics);
+  if (!data) {
+    exit = print_failure(diagnostics, data.error());
+    return std::nullopt;
+  }
+  print(diagnostics);
+  return std::move(*data);
+}
+
+std::optional<ModelInputs> read_inputs(const ModelFiles& files, int& exit) {
+  auto machine = read_machine(files.machine, exit);
+  if (!machine) return std::nullopt;
+  auto data = read_data(files.data, *machine, exit);
+  if (!data) return std::nullopt;
+  auto model = read_model(files.model, *machine, data->context, exit);
+  if (!model) return std::nullopt;
+  return ModelInputs{std::move(*machine), std::move(*data), std::move(*model)};
+}
+
+int write_results(const ModelFiles& files, const std::string& text, const std::string& json) {
+  if (!files.json_on_stdout() && !text.empty())
+    if (const ExitCode code = write_output("-", text); code != kDone) return code;
+  return files.json ? write_output(*files.json, json) : kDone;
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,38 @@
+#include <memory>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include "app/model_inputs.hpp"
+
+namespace trunnion::app {
+
+void add_model_plan_command(CLI::App& model, int& exit) {
+  auto* command =
+      model.add_subcommand("plan", "the next measurement: what tells the rivals apart, in minutes");
+  auto files = std::make_shared<ModelFiles>();
+  auto out = std::make_shared<std::string>();
+  files->add_to(*command);
+  command->add_option("-o,--output", *out, "write the runs as a plan file");
+  command->callback([files, out, &exit] {
+    const auto in = read_inputs(*files, exit);
+    if (!in) return;
+    const auto result = diagnosis::diagnose(in->machine, in->data, in->model);
+    if (!result.next) {
+      exit = write_results(*files,
+                           "No further measurement is needed for the verdict '" +
+                               std::string(text_of(result.verdict)) + "'.\n",
+                           "null\n");
+      return;
+    }
+    if (!out->empty()) {
+      config::Array runs;
+      for (const auto& run : result.next->runs) runs.push_back({plan_run_table(run, in->machine), {}});
+      exit = write_output(*out, config::toml_text({config::Table{{"run", {std::move(runs), {}}}}, {}}));
+      if (exit != kDone) return;
+    }
+    exit = write_results(*files, result.next->why + "\n", report::plan_json(*result.next, in->machine));
+  });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,211 @@
+#include "diagnosis/atoms.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <oneapi/tbb/parallel_for.h>
+#include <random>
+
+#include "trunnion/base/contract.hpp"
+
+#include "diagnosis/linalg.hpp"
+#include "diagnosis/statistics.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+// Part of a column (of its whitened length) below which the base imitates it: rounding stays at 1e-12, and an
+// effect that must be 100 000 times its visible part is not tested but guessed.
+constexpr double kImitated = 1e-5;
+constexpr double kTaken = 1e-3;  // part of a direction (squared) that a set must leave for it to be scored
+constexpr std::size_t kChunk = 64;
+
+}  // namespace
+
+Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<EffectFamily> library)
+    : o_(observations), base_(base), library_(std::move(library)) {
+  struct Task {
+    std::size_t family, variant;
+    std::vector<std::vector<double>> shapes;
+    std::vector<Atom> out;
+  };
+  std::vector<Task> tasks;
+  for (std::size_t f = 0; f < library_.size(); ++f)
+    for (std::size_t v = 0; v < library_[f].variants.size(); ++v) {
+      const auto grid = shape_grid(o_, *library_[f].variants[v]);
+      for (std::size_t k = 0; k < grid.size(); k += kChunk)
+        tasks.push_back({f,
+                         v,
+                         {grid.begin() + static_cast<std::ptrdiff_t>(k),
+                          grid.begin() + static_cast<std::ptrdiff_t>(std::min(grid.size(), k + kChunk))},
+                         {}});
+    }
+  oneapi::tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) {
+    tasks[i].out = make_atoms(tasks[i].family, tasks[i].variant, tasks[i].shapes);
+  });
+  for (Task& task : tasks)
+    for (Atom& atom : task.out) atoms_.push_back(std::move(atom));
+}
+
+std::vector<Atom> Atoms::make_atoms(std::size_t family, std::size_t variant,
+                                    const std::vector<std::vector<double>>& shapes) const {
+  const Effect& effect = *library_[family].variants[variant];
+  const auto k = static_cast<Eigen::Index>(effect.info().linear_count());
+  MatrixXd raw(o_.size(), k * static_cast<Eigen::Index>(shapes.size()));
+  for (std::size_t s = 0; s < shapes.size(); ++s)
+    raw.middleCols(static_cast<Eigen::Index>(s) * k, k) = o_.linear_columns(effect, shapes[s]);
+  MatrixXd white = raw;
+  base_.whitening->whiten(white);
+  const Eigen::RowVectorXd length = white.colwise().norm();
+  white = base_.projected(raw);
+  for (Eigen::Index c = 0; c < white.cols(); ++c) white.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
+  std::vector<Atom> out;
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const auto block = white.middleCols(static_cast<Eigen::Index>(s) * k, k);
+    out.push_back({family, variant, shapes[s], pivoted_qr(block, kImitated).Q.cast<float>()});
+  }
+  return out;
+}
+
+Atom Atoms::make_atom(std::size_t family, std::size_t variant, const std::vector<double>& shape) const {
+  return make_atoms(family, variant, {shape}).front();
+}
+
+Remainder Atoms::remainder(const std::vector<const Atom*>& set) const {
+  Eigen::Index width = 0;
+  for (const Atom* atom : set) width += atom->rank();
+  Remainder out;
+  MatrixXd all(base_.white.size(), width);
+  Eigen::Index at = 0;
+  for (const Atom* atom : set) {
+    all.middleCols(at, atom->rank()) = atom->U.cast<double>();
+    at += atom->rank();
+  }
+  if (width > 0) {
+    out.basis = pivoted_qr(all, kTaken).Q;
+  } else {
+    out.basis.resize(base_.white.size(), 0);
+  }
+  out.residual = base_.white - out.basis * (out.basis.transpose() * base_.white);
+  return out;
+}
+
+namespace {
+
+// b' G^-1 b over the directions that the set leaves, G = U'(I - BB')U.
+Score projected_score(const Eigen::MatrixXf& U, const Eigen::MatrixXf& B, const Eigen::VectorXf& r) {
+  if (U.cols() == 0) return {};
+  const VectorXd b = (U.transpose() * r).cast<double>();
+  if (B.cols() == 0) return {b.squaredNorm(), U.cols()};
+  const MatrixXd m = (U.transpose() * B).cast<double>();
+  const MatrixXd g = MatrixXd::Identity(U.cols(), U.cols()) - m * m.transpose();
+  const SymmetricEigen eigen = symmetric_eigen(g);
+  const VectorXd along = eigen.vectors.transpose() * b;
+  Score out;
+  for (Eigen::Index k = 0; k < along.size(); ++k) {
+    if (eigen.values[k] < kTaken) continue;
+    out.drop += along[k] * along[k] / eigen.values[k];
+    ++out.rank;
+  }
+  return out;
+}
+
+}  // namespace
+
+Score Atoms::score(const Atom& atom, const Remainder& given) const {
+  return projected_score(atom.U, given.basis.cast<float>(), given.residual.cast<float>());
+}
+
+std::vector<Atoms::Best> Atoms::best_of_each(const Remainder& given, double scale) const {
+  const Eigen::MatrixXf basis = given.basis.cast<float>();
+  const Eigen::VectorXf residual = given.residual.cast<float>();
+  std::vector<Score> scores(atoms_.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t i) {
+    scores[i] = projected_score(atoms_[i].U, basis, residual);
+  });
+  std::vector<Best> out(library_.size());
+  for (std::size_t i = 0; i < atoms_.size(); ++i) {
+    if (scores[i].rank == 0) continue;
+    const double p = chi2_tail(scores[i].drop / scale, static_cast<double>(scores[i].rank));
+    Best& best = out[atoms_[i].family];
+    // Beyond the range of double the drop decides.
+    if (best.atom != nullptr && (p > best.p || (p == best.p && scores[i].drop <= best.score.drop))) continue;
+    best = {&atoms_[i], scores[i], p};
+  }
+  return out;
+}
+
+Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
+  const auto& info = effect(atom).info();
+  if (info.shape_count() != 1) return atom;
+  const Parameter& p = info.parameters.back();
+  if (p.integer || info.id == "step") return atom;
+  // In 1/p for periods, in ln tau for time constants: there the score is a smooth hump.
+  const bool period = info.id.starts_with("periodic:");
+  const auto to = [&](double x) { return period ? 1.0 / x : std::log(x); };
+  const auto from = [&](double u) { return period ? 1.0 / u : std::exp(u); };
+  if (!(atom.shape[0] > 0.0)) return atom;
+  std::vector<double> grid;
+  for (const Atom& other : atoms_)
+    if (other.family == atom.family && other.variant == atom.variant) grid.push_back(to(other.shape[0]));
+  std::sort(grid.begin(), grid.end());
+  const double at = to(atom.shape[0]);
+  const auto above = std::upper_bound(grid.begin(), grid.end(), at + 1e-12);
+  const auto below = std::lower_bound(grid.begin(), grid.end(), at - 1e-12);
+  double high = above == grid.end() ? at : *above, low = below == grid.begin() ? at : *(below - 1);
+  if (!(high > low)) return atom;
+  Atom best = atom;
+  double best_drop = score(atom, given).drop;
+  constexpr double kGolden = 0.6180339887498949;
+  const auto value = [&](double u) {
+    Atom trial = make_atom(atom.family, atom.variant, {from(u)});
+    const double drop = score(trial, given).drop;
+    if (drop > best_drop) best_drop = drop, best = std::move(trial);
+    return drop;
+  };
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double fa = value(a), fb = value(b);
+  for (int i = 0; i < 14; ++i) {
+    if (fa > fb)
+      high = b, b = a, fb = fa, a = high - kGolden * (high - low), fa = value(a);
+    else
+      low = a, a = b, fa = fb, b = low + kGolden * (high - low), fb = value(b);
+  }
+  return best;
+}
+
+Atoms::Multiplicity Atoms::multiplicity(std::size_t simulations, std::uint64_t seed) const {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<float> normal;
+  const auto count = static_cast<Eigen::Index>(simulations);
+  Eigen::MatrixXf noise(base_.white.size(), count);
+  for (Eigen::Index c = 0; c < count; ++c)
+    for (Eigen::Index i = 0; i < noise.rows(); ++i) noise(i, c) = normal(engine);
+  std::vector<Eigen::VectorXd> p(atoms_.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t a) {
+    p[a] = VectorXd::Ones(count);
+    if (atoms_[a].rank() == 0) return;
+    const Eigen::MatrixXf along = atoms_[a].U.transpose() * noise;
+    for (Eigen::Index c = 0; c < count; ++c)
+      p[a][c] = chi2_tail(along.col(c).squaredNorm(), static_cast<double>(atoms_[a].rank()));
+  });
+  MatrixXd smallest = MatrixXd::Ones(static_cast<Eigen::Index>(library_.size()), count);
+  for (std::size_t a = 0; a < atoms_.size(); ++a) {
+    const auto f = static_cast<Eigen::Index>(atoms_[a].family);
+    smallest.row(f) = smallest.row(f).cwiseMin(p[a].transpose());
+  }
+  const auto effective = [count](VectorXd values) {
+    std::nth_element(values.data(), values.data() + count / 2, values.data() + count);
+    const double median = std::max(values[count / 2], 1e-12);
+    // The median of the smallest of m uniform numbers is 1 - 2^(-1/m).
+    return median >= 0.5 ? 1.0 : std::log(2.0) / -std::log1p(-median);
+  };
+  Multiplicity out;
+  for (Eigen::Index f = 0; f < smallest.rows(); ++f) {
+    out.shapes.push_back(effective(smallest.row(f).transpose()));
+    for (Eigen::Index c = 0; c < count; ++c) smallest(f, c) = smallest_of(smallest(f, c), out.shapes.back());
+  }
+  if (smallest.rows() > 0) out.families = effective(smallest.colwise().minCoeff().transpose());
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,70 @@
+#pragma once
+#include "diagnosis/fit_core.hpp"
+
+namespace trunnion::diagnosis {
+
+/// One candidate at one shape: what of its columns the base cannot imitate.
+struct Atom {
+  std::size_t family = 0;  // of the library given to Atoms
+  std::size_t variant = 0;
+  std::vector<double> shape;
+  Eigen::MatrixXf U;  // orthonormal, rows as FitCore::white; float: scores need no more
+  Eigen::Index rank() const { return U.cols(); }
+};
+
+/// What a set of atoms leaves.
+struct Remainder {
+  MatrixXd basis;     // orthonormal, of the set
+  VectorXd residual;  // white residual of the base without what the set explains
+  double rss() const { return residual.squaredNorm(); }
+};
+
+struct Score {
+  double drop = 0.0;  // of the residual sum of squares
+  Eigen::Index rank = 0;
+};
+
+/// The library's effects at all shapes of the search, whitened and freed of the base: score tests are
+/// products with them (README of this layer, "Score test").
+class Atoms {
+ public:
+  Atoms(const Observations& observations, const FitCore& base, std::vector<EffectFamily> library);
+
+  const std::vector<EffectFamily>& library() const { return library_; }
+  const std::vector<Atom>& all() const { return atoms_; }
+  const Effect& effect(const Atom& atom) const { return *library_[atom.family].variants[atom.variant]; }
+  const FitCore& base() const { return base_; }
+  const Observations& observations() const { return o_; }
+
+  Remainder remainder(const std::vector<const Atom*>& set) const;
+  Score score(const Atom& atom, const Remainder& given) const;
+  /// The best atom of each family given a set (null where no direction of it is left).
+  struct Best {
+    const Atom* atom = nullptr;
+    Score score;
+    double p = 1.0;  // chi-square tail of drop / scale
+  };
+  std::vector<Best> best_of_each(const Remainder& given, double scale) const;
+  /// A better shape between the grid's points, by golden section on the score; the atom itself where there is
+  /// none.
+  Atom refined(const Atom& atom, const Remainder& given) const;
+  Atom make_atom(std::size_t family, std::size_t variant, const std::vector<double>& shape) const;
+
+  /// Number of independent shapes that each family amounts to, and of families, under the null: from
+  /// simulated noise (medians of the smallest p-value). Deterministic.
+  struct Multiplicity {
+    std::vector<double> shapes;  // of each family
+    double families = 1.0;
+  };
+  Multiplicity multiplicity(std::size_t simulations, std::uint64_t seed) const;
+
+ private:
+  std::vector<Atom> make_atoms(std::size_t family, std::size_t variant,
+                               const std::vector<std::vector<double>>& shapes) const;
+  const Observations& o_;
+  const FitCore& base_;
+  std::vector<EffectFamily> library_;
+  std::vector<Atom> atoms_;
+};
+
+}  // namespace trunnion::diagnosis

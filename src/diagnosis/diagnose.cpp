@@ -1,0 +1,290 @@
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/base/units.hpp"
+
+#include "diagnosis/data_check.hpp"
+#include "diagnosis/fit_core.hpp"
+#include "diagnosis/leftover.hpp"
+#include "diagnosis/next_measurement.hpp"
+#include "diagnosis/ranking.hpp"
+#include "diagnosis/statistics.hpp"
+#include "diagnosis/verdict_text.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kLowChi2 = 0.8, kHighChi2 = 1.25, kChi2Level = 1e-4;  // README, "data_problem"
+constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise is judged
+constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
+constexpr double kFewestDof = 5.0;
+constexpr double kSimulatedNumbers =
+    4e8;  // products per simulation round: keeps 10 000 readings within seconds
+constexpr std::size_t kFewestSimulations = 40;
+
+struct Outcome {
+  EffectSet found;
+  std::vector<EffectSet> rivals;
+  NoiseScale noise;
+  Leftover before, after;
+};
+
+class Engine {
+ public:
+  Engine(const Machine& machine, const Dataset& data, const Model& model, const DiagnoseOptions& options,
+         std::vector<EffectFamily> library)
+      : o_(machine, data),
+        model_(model),
+        options_(options),
+        library_(std::move(library)),
+        blocks_(structure_blocks(o_)) {}
+
+  Diagnosis run() {
+    FitCore base = fit_core(o_, model_, {});
+    Diagnosis d;
+    // Outliers are judged beside what was found; a second round with them settles the verdict.
+    for (int round = 0;; ++round) {
+      const Atoms atoms(o_, base, library_);
+      const Outcome outcome = search(atoms);
+      if (round < 2 && !outcome.found.members.empty()) {
+        const auto flags = outliers_beside(atoms, outcome.found);
+        std::vector<bool> now = base.whitening->noise().used;
+        now.flip();
+        if (flags != now) {
+          base = fit_core(o_, model_, {.robust = false}, flags);
+          continue;
+        }
+      }
+      fill(d, atoms, outcome);
+      return d;
+    }
+  }
+
+ private:
+  double half_alpha() const { return 0.5 * options_.alpha; }  // one half for effects, one for structure
+
+  Outcome search(const Atoms& atoms) {
+    Outcome out;
+    double width = 0.0;
+    for (const Atom& atom : atoms.all()) width += static_cast<double>(atom.rank());
+    const double affordable =
+        kSimulatedNumbers / std::max(1.0, width * static_cast<double>(o_.size()) / 10.0);
+    multiplicity_ = atoms.multiplicity(std::clamp(static_cast<std::size_t>(affordable), kFewestSimulations,
+                                                  std::max(kFewestSimulations, options_.simulations)),
+                                       options_.seed);
+    const auto room = static_cast<Eigen::Index>(std::max(0.0, atoms.base().dof() / 5.0));
+    const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
+    const Remainder nothing = atoms.remainder({});
+    out.noise = noise_scale(atoms, nothing, surrogate, options_.seed);
+    const EffectSet first = Search(atoms, multiplicity_, out.noise, kLooseAlpha, options_.max_effects).best();
+    if (!first.members.empty()) out.noise = noise_scale(atoms, first.remainder, surrogate, options_.seed);
+    noise_ = out.noise;
+    search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
+    out.found = search_->best();
+    if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
+    out.before = leftover(atoms, nothing, blocks_, noise_);
+    out.after =
+        out.found.members.empty() ? out.before : leftover(atoms, out.found.remainder, blocks_, noise_);
+    return out;
+  }
+
+  Model with(const Atoms& atoms, const EffectSet& set) const {
+    Model out = model_;
+    const SetEstimate e = estimate(atoms, set.members);
+    for (std::size_t m = 0; m < set.members.size(); ++m) {
+      const Atom& atom = set.members[m];
+      ModelEffect effect = model_effect(atoms.library()[atom.family].variants[atom.variant]);
+      for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+        effect.parameters[k].value =
+            k < e.values[m].size() ? e.values[m][k] : atom.shape[k - e.values[m].size()];
+        effect.parameters[k].given = true;
+      }
+      out.effects.push_back(std::move(effect));
+    }
+    return out;
+  }
+  std::vector<bool> outliers_beside(const Atoms& atoms, const EffectSet& set) const {
+    return find_outliers(o_, fit_core(o_, with(atoms, set), {.robust = false}));
+  }
+
+  void fill(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
+    const FitCore& base = atoms.base();
+    d.chi2 = base.chi2();
+    d.dof = base.dof();
+    d.autocorrelation = x.noise.phi;
+    d.noise_factor = std::sqrt(x.noise.raw_variance);
+    d.null_directions = null_directions(o_, base);
+    sizes(d, base, x.noise);
+    for (const auto& t : x.before.tests)
+      if (t.p < options_.alpha && d.depends_on.size() < 8) d.depends_on.push_back({t.covariate, t.p});
+    for (const auto& t : x.after.tests)
+      if (t.p < options_.alpha && d.leftover.size() < 8) d.leftover.push_back({t.covariate, t.p});
+    d.ranking = ranking(atoms, *search_, noise_, x.found, options_.alpha);
+    decide(d, atoms, x);
+    d.base = fit(o_.machine(), o_.data(), model_);
+    if (!d.effects.empty()) refit(d, atoms, x.found);
+    if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
+      d.next = next_measurement(atoms, x.found, x.rivals, noise_);
+    if (d.paragraph.empty()) d.paragraph = paragraph(d, atoms, x.found);
+  }
+
+  void sizes(Diagnosis& d, const FitCore& base, const NoiseScale& noise) const {
+    const auto& used = base.whitening->noise().used;
+    const auto setups = base.whitening->setup_of(base.raw);
+    double sum = 0.0, floor = 0.0, count = 0.0;
+    for (Eigen::Index i = 0; i < o_.size(); ++i) {
+      if (!used[static_cast<std::size_t>(i)]) {
+        ++d.outliers;
+        continue;
+      }
+      const double unit = o_.reading(i).quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
+      sum += std::pow((base.raw[i] - o_.setup_row(i).dot(setups[o_.state(i).run])) / unit, 2);
+      floor += std::pow(base.whitening->noise().u[i] / unit, 2);
+      count += 1.0;
+    }
+    d.rms_um = std::sqrt(sum / std::max(count, 1.0));
+    d.noise_floor_um = std::sqrt(floor / std::max(count, 1.0) * noise.variance);
+  }
+
+  bool chi2_is_off(double chi2, double dof) const {
+    if (dof < 1.0) return false;
+    const double reduced = chi2 / dof;
+    if (reduced >= kLowChi2 && reduced <= kHighChi2) return false;
+    const double tail = chi2_tail(chi2, dof);
+    return 2.0 * std::min(tail, 1.0 - tail) < kChi2Level;
+  }
+
+  // Whether any effect of the machine's geometry or motion can be seen at all; those of time and set-up
+  // always can.
+  bool testable(const Diagnosis& d) const {
+    if (d.dof < kFewestDof) return false;
+    for (const RankedEffect& r : d.ranking) {
+      const auto family = std::find_if(library_.begin(), library_.end(),
+                                       [&](const EffectFamily& f) { return f.id() == r.id; });
+      if (family == library_.end()) continue;
+      const EffectClass kind = family->info().kind;
+      if (r.excited && (kind == EffectClass::geometric || kind == EffectClass::dynamic)) return true;
+    }
+    return false;
+  }
+
+  // A period that is none of the known ones of the screw is sure, but what turns with it is not known.
+  bool unknown_period(const Atoms& atoms, const EffectSet& set) const {
+    return std::any_of(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+      const auto& info = atoms.effect(atom).info();
+      if (!info.id.starts_with("periodic:")) return false;
+      const auto& known = info.parameters.back().candidates;
+      return !known.empty() && std::none_of(known.begin(), known.end(),
+                                            [&](double c) { return std::abs(c - atom.shape[0]) < 1e-9 * c; });
+    });
+  }
+
+  void decide(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
+    if (const std::string wrong = contradiction(o_); !wrong.empty()) {
+      d.verdict = Verdict::data_problem;
+      d.confidence = 0.99;
+      d.paragraph = "The rows contradict themselves: " + wrong + ". Correct the file first.";
+      return;
+    }
+    const double gained = (base_rss(atoms) - x.found.remainder.rss()) / noise_.variance;
+    double left = 0.0;
+    for (const auto& t : x.after.tests)
+      if (t.p < half_alpha()) left = std::max(left, t.drop - static_cast<double>(t.rank));
+    d.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
+    if (x.found.members.empty()) return decide_without_effect(d, x);
+    const double after_dof = d.dof - static_cast<double>(x.found.remainder.basis.cols());
+    const bool rest = x.after.found(half_alpha()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
+                                                      chi2_is_off(x.found.remainder.rss(), after_dof));
+    if (rest && d.explained < kMostlyExplained) {
+      d.verdict = Verdict::not_in_library;
+      d.confidence = 0.95;
+      return;
+    }
+    d.effects = x.found.ids(atoms);
+    d.sets = {d.effects};
+    d.confidence = posterior(x);
+    if (rest || unknown_period(atoms, x.found)) {
+      d.verdict = Verdict::named_but_incomplete;
+      d.confidence *= 0.95;
+    } else if (!x.rivals.empty()) {
+      d.verdict = Verdict::ambiguous;
+      d.confidence = 0.96;  // that the truth is among the sets: they hold all within an evidence ratio of 100
+      for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
+    } else {
+      d.verdict = Verdict::named;
+    }
+  }
+
+  void decide_without_effect(Diagnosis& d, const Outcome& x) const {
+    if (x.before.found(half_alpha())) {
+      d.verdict = Verdict::not_in_library;
+      d.confidence = x.before.p < 1e-4 ? 0.97 : 0.8;
+    } else if (chi2_is_off(d.chi2, d.dof)) {
+      d.verdict = Verdict::data_problem;
+      d.confidence = 0.97;
+    } else if (!testable(d)) {
+      d.verdict = Verdict::not_testable;
+      d.confidence = 0.95;
+    } else {
+      d.verdict = Verdict::nothing_to_find;
+      double smallest = x.before.p;
+      for (const RankedEffect& r : d.ranking) smallest = std::min(smallest, r.p_value);
+      d.confidence = smallest > 0.2 ? 0.97 : smallest > 0.05 ? 0.9 : 0.7;
+    }
+  }
+
+  static double base_rss(const Atoms& atoms) { return atoms.base().white.squaredNorm(); }
+  double posterior(const Outcome& x) const {
+    double others = 0.0;
+    for (const EffectSet& set : x.rivals) others += std::exp(-0.5 * (set.criterion - x.found.criterion));
+    double wrong = 0.0;
+    for (const double p : x.found.p) wrong += p;
+    return std::clamp(0.985 / (1.0 + others) * (1.0 - std::min(wrong, 0.5)), 0.01, 0.99);
+  }
+
+  // Parameters of the exact model, with everything free.
+  void refit(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
+    std::vector<bool> flags = atoms.base().whitening->noise().used;
+    flags.flip();
+    const FitCore all = fit_core(o_, with(atoms, found), {.robust = false}, flags);
+    for (std::size_t m = 0; m < found.members.size(); ++m) {
+      const std::size_t e = model_.effects.size() + m;
+      ModelEffect effect = all.model.effects[e];
+      for (std::size_t k = 0; k < all.free.size(); ++k) {
+        if (all.free[k].effect != e) continue;
+        const auto i = static_cast<Eigen::Index>(k);
+        effect.parameters[all.free[k].index].sigma =
+            all.determined[k] ? std::optional(std::sqrt(all.covariance(i, i))) : std::nullopt;
+      }
+      for (std::size_t k = 0; m < d.ranking.size() && k < d.ranking[m].parameters.size(); ++k) {
+        const double unit = unit_factor(effect.effect->info().parameters[k].unit);
+        d.ranking[m].parameters[k].value = effect.parameters[k].value / unit;
+        const auto& sigma = effect.parameters[k].sigma;
+        d.ranking[m].parameters[k].sigma = sigma ? std::optional(*sigma / unit) : std::nullopt;
+      }
+      d.additions.push_back(std::move(effect));
+    }
+  }
+
+  Observations o_;
+  const Model& model_;
+  DiagnoseOptions options_;
+  std::vector<EffectFamily> library_;
+  std::vector<StructureBlock> blocks_;
+  Atoms::Multiplicity multiplicity_;
+  NoiseScale noise_;
+  std::unique_ptr<Search> search_;
+};
+
+}  // namespace
+
+Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& model,
+                   const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
+  std::vector<EffectFamily> library = effect_library(machine, data.context);
+  library.insert(library.end(), extra.begin(), extra.end());
+  return Engine(machine, data, model, options, std::move(library)).run();
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,82 @@
+#include "diagnosis/leftover.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <oneapi/tbb/parallel_for.h>
+
+#include "diagnosis/linalg.hpp"
+#include "diagnosis/statistics.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kImitated = 1e-3;  // smooth functions overlap much; what is left below this is nothing new
+
+Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
+                    const NoiseScale& noise) {
+  MatrixXd raw = block.columns;
+  atoms.base().whitening->whiten(raw);
+  const Eigen::RowVectorXd length = raw.colwise().norm();
+  MatrixXd u = atoms.base().projected(block.columns);
+  u -= set.basis * (set.basis.transpose() * u);
+  for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
+  u = pivoted_qr(u, kImitated).Q;
+  Leftover::Test out{block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
+  const auto k = static_cast<double>(u.cols());
+  if (u.cols() > 0) out.p = f_tail(out.drop / k, k, noise.test_dof());
+  return out;
+}
+
+}  // namespace
+
+Leftover leftover(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+                  const NoiseScale& noise) {
+  Leftover out;
+  out.tests.resize(blocks.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(),
+                            [&](std::size_t i) { out.tests[i] = test(atoms, set, blocks[i], noise); });
+  // Coarse blocks lie within the full ones: two tests of one covariate count as one and a half.
+  std::size_t tested = 0;
+  for (const auto& t : out.tests) tested += t.rank > 0 ? 1 : 0;
+  for (auto& t : out.tests) t.p = smallest_of(t.p, 0.75 * static_cast<double>(tested));
+  std::stable_sort(out.tests.begin(), out.tests.end(),
+                   [](const auto& a, const auto& b) { return a.p < b.p; });
+  if (!out.tests.empty()) out.p = out.tests.front().p, out.drop = out.tests.front().drop;
+  return out;
+}
+
+Replicates replicates(const Observations& o, const FitCore& fit, const VectorXd& white, double model_dof) {
+  std::map<std::vector<std::int64_t>, std::vector<Eigen::Index>> cells;
+  const auto& used = fit.whitening->noise().used;
+  for (Eigen::Index i = 0; i < o.size(); ++i) {
+    if (!used[static_cast<std::size_t>(i)]) continue;
+    const MachineState& s = o.state(i);
+    std::vector<std::int64_t> key = {static_cast<std::int64_t>(o.reading(i).group),
+                                     std::llround(s.spindle_rpm)};
+    for (std::size_t a = 0; a < o.machine().axes.size(); ++a) {
+      key.push_back(std::llround(s.q[a] * 1e6));
+      key.push_back(s.direction[a]);
+      key.push_back(std::llround(s.velocity[a] * 1e6));
+    }
+    cells[key].push_back(i);
+  }
+  double pure = 0.0, pure_dof = 0.0;
+  for (const auto& [key, cell] : cells) {
+    double mean = 0.0;
+    for (const Eigen::Index i : cell) mean += white[i] / static_cast<double>(cell.size());
+    for (const Eigen::Index i : cell) pure += (white[i] - mean) * (white[i] - mean);
+    pure_dof += static_cast<double>(cell.size()) - 1.0;
+  }
+  Replicates out;
+  out.pure_dof = pure_dof;
+  if (pure_dof < 4.0) return out;  // a variance from fewer says nothing
+  out.pure_variance = pure / pure_dof;
+  const double lack_dof = model_dof - pure_dof;
+  if (lack_dof < 1.0) return out;
+  const double lack = std::max(0.0, white.head(o.size()).squaredNorm() - pure);
+  if (out.pure_variance > 0.0) out.p = f_tail(lack / lack_dof / out.pure_variance, lack_dof, pure_dof);
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,40 @@
+#include "diagnosis/linalg.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace trunnion::diagnosis {
+
+Svd thin_svd(const MatrixXd& a) {
+  if (a.rows() == 0 || a.cols() == 0) return {MatrixXd(a.rows(), 0), MatrixXd(a.cols(), 0), VectorXd(0)};
+  const Eigen::BDCSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {svd.matrixU(), svd.matrixV(), svd.singularValues()};
+}
+
+PivotedQr pivoted_qr(const MatrixXd& a, double threshold) {
+  PivotedQr out;
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(a);
+  const Eigen::Index most = std::min(a.rows(), a.cols());
+  Eigen::Index rank = 0;
+  while (rank < most && std::abs(qr.matrixQR()(rank, rank)) > threshold) ++rank;
+  out.diagonal = qr.matrixQR().diagonal().head(rank).cwiseAbs();
+  out.order = qr.colsPermutation().indices();
+  out.Q = MatrixXd::Identity(a.rows(), rank);
+  if (rank > 0) out.Q.applyOnTheLeft(qr.householderQ());
+  return out;
+}
+
+SymmetricEigen symmetric_eigen(const MatrixXd& a) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(a);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
+VectorXd solve_positive(const MatrixXd& a, const VectorXd& b) {
+  return a.ldlt().solve(b);
+}
+
+}  // namespace trunnion::diagnosis

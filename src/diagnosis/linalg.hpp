@@ -1,0 +1,34 @@
+#pragma once
+#include <Eigen/Core>
+
+namespace trunnion::diagnosis {
+
+// Decompositions of Eigen, instantiated once: they take most of the compile time of whoever includes them.
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct Svd {
+  MatrixXd U, V;  // thin
+  VectorXd s;     // descending
+};
+Svd thin_svd(const MatrixXd& a);
+
+/// Householder QR with column pivoting, cut where |R_kk| falls to `threshold` (absolute).
+struct PivotedQr {
+  MatrixXd Q;             // rows x rank, orthonormal
+  VectorXd diagonal;      // |R_kk|, rank of them
+  Eigen::VectorXi order;  // all columns, the pivots first
+};
+PivotedQr pivoted_qr(const MatrixXd& a, double threshold);
+
+struct SymmetricEigen {
+  VectorXd values;  // ascending
+  MatrixXd vectors;
+};
+SymmetricEigen symmetric_eigen(const MatrixXd& a);
+
+/// a^-1 b for a symmetric positive definite a.
+VectorXd solve_positive(const MatrixXd& a, const VectorXd& b);
+
+}  // namespace trunnion::diagnosis

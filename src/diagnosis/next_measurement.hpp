@@ -1,0 +1,19 @@
+#pragma once
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/search.hpp"
+
+namespace trunnion::diagnosis {
+
+/// The run of the menu that best separates `found` from its rivals per chance of a wrong name (T-optimality,
+/// Atkinson and Fedorov 1975); without rivals (nothing testable) the one that excites most effects. Nothing
+/// when no run helps.
+std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const EffectSet& found,
+                                                const std::vector<EffectSet>& rivals,
+                                                const NoiseScale& noise);
+
+/// Runs that a shop can make on this machine, with their time: laser sweeps, diagonals, ball-bar, R-test,
+/// straightness and angle, warm-up, spindle ramp; noise as in the data.
+std::vector<PlanRun> menu(const Machine& machine, double u_displacement_mm, double u_rotation_rad);
+
+}  // namespace trunnion::diagnosis

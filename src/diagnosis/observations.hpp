@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "trunnion/diagnosis/measurement.hpp"
+#include "trunnion/effects/deviation.hpp"
+#include "trunnion/effects/model.hpp"
+
+namespace trunnion::diagnosis {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The geometry of all readings: how each answers to a small twist of every link, and what the exact forward
+/// model says of it. Rows are readings, in the order of the dataset; internal units (mm, rad). Const
+/// functions may be called by several threads.
+class Observations {
+ public:
+  /// Both must outlive the object.
+  Observations(const Machine& machine, const Dataset& data);
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(data_->readings.size()); }
+  const Dataset& data() const { return *data_; }
+  const Machine& machine() const { return *machine_; }
+  const VectorXd& values() const { return values_; }
+  const MachineState& state(Eigen::Index i) const { return states_[static_cast<std::size_t>(i)]; }
+  const Reading& reading(Eigen::Index i) const { return data_->readings[static_cast<std::size_t>(i)]; }
+  /// Direction of sensitivity in M.
+  const Vec3& n_M(Eigen::Index i) const { return n_M_[static_cast<std::size_t>(i)]; }
+  /// Readings of each run and of each group (same run, quantity, frame, n).
+  const std::vector<std::vector<Eigen::Index>>& runs() const { return runs_; }
+  const std::vector<std::vector<Eigen::Index>>& groups() const { return groups_; }
+
+  /// Derivative of the readings in the linear parameters of `effect`, at zero errors.
+  MatrixXd linear_columns(const Effect& effect, std::span<const double> shape) const;
+  /// Derivative in all parameters of a model's effect, linear ones first (shape parameters by central
+  /// differences).
+  MatrixXd columns(const ModelEffect& effect) const;
+  /// Derivative in the set-up translation of the reading's run (x, y, z of P); zero for rotations.
+  Vec3 setup_row(Eigen::Index i) const;
+
+  /// What the exact forward model with these errors says, at the nominal set-up.
+  VectorXd predicted(const Model& model) const;
+
+ private:
+  VectorXd twist_response(const Effect& effect, std::span<const double> parameters) const;
+  std::vector<std::vector<double>> lagged(const Effect& effect, std::span<const double> shape) const;
+  std::size_t link_index(const Link& link) const;
+
+  const Machine* machine_;
+  const Dataset* data_;
+  VectorXd values_;
+  std::vector<MachineState> states_;  // of each reading
+  std::vector<DeviationMap> maps_;
+  std::vector<Vec3> n_M_;
+  std::vector<MatrixXd> response_;  // per link: N x 6, derivative in (d, r) of its twist
+  std::vector<std::vector<Eigen::Index>> runs_, groups_;
+};
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,61 @@
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/fit_core.hpp"
+#include "diagnosis/linalg.hpp"
+#include "diagnosis/structure.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kHuber = 1.5;          // 96 % efficiency at the Gaussian
+constexpr double kMadToSigma = 1.4826;  // of a Gaussian
+constexpr double kMostOutliers = 0.15;  // more than this are no outliers but a model that fails
+
+double robust_sigma(const VectorXd& r, const std::vector<bool>& used) {
+  std::vector<double> size;
+  for (Eigen::Index i = 0; i < r.size(); ++i)
+    if (used[static_cast<std::size_t>(i)]) size.push_back(std::abs(r[i]));
+  if (size.empty()) return 1.0;
+  std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
+  return kMadToSigma * size[size.size() / 2];
+}
+
+}  // namespace
+
+std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
+  const Eigen::Index n = o.size();
+  const auto& used = fit.whitening->noise().used;
+  const Eigen::Index rank = fit.basis.cols();
+  const MatrixXd surrogate =
+      fit.projected(smooth_surrogate(o, std::max<Eigen::Index>(0, (n - rank) / 5))).topRows(n);
+  MatrixXd z(n, rank + surrogate.cols());
+  z << fit.basis.topRows(n), surrogate;
+  for (Eigen::Index k = 0; k < z.cols(); ++k)
+    if (const double norm = z.col(k).norm(); norm > 0.0) z.col(k) /= norm;
+  const VectorXd y = fit.white.head(n);
+  VectorXd r = y, weight = VectorXd::Ones(n);
+  double sigma = 1.0;
+  for (int i = 0; i < 10; ++i) {
+    const MatrixXd weighted = weight.asDiagonal() * z;
+    MatrixXd normal = z.transpose() * weighted;
+    normal.diagonal().array() += 1e-9 * static_cast<double>(n);  // directions that are not there
+    r = y - z * solve_positive(normal, weighted.transpose() * y);
+    sigma = std::max(0.3, robust_sigma(r, used));  // quantised or repeated readings may have a median of 0
+    for (Eigen::Index k = 0; k < n; ++k)
+      weight[k] = std::min(1.0, kHuber * sigma / std::max(std::abs(r[k]), 1e-12));
+  }
+  const double left = static_cast<double>(n) / std::max(1.0, static_cast<double>(n - z.cols()));
+  const double limit = kOutlier * sigma * std::sqrt(left);
+  std::vector<bool> out(static_cast<std::size_t>(n));
+  Eigen::Index count = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    out[static_cast<std::size_t>(k)] = std::abs(r[k]) > limit || !used[static_cast<std::size_t>(k)];
+    count += out[static_cast<std::size_t>(k)] ? 1 : 0;
+  }
+  if (static_cast<double>(count) > kMostOutliers * static_cast<double>(n))
+    out.assign(static_cast<std::size_t>(n), false);
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

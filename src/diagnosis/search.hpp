@@ -1,0 +1,61 @@
+#pragma once
+#include "diagnosis/atoms.hpp"
+#include "diagnosis/noise_scale.hpp"
+
+namespace trunnion::diagnosis {
+
+/// A set of effects with what it explains.
+struct EffectSet {
+  std::vector<Atom> members;
+  std::vector<double>
+      drop;  // of each member given the others, in units of the noise variance, corrected for correlation
+  std::vector<Eigen::Index> rank;
+  std::vector<double> p;  // global p-value of each member given the others
+  Remainder remainder;
+  double criterion = 0.0;  // -2 ln evidence, up to a constant: smaller is better
+
+  std::vector<std::string> ids(const Atoms& atoms) const;
+  bool significant(double alpha) const;
+};
+
+/// Forward search with swaps and drops over sets of effects (README of this layer, "Search").
+class Search {
+ public:
+  Search(const Atoms& atoms, const Atoms::Multiplicity& multiplicity, const NoiseScale& noise, double alpha,
+         std::size_t depth);
+
+  /// The best set whose every member is significant given the others; empty when there is none.
+  EffectSet best();
+  /// Sets that the data cannot tell from `found`, best first, without `found` and without families that
+  /// contain a member of it.
+  std::vector<EffectSet> alternatives(EffectSet& found);
+
+  EffectSet evaluate(std::vector<Atom> members) const;
+  /// Global p-value of an effect that drops chi-square by `drop` (noise units) with `rank` columns.
+  double global_p(std::size_t family, double drop, Eigen::Index rank) const;
+  /// All columns of a smaller effect are within the span of the larger one, on these data or in general.
+  bool contains(const Atom& larger, const Atom& smaller) const;
+  const Atoms::Multiplicity& multiplicity() const { return multiplicity_; }
+  /// Largest cosine between two effects.
+  static double rho(const Atom& a, const Atom& b);
+
+ private:
+  void expand(const EffectSet& from, std::size_t keep);
+  double implausibility(const EffectSet& set) const;
+  const EffectSet* seen(const std::vector<Atom>& members) const;
+
+  const Atoms& atoms_;
+  const Atoms::Multiplicity& multiplicity_;
+  const NoiseScale& noise_;
+  double alpha_;
+  std::size_t depth_;
+  std::vector<EffectSet> tried_;
+};
+
+/// Linear parameters of the members of a set, fitted together (internal units), and their covariance.
+struct SetEstimate {
+  std::vector<std::vector<double>> values, sigmas;  // per member; sigma 0 where undetermined
+};
+SetEstimate estimate(const Atoms& atoms, const std::vector<Atom>& members);
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace trunnion::diagnosis {
+
+/// P(chi-square with k degrees of freedom >= x); 1 for k = 0.
+double chi2_tail(double x, double k);
+/// P(F with (a, b) degrees of freedom >= x).
+double f_tail(double x, double a, double b);
+/// Phi(z) of the standard normal.
+double normal_cdf(double z);
+/// Noncentrality of a chi-square test with k degrees of freedom at level `alpha` that has power `power`.
+double needed_noncentrality(double k, double alpha, double power);
+/// 1 - (1 - p)^m without cancellation: the chance that the smallest of m independent p-values is p or less.
+double smallest_of(double p, double m);
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,246 @@
+#include "diagnosis/structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "trunnion/base/units.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr int kFullDegree = 6;  // a bump a sixth of the range wide is still seen
+constexpr int kHarmonics = 4;   // of a rotary axis
+constexpr int kCoarseDegree = 2;
+constexpr double kFullTurn = 200.0 * kRadPerDegree;  // range beyond which a rotary axis gets harmonics
+
+struct Covariate {
+  std::string name;
+  VectorXd values;
+  bool periodic = false;
+  std::size_t distinct = 0;
+};
+
+std::size_t distinct_values(const VectorXd& v, std::size_t limit) {
+  const double range = v.maxCoeff() - v.minCoeff();
+  std::set<std::int64_t> seen;
+  if (!(range > 1e-9)) return 1;
+  for (const double x : v) {
+    seen.insert(std::llround((x - v.minCoeff()) / range * 1e6));
+    if (seen.size() > limit) break;
+  }
+  return seen.size();
+}
+
+// Functions of one covariate, without the constant: harmonics, or Legendre polynomials on its range.
+MatrixXd functions(const Covariate& c, int degree) {
+  const int count = std::min<int>(degree, static_cast<int>(c.distinct) - 1);
+  const double low = c.values.minCoeff(), high = c.values.maxCoeff();
+  if (c.periodic) {
+    const int harmonics =
+        std::min(std::max(1, degree * kHarmonics / kFullDegree), static_cast<int>(c.distinct) / 2);
+    MatrixXd out(c.values.size(), 2 * harmonics);
+    for (int k = 0; k < harmonics; ++k) {
+      out.col(2 * k) = ((k + 1) * c.values.array()).cos();
+      out.col(2 * k + 1) = ((k + 1) * c.values.array()).sin();
+    }
+    return out;
+  }
+  MatrixXd out(c.values.size(), std::max(count, 0));
+  const VectorXd x = (2.0 * (c.values.array() - low) / (high - low) - 1.0).matrix();
+  VectorXd before = VectorXd::Ones(x.size()), now = x;
+  for (int k = 0; k < count; ++k) {
+    out.col(k) = now;
+    const double n = k + 1;
+    const VectorXd next =
+        ((2.0 * n + 1.0) * x.cwiseProduct(now) - n * before) / (n + 1.0);  // Bonnet's recursion
+    before = now;
+    now = next;
+  }
+  return out;
+}
+
+// The components of the deviation that the readings see, machine axes: displacement x y z, rotation x y z.
+struct Components {
+  MatrixXd weights;  // N x 3
+  bool any = false;
+};
+Components components(const Observations& o, Quantity quantity) {
+  Components out;
+  MatrixXd all = MatrixXd::Zero(o.size(), 3);
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    if (o.reading(i).quantity == quantity) all.row(i) = o.n_M(i).transpose();
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index k = 0; k < 3; ++k)
+    if (all.col(k).norm() > 1e-3 * std::sqrt(static_cast<double>(o.size()))) seen.push_back(k);
+  out.weights.resize(o.size(), static_cast<Eigen::Index>(seen.size()));
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    out.weights.col(static_cast<Eigen::Index>(k)) = all.col(seen[k]);
+  out.any = !seen.empty();
+  return out;
+}
+
+MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd out(a.rows(), a.cols() * b.cols());
+  for (Eigen::Index i = 0; i < a.cols(); ++i)
+    for (Eigen::Index k = 0; k < b.cols(); ++k) out.col(i * b.cols() + k) = a.col(i).cwiseProduct(b.col(k));
+  return out;
+}
+
+Covariate covariate(const Observations& o, std::string name,
+                    const std::function<double(const MachineState&)>& value) {
+  Covariate c{std::move(name), VectorXd(o.size()), false, 0};
+  for (Eigen::Index i = 0; i < o.size(); ++i) c.values[i] = value(o.state(i));
+  c.distinct = distinct_values(c.values, 40);
+  return c;
+}
+
+std::vector<Covariate> axis_covariates(const Observations& o) {
+  std::vector<Covariate> out;
+  const auto& axes = o.machine().axes;
+  for (AxisId a = 0; a < axes.size(); ++a) {
+    out.push_back(covariate(o, axes[a].name, [a](const MachineState& s) { return s.q[a]; }));
+    Covariate& c = out.back();
+    c.periodic = axes[a].kind == AxisKind::rotary && c.values.maxCoeff() - c.values.minCoeff() > kFullTurn;
+  }
+  std::erase_if(out, [](const Covariate& c) { return c.distinct < 2; });
+  return out;
+}
+
+std::vector<Covariate> state_covariates(const Observations& o) {
+  std::vector<Covariate> out;
+  out.push_back(covariate(o, "time", [](const MachineState& s) { return s.time_s; }));
+  out.push_back(covariate(o, "spindle speed", [](const MachineState& s) { return s.spindle_rpm; }));
+  const auto& names = o.data().context.names;
+  for (std::size_t k = 0; k < names.temperatures.size(); ++k)
+    out.push_back(
+        covariate(o, "T_" + names.temperatures[k], [k](const MachineState& s) { return s.temperature(k); }));
+  for (std::size_t k = 0; k < names.states.size(); ++k)
+    out.push_back(
+        covariate(o, "s_" + names.states[k], [k](const MachineState& s) { return s.free_state(k); }));
+  const auto& axes = o.machine().axes;
+  for (AxisId a = 0; a < axes.size(); ++a)
+    out.push_back(
+        covariate(o, "velocity of " + axes[a].name, [a](const MachineState& s) { return s.velocity[a]; }));
+  Covariate tool{"tool length", VectorXd(o.size()), false, 0};
+  for (Eigen::Index i = 0; i < o.size(); ++i) tool.values[i] = o.data().rows[o.reading(i).row].tool_mm.z();
+  tool.distinct = distinct_values(tool.values, 40);
+  out.push_back(std::move(tool));
+  std::erase_if(out, [](const Covariate& c) { return c.distinct < 2; });
+  return out;
+}
+
+MatrixXd direction_column(const Observations& o, AxisId axis) {
+  MatrixXd out(o.size(), 1);
+  for (Eigen::Index i = 0; i < o.size(); ++i) out(i, 0) = o.state(i).direction[axis];
+  return out;
+}
+
+class Builder {
+ public:
+  Builder(const Observations& o) : o_(o) {
+    displacement_ = components(o, Quantity::displacement);
+    rotation_ = components(o, Quantity::rotation);
+  }
+  void add(const std::string& name, const MatrixXd& f, int degree, bool pair = false) {
+    if (f.cols() == 0) return;
+    if (displacement_.any) blocks.push_back({name, pair, degree, product(displacement_.weights, f)});
+    if (rotation_.any) blocks.push_back({name + " (rotation)", pair, degree, product(rotation_.weights, f)});
+  }
+  void scalar(const std::string& name, const MatrixXd& f, int degree) {
+    if (f.cols() > 0) blocks.push_back({name, false, degree, f});
+  }
+  std::vector<StructureBlock> blocks;
+
+ private:
+  const Observations& o_;
+  Components displacement_, rotation_;
+};
+
+void add_directions(const Observations& o, const std::vector<Covariate>& positions, Builder& out) {
+  const auto& axes = o.machine().axes;
+  for (AxisId a = 0; a < axes.size(); ++a) {
+    const MatrixXd dir = direction_column(o, a);
+    if (dir.col(0).cwiseAbs().maxCoeff() == 0.0 || distinct_values(dir.col(0), 4) < 2) continue;
+    out.add("direction of " + axes[a].name, dir, 1);
+    for (const Covariate& c : positions)
+      if (c.name == axes[a].name)
+        out.add("direction of " + c.name + " x " + c.name, product(dir, functions(c, 2)), 2, true);
+  }
+}
+
+// Runs: a level of each (beside the set-up), and a drift of each.
+void add_runs(const Observations& o, Builder& out) {
+  const std::size_t runs = o.runs().size();
+  if (runs * 6 > static_cast<std::size_t>(o.size())) return;
+  MatrixXd level = MatrixXd::Zero(o.size(), static_cast<Eigen::Index>(runs)), drift = level;
+  for (std::size_t r = 0; r < runs; ++r) {
+    const double duration = std::max(o.data().context.runs[r].duration_s, 1e-9);
+    for (const Eigen::Index i : o.runs()[r]) {
+      level(i, static_cast<Eigen::Index>(r)) = 1.0;
+      drift(i, static_cast<Eigen::Index>(r)) = 2.0 * o.state(i).time_s / duration - 1.0;
+    }
+  }
+  if (runs > 1) out.add("run", level, 1);
+  if (runs > 1) out.add("time in each run", drift, 1, true);
+}
+
+// Lobes of a probe: harmonics of the direction of sensitivity in each coordinate plane of M.
+void add_lobes(const Observations& o, Builder& out) {
+  for (int k = 0; k < 3; ++k) {
+    Covariate angle{"direction of sensitivity", VectorXd::Zero(o.size()), true, 0};
+    VectorXd weight = VectorXd::Zero(o.size());
+    for (Eigen::Index i = 0; i < o.size(); ++i) {
+      if (o.reading(i).quantity != Quantity::displacement) continue;
+      const double x = o.n_M(i)[(k + 1) % 3], y = o.n_M(i)[(k + 2) % 3];
+      weight[i] = x * x + y * y;
+      angle.values[i] = weight[i] > 0.01 ? std::atan2(y, x) : 0.0;
+    }
+    angle.distinct = distinct_values(angle.values, 40);
+    if (angle.distinct < 8) continue;
+    MatrixXd f = functions(angle, kFullDegree);
+    for (Eigen::Index c = 0; c < f.cols(); ++c) f.col(c) = f.col(c).cwiseProduct(weight);
+    out.scalar("direction of sensitivity about " + std::string(1, static_cast<char>('X' + k)), f,
+               kFullDegree);
+  }
+}
+
+}  // namespace
+
+std::vector<StructureBlock> structure_blocks(const Observations& o) {
+  Builder out(o);
+  const auto positions = axis_covariates(o);
+  auto covariates = positions;
+  for (Covariate& c : state_covariates(o)) covariates.push_back(std::move(c));
+  for (const Covariate& c : covariates) {
+    if (c.distinct > 3) out.add(c.name, functions(c, kCoarseDegree), kCoarseDegree);
+    out.add(c.name, functions(c, kFullDegree), kFullDegree);
+  }
+  add_directions(o, positions, out);
+  add_runs(o, out);
+  add_lobes(o, out);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    for (std::size_t k = i + 1; k < positions.size(); ++k)
+      out.add(positions[i].name + " x " + positions[k].name,
+              product(functions(positions[i], kCoarseDegree), functions(positions[k], kCoarseDegree)),
+              kCoarseDegree, true);
+  return std::move(out.blocks);
+}
+
+MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
+  auto blocks = structure_blocks(o);
+  std::stable_sort(blocks.begin(), blocks.end(), [](const StructureBlock& a, const StructureBlock& b) {
+    return std::pair(a.pair, a.degree) < std::pair(b.pair, b.degree);
+  });
+  MatrixXd out(o.size(), 0);
+  for (const StructureBlock& block : blocks) {
+    if (out.cols() + block.columns.cols() > limit) continue;
+    const Eigen::Index at = out.cols();
+    out.conservativeResize(Eigen::NoChange, at + block.columns.cols());
+    out.rightCols(block.columns.cols()) = block.columns;
+  }
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,172 @@
+#include "diagnosis/verdict_text.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace trunnion::diagnosis {
+namespace {
+
+std::string percent(double share) {
+  return short_number(100.0 * share) + " %";
+}
+
+std::string listed(const std::vector<std::string>& items, const std::string& last) {
+  std::string out;
+  for (std::size_t i = 0; i < items.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == items.size() ? last : ", ") + items[i];
+  return out;
+}
+
+std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* ranked) {
+  const EffectInfo& info = atoms.effect(atom).info();
+  std::string out = info.id;
+  for (const auto& [key, value] : info.variant) out += " (" + key + " " + value + ")";
+  out += ": " + info.what + ". What causes it: " + info.cause + ". ";
+  if (ranked != nullptr) {
+    std::string values;
+    std::size_t shown = 0;
+    for (const auto& p : ranked->parameters) {
+      if (++shown > 6) break;
+      values += (values.empty() ? "" : ", ") + p.key + " = " + short_number(p.value) +
+                (p.sigma ? " +/- " + short_number(*p.sigma) : "");
+    }
+    out += "The data show " + values + "; chi-square falls by " + short_number(ranked->chi2_drop) + " with " +
+           short_number(ranked->dof) + " parameter(s). ";
+    if (ranked->heldout_before_um && ranked->heldout_after_um)
+      out += "Runs that were held out: " + short_number(*ranked->heldout_before_um) + " um RMS without it, " +
+             short_number(*ranked->heldout_after_um) + " um with it. ";
+  }
+  return out + "What to do: " + info.remedy + ".";
+}
+
+std::string effects_text(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
+  std::string out;
+  for (std::size_t i = 0; i < found.members.size(); ++i) {
+    const RankedEffect* ranked = i < d.ranking.size() ? &d.ranking[i] : nullptr;
+    out += " " + described(atoms, found.members[i], ranked);
+  }
+  return out;
+}
+
+std::string limits(const Diagnosis& d) {
+  double best = INFINITY, worst = 0.0;
+  std::size_t blind = 0;
+  for (const auto& r : d.ranking) {
+    if (!r.detectable_um)
+      ++blind;
+    else
+      best = std::min(best, *r.detectable_um), worst = std::max(worst, *r.detectable_um);
+  }
+  std::string out;
+  if (worst > 0.0)
+    out += "These data would show most effects from " + short_number(best) + " um RMS on (the worst from " +
+           short_number(worst) + " um on)";
+  if (blind > 0)
+    out += (out.empty() ? "" : "; ") + std::to_string(blind) +
+           " effects of the library are not excited by these runs at all";
+  return out.empty() ? out : out + ".";
+}
+
+std::string where(const std::vector<Dependence>& tests) {
+  std::vector<std::string> names;
+  for (const auto& t : tests) {
+    if (names.size() == 3 || t.p_value > 0.01) break;
+    names.push_back(t.covariate);
+  }
+  return names.empty() ? "no single covariate" : listed(names, " and ");
+}
+
+}  // namespace
+
+std::string short_number(double value) {
+  std::array<char, 40> buffer;
+  const auto r = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value == 0.0 ? 0.0 : value,
+                               std::chars_format::general, 3);
+  return {buffer.data(), r.ptr};
+}
+
+std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
+  std::string out;
+  switch (d.verdict) {
+    case Verdict::nothing_to_find:
+      out = "Nothing is missing that these data could show: the residual of " + short_number(d.rms_um) +
+            " um RMS is the noise of the readings (chi-square " + short_number(d.chi2) + " for " +
+            short_number(d.dof) +
+            " degrees of freedom), and it depends on nothing that was tried. This is no proof that an effect "
+            "is absent. " +
+            limits(d);
+      break;
+    case Verdict::named:
+      out = "Missing in the model: " + listed(d.effects, " and ") + ". With it the rest is noise." +
+            effects_text(d, atoms, found);
+      break;
+    case Verdict::named_but_incomplete:
+      out = "Missing in the model: " + listed(d.effects, " and ") + ", but that is not all: it explains " +
+            percent(d.explained) +
+            " of what is wrong, and no effect of the library explains the rest, which depends on " +
+            where(d.leftover) + "." + effects_text(d, atoms, found);
+      break;
+    case Verdict::ambiguous: {
+      std::vector<std::string> sets;
+      for (const auto& set : d.sets) sets.push_back(listed(set, " with "));
+      out = "Something is missing, and these data cannot tell which: " + listed(sets, " or ") +
+            ". All of them fit the readings about equally well; do not compensate before the next "
+            "measurement." +
+            effects_text(d, atoms, found);
+      break;
+    }
+    case Verdict::not_in_library:
+      out = "The model misses something real that is none of the effects known here: the residual of " +
+            short_number(d.rms_um) + " um RMS depends on " + where(d.depends_on) +
+            ", and the best match of the library explains only " + percent(d.explained) +
+            " of it. Look at the residual against " + where(d.leftover.empty() ? d.depends_on : d.leftover) +
+            ", and write the effect as a formula in the model file.";
+      break;
+    case Verdict::not_testable:
+      out =
+          "These runs cannot answer the question: they excite no effect of the machine beyond what the model "
+          "and the set-ups take up. " +
+          limits(d);
+      break;
+    case Verdict::data_problem:
+      out = "The readings do not fit their own uncertainty: chi-square is " + short_number(d.chi2) + " for " +
+            short_number(d.dof) +
+            " degrees of freedom, and no smooth structure explains it. The scatter suggests an uncertainty " +
+            short_number(d.noise_factor) +
+            " times the stated one. Check u_random, the repeatability of the instrument, and rows that were "
+            "entered twice.";
+      break;
+  }
+  if (d.outliers > 0)
+    out += " " + std::to_string(d.outliers) + " reading(s) stand far out and were left out.";
+  if (d.autocorrelation > 0.0)
+    out += " Successive readings are correlated (" + short_number(d.autocorrelation) +
+           "): the tests allow for it.";
+  if (d.verdict != Verdict::data_problem && (d.noise_factor > 1.12 || d.noise_factor < 0.88))
+    out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
+  if (d.next) out += " Next measurement: " + d.next->why;
+  return out;
+}
+
+std::string_view text_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::nothing_to_find:
+      return "nothing_to_find";
+    case Verdict::named:
+      return "named";
+    case Verdict::named_but_incomplete:
+      return "named_but_incomplete";
+    case Verdict::ambiguous:
+      return "ambiguous";
+    case Verdict::not_in_library:
+      return "not_in_library";
+    case Verdict::not_testable:
+      return "not_testable";
+    case Verdict::data_problem:
+      return "data_problem";
+  }
+  return "";
+}
+
+}  // namespace trunnion::diagnosis

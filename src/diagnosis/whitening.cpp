@@ -1,0 +1,117 @@
+#include "diagnosis/whitening.hpp"
+
+#include <cmath>
+
+#include "diagnosis/linalg.hpp"
+
+namespace trunnion::diagnosis {
+
+Eigen::Index NoiseModel::used_count() const {
+  return static_cast<Eigen::Index>(std::count(used.begin(), used.end(), true));
+}
+
+NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad) {
+  NoiseModel out;
+  const Eigen::Index count = observations.size();
+  out.u.resize(count);
+  out.common.resize(count);
+  out.used.assign(static_cast<std::size_t>(count), true);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Reading& r = observations.reading(i);
+    out.u[i] = r.u_random;
+    out.common[i] = r.u_common.value_or(r.quantity == Quantity::displacement ? unknown_mm : unknown_rad);
+  }
+  return out;
+}
+
+Whitening::Whitening(const Observations& observations, NoiseModel noise, bool free_setup)
+    : observations_(&observations), noise_(std::move(noise)) {
+  inverse_u_ = noise_.u.cwiseInverse();
+  for (Eigen::Index i = 0; i < inverse_u_.size(); ++i) {
+    if (!noise_.used[static_cast<std::size_t>(i)])
+      inverse_u_[i] = 0.0;
+    else
+      log_determinant_ += 2.0 * std::log(noise_.u[i]);
+  }
+  shared_ = noise_.common.cwiseProduct(inverse_u_);
+  for (const auto& group : observations.groups()) {
+    double s = 0.0;
+    for (const Eigen::Index i : group) s += shared_[i] * shared_[i];
+    // (I + v v')^-1/2 = I - shrink v v', |I + v v'| = 1 + s
+    shrink_.push_back(s > 0.0 ? (1.0 - 1.0 / std::sqrt(1.0 + s)) / s : 0.0);
+    log_determinant_ += std::log1p(s);
+  }
+  if (free_setup) make_setup_bases();
+}
+
+void Whitening::make_setup_bases() {
+  MatrixXd setup(observations_->size(), 3);
+  for (Eigen::Index i = 0; i < setup.rows(); ++i) setup.row(i) = observations_->setup_row(i);
+  whiten(setup);
+  constexpr double kRankTolerance =
+      1e-7;  // relative singular value: a direction that no reading of the run sees
+  for (const auto& rows : observations_->runs()) {
+    MatrixXd part(static_cast<Eigen::Index>(rows.size()), 3);
+    for (std::size_t i = 0; i < rows.size(); ++i) part.row(static_cast<Eigen::Index>(i)) = setup.row(rows[i]);
+    Run run;
+    if (rows.empty() || part.norm() == 0.0) {
+      run.basis.resize(part.rows(), 0);
+      run.to_setup.resize(3, 0);
+    } else {
+      const Svd svd = thin_svd(part);
+      const VectorXd& s = svd.s;
+      Eigen::Index rank = 0;
+      while (rank < s.size() && s[rank] > kRankTolerance * s[0])
+        log_determinant_ += 2.0 * std::log(s[rank++]);
+      run.basis = svd.U.leftCols(rank);
+      run.to_setup = svd.V.leftCols(rank) * s.head(rank).cwiseInverse().asDiagonal();
+      setup_rank_ += rank;
+    }
+    runs_.push_back(std::move(run));
+  }
+}
+
+void Whitening::whiten(Eigen::Ref<MatrixXd> x) const {
+  x = inverse_u_.asDiagonal() * x;
+  Eigen::RowVectorXd sum(x.cols());
+  for (std::size_t g = 0; g < shrink_.size(); ++g) {
+    if (shrink_[g] == 0.0) continue;
+    sum.setZero();
+    for (const Eigen::Index i : observations_->groups()[g]) sum += shared_[i] * x.row(i);
+    for (const Eigen::Index i : observations_->groups()[g]) x.row(i) -= shrink_[g] * shared_[i] * sum;
+  }
+}
+
+void Whitening::apply(Eigen::Ref<MatrixXd> x) const {
+  whiten(x);
+  for (std::size_t run = 0; run < runs_.size(); ++run) {
+    const MatrixXd& basis = runs_[run].basis;
+    if (basis.cols() == 0) continue;
+    const auto& rows = observations_->runs()[run];
+    MatrixXd part(basis.rows(), x.cols());
+    for (std::size_t i = 0; i < rows.size(); ++i) part.row(static_cast<Eigen::Index>(i)) = x.row(rows[i]);
+    part -= basis * (basis.transpose() * part);
+    for (std::size_t i = 0; i < rows.size(); ++i) x.row(rows[i]) = part.row(static_cast<Eigen::Index>(i));
+  }
+}
+
+VectorXd Whitening::applied(const VectorXd& x) const {
+  MatrixXd copy = x;
+  apply(copy);
+  return copy.col(0);
+}
+
+std::vector<Vec3> Whitening::setup_of(const VectorXd& residual) const {
+  MatrixXd white = residual;
+  whiten(white);
+  std::vector<Vec3> out(observations_->runs().size(), Vec3::Zero());
+  for (std::size_t run = 0; run < runs_.size(); ++run) {
+    const auto& rows = observations_->runs()[run];
+    VectorXd part(static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i) part[static_cast<Eigen::Index>(i)] = white(rows[i], 0);
+    if (runs_[run].basis.cols() > 0) out[run] = runs_[run].to_setup * (runs_[run].basis.transpose() * part);
+  }
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,218 @@
+#include "trunnion/report/diagnosis_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "trunnion/base/units.hpp"
+
+namespace trunnion::report {
+namespace {
+
+using nlohmann::ordered_json;
+using namespace diagnosis;
+
+ordered_json json_of(const config::Value& value);
+ordered_json json_of(const config::Table& table) {
+  ordered_json out = ordered_json::object();
+  for (const auto& [key, value] : table) out[key] = json_of(value);
+  return out;
+}
+ordered_json json_of(const config::Value& value) {
+  if (const auto* table = value.as_table()) return json_of(*table);
+  if (const auto* array = value.as_array()) {
+    ordered_json out = ordered_json::array();
+    for (const auto& item : *array) out.push_back(json_of(item));
+    return out;
+  }
+  if (const auto* text = value.as_string()) return *text;
+  if (const auto* flag = std::get_if<bool>(&value.data)) return *flag;
+  if (const auto* whole = std::get_if<std::int64_t>(&value.data)) return *whole;
+  return std::get<double>(value.data);
+}
+
+ordered_json optional(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json ranked(const RankedEffect& r) {
+  ordered_json parameters = ordered_json::object();
+  for (const auto& p : r.parameters) parameters[p.key] = {{"value", p.value}, {"sigma", optional(p.sigma)}};
+  ordered_json rivals = ordered_json::array();
+  for (const auto& rival : r.rivals) rivals.push_back({{"effect", rival.effect}, {"rho", rival.rho}});
+  ordered_json variant = ordered_json::object();
+  for (const auto& [key, value] : r.variant) variant[key] = value;
+  return {{"effect", r.id},
+          {"variant", variant},
+          {"excited", r.excited},
+          {"p_value", r.p_value},
+          {"chi2_drop", r.chi2_drop},
+          {"dof", r.dof},
+          {"parameters", parameters},
+          {"heldout_rms_before_um", optional(r.heldout_before_um)},
+          {"heldout_rms_after_um", optional(r.heldout_after_um)},
+          {"detectable_um", optional(r.detectable_um)},
+          {"rivals", rivals}};
+}
+
+ordered_json dependences(const std::vector<Dependence>& all) {
+  ordered_json out = ordered_json::array();
+  for (const auto& d : all) out.push_back({{"covariate", d.covariate}, {"p_value", d.p_value}});
+  return out;
+}
+
+ordered_json next_json(const NextMeasurement& next, const Machine& machine) {
+  ordered_json runs = ordered_json::array();
+  for (const PlanRun& run : next.runs) runs.push_back(json_of(plan_run_table(run, machine)));
+  return {{"why", next.why},
+          {"minutes", next.minutes},
+          {"chance_of_wrong_name_before", next.wrong_before},
+          {"chance_of_wrong_name_after", next.wrong_after},
+          {"runs", runs}};
+}
+
+ordered_json null_json(const std::vector<NullDirection>& all) {
+  ordered_json out = ordered_json::array();
+  for (const auto& n : all) out.push_back(n.words);
+  return out;
+}
+
+ordered_json position(const JointVector& q, const Machine& machine) {
+  ordered_json out = ordered_json::object();
+  for (AxisId a = 0; a < machine.axes.size(); ++a) {
+    const bool linear = machine.axes[a].kind == AxisKind::linear;
+    out[machine.axes[a].name + (linear ? "_mm" : "_deg")] = linear ? q[a] : q[a] * kDegreePerRad;
+  }
+  return out;
+}
+
+std::string text_of_json(const ordered_json& json) {
+  return json.dump(2) + "\n";
+}
+
+}  // namespace
+
+std::string diagnosis_json(const Diagnosis& d, const Machine& machine) {
+  ordered_json ranking = ordered_json::array();
+  for (const auto& r : d.ranking) ranking.push_back(ranked(r));
+  ordered_json out = {{"verdict", std::string(text_of(d.verdict))},
+                      {"effects", d.effects},
+                      {"sets", d.sets},
+                      {"confidence", d.confidence},
+                      {"paragraph", d.paragraph},
+                      {"ranking", ranking},
+                      {"residual",
+                       {{"rms_um", d.rms_um},
+                        {"chi2", d.chi2},
+                        {"dof", d.dof},
+                        {"noise_floor_um", d.noise_floor_um},
+                        {"noise_factor", d.noise_factor},
+                        {"autocorrelation", d.autocorrelation},
+                        {"outliers", d.outliers},
+                        {"explained", d.explained},
+                        {"depends_on", dependences(d.depends_on)},
+                        {"after_adding_depends_on", dependences(d.leftover)}}},
+                      {"next_measurement", d.next ? next_json(*d.next, machine) : ordered_json(nullptr)},
+                      {"null_directions", null_json(d.null_directions)}};
+  return text_of_json(out);
+}
+
+std::string evaluation_json(const Evaluation& e, const Machine& machine) {
+  ordered_json runs = ordered_json::array(), worst = ordered_json::array();
+  for (const auto& r : e.runs)
+    runs.push_back({{"run_id", r.run_id},
+                    {"rms_um", r.rms_um},
+                    {"max_um", r.max_um},
+                    {"chi2", r.chi2},
+                    {"readings", r.readings}});
+  for (const auto& w : e.worst)
+    worst.push_back({{"file", w.file},
+                     {"row", w.row},
+                     {"run_id", w.run_id},
+                     {"q", position(w.q, machine)},
+                     {"residual_um", w.residual_um},
+                     {"normalised", w.normalised}});
+  return text_of_json({{"rms_um", e.rms_um},
+                       {"p95_um", e.p95_um},
+                       {"max_um", e.max_um},
+                       {"chi2", e.chi2},
+                       {"dof", e.dof},
+                       {"p_value", e.p_value},
+                       {"replicate_p_value", optional(e.replicate_p)},
+                       {"replicate_um", optional(e.replicate_um)},
+                       {"verdict", e.verdict},
+                       {"runs", runs},
+                       {"worst", worst},
+                       {"by_covariate", dependences(e.by_covariate)}});
+}
+
+std::string fit_json(const Fit& f, const Dataset& data) {
+  ordered_json effects = ordered_json::array();
+  for (const ModelEffect& effect : f.model.effects) {
+    ordered_json parameters = ordered_json::object();
+    const auto& info = effect.effect->info();
+    for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+      const double unit = unit_factor(info.parameters[k].unit);
+      const auto& p = effect.parameters[k];
+      parameters[info.parameters[k].key()] = {
+          {"value", p.value / unit},
+          {"sigma", p.sigma ? ordered_json(*p.sigma / unit) : ordered_json(nullptr)},
+          {"fixed", p.fixed}};
+    }
+    effects.push_back({{"id", effect.id()}, {"parameters", parameters}});
+  }
+  ordered_json setups = ordered_json::array();
+  for (std::size_t r = 0; r < f.setup_P.size(); ++r)
+    setups.push_back(
+        {{"run_id", data.context.runs[r].id},
+         {"setup_um",
+          {f.setup_P[r].x() / kMmPerUm, f.setup_P[r].y() / kMmPerUm, f.setup_P[r].z() / kMmPerUm}}});
+  std::size_t outliers = 0;
+  for (const bool b : f.outlier) outliers += b ? 1 : 0;
+  const auto common = [](const std::optional<double>& v, double unit) {
+    return v ? ordered_json(*v / unit) : ordered_json(nullptr);
+  };
+  return text_of_json({{"chi2", f.chi2},
+                       {"dof", f.dof},
+                       {"converged", f.converged},
+                       {"parameters", f.parameter_count},
+                       {"outliers", outliers},
+                       {"u_common_um", common(f.common.displacement_mm, kMmPerUm)},
+                       {"u_common_urad", common(f.common.rotation_rad, kRadPerUrad)},
+                       {"effects", effects},
+                       {"setups", setups},
+                       {"null_directions", null_json(f.null_directions)}});
+}
+
+std::string plan_json(const NextMeasurement& next, const Machine& machine) {
+  return text_of_json(next_json(next, machine));
+}
+
+std::string improve_json(const std::vector<ImproveStep>& steps) {
+  ordered_json out = ordered_json::array();
+  for (const auto& s : steps)
+    out.push_back({{"model", s.model.name},
+                   {"rms_um", s.rms_um},
+                   {"heldout_rms_um", optional(s.heldout_um)},
+                   {"noise_floor_um", s.noise_floor_um},
+                   {"verdict", std::string(text_of(s.diagnosis.verdict))},
+                   {"effects", s.diagnosis.effects},
+                   {"confidence", s.diagnosis.confidence},
+                   {"paragraph", s.diagnosis.paragraph}});
+  return text_of_json({{"steps", out}});
+}
+
+std::string history_json(const std::vector<HistoryEntry>& entries) {
+  ordered_json out = ordered_json::array();
+  for (const auto& e : entries)
+    out.push_back({{"name", e.name},
+                   {"parent", e.parent},
+                   {"effects", e.effects},
+                   {"rms_um", e.rms_um},
+                   {"heldout_rms_um", optional(e.heldout_um)},
+                   {"chi2", e.chi2},
+                   {"dof", e.dof},
+                   {"noise_floor_um", e.noise_floor_um}});
+  return text_of_json({{"steps", out}});
+}
+
+}  // namespace trunnion::report

@@ -1,0 +1,142 @@
+#include <gtest/gtest.h>
+#include <string>
+
+#include "cl/support.hpp"
+
+namespace trunnion::cl {
+namespace {
+
+using test::joined;
+using test::read;
+
+ReaderOptions nci(bool keep_arcs = false) {
+  ReaderOptions options;
+  options.dialect = ReaderOptions::Dialect::nci;
+  options.keep_arcs = keep_arcs;
+  return options;
+}
+
+TEST(Nci, FiveAxisMotionsAreTipAndSecondPoint) {
+  const auto reading = read(
+      "1050\n9 1 1 1 2020 1 1 1 PART.NCI\n1013\n0 10. 5.\n1002\n1 2 0 7 17 27 0 3000. 100. 1\n1008\nFINISH "
+      "BLADE\n"
+      "11\n1. 2. 3. 1. 2. 103. -2. 0 0\n11\n1. 2. 0. 61. 2. 80. 600. 0 0\n11\n2. 2. 0. 62. 2. 80. -1. 0 "
+      "0\n1003\n0\n",
+      nci());
+  ASSERT_EQ(joined(reading.findings), "");
+  const auto motions = reading.motions();
+  ASSERT_EQ(motions.size(), 3U);
+  EXPECT_TRUE(motions[0].rapid);
+  EXPECT_EQ(motions[0].axis_P, Vec3(0, 0, 1));
+  EXPECT_NEAR((motions[1].axis_P - Vec3(0.6, 0, 0.8)).norm(), 0.0, 1e-15);
+  EXPECT_FALSE(motions[1].rapid);
+  EXPECT_EQ(motions[2].feed, (Feed{FeedMode::per_minute, 10.0}));
+  EXPECT_EQ(reading.all<ToolChange>().at(0).number, 7U);
+  EXPECT_EQ(reading.all<ToolChange>().at(0).length_register, 27U);
+  EXPECT_EQ(reading.all<Spindle>().at(0).speed_rpm, 3000.0);
+  EXPECT_EQ(reading.all<ToolGeometry>().at(0).diameter_mm, 10.0);
+  EXPECT_EQ(reading.all<Text>().at(0).text, "FINISH BLADE");
+  EXPECT_EQ(reading.all<End>().size(), 1U);
+}
+
+TEST(Nci, LinesAndArcsInTheTopPlane) {
+  const auto reading = read(
+      "0\n0 10. 0. 5. -2. 0\n1\n0 10. 0. 0. 60. 0\n3\n0 0 0. 10. 0. 0. 0. -1. 0\n2\n0 0 10. 0. 0. 0. 0. -1. "
+      "0\n",
+      nci(true));
+  ASSERT_EQ(joined(reading.findings), "");
+  EXPECT_TRUE(reading.motions().at(0).rapid);
+  const auto arcs = reading.all<ArcMotion>();
+  EXPECT_EQ(arcs.at(0).arc->sweep.deg(), 90.0);
+  EXPECT_EQ(arcs.at(0).arc->normal_P, Vec3(0, 0, 1));
+  EXPECT_EQ(arcs.at(1).arc->sweep.deg(), 90.0);
+  EXPECT_EQ(arcs.at(1).arc->normal_P, Vec3(0, 0, -1));
+}
+
+TEST(Nci, WhatIsNotUnderstoodIsAnErrorByCode) {
+  EXPECT_EQ(
+      joined(read("1\n41 1 2 3 60 0\n", nci()).findings),
+      "1:1: error: NCI 1: cutter compensation changes the geometry and is not understood by this program\n");
+  EXPECT_EQ(joined(read("81\n0 0 0 0\n", nci()).findings),
+            "1:1: error: NCI 81 changes the geometry and is not understood by this program\n");
+  EXPECT_EQ(joined(read("1014\n1 0 0 0 0 1 0 -1 0\n1\n0 1 2 3 60 0\n", nci()).findings),
+            "3:1: error: NCI 1 in a turned plane (1014, 1027) is not understood by this program\n");
+  EXPECT_EQ(
+      joined(read("11\n1 2 3 1 2 3 60 0 0\n", nci()).findings),
+      "1:1: error: NCI 11: the tip and the second point are 0 mm apart: the tool axis has no direction\n");
+  EXPECT_EQ(joined(read("11\n1 2 3 1 2\n", nci()).findings), "1:1: error: NCI 11: value 6 is missing\n");
+  EXPECT_EQ(joined(read("1 2\n", nci()).findings), "1:1: error: NCI: a line with one code is needed\n");
+  EXPECT_EQ(joined(read("1\n0 1 2 3 0 0\n", nci()).findings),
+            "2:9: error: NCI 1: feed 0; above 0, -1 (unchanged) or -2 (rapid) is needed\n");
+}
+
+TEST(Nci, TheEndingOfTheNameTellsTheDialect) {
+  Diagnostics diagnostics;
+  EXPECT_TRUE(read_program("0\n0 1 2 3 -2 0\n", "PART.NCI", {}, diagnostics));
+  EXPECT_FALSE(read_program("0\n0 1 2 3 -2 0\n", "part.cls", {}, diagnostics));
+}
+
+constexpr char kSystem[] =
+    "$$*CATIA0\n$$ Axis.1\n$$     1.00000     0.00000     0.00000     5.00000\n"
+    "$$     0.00000    -1.00000     0.00000     0.00000\n$$     0.00000     0.00000    -1.00000     "
+    "0.00000\n";
+
+TEST(Catia, PointsStandInTheFilesAxisSystem) {
+  const auto reading = read(std::string(kSystem) + "GOTO/1,2,3\n" + kSystem + "GOTO/2,3,4\n");
+  EXPECT_EQ(joined(reading.findings), "");
+  EXPECT_EQ(reading.motions().at(0).tip_P, Vec3(1, 2, 3));
+  std::string other = kSystem;
+  other.replace(other.find("5.00000"), 1, "6");
+  EXPECT_EQ(joined(read(std::string(kSystem) + "GOTO/1,2,3\n" + other + "GOTO/2,3,4\n").findings),
+            "7:1: error: $$*CATIA0: a second machining axis system changes the geometry and is not "
+            "understood by this program\n");
+  EXPECT_EQ(joined(read("$$*CATIA0\n$$ name\n$$ 1 2 3\nGOTO/1,2,3\n").findings),
+            "3:1: error: $$*CATIA0: three lines of four numbers are needed\n");
+}
+
+TEST(Catia, TheAxisStaysBehindMultaxOff) {
+  const auto reading =
+      read("MULTAX\nGOTO/1,2,3,0.6,0.0,0.8\nMULTAX/OFF\nGOTO/4,5,6\nMULTAX/ON\nGOTO/4,5,6,0,0,1\n");
+  EXPECT_EQ(joined(reading.findings), "");
+  EXPECT_EQ(reading.motions().at(1).axis_P, reading.motions().at(0).axis_P);
+  EXPECT_EQ(reading.motions().at(2).axis_P, Vec3(0, 0, 1));
+}
+
+TEST(Catia, AnArcStartsInTheDirectionOfIndirv) {
+  ReaderOptions options;
+  options.keep_arcs = true;
+  const std::string arc =
+      "TLON,GOFWD/ (CIRCLE/  0.00000,  0.00000,  5.00000,$\n 10.00000),ON,(LINE/  0.00000, 0.00000, "
+      "5.00000,$\n 0.00000, 10.00000, 5.00000)\n";
+  const auto counter = read("GOTO/10,0,5\nAUTOPS\nINDIRV/0,1,0\n" + arc, options);
+  ASSERT_EQ(joined(counter.findings), "");
+  EXPECT_EQ(counter.all<ArcMotion>().at(0).arc->sweep.deg(), 90.0);
+  const auto clockwise = read("GOTO/10,0,5\nAUTOPS\nINDIRV/0,-1,0\n" + arc + "GOTO/0,20,5\n", options);
+  EXPECT_EQ(clockwise.all<ArcMotion>().at(0).arc->sweep.deg(), 270.0);
+  EXPECT_EQ(clockwise.all<ArcMotion>().at(0).arc->normal_P, Vec3(0, 0, -1));
+  EXPECT_EQ(clockwise.motions().back().tip_P, Vec3(0, 20, 5));
+  const std::string second =
+      "TLON,GOFWD/ (CIRCLE/ 0., 0., 5., 10.),ON,2,INTOF,$\n (LINE/ 0., 0., 5., 0., 10., 5.)\n";
+  EXPECT_EQ(read("GOTO/10,0,5\nINDIRV/0,-1,0\n" + second, options).all<ArcMotion>().at(0).arc->sweep.deg(),
+            270.0);
+  EXPECT_EQ(joined(read("GOTO/10,0,5\nINDIRV/1,0,0\n" + arc).findings),
+            "3:1: error: TLON: INDIRV points along the radius: the sense is not known\n");
+  EXPECT_EQ(joined(read("GOTO/10,0,5\n" + arc).findings),
+            "2:1: error: TLON: the start or its direction (INDIRV) is missing\n");
+}
+
+// NCL's .as text: unit-less feeds, numbers in wide columns, PPRINT without a separator.
+TEST(Ncl, ColumnsOfTheApTextFile) {
+  const auto reading = read(
+      "REMARK x.as 27-APR-2021 10:11:12  NCLCAM\nPARTNODOOR_1\nUNITS/INCHES\nCUTTER/   0.750,   0.125,   "
+      "0.250,   0.125,   0.000,   0.000,   2.250\n"
+      "MULTAX/ON\nFEDRAT/       100\nGOTO  /   59.5108,    1.7270,    2.3023, 0.0091316,-0.0049284, "
+      "0.9999462\nFINI\n");
+  EXPECT_EQ(joined(reading.findings), "");
+  EXPECT_DOUBLE_EQ(reading.motions().at(0).tip_P.x(), 59.5108 * 25.4);
+  EXPECT_DOUBLE_EQ(reading.motions().at(0).feed.value, 100.0 * 25.4 / 60.0);
+  EXPECT_DOUBLE_EQ(*reading.all<ToolGeometry>().at(0).length_mm, 2.25 * 25.4);
+}
+
+}  // namespace
+}  // namespace trunnion::cl

@@ -1,0 +1,153 @@
+#include "trunnion/post/batch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "trunnion/base/files.hpp"
+
+#include "support/machines.hpp"
+
+namespace trunnion::post {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Batch : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("trunnion_batch_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "in" / "deep");
+    for (int i = 0; i < 6; ++i) {
+      std::ofstream(folder_ / "in" / (i < 3 ? "" : "deep") / ("p" + std::to_string(i) + ".cls"))
+          << (i == 5 ? "GOTO/1,2\n" : normalised(i));
+    }
+    Diagnostics d;
+    controller_ =
+        *nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", d);
+    machine_ = test::shipped_machine("paper");
+    options_.fingerprint = "a";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static std::string normalised(int part) {
+    std::string text = "FEDRAT/MMPM,1000\nRAPID\n";
+    for (int k = 0; k < 200; ++k) {
+      const double tilt = 0.4 + 0.002 * k + 0.01 * part;
+      text += "GOTO/" + std::to_string(10 + 0.1 * k) + ",5,1," + std::to_string(std::sin(tilt)) + ",0," +
+              std::to_string(std::cos(tilt)) + "\n";
+    }
+    return text;
+  }
+
+  std::vector<BatchItem> items(const char* out = "out") {
+    Diagnostics d;
+    auto found = batch_items({(folder_ / "in").string()}, (folder_ / out).string(), d);
+    EXPECT_TRUE(found);
+    return found.value_or(std::vector<BatchItem>{});
+  }
+  std::vector<BatchResult> run(const std::vector<BatchItem>& list) {
+    return run_batch(
+        list, machine_, controller_, nullptr, {}, options_, [](const BatchResult&) {}, stop_);
+  }
+  std::map<std::string, std::string> files(const char* name) const {
+    std::map<std::string, std::string> out;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_ / name)) {
+      if (entry.is_regular_file())
+        out[fs::relative(entry.path(), folder_ / name).string()] = *read_file(entry.path().string());
+    }
+    return out;
+  }
+  static std::size_t count(const std::vector<BatchResult>& results, BatchState state) {
+    return static_cast<std::size_t>(std::count_if(results.begin(), results.end(),
+                                                  [&](const BatchResult& r) { return r.state == state; }));
+  }
+
+  fs::path folder_;
+  Machine machine_;
+  nc::Controller controller_;
+  BatchOptions options_;
+  std::atomic<bool> stop_{false};
+};
+
+TEST_F(Batch, OneFailureDoesNotStopTheOthersAndUnchangedFilesAreSkipped) {
+  auto results = run(items());
+  EXPECT_EQ(count(results, BatchState::posted), 5u);
+  EXPECT_EQ(count(results, BatchState::failed), 1u);
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "deep" / "p4.nc"));
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "deep" / "p5.nc"));
+  results = run(items());
+  EXPECT_EQ(count(results, BatchState::skipped), 5u);
+  std::ofstream(folder_ / "out" / "p0.nc", std::ios::app) << "touched";
+  options_.fingerprint = "a";
+  EXPECT_EQ(count(run(items()), BatchState::posted), 1u);
+  options_.fingerprint = "another machine";
+  EXPECT_EQ(count(run(items()), BatchState::posted), 5u);
+}
+
+TEST_F(Batch, ShardsTogetherAreTheWhole) {
+  run(items("whole"));
+  for (std::size_t i = 1; i <= 3; ++i) run(shard(items("parts"), i, 3));
+  EXPECT_EQ(files("whole"), files("parts"));
+}
+
+TEST_F(Batch, DryRunWritesNothing) {
+  options_.dry_run = true;
+  EXPECT_EQ(count(run(items()), BatchState::would_post), 6u);
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST_F(Batch, ThreadsDoNotChangeAByte) {
+  options_.threads = 1;
+  run(items("one"));
+  options_.threads = 2;
+  run(items("two"));
+  EXPECT_EQ(files("one"), files("two"));
+}
+
+TEST_F(Batch, TwoInputsForOneOutputAreRefused) {
+  Diagnostics d;
+  const std::string file = (folder_ / "in" / "p0.cls").string();
+  EXPECT_FALSE(batch_items({file, file}, (folder_ / "out").string(), d));
+}
+
+// Killed at 50 random moments and run again: the files of an undisturbed run, and nothing else.
+TEST_F(Batch, KilledAndRunAgainEndsWithTheSameFiles) {
+  run(items("undisturbed"));
+  const auto expected = files("undisturbed");
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 50; ++i) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      options_.threads = 1;
+      run(items("killed"));
+      ::_exit(0);
+    }
+    ::usleep(static_cast<useconds_t>(std::uniform_int_distribution<int>(0, 12000)(random)));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    for (const auto& [name, text] :
+         fs::exists(folder_ / "killed") ? files("killed") : std::map<std::string, std::string>{}) {
+      if (!name.ends_with(".nc")) continue;
+      ASSERT_EQ(text, expected.at(name)) << "after kill " << i;
+    }
+    if (i % 10 == 9) fs::remove_all(folder_ / "killed");
+  }
+  run(items("killed"));
+  auto after = files("killed");
+  for (auto it = after.begin(); it != after.end();)
+    it = it->first.ends_with(".tmp") ? after.erase(it) : std::next(it);
+  EXPECT_EQ(after, expected);
+}
+
+}  // namespace
+}  // namespace trunnion::post
