@@ -1,0 +1,294 @@
+#include "trunnion/report/nc_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "report/nc_figures.hpp"
+#include "report/svg.hpp"
+
+namespace trunnion::report {
+namespace {
+
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kPathFigure = "deviation";
+constexpr const char* kSpaceFigure = "path";
+// Values of the arrays that a page may hold beside what it draws: 4 bytes become 5.3 in base64, a page is to
+// stay under 8 MB.
+constexpr std::size_t kArrayValues = 700'000;
+
+std::string um(double mm) {
+  return short_number(mm * kUmPerMm, 4) + " µm";
+}
+
+std::string verdict_of(const post::VerifyReport& r) {
+  const double tip = std::max(r.certified_tip_deviation_mm, r.max_point_deviation_mm);
+  const std::string figures = "the tip stays within " + um(tip) + " of its path (" +
+                              (r.certified ? "proved" : "sampled") + "; tolerance " + um(r.tolerance_mm) +
+                              "), the tool axis within " + short_number(r.max_axis_deviation.deg(), 3) +
+                              "° (tolerance " + short_number(r.axis_tolerance.deg(), 3) + "°).";
+  const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
+  if (r.passed()) return "Verified: " + figures + machine;
+  std::string why;
+  if (!r.limits_ok())
+    why += " " + std::to_string(r.beyond_limits_count) + " blocks are beyond the limits of an axis.";
+  if (r.points_missed > 0) why += " " + std::to_string(r.points_missed) + " CL points are not on the path.";
+  return (r.within_tolerance() ? "Not passed: " : "Not within tolerance: ") + figures + why + machine;
+}
+
+std::vector<Fact> facts_of(const post::VerifyReport& r) {
+  const auto count = [](std::size_t n) { return static_cast<double>(n); };
+  return {{"max_tip_deviation_mm", "largest tip deviation found", um(r.max_tip_deviation_mm),
+           r.max_tip_deviation_mm},
+          {"certified_tip_deviation_mm", r.certified ? "proved bound" : "sampled bound",
+           um(r.certified_tip_deviation_mm), r.certified_tip_deviation_mm},
+          {"tolerance_mm", "tolerance", um(r.tolerance_mm), r.tolerance_mm},
+          {"max_axis_deviation_deg", "largest tool axis deviation",
+           short_number(r.max_axis_deviation.deg(), 4) + "°", r.max_axis_deviation.deg()},
+          {"points_in", "CL points", std::to_string(r.points_in), count(r.points_in)},
+          {"points_out", "NC motion blocks", std::to_string(r.points_out), count(r.points_out)},
+          {"max_rapid_deviation_mm", "largest deviation of rapids", um(r.max_rapid_deviation_mm),
+           r.max_rapid_deviation_mm}};
+}
+
+Table worst_table(const post::VerifyReport& r, const std::vector<std::size_t>& stops) {
+  Table table;
+  table.id = "worst";
+  table.title = "Worst places";
+  table.caption =
+      "A click (or Enter) on the NC line shows the place in the path, the plot and on the machine.";
+  table.columns = {"NC line", "CL line", "tip deviation / µm", "tool axis / °", "X / mm", "Y / mm", "Z / mm"};
+  table.numeric.assign(table.columns.size(), true);
+  table.go_to = stops;
+  for (const auto& w : r.worst) {
+    table.rows.push_back({std::to_string(w.nc_line), std::to_string(w.cl_line),
+                          fixed_text(w.tip_mm * kUmPerMm, 3), fixed_text(w.axis.deg(), 4),
+                          fixed_text(w.tip_P.x(), 3), fixed_text(w.tip_P.y(), 3),
+                          fixed_text(w.tip_P.z(), 3)});
+  }
+  return table;
+}
+
+Section path_section(const NcPageInput& input) {
+  const post::VerifyReport& r = *input.verification;
+  std::vector<std::size_t> worst_blocks;
+  for (const auto& w : r.worst) worst_blocks.push_back(block_of(r, w));
+  std::vector<std::size_t> stops;
+  MachineView view = machine_view(*input.machine, r, worst_blocks, stops);
+  view.space_figure = kSpaceFigure;
+  view.path_figure = kPathFigure;
+  Section section{"Path", {}};
+  section.items.emplace_back(
+      Figure{kSpaceFigure, "Tool path, coloured by tip deviation",
+             "Tool tip in the part frame, feed moves; each piece in the colour of its largest distance "
+             "from the programmed path.",
+             path_plot(r, 0.0)});
+  section.items.emplace_back(std::move(view));
+  if (!r.worst.empty()) section.items.emplace_back(worst_table(r, stops));
+  return section;
+}
+
+Figure deviation_figure(const post::VerifyReport& r, const std::vector<ProgrammedSegment>& segments) {
+  XyPlot plot{{"path length", "mm"},
+              {"tip deviation", "µm"},
+              {},
+              {{"tolerance", r.tolerance_mm * kUmPerMm}},
+              {},
+              false};
+  const bool before = !r.on_truth && !segments.empty();
+  if (before) {
+    Series s;
+    s.name = "one move from CL point to CL point";
+    s.colour = 1;
+    double last = 0.0;
+    for (const auto& segment : segments) {
+      const double from = r.blocks[segment.from].path_mm;
+      if (!s.x.empty() && from > last) {
+        s.x.push_back(last);
+        s.y.push_back(kGap);
+      }
+      last = r.blocks[segment.to].path_mm;
+      s.x.push_back((from + last) / 2);
+      s.y.push_back(segment.straight_um);
+    }
+    plot.series.push_back(std::move(s));
+  }
+  Series after = deviation_series(r, "this program");
+  after.colour = 0;
+  plot.series.push_back(std::move(after));
+  return {kPathFigure, "Deviation along the path",
+          before ? "Largest distance of the tip from the programmed path, block by block; and of the same CL "
+                   "points without "
+                   "inserted points, nominal machine."
+                 : "Largest distance of the tip from the programmed path, block by block.",
+          std::move(plot)};
+}
+
+Figure axis_deviation_figure(const post::VerifyReport& r) {
+  XyPlot plot{{"path length", "mm"}, {"tool axis deviation", "°"}, {}, {}, {}, false};
+  Series s;
+  for (const auto& block : r.blocks) {
+    s.x.push_back(block.path_mm);
+    s.y.push_back(block.rapid ? kGap : static_cast<double>(block.axis_deviation_rad) * kDegreePerRad);
+  }
+  plot.series.push_back(std::move(s));
+  return {"axis-deviation", "Tool axis along the path",
+          "Angle between the tool axis and the great circle of its segment.", std::move(plot)};
+}
+
+Figure inserted_figure(const post::VerifyReport& r, const std::vector<ProgrammedSegment>& segments) {
+  XyPlot plot{{"path length", "mm"}, {"inserted points", ""}, {}, {}, {}, false};
+  Series s;
+  s.mark = Mark::points;
+  for (const auto& segment : segments) {
+    s.x.push_back(r.blocks[segment.to].path_mm);
+    s.y.push_back(static_cast<double>(segment.inserted));
+  }
+  plot.series.push_back(std::move(s));
+  return {"inserted", "Inserted points", "NC blocks between two CL points, segment by segment.",
+          std::move(plot)};
+}
+
+Figure positions_figure(const NcPageInput& input, AxisKind kind) {
+  const bool rotary = kind == AxisKind::rotary;
+  XyPlot plot{{"path length", "mm"}, {"position", rotary ? "°" : "mm"}, {}, {}, {}, false};
+  const Machine& machine = *input.machine;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (machine.axes[id].kind != kind) continue;
+    Series s;
+    s.name = machine.axes[id].name;
+    for (const auto& block : input.verification->blocks) {
+      s.x.push_back(block.path_mm);
+      s.y.push_back(block.q[id] * (rotary ? kDegreePerRad : 1.0));
+    }
+    plot.series.push_back(std::move(s));
+  }
+  return {rotary ? "rotary-positions" : "linear-positions", rotary ? "Rotary axes" : "Linear axes",
+          "Joint positions, rapids included.", std::move(plot)};
+}
+
+Table travel_table(const NcPageInput& input) {
+  Table table;
+  table.id = "travel";
+  table.title = "Travel and limits";
+  table.columns = {"axis", "unit", "smallest", "largest", "limit", "limit", "room left"};
+  table.numeric = {false, false, true, true, true, true, true};
+  const Machine& machine = *input.machine;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const Axis& axis = machine.axes[id];
+    const double factor = axis.kind == AxisKind::rotary ? kDegreePerRad : 1.0;
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const auto& block : input.verification->blocks) {
+      low = std::min(low, block.q[id]);
+      high = std::max(high, block.q[id]);
+    }
+    const bool limits = axis.has_limits();
+    table.rows.push_back({axis.name, axis.kind == AxisKind::rotary ? "°" : "mm", fixed_text(low * factor, 3),
+                          fixed_text(high * factor, 3), limits ? fixed_text(axis.min * factor, 3) : "none",
+                          limits ? fixed_text(axis.max * factor, 3) : "none",
+                          limits ? fixed_text(std::min(low - axis.min, axis.max - high) * factor, 3) : ""});
+  }
+  return table;
+}
+
+// Per-block numbers for programs that read the page; thinned like a plot where there are too many.
+void add_arrays(Page& page, const NcPageInput& input) {
+  const auto& blocks = input.verification->blocks;
+  const Machine& machine = *input.machine;
+  const std::size_t columns = 4 + machine.axes.size();
+  std::vector<double> deviation;
+  for (const auto& block : blocks) deviation.push_back(block.tip_deviation_mm);
+  const auto kept = thinned(deviation, std::max<std::size_t>(kArrayValues / columns, 4));
+  const auto fill = [&](const std::string& name, const auto& value) {
+    std::vector<float> out;
+    out.reserve(kept.size());
+    for (const std::size_t i : kept) out.push_back(static_cast<float>(value(blocks[i])));
+    page.arrays[name] = std::move(out);
+  };
+  fill("nc_line", [](const auto& b) { return b.nc_line; });
+  fill("cl_line", [](const auto& b) { return b.cl_line; });
+  fill("tip_deviation_um", [](const auto& b) { return b.tip_deviation_mm * kUmPerMm; });
+  fill("axis_deviation_deg",
+       [](const auto& b) { return static_cast<double>(b.axis_deviation_rad) * kDegreePerRad; });
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const bool rotary = machine.axes[id].kind == AxisKind::rotary;
+    fill(machine.axes[id].name + (rotary ? "_deg" : "_mm"),
+         [&](const auto& b) { return b.q[id] * (rotary ? kDegreePerRad : 1.0); });
+  }
+}
+
+}  // namespace
+
+Page nc_page(const NcPageInput& input) {
+  const post::VerifyReport& r = *input.verification;
+  Page page;
+  page.title = input.nc_file + " against " + input.cl_file + " on " + input.machine->name;
+  page.verdict = verdict_of(r);
+  page.tone = r.passed() ? Tone::good : Tone::bad;
+  page.facts = facts_of(r);
+  page.facts.insert(page.facts.end(), input.more_facts.begin(), input.more_facts.end());
+  page.result_json = input.result_json;
+  page.made_by = input.made_by;
+  if (r.blocks.empty()) return page;
+  const auto segments = programmed_segments(*input.machine, r);
+  page.sections.push_back(path_section(input));
+  Section deviation{"Deviation", {deviation_figure(r, segments), axis_deviation_figure(r)}};
+  if (!segments.empty()) {
+    deviation.items.emplace_back(inserted_figure(r, segments));
+    const auto worst = std::max_element(segments.begin(), segments.end(), [](const auto& a, const auto& b) {
+      return a.straight_um < b.straight_um;
+    });
+    deviation.items.emplace_back(Figure{"harmonic", "The harmonic model on the worst segment",
+                                        "The segment that errs most when it is run in one move (CL line " +
+                                            std::to_string(r.blocks[worst->to].cl_line) +
+                                            "): its error vector, what a sine through the midpoint error "
+                                            "predicts, and what each prediction leaves.",
+                                        model_against_truth(*input.machine, r, *worst)});
+  }
+  page.sections.push_back(std::move(deviation));
+  page.sections.push_back({"Axes",
+                           {positions_figure(input, AxisKind::rotary),
+                            positions_figure(input, AxisKind::linear), travel_table(input)}});
+  add_arrays(page, input);
+  return page;
+}
+
+Page compare_page(const std::vector<NamedProgram>& programs, const Machine& machine,
+                  const std::string& cl_file, const std::string& result_json, const std::string& made_by) {
+  Page page;
+  page.title = "Programs of " + cl_file + " on " + machine.name;
+  page.result_json = result_json;
+  page.made_by = made_by;
+  double largest = 0.0;
+  const NamedProgram* best = nullptr;
+  for (const auto& p : programs) {
+    largest = std::max(largest, p.verification->max_tip_deviation_mm);
+    if (best == nullptr || p.verification->max_tip_deviation_mm < best->verification->max_tip_deviation_mm)
+      best = &p;
+    page.facts.push_back({"max_tip_deviation_mm:" + p.file, p.file + ": largest tip deviation",
+                          um(p.verification->max_tip_deviation_mm), p.verification->max_tip_deviation_mm});
+  }
+  if (best != nullptr)
+    page.verdict = best->file + " stays nearest to the path: within " +
+                   um(best->verification->max_tip_deviation_mm) + "; the largest deviation of all is " +
+                   um(largest) + ".";
+  XyPlot plot{{"path length", "mm"}, {"tip deviation", "µm"}, {}, {}, {}, false};
+  for (const auto& p : programs) plot.series.push_back(deviation_series(*p.verification, p.file));
+  page.sections.push_back(
+      {"Deviation",
+       {Figure{"deviation", "Deviation along the path",
+               "Largest distance of the tip from the programmed path, block by block.", std::move(plot)}}});
+  Section paths{"Paths, one colour scale", {}};
+  for (std::size_t i = 0; i < programs.size(); ++i) {
+    paths.items.emplace_back(Figure{"path-" + std::to_string(i + 1), programs[i].file,
+                                    "Tool tip in the part frame, feed moves.",
+                                    path_plot(*programs[i].verification, largest * kUmPerMm)});
+  }
+  page.sections.push_back(std::move(paths));
+  return page;
+}
+
+}  // namespace trunnion::report
