@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "trunnion/report/compare.hpp"
+#include "trunnion/report/nc_page.hpp"
 
 #include "app/options.hpp"
 
@@ -58,6 +59,12 @@ ExitCode run(const CompareCommand& command) {
   print(diagnostics);
   if (command.result.json != "-") {
     if (const auto code = write_output("-", report::compare_table(programs)); code != kDone) return code;
+  }
+  if (!command.result.report.empty()) {
+    const auto page =
+        report::compare_page(programs, *machine, command.against, report::compare_json(programs), made_by());
+    if (const auto code = write_output(command.result.report, report::page_html(page)); code != kDone)
+      return code;
   }
   return command.result.json.empty() ? kDone
                                      : write_output(command.result.json, report::compare_json(programs));

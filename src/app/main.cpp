@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, exit code 4
+  trunnion::app::remember_command_line(argc, argv);
   try {
     return run(argc, argv);
   } catch (const std::exception& e) {

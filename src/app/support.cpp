@@ -6,6 +6,23 @@
 #include "trunnion/base/files.hpp"
 
 namespace trunnion::app {
+namespace {
+
+std::string& command_line() {
+  static std::string line;
+  return line;
+}
+
+}  // namespace
+
+void remember_command_line(int argc, const char* const* argv) {
+  command_line() = "trunnion";
+  for (int i = 1; i < argc; ++i) command_line() += std::string(" ") + argv[i];
+}
+
+std::string made_by() {
+  return std::string("trunnion ") + TRUNNION_VERSION + ": " + command_line();
+}
 
 ExitCode exit_code(ErrorCode code) {
   return static_cast<ExitCode>(static_cast<int>(code));

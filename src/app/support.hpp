@@ -23,6 +23,11 @@ ExitCode print_failure(const Diagnostics& diagnostics, const Error& error);
 /// Writes `text` to `path` through an AtomicFile (`-` is standard output).
 ExitCode write_output(const std::string& path, const std::string& text);
 
+/// "trunnion 0.1.0: <command line>", for the foot of a report.
+std::string made_by();
+/// Keeps the command line for `made_by`.
+void remember_command_line(int argc, const char* const* argv);
+
 /// Each subcommand lives in its own file and registers itself with the root; the callback stores the exit
 /// code in `exit`.
 // (declarations follow here, one a command: void add_<name>_command(CLI::App& root, int& exit);)

@@ -1,6 +1,7 @@
 #include <memory>
 #include <spdlog/spdlog.h>
 
+#include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
 
 #include "app/options.hpp"
@@ -60,6 +61,7 @@ ExitCode run(const VerifyCommand& command) {
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
   options.certify = !command.no_certify;
   options.truth = truth ? &*truth : nullptr;
+  options.collect = !command.result.report.empty();
   cl::ReaderOptions reading;
   if (command.ignore_msys) reading.frames = cl::ReaderOptions::Frames::ignore;
   auto cl = cl::open_source(command.against);
@@ -73,6 +75,13 @@ ExitCode run(const VerifyCommand& command) {
   print_report(*report);
   if (!command.result.json.empty()) {
     if (const auto code = write_output(command.result.json, report::verify_json(*report)); code != kDone)
+      return code;
+  }
+  if (!command.result.report.empty()) {
+    report::NcPageInput input{
+        command.nc_file, command.against, &*machine, &*report, {}, report::verify_json(*report), made_by()};
+    if (const auto code = write_output(command.result.report, report::page_html(report::nc_page(input)));
+        code != kDone)
       return code;
   }
   return report->passed() ? kDone : kCheckFailed;

@@ -13,14 +13,16 @@ namespace trunnion::report {
 namespace {
 
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+constexpr double kLeastDrawn_um = 0.01;  // of a logarithmic scale: what is below stands at its foot
 constexpr const char* kPathFigure = "deviation";
 constexpr const char* kSpaceFigure = "path";
 // Values of the arrays that a page may hold beside what it draws: 4 bytes become 5.3 in base64, a page is to
 // stay under 8 MB.
 constexpr std::size_t kArrayValues = 700'000;
 
+// Micrometres below a millimetre, millimetres from there on.
 std::string um(double mm) {
-  return short_number(mm * kUmPerMm, 4) + " µm";
+  return mm < 1.0 ? short_number(mm * kUmPerMm, 4) + " µm" : short_number(mm, 4) + " mm";
 }
 
 std::string verdict_of(const post::VerifyReport& r) {
@@ -98,6 +100,7 @@ Figure deviation_figure(const post::VerifyReport& r, const std::vector<Programme
               {},
               false};
   const bool before = !r.on_truth && !segments.empty();
+  plot.y.logarithmic = before;  // hundreds of micrometres beside one
   if (before) {
     Series s;
     s.name = "one move from CL point to CL point";
@@ -111,17 +114,20 @@ Figure deviation_figure(const post::VerifyReport& r, const std::vector<Programme
       }
       last = r.blocks[segment.to].path_mm;
       s.x.push_back((from + last) / 2);
-      s.y.push_back(segment.straight_um);
+      s.y.push_back(std::max(segment.straight_um, kLeastDrawn_um));
     }
     plot.series.push_back(std::move(s));
   }
   Series after = deviation_series(r, "this program");
   after.colour = 0;
+  if (before) {
+    for (double& v : after.y) v = std::isfinite(v) ? std::max(v, kLeastDrawn_um) : v;
+  }
   plot.series.push_back(std::move(after));
   return {kPathFigure, "Deviation along the path",
           before ? "Largest distance of the tip from the programmed path, block by block; and of the same CL "
                    "points without "
-                   "inserted points, nominal machine."
+                   "inserted points, nominal machine. Logarithmic: what is below 0.01 µm stands at 0.01."
                  : "Largest distance of the tip from the programmed path, block by block.",
           std::move(plot)};
 }
@@ -256,36 +262,49 @@ Page nc_page(const NcPageInput& input) {
   return page;
 }
 
-Page compare_page(const std::vector<NamedProgram>& programs, const Machine& machine,
+Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& machine,
                   const std::string& cl_file, const std::string& result_json, const std::string& made_by) {
   Page page;
   page.title = "Programs of " + cl_file + " on " + machine.name;
   page.result_json = result_json;
   page.made_by = made_by;
+  if (programs.empty()) return page;
+  const auto best = std::min_element(programs.begin(), programs.end(), [](const auto& a, const auto& b) {
+    return a.verification.max_tip_deviation_mm < b.verification.max_tip_deviation_mm;
+  });
   double largest = 0.0;
-  const NamedProgram* best = nullptr;
-  for (const auto& p : programs) {
-    largest = std::max(largest, p.verification->max_tip_deviation_mm);
-    if (best == nullptr || p.verification->max_tip_deviation_mm < best->verification->max_tip_deviation_mm)
-      best = &p;
-    page.facts.push_back({"max_tip_deviation_mm:" + p.file, p.file + ": largest tip deviation",
-                          um(p.verification->max_tip_deviation_mm), p.verification->max_tip_deviation_mm});
-  }
-  if (best != nullptr)
-    page.verdict = best->file + " stays nearest to the path: within " +
-                   um(best->verification->max_tip_deviation_mm) + "; the largest deviation of all is " +
-                   um(largest) + ".";
   XyPlot plot{{"path length", "mm"}, {"tip deviation", "µm"}, {}, {}, {}, false};
-  for (const auto& p : programs) plot.series.push_back(deviation_series(*p.verification, p.file));
+  Table table{"figures",
+              "Tip deviation, µm",
+              "Over the feed blocks.",
+              {"program", "mean", "rms", "95 %", "largest", "blocks"},
+              {false, true, true, true, true, true},
+              {},
+              {}};
+  for (const auto& p : programs) {
+    const DeviationFigures f = deviation_figures(p.verification);
+    largest = std::max(largest, p.verification.max_tip_deviation_mm);
+    page.facts.push_back({"max_tip_deviation_mm:" + p.file, p.file + ": largest tip deviation",
+                          um(p.verification.max_tip_deviation_mm), p.verification.max_tip_deviation_mm});
+    plot.series.push_back(deviation_series(p.verification, p.file));
+    const auto text = [](double mm) { return fixed_text(mm * kUmPerMm, 3); };
+    table.rows.push_back({p.file, text(f.mean), text(f.rms), text(f.p95), text(f.max),
+                          std::to_string(p.verification.points_out)});
+  }
+  page.verdict =
+      best->file + " stays nearest to the path: within " + um(best->verification.max_tip_deviation_mm) +
+      "; the largest deviation of all is " + um(largest) + "." +
+      (best->verification.on_truth ? " Evaluated on the machine with its errors." : " Nominal machine.");
   page.sections.push_back(
       {"Deviation",
        {Figure{"deviation", "Deviation along the path",
-               "Largest distance of the tip from the programmed path, block by block.", std::move(plot)}}});
+               "Largest distance of the tip from the programmed path, block by block.", std::move(plot)},
+        std::move(table)}});
   Section paths{"Paths, one colour scale", {}};
   for (std::size_t i = 0; i < programs.size(); ++i) {
     paths.items.emplace_back(Figure{"path-" + std::to_string(i + 1), programs[i].file,
                                     "Tool tip in the part frame, feed moves.",
-                                    path_plot(*programs[i].verification, largest * kUmPerMm)});
+                                    path_plot(programs[i].verification, largest * kUmPerMm)});
   }
   page.sections.push_back(std::move(paths));
   return page;

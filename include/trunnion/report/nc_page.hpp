@@ -4,6 +4,7 @@
 
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/post/verify.hpp"
+#include "trunnion/report/compare.hpp"
 #include "trunnion/report/page.hpp"
 
 namespace trunnion::report {
@@ -25,12 +26,8 @@ struct NcPageInput {
 /// the worst segment.
 Page nc_page(const NcPageInput& input);
 
-/// Several programs of one CL file beside each other; `programs` all hold their blocks.
-struct NamedProgram {
-  std::string file;
-  const post::VerifyReport* verification = nullptr;
-};
-Page compare_page(const std::vector<NamedProgram>& programs, const Machine& machine,
+/// Several programs of one CL file beside each other, all drawn in one colour scale.
+Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& machine,
                   const std::string& cl_file, const std::string& result_json, const std::string& made_by);
 
 }  // namespace trunnion::report

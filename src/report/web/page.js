@@ -40,7 +40,7 @@
     gridcolor: css('--rule'),
     zerolinecolor: css('--rule'),
     linecolor: css('--soft'),
-    exponentformat: 'power',
+    exponentformat: 'none',
     ...more,
   });
   const spaceAxis = (name, unit) => ({
@@ -98,11 +98,20 @@
   const colourBar = (f) => ({title: {text: title(f.colour), side: 'right'}, thickness: 14, len: 0.8});
 
   function pathTraces(f) {
-    const value = floats(f.value);
-    const max = f.max || value.reduce((a, v) => (v > a ? v : a), 0) || 1;
+    // A value that is no number says that the move to its point is not drawn (a rapid): the line breaks before it.
+    const [x, y, z, v] = [floats(f.x), floats(f.y), floats(f.z), floats(f.value)];
+    const p = {x: [], y: [], z: []};
+    const value = [];
+    for (let i = 0; i < v.length; i++) {
+      if (Number.isNaN(v[i])) {
+        p.x.push(null), p.y.push(null), p.z.push(null), value.push(0);
+      }
+      p.x.push(x[i]), p.y.push(y[i]), p.z.push(z[i]), value.push(Number.isNaN(v[i]) ? v[i + 1] || 0 : v[i]);
+    }
+    const max = f.max || value.reduce((a, b) => (b > a ? b : a), 0) || 1;
     const line = {color: value, colorscale: cividis, cmin: 0, cmax: max, width: 4, showscale: true, colorbar: colourBar(f)};
     const hovertemplate = `X %{x:.3f} Y %{y:.3f} Z %{z:.3f} ${f.unit}<br>${f.colour.label} %{line.color:.3f} ${f.colour.unit}<extra></extra>`;
-    const path = {type: 'scatter3d', mode: 'lines', x: floats(f.x), y: floats(f.y), z: floats(f.z), line, hovertemplate, showlegend: false};
+    const path = {type: 'scatter3d', mode: 'lines', ...p, line, hovertemplate, showlegend: false};
     const here = {type: 'scatter3d', mode: 'markers', x: [], y: [], z: [], marker: {size: 7, color: css('--bad'), symbol: 'diamond'},
                   hoverinfo: 'skip', showlegend: false};
     return [path, here];
