@@ -82,7 +82,7 @@ void add_compare_command(CLI::App& root, int& exit) {
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
   command->result.add_to(*c);

@@ -62,14 +62,14 @@ void ResultOptions::add_to(CLI::App& command) {
 
 void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--tolerance-mm", tolerance_mm, "largest deviation of the tip from its programmed path")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   c.add_option("--rapid-tolerance-mm", rapid_tolerance_mm,
                "the same for rapids (none: rapids are reported only)")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
                "largest angle of the tool axis from its great circle (the machine's)")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   c.add_option("--nonlinear", nonlinear, "what is done about the nonlinear error")
       ->check(CLI::IsMember({"none", "reinsert", "subtract", "adaptive"}))
       ->capture_default_str();
@@ -82,11 +82,11 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(CLI::IsMember({"inverse", "per-minute"}))
       ->capture_default_str();
   c.add_option("--default-feed-mm-min", default_feed_mm_min, "feed of motions before any FEDRAT")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   c.add_option("--retract-mm", retract_mm,
                "how far the tool leaves the part where the rotary axes must turn back")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");

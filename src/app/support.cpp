@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -18,6 +19,16 @@ std::string& command_line() {
 void remember_command_line(int argc, const char* const* argv) {
   command_line() = "trunnion";
   for (int i = 1; i < argc; ++i) command_line() += std::string(" ") + argv[i];
+}
+
+CLI::Validator above_zero() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        const auto number = parse_number(text);
+        if (!number) return text + " is not a number";
+        return number.value > 0.0 ? "" : text + " is not above 0";
+      },
+      "POSITIVE");
 }
 
 std::string made_by() {

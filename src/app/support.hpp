@@ -23,6 +23,9 @@ ExitCode print_failure(const Diagnostics& diagnostics, const Error& error);
 /// Writes `text` to `path` through an AtomicFile (`-` is standard output).
 ExitCode write_output(const std::string& path, const std::string& text);
 
+/// Takes numbers above 0 (CLI11's own check names the largest double in its message).
+CLI::Validator above_zero();
+
 /// "trunnion 0.1.0: <command line>", for the foot of a report.
 std::string made_by();
 /// Keeps the command line for `made_by`.

@@ -98,12 +98,12 @@ void add_verify_command(CLI::App& root, int& exit) {
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   c->add_option("--rapid-tolerance-mm", command->rapid_tolerance_mm, "the same for rapids")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
   c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
   command->result.add_to(*c);

@@ -1,0 +1,6 @@
+# exit: 2
+# expect: --output is required
+post
+@GOOD@
+-m
+@MACHINES@/paper.toml

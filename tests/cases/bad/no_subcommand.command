@@ -1,0 +1,2 @@
+# exit: 2
+# expect: A subcommand is required

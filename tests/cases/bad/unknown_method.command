@@ -1,0 +1,10 @@
+# exit: 2
+# expect: --nonlinear: magic not in {none,reinsert,subtract,adaptive}
+post
+@GOOD@
+-m
+@MACHINES@/paper.toml
+-o
+@OUT@/output.nc
+--nonlinear
+magic
