@@ -3,6 +3,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/post_file.hpp"
+#include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
 
 #include "app/options.hpp"
@@ -72,7 +73,29 @@ void print_failed_check(const post::VerifyReport& v, const std::string& cl_file)
   }
 }
 
-ExitCode finish(const PostCommand& command, const post::FileOutcome& outcome) {
+std::vector<report::Fact> facts(const post::PostReport& r) {
+  const auto count = [](const char* id, const char* label, std::size_t n) {
+    return report::Fact{id, label, std::to_string(n), static_cast<double>(n)};
+  };
+  return {count("points_inserted", "inserted points", r.points_inserted),
+          count("branch_changes", "branch changes", r.choice.branch_changes),
+          count("pole_points", "points at the pole", r.choice.pole_points),
+          {"duration_s", "machining time", fmt::format("{:.1f} s", r.duration_s), r.duration_s}};
+}
+
+ExitCode write_page(const PostCommand& command, const Machine& machine, const post::PostReport& report) {
+  report::NcPageInput input;
+  input.nc_file = command.output;
+  input.cl_file = command.cl_file;
+  input.machine = &machine;
+  input.verification = &*report.verification;
+  input.more_facts = facts(report);
+  input.result_json = report::post_json(report);
+  input.made_by = made_by();
+  return write_output(command.result.report, report::page_html(report::nc_page(input)));
+}
+
+ExitCode finish(const PostCommand& command, const Machine& machine, const post::FileOutcome& outcome) {
   print_summary(*outcome.report);
   if (!outcome.passed) {
     print_failed_check(*outcome.report->verification, command.cl_file);
@@ -87,12 +110,16 @@ ExitCode finish(const PostCommand& command, const post::FileOutcome& outcome) {
     const auto code = write_output(command.result.json, report::post_json(*outcome.report));
     if (code != kDone) return code;
   }
+  if (!command.result.report.empty() && outcome.report->verification) {
+    if (const auto code = write_page(command, machine, *outcome.report); code != kDone) return code;
+  }
   return outcome.passed ? kDone : kCheckFailed;
 }
 
 ExitCode run(const PostCommand& command) {
   auto options = command.options.resolve();
   if (!options) return print_error(options.error());
+  options->collect = !command.result.report.empty();
   Diagnostics diagnostics;
   const auto machine = load(command.machine, diagnostics);
   if (!machine) return print_failure(diagnostics, machine.error());
@@ -110,7 +137,7 @@ ExitCode run(const PostCommand& command) {
   const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, outcome);
+  return finish(command, *machine, outcome);
 }
 
 }  // namespace
