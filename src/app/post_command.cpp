@@ -39,6 +39,9 @@ void print_summary(const post::PostReport& r) {
     spdlog::info("axis speeds cost {:.1f} s against the programmed feed", r.feed_time_lost_s);
   if (r.choice.branch_changes > 0) spdlog::info("{} branch changes", r.choice.branch_changes);
   if (r.choice.pole_points > 0) spdlog::info("{} points at the pole", r.choice.pole_points);
+  if (r.largest_error_mm > 0.0) {
+    spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
+  }
   if (!r.verification) {
     spdlog::warn("warning: not verified");
     return;

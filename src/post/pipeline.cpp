@@ -14,6 +14,9 @@ namespace {
 constexpr double kNoTipError_mm = 1e9;
 
 constexpr std::size_t kPassOnBytes = 1 << 16;
+// Halvings of one piece for the bend of the errors: beyond this the errors change faster than any machine's.
+constexpr int kMaxBends = 6;
+
 // A local choice looks at one point at a time: its runs may be cut anywhere.
 constexpr std::size_t kLocalRun = 4096;
 
@@ -74,6 +77,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     letters_[id] = *nc::axis_letter(machine_.axes[id].name);
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
+    compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
   }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
@@ -192,7 +196,7 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   }
   inserted_.push_back(to);
   for (const path::Point& point : inserted_) {
-    if (auto done = rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where); !done)
+    if (auto done = rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where, 0); !done)
       return done;
     last_ = point;
   }
@@ -209,7 +213,9 @@ void Pipeline::note(const path::SegmentReport& r) {
 
 // From an unknown or safe position: up, the rotary axes, then over the part, then down.
 Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
-  const JointVector q = corrected(to, 0.0);
+  const auto found = corrected(to, 0.0);
+  if (!found) return tl::unexpected(found.error());
+  const JointVector q = *found;
   if (auto r = emit_safe_turn(q, motion.point.where); !r) return r;
   last_ = to;
   last_emitted_ = q;
@@ -275,16 +281,19 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   const auto rate =
       feed_rate(motion.feed, (motion.point.pose.tip_P - last_.tip_P).norm(), motion.point.where);
   if (!rate) return tl::unexpected(rate.error());
-  const JointVector up = corrected(away(last_), 0.0);
-  if (auto r = emit_feed_per_minute(up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
+  const auto up = corrected(away(last_), 0.0);
+  if (!up) return tl::unexpected(up.error());
+  if (auto r = emit_feed_per_minute(*up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
   path::Point back = last_;
   back.q = solutions[0].q;
   path::round_to_words(machine_, kinematics_, rounding_, back.tip_P, back.q);
-  const JointVector above = corrected(away(back), 0.0);
-  if (auto r = emit_safe_turn(above, motion.point.where); !r) return r;
-  if (auto r = emit_motion(above, nc::MotionKind::rapid, {}, motion.point.where); !r) return r;
+  const auto above = corrected(away(back), 0.0);
+  const auto at = corrected(back, 0.0);
+  if (!above || !at) return tl::unexpected(!above ? above.error() : at.error());
+  if (auto r = emit_safe_turn(*above, motion.point.where); !r) return r;
+  if (auto r = emit_motion(*above, nc::MotionKind::rapid, {}, motion.point.where); !r) return r;
   last_ = back;
-  last_emitted_ = corrected(back, 0.0);
+  last_emitted_ = *at;
   state_.move_to(last_emitted_);
   report_.duration_s += options_.retract_mm / options_.retract_feed_mm_s + options_.retract_mm / *rate;
   diagnostics_.note(job_.cl_file, motion.point.where,
@@ -293,26 +302,53 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
 }
 
 Result<void> Pipeline::emit_rapid(const path::Point& to) {
-  const JointVector q = corrected(to, 0.0);
-  const double seconds = planner_.rapid_seconds(last_emitted_, q);
-  state_.move_to(q, seconds);
+  const auto q = corrected(to, 0.0);
+  if (!q) return tl::unexpected(q.error());
+  const double seconds = planner_.rapid_seconds(last_emitted_, *q);
+  state_.move_to(*q, seconds);
   report_.duration_s += seconds;
-  last_emitted_ = q;
-  return emit_motion(q, nc::MotionKind::rapid, {}, to.where);
+  last_emitted_ = *q;
+  return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
 }
 
-Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where) {
+Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth) {
   const double tip_mm = (to.tip_P - last_.tip_P).norm();
   const auto rate = feed_rate(feed, tip_mm, where);
   if (!rate) return tl::unexpected(rate.error());
-  const JointVector q = corrected(to, tip_mm / *rate);
+  const auto found = corrected(to, tip_mm / *rate);
+  if (!found) return tl::unexpected(found.error());
+  const JointVector q = *found;
   if (q == last_emitted_) return {};
+  if (compensator_ && depth < kMaxBends && bends(to, q)) {
+    // The errors bend the path between the two: a point on the chord between them, compensated itself.
+    path::Point middle = to;
+    middle.tip_P = 0.5 * (last_.tip_P + to.tip_P);
+    middle.axis_P = slerp(last_.axis_P, to.axis_P, 0.5);
+    middle.q = JointVector::interpolate(last_.q, to.q, 0.5);
+    middle.inserted = true;
+    path::round_to_words(machine_, kinematics_, rounding_, middle.tip_P, middle.q);
+    ++report_.points_inserted;
+    if (auto r = emit_feed(middle, feed, where, depth + 1); !r) return r;
+    last_ = middle;
+    return emit_feed(to, feed, where, depth + 1);
+  }
   const BlockFeed block = planner_.plan(last_emitted_, q, tip_mm, *rate);
   state_.move_to(q, block.seconds);
   report_.duration_s += block.seconds;
   report_.feed_time_lost_s += block.lost_s;
   last_emitted_ = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
+}
+
+// The nonlinear test on the machine with errors: does the tip between the last block and `q` leave the chord
+// by more than the tolerance?
+bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
+  for (const double t : {0.25, 0.5, 0.75}) {
+    const MachineState at = state_.towards(q, JointVector::interpolate(last_emitted_, q, t));
+    if (distance_to_segment(compensator_->actual(at).p, last_.tip_P, to.tip_P) > tolerance_.tip_mm)
+      return true;
+  }
+  return false;
 }
 
 Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {
@@ -335,8 +371,30 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
   return options_.default_feed_mm_s;
 }
 
-JointVector Pipeline::corrected(const path::Point& point, double) {
-  const JointVector q = point.q;
+Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
+  JointVector q = point.q;
+  if (compensator_) {
+    const MachineState at = state_.towards(q, q, seconds);
+    const auto found = compensator_->corrected(point.tip_P, point.axis_P, at);
+    if (!found) {
+      Error error = found.error();
+      error.file = job_.cl_file;
+      error.where = point.where;
+      return tl::unexpected(error);
+    }
+    if (found->held) {
+      diagnostics_.warning_once("table range", job_.cl_file, point.where, compensator_->range_message(at));
+    }
+    double correction = 0.0;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      if (machine_.axes[id].kind == AxisKind::linear)
+        correction = std::hypot(correction, found->q[id] - q[id]);
+    }
+    report_.largest_correction_mm = std::max(report_.largest_correction_mm, correction);
+    report_.largest_error_mm = std::max(report_.largest_error_mm, found->before_mm);
+    q = found->q;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+  }
   check_limits(point, q);
   return q;
 }

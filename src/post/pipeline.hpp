@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trunnion/nc/writer.hpp"
+#include "trunnion/path/compensation.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "post/feed_plan.hpp"
@@ -53,7 +54,8 @@ class Pipeline {
   Result<void> emit_reconfiguration(const JointVector& next_q, const Pending& motion);
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
-  Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where);
+  Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
+  bool bends(const path::Point& to, const JointVector& q) const;
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = 0xFFFF);
   JointVector part_words(const JointVector& q) const;
@@ -63,7 +65,7 @@ class Pipeline {
   Result<double> feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where);
   /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
   /// limits.
-  JointVector corrected(const path::Point& point, double seconds);
+  Result<JointVector> corrected(const path::Point& point, double seconds);
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
   path::Point rounded_point(const path::ChoicePoint& point, const JointVector& q) const;
@@ -101,6 +103,7 @@ class Pipeline {
   std::vector<path::Point> inserted_;
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
+  std::unique_ptr<path::Compensator> compensator_;
   std::unique_ptr<Verifier> verifier_;
   std::unique_ptr<Verifier> nominal_;
   std::array<BeyondAxis, kMaxAxes> beyond_;

@@ -72,6 +72,7 @@ std::string post_json(const post::PostReport& r) {
   out["rotary_travel_deg"] = r.choice.rotary_travel_rad * kDegreePerRad;
   out["duration_s"] = r.duration_s;
   out["feed_time_lost_s"] = r.feed_time_lost_s;
+  out["largest_error_mm"] = r.largest_error_mm;
   out["largest_correction_mm"] = r.largest_correction_mm;
   out["nc_lines"] = r.nc_lines;
   if (r.nominal_verification) out["nominal"] = verify_object(*r.nominal_verification);

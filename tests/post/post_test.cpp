@@ -43,12 +43,13 @@ struct Posted {
 };
 
 Posted posted(const std::string& cl, const Machine& machine, const PostOptions& options = {},
-              const std::string& control = "linuxcnc") {
+              const std::string& control = "linuxcnc", const Model* model = nullptr) {
   const nc::Controller c = controller(control);
   PostJob job;
   job.cl_file = "part.cls";
   job.machine = &machine;
   job.controller = &c;
+  job.model = model;
   Posted out;
   out.report = post(
       std::make_unique<Text>(cl), job, options,
@@ -251,6 +252,29 @@ TEST(Post, ToolCentrePointControlNeedsFewPointsAndKeepsTheAxis) {
     EXPECT_LT(v.certified_tip_deviation_mm, 0.00087) << control;  // half a micrometre in each of three words
     EXPECT_GT(p.report->points_inserted, 0u);
   }
+}
+
+TEST(Post, CompensatedProgramMeetsItsToleranceOnTheMachineWithErrors) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  Diagnostics d;
+  const auto model = parse_model(
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 60.0\nY0C_um = "
+      "-45.0\nA0C_urad = 80.0\n"
+      "B0C_urad = -50.0\n[[effect]]\nid = \"squareness:C0Y\"\n[effect.parameters]\nC0Y_urad = "
+      "90.0\n[[effect]]\nid = \"backlash:X\"\n"
+      "[effect.parameters]\nb_um = 5.0\n",
+      "m.toml", machine, {}, d);
+  ASSERT_TRUE(model) << model.error().text();
+  PostOptions options;
+  options.tolerance_mm = 0.003;
+  const Posted p = posted(sample_path(3), machine, options, "linuxcnc", &*model);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
+  EXPECT_TRUE(p.report->verification->on_truth);
+  EXPECT_GT(p.report->largest_error_mm, 0.03);
+  ASSERT_TRUE(p.report->nominal_verification);
+  EXPECT_GT(p.report->nominal_verification->certified_tip_deviation_mm,
+            0.03);  // on a perfect machine it would be wrong
 }
 
 TEST(Post, NothingButMotionsIsAnError) {

@@ -63,8 +63,9 @@ struct PostReport {
   double worst_programmed_mm = 0.0;  // midpoint error of the path as programmed
   path::ChoiceSummary choice;
   double duration_s = 0.0;
-  double feed_time_lost_s = 0.0;  // by axis speed limits
-  double largest_correction_mm = 0.0;
+  double feed_time_lost_s = 0.0;       // by axis speed limits
+  double largest_error_mm = 0.0;       // of the machine at the points of the path, before compensation
+  double largest_correction_mm = 0.0;  // of the linear axes
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for
   std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied
