@@ -115,7 +115,10 @@ DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vert
                                                   const Target& b, const ProgramState& program) const {
   double tip = 0.0;
   double axis = 0.0;
-  for (int i = 0; i <= kSamples; ++i) {
+  // Lost motion that is taken up counts at its end only.
+  const bool take_up = truth_ != nullptr && is_take_up(machine_, from.q, to.q) &&
+                       program.towards(to.q, to.q).direction != program.now().direction;
+  for (int i = take_up ? kSamples : 0; i <= kSamples; ++i) {
     const JointVector q = between(from, to, static_cast<double>(i) / kSamples);
     const ToolPose pose = this->pose(program.towards(to.q, q));
     tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));

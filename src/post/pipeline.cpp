@@ -315,6 +315,7 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   const double tip_mm = (to.tip_P - last_.tip_P).norm();
   const auto rate = feed_rate(feed, tip_mm, where);
   if (!rate) return tl::unexpected(rate.error());
+  if (auto r = emit_take_up(to, where); !r) return r;
   const auto found = corrected(to, tip_mm / *rate);
   if (!found) return tl::unexpected(found.error());
   const JointVector q = *found;
@@ -336,6 +337,24 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   state_.move_to(q, block.seconds);
   report_.duration_s += block.seconds;
   report_.feed_time_lost_s += block.lost_s;
+  last_emitted_ = q;
+  return emit_motion(q, nc::MotionKind::feed, block, where);
+}
+
+// Where an axis is about to reverse, its lost motion is taken up before the cut goes on: a block to the same
+// place, corrected for the new sense of motion.
+Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
+  if (!compensator_) return {};
+  const MachineState after = state_.towards(expected(to.q), last_.q);
+  if (after.direction == state_.now().direction) return {};
+  const auto found = compensator_->corrected(last_.tip_P, last_.axis_P, after);
+  if (!found) return {};  // the same failure comes with its place for the point itself
+  JointVector q = found->q;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
+  const BlockFeed block = planner_.plan(last_emitted_, q, 0.0, options_.default_feed_mm_s);
+  state_.move_to(q, block.seconds);
+  report_.duration_s += block.seconds;
   last_emitted_ = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
 }
@@ -374,8 +393,14 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
   if (compensator_) {
-    const MachineState at = state_.towards(q, q, seconds);
-    const auto found = compensator_->corrected(point.tip_P, point.axis_P, at);
+    MachineState at = state_.towards(expected(q), q, seconds);
+    auto found = compensator_->corrected(point.tip_P, point.axis_P, at);
+    // The corrected motion may go the other way in an axis that hardly moves: then that sense counts.
+    const MachineState as_sent = found ? state_.towards(found->q, q, seconds) : at;
+    if (as_sent.direction != at.direction) {
+      at = as_sent;
+      found = compensator_->corrected(point.tip_P, point.axis_P, at);
+    }
     if (!found) {
       Error error = found.error();
       error.file = job_.cl_file;
@@ -396,6 +421,13 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
   }
   check_limits(point, q);
+  return q;
+}
+
+// Where a nominal position will be sent to, as far as it can be told before: shifted as the last one was.
+JointVector Pipeline::expected(const JointVector& nominal) const {
+  JointVector q = nominal;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] += last_emitted_[id] - last_.q[id];
   return q;
 }
 

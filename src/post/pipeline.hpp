@@ -55,6 +55,7 @@ class Pipeline {
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
+  Result<void> emit_take_up(const path::Point& to, SourceRef where);
   bool bends(const path::Point& to, const JointVector& q) const;
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = 0xFFFF);
@@ -66,6 +67,7 @@ class Pipeline {
   /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
   /// limits.
   Result<JointVector> corrected(const path::Point& point, double seconds);
+  JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
   path::Point rounded_point(const path::ChoicePoint& point, const JointVector& q) const;

@@ -38,4 +38,16 @@ class ProgramState {
   bool started_ = false;
 };
 
+/// A motion so small that it can only take up lost motion (backlash of machines is far below it): on the way
+/// the part does not move as commanded, at its end it stands where the sense of motion says.
+inline bool is_take_up(const Machine& machine, const JointVector& from, const JointVector& to) {
+  constexpr double kLinear_mm = 0.1;
+  constexpr double kRotary_rad = 0.02 * kRadPerDegree;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const double limit = machine.axes[id].kind == AxisKind::linear ? kLinear_mm : kRotary_rad;
+    if (std::abs(to[id] - from[id]) > limit) return false;
+  }
+  return true;
+}
+
 }  // namespace trunnion::post
