@@ -69,6 +69,19 @@ std::vector<double> biases(const BenchRun& run, const std::vector<double>& ancho
 
 }  // namespace
 
+std::vector<std::size_t> known_measurements(const LogRun& run, const std::vector<double>& channel_mm,
+                                            double measure_every_s) {
+  std::vector<std::size_t> out;
+  const auto prepared = prepare(run, 0, channel_mm, measure_every_s);
+  if (prepared) {
+    for (const Index row : prepared->anchors) out.push_back(static_cast<std::size_t>(row));
+  } else {
+    for (std::size_t row = 0; row < channel_mm.size(); ++row) out.push_back(row);
+  }
+  std::erase_if(out, [&](std::size_t row) { return std::isnan(channel_mm[row]); });
+  return out;
+}
+
 ChannelBench::ChannelBench(const Log& log, std::size_t channel, double measure_every_s) : log_(&log) {
   for (std::size_t i = 0; i < log.runs.size(); ++i) {
     if (auto run = prepare(log.runs[i], i, log.runs[i].channel_mm[channel], measure_every_s))

@@ -44,6 +44,11 @@ class ChannelBench {
   std::map<FitKey, Result<std::shared_ptr<const Regressor>>> fits_;
 };
 
+/// Rows at which a measurement of the channel is made known when one is made every `measure_every_s`, the
+/// reference's too where it was measured.
+std::vector<std::size_t> known_measurements(const LogRun& run, const std::vector<double>& channel_mm,
+                                            double measure_every_s);
+
 /// A candidate fitted to some runs.
 struct Fitted {
   std::shared_ptr<const Regressor> regressor;  // null for none and hold_last

@@ -34,12 +34,25 @@ std::vector<std::string> FeatureSpec::names() const {
 
 FeatureState::FeatureState(const FeatureSpec& spec)
     : spec_(spec),
+      window_(spec.sensors.size()),
       held_(spec.sensors.size() + spec.speed_powers.size() + 1, 0.0),
       read_at_s_(spec.sensors.size(), -std::numeric_limits<double>::infinity()),
       values_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(spec.size()))) {}
 
 double FeatureState::age_s(std::size_t sensor) const {
   return time_s_ - read_at_s_[sensor];
+}
+
+double FeatureState::filtered(std::size_t sensor, double time_s, double value) {
+  if (spec_.median_s == 0.0) return value;
+  auto& window = window_[sensor];
+  window.push_back({time_s, value});
+  while (window.front().time_s <= time_s - spec_.median_s) window.pop_front();
+  std::vector<double> values;
+  for (const TimedValue& v : window) values.push_back(v.value);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 void FeatureState::step(const Reading& reading) {
@@ -63,8 +76,8 @@ void FeatureState::step(const Reading& reading) {
   for (const double tau : spec_.feed_taus_s) relax(tau, sensors + powers);
   // ... then the new ones take their place.
   for (std::size_t i = 0; i < sensors; ++i) {
-    const double value = reading.temperature_degC[i];
-    if (std::isnan(value)) continue;
+    if (std::isnan(reading.temperature_degC[i])) continue;
+    const double value = filtered(i, reading.time_s, reading.temperature_degC[i]);
     const bool first = !std::isfinite(read_at_s_[i]);
     held_[i] = value;
     read_at_s_[i] = reading.time_s;
@@ -95,7 +108,8 @@ Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogR
   for (const std::size_t i : sensor) {
     const auto& column = run.temperature_degC[i];
     const auto it = std::find_if(column.begin(), column.end(), [](double v) { return !std::isnan(v); });
-    first.push_back(it == column.end() ? 0.0 : *it);
+    const bool late = it != column.begin() && it != column.end();
+    first.push_back(late ? *it : std::numeric_limits<double>::quiet_NaN());
   }
   if (run.rows() > 0) state.step({.time_s = run.time_s.front(), .temperature_degC = first});
   Eigen::MatrixXd out(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));

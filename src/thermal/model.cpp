@@ -69,6 +69,9 @@ FeatureSpec features_of(Method method, const Log& log) {
   const bool drives = method == Method::lag || method == Method::combined || method == Method::gp;
   if (temperatures) {
     spec.sensors = log.sensors;
+    // Twice what a door of half a minute and the recovery of a Pt100 in its housing take, so that they are
+    // the smaller half.
+    spec.median_s = 300.0;
     // A quarter and a whole hour: between them and the temperature itself lie the time constants of spindles,
     // heads and columns.
     spec.temperature_taus_s = lags ? std::vector{0.0, 900.0, 3600.0} : std::vector{0.0};

@@ -46,6 +46,7 @@ Table channel_table(const ChannelModel& channel) {
   out.emplace_back("largest_um", number_value(channel.largest_mm / kMmPerUm));
   if (!channel.regressor) return out;
   out.emplace_back("sensors", texts(channel.features.sensors));
+  out.emplace_back("median_s", number_value(channel.features.median_s));
   out.emplace_back("temperature_lags_s", reals(channel.features.temperature_taus_s));
   out.emplace_back("speed_lags_s", reals(channel.features.speed_taus_s));
   out.emplace_back("speed_powers", reals(channel.features.speed_powers));
@@ -74,6 +75,7 @@ Guard read_guard(Section section, std::size_t features) {
 
 void read_parts(Section& section, ChannelModel& channel) {
   channel.features.sensors = section.texts("sensors");
+  channel.features.median_s = section.quantity_or("median_s", 0.0);
   channel.features.temperature_taus_s =
       section.find_numbers("temperature_lags_s").value_or(std::vector<double>{});
   channel.features.speed_taus_s = section.find_numbers("speed_lags_s").value_or(std::vector<double>{});

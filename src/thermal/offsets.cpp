@@ -37,6 +37,11 @@ OffsetColumns find_columns(const config::CsvRows& rows, Diagnostics& diagnostics
   }
   for (std::size_t i = 0; i < rows.columns().size(); ++i) {
     const std::string& name = rows.columns()[i];
+    if (name == "run_id") {
+      diagnostics.error(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
+                        "the table holds several runs; a program has one: predict it with --run");
+      continue;
+    }
     // A channel without an axis (`thermal predict` writes those too) moves nothing.
     if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
       diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <deque>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,10 @@ namespace trunnion::thermal {
 /// lags of speed and feed at rest.
 struct FeatureSpec {
   std::vector<std::string> sensors;
+  /// A temperature is the median of its readings over so long (0: the reading). The door that opens for each
+  /// measurement lets the sensors dip just when the model is taught and re-anchored; the median does not see
+  /// it.
+  double median_s = 0.0;
   std::vector<double> temperature_taus_s;  // one lag of each sensor for each; 0 is the temperature itself
   std::vector<double> speed_taus_s;        // lags of the spindle speed (in 1000 rpm) ...
   std::vector<double> speed_powers;  // ... to each of these powers: friction heat grows as speed^1 to ^2
@@ -49,9 +54,14 @@ class FeatureState {
   double age_s(std::size_t sensor) const;
 
  private:
+  struct TimedValue {
+    double time_s, value;
+  };
+  double filtered(std::size_t sensor, double time_s, double value);
   FeatureSpec spec_;
-  std::vector<double> held_;       // signals: sensors, speed powers, feed
-  std::vector<double> read_at_s_;  // of the sensors
+  std::vector<std::deque<TimedValue>> window_;  // readings of each sensor within median_s
+  std::vector<double> held_;                    // signals: sensors, speed powers, feed
+  std::vector<double> read_at_s_;               // of the sensors
   Eigen::VectorXd values_;
   double time_s_ = 0.0;
   bool started_ = false;

@@ -1,0 +1,25 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "trunnion/thermal/condition.hpp"
+#include "trunnion/thermal/predictor.hpp"
+#include "trunnion/thermal/screening.hpp"
+#include "trunnion/thermal/validation.hpp"
+
+namespace trunnion::report {
+
+/// JSON of `thermal fit`: {"channels": {"dx": {"chosen", "models": [{"name", "rmse_um", "p95_um",
+/// "worst_run_rmse_um", ...}]}}}.
+std::string thermal_fit_json(const thermal::FitResult& result, const thermal::FitOptions& options,
+                             const std::vector<thermal::SensorFault>& faults);
+std::string thermal_screen_json(const std::vector<thermal::ChannelScreen>& channels,
+                                const std::vector<thermal::SensorFault>& faults);
+std::string thermal_predict_json(const thermal::ThermalModel& model,
+                                 const std::vector<thermal::RunPrediction>& runs);
+
+/// The same as tables for people.
+std::string thermal_fit_text(const thermal::FitResult& result, const thermal::FitOptions& options);
+std::string thermal_screen_text(const std::vector<thermal::ChannelScreen>& channels);
+
+}  // namespace trunnion::report

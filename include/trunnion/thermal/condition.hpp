@@ -1,0 +1,46 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "trunnion/thermal/log.hpp"
+
+namespace trunnion::thermal {
+
+/// What a temperature sensor must not do. Structures of machines weigh; they do not jump.
+struct SensorLimits {
+  double min_degC = -30.0;  // outside a workshop: a broken wire reads far beyond
+  double max_degC = 150.0;
+  double max_jump_K = 5.0;  // between two readings at most a minute apart
+  double stuck_s =
+      3600.0;  // the same reading to the last digit for so long while another sensor moved by ...
+  double stuck_while_other_K = 2.0;
+  double gap_s = 300.0;  // readings further apart are reported; in between the last one holds
+};
+
+enum class FaultKind { out_of_range, spike, jump, stuck, gap };
+std::string fault_name(FaultKind kind);
+
+/// Something wrong with one sensor of one run.
+struct SensorFault {
+  std::string run, sensor;
+  FaultKind kind = FaultKind::gap;
+  double from_s = 0.0, to_s = 0.0;
+  std::size_t readings = 0;  // that were taken out (or, for stuck and gap, that are in question)
+  std::string text() const;
+};
+
+/// Takes out readings that cannot be true: out of range, single spikes, and everything after a jump that
+/// stays. Stuck sensors and gaps are only reported. Names of the faults are appended to `faults`.
+Log without_faults(const Log& log, const SensorLimits& limits, std::vector<SensorFault>& faults);
+
+/// Means over intervals of `step_s` counted from the start of each run, at the mean time of their rows; a log
+/// whose rows are further apart stays as it is. Spindle speed and feed are averaged too (heat follows their
+/// mean).
+Log resampled(const Log& log, double step_s);
+
+/// Leaves out sensors that have a fault in any run: a model must not lean on them. Their names are returned
+/// in `left_out`.
+Log without_faulty_sensors(const Log& log, const std::vector<SensorFault>& faults,
+                           std::vector<std::string>& left_out);
+
+}  // namespace trunnion::thermal

@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "trunnion/base/result.hpp"
+
+namespace trunnion::thermal {
+
+/// Takes lines over TCP on the loopback and answers each with one line, in order; one thread, poll. A line is
+/// never dropped: a client that does not read its answers is not read from either until it does. A line
+/// longer than kLongestLine is answered by the handler with what came so far cut off.
+class LineServer {
+ public:
+  /// Answer to one line (both without line end); an empty answer sends nothing.
+  using Handler = std::function<std::string(const std::string& line)>;
+  static constexpr std::size_t kLongestLine = 1U << 16U;
+  static constexpr std::size_t kUnreadAnswers =
+      1U << 20U;  // bytes that wait for a client before it is no longer read from
+
+  /// Listens on 127.0.0.1; port 0 is any free one. Fails with io_failed.
+  static Result<LineServer> listen(std::uint16_t port, Handler handler);
+  LineServer(LineServer&& other) noexcept;
+  LineServer& operator=(LineServer&&) = delete;
+  LineServer(const LineServer&) = delete;
+  LineServer& operator=(const LineServer&) = delete;
+  ~LineServer();
+
+  std::uint16_t port() const { return port_; }
+  std::size_t clients() const { return clients_.size(); }
+  /// Waits at most `timeout_ms` for something to do and does it. Returns whether anything happened.
+  bool step(int timeout_ms);
+
+ private:
+  struct Client {
+    std::string in, out;
+    bool too_long = false;  // the rest of the line is being skipped
+    bool closed = false;    // the peer sends no more
+  };
+  LineServer(int descriptor, std::uint16_t port, Handler handler);
+  void accept_clients();
+  void receive(int descriptor, Client& client);
+  void take_lines(Client& client);
+  bool send(int descriptor, Client& client);
+  int listener_ = -1;
+  std::uint16_t port_ = 0;
+  Handler handler_;
+  std::map<int, Client> clients_;  // by descriptor
+};
+
+}  // namespace trunnion::thermal

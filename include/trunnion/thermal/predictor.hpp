@@ -1,0 +1,88 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trunnion/thermal/model.hpp"
+#include "trunnion/thermal/offsets.hpp"
+
+namespace trunnion::thermal {
+
+/// What a model says of one channel now: deviation since the run's reference state (its first measurement, or
+/// its start).
+struct Estimate {
+  double value_mm = 0.0;
+  double sigma_mm = 0.0;
+  double distance =
+      0.0;  // of the state from the training, see Guard; above Guard::kMargin the model is trusted less
+  double since_measured_s = 0.0;  // since the last measurement or the reference
+  bool stale = false;             // a sensor has not been read for long: the last measurement is held
+  bool outside_training() const { return distance > Guard::kMargin; }
+};
+
+/// Follows a run reading by reading and measurement by measurement: the live loop and `thermal predict` are
+/// this, with the formula of the validation.
+class Predictor {
+ public:
+  explicit Predictor(ThermalModel model);
+
+  const ThermalModel& model() const { return model_; }
+  /// Sensors that `read` takes, in this order.
+  const std::vector<std::string>& sensors() const { return sensors_; }
+
+  /// A reading at `time_s` within the run, not before the last one; NaN: not read. Fails (and changes
+  /// nothing) when time goes back.
+  Result<void> read(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
+                    double feed_mm_s);
+  /// A measurement of a channel (index in model().channels), made at the state of the last reading. Requires
+  /// a reading.
+  void measure(std::size_t channel, double value_mm);
+  Estimate estimate(std::size_t channel) const;
+  bool started() const { return started_; }
+  double time_s() const { return time_s_; }
+
+ private:
+  struct Channel {
+    std::vector<std::size_t> sensor;  // of its features, index in sensors_
+    FeatureState state;
+    std::optional<Eigen::VectorXd> reference;  // features at the reference state
+    Eigen::VectorXd anchor;                    // features at the last measurement, relative to the reference
+    double reference_mm = 0.0;
+    double last_mm = 0.0;  // last measurement, relative to the reference
+    double anchor_s = 0.0;
+    double bias_sum_mm = 0.0;
+    int measurements = 0;  // after the reference
+  };
+  Eigen::VectorXd relative(const Channel& channel) const;
+  double trusted_level(const ChannelModel& model, const Eigen::VectorXd& x) const;
+  ThermalModel model_;
+  std::vector<std::string> sensors_;
+  std::vector<Channel> channels_;
+  double start_s_ = 0.0;
+  double time_s_ = 0.0;
+  bool started_ = false;
+};
+
+/// Estimates of all channels over one run.
+struct RunPrediction {
+  std::string run;
+  std::vector<double> time_s;
+  std::vector<std::vector<Estimate>> channel;  // [channel][row]
+};
+
+enum class UseMeasurements { yes, no };
+
+/// Predicts a run of a log. Measurements in the log re-anchor the model as often as it was validated for, or
+/// not at all. Fails when the log lacks a sensor, the speed or the feed that the model uses, naming it.
+Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::size_t run,
+                              UseMeasurements use);
+
+/// Offsets of the channels that have an axis; sigma is the largest of theirs.
+OffsetTable offsets_of(const ThermalModel& model, const RunPrediction& prediction);
+/// CSV text: `run_id` when there are several runs, `time_s`, dx, dy, dz, sigma, and value and sigma of every
+/// channel without an axis.
+std::string prediction_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
+                            const std::vector<std::string>& comments);
+
+}  // namespace trunnion::thermal

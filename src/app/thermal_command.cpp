@@ -1,0 +1,228 @@
+#include <memory>
+#include <optional>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/report/thermal_report.hpp"
+#include "trunnion/thermal/import_log.hpp"
+
+#include "app/support.hpp"
+#include "app/thermal_serve.hpp"
+
+namespace trunnion::app {
+namespace {
+
+using namespace thermal;
+
+// Faster logs are averaged to this: structures do not move in 15 s, and noise falls with the root of the
+// number.
+constexpr double kStep_s = 15.0;
+
+struct Options {
+  std::vector<std::string> logs;
+  std::vector<std::string> targets;
+  double measure_every_min = 30.0;
+  double window_h = 3.0;
+  std::string method = "auto";
+  std::optional<std::string> output;
+  std::optional<std::string> json;
+  std::vector<std::string> axes;  // channel=dx
+  std::string model;
+  std::string run;
+  bool open_loop = false;
+};
+
+struct Prepared {
+  Log log;
+  std::vector<SensorFault> faults;
+};
+
+Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_faulty,
+                         Diagnostics& diagnostics) {
+  auto raw = load_logs(paths, diagnostics);
+  if (!raw) return tl::unexpected(raw.error());
+  Prepared out;
+  out.log = resampled(without_faults(*raw, SensorLimits{}, out.faults), kStep_s);
+  for (const SensorFault& fault : out.faults) diagnostics.warning(raw->file, {}, fault.text());
+  if (!leave_out_faulty) return out;
+  std::vector<std::string> left_out;
+  out.log = without_faulty_sensors(out.log, out.faults, left_out);
+  for (const auto& name : left_out) diagnostics.warning(raw->file, {}, "sensor '" + name + "' is left out");
+  return out;
+}
+
+// JSON and text of a result: `--json -` takes standard output for itself.
+ExitCode write_result(const Options& options, const std::string& json, const std::string& text) {
+  if (options.json) {
+    if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
+    if (*options.json == "-") return kDone;
+  }
+  // A model or table on standard output stands there alone.
+  if (options.output == "-") return kDone;
+  return write_output("-", text);
+}
+
+ExitCode run_screen(const Options& options) {
+  Diagnostics diagnostics;
+  const auto prepared = prepare(options.logs, false, diagnostics);
+  if (!prepared) return print_failure(diagnostics, prepared.error());
+  print(diagnostics);
+  const auto screens = screen(prepared->log, options.targets, options.measure_every_min * kSecondsPerMinute);
+  if (!screens) return print_error(screens.error());
+  return write_result(options, report::thermal_screen_json(*screens, prepared->faults),
+                      report::thermal_screen_text(*screens));
+}
+
+Result<void> set_axes(const std::vector<std::string>& axes, ThermalModel& model) {
+  for (const std::string& word : axes) {
+    const auto equals = word.find('=');
+    const std::string channel = word.substr(0, equals);
+    const std::string axis = equals == std::string::npos ? "" : word.substr(equals + 1);
+    const auto it = std::find_if(model.channels.begin(), model.channels.end(),
+                                 [&](const ChannelModel& c) { return c.channel == channel; });
+    if (it == model.channels.end() || (axis != "dx" && axis != "dy" && axis != "dz"))
+      return fail(ErrorCode::wrong_use, "--axes takes CHANNEL=dx, dy or dz of a target, not '" + word + "'");
+    it->axis = axis;
+  }
+  return {};
+}
+
+ExitCode run_fit(const Options& options) {
+  Diagnostics diagnostics;
+  const auto prepared = prepare(options.logs, true, diagnostics);
+  if (!prepared) return print_failure(diagnostics, prepared.error());
+  FitOptions fit;
+  fit.targets = options.targets;
+  fit.measure_every_s = options.measure_every_min * kSecondsPerMinute;
+  fit.window_s = options.window_h * kSecondsPerMinute * kSecondsPerMinute;
+  fit.name = prepared->log.file;
+  if (options.method != "auto") fit.method = method_of_name(options.method);
+  auto result = fit_thermal(prepared->log, fit, diagnostics);
+  if (!result) return print_failure(diagnostics, result.error());
+  print(diagnostics);
+  result->model.files = options.logs;
+  if (const auto set = set_axes(options.axes, result->model); !set) return print_error(set.error());
+  if (options.output) {
+    if (const ExitCode code = write_output(*options.output, model_text(result->model)); code != kDone)
+      return code;
+  }
+  return write_result(options, report::thermal_fit_json(*result, fit, prepared->faults),
+                      report::thermal_fit_text(*result, fit));
+}
+
+ExitCode run_predict(const Options& options) {
+  Diagnostics diagnostics;
+  const auto model = load_model(options.model, diagnostics);
+  if (!model) return print_failure(diagnostics, model.error());
+  const auto prepared = prepare(options.logs, false, diagnostics);
+  if (!prepared) return print_failure(diagnostics, prepared.error());
+  print(diagnostics);
+  std::vector<RunPrediction> runs;
+  for (std::size_t i = 0; i < prepared->log.runs.size(); ++i) {
+    if (!options.run.empty() && prepared->log.runs[i].id != options.run) continue;
+    auto run =
+        predict(*model, prepared->log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
+    if (!run) return print_error(run.error());
+    runs.push_back(std::move(*run));
+  }
+  if (runs.empty())
+    return print_error(
+        {ErrorCode::wrong_input, "the log has no run '" + options.run + "'", prepared->log.file, {}});
+  const std::string text = prediction_text(
+      *model, runs, {" deviation of the tool relative to the part, machine axes; model " + options.model});
+  if (const ExitCode code = write_output(options.output.value_or("-"), text); code != kDone) return code;
+  return options.json ? write_output(*options.json, report::thermal_predict_json(*model, runs)) : kDone;
+}
+
+struct ImportWords {
+  std::string file;
+  std::string output = "-";
+  ImportOptions options;
+};
+
+ExitCode run_import(const ImportWords& words) {
+  Diagnostics diagnostics;
+  const auto text = read_file(words.file);
+  if (!text) return print_error(text.error());
+  const auto log = import_log(*text, words.file, words.options, diagnostics);
+  if (!log) return print_failure(diagnostics, log.error());
+  print(diagnostics);
+  spdlog::info("{} runs, {} sensors, {} channels", log->runs.size(), log->sensors.size(),
+               log->channels.size());
+  return write_output(words.output, log_text(*log, {" imported from " + words.file}));
+}
+
+void add_import(CLI::App& command, int& exit) {
+  auto words = std::make_shared<ImportWords>();
+  CLI::App* sub =
+      command.add_subcommand("import", "another program's log into ours: sensors end in _C, channels in _um");
+  sub->add_option("file", words->file)->required();
+  sub->add_option("-o,--output", words->output, "log to write (- is standard output)");
+  sub->add_option("--time", words->options.time_column, "column of the time")->capture_default_str();
+  sub->add_option("--seconds-per-count", words->options.seconds_per_count, "when that column counts samples");
+  sub->add_option("--run", words->options.run_column, "column whose value names the run");
+  sub->add_option("--speed", words->options.speed_column, "column of the spindle speed")
+      ->capture_default_str();
+  sub->add_flag("--run-starts-with-spindle", words->options.run_starts_with_spindle,
+                "a run begins whenever the speed rises from zero");
+  sub->add_option("--channel", words->options.channels, "columns of displacements without unit in their name")
+      ->delimiter(',');
+  sub->add_option("--um-per-count", words->options.um_per_count, "unit of those");
+  sub->callback([words, &exit] { exit = run_import(*words); });
+}
+
+void add_log_options(CLI::App& sub, Options& options) {
+  sub.add_option("log", options.logs, "temperature logs; the same run_id in several files is joined")
+      ->required();
+  sub.add_option("--target", options.targets, "measured channels, without _um (default: all)")
+      ->delimiter(',');
+  sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub.add_option("--json", options.json, "write the result as JSON (- is standard output)");
+}
+
+}  // namespace
+
+void add_thermal_command(CLI::App& root, int& exit) {
+  CLI::App* command = root.add_subcommand("thermal", "thermal errors: from temperature logs to offsets");
+  command->require_subcommand(1);
+
+  auto screening = std::make_shared<Options>();
+  CLI::App* sub =
+      command->add_subcommand("screen", "which sensors matter: the paper's way beside held-out runs");
+  add_log_options(*sub, *screening);
+  sub->callback([screening, &exit] { exit = run_screen(*screening); });
+
+  auto fitting = std::make_shared<Options>();
+  sub = command->add_subcommand(
+      "fit", "fit and validate, run by run, against none and holding the last measurement");
+  add_log_options(*sub, *fitting);
+  sub->add_option("--method", fitting->method)
+      ->check(CLI::IsMember({"auto", "ols", "ridge", "svr", "svr_all", "gp", "lag", "combined"}))
+      ->capture_default_str();
+  sub->add_option("--window-h", fitting->window_h, "beginning of a run that is scored on its own")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_option("--axes", fitting->axes,
+                  "which offset a channel is: ch3=dy,ch5=dz (x, dx, ... know theirs)")
+      ->delimiter(',');
+  sub->add_option("-o,--output", fitting->output, "thermal model to write");
+  sub->callback([fitting, &exit] { exit = run_fit(*fitting); });
+
+  auto predicting = std::make_shared<Options>();
+  sub = command->add_subcommand("predict", "offsets over time, with sigma");
+  sub->add_option("model", predicting->model, "thermal model")->required();
+  sub->add_option("log", predicting->logs, "temperature logs")->required();
+  sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)");
+  sub->add_option("--run", predicting->run, "one run of the log");
+  sub->add_flag("--open-loop", predicting->open_loop, "do not use the measurements of the log");
+  sub->add_option("--json", predicting->json, "write a summary as JSON");
+  sub->callback([predicting, &exit] { exit = run_predict(*predicting); });
+
+  add_import(*command, exit);
+  add_thermal_serve_command(*command, exit);
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,140 @@
+#include "app/thermal_serve.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <spdlog/spdlog.h>
+#include <sstream>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/report/thermal_service.hpp"
+#include "trunnion/thermal/line_server.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+namespace {
+
+volatile std::sig_atomic_t stop_asked = 0;  // the only thing a signal handler may touch
+
+struct Options {
+  std::string model;
+  std::uint16_t port = 0;
+  std::optional<std::string> journal;
+  double idle_exit_s = 0.0;
+  double clamp_um = thermal::OffsetLimits{}.clamp_mm / kMmPerUm;
+  double slew_um_s = thermal::OffsetLimits{}.slew_mm_s / kMmPerUm;
+  double dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
+};
+
+// Every accepted line, appended before its answer goes out: what was answered is never lost.
+class Journal {
+ public:
+  static Result<Journal> open(const std::string& path) {
+    // A line that a crash cut off must not swallow the next one.
+    const auto before = std::filesystem::exists(path) ? read_file(path) : Result<std::string>("");
+    if (!before) return tl::unexpected(before.error());
+    Journal out;
+    out.file_.reset(std::fopen(path.c_str(), "ab"));
+    if (!out.file_) return fail(ErrorCode::io_failed, "cannot write the journal", path);
+    if (!before->empty() && before->back() != '\n') out.write("");
+    return out;
+  }
+  bool write(const std::string& line) {
+    const std::string text = line + "\n";
+    return std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size() &&
+           std::fflush(file_.get()) == 0;
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
+};
+
+// The state as it was when the service stopped.
+Result<void> replay(const std::string& path, report::ThermalService& service) {
+  if (!std::filesystem::exists(path)) return {};
+  const auto text = read_file(path);
+  if (!text) return tl::unexpected(text.error());
+  std::istringstream lines(*text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty()) service.handle(line);
+  }
+  spdlog::info("{} readings replayed from {}, {} faulty lines left out", service.readings(), path,
+               service.rejected());
+  return {};
+}
+
+ExitCode serve(const Options& options) {
+  Diagnostics diagnostics;
+  auto model = thermal::load_model(options.model, diagnostics);
+  if (!model) return print_failure(diagnostics, model.error());
+  print(diagnostics);
+  thermal::OffsetLimits limits;
+  limits.clamp_mm = options.clamp_um * kMmPerUm;
+  limits.slew_mm_s = options.slew_um_s * kMmPerUm;
+  limits.dead_band_mm = options.dead_band_um * kMmPerUm;
+  report::ThermalService service(std::move(*model), limits);
+  std::optional<Journal> journal;
+  if (options.journal) {
+    if (const auto replayed = replay(*options.journal, service); !replayed)
+      return print_error(replayed.error());
+    auto opened = Journal::open(*options.journal);
+    if (!opened) return print_error(opened.error());
+    journal = std::move(*opened);
+  }
+  bool journal_failed = false;
+  auto server = thermal::LineServer::listen(options.port, [&](const std::string& line) {
+    std::string answer = service.handle(line);
+    if (journal && service.changed() && !journal->write(line)) journal_failed = true;
+    return answer;
+  });
+  if (!server) return print_error(server.error());
+  std::signal(SIGINT, [](int) { stop_asked = 1; });
+  std::signal(SIGTERM, [](int) { stop_asked = 1; });
+  spdlog::info("listening on 127.0.0.1:{}", server->port());
+  using Clock = std::chrono::steady_clock;
+  auto last = Clock::now();
+  while (stop_asked == 0 && !journal_failed) {
+    constexpr int kWake_ms = 200;
+    if (server->step(kWake_ms) || server->clients() > 0) last = Clock::now();
+    const double idle_s = std::chrono::duration<double>(Clock::now() - last).count();
+    if (options.idle_exit_s > 0.0 && idle_s > options.idle_exit_s) break;
+  }
+  spdlog::info("{} readings taken, {} lines rejected", service.readings(), service.rejected());
+  return journal_failed
+             ? print_error({ErrorCode::io_failed, "cannot write the journal", *options.journal, {}})
+             : kDone;
+}
+
+}  // namespace
+
+void add_thermal_serve_command(CLI::App& thermal, int& exit) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = thermal.add_subcommand(
+      "serve", "live loop on the loopback: readings in, corrections out (JSON lines, XML strings)");
+  sub->add_option("model", options->model, "thermal model")->required();
+  sub->add_option("--port", options->port, "port on 127.0.0.1; 0 is any free one")->required();
+  sub->add_option("--journal", options->journal,
+                  "file of accepted lines: the service goes on from it after a restart");
+  sub->add_option("--idle-exit-s", options->idle_exit_s, "stop after so long without a client (0: never)");
+  sub->add_option("--clamp-um", options->clamp_um, "largest correction")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_option("--slew-um-s", options->slew_um_s, "fastest change")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_option("--dead-band-um", options->dead_band_um, "smaller changes are not followed")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  sub->callback([options, &exit] { exit = serve(*options); });
+}
+
+}  // namespace trunnion::app

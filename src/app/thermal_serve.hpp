@@ -1,0 +1,9 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+namespace trunnion::app {
+
+/// `trunnion thermal serve`, under the command `thermal`.
+void add_thermal_serve_command(CLI::App& thermal, int& exit);
+
+}  // namespace trunnion::app

@@ -1,0 +1,138 @@
+#include <nlohmann/json.hpp>
+
+#include "trunnion/base/units.hpp"
+#include "trunnion/report/thermal_report.hpp"
+
+namespace trunnion::report {
+namespace {
+
+using nlohmann::ordered_json;
+using namespace thermal;
+
+double um(double mm) {
+  return mm / kMmPerUm;
+}
+
+ordered_json score_json(const Score& score) {
+  ordered_json out;
+  out["name"] = score.name;
+  out["rmse_um"] = um(score.rmse_mm);
+  out["p95_um"] = um(score.p95_mm);
+  out["worst_run_rmse_um"] = um(score.worst_run_rmse_mm);
+  out["mean_run_rmse_um"] = um(score.mean_run_rmse_mm);
+  out["median_run_rmse_um"] = um(score.median_run_rmse_mm);
+  out["window_rmse_um"] = um(score.window_rmse_mm);
+  out["window_worst_rmse_um"] = um(score.window_worst_rmse_mm);
+  for (const double rmse : score.run_rmse_mm) out["run_rmse_um"].push_back(um(rmse));
+  return out;
+}
+
+ordered_json faults_json(const std::vector<SensorFault>& faults) {
+  ordered_json out = ordered_json::array();
+  for (const SensorFault& f : faults) {
+    out.push_back({{"run_id", f.run},
+                   {"sensor", f.sensor},
+                   {"fault", fault_name(f.kind)},
+                   {"from_s", f.from_s},
+                   {"to_s", f.to_s},
+                   {"readings", f.readings}});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string thermal_fit_json(const FitResult& result, const FitOptions& options,
+                             const std::vector<SensorFault>& faults) {
+  ordered_json out;
+  out["measure_every_min"] = options.measure_every_s / kSecondsPerMinute;
+  out["window_min"] = options.window_s / kSecondsPerMinute;
+  out["validation"] = "leave-one-run-out";
+  out["runs"] = result.model.runs;
+  out["data_hash"] = result.model.data_hash;
+  out["channels"] = ordered_json::object();
+  for (std::size_t c = 0; c < result.channels.size(); ++c) {
+    const ChannelReport& channel = result.channels[c];
+    const ChannelModel& model = result.model.channels[c];
+    ordered_json j;
+    j["chosen"] = channel.chosen;
+    j["models"] = ordered_json::array();
+    for (const Score& score : channel.models) j["models"].push_back(score_json(score));
+    j["nested"] = channel.nested ? score_json(*channel.nested) : ordered_json(nullptr);
+    j["sigma_floor_um"] = um(model.sigma_floor_mm);
+    j["sigma_growth_um_per_sqrt_min"] = um(model.sigma_growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
+    j["axis"] = model.axis.empty() ? ordered_json(nullptr) : ordered_json(model.axis);
+    j["notes"] = channel.notes;
+    out["channels"][channel.channel] = std::move(j);
+  }
+  out["sensor_faults"] = faults_json(faults);
+  return out.dump(2) + "\n";
+}
+
+std::string thermal_screen_json(const std::vector<ChannelScreen>& channels,
+                                const std::vector<SensorFault>& faults) {
+  ordered_json out;
+  out["channels"] = ordered_json::object();
+  for (const ChannelScreen& channel : channels) {
+    ordered_json j;
+    j["measurements"] = channel.measurements;
+    j["runs"] = channel.runs;
+    j["condition_number"] =
+        std::isfinite(channel.condition) ? ordered_json(channel.condition) : ordered_json(nullptr);
+    j["sensors"] = ordered_json::array();
+    for (const SensorScreen& s : channel.sensors) {
+      ordered_json sensor;
+      sensor["name"] = s.sensor;
+      sensor["shapiro_wilk_W"] = s.normality ? ordered_json(s.normality->W) : ordered_json(nullptr);
+      sensor["shapiro_wilk_p"] = s.normality ? ordered_json(s.normality->p) : ordered_json(nullptr);
+      sensor["p_value"] = s.p ? ordered_json(*s.p) : ordered_json(nullptr);
+      sensor["vif"] =
+          std::isfinite(s.variance_inflation) ? ordered_json(s.variance_inflation) : ordered_json(nullptr);
+      sensor["chosen_by_p"] = s.chosen_by_p;
+      sensor["chosen_by_held_out_runs"] = s.chosen_by_runs;
+      sensor["share_of_folds_chosen_by_p"] = s.share_of_folds;
+      j["sensors"].push_back(std::move(sensor));
+    }
+    j["jaccard_of_p"] = channel.p_jaccard;
+    j["heldout_rmse_um"] = {{"all", um(channel.heldout_all_mm)},
+                            {"chosen_by_p", um(channel.heldout_p_mm)},
+                            {"chosen_by_held_out_runs", um(channel.heldout_runs_mm)}};
+    j["warnings"] = channel.warnings;
+    out["channels"][channel.channel] = std::move(j);
+  }
+  out["sensor_faults"] = faults_json(faults);
+  return out.dump(2) + "\n";
+}
+
+std::string thermal_predict_json(const ThermalModel& model, const std::vector<RunPrediction>& runs) {
+  ordered_json out;
+  out["runs"] = ordered_json::array();
+  for (const RunPrediction& run : runs) {
+    ordered_json j;
+    j["run_id"] = run.run;
+    j["rows"] = run.time_s.size();
+    for (std::size_t c = 0; c < model.channels.size(); ++c) {
+      std::size_t outside = 0;
+      std::size_t stale = 0;
+      double largest = 0.0;
+      for (const Estimate& e : run.channel[c]) {
+        if (e.outside_training()) ++outside;
+        if (e.stale) ++stale;
+        largest = std::max(largest, std::abs(e.value_mm));
+      }
+      ordered_json channel;
+      channel["axis"] = model.channels[c].axis;
+      channel["method"] = model.channels[c].candidate.name();
+      channel["last_um"] = run.channel[c].empty() ? 0.0 : um(run.channel[c].back().value_mm);
+      channel["last_sigma_um"] = run.channel[c].empty() ? 0.0 : um(run.channel[c].back().sigma_mm);
+      channel["largest_um"] = um(largest);
+      channel["rows_outside_training"] = outside;
+      channel["rows_with_stale_sensor"] = stale;
+      j["channels"][model.channels[c].channel] = std::move(channel);
+    }
+    out["runs"].push_back(std::move(j));
+  }
+  return out.dump(2) + "\n";
+}
+
+}  // namespace trunnion::report

@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/report/thermal_report.hpp"
+
+namespace trunnion::report {
+namespace {
+
+using namespace thermal;
+
+std::string right(std::string text, std::size_t width) {
+  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
+}
+std::string left(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text;
+}
+std::string um(double mm) {
+  return right(fixed_text(mm / kMmPerUm, 2), 10);
+}
+std::string plain(double value, int decimals, std::size_t width) {
+  return right(std::isfinite(value) && std::abs(value) < 1e9 ? fixed_text(value, decimals) : "inf", width);
+}
+
+std::string score_line(const Score& s, bool chosen) {
+  return std::string(chosen ? "* " : "  ") + left(s.name, 16) + um(s.rmse_mm) + um(s.p95_mm) +
+         um(s.worst_run_rmse_mm) + um(s.window_rmse_mm) + um(s.window_worst_rmse_mm) + "\n";
+}
+
+}  // namespace
+
+std::string thermal_fit_text(const FitResult& result, const FitOptions& options) {
+  const std::string minutes = shortest_text(options.measure_every_s / kSecondsPerMinute);
+  const std::string hours = shortest_text(options.window_s / (kSecondsPerMinute * kSecondsPerMinute));
+  std::string out = "Held-out errors in um, leave-one-run-out, measured each " + minutes + " min.\n";
+  for (std::size_t c = 0; c < result.channels.size(); ++c) {
+    const ChannelReport& channel = result.channels[c];
+    out += "\n" + left(channel.channel, 18) + right("rmse", 10) + right("p95", 10) + right("worst run", 10) +
+           right(hours + " h", 10) + right("worst", 10) + "\n";
+    for (const Score& s : channel.models) out += score_line(s, s.name == channel.chosen);
+    if (channel.nested) out += score_line(*channel.nested, false);
+    for (const auto& note : channel.notes) out += "  not possible: " + note + "\n";
+    const Score& hold = *channel.score("hold_last");
+    const Score& best = channel.nested ? *channel.nested : *channel.score(channel.chosen);
+    // The first question of every user: is it better than probing again?
+    const double gain = hold.rmse_mm > 0.0 ? 100.0 * (1.0 - best.rmse_mm / hold.rmse_mm) : 0.0;
+    out += "  chosen: " + channel.chosen + "; against holding the last measurement: " + fixed_text(gain, 0) +
+           " % less error" + (channel.nested ? " (the choice itself held out)" : "") + "\n";
+  }
+  return out;
+}
+
+std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
+  std::string out;
+  for (const ChannelScreen& channel : channels) {
+    out += channel.channel + ": " + std::to_string(channel.measurements) + " measurements in " +
+           std::to_string(channel.runs) + " runs, condition number " + plain(channel.condition, 1, 0) + "\n";
+    out += left("  sensor", 18) + right("W", 9) + right("p(normal)", 11) + right("p(slope)", 11) +
+           right("VIF", 10) + right("p<0.05", 8) + right("of folds", 10) + right("held-out", 10) + "\n";
+    for (const SensorScreen& s : channel.sensors) {
+      out += left("  " + s.sensor, 18) +
+             (s.normality ? plain(s.normality->W, 5, 9) + plain(s.normality->p, 5, 11)
+                          : right("-", 9) + right("-", 11)) +
+             (s.p ? plain(*s.p, 5, 11) : right("-", 11)) + plain(s.variance_inflation, 1, 10) +
+             right(s.chosen_by_p ? "yes" : "", 8) + plain(100.0 * s.share_of_folds, 0, 8) + " %" +
+             right(s.chosen_by_runs ? "yes" : "", 10) + "\n";
+    }
+    out += "  held-out RMSE, um: all sensors" + um(channel.heldout_all_mm) + ", p < 0.05" +
+           um(channel.heldout_p_mm) + ", held-out runs" + um(channel.heldout_runs_mm) +
+           "; overlap of the p-sets " + plain(channel.p_jaccard, 2, 0) + "\n";
+    for (const auto& warning : channel.warnings) out += "  warning: " + warning + "\n";
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace trunnion::report

@@ -1,0 +1,222 @@
+#include "trunnion/thermal/predictor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/config/csv.hpp"
+
+#include "thermal/bench.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+// A temperature of a structure that is older than this says nothing of what goes on now.
+constexpr double kStale_s = 900.0;
+// A first measurement so early (in units of the interval) is the reference itself; the same rule as in the
+// validation.
+constexpr double kReferenceShare = 0.1;
+
+}  // namespace
+
+Predictor::Predictor(ThermalModel model) : model_(std::move(model)) {
+  for (const ChannelModel& channel : model_.channels) {
+    Channel out{{}, FeatureState(channel.features), {}, {}};
+    for (const auto& name : channel.features.sensors) {
+      auto it = std::find(sensors_.begin(), sensors_.end(), name);
+      if (it == sensors_.end()) it = sensors_.insert(sensors_.end(), name);
+      out.sensor.push_back(static_cast<std::size_t>(it - sensors_.begin()));
+    }
+    out.anchor = VectorXd::Zero(static_cast<Eigen::Index>(channel.features.size()));
+    channels_.push_back(std::move(out));
+  }
+}
+
+Result<void> Predictor::read(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
+                             double feed_mm_s) {
+  TRUNNION_EXPECTS(temperature_degC.size() == sensors_.size());
+  if (!std::isfinite(time_s)) return fail(ErrorCode::wrong_input, "the time of a reading must be finite");
+  if (started_ && time_s < time_s_) {
+    return fail(ErrorCode::wrong_input, "time " + shortest_text(time_s) +
+                                            " s is before the last reading at " + shortest_text(time_s_) +
+                                            " s");
+  }
+  if (!started_) start_s_ = time_s;
+  time_s_ = time_s;
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    Channel& channel = channels_[c];
+    std::vector<double> own;
+    for (const std::size_t s : channel.sensor) own.push_back(temperature_degC[s]);
+    channel.state.step(
+        {.time_s = time_s, .temperature_degC = own, .spindle_rpm = spindle_rpm, .feed_mm_s = feed_mm_s});
+    if (channel.reference) continue;
+    // The reference state is the first one that is known whole.
+    bool whole = true;
+    for (std::size_t s = 0; s < own.size(); ++s) whole = whole && std::isfinite(channel.state.age_s(s));
+    if (!whole) continue;
+    channel.reference = channel.state.values();
+    channel.anchor_s = time_s;
+  }
+  started_ = true;
+  return {};
+}
+
+VectorXd Predictor::relative(const Channel& channel) const {
+  return channel.reference ? VectorXd(channel.state.values() - *channel.reference)
+                           : VectorXd::Zero(channel.anchor.size());
+}
+
+double Predictor::trusted_level(const ChannelModel& model, const VectorXd& x) const {
+  return model.regressor ? Guard::trust(model.guard.distance(x)) * model.regressor->level_mm(x) : 0.0;
+}
+
+void Predictor::measure(std::size_t index, double value_mm) {
+  TRUNNION_EXPECTS(started_ && index < channels_.size());
+  Channel& channel = channels_[index];
+  const bool early = time_s_ - start_s_ <= kReferenceShare * model_.measure_every_s;
+  if (channel.measurements == 0 && early) {
+    channel.reference_mm = value_mm;
+    if (channel.reference) channel.reference = channel.state.values();
+  }
+  channel.last_mm = value_mm - channel.reference_mm;
+  channel.anchor = relative(channel);
+  channel.anchor_s = time_s_;
+  if (channel.measurements == 0 && early) return;  // the zero, not yet a measurement of the drift
+  channel.bias_sum_mm += channel.last_mm - trusted_level(model_.channels[index], channel.anchor);
+  ++channel.measurements;
+}
+
+Estimate Predictor::estimate(std::size_t index) const {
+  const ChannelModel& model = model_.channels[index];
+  const Channel& channel = channels_[index];
+  Estimate out;
+  out.since_measured_s = time_s_ - channel.anchor_s;
+  for (std::size_t s = 0; s < channel.sensor.size(); ++s)
+    out.stale = out.stale || channel.state.age_s(s) > kStale_s;
+  const VectorXd x = relative(channel);
+  double level = 0.0;
+  double change = 0.0;
+  if (model.regressor && !out.stale) {
+    const bool incremental = model.candidate.anchor == Anchor::update;
+    out.distance = model.guard.distance(incremental ? VectorXd(x - channel.anchor) : x);
+    if (incremental) {
+      change = Guard::trust(out.distance) * model.regressor->change_mm(channel.anchor, x);
+    } else {
+      level = trusted_level(model, x);
+    }
+  }
+  const double bias = channel.measurements > 0 ? channel.bias_sum_mm / channel.measurements : 0.0;
+  // Without its sensors every model falls back on the last measurement.
+  const Candidate candidate = out.stale ? Candidate{Method::hold_last, Anchor::open} : model.candidate;
+  out.value_mm = combine(candidate, level, change, channel.last_mm, bias);
+  const double growth = model.sigma_growth_mm_per_sqrt_s;
+  out.sigma_mm =
+      std::sqrt(model.sigma_floor_mm * model.sigma_floor_mm + growth * growth * out.since_measured_s);
+  if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
+  if (out.stale) out.sigma_mm = std::max(out.sigma_mm, model.hold_last_rmse_mm);
+  return out;
+}
+
+Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::size_t run_index,
+                              UseMeasurements use) {
+  Predictor predictor(model);
+  const LogRun& run = log.runs[run_index];
+  std::vector<const std::vector<double>*> columns;
+  for (const auto& name : predictor.sensors()) {
+    const auto sensor = log.sensor(name);
+    if (!sensor)
+      return fail(
+          ErrorCode::wrong_input,
+          "the model uses the sensor '" + name + "' (column T_" + name + "_degC), which the log lacks",
+          log.file);
+    columns.push_back(&run.temperature_degC[*sensor]);
+  }
+  std::vector<std::vector<std::size_t>> known;  // rows whose measurement the model is told, the next one last
+  for (const ChannelModel& channel : model.channels) {
+    if (!channel.features.speed_taus_s.empty() && !log.has_speed)
+      return fail(ErrorCode::wrong_input,
+                  "the model uses the spindle speed (column spindle_rpm), which the log lacks", log.file);
+    if (!channel.features.feed_taus_s.empty() && !log.has_feed)
+      return fail(ErrorCode::wrong_input, "the model uses the feed (column feed_mm_min), which the log lacks",
+                  log.file);
+    known.emplace_back();
+    const auto index = log.channel(channel.channel);
+    if (!index || use == UseMeasurements::no) continue;
+    known.back() = known_measurements(run, run.channel_mm[*index], model.measure_every_s);
+    std::reverse(known.back().begin(), known.back().end());
+  }
+  RunPrediction out;
+  out.run = run.id;
+  out.channel.resize(model.channels.size());
+  std::vector<double> temperature(columns.size());
+  for (std::size_t row = 0; row < run.rows(); ++row) {
+    for (std::size_t i = 0; i < columns.size(); ++i) temperature[i] = (*columns[i])[row];
+    const auto read = predictor.read(run.time_s[row], temperature,
+                                     run.spindle_rpm.empty() ? kNothing : run.spindle_rpm[row],
+                                     run.feed_mm_s.empty() ? kNothing : run.feed_mm_s[row]);
+    if (!read) return tl::unexpected(read.error());
+    out.time_s.push_back(run.time_s[row]);
+    for (std::size_t c = 0; c < known.size(); ++c) {
+      if (!known[c].empty() && known[c].back() == row) {
+        predictor.measure(c, run.channel_mm[*log.channel(model.channels[c].channel)][row]);
+        known[c].pop_back();
+      }
+      out.channel[c].push_back(predictor.estimate(c));
+    }
+  }
+  return out;
+}
+
+OffsetTable offsets_of(const ThermalModel& model, const RunPrediction& prediction) {
+  OffsetTable out;
+  for (std::size_t row = 0; row < prediction.time_s.size(); ++row) {
+    Offset offset;
+    offset.time_s = prediction.time_s[row];
+    for (std::size_t c = 0; c < model.channels.size(); ++c) {
+      const std::string& axis = model.channels[c].axis;
+      if (axis.empty()) continue;
+      const Estimate& e = prediction.channel[c][row];
+      offset.deviation_mm[axis == "dx" ? 0 : axis == "dy" ? 1 : 2] = e.value_mm;
+      offset.sigma_mm = std::max(offset.sigma_mm, e.sigma_mm);
+    }
+    out.rows.push_back(std::move(offset));
+  }
+  return out;
+}
+
+std::string prediction_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
+                            const std::vector<std::string>& comments) {
+  std::string out;
+  for (const auto& comment : comments) out += "#" + comment + "\n";
+  if (runs.size() > 1) out += "run_id,";
+  out += "time_s,dx_um,dy_um,dz_um,sigma_um";
+  for (const ChannelModel& channel : model.channels) {
+    if (channel.axis.empty()) out += "," + channel.channel + "_um," + channel.channel + "_sigma_um";
+  }
+  out += "\n";
+  const auto um = [](double mm) { return "," + fixed_text(mm / kMmPerUm, 3); };
+  for (const RunPrediction& run : runs) {
+    const OffsetTable table = offsets_of(model, run);
+    for (std::size_t row = 0; row < run.time_s.size(); ++row) {
+      if (runs.size() > 1) out += config::csv_field(run.run) + ",";
+      const Offset& offset = table.rows[row];
+      out += shortest_text(offset.time_s);
+      for (const double component : offset.deviation_mm) out += um(component);
+      out += um(offset.sigma_mm);
+      for (std::size_t c = 0; c < model.channels.size(); ++c) {
+        if (!model.channels[c].axis.empty()) continue;
+        out += um(run.channel[c][row].value_mm) + um(run.channel[c][row].sigma_mm);
+      }
+      out += "\n";
+    }
+  }
+  return out;
+}
+
+}  // namespace trunnion::thermal

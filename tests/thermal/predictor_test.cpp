@@ -1,0 +1,197 @@
+#include "trunnion/thermal/predictor.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "trunnion/base/units.hpp"
+#include "trunnion/thermal/simulate.hpp"
+#include "trunnion/thermal/validation.hpp"
+
+#include "thermal/bench.hpp"
+
+namespace trunnion::thermal {
+namespace {
+
+SimulatedDays few_days() {
+  ImpellerDays days;
+  days.impellers = 4;
+  days.step_s = 10.0;
+  return simulate(days);
+}
+
+ThermalModel fitted(const Log& log, Method method, const std::string& channel) {
+  FitOptions options;
+  options.targets = {channel};
+  options.method = method;
+  Diagnostics diagnostics;
+  auto result = fit_thermal(log, options, diagnostics);
+  EXPECT_TRUE(result) << result.error().text();
+  return result->model;
+}
+
+// The streaming predictor and the matrices of the validation are two ways to the same number.
+TEST(ThermalPredictor, SaysWhatTheValidationSays) {
+  const SimulatedDays days = few_days();
+  const std::size_t channel = *days.log.channel("dy");
+  for (const Method method :
+       {Method::ols, Method::svr, Method::ridge, Method::lag, Method::combined, Method::gp}) {
+    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::update}) {
+      const Candidate candidate{method, anchor};
+      ChannelBench bench(days.log, channel, 1800.0);
+      const auto fit = fit_candidate(bench, candidate, {0, 1, 2});
+      if (!fit) continue;  // too few measurements for the paper's p-values
+      ThermalModel model;
+      ChannelModel c;
+      c.channel = "dy";
+      c.candidate = candidate;
+      c.features = features_of(method, days.log);
+      c.regressor = fit->regressor;
+      c.guard = fit->guard;
+      model.channels.push_back(std::move(c));
+      const auto errors = held_out_errors(bench, candidate, *fit, 3, 1);
+      // Before each measurement: predict without it, from what was known.
+      const BenchRun& run = bench.runs()[3];
+      const LogRun& log_run = days.log.runs[3];
+      Predictor predictor(model);
+      std::size_t next = 0;
+      for (std::size_t row = 0; row < log_run.rows(); ++row) {
+        std::vector<double> temperature;
+        for (const auto& name : predictor.sensors())
+          temperature.push_back(log_run.temperature_degC[*days.log.sensor(name)][row]);
+        ASSERT_TRUE(predictor.read(log_run.time_s[row], temperature, log_run.spindle_rpm[row],
+                                   log_run.feed_mm_s[row]));
+        const double measured = log_run.channel_mm[channel][row];
+        if (std::isnan(measured)) continue;
+        ASSERT_EQ(run.rows[next], static_cast<Eigen::Index>(row));
+        EXPECT_NEAR(predictor.estimate(0).value_mm - measured, errors[next], 1e-9)
+            << candidate.name() << " " << next;
+        predictor.measure(0, measured);
+        ++next;
+      }
+      EXPECT_EQ(next, errors.size());
+    }
+  }
+}
+
+TEST(ThermalModelFile, ReadsBackTheSamePredictions) {
+  const SimulatedDays days = few_days();
+  for (const Method method : {Method::ridge, Method::svr_all, Method::gp, Method::lag}) {
+    const ThermalModel model = fitted(days.log, method, "dx");
+    Diagnostics diagnostics;
+    const auto again = parse_model(model_text(model), "thermal.toml", diagnostics);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(again->data_hash, data_hash(days.log));
+    const auto a = predict(model, days.log, 1, UseMeasurements::yes);
+    const auto b = predict(*again, days.log, 1, UseMeasurements::yes);
+    ASSERT_TRUE(a && b);
+    for (std::size_t i = 0; i < a->time_s.size(); i += 7) {
+      EXPECT_NEAR(a->channel[0][i].value_mm, b->channel[0][i].value_mm, 1e-9);
+      EXPECT_NEAR(a->channel[0][i].sigma_mm, b->channel[0][i].sigma_mm, 1e-12);
+    }
+  }
+}
+
+TEST(ThermalModelFile, SaysWhereItIsWrong) {
+  const auto message = [](const std::string& text) {
+    Diagnostics diagnostics;
+    const auto model = parse_model(text, "t.toml", diagnostics);
+    return model ? std::string("no error") : model.error().text();
+  };
+  EXPECT_EQ(message("[model]\nkind = 'geometric'\nmeasure_every_min = "
+                    "30\n[[channel]]\nname='dx'\nmethod='hold_last'\nsigma_floor_um=1\n"),
+            "t.toml:2:1: error: this is no thermal model: kind is 'geometric', not 'thermal'");
+  EXPECT_EQ(message("[model]\nkind = 'thermal'\nmeasure_every_min = "
+                    "30\n[[channel]]\nname='dx'\nmethod='magic'\nsigma_floor_um=1\n"),
+            "t.toml:6:1: error: unknown method 'magic'");
+  EXPECT_EQ(message("[model]\nkind = 'thermal'\nmeasure_every_min = 30\n"),
+            "t.toml:1:2: error: a thermal model needs at least one [[channel]]");
+  EXPECT_EQ(message("[model]\nkind = 'thermal'\nmeasure_every_min = "
+                    "30\n[[channel]]\nname='dx'\nmethod='hold_last'\nsigma_floor_um=1\n"),
+            "no error");
+}
+
+TEST(ThermalPredictor, NamesWhatTheLogLacks) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::lag, "dx");
+  Log log = days.log;
+  log.has_speed = false;
+  const auto prediction = predict(model, log, 0, UseMeasurements::yes);
+  ASSERT_FALSE(prediction);
+  EXPECT_EQ(prediction.error().text(),
+            "simulated: error: the model uses the spindle speed (column spindle_rpm), which the log lacks");
+}
+
+TEST(ThermalPredictor, HoldsTheLastMeasurementWhenSensorsFallSilent) {
+  const SimulatedDays days = few_days();
+  ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  model.channels[0].candidate.anchor = Anchor::update;
+  Predictor predictor(model);
+  const std::vector<double> warm(predictor.sensors().size(), 25.0);
+  const std::vector<double> silent(predictor.sensors().size(), std::nan(""));
+  ASSERT_TRUE(predictor.read(0.0, warm, 0.0, 0.0));
+  ASSERT_TRUE(predictor.read(1800.0, warm, 0.0, 0.0));
+  predictor.measure(0, 0.042);
+  EXPECT_NEAR(predictor.estimate(0).value_mm, 0.042, 1e-12);
+  const double sigma = predictor.estimate(0).sigma_mm;
+  ASSERT_TRUE(predictor.read(3600.0, silent, 8000.0, 10.0));
+  EXPECT_TRUE(predictor.estimate(0).stale);
+  EXPECT_NEAR(predictor.estimate(0).value_mm, 0.042, 1e-12);
+  EXPECT_GT(predictor.estimate(0).sigma_mm, sigma);
+  EXPECT_FALSE(predictor.read(10.0, warm, 0.0, 0.0));  // time goes back: refused, nothing changes
+  EXPECT_EQ(predictor.time_s(), 3600.0);
+}
+
+// The correction of a state far outside the training stops growing, and says so.
+TEST(ThermalGuard, WeighsAModelDownOutsideItsTraining) {
+  TrainingSet set;
+  set.from = Eigen::MatrixXd::Zero(20, 2);
+  set.to.resize(20, 2);
+  set.change_mm = Eigen::VectorXd::Zero(20);
+  for (int i = 0; i < 20; ++i) {
+    set.to.row(i) << i * 0.5, i * 0.25;  // the two always move together
+    set.group.push_back(static_cast<std::size_t>(i) / 5);
+  }
+  const Guard guard(set);
+  EXPECT_LE(guard.distance(Eigen::Vector2d(9.0, 4.5)), 1.0);
+  EXPECT_NEAR(guard.distance(Eigen::Vector2d(19.0, 9.5)), 2.0, 1e-9);
+  EXPECT_GT(guard.distance(Eigen::Vector2d(5.0, -2.5)),
+            Guard::kMargin);  // within each range, but never together
+  EXPECT_EQ(Guard::trust(1.9), 1.0);
+  EXPECT_NEAR(Guard::trust(8.0) * 8.0, Guard::trust(16.0) * 16.0, 1e-12);
+}
+
+TEST(ThermalFeatures, LagsFollowTheClosedForm) {
+  FeatureSpec spec;
+  spec.sensors = {"a"};
+  spec.temperature_taus_s = {0.0, 900.0};
+  spec.speed_taus_s = {600.0};
+  spec.speed_powers = {2.0};
+  FeatureState state(spec);
+  const double cold = 20.0;
+  const double warm = 30.0;
+  state.step({.time_s = 0.0, .temperature_degC = {&cold, 1}, .spindle_rpm = 2000.0});
+  state.step({.time_s = 0.0, .temperature_degC = {&warm, 1}, .spindle_rpm = 2000.0});
+  state.step({.time_s = 300.0, .temperature_degC = {&warm, 1}, .spindle_rpm = 0.0});
+  EXPECT_NEAR(state.values()[0], 30.0, 1e-12);
+  EXPECT_NEAR(state.values()[1], 30.0 - 10.0 * std::exp(-300.0 / 900.0), 1e-12);
+  EXPECT_NEAR(state.values()[2], 4.0 * (1.0 - std::exp(-0.5)), 1e-12);
+  state.step({.time_s = 900.0, .temperature_degC = {&warm, 1}, .spindle_rpm = 0.0});
+  EXPECT_NEAR(state.values()[2], 4.0 * (1.0 - std::exp(-0.5)) * std::exp(-1.0), 1e-12);
+}
+
+TEST(ThermalFeatures, TheMedianDoesNotSeeAnOpenDoor) {
+  FeatureSpec spec;
+  spec.sensors = {"a"};
+  spec.temperature_taus_s = {0.0};
+  spec.median_s = 300.0;
+  FeatureState state(spec);
+  for (int i = 0; i < 200; ++i) {
+    const double t = 10.0 * i;
+    const double value = t >= 1000.0 && t < 1120.0 ? 18.0 : 25.0;
+    state.step({.time_s = t, .temperature_degC = {&value, 1}});
+    EXPECT_EQ(state.values()[0], 25.0) << t;
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::thermal
