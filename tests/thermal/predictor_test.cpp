@@ -104,7 +104,7 @@ TEST(ThermalModelFile, SaysWhereItIsWrong) {
                     "30\n[[channel]]\nname='dx'\nmethod='magic'\nsigma_floor_um=1\n"),
             "t.toml:6:1: error: unknown method 'magic'");
   EXPECT_EQ(message("[model]\nkind = 'thermal'\nmeasure_every_min = 30\n"),
-            "t.toml:1:2: error: a thermal model needs at least one [[channel]]");
+            "t.toml:1:1: error: a thermal model needs at least one [[channel]]");
   EXPECT_EQ(message("[model]\nkind = 'thermal'\nmeasure_every_min = "
                     "30\n[[channel]]\nname='dx'\nmethod='hold_last'\nsigma_floor_um=1\n"),
             "no error");
