@@ -32,6 +32,9 @@ double parameter_of(const Vertex& v, const Target& a, const Target& b) {
   return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
 }
 
+// Two positions that differ by the rounding of words only.
+constexpr double kSamePoint_mm = 5e-4;
+
 // Far more CL points than one block of a thinned program passes.
 constexpr std::size_t kLookAhead = 1024;
 
@@ -167,6 +170,7 @@ struct Verifier::State {
   }
 
   void rapid(const Vertex& v) {
+    pass_repeated_points();
     pass_end_of_cut();
     const std::size_t next = at.segment + 1;
     const Target* target = next < targets.size() ? &targets[next] : nullptr;
@@ -181,6 +185,16 @@ struct Verifier::State {
     record(v, 0.0, 0.0, target != nullptr ? target->line : 0, met);
   }
 
+  // CL points at which the tool stands already ask for no block.
+  void pass_repeated_points() {
+    for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
+      const double d = combined_distance(previous, targets[next].tip_P, targets[next].axis_P);
+      if (d > kSamePoint_mm) return;
+      point_hit((previous.tip_P - targets[next].tip_P).norm());
+      at = {next, 0.0, 0.0};
+    }
+  }
+
   // A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
   void pass_end_of_cut() {
     const std::size_t next = at.segment + 1;
@@ -192,6 +206,7 @@ struct Verifier::State {
   }
 
   void feed(const Vertex& v) {
+    pass_repeated_points();
     if (at.segment + 1 >= targets.size()) {  // beyond the end of the CL path: compared with its last point
       const Target& last = targets.back();
       take_deviation({{(v.tip_P - last.tip_P).norm(), (v.tip_P - last.tip_P).norm()},
@@ -210,9 +225,7 @@ struct Verifier::State {
     }
     const Target& end = targets[place.segment + 1];
     take_deviation(meter.of(from, v, targets[place.segment], end, program));
-    // At the end of the segment within the rounding of the words.
-    constexpr double kRounding_mm = 5e-4;
-    const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kRounding_mm;
+    const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kSamePoint_mm;
     if (programmed) point_hit((v.tip_P - end.tip_P).norm());
     at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
     record_feed(v, end.line, programmed);

@@ -57,7 +57,8 @@ void expect_the_pose_of_forward(const Machine& machine) {
     JointVector solved = q;
     for (AxisId id = 0; id < 3; ++id) solved[id] = 0.0;
     kinematics.solve_linear(fast.tip_P, kinematics.sines(q), solved);
-    // Compared at the tip: behind a rotary axis the linear axes may be nearly in one plane, and q is then loose.
+    // Compared at the tip: behind a rotary axis the linear axes may be nearly in one plane, and q is then
+    // loose.
     ASSERT_LT((forward(machine, solved).p - X_PT.p).norm(), 1e-9);
   }
 }

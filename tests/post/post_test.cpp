@@ -1,32 +1,19 @@
 #include "trunnion/post/post.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 
+#include "support/cl_text.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::post {
 namespace {
 
-class Text final : public cl::TextSource {
- public:
-  explicit Text(std::string text) : text_(std::move(text)) {}
-  Result<std::size_t> read(char* buffer, std::size_t capacity) override {
-    const std::size_t n = std::min(capacity, text_.size() - at_);
-    std::memcpy(buffer, text_.data() + at_, n);
-    at_ += n;
-    return n;
-  }
-
- private:
-  std::string text_;
-  std::size_t at_ = 0;
-};
+using Text = test::TextOf;
 
 nc::Controller controller(const std::string& name) {
   Diagnostics d;
@@ -275,6 +262,19 @@ TEST(Post, CompensatedProgramMeetsItsToleranceOnTheMachineWithErrors) {
   ASSERT_TRUE(p.report->nominal_verification);
   EXPECT_GT(p.report->nominal_verification->certified_tip_deviation_mm,
             0.03);  // on a perfect machine it would be wrong
+}
+
+TEST(Post, RepeatedPointsAndDrillingCyclesAreVerified) {
+  const std::string cl =
+      "FEDRAT/MMPM,500\nRAPID\nGOTO/0,0,30,0,0,1\nRAPID\nGOTO/0,0,30,0,0,1\nGOTO/0,0,10\nGOTO/"
+      "0,0,10\nRAPID\nGOTO/0,0,10\n"
+      "GOTO/0,0,5\nRAPID\nGOTO/0,0,30\nCYCLE/DRILL,FEDTO,2.75,MMPM,731.52,RAPTO,3.,RTRCTO,10.,DWELL,0\nGOTO/"
+      "15.7,10.,-6.1,0,0,1\n"
+      "GOTO/15.7,30.,-6.1,0,0,1\nCYCLE/OFF\nRAPID\nGOTO/0,0,50\n";
+  const Posted p = posted(cl, test::shipped_machine("paper"));
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->points_missed << " "
+                                                << p.report->verification->certified_tip_deviation_mm << p.nc;
 }
 
 TEST(Post, NothingButMotionsIsAnError) {
