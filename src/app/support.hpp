@@ -45,5 +45,6 @@ void add_simulate_command(CLI::App& root, int& exit);
 /// Members of the group `trunnion model`.
 void add_model_effects_command(CLI::App& model, int& exit);
 void add_thermal_command(CLI::App& root, int& exit);
+void add_table_command(CLI::App& root, int& exit);
 
 }  // namespace trunnion::app

@@ -1,5 +1,6 @@
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/effects/control_tables.hpp"
@@ -78,6 +79,30 @@ ChainErrors TableErrors::at(const JointVector& q) const {
   return errors;
 }
 
+JointVector corrected_position(const Machine& machine, const JointVector& q, const Vec3& tool_mm,
+                               const ChainErrors& errors) {
+  std::array<AxisId, 3> linear{};
+  Mat3 motion = Mat3::Zero();  // of the tool relative to the part, in M, per mm of each linear axis
+  std::size_t count = 0;
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    if (machine.axes[id].kind == AxisKind::linear && count < 3) {
+      motion.col(static_cast<Eigen::Index>(count)) = side(machine.axes[id]) * machine.axes[id].direction;
+      linear[count++] = id;
+    }
+  TRUNNION_EXPECTS(count == 3);
+  const Mat3 inverse = motion.inverse();
+  const Vec3 target = forward(machine, q, tool_mm).p;
+  const Mat3 R_MP = part_in_machine(machine, q).R;
+  JointVector moved = q;
+  for (int n = 0; n < kMostIterations; ++n) {
+    const Vec3 off_M = R_MP * (forward(machine, moved, tool_mm, errors).p - target);
+    if (off_M.norm() < kConverged_mm) break;
+    const Vec3 step = inverse * off_M;
+    for (std::size_t k = 0; k < 3; ++k) moved[linear[k]] -= step[static_cast<Eigen::Index>(k)];
+  }
+  return moved;
+}
+
 Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<ErrorTable>& errors,
                                      const std::vector<std::string>& inputs,
                                      const std::vector<std::vector<double>>& nodes,
@@ -87,48 +112,28 @@ Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<E
   const auto table = TableErrors::create(machine, errors);
   if (!table) return tl::unexpected(table.error());
   CorrectionMap map{.inputs = inputs, .nodes = nodes, .outputs = {}};
-  std::vector<AxisId> in, all;
+  std::vector<AxisId> in, out;
   for (const std::string& name : inputs) {
     const auto id = machine.axis(name);
     if (!id) return fail(ErrorCode::wrong_input, "the machine has no axis " + name);
     in.push_back(*id);
   }
-  for (AxisId id = 0; id < machine.axes.size(); ++id)
-    if (machine.axes[id].kind == AxisKind::linear) all.push_back(id);
-  if (all.size() != 3) return fail(ErrorCode::wrong_input, "corrections need three linear axes");
-  std::vector<std::size_t> place;  // of each output among the linear axes
   for (const std::string& name : outputs) {
     const auto id = machine.axis(name);
-    const auto it = id ? std::find(all.begin(), all.end(), *id) : all.end();
-    if (it == all.end())
+    if (!id || machine.axes[*id].kind != AxisKind::linear)
       return fail(ErrorCode::wrong_input, "axis " + name + " is no linear axis of this machine");
-    place.push_back(static_cast<std::size_t>(it - all.begin()));
+    out.push_back(*id);
     map.outputs.push_back({name, {}, {}});
   }
-  Mat3 motion;  // of the tool relative to the part, in M, per mm of each linear axis
-  for (std::size_t k = 0; k < 3; ++k)
-    motion.col(static_cast<Eigen::Index>(k)) = side(machine.axes[all[k]]) * machine.axes[all[k]].direction;
-  const Mat3 inverse = motion.inverse();
   const std::size_t width = nodes.size() > 1 ? nodes[1].size() : 1;
   for (std::size_t i = 0; i < nodes[0].size(); ++i)
     for (std::size_t j = 0; j < width; ++j) {
       JointVector q = rest;
       q[in[0]] = nodes[0][i];
       if (in.size() > 1) q[in[1]] = nodes[1][j];
-      const Vec3 target = forward(machine, q, tool_mm).p;
-      const Mat3 R_MP = part_in_machine(machine, q).R;
       // The control looks its tables up at the commanded position, where the errors are taken too.
-      const ChainErrors chain = table->at(q);
-      Vec3 correction = Vec3::Zero();
-      for (int n = 0; n < kMostIterations; ++n) {
-        JointVector moved = q;
-        for (std::size_t k = 0; k < 3; ++k) moved[all[k]] += correction[static_cast<Eigen::Index>(k)];
-        const Vec3 off_M = R_MP * (forward(machine, moved, tool_mm, chain).p - target);
-        if (off_M.norm() < kConverged_mm) break;
-        correction -= inverse * off_M;
-      }
-      for (std::size_t k = 0; k < outputs.size(); ++k)
-        map.outputs[k].up.push_back(correction[static_cast<Eigen::Index>(place[k])]);
+      const JointVector moved = corrected_position(machine, q, tool_mm, table->at(q));
+      for (std::size_t k = 0; k < out.size(); ++k) map.outputs[k].up.push_back(moved[out[k]] - q[out[k]]);
     }
   return map;
 }

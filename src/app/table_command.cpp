@@ -1,0 +1,374 @@
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/report/table_json.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+namespace {
+
+using namespace diagnosis;
+
+struct Options {
+  std::string format;
+  std::vector<std::string> files;  // data, tables
+  std::string machine, output, truth;
+  std::vector<std::string> inputs, outputs, checks, held_out;
+  std::string remove_line;
+  std::vector<double> measured_at;  // mm
+  std::vector<std::string> at;      // "Z=100"
+  double step = 0.0;
+  double unit_um = 1.0;
+  bool force = false;
+  std::optional<std::string> json;
+  std::uint64_t seed = 1;
+  FormatOptions of_format;
+};
+
+Result<Machine> read_machine(const Options& options, Diagnostics& diagnostics) {
+  return load_machine(options.machine, diagnostics);
+}
+
+// OUT.csv for one table; OUT_<arguments>.csv for each of several.
+std::string name_of(const Options& options, const std::vector<ErrorTable>& tables, std::size_t i) {
+  if (tables.size() == 1) return options.output;
+  const std::filesystem::path path(options.output);
+  std::string arguments;
+  for (const std::string& a : tables[i].arguments) arguments += a;
+  for (std::size_t k = 0; k < i; ++k)
+    if (tables[k].arguments == tables[i].arguments) arguments += "_" + std::to_string(i + 1);
+  return (path.parent_path() / (path.stem().string() + "_" + arguments + path.extension().string())).string();
+}
+
+Result<void> write_tables(const Options& options, const std::vector<ErrorTable>& tables,
+                          const Machine& machine, std::string& said) {
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string name = name_of(options, tables, i);
+    const auto written = write_file(name, error_table_text(tables[i], machine));
+    if (!written) return written;
+    if (name == "-") continue;
+    for (const auto& component : tables[i].components)
+      said += "[[effect]]  id = \"component:" + component.name + "\"  table = \"" +
+              std::filesystem::path(name).filename().string() + "\"\n";
+  }
+  return {};
+}
+
+Result<std::string> import(const Options& options, Diagnostics& diagnostics) {
+  const auto machine = read_machine(options, diagnostics);
+  if (!machine) return tl::unexpected(machine.error());
+  std::vector<ErrorTable> tables;
+  std::string said;
+  for (const std::string& file : options.files) {
+    if (options.format == "csv") {
+      auto table = load_error_table(file, *machine, diagnostics);
+      if (!table) return tl::unexpected(table.error());
+      tables.push_back(std::move(*table));
+      continue;
+    }
+    const auto text = read_file(file);
+    if (!text) return tl::unexpected(text.error());
+    auto read = table_format(options.format)->read(*text, file, *machine, options.of_format, diagnostics);
+    if (!read) return tl::unexpected(read.error());
+    for (ErrorTable& table : read->errors) tables.push_back(std::move(table));
+    for (const CorrectionMap& map : read->corrections) {
+      auto errors = errors_of(*machine, map);
+      if (!errors) return tl::unexpected(errors.error());
+      for (ErrorTable& table : *errors) tables.push_back(std::move(table));
+    }
+    for (const auto& [name, value] : read->location) {
+      const bool length = name[0] >= 'X' && name[0] <= 'Z';
+      said += "location error " + name + (length ? "_um = " : "_urad = ") +
+              shortest_text(value / (length ? kMmPerUm : kRadPerUrad)) + "\n";
+    }
+  }
+  for (ErrorTable& table : tables) {
+    if (!options.measured_at.empty()) {
+      auto moved =
+          abbe_transferred(*machine, std::move(table),
+                           Vec3(options.measured_at[0], options.measured_at[1], options.measured_at[2]));
+      if (!moved) return tl::unexpected(moved.error());
+      table = std::move(*moved);
+    }
+    if (!options.remove_line.empty()) {
+      auto bare = without_line(std::move(table), *reference_line_of(options.remove_line));
+      if (!bare) return tl::unexpected(bare.error());
+      table = std::move(*bare);
+    }
+  }
+  if (const auto written = write_tables(options, tables, *machine, said); !written)
+    return tl::unexpected(written.error());
+  return said;
+}
+
+// `X=..,Y=..`: where the axes stand that the export does not move.
+Result<JointVector> rest_of(const Options& options, const Machine& machine) {
+  JointVector rest;
+  for (const std::string& entry : options.at) {
+    const auto equals = entry.find('=');
+    const auto id = machine.axis(entry.substr(0, equals));
+    const auto value = equals == std::string::npos ? ParsedNumber{0.0, NumberFault::empty}
+                                                   : parse_number(entry.substr(equals + 1));
+    if (!id || !value) return fail(ErrorCode::wrong_use, "--at wants AXIS=position, not '" + entry + "'");
+    rest[*id] = value.value * (machine.axes[*id].kind == AxisKind::rotary ? kRadPerDegree : 1.0);
+  }
+  return rest;
+}
+
+// One map per set of arguments of the tables (or the one that is asked for).
+Result<std::vector<CorrectionMap>> corrections(const Options& options, const Machine& machine,
+                                               const std::vector<ErrorTable>& tables) {
+  const auto rest = rest_of(options, machine);
+  if (!rest) return tl::unexpected(rest.error());
+  std::vector<std::string> outputs = options.outputs;
+  if (outputs.empty())
+    for (const Axis& axis : machine.axes)
+      if (axis.kind == AxisKind::linear) outputs.push_back(axis.name);
+  std::vector<std::pair<std::vector<std::string>, std::vector<std::vector<double>>>> domains;
+  std::vector<std::vector<ErrorTable>> parts;
+  for (const ErrorTable& table : tables) {
+    const auto it = std::find_if(domains.begin(), domains.end(),
+                                 [&](const auto& d) { return d.first == table.arguments; });
+    if (it == domains.end()) {
+      domains.push_back({table.arguments, table.nodes});
+      parts.push_back({table});
+    } else {
+      parts[static_cast<std::size_t>(it - domains.begin())].push_back(table);
+    }
+  }
+  if (!options.inputs.empty()) {  // all tables together over the axes asked for
+    std::vector<std::vector<double>> nodes;
+    for (const std::string& input : options.inputs) {
+      const auto found = std::find_if(tables.begin(), tables.end(), [&](const ErrorTable& t) {
+        return std::find(t.arguments.begin(), t.arguments.end(), input) != t.arguments.end();
+      });
+      if (found == tables.end()) return fail(ErrorCode::wrong_use, "no table has the argument " + input);
+      nodes.push_back(found->nodes[static_cast<std::size_t>(
+          std::find(found->arguments.begin(), found->arguments.end(), input) - found->arguments.begin())]);
+    }
+    domains = {{options.inputs, nodes}};
+    parts = {tables};
+  }
+  std::vector<CorrectionMap> out;
+  for (std::size_t d = 0; d < domains.size(); ++d) {
+    auto& [inputs, nodes] = domains[d];
+    if (options.step > 0.0)
+      for (auto& list : nodes) {
+        const double from = list.front(), to = list.back();
+        list.clear();
+        for (int i = 0; from + i * options.step <= to + 1e-9; ++i) list.push_back(from + i * options.step);
+      }
+    auto map = corrections_of(machine, parts[d], inputs, nodes, outputs, *rest, machine.tool_vector());
+    if (!map) return tl::unexpected(map.error());
+    // An axis that this domain does not correct has no table.
+    std::erase_if(map->outputs, [](const CorrectionMap::Output& o) {
+      return std::all_of(o.up.begin(), o.up.end(), [](double v) { return std::abs(v) < 1e-9; });
+    });
+    if (!map->outputs.empty()) out.push_back(std::move(*map));
+  }
+  return out;
+}
+
+Result<std::vector<NamedLine>> read_lines(const std::vector<std::string>& files, const Machine& machine,
+                                          Diagnostics& diagnostics) {
+  const auto data = load_measurements(files, machine, diagnostics);
+  if (!data) return tl::unexpected(data.error());
+  return named_lines(*data);
+}
+
+Result<std::string> export_tables(const Options& options, Diagnostics& diagnostics) {
+  const auto machine = read_machine(options, diagnostics);
+  if (!machine) return tl::unexpected(machine.error());
+  ControlTables tables;
+  for (const std::string& file : options.files) {
+    auto table = load_error_table(file, *machine, diagnostics);
+    if (!table) return tl::unexpected(table.error());
+    tables.errors.push_back(std::move(*table));
+  }
+  std::string said;
+  if (!options.checks.empty()) {
+    const auto lines = read_lines(options.checks, *machine, diagnostics);
+    if (!lines) return tl::unexpected(lines.error());
+    TableCandidate candidate{.name = "export", .tables = tables.errors, .one = {}, .two = {}};
+    candidate.two.method = Interpolation::bilinear;  // what the controls do between nodes
+    const auto verdict = gate(*machine, candidate, *lines);
+    if (!verdict) return tl::unexpected(verdict.error());
+    said = verdict->text();
+    if (!verdict->passed() && !options.force)
+      return fail(ErrorCode::check_failed,
+                  "the tables make an independent line worse; nothing is written (--force writes)\n" + said);
+  }
+  const TableFormat* format = table_format(options.format);
+  if (format->holds_corrections) {
+    auto maps = corrections(options, *machine, tables.errors);
+    if (!maps) return tl::unexpected(maps.error());
+    tables.corrections = std::move(*maps);
+  }
+  const auto text = format->write(tables, *machine, options.of_format);
+  if (!text) return tl::unexpected(text.error());
+  if (const auto written = write_file(options.output, *text); !written)
+    return tl::unexpected(written.error());
+  return options.output == "-" ? std::string() : said;
+}
+
+Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
+  const auto machine = read_machine(options, diagnostics);
+  if (!machine) return tl::unexpected(machine.error());
+  const auto data = load_measurements(options.files, *machine, diagnostics);
+  if (!data) return tl::unexpected(data.error());
+  const auto map = planar_map(*data, *machine);
+  if (!map) return tl::unexpected(map.error());
+  std::vector<CheckReading> others;
+  if (!options.held_out.empty()) {
+    const auto more = load_measurements(options.held_out, *machine, diagnostics);
+    if (!more) return tl::unexpected(more.error());
+    others = check_readings(*more);
+  }
+  const auto choice = choose_table(*machine, *map, others);
+  if (!choice) return tl::unexpected(choice.error());
+  const TableCandidate& best = choice->rows[choice->best].candidate;
+  std::optional<Gate> verdict;
+  if (!options.checks.empty()) {
+    const auto lines = read_lines(options.checks, *machine, diagnostics);
+    if (!lines) return tl::unexpected(lines.error());
+    auto checked = gate(*machine, best, *lines);
+    if (!checked) return tl::unexpected(checked.error());
+    verdict = std::move(*checked);
+  }
+  std::string said;
+  if (!options.output.empty()) {
+    if (verdict && !verdict->passed() && !options.force)
+      return fail(ErrorCode::check_failed,
+                  "the chosen tables make an independent line worse; nothing is written (--force writes)\n" +
+                      verdict->text());
+    if (const auto written = write_tables(options, best.tables, *machine, said); !written)
+      return tl::unexpected(written.error());
+  }
+  if (options.json)
+    if (const auto written = write_file(*options.json, report::table_choice_json(*choice, verdict)); !written)
+      return tl::unexpected(written.error());
+  return options.json == "-" ? std::string() : report::table_choice_text(*choice, verdict) + said;
+}
+
+Result<std::string> study(const Options& options, Diagnostics& diagnostics) {
+  const auto machine = read_machine(options, diagnostics);
+  if (!machine) return tl::unexpected(machine.error());
+  const auto truth = load_model(options.truth, *machine, {}, diagnostics);
+  if (!truth) return tl::unexpected(truth.error());
+  CrossTalkPlan plan;
+  plan.seed = options.seed;
+  const auto result = study_cross_talk(*machine, *truth, plan);
+  if (!result) return tl::unexpected(result.error());
+  if (options.json)
+    if (const auto written = write_file(*options.json, report::cross_talk_json(*result)); !written)
+      return tl::unexpected(written.error());
+  return options.json == "-" ? std::string() : report::cross_talk_text(*result);
+}
+
+using Work = Result<std::string> (*)(const Options&, Diagnostics&);
+
+ExitCode run(const Options& options, Work work) {
+  Diagnostics diagnostics;
+  const auto said = work(options, diagnostics);
+  if (!said) return print_failure(diagnostics, said.error());
+  print(diagnostics);
+  return said->empty() ? kDone : write_output("-", *said);
+}
+
+void add_format_options(CLI::App& command, Options& options) {
+  command
+      .add_option("--axes", options.of_format.axis_numbers,
+                  "names of the control's axes 1, 2, 3, ... (else the machine file's)")
+      ->delimiter(',');
+  command.add_option("--axis", options.of_format.input_axis, "axis of a file that does not name it");
+  command.add_option("--type", options.of_format.file_type, "COMP_FILE_TYPE: 0 actual positions, 1 trims")
+      ->check(CLI::Range(0, 1));
+  command.add_option("--unit-um", options.unit_um, "value of one increment")->check(CLI::PositiveNumber);
+  command.add_option("--reference-number", options.of_format.reference_number,
+                     "number of the reference point of increments");
+  command.add_option("--reference", options.of_format.reference_mm, "its coordinate (mm, deg)");
+  command.add_flag("--negate", options.of_format.negate, "opposite sign of all values");
+}
+
+}  // namespace
+
+void add_table_command(CLI::App& root, int& exit) {
+  CLI::App* command = root.add_subcommand("table", "error tables of controls and of measuring systems");
+  command->require_subcommand(1);
+  auto options = std::make_shared<Options>();
+  const auto add = [&](const char* name, const char* what, Work work) {
+    CLI::App* sub = command->add_subcommand(name, what);
+    sub->add_option("-m,--machine", options->machine, "machine file")->required();
+    sub->callback([options, work, &exit] {
+      options->of_format.unit_mm = options->unit_um * kMmPerUm;
+      options->of_format.interval_mm = options->step;
+      exit = run(*options, work);
+    });
+    return sub;
+  };
+  std::vector<std::string> formats;
+  std::string list = "one of:";
+  for (const TableFormat& format : table_formats()) {
+    formats.emplace_back(format.name);
+    list += "\n  " + std::string(format.name) + ": " + std::string(format.what);
+  }
+  CLI::App* in =
+      add("import", "a table of a control or of a measuring system into the project's CSV", import);
+  std::vector<std::string> readable = formats;
+  readable.emplace_back("csv");
+  in->add_option("format", options->format, list + "\n  csv: the project's own")
+      ->required()
+      ->check(CLI::IsMember(readable));
+  in->add_option("files", options->files, "files to read")->required();
+  in->add_option("-o,--output", options->output, "CSV file (several tables: with the axes' names appended)")
+      ->required();
+  in->add_option("--remove-line", options->remove_line, "take a reference line out and record it in the file")
+      ->check(CLI::IsMember({"least-squares", "end-points", "minimum-zone"}));
+  in->add_option("--measured-at", options->measured_at,
+                 "where the line was measured, from the carriage point (mm): Abbe transfer")
+      ->expected(3);
+  in->add_option("--step", options->step, "interval of an increment file (mm, deg)")
+      ->check(CLI::PositiveNumber);
+  add_format_options(*in, *options);
+
+  CLI::App* out = add("export", "error tables as a control takes them", export_tables);
+  out->add_option("format", options->format, list)->required()->check(CLI::IsMember(formats));
+  out->add_option("tables", options->files, "error tables (CSV)")->required();
+  out->add_option("-o,--output", options->output, "file to write")->required();
+  out->add_option("--input", options->inputs, "axes over which corrections run (else the tables' own)")
+      ->delimiter(',')
+      ->expected(1, 2);
+  out->add_option("--output-axes", options->outputs, "axes to correct (else all linear ones)")
+      ->delimiter(',');
+  out->add_option("--at", options->at, "where the other axes stand: Z=100,...")->delimiter(',');
+  out->add_option("--step", options->step, "equal steps instead of the tables' nodes (mm)")
+      ->check(CLI::PositiveNumber);
+  out->add_option("--check", options->checks,
+                  "independent lines (measurement files) that the tables must not make worse");
+  out->add_flag("--force", options->force, "write even so");
+  add_format_options(*out, *options);
+
+  CLI::App* evaluated =
+      add("evaluate", "which table suits a measured map: all models on held-out points", evaluate);
+  evaluated->add_option("data", options->files, "measurement files: readings on a grid of two linear axes")
+      ->required();
+  evaluated->add_option("--held-out", options->held_out,
+                        "readings that choose the model (else nodes left out)");
+  evaluated->add_option("--check", options->checks, "independent lines for the gate");
+  evaluated->add_option("-o,--output", options->output, "write the chosen tables");
+  evaluated->add_flag("--force", options->force, "write them even if a line gets worse");
+  evaluated->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+
+  CLI::App* studied = add("study", "the study of cross-talk on a simulated three-axis machine", study);
+  studied->add_option("--truth", options->truth, "model file with the true errors")->required();
+  studied->add_option("--seed", options->seed, "of the noise");
+  studied->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+}
+
+}  // namespace trunnion::app

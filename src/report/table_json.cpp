@@ -1,0 +1,141 @@
+#include "trunnion/report/table_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+
+namespace trunnion::report {
+namespace {
+
+using namespace diagnosis;
+using nlohmann::ordered_json;
+
+constexpr double kUm = 1.0 / kMmPerUm;
+constexpr double kPercent = 100.0;
+
+std::string right(std::string text, std::size_t width) {
+  if (text.size() < width) text.insert(0, width - text.size(), ' ');
+  return text;
+}
+std::string left(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text;
+}
+std::string um(double mm, std::size_t width = 8) {
+  return right(fixed_text(mm * kUm, 2), width);
+}
+std::string percent(double ratio) {
+  return right(fixed_text(ratio * kPercent, 1), 6) + " %";
+}
+
+}  // namespace
+
+std::string table_choice_json(const TableChoice& choice, const std::optional<Gate>& gate) {
+  ordered_json out;
+  out["chosen"] = choice.rows[choice.best].candidate.name;
+  out["held_out_by"] = choice.held_out_by;
+  out["models"] = ordered_json::array();
+  for (const auto& row : choice.rows)
+    out["models"].push_back({{"name", row.candidate.name},
+                             {"heldout_rms_before_um", row.score.rms_before * kUm},
+                             {"heldout_rms_after_um", row.score.rms_after * kUm},
+                             {"heldout_max_before_um", row.score.max_before * kUm},
+                             {"heldout_max_after_um", row.score.max_after * kUm},
+                             {"reduction", row.score.reduction()}});
+  if (gate) {
+    out["gate"] = {{"passed", gate->passed()}, {"lines", ordered_json::array()}};
+    for (const LineCheck& line : gate->lines)
+      out["gate"]["lines"].push_back(
+          {{"name", line.name}, {"before_um", line.before * kUm}, {"after_um", line.after * kUm}});
+  }
+  return out.dump(2) + "\n";
+}
+
+std::string table_choice_text(const TableChoice& choice, const std::optional<Gate>& gate) {
+  std::string out = "held out: " + choice.held_out_by + "\n" + left("model", 24) +
+                    "  rms before   rms after   max after (um)   removed\n";
+  for (std::size_t i = 0; i < choice.rows.size(); ++i) {
+    const auto& row = choice.rows[i];
+    out += left(row.candidate.name, 24) + "    " + um(row.score.rms_before) + "    " +
+           um(row.score.rms_after) + "    " + um(row.score.max_after) + "         " +
+           percent(row.score.reduction()) + (i == choice.best ? "  chosen" : "") + "\n";
+  }
+  if (gate)
+    out +=
+        "independent lines with the chosen model: " + std::string(gate->passed() ? "passed\n" : "REFUSED\n") +
+        gate->text();
+  return out;
+}
+
+std::string cross_talk_json(const CrossTalkStudy& study) {
+  ordered_json out;
+  out["position_x_um"] = study.position_x * kUm;
+  out["position_y_um"] = study.position_y * kUm;
+  out["floor_rms_um"] = study.floor * kUm;
+  const StudiedModel& best = study.models[study.best];
+  out["best"] = {{"name", best.name}, {"nodes", best.nodes}, {"reduction", best.reduction()}};
+  out["models"] = ordered_json::array();
+  for (const StudiedModel& model : study.models) {
+    ordered_json one = {{"name", model.name},
+                        {"nodes", model.nodes},
+                        {"heldout_rms_before_um", model.held_out_before * kUm},
+                        {"heldout_rms_after_um", model.held_out_rms * kUm},
+                        {"random_rms_before_um", model.random_before * kUm},
+                        {"random_rms_after_um", model.random_after * kUm},
+                        {"random_rms_after_measured_um", model.random_after_measured * kUm},
+                        {"reduction", model.reduction()},
+                        {"evaluation_us", model.evaluation_s * 1e6},
+                        {"diagonals", ordered_json::array()}};
+    for (const DiagonalResult& line : model.diagonals)
+      one["diagonals"].push_back({{"name", line.name},
+                                  {"before_um", line.before * kUm},
+                                  {"predicted_um", line.predicted * kUm},
+                                  {"measured_um", line.measured * kUm},
+                                  {"predicted_reduction", 1.0 - line.predicted / line.before},
+                                  {"measured_reduction", 1.0 - line.measured / line.before}});
+    out["models"].push_back(std::move(one));
+  }
+  return out.dump(2) + "\n";
+}
+
+std::string cross_talk_text(const CrossTalkStudy& study) {
+  std::string out = "positioning, peak to valley: X " + fixed_text(study.position_x * kUm, 1) + " um, Y " +
+                    fixed_text(study.position_y * kUm, 1) + " um; noise of a mean of the runs " +
+                    fixed_text(study.floor * kUm, 2) + " um rms\n";
+  const std::size_t main_nodes = study.models.front().nodes;
+  out +=
+      "\ndiagonals (" + std::to_string(main_nodes) + " x " + std::to_string(main_nodes) +
+      " nodes), peak to valley in um, and how much of it is removed: predicted / measured on a fresh run\n" +
+      left("", 30);
+  for (const DiagonalResult& line : study.models.front().diagonals)
+    out += right(line.name.starts_with("T") ? line.name.substr(0, 2) : line.name.substr(5), 18);
+  out += "\n" + left("before", 30);
+  for (const DiagonalResult& line : study.models.front().diagonals)
+    out += right(fixed_text(line.before * kUm, 1), 18);
+  for (const StudiedModel& model : study.models) {
+    if (model.nodes != main_nodes) continue;
+    out += "\n" + left(model.name, 30);
+    for (const DiagonalResult& line : model.diagonals)
+      out += right(fixed_text(kPercent * (1.0 - line.predicted / line.before), 0) + " / " +
+                       fixed_text(kPercent * (1.0 - line.measured / line.before), 0) + " %",
+                   18);
+  }
+  out +=
+      "\n\nrandom points, rms of the error vector (um); held-out rms of one component; time for one "
+      "position\n";
+  for (const StudiedModel& model : study.models)
+    out += right(std::to_string(model.nodes), 3) + "  " + left(model.name, 30) + um(model.random_before) +
+           " ->" + um(model.random_after, 7) + percent(model.reduction()) + "   held-out" +
+           um(model.held_out_rms) + "   " + right(fixed_text(model.evaluation_s * 1e6, 1), 6) + " us" +
+           (&model == &study.models[study.best] ? "  best by held-out data" : "") + "\n";
+  const StudiedModel& best = study.models[study.best];
+  out += "\nbest: " + best.name + ", " + std::to_string(best.nodes) + " x " + std::to_string(best.nodes) +
+         ": " + fixed_text(kPercent * best.reduction(), 1) + " % of the repeatable error removed; " +
+         fixed_text(best.random_after * kUm, 2) + " um left, " +
+         fixed_text(best.random_after_measured * kUm, 2) + " um with the noise of a mean, whose own is " +
+         fixed_text(study.floor * kUm, 2) + " um\n";
+  return out;
+}
+
+}  // namespace trunnion::report
