@@ -259,7 +259,7 @@ TEST(TableModelsReal, StageModelsOnHeldOutPointsAndDiagonals) {
   ASSERT_EQ(others.size(), 2u * 2480u);
   const auto candidates = table_candidates(machine, map);
   ASSERT_TRUE(candidates.has_value()) << candidates.error().text();
-  std::map<std::string, HeldOut> scores;
+  std::map<std::string, TableScore> scores;
   std::map<std::string, Gate> gates;
   for (const TableCandidate& candidate : *candidates) {
     const auto score = held_out(machine, candidate, others, true);

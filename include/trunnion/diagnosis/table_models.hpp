@@ -54,15 +54,15 @@ struct TableCandidate {
 Result<std::vector<TableCandidate>> table_candidates(const Machine& machine, const PlanarMap& map);
 
 /// How well a candidate predicts readings that it has not seen; mm.
-struct HeldOut {
+struct TableScore {
   double rms_before = 0.0, rms_after = 0.0;
   double max_before = 0.0, max_after = 0.0;
   double reduction() const { return rms_before > 0.0 ? 1.0 - rms_after / rms_before : 0.0; }
 };
 /// `free_offset`: one offset per direction n is common to model and readings (a map's zero is a matter of
 /// set-up).
-Result<HeldOut> held_out(const Machine& machine, const TableCandidate& candidate,
-                         const std::vector<CheckReading>& readings, bool free_offset);
+Result<TableScore> held_out(const Machine& machine, const TableCandidate& candidate,
+                            const std::vector<CheckReading>& readings, bool free_offset);
 /// Residuals reading - prediction, mm.
 Result<std::vector<double>> residuals(const Machine& machine, const TableCandidate& candidate,
                                       const std::vector<CheckReading>& readings);
@@ -71,7 +71,7 @@ Result<std::vector<double>> residuals(const Machine& machine, const TableCandida
 struct TableChoice {
   struct Row {
     TableCandidate candidate;  // from all nodes
-    HeldOut score;
+    TableScore score;
   };
   std::vector<Row> rows;
   std::size_t best = 0;

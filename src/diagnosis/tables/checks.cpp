@@ -67,8 +67,8 @@ Result<std::vector<double>> residuals(const Machine& machine, const TableCandida
   return out;
 }
 
-Result<HeldOut> held_out(const Machine& machine, const TableCandidate& candidate,
-                         const std::vector<CheckReading>& readings, bool free_offset) {
+Result<TableScore> held_out(const Machine& machine, const TableCandidate& candidate,
+                            const std::vector<CheckReading>& readings, bool free_offset) {
   if (readings.empty()) return fail(ErrorCode::wrong_input, "no held-out readings");
   auto after = residuals(machine, candidate, readings);
   if (!after) return tl::unexpected(after.error());
@@ -77,7 +77,7 @@ Result<HeldOut> held_out(const Machine& machine, const TableCandidate& candidate
     remove_offsets(readings, before);
     remove_offsets(readings, *after);
   }
-  HeldOut out;
+  TableScore out;
   statistics(before, out.rms_before, out.max_before);
   statistics(*after, out.rms_after, out.max_after);
   return out;
