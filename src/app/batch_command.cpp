@@ -108,6 +108,10 @@ void print_failures(const std::vector<post::BatchResult>& results) {
 ExitCode run(const BatchCommand& command) {
   const auto options = command.options.resolve();
   if (!options) return print_error(options.error());
+  if (!command.options.offsets.empty() || !command.options.thermal_model.empty()) {
+    return print_error(
+        {ErrorCode::wrong_use, "thermal offsets belong to one run of one program: use post", {}, {}});
+  }
   Diagnostics diagnostics;
   const auto machine = load(command.machine, diagnostics);
   if (!machine) return print_failure(diagnostics, machine.error());

@@ -4,6 +4,9 @@
 #include <filesystem>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/thermal/log.hpp"
+#include "trunnion/thermal/model.hpp"
+#include "trunnion/thermal/predictor.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -89,6 +92,12 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
+  auto* offsets_option =
+      c.add_option("--offsets", offsets, "thermal offsets (CSV) over the program's time or by operation");
+  auto* thermal_option =
+      c.add_option("--thermal", thermal_model, "thermal model: offsets are predicted from --temperatures");
+  thermal_option->excludes(offsets_option);
+  c.add_option("--temperatures", temperatures, "temperature log (CSV)")->needs(thermal_option);
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
@@ -148,13 +157,35 @@ std::string PostCliOptions::text() const {
   const auto number = [](const std::optional<double>& v) { return v ? shortest_text(*v) : std::string("-"); };
   std::string out = shortest_text(tolerance_mm) + " " + number(rapid_tolerance_mm) + " " +
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
-                    feed + " " + model + " " + shortest_text(default_feed_mm_min) + " " +
-                    shortest_text(retract_mm);
+                    feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
+                    shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm);
   for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
                           accept_deviation, no_geometric, no_thermal, ignore_msys}) {
     out += flag ? " 1" : " 0";
   }
   return out + "\n";
+}
+
+Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnostics& diagnostics) const {
+  if (no_thermal || (offsets.empty() && thermal_model.empty())) return std::optional<thermal::OffsetTable>{};
+  if (!offsets.empty()) {
+    auto table = thermal::load_offsets(offsets, diagnostics);
+    if (!table) return tl::unexpected(table.error());
+    return std::optional<thermal::OffsetTable>(std::move(*table));
+  }
+  if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
+  const auto loaded = thermal::load_model(thermal_model, diagnostics);
+  if (!loaded) return tl::unexpected(loaded.error());
+  auto log = thermal::load_logs({temperatures}, diagnostics);
+  if (!log) return tl::unexpected(log.error());
+  if (log->runs.size() != 1) {
+    return fail(ErrorCode::wrong_input,
+                "the temperature log must hold one run, not " + std::to_string(log->runs.size()),
+                temperatures);
+  }
+  const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
+  if (!prediction) return tl::unexpected(prediction.error());
+  return std::optional<thermal::OffsetTable>(thermal::offsets_of(*loaded, *prediction));
 }
 
 Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,
@@ -163,8 +194,7 @@ Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,
   auto loaded = load_model(model, machine, {}, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
   return std::optional<Model>(filtered(*loaded, [&](const EffectInfo& info) {
-    const bool thermal = info.kind == EffectClass::thermal;
-    return !(thermal ? no_thermal : no_geometric);
+    return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
   }));
 }
 

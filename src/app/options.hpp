@@ -46,6 +46,9 @@ struct PostCliOptions {
   std::string choice = "global";
   std::string feed = "inverse";
   std::string model;
+  std::string offsets;
+  std::string thermal_model;
+  std::string temperatures;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
   bool rtcp = false;
@@ -65,6 +68,9 @@ struct PostCliOptions {
   /// All values, for the fingerprint of a batch.
   std::string text() const;
   /// The model of the file with the classes that are switched off left out; nothing without `--model`.
+  /// Thermal offsets: of a file, or predicted from a thermal model and a temperature log; nothing without
+  /// either.
+  Result<std::optional<thermal::OffsetTable>> load_offsets(Diagnostics& diagnostics) const;
   Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics) const;
 };
 

@@ -136,6 +136,9 @@ ExitCode run(const PostCommand& command) {
   job.machine = &*machine;
   job.controller = &*controller;
   job.model = *model ? &**model : nullptr;
+  const auto offsets = command.options.load_offsets(diagnostics);
+  if (!offsets) return print_failure(diagnostics, offsets.error());
+  job.offsets = *offsets ? &**offsets : nullptr;
   job.header = header_lines(command, *machine, *options, *controller);
   const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);

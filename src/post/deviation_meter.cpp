@@ -22,23 +22,28 @@ double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
 }  // namespace
 
 ToolPose DeviationMeter::pose(const MachineState& state) const {
-  if (truth_ == nullptr) return certifier_.kinematics().pose(state.q);
-  ToolPose pose = tool_pose(forward(machine_, state.q, tool_mm_, truth_->errors(state)));
-  pose.tip_P -= datum_P_;
+  ToolPose pose;
+  if (truth_ == nullptr) {
+    pose = kinematics().pose(state.q);
+  } else {
+    pose = tool_pose(forward(machine_, state.q, tool_mm_, truth_->errors(state)));
+    pose.tip_P -= datum_P_;
+  }
+  if (offsets_ != nullptr) pose.tip_P += offsets_->deviation_P(part_in_machine(machine_, state.q).R);
   return pose;
 }
 
 void DeviationMeter::place(Vertex& vertex, const MachineState& state) const {
   vertex.q = state.q;
-  if (truth_ == nullptr) {
-    vertex.station = path::station(certifier_.kinematics(), state.q);
+  if (certify_) {
+    vertex.station = path::station(kinematics(), state.q);
     vertex.tip_P = vertex.station.tip_P;
     vertex.axis_P = vertex.station.axis_P;
-  } else {
-    const ToolPose at = pose(state);
-    vertex.tip_P = at.tip_P;
-    vertex.axis_P = at.axis_P;
+    return;
   }
+  const ToolPose at = pose(state);
+  vertex.tip_P = at.tip_P;
+  vertex.axis_P = at.axis_P;
 }
 
 JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double t) const {

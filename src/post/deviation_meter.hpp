@@ -4,8 +4,10 @@
 #include <optional>
 
 #include "trunnion/effects/model.hpp"
+#include "trunnion/nc/blocks.hpp"
 #include "trunnion/path/certificate.hpp"
 
+#include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
 
 namespace trunnion::post {
@@ -18,6 +20,8 @@ struct Vertex {
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t nc_line = 0;
   bool rapid = false;
+  nc::FeedMode feed_mode = nc::FeedMode::per_minute;
+  std::int64_t feed = 0;  // quanta
   bool tcp =
       false;  // reached under tool-centre-point control: the control moves the tip on a straight line in P
 };
@@ -53,12 +57,13 @@ class DeviationMeter {
 
   /// A proved upper bound is a little above the truth; where it straddles `tolerance_mm` or `axis_tolerance`
   /// the question is decided.
-  DeviationMeter(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator* truth, bool certify,
-                 double tolerance_mm, Angle axis_tolerance)
+  DeviationMeter(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator* truth,
+                 const OffsetTracker* offsets, bool certify, double tolerance_mm, Angle axis_tolerance)
       : machine_(machine),
         tool_mm_(tool_mm),
         truth_(truth),
-        certify_(certify && truth == nullptr),
+        offsets_(offsets),
+        certify_(certify && truth == nullptr && offsets == nullptr),
         tolerance_mm_(tolerance_mm),
         axis_tolerance_(axis_tolerance),
         certifier_(TableKinematics(machine, tool_mm)) {
@@ -87,6 +92,7 @@ class DeviationMeter {
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;
+  const OffsetTracker* offsets_;
   bool certify_;
   double tolerance_mm_;
   Angle axis_tolerance_;

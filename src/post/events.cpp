@@ -45,7 +45,10 @@ Result<void> Pipeline::emit_event(const cl::Record& record) {
                         [&](const cl::Dwell& d) { return emit_dwell(d, record.where); },
                         [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
                         [&](const cl::Text& t) { return emit_text(t, record.where); },
-                        [&](const cl::OperationBegin& o) { return write(nc::Comment{o.name}); },
+                        [&](const cl::OperationBegin& o) {
+                          if (offsets_) offsets_->operation(o.name);
+                          return write(nc::Comment{o.name});
+                        },
                         [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
                         [&](const cl::PostWord& w) {
                           diagnostics_.warning_once("post word " + w.word, job_.cl_file, record.where,

@@ -50,6 +50,17 @@ double FeedPlanner::control_path(const JointVector& a, const JointVector& b, boo
   return std::sqrt(linear + rotary * kDegreePerRad * kDegreePerRad);  // one degree counts as one millimetre
 }
 
+double FeedPlanner::seconds_of(const JointVector& a, const JointVector& b, double tip_mm, nc::FeedMode mode,
+                               std::int64_t feed) const {
+  const nc::FeedFormat& format = controller_.numbers.feed;
+  if (feed <= 0) return 0.0;
+  if (mode == nc::FeedMode::inverse_time) return 1.0 / format.internal(mode, feed);
+  if (tip_mm > 0.0) return tip_mm / format.internal(mode, feed);
+  bool rotary_only = false;
+  const double path = control_path(a, b, rotary_only);
+  return path / (rotary_only ? format.rotary_internal(feed) : format.internal(mode, feed));
+}
+
 BlockFeed FeedPlanner::plan(const JointVector& a, const JointVector& b, double tip_mm,
                             double feed_mm_s) const {
   bool turns = false;

@@ -27,9 +27,13 @@ class FeedPlanner {
   BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const;
   /// Time of a rapid: the slowest axis at its rapid rate.
   double rapid_seconds(const JointVector& a, const JointVector& b) const;
+  /// Time of a block with this F; `tip_mm` > 0: F is the feed of the tip (tool-centre-point control).
+  double seconds_of(const JointVector& a, const JointVector& b, double tip_mm, nc::FeedMode mode,
+                    std::int64_t feed) const;
+  /// The least time in which the axes can do it.
+  double slowest_axis_s(const JointVector& a, const JointVector& b) const;
 
  private:
-  double slowest_axis_s(const JointVector& a, const JointVector& b) const;
   /// Length by which the control divides a per-minute F: mm, or rad where only rotary axes move.
   double control_path(const JointVector& a, const JointVector& b, bool& rotary_only) const;
 

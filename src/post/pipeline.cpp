@@ -40,7 +40,7 @@ JointVector quantum_of(const Machine& machine, const nc::Controller& controller,
   return out;
 }
 
-VerifyOptions verify_options(const PostOptions& options, const Machine& machine,
+VerifyOptions verify_options(const PostJob& job, const PostOptions& options, const Machine& machine,
                              const ModelEvaluator* truth) {
   VerifyOptions v;
   v.tolerance_mm = options.tolerance_mm;
@@ -48,6 +48,8 @@ VerifyOptions verify_options(const PostOptions& options, const Machine& machine,
   v.axis_tolerance = options.axis_tolerance.value_or(machine.axis_tolerance);
   v.certify = options.nonlinear.certify;
   v.truth = truth;
+  v.offsets = job.offsets;
+  v.offset_limits = job.offset_limits;
   v.collect = options.collect;
   return v;
 }
@@ -79,14 +81,16 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
   }
+  if (job.offsets != nullptr) offsets_.emplace(*job.offsets, job.offset_limits);
   if (!options.verify) return;
   const std::string nc_file = "<program>";
-  verifier_ =
-      std::make_unique<Verifier>(machine_, controller_, tool_mm_,
-                                 verify_options(options, machine_, evaluator_.get()), nc_file, diagnostics);
-  if (evaluator_) {
-    VerifyOptions nominal = verify_options(options, machine_, nullptr);
+  verifier_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_,
+                                         verify_options(job, options, machine_, evaluator_.get()), nc_file,
+                                         diagnostics);
+  if (evaluator_ || offsets_) {
+    VerifyOptions nominal = verify_options(job, options, machine_, nullptr);
     nominal.collect = false;
+    nominal.offsets = nullptr;
     nominal_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_, nominal, nc_file, diagnostics);
   }
 }
@@ -305,8 +309,7 @@ Result<void> Pipeline::emit_rapid(const path::Point& to) {
   const auto q = corrected(to, 0.0);
   if (!q) return tl::unexpected(q.error());
   const double seconds = planner_.rapid_seconds(last_emitted_, *q);
-  state_.move_to(*q, seconds);
-  report_.duration_s += seconds;
+  moved(*q, seconds);
   last_emitted_ = *q;
   return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
 }
@@ -334,8 +337,7 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     return emit_feed(to, feed, where, depth + 1);
   }
   const BlockFeed block = planner_.plan(last_emitted_, q, tip_mm, *rate);
-  state_.move_to(q, block.seconds);
-  report_.duration_s += block.seconds;
+  moved(q, block.seconds);
   report_.feed_time_lost_s += block.lost_s;
   last_emitted_ = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
@@ -353,8 +355,7 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
   if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
   const BlockFeed block = planner_.plan(last_emitted_, q, 0.0, options_.default_feed_mm_s);
-  state_.move_to(q, block.seconds);
-  report_.duration_s += block.seconds;
+  moved(q, block.seconds);
   last_emitted_ = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
 }
@@ -390,16 +391,31 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
   return options_.default_feed_mm_s;
 }
 
+void Pipeline::moved(const JointVector& q, double seconds) {
+  state_.move_to(q, seconds);
+  report_.duration_s += seconds;
+  if (offsets_) offsets_->advance(seconds);
+}
+
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
+  Vec3 tip_P = point.tip_P;
+  if (offsets_) {
+    // A deviation of the tool is answered by its opposite.
+    const Vec3 deviation_P = offsets_->deviation_P(part_in_machine(machine_, q).R);
+    tip_P -= deviation_P;
+    kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+    report_.largest_error_mm = std::max(report_.largest_error_mm, deviation_P.norm());
+  }
   if (compensator_) {
     MachineState at = state_.towards(expected(q), q, seconds);
-    auto found = compensator_->corrected(point.tip_P, point.axis_P, at);
+    auto found = compensator_->corrected(tip_P, point.axis_P, at);
     // The corrected motion may go the other way in an axis that hardly moves: then that sense counts.
     const MachineState as_sent = found ? state_.towards(found->q, q, seconds) : at;
     if (as_sent.direction != at.direction) {
       at = as_sent;
-      found = compensator_->corrected(point.tip_P, point.axis_P, at);
+      found = compensator_->corrected(tip_P, point.axis_P, at);
     }
     if (!found) {
       Error error = found.error();

@@ -9,6 +9,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/feed_plan.hpp"
+#include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
 
 namespace trunnion::post {
@@ -66,6 +67,8 @@ class Pipeline {
   Result<double> feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where);
   /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
   /// limits.
+  /// The machine has moved to `q` in `seconds`.
+  void moved(const JointVector& q, double seconds);
   Result<JointVector> corrected(const path::Point& point, double seconds);
   JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
@@ -106,6 +109,7 @@ class Pipeline {
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
+  std::optional<OffsetTracker> offsets_;
   std::unique_ptr<Verifier> verifier_;
   std::unique_ptr<Verifier> nominal_;
   std::array<BeyondAxis, kMaxAxes> beyond_;

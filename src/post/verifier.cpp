@@ -3,12 +3,14 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "trunnion/nc/reader.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/deviation_meter.hpp"
+#include "post/feed_plan.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -57,7 +59,11 @@ struct Verifier::State {
         controller(c),
         tool_mm(tool),
         options(o),
-        meter(m, tool, o.truth, o.certify, o.tolerance_mm, o.axis_tolerance),
+        offsets(o.offsets != nullptr
+                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, o.offset_limits)
+                    : std::nullopt),
+        meter(m, tool, o.truth, offsets ? &*offsets : nullptr, o.certify, o.tolerance_mm, o.axis_tolerance),
+        planner(m, c, FeedOutput::inverse),
         program(m.axes.size()),
         reader(
             c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
@@ -65,7 +71,7 @@ struct Verifier::State {
     report.tolerance_mm = o.tolerance_mm;
     report.axis_tolerance = o.axis_tolerance;
     report.rapid_tolerance_mm = o.rapid_tolerance_mm;
-    report.on_truth = o.truth != nullptr;
+    report.on_truth = o.truth != nullptr || o.offsets != nullptr;
     report.certified = meter.proves();
     for (AxisId id = 0; id < m.axes.size(); ++id) {
       letters[id] = *nc::axis_letter(m.axes[id].name);
@@ -82,6 +88,9 @@ struct Verifier::State {
   void take(const nc::Block& block) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
     if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
+    if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets) {
+      offsets->operation(comment->text);
+    }
     if (const auto* spindle = std::get_if<nc::Spindle>(&block))
       program.spindle(static_cast<double>(spindle->rpm));
   }
@@ -100,6 +109,8 @@ struct Verifier::State {
     v.tcp = tcp;
     v.q = tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm);
     v.nc_line = motion.source.line;
+    v.feed_mode = motion.feed_mode;
+    v.feed = motion.feed;
     v.rapid = rapid;
     waiting.push_back(v);
     work();
@@ -141,9 +152,25 @@ struct Verifier::State {
     } else {
       feed(v);
     }
-    program.move_to(v.q);
+    const double seconds = block_seconds(v);
+    report.duration_s += seconds;
+    if (offsets) offsets->advance(seconds);
+    program.move_to(v.q, seconds);
     previous = v;
     have_previous = true;
+  }
+
+  // Time of the block as the control runs it.
+  double block_seconds(const Vertex& v) {
+    if (!have_previous) return 0.0;
+    if (v.rapid) return planner.rapid_seconds(previous.q, v.q);
+    const double seconds = planner.seconds_of(
+        previous.q, v.q, v.tcp ? (v.tip_P - previous.tip_P).norm() : 0.0, v.feed_mode, v.feed);
+    if (seconds > 0.0) {
+      report.max_speed_ratio =
+          std::max(report.max_speed_ratio, planner.slowest_axis_s(previous.q, v.q) / seconds);
+    }
+    return seconds;
   }
 
   // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
@@ -335,7 +362,9 @@ struct Verifier::State {
   const nc::Controller& controller;
   Vec3 tool_mm;
   VerifyOptions options;
+  std::optional<OffsetTracker> offsets;
   DeviationMeter meter;
+  FeedPlanner planner;
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
   std::uint16_t needed = 0;

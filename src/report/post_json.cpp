@@ -27,6 +27,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["blocks"] = r.feed_blocks + r.rapid_blocks;
   out["feed_blocks"] = r.feed_blocks;
   out["rapid_blocks"] = r.rapid_blocks;
+  out["duration_s"] = r.duration_s;
+  out["max_axis_speed_ratio"] = r.max_speed_ratio;
   out["limits_ok"] = r.limits_ok();
   out["within_tolerance"] = r.within_tolerance();
   out["passed"] = r.passed();

@@ -277,6 +277,35 @@ TEST(Post, RepeatedPointsAndDrillingCyclesAreVerified) {
                                                 << p.report->verification->certified_tip_deviation_mm << p.nc;
 }
 
+TEST(Post, ThermalOffsetsAreTakenOutAlongTheProgram) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  Diagnostics d;
+  const auto table = thermal::parse_offsets(
+      "time_s,dx_um,dy_um,dz_um\n0,20,-10,5\n20,28,-16,-12\n1000,28,-16,-12\n", "o.csv", d);
+  ASSERT_TRUE(table) << table.error().text();
+  const nc::Controller c = controller("linuxcnc");
+  PostJob job;
+  job.cl_file = "part.cls";
+  job.machine = &machine;
+  job.controller = &c;
+  job.offsets = &*table;
+  std::string nc;
+  PostOptions options;
+  options.tolerance_mm = 0.003;
+  const auto report = post(
+      std::make_unique<Text>(sample_path(3)), job, options,
+      [&](std::string_view text) {
+        nc += text;
+        return Result<void>{};
+      },
+      d);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_TRUE(report->verification->passed()) << report->verification->certified_tip_deviation_mm;
+  EXPECT_NEAR(report->verification->duration_s, report->duration_s, 0.02 * report->duration_s);
+  // On a machine without the drift the program is off by the drift.
+  EXPECT_GT(report->nominal_verification->certified_tip_deviation_mm, 0.02);
+}
+
 TEST(Post, NothingButMotionsIsAnError) {
   EXPECT_EQ(posted("PARTNO X\nFINI\n", test::shipped_machine("paper")).report.error().text(),
             "part.cls:2: error: no motion (GOTO) in the file");

@@ -50,7 +50,10 @@ struct PostJob {
   std::string cl_file;  // for messages
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;
-  const Model* model = nullptr;     // errors to compensate and to verify with; nothing: nominal
+  const Model* model = nullptr;  // errors to compensate and to verify with; nothing: nominal
+  /// Thermal offsets over the program's time or for each operation; nothing: none.
+  const thermal::OffsetTable* offsets = nullptr;
+  thermal::OffsetLimits offset_limits;
   std::vector<std::string> header;  // further comment lines (command, versions)
 };
 

@@ -13,6 +13,7 @@
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/controller.hpp"
+#include "trunnion/thermal/offsets.hpp"
 
 namespace trunnion::post {
 
@@ -23,6 +24,9 @@ struct VerifyOptions {
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
+  /// Thermal offsets that the machine has while the program runs; nothing: none.
+  const thermal::OffsetTable* offsets = nullptr;
+  thermal::OffsetLimits offset_limits;
   std::vector<std::string> raw_lines;  // lines that the controller's templates did not make
   std::size_t worst_count = 10;        // places listed in the report
   bool collect = false;                // keep one VerifiedBlock per motion block
@@ -75,7 +79,11 @@ struct VerifyReport {
   std::size_t beyond_limits_count = 0;
   std::vector<WorstPlace> worst;  // feed moves, worst first
   std::vector<VerifiedBlock> blocks;
-  bool on_truth = false;  // evaluated on a machine with errors
+  bool on_truth = false;    // evaluated on a machine with errors
+  double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
+  /// Largest axis velocity of a block over what the axis can (1 is its limit); blocks beyond it run slower
+  /// than programmed.
+  double max_speed_ratio = 0.0;
   double tolerance_mm = 0.0;
   Angle axis_tolerance;
   std::optional<double> rapid_tolerance_mm;
