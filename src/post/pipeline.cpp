@@ -188,8 +188,9 @@ path::Point Pipeline::rounded_point(const path::ChoicePoint& point, const JointV
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion) {
   if (approach_ || !placed_) {
     approach_ = false;
+    auto done = emit_approach(to, motion);
     placed_ = true;
-    return emit_approach(to, motion);
+    return done;
   }
   const bool rapid = motion.point.rapid;
   inserted_.clear();
@@ -241,7 +242,8 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   if (!controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
     if (auto r = write(nc::Retract{z}); !r) return r;
   }
-  report_.duration_s += planner_.rapid_seconds(last_emitted_, q);
+  // Where the machine comes from is known from the second time on.
+  if (placed_) report_.duration_s += planner_.rapid_seconds(last_emitted_, q);
   state_.move_to(q);
   if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
   if (!options_.rtcp)
