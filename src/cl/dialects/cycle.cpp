@@ -18,6 +18,9 @@ namespace {
 
 // Between two pecks the rapid ends this far above the last bottom. More only cuts air.
 constexpr double kPeckGap_mm = 1.0;
+// A rapid to where the tool stands already, to the digits of a CL file, is none.
+constexpr double kSamePlace_mm = 1e-3;
+constexpr double kSameAxis = 1e-6;
 constexpr std::size_t kMostPecks = 10000;
 
 // Not by the first character: 1STPECK is a word.
@@ -192,6 +195,10 @@ void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3
   const Cycle& cycle = *modal.cycle;
   const Feed feed = cycle.feed.value_or(modal.feed);
   const auto rapid_to = [&](const Vec3& point, const Vec3& axis) {
+    if (modal.has_position && (point - modal.tip_A).norm() < kSamePlace_mm &&
+        (axis - modal.axis_A).norm() < kSameAxis)
+      return;
+
     context.add_motion(where, point, axis, feed, true);
   };
   const auto feed_to = [&](double height) {
