@@ -80,3 +80,5 @@ BENCHMARK(cl_word_by_word)->Unit(benchmark::kMillisecond);
 BENCHMARK(cl_from_chars_only)->Unit(benchmark::kMillisecond);
 
 }  // namespace
+
+BENCHMARK_MAIN();
