@@ -148,6 +148,21 @@ TEST(Verify, FindsMissingBlocksAndAWrongEnd) {
   EXPECT_FALSE(verified(shorter, cl, machine, 0.01)->passed());
 }
 
+// CAM systems write the same rapid point twice, and drilling cycles go up and down one line.
+TEST(Verify, RepeatedRapidPointsAndDrilledHolesAreFollowed) {
+  const std::string cl =
+      "FEDRAT/600,MMPM\nRAPID\nGOTO/0,0,50,0.6,0,0.8\nRAPID\nGOTO/10,0,50\nRAPID\nGOTO/"
+      "10,0,50.000001\nRAPID\n"
+      "GOTO/10,0,5\nGOTO/10,0,0\nGOTO/20,0,0\nRAPID\nGOTO/20,0,0\nRAPID\nGOTO/20,0,50\n"
+      "CYCLE/DEEP,FEDTO,9.,STEP,4.,MMPM,300,RAPTO,3.,RTRCTO,10.\nGOTO/10,0,0\nGOTO/20,0,0\nCYCLE/OFF\nRAPID\n"
+      "GOTO/20,0,50\n";
+  const auto out = posted(cl, test::shipped_machine("trunnion_offset"));
+  ASSERT_TRUE(out.report) << out.report.error().text();
+  ASSERT_TRUE(out.report->verification);
+  EXPECT_TRUE(out.report->verification->passed());
+  EXPECT_EQ(out.report->verification->points_missed, 0U);
+}
+
 TEST(Post, BareGotosPostWithOneWarning) {
   const std::string cl = "GOTO/10,0,5,0.6,0,0.8\nGOTO/11,0,5,0.61,0,0.7924\nGOTO/12,0,5,0.62,0,0.7846\n";
   const Posted p = posted(cl, test::shipped_machine("paper"));
