@@ -15,7 +15,7 @@ struct CompareCommand {
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
-  bool ignore_msys = false;
+  ClCliOptions reading;
 };
 
 Result<report::ComparedProgram> evaluate(const CompareCommand& command, const std::string& program,
@@ -25,8 +25,7 @@ Result<report::ComparedProgram> evaluate(const CompareCommand& command, const st
   if (!cl) return tl::unexpected(cl.error());
   auto nc = cl::open_source(program);
   if (!nc) return tl::unexpected(nc.error());
-  cl::ReaderOptions reading;
-  if (command.ignore_msys) reading.frames = cl::ReaderOptions::Frames::ignore;
+  const cl::ReaderOptions reading = command.reading.resolve();
   auto report = post::verify(std::move(*cl), command.against, std::move(*nc), program, machine, controller,
                              reading, options, diagnostics);
   if (!report) return tl::unexpected(report.error());
@@ -84,7 +83,7 @@ void add_compare_command(CLI::App& root, int& exit) {
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
       ->check(above_zero())
       ->capture_default_str();
-  c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
+  command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

@@ -63,6 +63,40 @@ void ResultOptions::add_to(CLI::App& command) {
   command.add_option("--report", report, "write a self-contained HTML page");
 }
 
+void ClCliOptions::add_to(CLI::App& c) {
+  c.add_option(
+       "--msys", msys,
+       "points of an NX file: given in MSYS unless the tool would come from below (auto), given in the "
+       "absolute system (apply), as they stand (ignore)")
+      ->check(CLI::IsMember({"auto", "apply", "ignore"}))
+      ->capture_default_str();
+  c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");
+  c.add_option("--cl-units", units, "unit of a CL file that says none")
+      ->check(CLI::IsMember({"mm", "inch"}))
+      ->capture_default_str();
+  c.add_option(
+       "--cutter-compensation", cutter_compensation,
+       "CUTCOM in the CL file: an error (refuse), or left out because the points are those of the tool's "
+       "center (tool-center)")
+      ->check(CLI::IsMember({"refuse", "tool-center"}))
+      ->capture_default_str();
+}
+
+cl::ReaderOptions ClCliOptions::resolve() const {
+  cl::ReaderOptions out;
+  if (msys == "apply") out.frames = cl::ReaderOptions::Frames::apply;
+  if (msys == "ignore" || ignore_msys) out.frames = cl::ReaderOptions::Frames::ignore;
+  if (units == "inch") out.units = cl::ReaderOptions::Units::inch;
+  if (cutter_compensation == "tool-center") {
+    out.cutter_compensation = cl::ReaderOptions::CutterCompensation::tool_center;
+  }
+  return out;
+}
+
+std::string ClCliOptions::text() const {
+  return (ignore_msys ? std::string("ignore") : msys) + " " + units + " " + cutter_compensation;
+}
+
 void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--tolerance-mm", tolerance_mm, "largest deviation of the tip from its programmed path")
       ->check(above_zero())
@@ -109,7 +143,7 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_flag("--no-verify", no_verify, "do not read the program back");
   c.add_flag("--accept-deviation", accept_deviation,
              "write a program that misses the tolerance all the same (marked, exit code 1)");
-  c.add_flag("--ignore-msys", ignore_msys, "take the coordinates of the CL file as they stand");
+  reading.add_to(c);
 }
 
 Result<post::PostOptions> PostCliOptions::resolve() const {
@@ -149,7 +183,7 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
   out.retract_mm = retract_mm;
   out.verify = !no_verify;
-  if (ignore_msys) out.cl.frames = cl::ReaderOptions::Frames::ignore;
+  out.cl = reading.resolve();
   return out;
 }
 
@@ -160,10 +194,10 @@ std::string PostCliOptions::text() const {
                     feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
                     shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm);
   for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
-                          accept_deviation, no_geometric, no_thermal, ignore_msys}) {
+                          accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
   }
-  return out + "\n";
+  return out + " " + reading.text() + "\n";
 }
 
 Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnostics& diagnostics) const {

@@ -29,6 +29,19 @@ Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics);
 Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
                                            Diagnostics& diagnostics);
 
+/// How a CL file is read: shared by every command that reads one, so that a program is verified against what
+/// was posted.
+struct ClCliOptions {
+  bool ignore_msys = false;
+  std::string msys = "auto";
+  std::string units = "mm";
+  std::string cutter_compensation = "refuse";
+  void add_to(CLI::App& command);
+  cl::ReaderOptions resolve() const;
+  /// The options as they stand, for "unchanged inputs are skipped".
+  std::string text() const;
+};
+
 /// `--json` and `--report`.
 struct ResultOptions {
   std::string json;
@@ -60,7 +73,7 @@ struct PostCliOptions {
   bool accept_deviation = false;
   bool no_geometric = false;
   bool no_thermal = false;
-  bool ignore_msys = false;
+  ClCliOptions reading;
 
   void add_to(CLI::App& command);
   /// Fails with wrong_use.

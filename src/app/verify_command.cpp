@@ -19,7 +19,7 @@ struct VerifyCommand {
   std::optional<double> rapid_tolerance_mm;
   std::optional<double> axis_tolerance_deg;
   bool no_certify = false;
-  bool ignore_msys = false;
+  ClCliOptions reading;
 };
 
 void print_report(const post::VerifyReport& v) {
@@ -62,8 +62,7 @@ ExitCode run(const VerifyCommand& command) {
   options.certify = !command.no_certify;
   options.truth = truth ? &*truth : nullptr;
   options.collect = !command.result.report.empty();
-  cl::ReaderOptions reading;
-  if (command.ignore_msys) reading.frames = cl::ReaderOptions::Frames::ignore;
+  const cl::ReaderOptions reading = command.reading.resolve();
   auto cl = cl::open_source(command.against);
   if (!cl) return print_error(cl.error());
   auto program = cl::open_source(command.nc_file);
@@ -105,7 +104,7 @@ void add_verify_command(CLI::App& root, int& exit) {
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
       ->check(above_zero());
   c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
-  c->add_flag("--ignore-msys", command->ignore_msys, "take the coordinates of the CL file as they stand");
+  command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }
