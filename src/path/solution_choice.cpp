@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
 namespace {
@@ -43,7 +43,10 @@ struct Layer {
 class Chooser {
  public:
   Chooser(const Machine& machine, const ChoiceOptions& options)
-      : machine_(machine), options_(options), rotary_(machine.rotary_axes()) {
+      : machine_(machine),
+        options_(options),
+        rotary_(machine.rotary_axes()),
+        kinematics_(machine, options.tool_mm) {
     if (const auto id = machine.axis(options.axis)) named_axis_ = *id;
   }
 
@@ -144,7 +147,7 @@ class Chooser {
         if (rotary_.size() > 1) c.q[rotary_[1]] = angles[1][j];
         c.branch = solution.branch;
         c.singular = solution.singular;
-        solve_linear(machine_, pose.tip_P, options_.tool_mm, c.q);
+        kinematics_.solve_linear(pose.tip_P, kinematics_.sines(c.q), c.q);
       }
     }
   }
@@ -152,6 +155,7 @@ class Chooser {
   const Machine& machine_;
   const ChoiceOptions& options_;
   std::vector<AxisId> rotary_;
+  TableKinematics kinematics_;
   AxisId named_axis_ = 0;
 };
 

@@ -90,30 +90,47 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
 }
 
 DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,
-                                             const Target& b, const ProgramState& program) const {
+                                             const Target& b, const ProgramState& program,
+                                             const Deviation& uninteresting) const {
   if (!certify_) return sampled(from, to, a, b, program);
   const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  path::Bound tip;
+  return {tip_interval(from, to, reference, uninteresting.tip_mm.upper),
+          axis_interval(from, to, reference, uninteresting.axis_rad.upper)};
+}
+
+DeviationMeter::Interval DeviationMeter::tip_interval(const Vertex& from, const Vertex& to,
+                                                      const path::Reference& reference,
+                                                      double uninteresting_mm) const {
+  using path::Within;
   if (from.tcp && to.tcp) {
     // A straight line: the distance from a segment is convex, so it is largest at an end.
-    tip.upper = std::max(distance_to_segment(from.tip_P, a.tip_P, b.tip_P),
-                         distance_to_segment(to.tip_P, a.tip_P, b.tip_P));
-    tip.lower = tip.upper;
-  } else {
-    tip = certifier_.tip(from.station, to.station, reference);
+    const double largest = std::max(distance_to_segment(from.tip_P, reference.tip0_P, reference.tip1_P),
+                                    distance_to_segment(to.tip_P, reference.tip0_P, reference.tip1_P));
+    return {largest, largest};
   }
-  const path::Bound axis = certifier_.axis(from.station, to.station, reference);
-  Deviation out{{tip.lower, tip.upper}, {axis.lower, axis.upper}};
-  using path::Within;
-  if (tip.lower <= tolerance_mm_ && tip.upper > tolerance_mm_ &&
-      certifier_.tip_within(from.station, to.station, reference, tolerance_mm_) == Within::yes) {
-    out.tip_mm.upper = tolerance_mm_;
-  }
-  if (axis.lower <= axis_tolerance_.rad() && axis.upper > axis_tolerance_.rad() &&
-      certifier_.axis_within(from.station, to.station, reference, axis_tolerance_) == Within::yes) {
-    out.axis_rad.upper = axis_tolerance_.rad();
-  }
-  return out;
+  const auto within = [&](double limit_mm) {
+    return limit_mm > 0.0 &&
+           certifier_.tip_within(from.station, to.station, reference, limit_mm) == Within::yes;
+  };
+  if (within(uninteresting_mm)) return {0.0, uninteresting_mm};
+  const path::Bound bound = certifier_.tip(from.station, to.station, reference);
+  // A proved bound is a little above the truth; where it straddles the tolerance the question is decided.
+  const bool straddles = bound.lower <= tolerance_mm_ && bound.upper > tolerance_mm_;
+  return {bound.lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : bound.upper};
+}
+
+DeviationMeter::Interval DeviationMeter::axis_interval(const Vertex& from, const Vertex& to,
+                                                       const path::Reference& reference,
+                                                       double uninteresting_rad) const {
+  const auto within = [&](double limit_rad) {
+    return limit_rad > 0.0 && certifier_.axis_within(from.station, to.station, reference,
+                                                     Angle::radians(limit_rad)) == path::Within::yes;
+  };
+  if (within(uninteresting_rad)) return {0.0, uninteresting_rad};
+  const path::Bound bound = certifier_.axis(from.station, to.station, reference);
+  const double tolerance = axis_tolerance_.rad();
+  const bool straddles = bound.lower <= tolerance && bound.upper > tolerance;
+  return {bound.lower, straddles && within(tolerance) ? tolerance : bound.upper};
 }
 
 DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vertex& to, const Target& a,

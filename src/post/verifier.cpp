@@ -247,11 +247,11 @@ struct Verifier::State {
     for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
       const Vertex to = meter.nearest_between(from, v, targets[j + 1], program);
       point_hit((to.tip_P - targets[j + 1].tip_P).norm());
-      take_deviation(meter.of(from, to, targets[j], targets[j + 1], program));
+      take_deviation(meter.of(from, to, targets[j], targets[j + 1], program, uninteresting()));
       from = to;
     }
     const Target& end = targets[place.segment + 1];
-    take_deviation(meter.of(from, v, targets[place.segment], end, program));
+    take_deviation(meter.of(from, v, targets[place.segment], end, program, uninteresting()));
     const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kSamePoint_mm;
     if (programmed) point_hit((v.tip_P - end.tip_P).norm());
     at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
@@ -287,7 +287,7 @@ struct Verifier::State {
     if (combined_distance(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
     if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
     const Target out{place.tip_P + way.norm() * place.axis_P, place.axis_P, place.line, false};
-    take_deviation(meter.of(previous, v, out, place, program));
+    take_deviation(meter.of(previous, v, out, place, program, uninteresting()));
     record_feed(v, place.line, at.t == 0.0);
     return true;
   }
@@ -295,6 +295,10 @@ struct Verifier::State {
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& v) const {
+    // Nearly every block of a dense path ends at the next CL point.
+    const Target& next = targets[at.segment + 1];
+    const double to_next = combined_distance(v, next.tip_P, next.axis_P);
+    if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
     const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;
     const double reach_rad =
         1.1 * angle_between(v.axis_P, previous.axis_P).rad() + 4.0 * options.axis_tolerance.rad();
@@ -317,6 +321,13 @@ struct Verifier::State {
       if (ahead_mm > reach_mm || ahead_rad > reach_rad) break;
     }
     return best;
+  }
+
+  // Deviations that change no figure of the report: below the last of the worst places, and below the largest
+  // of the axis.
+  DeviationMeter::Deviation uninteresting() const {
+    if (options.collect || report.worst.size() < options.worst_count) return {};
+    return {{0.0, report.worst.back().tip_mm}, {0.0, report.max_axis_deviation.rad()}};
   }
 
   void take_deviation(const DeviationMeter::Deviation& d) {
