@@ -288,7 +288,9 @@ TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
       const double left = angle_between(actual.axis_P, p.axis_P).rad();
       EXPECT_NEAR(left, c->axis_left.rad(), 1e-12);
       const double sin_tilt = p.axis_P.cross(machine.axes[*machine.axis("C")].direction).norm();
-      if (sin_tilt > 0.11) EXPECT_LT(left, 1e-9) << sin_tilt;
+      if (sin_tilt > 0.11) {
+        EXPECT_LT(left, 1e-9) << sin_tilt;
+      }
       if (sin_tilt < 0.09) {
         for (const AxisId id : machine.rotary_axes()) EXPECT_EQ(c->q[id], p.state.q[id]);
         EXPECT_GT(left, 1e-6);
