@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
@@ -80,7 +81,7 @@ int run(const Options& options) {
     added.effects.push_back(model_effect(*effect));
   }
   added.parent = options.files.model;
-  return write_output(options.out, model_text(added));
+  return write_output(options.out, model_text(written_to(added, options.out)));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "trunnion/diagnosis/fit.hpp"
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
@@ -20,7 +21,7 @@ void add_model_fit_command(CLI::App& model, int& exit) {
     if (!in) return;
     auto result = diagnosis::fit(in->machine, in->data, in->model, {.robust = !*plain});
     result.model.parent = files->model;
-    exit = write_output(*out, model_text(result.model));
+    exit = write_output(*out, model_text(written_to(result.model, *out)));
     if (exit == kDone)
       exit = write_results(*files, *out == "-" ? "" : report::fit_text(result),
                            report::fit_json(result, in->data));

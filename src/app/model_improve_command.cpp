@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
@@ -43,7 +44,8 @@ int run(const ModelFiles& files, const std::string& folder) {
         (std::filesystem::path(folder) / ("step_" + std::to_string(k) + ".toml")).string();
     Model model = steps[k].model;
     model.parent = parent;
-    if (const ExitCode code = write_output(path, model_text(model)); code != kDone) return code;
+    if (const ExitCode code = write_output(path, model_text(written_to(model, path))); code != kDone)
+      return code;
     text += line(steps[k], k);
     parent = path;
   }

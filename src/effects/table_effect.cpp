@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "trunnion/base/number_text.hpp"
@@ -34,7 +35,48 @@ std::optional<double> slope_over(const ErrorTable& table, const Grid& grid, cons
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
+// A table around a whole turn (0 to 330 deg every 30) closes: its first node stands again a turn on.
+void close_turns(const ErrorTable& table, const Machine& machine, Grid& grid) {
+  for (std::size_t k = 0; k < table.arguments.size(); ++k) {
+    if (machine.axes[*machine.axis(table.arguments[k])].kind != AxisKind::rotary) continue;
+    std::vector<double>& nodes = k == 0 ? grid.u : grid.v;
+    double widest = 0.0;
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) widest = std::max(widest, nodes[i + 1] - nodes[i]);
+    const double gap = nodes.front() + kTwoPi - nodes.back();
+    constexpr double kSlack = 1e-9;      // rad: a table from 0 to 360 deg is closed already
+    constexpr double kSameStep = 1.001;  // a wider gap is a part of the turn that was not measured
+    if (gap < kSlack || gap > kSameStep * widest) continue;
+    const std::size_t columns = grid.columns();
+    nodes.push_back(nodes.front() + kTwoPi);
+    if (k == 0) {
+      const std::vector<double> first(grid.values.begin(),
+                                      grid.values.begin() + static_cast<std::ptrdiff_t>(columns));
+      grid.values.insert(grid.values.end(), first.begin(), first.end());
+      continue;
+    }
+    std::vector<double> wider;
+    for (std::size_t i = 0; i < grid.u.size(); ++i) {
+      for (std::size_t j = 0; j <= columns; ++j) wider.push_back(grid.values[i * columns + j % columns]);
+    }
+    grid.values = std::move(wider);
+  }
+}
+
 }  // namespace
+
+// A table of C from 0 to 360 deg holds for every turn of C. Beyond a part of a turn the nearer end is meant.
+double TableEffect::Argument::in_table(double q) const {
+  if (!rotary || (q >= min && q <= max)) return q;
+  const double from_min = q - min - kTwoPi * std::floor((q - min) / kTwoPi);
+  const double beyond = min + from_min - max;
+  return beyond > kTwoPi - from_min ? min - (kTwoPi - from_min) : min + from_min;
+}
+
+std::shared_ptr<const TableEffect> TableEffect::with_file(const std::string& file) const {
+  const std::shared_ptr<TableEffect> out(new TableEffect(*this));
+  out->spec_.file = file;
+  return out;
+}
 
 Result<std::shared_ptr<const TableEffect>> TableEffect::make(const TableSpec& spec, const ErrorTable& table,
                                                              const Machine& machine) {
@@ -54,7 +96,11 @@ Result<std::shared_ptr<const TableEffect>> TableEffect::make(const TableSpec& sp
     out->spec_.interpolation.method =
         table.arguments.size() == 1 ? Interpolation::linear : Interpolation::bilinear;
   }
-  const Grid grid = table.grid(spec.component);
+  Grid grid = table.grid(spec.component);
+  out->slope_ = slope_over(table, grid, joint);
+  out->mean_ =
+      std::accumulate(grid.values.begin(), grid.values.end(), 0.0) / static_cast<double>(grid.values.size());
+  if (spec.interpolation.weights.empty()) close_turns(table, machine, grid);
   auto function = make_interpolant(grid, out->spec_.interpolation);
   if (!function) return tl::unexpected(function.error());
   out->function_ = *function;
@@ -62,12 +108,10 @@ Result<std::shared_ptr<const TableEffect>> TableEffect::make(const TableSpec& sp
   out->unit_ = unit_twist(spec.component[1]);
   for (std::size_t k = 0; k < table.arguments.size(); ++k) {
     const AxisId axis = *machine.axis(table.arguments[k]);
-    out->arguments_.push_back({axis, table.arguments[k], machine.axes[axis].kind == AxisKind::rotary,
-                               table.nodes[k].front(), table.nodes[k].back()});
+    const std::vector<double>& nodes = k == 0 ? grid.u : grid.v;
+    out->arguments_.push_back(
+        {axis, table.arguments[k], machine.axes[axis].kind == AxisKind::rotary, nodes.front(), nodes.back()});
   }
-  out->slope_ = slope_over(table, grid, joint);
-  out->mean_ =
-      std::accumulate(grid.values.begin(), grid.values.end(), 0.0) / static_cast<double>(grid.values.size());
   out->info_.id = "component:" + spec.component;
   out->info_.what = "Error table of " + spec.component + " over " + table.arguments[0] +
                     (table.arguments.size() > 1 ? " and " + table.arguments[1] : "") + ", " +
@@ -79,21 +123,21 @@ Result<std::shared_ptr<const TableEffect>> TableEffect::make(const TableSpec& sp
 
 Twist TableEffect::fixed_part(const MachineState& state, std::span<const double>,
                               std::span<const double>) const {
-  const double u = state.q[arguments_[0].axis];
-  const double v = arguments_.size() > 1 ? state.q[arguments_[1].axis] : 0.0;
+  const double u = arguments_[0].in_table(state.q[arguments_[0].axis]);
+  const double v = arguments_.size() > 1 ? arguments_[1].in_table(state.q[arguments_[1].axis]) : 0.0;
   return unit_ * function_->value(u, v);
 }
 
 RangeCheck TableEffect::check_range(const MachineState& state) const {
   constexpr double kSlack = 1e-9;  // mm, rad: rounding of a range written in other units
   for (const Argument& a : arguments_) {
-    const double q = state.q[a.axis];
+    const double q = a.in_table(state.q[a.axis]);
     if (q >= a.min - kSlack && q <= a.max + kSlack) continue;
     RangeCheck out;
     out.verdict = spec_.refuse_outside ? RangeCheck::Verdict::refused : RangeCheck::Verdict::held;
     out.message = "table '" + spec_.file + "' of " + spec_.component + " ends at " +
                   position_text(q < a.min ? a.min : a.max, a.rotary) + " of " + a.name +
-                  "; the machine is at " + position_text(q, a.rotary) +
+                  "; the machine is at " + position_text(state.q[a.axis], a.rotary) +
                   (spec_.refuse_outside ? "" : ": the value at the end is held");
     return out;
   }

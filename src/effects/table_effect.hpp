@@ -31,6 +31,8 @@ class TableEffect final : public Effect {
   std::vector<std::pair<std::string, std::string>> file_keys() const override;
 
   const TableSpec& spec() const { return spec_; }
+  /// The same effect, its table written under another path.
+  std::shared_ptr<const TableEffect> with_file(const std::string& file) const;
   /// Slope of the least-squares line through the nodes over the joint's own axis (mm/mm, rad/mm, ...);
   /// nothing for other arguments.
   std::optional<double> line_slope() const { return slope_; }
@@ -44,6 +46,8 @@ class TableEffect final : public Effect {
     std::string name;
     bool rotary = false;
     double min = 0.0, max = 0.0;
+    /// Where the table is read for a position: rotary positions in the turn of the table.
+    double in_table(double q) const;
   };
   EffectInfo info_;
   Link link_;

@@ -7,7 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <thread>
+#include <tuple>
 
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/effects/state_track.hpp"
 
 #include "support/effect_cases.hpp"
@@ -341,6 +343,46 @@ TEST_F(ModelFile, ATwoDimensionalTableIsAFunctionOfBothAxes) {
   s.q[1] = 10.0;
   EXPECT_NEAR(chain_errors(m, s).joint[0].trans_mm.z(), 1e-3 * (0.8 * 1.25 + 0.2 * 3.5), 1e-15);
   EXPECT_EQ(m.effects[0].effect->file_keys()[1].second, "bilinear");
+}
+
+TEST_F(ModelFile, ATableOverATurnHoldsForEveryTurn) {
+  write("c.csv", "C_deg,EXC_um\n0,0\n90,1\n180,2\n270,3\n");
+  const Model m = good("[[effect]]\nid = \"component:EXC\"\ntable = \"c.csv\"\n");
+  const ModelEvaluator evaluator(m);
+  const auto at = [&](double deg) {
+    MachineState s;
+    s.q[4] = Angle::degrees(deg).rad();
+    EXPECT_EQ(evaluator.check_range(s).verdict, RangeCheck::Verdict::inside) << deg;
+    return 1e3 * evaluator.errors(s).joint[4].trans_mm.x();
+  };
+  for (const double turn : {-720.0, 0.0, 360.0, 3600.0}) {
+    EXPECT_NEAR(at(turn + 45.0), 0.5, 1e-9);
+    EXPECT_NEAR(at(turn + 180.0), 2.0, 1e-9);
+    EXPECT_NEAR(at(turn + 315.0), 1.5, 1e-9);  // closes from 3 at 270 deg to 0 at 360 deg
+  }
+}
+
+TEST_F(ModelFile, ATableOverAPartOfATurnHoldsItsNearerEnd) {
+  write("a.csv", "A_deg,EZA_um\n-30,1\n0,2\n60,5\n");
+  const Model m = good("[[effect]]\nid = \"component:EZA\"\ntable = \"a.csv\"\n");
+  const ModelEvaluator evaluator(m);
+  for (const auto& [deg, um, held] : {std::tuple{-40.0, 1.0, true}, {30.0, 3.5, false}, {100.0, 5.0, true}}) {
+    MachineState s;
+    s.q[3] = Angle::degrees(deg).rad();
+    EXPECT_EQ(evaluator.check_range(s).verdict == RangeCheck::Verdict::held, held) << deg;
+    EXPECT_NEAR(1e3 * evaluator.errors(s).joint[3].trans_mm.z(), um, 1e-9) << deg;
+  }
+}
+
+TEST_F(ModelFile, TablesAreFoundFromWhereTheModelIsWritten) {
+  write("exx.csv", "X_mm,EXX_um\n-100,0\n100,4\n");
+  const Model m = good("[[effect]]\nid = \"component:EXX\"\ntable = \"exx.csv\"\n");
+  std::filesystem::create_directories(folder_ / "deep" / "er");
+  const std::string target = (folder_ / "deep" / "er" / "new.toml").string();
+  const std::string text = model_text(written_to(m, target));
+  EXPECT_THAT(text, HasSubstr("../../exx.csv"));
+  EXPECT_TRUE(parse_model(text, target, machine_, {}, diagnostics_));
+  EXPECT_EQ(model_text(written_to(m, (folder_ / "other.toml").string())), model_text(m));
 }
 
 TEST_F(ModelFile, KeepsEvidence) {
