@@ -33,7 +33,7 @@ char* put_magnitude(char* p, std::uint64_t magnitude, int decimals) {
 
 }  // namespace
 
-char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
+char* put_any_number(char* p, std::int64_t quanta, const NumberStyle& style) {
   auto magnitude = static_cast<std::uint64_t>(quanta);
   if (quanta < 0) {
     *p++ = '-';

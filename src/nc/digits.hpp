@@ -30,25 +30,28 @@ inline constexpr auto kDigitPairs = [] {
   return out;
 }();
 
-/// Writes `value` in decimal at `p`; returns the end.
+inline char* put_pair(char* p, std::uint32_t value) {
+  std::memcpy(p, &kDigitPairs[2 * value], 2);
+  return p + 2;
+}
+
+/// Writes `value` in decimal at `p`; returns the end. In place and without a loop: most coordinates have one
+/// to three digits here.
+inline char* put_unsigned(char* p, std::uint32_t value) {
+  if (value < 10) {
+    *p = static_cast<char>('0' + value);
+    return p + 1;
+  }
+  if (value < 100) return put_pair(p, value);
+  if (value < 10000) return put_pair(put_unsigned(p, value / 100), value % 100);
+  const std::uint32_t low = value % 10000;
+  return put_pair(put_pair(put_unsigned(p, value / 10000), low / 100), low % 100);
+}
+
 inline char* put_unsigned(char* p, std::uint64_t value) {
-  std::array<char, 20> digits;
-  char* const end = digits.data() + digits.size();
-  char* d = end;
-  while (value >= 100) {
-    d -= 2;
-    std::memcpy(d, &kDigitPairs[2 * (value % 100)], 2);
-    value /= 100;
-  }
-  if (value >= 10) {
-    d -= 2;
-    std::memcpy(d, &kDigitPairs[2 * value], 2);
-  } else {
-    *--d = static_cast<char>('0' + value);
-  }
-  const auto n = static_cast<std::size_t>(end - d);
-  std::memcpy(p, d, n);
-  return p + n;
+  if (value < (std::uint64_t{1} << 32)) return put_unsigned(p, static_cast<std::uint32_t>(value));
+  const auto low = static_cast<std::uint32_t>(value % 10000);
+  return put_pair(put_pair(put_unsigned(p, value / 10000), low / 100), low % 100);
 }
 
 /// How a number of quanta is written.
@@ -87,6 +90,19 @@ inline char* put_point_number(char* p, std::uint64_t magnitude) {
 }
 
 /// Writes `quanta` * 10^-decimals at `p` (at most 24 characters); returns the end. Zero has no sign.
-char* put_number(char* p, std::int64_t quanta, const NumberStyle& style);
+char* put_any_number(char* p, std::int64_t quanta, const NumberStyle& style);
+
+/// The same; what four decimals and the range of machine tools need stands here so that the compiler can
+/// unroll it.
+inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
+  constexpr std::int64_t kLimit = 0xffffffff;
+  if (style.decimals != 4 || !style.trailing_zeros || style.plus_sign || quanta > kLimit ||
+      quanta < -kLimit) {
+    return put_any_number(p, quanta, style);
+  }
+  *p = '-';
+  p += quanta < 0 ? 1 : 0;
+  return put_point_number<4>(p, static_cast<std::uint64_t>(quanta < 0 ? -quanta : quanta));
+}
 
 }  // namespace trunnion::nc

@@ -19,9 +19,10 @@ constexpr std::size_t kMotionRoom = 512;
 // Words of one block that come from the controller file may be this long together.
 constexpr std::size_t kWordRoom = 128;
 
+// Words are so short that a call costs more than the copy.
 char* put_text(char* p, const std::string& text) {
-  std::memcpy(p, text.data(), text.size());
-  return p + text.size();
+  for (const char c : text) *p++ = c;
+  return p;
 }
 
 constexpr std::uint16_t kZ = AxisWords::bit(AxisLetter::Z);
@@ -42,7 +43,11 @@ Writer::State::State(const Controller& controller, std::string& text)
     style = linear;
     style.decimals = c.numbers.feed.decimals(mode);
     style.plus_sign = false;
+    const auto& limit = mode == FeedMode::inverse_time ? c.feed.max_inverse_time : c.feed.max_per_minute;
+    const auto scale = static_cast<double>(kPowersOfTen[static_cast<std::size_t>(style.decimals)]);
+    feed_limit[static_cast<std::size_t>(mode)] = limit ? static_cast<std::int64_t>(*limit * scale) : kLargest;
   }
+  if (!c.has_inverse_time()) feed_limit[static_cast<std::size_t>(FeedMode::inverse_time)] = 0;
   TRUNNION_EXPECTS(c.motion.rapid.size() + c.motion.linear.size() + c.motion.rapid_suffix.size() +
                        c.feed.per_minute.size() + c.feed.inverse_time.size() + c.block_numbers.prefix.size() +
                        16 * c.line.separator.size() <
@@ -54,10 +59,16 @@ tl::unexpected<Error> Writer::State::refuse(const std::string& message, SourceRe
   return fail(ErrorCode::wrong_input, c.name + ": " + message, {}, where);
 }
 
+char* Writer::State::put_separator(char* p) const {
+  if (c.line.separator.size() != 1) return put_text(p, c.line.separator);
+  *p = c.line.separator.front();
+  return p + 1;
+}
+
 char* Writer::State::put_block_number(char* p) {
   p = put_text(p, c.block_numbers.prefix);
   p = put_unsigned(p, static_cast<std::uint64_t>(block_number));
-  p = put_text(p, c.line.separator);
+  p = put_separator(p);
   block_number += c.block_numbers.step;
   if (block_number > c.block_numbers.max) block_number = c.block_numbers.start;
   return p;
@@ -138,31 +149,15 @@ Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) 
   return {};
 }
 
-Result<void> Writer::State::check_feed(const Motion& m) const {
+// Why write_motion did not take the feed.
+Result<void> Writer::State::refuse_feed(const Motion& m) const {
   if (m.feed <= 0) return refuse("a feed move without feed", m.source);
-  const bool inverse = m.feed_mode == FeedMode::inverse_time;
-  if (inverse && !c.has_inverse_time()) return refuse("the control has no inverse-time feed", m.source);
-  const auto& limit = inverse ? c.feed.max_inverse_time : c.feed.max_per_minute;
-  if (!limit) return {};
-  const double value =
-      static_cast<double>(m.feed) /
-      static_cast<double>(kPowersOfTen[static_cast<std::size_t>(c.numbers.feed.decimals(m.feed_mode))]);
-  if (value <= *limit) return {};
-  return refuse("feed " + number_text(m.feed, feed_style[static_cast<std::size_t>(m.feed_mode)]) +
-                    " is beyond the largest that the control takes, " + std::to_string(*limit),
+  const auto mode = static_cast<std::size_t>(m.feed_mode);
+  if (feed_limit[mode] == 0) return refuse("the control has no inverse-time feed", m.source);
+  return refuse("feed " + number_text(m.feed, feed_style[mode]) +
+                    " is beyond the largest that the control takes, " +
+                    number_text(feed_limit[mode], feed_style[mode]),
                 m.source);
-}
-
-Result<void> Writer::State::check_motion(const Motion& m, std::uint16_t changed) const {
-  // Rotary axes may turn before tool-centre-point control is on; a linear word would mean another point.
-  if (!pending_words.empty() && pending_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
-    return refuse("the first linear motion under tool-centre-point control must say where Z goes", m.source);
-  }
-  if (m.kind == MotionKind::feed) {
-    if (auto ok = check_feed(m); !ok) return ok;
-    if (c.rotary.modulo_axes != 0) return check_turns(m, changed);
-  }
-  return {};
 }
 
 char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
@@ -179,13 +174,13 @@ char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const
 char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
   if (m.kind == MotionKind::feed && m.feed_mode != feed_mode) {
     const auto& word = m.feed_mode == FeedMode::inverse_time ? c.feed.inverse_time : c.feed.per_minute;
-    if (!word.empty()) p = put_text(put_text(p, word), c.line.separator);
+    if (!word.empty()) p = put_separator(put_text(p, word));
     feed_mode = m.feed_mode;
     feed = {kUnknown, kUnknown};
   }
   if (!c.motion.modal || motion_kind != m.kind) {
     p = put_text(p, m.kind == MotionKind::rapid ? c.motion.rapid : c.motion.linear);
-    p = put_text(p, c.line.separator);
+    p = put_separator(p);
     motion_kind = m.kind;
   }
   if (with_pending) {
@@ -202,7 +197,7 @@ char* Writer::State::put_feed(char* p, const Motion& m) {
   feed[mode] = m.feed;
   *p++ = 'F';
   p = put_number(p, m.feed, feed_style[mode]);
-  return put_text(p, c.line.separator);
+  return put_separator(p);
 }
 
 Result<void> Writer::State::write_motion(const Motion& m) {
@@ -216,7 +211,15 @@ Result<void> Writer::State::write_motion(const Motion& m) {
     if (auto done = restore_after_retract(changed); !done) return done;
     changed = changed_axes(m.words);
   }
-  if (auto ok = check_motion(m, changed); !ok) return ok;
+  const auto mode = static_cast<std::size_t>(m.feed_mode);
+  if (m.kind == MotionKind::feed && (m.feed <= 0 || m.feed > feed_limit[mode])) return refuse_feed(m);
+  if (c.rotary.modulo_axes != 0 && m.kind == MotionKind::feed) {
+    if (auto ok = check_turns(m, changed); !ok) return ok;
+  }
+  // Rotary axes may turn before tool-centre-point control is on; a linear word would mean another point.
+  if (!pending_words.empty() && pending_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
+    return refuse("the first linear motion under tool-centre-point control must say where Z goes", m.source);
+  }
   std::array<char, kMotionRoom + 2 * kWordRoom> buffer;
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
@@ -226,14 +229,14 @@ Result<void> Writer::State::write_motion(const Motion& m) {
     if (m.words.quanta[i] > kLargest || m.words.quanta[i] < -kLargest)
       return refuse("coordinate too large", m.source);
     p = put_axis(p, i, m.words.quanta[i]);
-    p = put_text(p, c.line.separator);
+    p = put_separator(p);
     position.quanta[i] = m.words.quanta[i];
   }
   position.mask = static_cast<std::uint16_t>(position.mask | changed);
   if (m.kind == MotionKind::feed) {
     p = put_feed(p, m);
   } else if (!c.motion.rapid_suffix.empty()) {
-    p = put_text(put_text(p, c.motion.rapid_suffix), c.line.separator);
+    p = put_separator(put_text(p, c.motion.rapid_suffix));
   }
   p -= c.line.separator.size();
   const auto length_of_line = static_cast<std::size_t>(p - buffer.data());

@@ -23,6 +23,7 @@ struct Writer::State {
   std::string& out;
   NumberStyle linear, rotary;
   std::array<NumberStyle, 2> feed_style;
+  std::array<std::int64_t, 2> feed_limit{};  // largest F in quanta; 0: no such feed
   std::int64_t turn = 0;
 
   // What the control knows.
@@ -58,6 +59,7 @@ struct Writer::State {
   tl::unexpected<Error> refuse(const std::string& message, SourceRef where = {}) const;
 
   // Lines.
+  char* put_separator(char* p) const;
   char* put_block_number(char* p);
   bool wants_number(const std::string& line) const;
   Result<void> put_line(const std::string& line);
@@ -73,8 +75,7 @@ struct Writer::State {
   // A control that counts modulo one turn takes the shorter way: half a turn or more cannot be told by the
   // angle.
   Result<void> check_turns(const Motion& m, std::uint16_t changed) const;
-  Result<void> check_feed(const Motion& m) const;
-  Result<void> check_motion(const Motion& m, std::uint16_t changed) const;
+  Result<void> refuse_feed(const Motion& m) const;
   char* put_axis(char* p, std::size_t i, std::int64_t quanta) const;
 
   // Motion word, words that wait for a motion, feed mode: in this order in front of the axis words.
