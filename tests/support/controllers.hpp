@@ -19,7 +19,9 @@ inline std::string controller_folder() {
 inline std::vector<std::string> shipped_controllers() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(controller_folder())) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+    const std::string name = entry.path().stem().string();
+    // default.toml is another name of one of the others.
+    if (entry.path().extension() == ".toml" && name != "default") names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
