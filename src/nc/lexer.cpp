@@ -1,7 +1,5 @@
 #include "nc/lexer.hpp"
 
-#include "nc/digits.hpp"
-
 namespace trunnion::nc {
 namespace {
 
@@ -22,13 +20,9 @@ bool equal(Number a, Number b) {
   return x.mantissa == y.mantissa && x.decimals == y.decimals;
 }
 
-bool to_quanta(Number number, int decimals, std::int64_t& out) {
-  if (number.decimals > decimals) {
-    number = trimmed(number);
-    if (number.decimals > decimals) return false;
-  }
-  return !__builtin_mul_overflow(number.mantissa,
-                                 kPowersOfTen[static_cast<std::size_t>(decimals - number.decimals)], &out);
+bool to_quanta_trimmed(Number number, int decimals, std::int64_t& out) {
+  number = trimmed(number);
+  return number.decimals <= decimals && to_quanta(number, decimals, out);
 }
 
 bool to_rounded_quanta(Number number, int decimals, std::int64_t& out) {

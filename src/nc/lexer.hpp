@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
 
+#include "nc/digits.hpp"
+
 namespace trunnion::nc {
 
 /// A decimal number as it stands in the text: mantissa * 10^-decimals.
@@ -56,8 +58,16 @@ inline bool scan_number(const char*& p, const char* end, Number& out) {
 /// Same value, however it is written (1, 01, 1.0).
 bool equal(Number a, Number b);
 
-/// The number in quanta of 10^-decimals; false when it has more digits than that or is too large.
-bool to_quanta(Number number, int decimals, std::int64_t& out);
+/// The number in quanta of 10^-decimals when its last digits beyond them are zeros; false otherwise, or when
+/// it is too large.
+bool to_quanta_trimmed(Number number, int decimals, std::int64_t& out);
+
+/// The same; what almost every word needs stands here.
+inline bool to_quanta(const Number& number, int decimals, std::int64_t& out) {
+  if (number.decimals > decimals) return to_quanta_trimmed(number, decimals, out);
+  const auto scale = kPowersOfTen[static_cast<std::size_t>(decimals - number.decimals)];
+  return !__builtin_mul_overflow(number.mantissa, scale, &out);
+}
 
 /// The same, rounded to the nearest quantum (halves away from zero).
 bool to_rounded_quanta(Number number, int decimals, std::int64_t& out);

@@ -148,10 +148,10 @@ bool Reader::State::take_simple(Word& word, LineMotion& m) {
       set_kind(MotionKind::feed, m);
       break;
     case Simple::per_minute:
-      set_feed_mode(FeedMode::per_minute);
+      m.mode = FeedMode::per_minute;
       break;
     case Simple::inverse_time:
-      set_feed_mode(FeedMode::inverse_time);
+      m.mode = FeedMode::inverse_time;
       break;
   }
   word.used = true;
@@ -159,7 +159,7 @@ bool Reader::State::take_simple(Word& word, LineMotion& m) {
 }
 
 void Reader::State::set_kind(MotionKind kind, LineMotion& m) {
-  motion_kind = kind;
+  m.kind = kind;
   m.named = true;
 }
 
@@ -169,7 +169,9 @@ void Reader::State::set_feed_mode(FeedMode mode) {
   feed = 0;
 }
 
-void Reader::State::take_feed(LineMotion& m) {
+void Reader::State::take_modes(LineMotion& m) {
+  if (m.kind) motion_kind = m.kind;
+  if (m.mode) set_feed_mode(*m.mode);
   if (!m.has_feed) {
     if (feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block) feed = 0;
     return;
@@ -187,7 +189,7 @@ std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) con
 }
 
 void Reader::State::run_motion(LineMotion& m) {
-  take_feed(m);
+  take_modes(m);
   if (m.words.mask == 0) return;
   if (!c.motion.modal && !m.named) return error(m.column, "axis words without '" + c.motion.linear + "'");
   if (!motion_kind)
@@ -240,17 +242,12 @@ bool Reader::State::is_raw(std::string_view text) const {
 }
 
 void Reader::State::run_line() {
-  LineMotion m;
   // Almost every line of a program is a motion and nothing else.
-  bool only_motion = parsed.phrases.empty();
-  for (std::size_t i = 0; only_motion && i < parsed.word_count; ++i) {
-    const Word& word = parsed.words[i];
-    if (axis_of(word.letter) != kNoAxis || word.letter == 'F') continue;
-    const auto code = word.letter == 'G' || word.letter == 'M' ? code_of(word.number) : kCodes;
-    only_motion = code != kCodes && (word.letter == 'G' ? g_codes : m_codes)[code] != Simple::no;
-  }
-  std::vector<FoundEvent> events;
-  if (!only_motion) events = find_events(m);
+  LineMotion m;
+  if (parsed.phrases.empty() && !ended && take_motion(m)) return run_motion(m);
+  m = {};
+  for (std::size_t i = 0; i < parsed.word_count; ++i) parsed.words[i].used = false;
+  const std::vector<FoundEvent> events = find_events(m);
   if (!take_words(m)) return;
   if (ended && (m.words.mask != 0 || !events.empty())) {
     if (std::all_of(events.begin(), events.end(),
@@ -264,6 +261,27 @@ void Reader::State::run_line() {
   run_events(events, m);
 }
 
+// Without a message: what this does not take may be another kind of line.
+bool Reader::State::take_motion(LineMotion& m) {
+  for (std::size_t i = 0; i < parsed.word_count; ++i) {
+    Word& word = parsed.words[i];
+    if (const auto axis = axis_of(word.letter); axis != kNoAxis) {
+      const auto letter = static_cast<AxisLetter>(axis);
+      std::int64_t quanta = 0;
+      if (m.words.has(letter) || !to_quanta(word.number, format.decimals(letter), quanta)) return false;
+      if (c.numbers.point_required && !word.number.has_point && quanta != 0) return false;
+      m.words.set(letter, quanta);
+      if (m.column == 0) m.column = word.column;
+    } else if (word.letter == 'F') {
+      if (m.has_feed) return false;
+      m.has_feed = true;
+      m.feed = word.number;
+    } else if (!take_simple(word, m)) {
+      return false;
+    }
+  }
+  return true;
+}
 bool Reader::State::take_words(LineMotion& m) {
   for (std::size_t i = 0; i < parsed.word_count; ++i) {
     Word& word = parsed.words[i];

@@ -23,7 +23,7 @@ std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
         set_kind(static_cast<MotionKind>(phrase.event.argument), m);
         break;
       case EventKind::feed_mode:
-        set_feed_mode(static_cast<FeedMode>(phrase.event.argument));
+        m.mode = static_cast<FeedMode>(phrase.event.argument);
         break;
       case EventKind::rapid_suffix:
         m.rapid = true;

@@ -70,6 +70,8 @@ struct Reader::State {
   // Motion.
   struct LineMotion {
     AxisWords words;
+    std::optional<MotionKind> kind;
+    std::optional<FeedMode> mode;
     bool has_feed = false;
     Number feed;
     std::uint32_t column = 0;
@@ -80,7 +82,7 @@ struct Reader::State {
   bool take_simple(Word& word, LineMotion& m);
   void set_kind(MotionKind kind, LineMotion& m);
   void set_feed_mode(FeedMode mode);
-  void take_feed(LineMotion& m);
+  void take_modes(LineMotion& m);
   std::int64_t unwrapped(AxisLetter letter, std::int64_t value) const;
   void run_motion(LineMotion& m);
 
@@ -90,6 +92,7 @@ struct Reader::State {
   void run_line();
   // What is left after patterns have taken their words: motion, or not understood.
   bool take_words(LineMotion& m);
+  bool take_motion(LineMotion& m);
   // T before M6, S before M3: on lines of their own.
   bool keep(const Word& word);
   std::vector<FoundEvent> find_events(LineMotion& m);

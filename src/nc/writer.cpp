@@ -1,6 +1,7 @@
 #include "trunnion/nc/writer.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
@@ -125,14 +126,12 @@ std::string Writer::State::number_text(std::int64_t quanta, const NumberStyle& s
 }
 
 std::uint16_t Writer::State::changed_axes(const AxisWords& words) const {
-  std::uint16_t changed = 0;
+  unsigned differs = 0;
   for (std::size_t i = 0; i < kAxisLetters; ++i) {
-    const auto bit = static_cast<std::uint16_t>(1U << i);
-    if ((words.mask & bit) == 0) continue;
-    if ((position.mask & bit) == 0 || position.quanta[i] != words.quanta[i])
-      changed = static_cast<std::uint16_t>(changed | bit);
+    differs |= static_cast<unsigned>(position.quanta[i] != words.quanta[i]) << i;
   }
-  return changed;
+  const unsigned unknown = ~static_cast<unsigned>(position.mask);
+  return static_cast<std::uint16_t>(words.mask & (differs | unknown));
 }
 
 Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) const {
@@ -160,15 +159,14 @@ Result<void> Writer::State::refuse_feed(const Motion& m) const {
                 m.source);
 }
 
-char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
-  const auto letter = kAllAxisLetters[i];
-  *p++ = letter_of(letter);
-  if (!is_rotary(letter)) return put_number(p, quanta, linear);
+inline char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
+  const AxisLetter letter = kAllAxisLetters[i];
   if (c.rotary.is_modulo(letter)) {
     quanta %= turn;
     if (quanta < 0) quanta += turn;
   }
-  return put_number(p, quanta, rotary);
+  *p = letter_of(letter);
+  return put_number(p + 1, quanta, is_rotary(letter) ? rotary : linear);
 }
 
 char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
@@ -220,12 +218,17 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   if (!pending_words.empty() && pending_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
     return refuse("the first linear motion under tool-centre-point control must say where Z goes", m.source);
   }
+  const bool with_pending = !pending_words.empty() && (changed & kZ) != 0;
+  if (with_pending) {
+    position.forget(kLinearAxes);  // from here on they are counted otherwise
+    changed = changed_axes(m.words);
+  }
   std::array<char, kMotionRoom + 2 * kWordRoom> buffer;
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
-  p = put_leading(p, m, !pending_words.empty() && (changed & kZ) != 0);
-  for (std::size_t i = 0; i < kAxisLetters; ++i) {
-    if ((changed & (1U << i)) == 0) continue;
+  p = put_leading(p, m, with_pending);
+  for (unsigned rest = changed; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     if (m.words.quanta[i] > kLargest || m.words.quanta[i] < -kLargest)
       return refuse("coordinate too large", m.source);
     p = put_axis(p, i, m.words.quanta[i]);
@@ -249,7 +252,8 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   out.append(buffer.data(), static_cast<std::size_t>(p - buffer.data()));
   ++lines;
   ++motions;
-  return {};
+  Result<void> written;  // default-initialised: `{}` would clear the room of an Error first
+  return written;
 }
 
 Writer::Writer(const Controller& controller, std::string& out)

@@ -216,6 +216,15 @@ TEST(Writer, RestoresCompensationAfterARetractWithTheFirstLinearMotion) {
               HasSubstr("\nG53 G0 Z0\nG0 C90.0000\nZ0.0000\n"));
 }
 
+// X and Y that were said before compensation began are other coordinates after it.
+TEST(Writer, SaysAllLinearAxesInTheBlockThatStartsCompensation) {
+  const auto text = text_of(
+      "iso", {nc::LengthCompensation{4}, move(MotionKind::rapid, {{AxisLetter::C, 5000}}),
+              move(MotionKind::rapid, {{AxisLetter::X, 1000}, {AxisLetter::Y, 0}}),
+              move(MotionKind::rapid, {{AxisLetter::X, 1000}, {AxisLetter::Y, 0}, {AxisLetter::Z, 0}})});
+  EXPECT_THAT(text, HasSubstr("N20 G0 C5.\nN30 X1. Y0.\nN40 G43 H4 X1. Y0. Z0.\n"));
+}
+
 // Half a turn or more cannot be told by an angle in [0, 360).
 TEST(Writer, RefusesTurnsThatAModuloAxisWouldTakeTheOtherWay) {
   const auto turn_c = [](std::int64_t degrees) {
