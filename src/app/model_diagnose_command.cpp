@@ -2,6 +2,7 @@
 
 #include "trunnion/diagnosis/diagnose.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
 
@@ -20,6 +21,7 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   auto files = std::make_shared<ModelFiles>();
   auto also = std::make_shared<std::string>();
   files->add_to(*command);
+  files->add_report_to(*command);
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
   command->callback([files, also, &exit] {
     const auto in = read_inputs(*files, exit);
@@ -31,7 +33,11 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
       extra = competing(*rivals);
     }
     const auto result = diagnosis::diagnose(in->machine, in->data, in->model, {}, extra);
-    exit = write_results(*files, report::diagnosis_text(result), report::diagnosis_json(result, in->machine));
+    const std::string json = report::diagnosis_json(result, in->machine);
+    exit = write_results(*files, report::diagnosis_text(result), json);
+    if (exit != kDone || files->report.empty()) return;
+    const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
+    exit = write_output(files->report, report::page_html(report::diagnosis_page(page, result)));
   });
 }
 

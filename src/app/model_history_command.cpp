@@ -5,6 +5,7 @@
 
 #include "trunnion/diagnosis/improve.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
 
@@ -15,6 +16,7 @@ struct Options {
   std::vector<std::string> files;  // models (.toml) and data
   std::string machine;
   std::optional<std::string> json;
+  std::string report;
 };
 
 std::string number(const std::optional<double>& value) {
@@ -74,7 +76,11 @@ int run(const Options& options) {
     text += joined(entry.effects) + "\n";
     entries.push_back(std::move(entry));
   }
-  return write_results(files, text, report::history_json(entries));
+  const std::string json = report::history_json(entries);
+  const int written = write_results(files, text, json);
+  if (written != kDone || options.report.empty()) return written;
+  const report::ModelPageInput page{&*machine, data ? &*data : nullptr, json, made_by()};
+  return write_output(options.report, report::page_html(report::history_page(page, entries)));
 }
 
 }  // namespace
@@ -86,6 +92,7 @@ void add_model_history_command(CLI::App& model, int& exit) {
       ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
       ->required();
   command->add_option("-m,--machine", options->machine, "machine file (TOML)");
+  command->add_option("--report", options->report, "write a self-contained HTML page");
   command->add_option("--json", options->json, "result as JSON to this file; - is standard output");
   command->callback([options, &exit] { exit = run(*options); });
 }

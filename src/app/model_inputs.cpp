@@ -15,6 +15,10 @@ void ModelFiles::add_to(CLI::App& command, bool data_required, bool model_requir
   command.add_option("--json", json, "result as JSON to this file; - is standard output");
 }
 
+void ModelFiles::add_report_to(CLI::App& command) {
+  command.add_option("--report", report, "write a self-contained HTML page");
+}
+
 std::optional<Machine> read_machine(const std::string& path, int& exit) {
   Diagnostics diagnostics;
   auto machine = load_machine(path, diagnostics);

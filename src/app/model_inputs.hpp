@@ -15,9 +15,12 @@ struct ModelFiles {
   std::vector<std::string> data;
   std::string machine, model;
   std::optional<std::string> json;
+  std::string report;  // of the commands that write a page; see add_report_to
 
   /// Adds DATA..., -m, --model and --json to a command.
   void add_to(CLI::App& command, bool data_required = true, bool model_required = true);
+  /// Adds --report.
+  void add_report_to(CLI::App& command);
   bool json_on_stdout() const { return json && *json == "-"; }
 };
 
