@@ -1,0 +1,123 @@
+// Opens each report from file:// and checks what a reader relies on. Reports and their JSON lie in the current folder.
+import assert from 'node:assert/strict';
+import {readFileSync, statSync} from 'node:fs';
+import {resolve} from 'node:path';
+import {chromium} from 'playwright-core';
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM,
+  args: ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
+         '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+});
+
+async function open(name, colorScheme = 'light') {
+  const page = await browser.newPage({viewport: {width: 1280, height: 720}, colorScheme});
+  const troubles = [];
+  page.on('console', (m) => m.type() === 'error' && troubles.push(`console: ${m.text()}`));
+  page.on('pageerror', (e) => troubles.push(`exception: ${e.message}`));
+  page.on('request', (r) => /^(file|data|blob):/.test(r.url()) || troubles.push(`request: ${r.url()}`));
+  const start = Date.now();
+  await page.goto(`file://${resolve(`${name}.html`)}`);
+  await page.waitForFunction(() => document.documentElement.dataset.ready);
+  return {page, troubles, seconds: (Date.now() - start) / 1000};
+}
+
+// Every fact with an exact number equals the field of that name in the JSON file.
+async function factsEqualJson(page, name) {
+  const json = JSON.parse(readFileSync(`${name}.json`, 'utf8'));
+  const flat = {...json.residual, ...json};
+  const facts = await page.$$eval('dd[data-value]', (all) => all.map((d) => [d.dataset.fact, Number(d.dataset.value)]));
+  let compared = 0;
+  for (const [key, value] of facts) {
+    if (!(key in flat)) continue;
+    assert.equal(value, flat[key], `${name}: ${key}`);
+    compared++;
+  }
+  const embedded = await page.$eval('#result', (e) => JSON.parse(e.textContent));
+  assert.deepEqual(embedded, json, `${name}: the embedded result`);
+  return compared;
+}
+
+async function activateAll(page) {
+  const count = await page.$$eval('figure[data-figure]', (all) => all.length);
+  for (let i = 0; i < count; i++) {
+    await page.evaluate((k) => document.querySelectorAll('figure[data-figure]')[k].scrollIntoView(), i);
+    await page.waitForTimeout(250);
+  }
+  await page.evaluate(() => scrollTo(0, 0));
+  return count;
+}
+
+const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
+for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history']) {
+  for (const scheme of ['light', 'dark']) {
+    const {page, troubles} = await open(name, scheme);
+    const compared = await factsEqualJson(page, name);
+    assert.ok(compared >= (['compare', 'history'].includes(name) ? 0 : 4), `${name}: only ${compared} facts compared`);
+    const figures = await activateAll(page);
+    assert.ok(figures >= 1, `${name}: no figure`);
+    const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(overflow <= 0, `${name}: ${overflow} px wider than the window`);
+    await page.screenshot({path: `${name}-${scheme}.png`, fullPage: true, timeout: 120000});
+    assert.deepEqual(troubles, [], name);
+    console.log(`${name} (${scheme}): ${figures} figures, ${compared} facts equal to the JSON`);
+    await page.close();
+  }
+}
+
+{  // On paper the drawings stand, not the charts.
+  const {page} = await open('post');
+  await page.emulateMedia({media: 'print'});
+  const shown = await page.$$eval('.still', (all) => all.filter((e) => getComputedStyle(e).display !== 'none').length);
+  assert.equal(shown, await page.$$eval('figure[data-figure]', (all) => all.length));
+  await page.close();
+}
+
+if (interactive) {
+  const {page, troubles} = await open('post');
+  await activateAll(page);
+  const tablePoint = () => page.evaluate(() => {
+    const trace = document.querySelector('#machine .live').data.find((t) => t.name === 'table');
+    return [trace.x[0], trace.y[0], trace.z[0]];
+  });
+  const before = await tablePoint();
+  await page.focus('#stop');
+  for (let i = 0; i < 3; i++) await page.keyboard.press('PageUp');
+  const after = await tablePoint();
+  const moved = Math.hypot(...after.map((v, k) => v - before[k]));
+  assert.ok(moved > 1, `the slider moved the table by ${moved} mm`);
+  assert.match(await page.textContent('#stop-text'), /NC line \d+/);
+
+  const view = () => page.evaluate(() => ({
+    centre: document.querySelector('#path .live')._fullLayout.scene.camera.center,
+    range: document.querySelector('#deviation .live')._fullLayout.xaxis.range,
+  }));
+  const viewBefore = await view();
+  await page.click('#worst button');
+  await page.waitForTimeout(500);
+  const viewAfter = await view();
+  assert.notDeepEqual(viewAfter.centre, viewBefore.centre, 'the path turns to the worst place');
+  assert.ok(viewAfter.range[1] - viewAfter.range[0] < viewBefore.range[1] - viewBefore.range[0], 'the plot comes nearer');
+  const line = Number(await page.textContent('#worst button'));
+  assert.ok((await page.textContent('#stop-text')).startsWith(`NC line ${line},`));
+  await page.screenshot({path: 'post-worst.png'});
+  assert.deepEqual(troubles, []);
+  await page.close();
+  console.log(`slider: the table moved by ${moved.toFixed(1)} mm; worst place: NC line ${line}`);
+}
+
+{  // Large programs: the best of three, since other work on this machine only adds time.
+  const blocks = JSON.parse(readFileSync('large.json', 'utf8')).blocks;
+  const megabytes = statSync('large.html').size / 1e6;
+  let seconds = Infinity;
+  for (let i = 0; i < 3; i++) {
+    const {page, troubles, seconds: s} = await open('large');
+    assert.deepEqual(troubles, []);
+    seconds = Math.min(seconds, s);
+    await page.close();
+  }
+  console.log(`large: ${blocks} blocks, ${megabytes.toFixed(2)} MB, interactive after ${seconds.toFixed(2)} s`);
+  assert.ok(megabytes < 8, 'a page stays under 8 MB');
+  assert.ok(seconds < 3, 'a page is interactive within 3 s');
+}
+await browser.close();
