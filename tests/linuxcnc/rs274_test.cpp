@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <optional>
 #include <sstream>
 #include <sys/wait.h>
 
@@ -97,25 +98,28 @@ std::string four_decimals(std::int64_t quanta) {
   return (quanta < 0 ? "-" : "") + digits;
 }
 
-std::vector<nc::Motion> motions_of(const std::vector<nc::Block>& blocks) {
-  std::vector<nc::Motion> out;
+// Nothing stands for a retract: the interpreter shows it in coordinates of its own offsets.
+std::vector<std::optional<nc::Motion>> motions_of(const std::vector<nc::Block>& blocks) {
+  std::vector<std::optional<nc::Motion>> out;
   for (const auto& block : blocks) {
-    if (const auto* motion = std::get_if<nc::Motion>(&block)) out.push_back(*motion);
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) out.emplace_back(*motion);
+    if (std::holds_alternative<nc::Retract>(block)) out.emplace_back();
   }
   return out;
 }
 
 // The interpreter starts at zero and knows all axes; we know those that were said.
-void expect_same_coordinates(const std::vector<nc::Motion>& ours, const Interpreted& theirs,
+void expect_same_coordinates(const std::vector<std::optional<nc::Motion>>& ours, const Interpreted& theirs,
                              const std::string& text) {
   ASSERT_EQ(theirs.exit_code, 0) << theirs.messages << text.substr(0, 2000);
   ASSERT_EQ(ours.size(), theirs.motions.size()) << text.substr(0, 2000);
   for (std::size_t i = 0; i < ours.size(); ++i) {
-    ASSERT_EQ(ours[i].kind == nc::MotionKind::feed, theirs.motions[i].feed) << "motion " << i;
+    if (!ours[i]) continue;
+    ASSERT_EQ(ours[i]->kind == nc::MotionKind::feed, theirs.motions[i].feed) << "motion " << i;
     for (std::size_t axis = 0; axis < 6; ++axis) {
       const auto letter = static_cast<nc::AxisLetter>(axis);
-      if (ours[i].words.has(letter)) {
-        ASSERT_EQ(four_decimals(ours[i].words[letter]), theirs.motions[i].xyzabc[axis]) << "motion " << i;
+      if (ours[i]->words.has(letter)) {
+        ASSERT_EQ(four_decimals(ours[i]->words[letter]), theirs.motions[i].xyzabc[axis]) << "motion " << i;
       }
     }
   }
@@ -218,6 +222,25 @@ TEST(Rs274, FindsTheDurationThatInverseTimeFeedMeans) {
 }
 
 // A program that LinuxCNC brings along, read by both: our reader must understand what others wrote.
+// The programs that the samples wrote; ctest runs this after them.
+TEST(Rs274, ReadsEveryProgramOfTheSamples) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const char* const folder = std::getenv("TRUNNION_SAMPLE_PROGRAMS");
+  if (folder == nullptr || !fs::is_directory(folder))
+    GTEST_SKIP() << "TRUNNION_SAMPLE_PROGRAMS names no folder of programs";
+  const auto controller = test::shipped_controller("linuxcnc");
+  std::size_t programs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".nc") continue;
+    SCOPED_TRACE(entry.path().string());
+    const auto text = read_file(entry.path().string());
+    ASSERT_TRUE(text);
+    expect_same_coordinates(motions_of(test::nc_blocks(controller, *text)), interpret(*text), *text);
+    ++programs;
+  }
+  EXPECT_GT(programs, 0U);
+}
+
 TEST(Rs274, AgreesOnTheImpellerThatLinuxCncShips) {
   if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
   const fs::path folder =
@@ -244,9 +267,9 @@ TEST(Rs274, AgreesOnTheImpellerThatLinuxCncShips) {
   for (std::size_t i = 0; i < ours.size(); ++i) {
     for (std::size_t axis = 0; axis < 6; ++axis) {
       const auto letter = static_cast<nc::AxisLetter>(axis);
-      if (!ours[i].words.has(letter)) continue;
-      ASSERT_NEAR(static_cast<double>(ours[i].words[letter]) / 1e8, std::stod(theirs.motions[i].xyzabc[axis]),
-                  0.5001e-4)
+      if (!ours[i] || !ours[i]->words.has(letter)) continue;
+      ASSERT_NEAR(static_cast<double>(ours[i]->words[letter]) / 1e8,
+                  std::stod(theirs.motions[i].xyzabc[axis]), 0.5001e-4)
           << "motion " << i;
     }
   }
