@@ -29,6 +29,7 @@ void register_commands(CLI::App& root, int& exit) {
   app::add_iso230_command(root, exit);
   app::add_model_command(root, exit);
   app::add_simulate_command(root, exit);
+  app::add_measurements_command(root, exit);
   app::add_thermal_command(root, exit);
   app::add_table_command(root, exit);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <oneapi/tbb/parallel_for.h>
 #include <random>
 
@@ -164,7 +165,7 @@ Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
   };
   double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
   double fa = value(a), fb = value(b);
-  for (int i = 0; i < 14; ++i) {
+  for (int i = 0; i < 10; ++i) {
     if (fa > fb)
       high = b, b = a, fb = fa, a = high - kGolden * (high - low), fa = value(a);
     else
@@ -180,19 +181,23 @@ Atoms::Multiplicity Atoms::multiplicity(std::size_t simulations, std::uint64_t s
   Eigen::MatrixXf noise(base_.white.size(), count);
   for (Eigen::Index c = 0; c < count; ++c)
     for (Eigen::Index i = 0; i < noise.rows(); ++i) noise(i, c) = normal(engine);
-  std::vector<Eigen::VectorXd> p(atoms_.size());
+  std::vector<Eigen::VectorXf> drop(atoms_.size());
   oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t a) {
-    p[a] = VectorXd::Ones(count);
-    if (atoms_[a].rank() == 0) return;
-    const Eigen::MatrixXf along = atoms_[a].U.transpose() * noise;
-    for (Eigen::Index c = 0; c < count; ++c)
-      p[a][c] = chi2_tail(along.col(c).squaredNorm(), static_cast<double>(atoms_[a].rank()));
+    if (atoms_[a].rank() > 0) drop[a] = (atoms_[a].U.transpose() * noise).colwise().squaredNorm().transpose();
   });
-  MatrixXd smallest = MatrixXd::Ones(static_cast<Eigen::Index>(library_.size()), count);
+  // Largest drop of each family and rank first: a tail probability costs more than all the rest.
+  std::map<std::pair<std::size_t, Eigen::Index>, Eigen::VectorXf> largest;
   for (std::size_t a = 0; a < atoms_.size(); ++a) {
-    const auto f = static_cast<Eigen::Index>(atoms_[a].family);
-    smallest.row(f) = smallest.row(f).cwiseMin(p[a].transpose());
+    if (drop[a].size() == 0) continue;
+    auto [it, fresh] = largest.try_emplace({atoms_[a].family, atoms_[a].rank()}, drop[a]);
+    if (!fresh) it->second = it->second.cwiseMax(drop[a]);
   }
+  MatrixXd smallest = MatrixXd::Ones(static_cast<Eigen::Index>(library_.size()), count);
+  for (const auto& [key, drops] : largest)
+    for (Eigen::Index c = 0; c < count; ++c) {
+      double& p = smallest(static_cast<Eigen::Index>(key.first), c);
+      p = std::min(p, chi2_tail(static_cast<double>(drops[c]), static_cast<double>(key.second)));
+    }
   const auto effective = [count](VectorXd values) {
     std::nth_element(values.data(), values.data() + count / 2, values.data() + count);
     const double median = std::max(values[count / 2], 1e-12);

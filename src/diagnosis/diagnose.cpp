@@ -21,7 +21,8 @@ constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise i
 constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
 constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
-    4e8;  // products per simulation round: keeps 10 000 readings within seconds
+    4e8;                                // products per simulation round: keeps 10 000 readings within seconds
+constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
 constexpr std::size_t kFewestSimulations = 40;
 
 struct Outcome {
@@ -74,7 +75,7 @@ class Engine {
     multiplicity_ = atoms.multiplicity(std::clamp(static_cast<std::size_t>(affordable), kFewestSimulations,
                                                   std::max(kFewestSimulations, options_.simulations)),
                                        options_.seed);
-    const auto room = static_cast<Eigen::Index>(std::max(0.0, atoms.base().dof() / 5.0));
+    const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
     const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
     const Remainder nothing = atoms.remainder({});
     out.noise = noise_scale(atoms, nothing, surrogate, options_.seed);

@@ -8,6 +8,8 @@
 namespace trunnion::diagnosis {
 namespace {
 
+constexpr Eigen::Index kMostSurrogate = 90;  // columns; time goes with their square
+
 constexpr double kHuber = 1.5;          // 96 % efficiency at the Gaussian
 constexpr double kMadToSigma = 1.4826;  // of a Gaussian
 constexpr double kMostOutliers = 0.15;  // more than this are no outliers but a model that fails
@@ -28,7 +30,8 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   const auto& used = fit.whitening->noise().used;
   const Eigen::Index rank = fit.basis.cols();
   const MatrixXd surrogate =
-      fit.projected(smooth_surrogate(o, std::max<Eigen::Index>(0, (n - rank) / 5))).topRows(n);
+      fit.projected(smooth_surrogate(o, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostSurrogate)))
+          .topRows(n);
   MatrixXd z(n, rank + surrogate.cols());
   z << fit.basis.topRows(n), surrogate;
   for (Eigen::Index k = 0; k < z.cols(); ++k)
@@ -36,7 +39,7 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   const VectorXd y = fit.white.head(n);
   VectorXd r = y, weight = VectorXd::Ones(n);
   double sigma = 1.0;
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const MatrixXd weighted = weight.asDiagonal() * z;
     MatrixXd normal = z.transpose() * weighted;
     normal.diagonal().array() += 1e-9 * static_cast<double>(n);  // directions that are not there

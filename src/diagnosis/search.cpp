@@ -10,11 +10,16 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kWide = 10;    // sets kept from one expansion
-constexpr std::size_t kBeam = 6;     // sets expanded at each depth
-constexpr double kSameSpan = 0.999;  // cosine from which a direction counts as contained
+constexpr std::size_t kWide = 8;  // sets kept from one expansion
+constexpr std::size_t kBeam = 4;  // sets expanded at each depth
+constexpr double kSameSpan =
+    0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
 // Evidence ratio of 100 : 1 (in -2 ln): rivals within it are reported together.
 constexpr double kUndecided = 9.2;
+// The same for a rival with more columns, 30 : 1: most of its chance to fit as well is chance.
+constexpr double kUndecidedLarger = 6.8;
+constexpr double kKnownPeriod =
+    6.0;  // chi-square that a known period may be worse than the best one and still be meant
 constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
 // -2 ln of the Occam factor of k columns that drop chi-square by s, prior width fitted to the data (local
@@ -35,6 +40,12 @@ std::vector<std::string> EffectSet::ids(const Atoms& atoms) const {
   std::vector<std::string> out;
   for (const Atom& atom : members) out.push_back(atoms.library()[atom.family].id());
   return out;
+}
+
+Eigen::Index EffectSet::columns() const {
+  Eigen::Index sum = 0;
+  for (const Eigen::Index k : rank) sum += k;
+  return sum;
 }
 
 bool EffectSet::significant(double alpha) const {
@@ -129,10 +140,23 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
     std::vector<Atom> members = from.members;
     members.push_back(*best[f].atom);
     if (families(members).count(f) > 1 || seen(members) != nullptr) continue;
-    members.back() = atoms_.refined(members.back(), from.remainder);
+    members.back() = known_shape(atoms_.refined(members.back(), from.remainder), from.remainder);
     tried_.push_back(evaluate(std::move(members)));
     ++added;
   }
+}
+
+// A period next to a known one (the screw's pitch and its parts) is that one.
+Atom Search::known_shape(Atom atom, const Remainder& given) const {
+  const auto& info = atoms_.effect(atom).info();
+  if (info.shape_count() != 1) return atom;
+  double best = atoms_.score(atom, given).drop - kKnownPeriod * noise_.variance;
+  for (const double value : info.parameters.back().candidates) {
+    Atom trial = atoms_.make_atom(atom.family, atom.variant, {value});
+    if (const double drop = atoms_.score(trial, given).drop; drop > best)
+      best = drop, atom = std::move(trial);
+  }
+  return atom;
 }
 
 EffectSet Search::best() {
@@ -169,7 +193,8 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
     for (const EffectSet& set : tried_) {
       if (set.members.empty() || set.members.size() > found.members.size() || !set.significant(alpha_))
         continue;
-      if (families(set.members) == families(found.members)) continue;
+      const auto mine = families(found.members), other_ones = families(set.members);
+      if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
       // Nested spans: the smaller that suffices is named, the other is no rival.
       bool no_rival = false;
       for (const Atom& other : set.members)
@@ -189,7 +214,8 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
           no_rival = no_rival || contains(other, own);
         }
       if (swapped) break;
-      if (!no_rival && set.criterion < found.criterion + kUndecided) out.push_back(set);
+      const double margin = set.columns() > found.columns() ? kUndecidedLarger : kUndecided;
+      if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
     }
   }
   std::sort(out.begin(), out.end(),

@@ -16,6 +16,7 @@ struct EffectSet {
 
   std::vector<std::string> ids(const Atoms& atoms) const;
   bool significant(double alpha) const;
+  Eigen::Index columns() const;
 };
 
 /// Forward search with swaps and drops over sets of effects (README of this layer, "Search").
@@ -41,6 +42,7 @@ class Search {
 
  private:
   void expand(const EffectSet& from, std::size_t keep);
+  Atom known_shape(Atom atom, const Remainder& given) const;
   double implausibility(const EffectSet& set) const;
   const EffectSet* seen(const std::vector<Atom>& members) const;
 

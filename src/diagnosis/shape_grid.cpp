@@ -1,15 +1,20 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 
-#include "trunnion/base/contract.hpp"
+#include "trunnion/base/units.hpp"
 
 #include "diagnosis/fit_core.hpp"
+#include "diagnosis/linalg.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
 constexpr std::size_t kMostPeriods =
-    400;                       // of one axis; beyond, the search steps are wider than the line of a period
+    900;  // of one axis; beyond, the search steps are wider than the line of a period
+constexpr std::size_t kFewestPeriods = 150;
+constexpr std::size_t kPeriodWork =
+    1'500'000;                 // readings times periods: keeps 10 000 readings within seconds
 constexpr int kLagPoints = 9;  // 300 s to 15 000 s by factors of 1.63: 2 % of the signal are lost between two
 constexpr std::size_t kMostMoments = 40;  // of a step within one run
 
@@ -22,13 +27,59 @@ double range_of(const Observations& o, AxisId axis) {
   return std::max(0.0, high - low);
 }
 
+// Whether a wave of `cycles` (per unit of x, radians included) cannot be told from smooth errors at the
+// sampled positions: sampled more coarsely than twice a period it may look like a slow one, and then the slow
+// one is meant.
+class Aliases {
+ public:
+  Aliases(const Observations& o, AxisId axis, bool rotary) {
+    std::set<std::int64_t> seen;
+    std::vector<double> x;
+    for (Eigen::Index i = 0; i < o.size(); ++i)
+      if (const double v = o.state(i).q[axis]; seen.insert(std::llround(v * 1e7)).second) x.push_back(v);
+    std::sort(x.begin(), x.end());
+    if (x.size() < 2 || x.size() > kMostPositions) return;  // so many positions are no coarse grid
+    spacing_ = (x.back() - x.front()) / static_cast<double>(x.size() - 1);
+    x_ = Eigen::Map<const VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+    constexpr Eigen::Index kSmooth = 9;
+    MatrixXd smooth(x_.size(), kSmooth);
+    const VectorXd t = (2.0 * (x_.array() - x.front()) / (x.back() - x.front()) - 1.0).matrix();
+    for (Eigen::Index k = 0; k < kSmooth; ++k) {
+      if (!rotary)
+        smooth.col(k) = k < 6 ? VectorXd(t.array().pow(static_cast<double>(k))) : VectorXd::Zero(t.size());
+      else if (k % 2 == 0)
+        smooth.col(k) = (static_cast<double>(k / 2) * x_.array()).cos();
+      else
+        smooth.col(k) = (static_cast<double>(k / 2 + 1) * x_.array()).sin();
+    }
+    smooth_ = pivoted_qr(smooth, 1e-6).Q;
+  }
+  bool hidden(double wave_number) const {
+    if (x_.size() == 0 || wave_number * spacing_ < kPi || smooth_.cols() >= x_.size()) return false;
+    for (const VectorXd& wave :
+         {VectorXd((wave_number * x_.array()).sin()), VectorXd((wave_number * x_.array()).cos())})
+      if (wave.norm() > 1e-6 &&
+          (wave - smooth_ * (smooth_.transpose() * wave)).norm() > kDifferent * wave.norm())
+        return false;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kMostPositions = 1000;
+  static constexpr double kDifferent = 0.3;  // part of a wave that smooth functions must leave
+  VectorXd x_;
+  MatrixXd smooth_;
+  double spacing_ = 0.0;
+};
+
 // Periods whose lines overlap: steps of half a cycle over the measured travel.
-std::vector<double> periods(const Parameter& p, double travel) {
+std::vector<double> periods(const Parameter& p, double travel, std::size_t most, const Aliases& aliases) {
   std::vector<double> out = p.candidates;
   if (!(travel > 0.0)) return out.empty() ? std::vector<double>{p.usual} : out;
   const double low = 1.0 / p.max, high = 1.0 / p.min;
-  const double step = std::max(0.5 / travel, (high - low) / static_cast<double>(kMostPeriods));
-  for (double f = low; f <= high; f += step) out.push_back(1.0 / f);
+  const double step = std::max(0.5 / travel, (high - low) / static_cast<double>(most));
+  for (double f = low; f <= high; f += step)
+    if (!aliases.hidden(kTwoPi * f)) out.push_back(1.0 / f);
   return out;
 }
 
@@ -55,11 +106,17 @@ std::vector<double> moments(const Observations& o, const Effect& effect) {
 std::vector<double> values(const Observations& o, const Effect& effect, const Parameter& p) {
   if (p.integer) {
     std::vector<double> out;
-    for (double n = p.min; n <= p.max; n += 1.0) out.push_back(n);
+    const Aliases aliases(o, effect.link().axis, true);
+    for (double n = p.min; n <= p.max; n += 1.0)
+      if (!aliases.hidden(n)) out.push_back(n);
     return out;
   }
   if (effect.info().id == "step") return moments(o, effect);
-  if (effect.info().id.starts_with("periodic:")) return periods(p, range_of(o, effect.link().axis));
+  if (effect.info().id.starts_with("periodic:")) {
+    const std::size_t most =
+        std::clamp(kPeriodWork / static_cast<std::size_t>(o.size()), kFewestPeriods, kMostPeriods);
+    return periods(p, range_of(o, effect.link().axis), most, Aliases(o, effect.link().axis, false));
+  }
   if (!(p.max > p.min)) return {p.usual};
   std::vector<double> out = p.candidates;
   const bool logarithmic = p.min > 0.0 && p.max > 4.0 * p.min;

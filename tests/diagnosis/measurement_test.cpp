@@ -1,16 +1,20 @@
 #include "trunnion/diagnosis/measurement.hpp"
 
-#include "support/machines.hpp"
 #include "trunnion/base/units.hpp"
+
+#include "support/machines.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
-const std::string kHeader = "run_id,time_s,X_mm,Y_mm,Z_mm,A_deg,C_deg,T_frame_degC,quantity,n_x,n_y,n_z,value,unit,u_random,u_common\n";
+const std::string kHeader =
+    "run_id,time_s,X_mm,Y_mm,Z_mm,A_deg,C_deg,T_frame_degC,quantity,n_x,n_y,n_z,value,unit,u_random,u_"
+    "common\n";
 
 Result<Dataset> read(const std::vector<std::string>& bodies, Diagnostics& diagnostics) {
   std::vector<NamedText> files;
-  for (const auto& body : bodies) files.push_back({std::string(1, static_cast<char>('a' + files.size())) + ".csv", kHeader + body});
+  for (const auto& body : bodies)
+    files.push_back({std::string(1, static_cast<char>('a' + files.size())) + ".csv", kHeader + body});
   return parse_measurements(files, test::shipped_machine("trunnion_offset"), diagnostics);
 }
 
@@ -31,7 +35,8 @@ TEST(Measurement, ConvertsUnitsAndFillsInDefaults) {
 
 TEST(Measurement, EmptyValueIsStateOnly) {
   Diagnostics diagnostics;
-  const auto data = read({"r1,0,0,0,0,0,0,20,,,,,,,,\nr1,1,0,0,0,0,0,20,displacement,1,0,0,2,um,1,0\n"}, diagnostics);
+  const auto data =
+      read({"r1,0,0,0,0,0,0,20,,,,,,,,\nr1,1,0,0,0,0,0,20,displacement,1,0,0,2,um,1,0\n"}, diagnostics);
   ASSERT_TRUE(data) << data.error().text();
   EXPECT_EQ(data->rows.size(), 2u);
   EXPECT_EQ(data->readings.size(), 1u);
@@ -40,9 +45,11 @@ TEST(Measurement, EmptyValueIsStateOnly) {
 
 TEST(Measurement, GroupsReadingsOfTheSameDirection) {
   Diagnostics diagnostics;
-  const auto data = read({"r1,0,0,0,0,0,0,20,displacement,1,0,0,2,um,1,0\nr1,1,5,0,0,0,0,20,displacement,0.9999999,0,0,2,um,1,0\n"
-                          "r1,2,5,0,0,0,0,20,displacement,0,1,0,2,um,1,0\nr2,0,5,0,0,0,0,20,displacement,1,0,0,2,um,1,0\n"},
-                         diagnostics);
+  const auto data =
+      read({"r1,0,0,0,0,0,0,20,displacement,1,0,0,2,um,1,0\nr1,1,5,0,0,0,0,20,displacement,0.9999999,0,0,2,"
+            "um,1,0\n"
+            "r1,2,5,0,0,0,0,20,displacement,0,1,0,2,um,1,0\nr2,0,5,0,0,0,0,20,displacement,1,0,0,2,um,1,0\n"},
+           diagnostics);
   ASSERT_TRUE(data);
   EXPECT_EQ(data->group_count, 3u);
   EXPECT_EQ(data->readings[0].group, data->readings[1].group);
@@ -50,7 +57,9 @@ TEST(Measurement, GroupsReadingsOfTheSameDirection) {
 
 TEST(Measurement, ReportsEveryFaultWithItsPlace) {
   Diagnostics diagnostics;
-  const auto data = read({"r1,0,0,0,0,0,0,20,displacement,1,0,0,2,urad,1,0\nr1,1,x,0,0,0,0,20,displacement,2,0,0,2,um,0,-1\n"}, diagnostics);
+  const auto data = read(
+      {"r1,0,0,0,0,0,0,20,displacement,1,0,0,2,urad,1,0\nr1,1,x,0,0,0,0,20,displacement,2,0,0,2,um,0,-1\n"},
+      diagnostics);
   ASSERT_FALSE(data);
   std::vector<std::string> texts;
   for (const auto& f : diagnostics.findings()) texts.push_back(f.text());
@@ -80,7 +89,9 @@ TEST(Measurement, SameRunInTwoFilesGoesOnWithItsTimesOrIsAnother) {
 TEST(Measurement, TextReadsBackToTheSameReadings) {
   Diagnostics diagnostics;
   const Machine machine = test::shipped_machine("trunnion_offset");
-  const auto data = read({"r1,0,1.5,-2,3,30,45,21.25,displacement,0.6,0.8,0,2.125,um,1,\nr1,1,0,0,0,0,0,20,,,,,,,,\n"}, diagnostics);
+  const auto data =
+      read({"r1,0,1.5,-2,3,30,45,21.25,displacement,0.6,0.8,0,2.125,um,1,\nr1,1,0,0,0,0,0,20,,,,,,,,\n"},
+           diagnostics);
   ASSERT_TRUE(data);
   const std::vector<NamedText> files = {{"b.csv", measurements_text(*data, machine, {" a comment"})}};
   const auto back = parse_measurements(files, machine, diagnostics);

@@ -22,9 +22,9 @@ std::string_view text_of(Verdict verdict);
 struct DiagnoseOptions {
   double alpha = 0.01;  // chance of any false alarm, over everything tried
   std::size_t max_effects = 3;
-  std::size_t simulations = 200;  // of the null of the maximum; fewer for large data
-  std::uint64_t seed = 1;         // fixed: nobody re-rolls for a nicer answer
-  bool plan = true;               // propose the next measurement
+  std::size_t simulations = 80;  // of the null of the maximum; fewer for large data
+  std::uint64_t seed = 1;        // fixed: nobody re-rolls for a nicer answer
+  bool plan = true;              // propose the next measurement
 };
 
 struct Rival {

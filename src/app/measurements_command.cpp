@@ -1,0 +1,69 @@
+#include <memory>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/diagnosis/import.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct Options {
+  std::string file, out;
+  diagnosis::MapImport map;
+  diagnosis::LogImport log;
+};
+
+template <class Import>
+int run(const Options& options, const Import& import) {
+  const auto text = read_file(options.file);
+  if (!text) return print_error(text.error());
+  Diagnostics diagnostics;
+  const auto imported = import(*text, diagnostics);
+  if (!imported) return print_failure(diagnostics, imported.error());
+  print(diagnostics);
+  return write_output(options.out, *imported);
+}
+
+void add_files(CLI::App& command, Options& options) {
+  command.add_option("file", options.file, "file to read")->required();
+  command.add_option("-o,--output", options.out, "measurement file to write")->required();
+}
+
+}  // namespace
+
+void add_measurements_command(CLI::App& root, int& exit) {
+  auto* measurements =
+      root.add_subcommand("measurements", "other people's measurements into the measurement format");
+  measurements->require_subcommand(1);
+  auto* import = measurements->add_subcommand("import", "read another format");
+  import->require_subcommand(1);
+  auto options = std::make_shared<Options>();
+
+  auto* map =
+      import->add_subcommand("map", "two-dimensional map: x, y, error along X, error along Y (mm, um)");
+  add_files(*map, *options);
+  map->add_option("--u-random-um", options->map.u_random_um, "standard uncertainty of one reading");
+  map->add_option("--parts", options->map.parts, "runs that the points are dealt to, for held-out tests");
+  map->callback([options, &exit] {
+    exit = run(*options, [&](const std::string& text, Diagnostics& d) {
+      return diagnosis::import_map(text, options->file, options->map, d);
+    });
+  });
+
+  auto* log = import->add_subcommand("log", "temperature log with a displacement channel");
+  add_files(*log, *options);
+  log->add_option("--channel", options->log.channel, "column of the displacement, um")->required();
+  log->add_option("--direction", options->log.direction, "X, Y or Z: direction of sensitivity")
+      ->check(CLI::IsMember({"X", "Y", "Z"}));
+  log->add_option("--u-random-um", options->log.u_random_um, "standard uncertainty of one reading");
+  log->add_option("--step-s", options->log.step_s, "time between rows where the file has none");
+  log->add_option("--every", options->log.every, "keep each n-th reading; the others stay as state");
+  log->callback([options, &exit] {
+    exit = run(*options, [&](const std::string& text, Diagnostics& d) {
+      return diagnosis::import_log(text, options->file, options->log, d);
+    });
+  });
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,155 @@
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+
+#include "diagnosis/campaigns.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+using test::Campaign;
+
+const std::string kBase = "[model]\nname = \"base\"\n[[effect]]\nid = \"location:A\"\n";
+const std::string kTruth =
+    "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 8\nZ0A_um = "
+    "-5\nB0A_urad = 20\nC0A_urad = -15\n";
+
+std::string effect(const std::string& id, const std::string& parameters, const std::string& keys = "") {
+  return "[[effect]]\nid = \"" + id + "\"\n" + keys + "[effect.parameters]\n" + parameters;
+}
+
+struct Case {
+  std::string id, toml;
+  Campaign campaign;
+};
+
+Campaign thermal() {
+  Campaign c;
+  c.angles = false;
+  c.thermal = true;
+  return c;
+}
+Campaign feeds() {
+  Campaign c;
+  c.angles = false;
+  c.feeds = true;
+  return c;
+}
+
+// One effect of every kind, of a size that a shop would call small.
+const std::vector<Case>& hidden() {
+  static const std::vector<Case> cases = {
+      {"location:C", effect("location:C", "X0C_um = 3\nY0C_um = -2\nA0C_urad = 10\nB0C_urad = -8\n"), {}},
+      {"squareness:C0Y", effect("squareness:C0Y", "C0Y_urad = 9\n"), {}},
+      {"squareness:B0Z", effect("squareness:B0Z", "B0Z_urad = -10\n"), {}},
+      {"squareness:A0Z", effect("squareness:A0Z", "A0Z_urad = 10\n"), {}},
+      {"component:EYX", effect("component:EYX", "P2_um = 1.5\nP3_um = -1.2\n"), {}},
+      {"component:EXX", effect("component:EXX", "P1_um = 1.5\nP2_um = -1\nP4_um = 0.8\n"), {}},
+      {"component:EBX", effect("component:EBX", "P1_urad = 2.5\nP2_urad = -2\n"), {}},
+      {"component:EZC", effect("component:EZC", "cos1_um = 1.2\nsin2_um = 1\n"), {}},
+      {"component:ECC", effect("component:ECC", "cos1_urad = 5\nsin1_urad = -4\n"), {}},
+      {"periodic:X", effect("periodic:X", "sin_um = 1.2\ncos_um = 0.8\np_mm = 5\n"), {}},
+      {"worm:C", effect("worm:C", "sin_urad = 3\ncos_urad = 2\nn = 36\n"), {}},
+      {"backlash:Y", effect("backlash:Y", "b_um = 2.5\n"), {}},
+      {"backlash:C", effect("backlash:C", "b_urad = 6\n"), {}},
+      {"crosstalk:XY", effect("crosstalk:XY", "P11_um = 40\nP12_um = 20\n", "component = \"EZX\"\n"), {}},
+      {"sag:A", effect("sag:A", "A_sin_urad = 10\nY_sin_um = 3\nZ_cos_um = -3\n"), {}},
+      {"overhang:Z", effect("overhang:Z", "A_urad_per_m = 25\nB_urad_per_m = -20\n"), {}},
+      {"spindle_growth", effect("spindle_growth", "Z_um_per_krpm = 1\nY_um_per_krpm = 0.4\ntau_s = 1800\n"),
+       thermal()},
+      {"screw_heating:X", effect("screw_heating:X", "alpha_um_per_m_K = 2.5\noffset_um_per_K = 0.2\n"),
+       thermal()},
+      {"thermal_location:C",
+       effect("thermal_location:C", "X_um_per_K = 1\nY_um_per_K = -0.7\ntau_s = 2400\n",
+              "sensor = \"frame\"\n"),
+       thermal()},
+      {"ambient_drift",
+       effect("ambient_drift", "X_um_per_K = 1\nY_um_per_K = -0.8\nZ_um_per_K = 1.2\ntau_s = 3000\n"),
+       thermal()},
+      {"time_drift", effect("time_drift", "X_um_per_h = 2\nY_um_per_h = -1.5\nZ_um_per_h = 2\n"), thermal()},
+      {"servo_lag:X", effect("servo_lag:X", "tau_ms = 0.04\n"), feeds()},
+      {"spindle_tilt", effect("spindle_tilt", "A0S_urad = 60\nB0S_urad = 50\n"), {}},
+      {"tool_length", effect("tool_length", "Z0S_um = 3\n"), {}},
+      {"setup_tilt",
+       effect("setup_tilt", "A_ball_1_urad = 25\nB_ball_2_urad = -20\nC_ball_3_urad = 25\n"),
+       {}},
+      {"step", effect("step", "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 500\n", "run = \"ball_2\"\n"), {}},
+  };
+  return cases;
+}
+
+Diagnosis diagnosed(const std::string& truth, const Campaign& campaign, std::uint64_t seed,
+                    const std::string& base = kBase, const std::string& machine_name = "trunnion_offset") {
+  const Machine machine = test::thermal_machine(machine_name);
+  const Dataset data = test::measured(machine, test::plan_text(campaign), truth, seed);
+  return diagnose(machine, data, test::model_for(machine, data, base));
+}
+
+std::string said(const Diagnosis& d) {
+  std::string out(text_of(d.verdict));
+  for (const auto& set : d.sets) {
+    out += " [";
+    for (const auto& id : set) out += (out.back() == '[' ? "" : " ") + id;
+    out += "]";
+  }
+  return out;
+}
+
+bool holds(const Diagnosis& d, const std::string& id) {
+  return std::any_of(d.sets.begin(), d.sets.end(),
+                     [&](const auto& set) { return std::find(set.begin(), set.end(), id) != set.end(); });
+}
+
+std::size_t repeats(std::size_t fallback) {
+  const char* text = std::getenv("TRUNNION_DIAGNOSIS_SEEDS");
+  return text ? static_cast<std::size_t>(std::strtoul(text, nullptr, 10)) : fallback;
+}
+
+class Hidden : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(LongDiagnosis, Hidden, testing::Range<std::size_t>(0, 26));
+
+TEST_P(Hidden, IsNamedFirst) {
+  const Case& c = hidden().at(GetParam());
+  const std::size_t count = repeats(3);
+  std::size_t first = 0, in_set = 0;
+  for (std::size_t seed = 1; seed <= count; ++seed) {
+    const Diagnosis d = diagnosed(kTruth + c.toml, c.campaign, seed);
+    const bool right = !d.effects.empty() && d.effects[0] == c.id;
+    first += right;
+    in_set += holds(d, c.id);
+    std::cout << (right ? "  ok    " : "  WRONG ") << c.id << " seed " << seed << ": " << said(d) << " conf "
+              << d.confidence << " dof " << d.dof << "\n";
+  }
+  EXPECT_EQ(in_set, count) << c.id;
+  EXPECT_GE(first + 1, count) << c.id;
+}
+
+class Null : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(LongDiagnosis, Null,
+                         testing::Values("", "noise_factor = 1.2\n", "noise_factor = 0.83\n",
+                                         "autocorrelation = 0.5\n", "outlier_fraction = 0.04\n",
+                                         "resolution_um = 1\n"));
+
+TEST_P(Null, NamesNothing) {
+  const std::size_t count = repeats(8);
+  std::map<std::string, std::size_t> verdicts;
+  std::size_t alarms = 0;
+  for (std::size_t seed = 1; seed <= count; ++seed) {
+    Campaign c;
+    c.simulation = GetParam();
+    c.angles = seed % 2 == 0;
+    c.u_common_um = seed % 3 == 0 ? 0.8 : 0.3;
+    const Diagnosis d = diagnosed(kTruth, c, 100 + seed);
+    ++verdicts[said(d)];
+    alarms += d.verdict != Verdict::nothing_to_find && d.verdict != Verdict::data_problem;
+  }
+  for (const auto& [text, n] : verdicts)
+    std::cout << "  " << GetParam() << "  " << n << " x " << text << "\n";
+  EXPECT_LE(alarms, count / 25);
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
