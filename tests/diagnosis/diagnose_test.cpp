@@ -74,7 +74,7 @@ const std::vector<Case>& hidden() {
       {"spindle_tilt", effect("spindle_tilt", "A0S_urad = 60\nB0S_urad = 50\n"), {}},
       {"tool_length", effect("tool_length", "Z0S_um = 3\n"), {}},
       {"setup_tilt",
-       effect("setup_tilt", "A_ball_1_urad = 25\nB_ball_2_urad = -20\nC_ball_3_urad = 25\n"),
+       effect("setup_tilt", "A_ball_1_urad = 90\nB_ball_2_urad = -80\nC_ball_3_urad = 90\n"),
        {}},
       {"step", effect("step", "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 500\n", "run = \"ball_2\"\n"), {}},
   };
@@ -149,6 +149,51 @@ TEST_P(Null, NamesNothing) {
   for (const auto& [text, n] : verdicts)
     std::cout << "  " << GetParam() << "  " << n << " x " << text << "\n";
   EXPECT_LE(alarms, count / 25);
+}
+
+// A ball on the table only: small enough for every run of the unit tests.
+Campaign table_only() {
+  Campaign c;
+  c.lasers = false;
+  c.angles = false;
+  return c;
+}
+
+TEST(Diagnose, NamesALocationErrorAndRecoversItsParameters) {
+  const Diagnosis d = diagnosed(kTruth + hidden()[0].toml, table_only(), 7);
+  EXPECT_EQ(d.verdict, Verdict::named) << said(d);
+  ASSERT_EQ(d.effects, std::vector<std::string>{"location:C"});
+  for (const auto& [key, truth] :
+       {std::pair{"X0C_um", 3.0}, {"Y0C_um", -2.0}, {"A0C_urad", 10.0}, {"B0C_urad", -8.0}}) {
+    const auto& all = d.ranking.at(0).parameters;
+    const auto p =
+        std::find_if(all.begin(), all.end(), [&](const RankedParameter& q) { return q.key == key; });
+    ASSERT_NE(p, all.end()) << key;
+    if (p->sigma) EXPECT_NEAR(p->value, truth, 4.0 * *p->sigma) << key;
+  }
+}
+
+TEST(Diagnose, FindsNothingWhereNothingIs) {
+  const Diagnosis d = diagnosed(kTruth, table_only(), 8);
+  EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
+  EXPECT_TRUE(d.effects.empty());
+}
+
+TEST(Diagnose, AWrongUncertaintyIsADataProblem) {
+  Campaign c = table_only();
+  c.simulation = "noise_factor = 1.5\n";
+  EXPECT_EQ(diagnosed(kTruth, c, 9).verdict, Verdict::data_problem);
+}
+
+TEST(Diagnose, TheSameRunTwiceIsADataProblem) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  Dataset data = test::measured(machine, test::plan_text(table_only()), kTruth, 1);
+  const std::string text = measurements_text(data, machine);
+  const std::vector<NamedText> files = {{"a.csv", text}, {"b.csv", text}};
+  Diagnostics diagnostics;
+  const auto both = parse_measurements(files, machine, diagnostics);
+  ASSERT_TRUE(both);
+  EXPECT_EQ(diagnose(machine, *both, test::model_for(machine, *both, kBase)).verdict, Verdict::data_problem);
 }
 
 }  // namespace
