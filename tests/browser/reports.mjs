@@ -12,6 +12,7 @@ const browser = await chromium.launch({
 
 async function open(name, colorScheme = 'light') {
   const page = await browser.newPage({viewport: {width: 1280, height: 720}, colorScheme});
+  page.setDefaultTimeout(120000);  // a busy machine is no fault of the page
   const troubles = [];
   page.on('console', (m) => m.type() === 'error' && troubles.push(`console: ${m.text()}`));
   page.on('pageerror', (e) => troubles.push(`exception: ${e.message}`));
