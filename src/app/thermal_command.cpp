@@ -223,6 +223,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
 
   add_import(*command, exit);
   add_thermal_serve_command(*command, exit);
+  add_thermal_sample_commands(*command, exit);
 }
 
 }  // namespace trunnion::app

@@ -1,0 +1,101 @@
+// Simulated impeller days and their assessment: what the sample of the thermal paper is made of.
+#include <memory>
+#include <spdlog/spdlog.h>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/thermal/assess.hpp"
+
+#include "app/support.hpp"
+#include "app/thermal_serve.hpp"
+
+namespace trunnion::app {
+namespace {
+
+using namespace thermal;
+
+struct SimulateOptions {
+  ImpellerDays days;
+  bool no_hidden = false;
+  std::string output;
+  std::string truth;
+};
+
+ExitCode run_simulate(const SimulateOptions& options) {
+  ImpellerDays days = options.days;
+  days.hidden_effects = !options.no_hidden;
+  const SimulatedDays made = simulate(days);
+  if (const ExitCode code = write_output(options.output, log_text(made.log, {" simulated impeller days"}));
+      code != kDone)
+    return code;
+  return options.truth.empty() ? kDone : write_output(options.truth, truth_text(made));
+}
+
+struct AssessOptions {
+  std::string truth, offsets, json;
+  double tolerance_mm = 0.1;
+  double least_share = 0.0;
+  bool per_blade = false;
+};
+
+ExitCode run_assess(const AssessOptions& options) {
+  const auto truth = read_file(options.truth);
+  if (!truth) return print_error(truth.error());
+  const auto offsets = read_file(options.offsets);
+  if (!offsets) return print_error(offsets.error());
+  Diagnostics diagnostics;
+  const auto blades = assess_files(*truth, options.truth, *offsets, options.offsets,
+                                   options.per_blade ? Sending::per_blade : Sending::always, diagnostics);
+  if (!blades) return print_failure(diagnostics, blades.error());
+  const double before = share_within(*blades, &BladeResult::before_mm, options.tolerance_mm);
+  const double after = share_within(*blades, &BladeResult::after_mm, options.tolerance_mm);
+  std::string text = "run         blade  uncorrected  corrected   [um]\n";
+  for (const BladeResult& b : *blades) {
+    const auto um = [](double mm, std::size_t width) {
+      std::string s = fixed_text(mm / kMmPerUm, 1);
+      return std::string(s.size() < width ? width - s.size() : 0, ' ') + s;
+    };
+    std::string run = b.run;
+    run.resize(std::max<std::size_t>(12, run.size()), ' ');
+    text += run + "    " + std::to_string(b.blade) + um(b.before_mm, 13) + um(b.after_mm, 11) + "\n";
+  }
+  text += std::to_string(blades->size()) + " blades, within " + shortest_text(options.tolerance_mm) +
+          " mm: " + fixed_text(100.0 * before, 2) + " % uncorrected, " + fixed_text(100.0 * after, 2) +
+          " % corrected\n";
+  if (const ExitCode code = write_output("-", text); code != kDone) return code;
+  return after >= options.least_share ? kDone : kCheckFailed;
+}
+
+}  // namespace
+
+void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
+  auto making = std::make_shared<SimulateOptions>();
+  CLI::App* sub =
+      thermal.add_subcommand("simulate", "impeller days of a simulated machine, with their truth");
+  sub->add_option("-o,--output", making->output, "temperature log to write")->required();
+  sub->add_option("--truth", making->truth, "what really happened");
+  sub->add_option("--impellers", making->days.impellers)->check(CLI::Range(1, 1000))->capture_default_str();
+  sub->add_option("--blades", making->days.blades)->check(CLI::Range(1, 100))->capture_default_str();
+  sub->add_option("--seed", making->days.day_seed, "of the days")->capture_default_str();
+  sub->add_option("--machine-seed", making->days.machine_seed)->capture_default_str();
+  sub->add_option("--gain", making->days.gain, "of all drifts")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_flag("--no-hidden", making->no_hidden, "without the effects that no sensor sees");
+  sub->callback([making, &exit] { exit = run_simulate(*making); });
+
+  auto assessing = std::make_shared<AssessOptions>();
+  sub = thermal.add_subcommand("assess", "share of blades within a tolerance, with and without offsets");
+  sub->add_option("truth", assessing->truth, "truth of thermal simulate")->required();
+  sub->add_option("offsets", assessing->offsets, "offsets of thermal predict")->required();
+  sub->add_option("--tolerance-mm", assessing->tolerance_mm)
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub->add_flag("--per-blade", assessing->per_blade, "the offset is sent once, at the start of each blade");
+  sub->add_option("--least-share", assessing->least_share, "exit code 1 when fewer blades are within")
+      ->check(CLI::Range(0.0, 1.0));
+  sub->callback([assessing, &exit] { exit = run_assess(*assessing); });
+}
+
+}  // namespace trunnion::app
