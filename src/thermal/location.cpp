@@ -14,11 +14,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Poses are set to some arc seconds at best: a direction a thousandfold weaker than the strongest is not
+// measured.
+constexpr double kWeakest = 1e-3;
+
 struct Column {
   std::string name;
   Link link;
   Vec3 direction;  // of the translation, in the axes of the link
   bool of_axis = false;
+  std::optional<AxisId> inner;  // the rotary axis that this one carries, which stays where it is
 };
 
 // Three translations of the tool, then two across each rotary axis: those of X, Y, Z that the axis is least
@@ -30,16 +35,23 @@ std::vector<Column> columns_of(const Machine& machine) {
   for (Index i = 0; i < 3; ++i)
     out.push_back({std::string("tool_") + kSmall[static_cast<std::size_t>(i)],
                    {Link::Kind::spindle, 0},
-                   Vec3::Unit(i)});
-  for (const AxisId id : machine.rotary_axes()) {
+                   Vec3::Unit(i),
+                   false,
+                   {}});
+  const auto rotary = machine.rotary_axes();
+  for (std::size_t k = 0; k < rotary.size(); ++k) {
+    const Axis& axis = machine.axes[rotary[k]];
     Index along = 0;
-    machine.axes[id].direction.cwiseAbs().maxCoeff(&along);
+    axis.direction.cwiseAbs().maxCoeff(&along);
     for (Index i = 0; i < 3; ++i) {
-      if (i != along)
-        out.push_back({kLetters[static_cast<std::size_t>(i)] + std::string("0") + machine.axes[id].name,
-                       {Link::Kind::joint, id},
-                       Vec3::Unit(i),
-                       true});
+      if (i == along) continue;
+      Column column{kLetters[static_cast<std::size_t>(i)] + std::string("0") + axis.name,
+                    {Link::Kind::joint, rotary[k]},
+                    Vec3::Unit(i),
+                    true,
+                    {}};
+      if (k + 1 < rotary.size()) column.inner = rotary[k + 1];
+      out.push_back(std::move(column));
     }
   }
   return out;
@@ -49,13 +61,17 @@ std::vector<Column> columns_of(const Machine& machine) {
 Vec3 deviation(const Machine& machine, const Column& column, const JointVector& q,
                const std::optional<JointVector>& probed_at) {
   const Twist unit{column.direction, Vec3::Zero()};
-  const DeviationMap here(machine, q, machine.tool_vector());
-  Vec3 d_P = here.linear_P(column.link, unit).displacement_mm;
-  if (column.of_axis && probed_at) {
-    d_P -=
-        DeviationMap(machine, *probed_at, machine.tool_vector()).linear_P(column.link, unit).displacement_mm;
-  }
-  return here.R_MP() * d_P;
+  // Twists of the chain are relative to the axis before: an axis that moves alone takes its shift back at the
+  // next one.
+  const auto at = [&](const JointVector& pose) {
+    const DeviationMap map(machine, pose, machine.tool_vector());
+    Vec3 d_P = map.linear_P(column.link, unit).displacement_mm;
+    if (column.inner) d_P -= map.linear_P({Link::Kind::joint, *column.inner}, unit).displacement_mm;
+    return d_P;
+  };
+  Vec3 d_P = at(q);
+  if (column.of_axis && probed_at) d_P -= at(*probed_at);
+  return part_in_machine(machine, q).R * d_P;
 }
 
 // "tool_x, X0C": what a null vector mixes, largest first.
@@ -85,15 +101,15 @@ const DriftParameter* DriftSplit::find(std::string_view name) const {
 std::optional<Vec3> DriftSplit::deviation_M(const Machine& machine, const JointVector& q,
                                             const std::optional<JointVector>& probed_at) const {
   const auto columns = columns_of(machine);
-  constexpr double kNoEffect = 1e-9;
-  Vec3 out = Vec3::Zero();
-  for (std::size_t j = 0; j < columns.size(); ++j) {
-    const Vec3 unit = deviation(machine, columns[j], q, probed_at);
-    if (unit.norm() < kNoEffect) continue;
-    if (!parameters[j].identifiable) return std::nullopt;
-    out += parameters[j].value_mm * unit;
+  MatrixXd X(3, static_cast<Index>(columns.size()));
+  VectorXd value(X.cols());
+  for (Index j = 0; j < X.cols(); ++j) {
+    X.col(j) = deviation(machine, columns[static_cast<std::size_t>(j)], q, probed_at);
+    value[j] = parameters[static_cast<std::size_t>(j)].value_mm;
   }
-  return out;
+  // What the readings left open must not move the tool here.
+  if (null_space.cols() > 0 && (X * null_space).norm() > kWeakest) return std::nullopt;
+  return Vec3(X * value);
 }
 
 Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftReading>& readings,
@@ -125,7 +141,7 @@ Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftRe
   const VectorXd inverse = s.head(out.rank).cwiseInverse();
   const VectorXd value = V * inverse.asDiagonal() * svd.matrixU().leftCols(out.rank).transpose() * y;
   // A basis of the null space in which each vector mixes as few parameters as possible.
-  MatrixXd null = svd.matrixV().rightCols(X.cols() - out.rank);
+  const MatrixXd null = svd.matrixV().rightCols(X.cols() - out.rank);
   for (Index j = 0; j < X.cols(); ++j) {
     DriftParameter p;
     p.name = columns[static_cast<std::size_t>(j)].name;
@@ -141,6 +157,7 @@ Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftRe
     for (Index k = 0; k < reduced.rows(); ++k)
       out.null_directions.push_back(in_words(reduced.row(k).transpose().normalized(), columns));
   }
+  out.null_space = null;
   const VectorXd residual = y - X * value;
   double sum = 0.0;
   for (Index i = 0; i < residual.size(); ++i)

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "support/machines.hpp"
 
 namespace trunnion::thermal {
@@ -76,21 +75,50 @@ TEST_P(DriftOf, OneAngleIsRefused) {
   EXPECT_FALSE(split->deviation_M(machine, q, zero));
 }
 
-// A datum that was set cold rides: at A = 0 a shift of the C axis is a constant like the tool's, and only
-// tilting tells.
+// A datum that was set cold rides: a common shift of tool and axes is never seen, and at A = 0 a shift of the
+// C axis is one of the tool. What any pose does can be told all the same once A was tilted.
 TEST_P(DriftOf, ARidingDatumNeedsTilt) {
   const Machine machine = test::shipped_machine(GetParam());
   ChainErrors errors;
   errors.joint[*machine.axis("C")].trans_mm = Vec3(0.0, 0.020, 0.0);
+  JointVector q;
+  q[*machine.axis("A")] = 0.5;
+  const auto there = readings_at(machine, {{Angle::radians(0.5).deg(), 0.0}}, errors, Vec3::Zero(), false);
   const auto flat = split_drift(
       machine, readings_at(machine, {{0, 0}, {0, 90}, {0, 180}, {0, 270}}, errors, Vec3::Zero(), false), {});
   EXPECT_FALSE(flat->find("Y0C")->identifiable);
+  EXPECT_FALSE(flat->deviation_M(machine, q, {}));
   const auto tilted = split_drift(
       machine, readings_at(machine, {{0, 0}, {60, 0}, {90, 120}}, errors, Vec3::Zero(), false), {});
-  EXPECT_TRUE(tilted->find("Y0C")->identifiable);
-  EXPECT_NEAR(tilted->find("Y0C")->value_mm, 0.020, 1e-6);
-  EXPECT_FALSE(
-      tilted->find("Y0A")->identifiable);  // the outermost axis and the tool: only their difference exists
+  EXPECT_FALSE(tilted->find("Y0C")->identifiable);
+  const auto predicted = tilted->deviation_M(machine, q, {});
+  ASSERT_TRUE(predicted);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR((*predicted)[static_cast<Eigen::Index>(i)], there[i].value_mm, 1e-6);
+}
+
+// After a probing everything comes apart when both axes are turned.
+TEST_P(DriftOf, TurningBothAxesSeparatesAll) {
+  const Machine machine = test::shipped_machine(GetParam());
+  ChainErrors errors;  // A shifts by dA alone: C, which it carries, shifts back
+  errors.joint[*machine.axis("A")].trans_mm = Vec3(0.0, 0.011, -0.006);
+  errors.joint[*machine.axis("C")].trans_mm = Vec3(0.020, -0.011, 0.006);
+  const Vec3 tool(0.007, -0.004, 0.002);
+  const auto split = split_drift(
+      machine, readings_at(machine, {{0, 0}, {0, 120}, {0, 240}, {45, 0}, {90, 90}}, errors, tool, true),
+      JointVector{});
+  ASSERT_TRUE(split);
+  EXPECT_TRUE(split->null_directions.empty());
+  EXPECT_EQ(split->rank, 7);
+  for (const auto& [name, value] : std::vector<std::pair<std::string, double>>{{"X0C", 0.020},
+                                                                               {"Y0C", 0.0},
+                                                                               {"Y0A", 0.011},
+                                                                               {"Z0A", -0.006},
+                                                                               {"tool_x", 0.007},
+                                                                               {"tool_y", -0.004},
+                                                                               {"tool_z", 0.002}}) {
+    EXPECT_NEAR(split->find(name)->value_mm, value, 2e-6) << name;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Trunnions, DriftOf, testing::Values("paper", "trunnion_offset", "xyzac_trt"),

@@ -23,27 +23,29 @@ struct DriftParameter {
   bool identifiable = false;  // value and sigma mean something
 };
 
-/// Drift split into a shift of the tool (three translations) and of each rotary axis (two, across it).
+/// Drift split into a shift of the tool (three translations) and of each rotary axis: of its line in M at A =
+/// C = 0, across it (the location errors of ISO 230-7; an axis moves alone, the one that it carries stays).
 struct DriftSplit {
   std::vector<DriftParameter> parameters;
   long rank = 0;
   double condition = 0.0;                    // of the identifiable part
   std::vector<std::string> null_directions;  // what these poses cannot tell apart, in words
+  Eigen::MatrixXd null_space;                // the same as columns over the parameters
   double rms_mm = 0.0;                       // of the residual
 
   const DriftParameter* find(std::string_view name) const;
-  /// Deviation of the tool relative to the part at another pose, axes of M; nothing when a parameter that
-  /// matters there is not identifiable.
+  /// Deviation of the tool relative to the part at another pose, axes of M; nothing when it depends on what
+  /// the readings leave open.
   std::optional<Vec3> deviation_M(const Machine& machine, const JointVector& q,
                                   const std::optional<JointVector>& probed_at) const;
 };
 
 /// Splits readings by weighted least squares through the chain's own linearisation (effects/deviation.hpp).
-/// Datum: without `probed_at` it rides (it was set cold): a tool shift is a constant in M, a shift of A its
-/// opposite (never told apart), a shift of C turns with A. With `probed_at` the program zero was probed at
-/// that pose on the drifted axes, so that axis shifts count as their difference to that pose, carried with
-/// the table, and the tool shift is what came since: Delta = (I - R_A) dA + R_A (I - R_C) dC - t for a
-/// probing at A = C = 0. Fails when there are no readings or an uncertainty is not above zero.
+/// Datum: without `probed_at` it rides (it was set cold): d = t - (I - R_A) dA - R_A dC; a common shift of
+/// all three is never seen. With `probed_at` the program zero was probed at that pose on the drifted axes, so
+/// that axis shifts count as their difference to that pose, carried with the table, and the tool shift is
+/// what came since: d = t - (I - R_A) dA - R_A (I - R_C) dC for a probing at A = C = 0. Fails when there are
+/// no readings or an uncertainty is not above zero.
 Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftReading>& readings,
                                const std::optional<JointVector>& probed_at);
 
