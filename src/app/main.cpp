@@ -32,6 +32,7 @@ void register_commands(CLI::App& root, int& exit) {
   app::add_measurements_command(root, exit);
   app::add_thermal_command(root, exit);
   app::add_table_command(root, exit);
+  app::add_study_command(root, exit);
 }
 
 int run(int argc, char** argv) {

@@ -43,6 +43,7 @@ void add_iso230_command(CLI::App& root, int& exit);
 void add_model_command(CLI::App& root, int& exit);
 void add_simulate_command(CLI::App& root, int& exit);
 void add_measurements_command(CLI::App& root, int& exit);
+void add_study_command(CLI::App& root, int& exit);
 /// Members of the group `trunnion model`.
 void add_model_effects_command(CLI::App& model, int& exit);
 void add_thermal_command(CLI::App& root, int& exit);

@@ -42,6 +42,7 @@ Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, bool 
   node.t = t;
   node.tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P;
   node.axis_P = slerp(a_->axis_P, b_->axis_P, t);
+  node.beside_P = tip_P - node.tip_P;
   JointVector placed = q;
   if (rounded) {
     round_to_words(*machine_, *kinematics_, *rounding_, tip_P, placed);

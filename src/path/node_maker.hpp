@@ -15,7 +15,8 @@ struct Node {
   double t = 0.0;             // fraction of the chord
   Vec3 tip_P = Vec3::Zero();  // point of the chord
   Vec3 axis_P = Vec3::UnitZ();
-  Station station;  // where the machine stands, on the word grid if it was asked for
+  Vec3 beside_P = Vec3::Zero();  // from tip_P to where the tip is put
+  Station station;               // where the machine stands, on the word grid if it was asked for
 };
 
 /// Makes nodes of one segment.

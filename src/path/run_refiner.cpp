@@ -48,6 +48,7 @@ void RunRefiner::refine(std::span<const Point> run, const Tolerance& tolerance, 
     i = last;
     out.push_back(run[i]);
     out.back().q = stations_[i].q;
+    if (moves) out.back().beside_P = moves_[i];
   }
 }
 

@@ -160,7 +160,7 @@ SegmentReport SegmentRefiner::refine(const SegmentEnds& ends, const Tolerance& t
   judge_pieces(report);
   report.inserted = static_cast<std::uint32_t>(nodes_.size());
   for (const Node& node : nodes_) {
-    out.push_back({node.station.q, node.tip_P, node.axis_P, ends.b->where, true});
+    out.push_back({node.station.q, node.tip_P, node.axis_P, ends.b->where, true, node.beside_P});
   }
   return report;
 }

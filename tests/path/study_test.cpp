@@ -5,43 +5,19 @@
 #include <gtest/gtest.h>
 #include <map>
 
-#include "trunnion/cl/reader.hpp"
-#include "trunnion/path/solution_choice.hpp"
-
 #include "path/table_3_2.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
 namespace {
 
-// The runs of a CL file: cutting moves, and links (rapids) of two points each.
 std::vector<StudyRun> runs_of(const Machine& machine, const std::string& file) {
   Diagnostics diagnostics;
   const auto program = cl::load_program(file, {}, diagnostics);
   if (!program) throw std::runtime_error(diagnostics.first_error().text());
-  std::vector<ChoicePoint> asked;
-  for (const cl::Record& record : program->records) {
-    const auto* motion = std::get_if<cl::Motion>(&record.data);
-    if (motion != nullptr) asked.push_back({{motion->tip_P, motion->axis_P}, record.where, motion->rapid});
-  }
-  ChoiceOptions options;
-  options.tool_mm = machine.tool_vector();
-  options.inverse.axis_resolution = program->resolution.axis;
-  std::vector<ChosenPoint> chosen;
-  ChoiceSummary summary;
-  const auto done = choose_solutions(machine, asked, JointVector(), options, file, chosen, summary);
-  if (!done) throw std::runtime_error(done.error().text());
-  std::vector<StudyRun> runs(1);
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    const Point p{chosen[i].q, asked[i].pose.tip_P, asked[i].pose.axis_P, asked[i].where, false};
-    if (i > 0 && (asked[i].rapid || chosen[i].reconfigure)) {
-      const Point before = runs.back().points.back();
-      runs.push_back({{before, p}, true});
-      runs.emplace_back();
-    }
-    runs.back().points.push_back(p);
-  }
-  return runs;
+  auto runs = study_runs(machine, machine.tool_vector(), *program);
+  if (!runs) throw std::runtime_error(runs.error().text());
+  return *runs;
 }
 
 const PlacementStudy& placement(const ToleranceStudy& study, const std::string& name) {

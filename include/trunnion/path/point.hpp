@@ -13,6 +13,9 @@ struct Point {
       Vec3::UnitZ();  // prescribed unit tool axis: of the CL file, or of the great circle for an inserted one
   SourceRef where;    // line of the CL file; of the segment's end for an inserted one
   bool inserted = false;
+  /// Where the tip is put beside `tip_P`, mm: nodes of two-sided placement, moved programmed points. A
+  /// compensation aims at tip_P + beside_P.
+  Vec3 beside_P = Vec3::Zero();
 };
 
 /// The grid on which the NC words stand. A quantum of 0 leaves that axis as it is.

@@ -50,8 +50,8 @@ class ErrorModel {
   const Station* b_;
   Predictor predictor_;
   Vec3 midpoint_ = Vec3::Zero();
-  Vec3 odd_ = Vec3::Zero();   // half the sum of the end slopes
-  Vec3 even_ = Vec3::Zero();  // half their difference
+  Vec3 odd_ = Vec3::Zero();                    // half the sum of the end slopes
+  Vec3 even_ = Vec3::Zero();                   // half their difference
   std::array<Vec3, kMaxHarmonicOrder> sines_;  // amplitudes
 };
 

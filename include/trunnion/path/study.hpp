@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/cl/reader.hpp"
 #include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/solution_choice.hpp"
 
 namespace trunnion::path {
 
@@ -12,6 +14,11 @@ struct StudyRun {
   std::vector<Point> points;
   bool link = false;
 };
+
+/// The runs of a CL program on this machine, its rotary solutions chosen over the whole program; not rounded.
+/// Fails as choose_solutions does.
+Result<std::vector<StudyRun>> study_runs(const Machine& machine, const Vec3& tool_mm,
+                                         const cl::Program& program);
 
 struct StudyOptions {
   std::vector<double> tolerances_mm{0.01, 0.005, 0.002, 0.001, 0.0005};

@@ -1,0 +1,63 @@
+#include <memory>
+
+#include "trunnion/path/study.hpp"
+#include "trunnion/report/study_json.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct StudyCommand {
+  std::string cl_file;
+  MachineOptions machine;
+  std::vector<double> tolerances_mm;
+  std::optional<double> axis_tolerance_deg;
+  std::size_t listed = 50;
+  std::string json;
+};
+
+ExitCode run(const StudyCommand& command) {
+  Diagnostics diagnostics;
+  const auto machine = load(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto program = cl::load_program(command.cl_file, {}, diagnostics);
+  if (!program) return print_failure(diagnostics, program.error());
+  const auto runs = path::study_runs(*machine, machine->tool_vector(), *program);
+  if (!runs) return print_failure(diagnostics, runs.error());
+  print(diagnostics);
+  path::StudyOptions options;
+  if (!command.tolerances_mm.empty()) options.tolerances_mm = command.tolerances_mm;
+  options.axis_tolerance =
+      command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
+  options.listed = command.listed;
+  const auto result = path::study_nonlinear(*machine, machine->tool_vector(), *runs, options);
+  if (!command.json.empty()) {
+    if (const auto code = write_output(command.json, report::study_json(result)); code != kDone) return code;
+  }
+  return command.json == "-" ? kDone : write_output("-", report::study_text(result));
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& root, int& exit) {
+  auto* study = root.add_subcommand("study", "what the methods do on a CL file");
+  study->require_subcommand(1);
+  auto command = std::make_shared<StudyCommand>();
+  CLI::App* c = study->add_subcommand(
+      "nonlinear",
+      "predictors of the nonlinear error against the truth; points and proved error by placement");
+  c->add_option("part", command->cl_file, "CL file (- is standard input)")->required();
+  command->machine.add_to(*c, false);
+  c->add_option("--tolerance-mm", command->tolerances_mm,
+                "tolerances to compare (0.01 0.005 0.002 0.001 0.0005)")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',');
+  c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "of the tool axis (the machine's)")
+      ->check(CLI::PositiveNumber);
+  c->add_option("--list", command->listed, "segments to list, largest error first")->capture_default_str();
+  c->add_option("--json", command->json, "write the result as JSON to this file (- is standard output)");
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app
