@@ -168,6 +168,11 @@ Result<void> Pipeline::emit_run(const std::vector<path::ChosenPoint>& chosen) {
     if (chosen[i].reconfigure && !approach_) {
       if (auto done = emit_reconfiguration(chosen[i].q, motion); !done) return done;
     }
+    if (const std::size_t last = cutting_run_end(i, event, chosen); last > i) {
+      if (auto done = emit_cutting_run(i, last, chosen); !done) return done;
+      i = last;
+      continue;
+    }
     if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q), motion); !done) return done;
     if (chosen[i].q_leave == chosen[i].q) continue;
     if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q_leave), motion); !done) return done;
@@ -351,7 +356,7 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
   if (!compensator_) return {};
   const MachineState after = state_.towards(expected(to.q), last_.q);
   if (after.direction == state_.now().direction) return {};
-  const auto found = compensator_->corrected(last_.tip_P, last_.axis_P, after);
+  const auto found = compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after);
   if (!found) return {};  // the same failure comes with its place for the point itself
   JointVector q = found->q;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
@@ -401,7 +406,7 @@ void Pipeline::moved(const JointVector& q, double seconds) {
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
-  Vec3 tip_P = point.tip_P;
+  Vec3 tip_P = point.tip_P + point.beside_P;
   if (offsets_) {
     // A deviation of the tool is answered by its opposite.
     const Vec3 deviation_P = offsets_->deviation_P(part_in_machine(machine_, q).R);

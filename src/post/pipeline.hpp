@@ -44,6 +44,12 @@ class Pipeline {
   Result<void> flush_run();
   Result<void> emit_run(const std::vector<path::ChosenPoint>& chosen);
   Result<void> emit_segment(const path::Point& to, const Pending& motion);
+  /// Where programmed points may be dropped or moved: the last of the cutting motions from `first` on that
+  /// are one run (one feed, nothing said between them); `first` itself otherwise. `event` is the next one.
+  std::size_t cutting_run_end(std::size_t first, std::size_t event,
+                              const std::vector<path::ChosenPoint>& chosen) const;
+  Result<void> emit_cutting_run(std::size_t first, std::size_t last,
+                                const std::vector<path::ChosenPoint>& chosen);
   Result<void> emit_event(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change);
@@ -106,6 +112,8 @@ class Pipeline {
   path::Point last_;      // nominal, on the word grid
   JointVector last_emitted_;
   std::vector<path::Point> inserted_;
+  std::vector<path::Point> run_;
+  std::vector<path::SegmentReport> reports_;
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
