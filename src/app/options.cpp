@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "trunnion/base/number_text.hpp"
-#include "trunnion/thermal/log.hpp"
+#include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
 #include "trunnion/thermal/predictor.hpp"
 
@@ -210,7 +210,8 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnos
   if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
   const auto loaded = thermal::load_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
-  auto log = thermal::load_logs({temperatures}, diagnostics);
+  std::vector<thermal::SensorFault> faults;
+  auto log = thermal::load_conditioned_logs({temperatures}, diagnostics, faults);
   if (!log) return tl::unexpected(log.error());
   if (log->runs.size() != 1) {
     return fail(ErrorCode::wrong_input,

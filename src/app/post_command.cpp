@@ -27,6 +27,12 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   out.push_back("machine " + machine.name + ", " + machine.file);
   out.push_back("errors " + (command.options.model.empty() ? std::string("none compensated")
                                                            : "compensated: " + command.options.model));
+  const PostCliOptions& o = command.options;
+  if (!o.no_thermal && (!o.offsets.empty() || !o.thermal_model.empty())) {
+    out.push_back("thermal offsets " +
+                  (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
+                  ": valid for that thermal history only, from the first block on");
+  }
   out.push_back("nonlinear error " + command.options.nonlinear + ", tolerance " +
                 shortest_text(options.tolerance_mm) + " mm");
   return out;

@@ -15,10 +15,6 @@ namespace {
 
 using namespace thermal;
 
-// Faster logs are averaged to this: structures do not move in 15 s, and noise falls with the root of the
-// number.
-constexpr double kStep_s = 15.0;
-
 struct Options {
   std::vector<std::string> logs;
   std::vector<std::string> targets;
@@ -40,15 +36,15 @@ struct Prepared {
 
 Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_faulty,
                          Diagnostics& diagnostics) {
-  auto raw = load_logs(paths, diagnostics);
-  if (!raw) return tl::unexpected(raw.error());
   Prepared out;
-  out.log = resampled(without_faults(*raw, SensorLimits{}, out.faults), kStep_s);
-  for (const SensorFault& fault : out.faults) diagnostics.warning(raw->file, {}, fault.text());
+  auto log = load_conditioned_logs(paths, diagnostics, out.faults);
+  if (!log) return tl::unexpected(log.error());
+  out.log = std::move(*log);
   if (!leave_out_faulty) return out;
   std::vector<std::string> left_out;
   out.log = without_faulty_sensors(out.log, out.faults, left_out);
-  for (const auto& name : left_out) diagnostics.warning(raw->file, {}, "sensor '" + name + "' is left out");
+  for (const auto& name : left_out)
+    diagnostics.warning(out.log.file, {}, "sensor '" + name + "' is left out");
   return out;
 }
 

@@ -217,4 +217,13 @@ Log without_faulty_sensors(const Log& log, const std::vector<SensorFault>& fault
   return out;
 }
 
+Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnostics& diagnostics,
+                                  std::vector<SensorFault>& faults) {
+  const auto raw = load_logs(paths, diagnostics);
+  if (!raw) return tl::unexpected(raw.error());
+  Log out = resampled(without_faults(*raw, SensorLimits{}, faults), kLogStep_s);
+  for (const SensorFault& fault : faults) diagnostics.warning(raw->file, {}, fault.text());
+  return out;
+}
+
 }  // namespace trunnion::thermal

@@ -43,4 +43,10 @@ Log resampled(const Log& log, double step_s);
 Log without_faulty_sensors(const Log& log, const std::vector<SensorFault>& faults,
                            std::vector<std::string>& left_out);
 
+/// Logs as models want them: joined, without faults (each one a warning), resampled to kLogStep_s.
+inline constexpr double kLogStep_s =
+    15.0;  // structures do not move in less, and noise falls with the root of the number
+Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnostics& diagnostics,
+                                  std::vector<SensorFault>& faults);
+
 }  // namespace trunnion::thermal
