@@ -5,6 +5,7 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/report/iso230_json.hpp"
+#include "trunnion/report/result_page.hpp"
 
 #include "app/support.hpp"
 
@@ -16,6 +17,7 @@ using namespace iso230;
 struct Options {
   std::vector<std::string> data;
   std::optional<std::string> json;
+  std::string report;
   std::string axis;    // name of the line of a motion log, which does not say it
   std::string centre;  // ISO 230-7
 };
@@ -126,9 +128,15 @@ ExitCode run(const Options& options, const Evaluate& evaluate) {
   print(diagnostics);
   if (options.json) {
     if (const ExitCode code = write_output(*options.json, output->json); code != kDone) return code;
-    if (*options.json == "-") return kDone;
   }
-  return write_output("-", output->text);
+  if (!options.report.empty()) {
+    const auto page = report::result_page("ISO 230: " + options.data.front(),
+                                          "Evaluated after the standard; the symbols are the standard's.",
+                                          output->json, made_by());
+    if (const ExitCode code = write_output(options.report, report::page_html(page)); code != kDone)
+      return code;
+  }
+  return options.json == "-" ? kDone : write_output("-", output->text);
 }
 
 }  // namespace
@@ -143,6 +151,7 @@ void add_iso230_command(CLI::App& root, int& exit) {
                     "measurement files (part 2 also reads the raw data of a motion logger)")
         ->required();
     sub->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+    sub->add_option("--report", options->report, "write a self-contained HTML page");
     sub->callback([options, evaluate, &exit] { exit = run(*options, evaluate); });
     return std::pair(sub, options);
   };

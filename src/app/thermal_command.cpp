@@ -4,6 +4,7 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/report/result_page.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
 
@@ -23,6 +24,7 @@ struct Options {
   std::string method = "auto";
   std::optional<std::string> output;
   std::optional<std::string> json;
+  std::string report;
   std::vector<std::string> axes;  // channel=dx
   std::string model;
   std::string run;
@@ -52,8 +54,15 @@ Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_f
 ExitCode write_result(const Options& options, const std::string& json, const std::string& text) {
   if (options.json) {
     if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
-    if (*options.json == "-") return kDone;
   }
+  if (!options.report.empty()) {
+    const auto page = report::result_page(
+        "Thermal error: " + options.logs.front(),
+        "Screened and fitted; the errors of fits are those of runs that were held out.", json, made_by());
+    if (const ExitCode code = write_output(options.report, report::page_html(page)); code != kDone)
+      return code;
+  }
+  if (options.json == "-") return kDone;
   // A model or table on standard output stands there alone.
   if (options.output == "-") return kDone;
   return write_output("-", text);
@@ -177,6 +186,7 @@ void add_log_options(CLI::App& sub, Options& options) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub.add_option("--json", options.json, "write the result as JSON (- is standard output)");
+  sub.add_option("--report", options.report, "write a self-contained HTML page");
 }
 
 }  // namespace
