@@ -80,10 +80,12 @@ class Builder {
         break;
       }
     }
+    unit_ = row.contains("unit") && row["unit"].is_string() ? row["unit"].get<std::string>() : "";
     Section section{title, {}};
     plot(title, row, section);
     for (const auto& [key, item] : row.items()) {
       if (is_table(item)) table(title + ", " + key, item, section);
+      if (item.is_object()) plot(title + ", " + key, item, section);
     }
     if (!section.items.empty()) page_.sections.push_back(std::move(section));
   }
@@ -104,7 +106,7 @@ class Builder {
         s.name = scale_of_key(key).label;
         s.x = x;
         s.y = std::move(numbers);
-        plot.y = {"value", scale_of_key(key).unit};
+        plot.y = {"value", scale_of_key(key).unit.empty() ? unit_ : scale_of_key(key).unit};
         plot.series.push_back(std::move(s));
       }
     }
@@ -158,6 +160,7 @@ class Builder {
   }
 
   Page& page_;
+  std::string unit_;  // of the row whose lists are drawn
   std::size_t count_ = 0;
 };
 
