@@ -6,18 +6,21 @@
 #include <map>
 #include <tuple>
 
-#include "diagnosis/measurement_columns.hpp"
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/measurement_columns.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kNotRead = std::numeric_limits<double>::quiet_NaN();  // an empty sensor field, until it is filled in
-constexpr double kSameDirection = 1e-6;                                // README, "u_common": n equal within this
-constexpr double kDirectionLengthError = 1e-2;  // n given with two decimals, (0.71, 0.71, 0), is still a direction
+constexpr double kNotRead =
+    std::numeric_limits<double>::quiet_NaN();  // an empty sensor field, until it is filled in
+constexpr double kSameDirection = 1e-6;        // README, "u_common": n equal within this
+constexpr double kDirectionLengthError =
+    1e-2;  // n given with two decimals, (0.71, 0.71, 0), is still a direction
 
 // One row with its values apart, as long as several files' sensors are being joined.
 struct RawRow {
@@ -30,7 +33,8 @@ struct RawRow {
 
 class RowReader {
  public:
-  RowReader(const config::CsvTable& table, const MeasurementColumns& columns, const Machine& machine, Diagnostics& diagnostics)
+  RowReader(const config::CsvTable& table, const MeasurementColumns& columns, const Machine& machine,
+            Diagnostics& diagnostics)
       : table_(table), columns_(columns), machine_(machine), diagnostics_(diagnostics) {}
 
   RawRow read(const config::CsvTable::Row& row, std::size_t file) {
@@ -44,9 +48,11 @@ class RowReader {
     out.state.spindle_rpm = optional_number(columns_.rpm, 0.0);
     for (const auto& sensor : columns_.temperatures)
       out.temperatures[sensor.name] = optional_number(sensor.column, kNotRead) - machine_.reference_degC;
-    for (const auto& sensor : columns_.states) out.states[sensor.name] = optional_number(sensor.column, kNotRead);
+    for (const auto& sensor : columns_.states)
+      out.states[sensor.name] = optional_number(sensor.column, kNotRead);
     for (int i = 0; i < 3; ++i)
-      out.origin.tool_mm[i] = optional_number(columns_.tool[static_cast<std::size_t>(i)], out.origin.tool_mm[i]);
+      out.origin.tool_mm[i] =
+          optional_number(columns_.tool[static_cast<std::size_t>(i)], out.origin.tool_mm[i]);
     if (!text(columns_.value).empty()) out.reading = read_reading();
     return out;
   }
@@ -56,12 +62,15 @@ class RowReader {
     if (!column) return {};
     const std::string& field = row_->fields[*column];
     const auto begin = field.find_first_not_of(" \t");
-    return begin == std::string::npos ? std::string() : field.substr(begin, field.find_last_not_of(" \t") - begin + 1);
+    return begin == std::string::npos ? std::string()
+                                      : field.substr(begin, field.find_last_not_of(" \t") - begin + 1);
   }
   void error(std::size_t column, const std::string& message) {
     diagnostics_.error(table_.file, {row_->line, static_cast<std::uint32_t>(column + 1)}, message);
   }
-  double number(std::size_t column) { return config::csv_number(table_, *row_, column, diagnostics_).value_or(0.0); }
+  double number(std::size_t column) {
+    return config::csv_number(table_, *row_, column, diagnostics_).value_or(0.0);
+  }
   double optional_number(std::optional<std::size_t> column, double fallback) {
     return text(column).empty() ? fallback : number(*column);
   }
@@ -73,33 +82,41 @@ class RowReader {
     state.velocity[a] = optional_number(columns.velocity, 0.0) * unit / kSecondsPerMinute;
     const double direction = optional_number(columns.direction, 0.0);
     if (direction != 0.0 && std::abs(direction) != 1.0)
-      error(*columns.direction, direction_column(machine_.axes[a]) + " must be +1, -1 or 0, not " + shortest_text(direction));
+      error(*columns.direction,
+            direction_column(machine_.axes[a]) + " must be +1, -1 or 0, not " + shortest_text(direction));
     state.direction[a] = static_cast<std::int8_t>((direction > 0.0) - (direction < 0.0));
   }
 
   Reading read_reading() {
     Reading reading;
     const std::string quantity = text(columns_.quantity);
-    if (quantity == "rotation") reading.quantity = Quantity::rotation;
+    if (quantity == "rotation")
+      reading.quantity = Quantity::rotation;
     else if (quantity != "displacement")
       error(*columns_.quantity, "quantity must be 'displacement' or 'rotation', not '" + quantity + "'");
     const std::string frame = text(columns_.frame);
-    if (frame == "part") reading.frame = SensitivityFrame::part;
-    else if (!frame.empty() && frame != "machine") error(*columns_.frame, "frame must be 'machine' or 'part', not '" + frame + "'");
+    if (frame == "part")
+      reading.frame = SensitivityFrame::part;
+    else if (!frame.empty() && frame != "machine")
+      error(*columns_.frame, "frame must be 'machine' or 'part', not '" + frame + "'");
     const std::string unit = text(columns_.unit);
     const std::string wanted = reading.quantity == Quantity::displacement ? "um" : "urad";
-    if (unit != wanted) error(*columns_.unit, "the unit of a " + quantity + " must be '" + wanted + "', not '" + unit + "'");
+    if (unit != wanted)
+      error(*columns_.unit, "the unit of a " + quantity + " must be '" + wanted + "', not '" + unit + "'");
     const double factor = reading.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
     for (int i = 0; i < 3; ++i) reading.n[i] = number(*columns_.n[static_cast<std::size_t>(i)]);
     const double length = reading.n.norm();
     if (std::abs(length - 1.0) > kDirectionLengthError)
       error(*columns_.n[0], "(n_x, n_y, n_z) must be a unit vector; its length is " + shortest_text(length));
-    else reading.n /= length;
+    else
+      reading.n /= length;
     reading.value = number(*columns_.value) * factor;
     reading.u_random = number(*columns_.u_random) * factor;
     if (!(reading.u_random > 0.0)) error(*columns_.u_random, "u_random must be greater than 0");
-    if (columns_.u_common && text(columns_.u_common).empty()) reading.u_common = std::nullopt;
-    else reading.u_common = optional_number(columns_.u_common, 0.0) * factor;
+    if (columns_.u_common && text(columns_.u_common).empty())
+      reading.u_common = std::nullopt;
+    else
+      reading.u_common = optional_number(columns_.u_common, 0.0) * factor;
     if (reading.u_common.value_or(0.0) < 0.0) error(*columns_.u_common, "u_common must not be negative");
     return reading;
   }
@@ -126,7 +143,8 @@ struct Span {
   double end = -std::numeric_limits<double>::infinity();
 };
 
-// A run_id in a further file goes on with the run when its times do; else that file measured a run of its own.
+// A run_id in a further file goes on with the run when its times do; else that file measured a run of its
+// own.
 class RunNames {
  public:
   void rename(std::vector<RawRow>& rows, const std::string& file, Diagnostics& diagnostics) {
@@ -143,8 +161,11 @@ class RunNames {
       if (before != seen_.end() && span.begin < before->second.end) {
         for (int i = 1; seen_.contains(name) || here.contains(name); ++i)
           name = id + " (" + file + (i == 1 ? "" : ", " + std::to_string(i)) + ")";
-        diagnostics.note(file, {}, "run '" + id + "' stands in several files with overlapping times: here it is a run of its own, '" +
-                                       name + "'");
+        diagnostics.note(
+            file, {},
+            "run '" + id +
+                "' stands in several files with overlapping times: here it is a run of its own, '" + name +
+                "'");
       }
       new_name[id] = name;
     }
@@ -160,10 +181,10 @@ class RunNames {
   std::map<std::string, Span> seen_;
 };
 
-// Sensors that some files lack, and empty fields: a value holds until the next one of its run; before the first one it was the
-// first one; a run without any is at reference (temperature) or 0 (state).
+// Sensors that some files lack, and empty fields: a value holds until the next one of its run; before the
+// first one it was the first one; a run without any is at reference (temperature) or 0 (state).
 void fill_in(std::vector<RawRow>& rows, std::vector<std::size_t>& by_time, const std::string& sensor,
-             std::map<std::string, double> RawRow::* values) {
+             std::map<std::string, double> RawRow::*values) {
   double last = kNotRead;
   for (int pass = 0; pass < 2; ++pass) {
     for (const std::size_t i : by_time) {
@@ -205,8 +226,9 @@ Dataset joined(std::vector<RawRow>& rows, std::vector<std::string> files) {
   std::vector<std::vector<std::size_t>> by_time(context.runs.size());
   for (std::size_t i = 0; i < rows.size(); ++i) by_time[rows[i].state.run].push_back(i);
   for (auto& run : by_time) {
-    std::stable_sort(run.begin(), run.end(),
-                     [&](std::size_t a, std::size_t b) { return rows[a].state.time_s < rows[b].state.time_s; });
+    std::stable_sort(run.begin(), run.end(), [&](std::size_t a, std::size_t b) {
+      return rows[a].state.time_s < rows[b].state.time_s;
+    });
     for (const auto& name : context.names.temperatures) fill_in(rows, run, name, &RawRow::temperatures);
     for (const auto& name : context.names.states) fill_in(rows, run, name, &RawRow::states);
   }
@@ -251,7 +273,8 @@ Dataset make_dataset(EffectContext context, std::span<const MachineState> states
   const auto cell = [](double x) { return static_cast<std::int64_t>(std::llround(x / kSameDirection)); };
   for (Reading& r : out.readings) {
     const Key key{states[r.row].run, r.quantity, r.frame, cell(r.n.x()), cell(r.n.y()), cell(r.n.z())};
-    // Two n within kSameDirection may fall into neighbouring cells: look there too before a new group is opened.
+    // Two n within kSameDirection may fall into neighbouring cells: look there too before a new group is
+    // opened.
     auto it = groups.find(key);
     for (int i = 0; it == groups.end() && i < 27; ++i) {
       Key near = key;
@@ -266,7 +289,8 @@ Dataset make_dataset(EffectContext context, std::span<const MachineState> states
   return out;
 }
 
-Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machine& machine, Diagnostics& diagnostics) {
+Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machine& machine,
+                                   Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   std::vector<RawRow> all;
   std::vector<std::string> names;
@@ -288,11 +312,13 @@ Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machi
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   Dataset out = joined(all, std::move(names));
   if (out.readings.empty())
-    return fail(ErrorCode::wrong_input, "no row has a value: nothing was measured", files.empty() ? "" : files.front().file);
+    return fail(ErrorCode::wrong_input, "no row has a value: nothing was measured",
+                files.empty() ? "" : files.front().file);
   return out;
 }
 
-Result<Dataset> load_measurements(const std::vector<std::string>& paths, const Machine& machine, Diagnostics& diagnostics) {
+Result<Dataset> load_measurements(const std::vector<std::string>& paths, const Machine& machine,
+                                  Diagnostics& diagnostics) {
   std::vector<NamedText> texts;
   for (const std::string& path : paths) {
     auto text = read_file(path);

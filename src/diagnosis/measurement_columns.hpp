@@ -8,7 +8,8 @@
 
 namespace trunnion::diagnosis {
 
-/// Which column of a measurement file holds what. Names and defaults: README of this layer, "Measurement file".
+/// Which column of a measurement file holds what. Names and defaults: README of this layer, "Measurement
+/// file".
 struct MeasurementColumns {
   struct PerAxis {
     std::optional<std::size_t> position, direction, velocity;
@@ -28,8 +29,9 @@ std::string position_column(const Axis& axis);
 std::string direction_column(const Axis& axis);
 std::string velocity_column(const Axis& axis);
 
-/// Sorts the header's columns; unknown ones (a misspelt column is never ignored), those of axes that the machine lacks, and
-/// missing ones go to `diagnostics` as errors.
-MeasurementColumns measurement_columns(const config::CsvTable& table, const Machine& machine, Diagnostics& diagnostics);
+/// Sorts the header's columns; unknown ones (a misspelt column is never ignored), those of axes that the
+/// machine lacks, and missing ones go to `diagnostics` as errors.
+MeasurementColumns measurement_columns(const config::CsvTable& table, const Machine& machine,
+                                       Diagnostics& diagnostics);
 
 }  // namespace trunnion::diagnosis

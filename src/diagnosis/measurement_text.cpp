@@ -1,9 +1,10 @@
 #include <array>
 #include <charconv>
 
-#include "diagnosis/measurement_columns.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/measurement.hpp"
+
+#include "diagnosis/measurement_columns.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -29,7 +30,9 @@ std::string header(const Dataset& data, const Machine& machine) {
 
 std::string state_fields(const Dataset& data, const Machine& machine, std::size_t row) {
   const MachineState state = data.track.state(row);
-  const auto unit = [&](std::size_t a) { return machine.axes[a].kind == AxisKind::linear ? 1.0 : kDegreePerRad; };
+  const auto unit = [&](std::size_t a) {
+    return machine.axes[a].kind == AxisKind::linear ? 1.0 : kDegreePerRad;
+  };
   std::string out = config::csv_field(data.context.runs[state.run].id) + "," + number(state.time_s);
   for (std::size_t a = 0; a < machine.axes.size(); ++a) out += "," + number(state.q[a] * unit(a));
   for (std::size_t a = 0; a < machine.axes.size(); ++a) out += "," + std::to_string(state.direction[a]);
@@ -49,13 +52,15 @@ std::string reading_fields(const Reading& reading) {
   std::string out = displacement ? ",displacement" : ",rotation";
   for (int i = 0; i < 3; ++i) out += "," + number(reading.n[i]);
   out += reading.frame == SensitivityFrame::part ? ",part," : ",machine,";
-  out += number(reading.value / factor) + (displacement ? ",um," : ",urad,") + number(reading.u_random / factor) + ",";
+  out += number(reading.value / factor) + (displacement ? ",um," : ",urad,") +
+         number(reading.u_random / factor) + ",";
   return reading.u_common ? out + number(*reading.u_common / factor) : out;
 }
 
 }  // namespace
 
-std::string measurements_text(const Dataset& data, const Machine& machine, const std::vector<std::string>& comments) {
+std::string measurements_text(const Dataset& data, const Machine& machine,
+                              const std::vector<std::string>& comments) {
   std::string out;
   for (const auto& comment : comments) out += "# " + comment + "\n";
   out += header(data, machine);

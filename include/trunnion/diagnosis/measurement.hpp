@@ -24,13 +24,14 @@ struct Reading {
   double value = 0.0;              // mm, rad
   double u_random = 0.0;           // standard uncertainty of one reading, > 0; mm, rad
   std::optional<double> u_common;  // of the offset shared by the group; nothing: to be estimated
-  /// Readings of one run with the same quantity, frame and n (within 1e-6) share one offset: index of that group.
+  /// Readings of one run with the same quantity, frame and n (within 1e-6) share one offset: index of that
+  /// group.
   std::size_t group = 0;
 };
 
 /// Where a row came from and which point of the tool it measured.
 struct RowOrigin {
-  std::size_t file = 0;   // of Dataset::files
+  std::size_t file = 0;  // of Dataset::files
   std::uint32_t line = 0;
   Vec3 tool_mm = Vec3::Zero();  // from S to the measured point
 };
@@ -53,18 +54,23 @@ struct NamedText {
   std::string text;
 };
 
-/// Reads measurement files (README of this layer, "Measurement file"). A run_id that several files use is one run when its times
-/// go on from file to file, else each file has a run of its own (`id (file)`), with a note. Every faulty field is reported with
-/// file:line:column; fails when there is one, or no reading at all.
-Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machine& machine, Diagnostics& diagnostics);
-Result<Dataset> load_measurements(const std::vector<std::string>& paths, const Machine& machine, Diagnostics& diagnostics);
+/// Reads measurement files (README of this layer, "Measurement file"). A run_id that several files use is one
+/// run when its times go on from file to file, else each file has a run of its own (`id (file)`), with a
+/// note. Every faulty field is reported with file:line:column; fails when there is one, or no reading at all.
+Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machine& machine,
+                                   Diagnostics& diagnostics);
+Result<Dataset> load_measurements(const std::vector<std::string>& paths, const Machine& machine,
+                                  Diagnostics& diagnostics);
 
-/// A dataset from its parts: sorts nothing, groups the readings. `states` carry the run and the sensors of `context`.
+/// A dataset from its parts: sorts nothing, groups the readings. `states` carry the run and the sensors of
+/// `context`.
 Dataset make_dataset(EffectContext context, std::span<const MachineState> states, std::vector<RowOrigin> rows,
                      std::vector<Reading> readings);
 
-/// CSV text that parse_measurements reads back to the same data (10 significant digits). `comments` go first, one line each.
-std::string measurements_text(const Dataset& data, const Machine& machine, const std::vector<std::string>& comments = {});
+/// CSV text that parse_measurements reads back to the same data (10 significant digits). `comments` go first,
+/// one line each.
+std::string measurements_text(const Dataset& data, const Machine& machine,
+                              const std::vector<std::string>& comments = {});
 
 /// The readings of those runs only for which keep[run] is set; the track keeps every row (memory of lags).
 Dataset with_runs(const Dataset& data, const std::vector<bool>& keep);

@@ -74,9 +74,10 @@ struct TableFormat {
 const std::vector<TableFormat>& table_formats();
 const TableFormat* table_format(std::string_view name);
 
-/// Where the linear axes must stand so that the tool (tool vector `tool_mm`) arrives where `q` commands it on a machine with these
-/// errors: inverse of the exact chain, below 1 nm; rotary axes are left alone.
-JointVector corrected_position(const Machine& machine, const JointVector& q, const Vec3& tool_mm, const ChainErrors& errors);
+/// Where the linear axes must stand so that the tool (tool vector `tool_mm`) arrives where `q` commands it on
+/// a machine with these errors: inverse of the exact chain, below 1 nm; rotary axes are left alone.
+JointVector corrected_position(const Machine& machine, const JointVector& q, const Vec3& tool_mm,
+                               const ChainErrors& errors);
 
 /// Corrections of the linear axes `outputs` at the nodes of `inputs`, all other axes as in `rest`, that bring
 /// the tool tip (tool vector `tool_mm`) where it was commanded on a machine with these error tables: inverse

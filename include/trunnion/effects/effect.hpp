@@ -169,14 +169,16 @@ class Effect {
   Twist twist(const MachineState& state, std::span<const double> lagged,
               std::span<const double> parameters) const;
   virtual RangeCheck check_range(const MachineState& state) const;
-  /// Quantities that people know better than the linear parameters they follow from (the fixed point of a screw).
+  /// Quantities that people know better than the linear parameters they follow from (the fixed point of a
+  /// screw).
   struct Derived {
     std::string key;  // with its unit: "x_fixed_mm"
     double value;     // internal unit; NaN when the parameters do not determine it
     Unit unit;
   };
   virtual std::vector<Derived> derived(std::span<const double> parameters) const;
-  /// Sets `parameters` such that the derived quantity has this value (the others unchanged); false for an unknown key.
+  /// Sets `parameters` such that the derived quantity has this value (the others unchanged); false for an
+  /// unknown key.
   virtual bool set_derived(std::string_view key, double value, std::span<double> parameters) const;
   /// What the model file says of this effect beside its id and parameters, by default `info().variant`.
   virtual std::vector<std::pair<std::string, std::string>> file_keys() const { return info().variant; }

@@ -29,9 +29,10 @@ struct ParameterValue {
 struct ModelEffect {
   std::shared_ptr<const Effect> effect;
   std::vector<ParameterValue> parameters;  // as effect->info().parameters
-  /// False when the file names an effect that has variants without saying which: the first one stands in, a fit may take another.
+  /// False when the file names an effect that has variants without saying which: the first one stands in, a
+  /// fit may take another.
   bool variant_given = true;
-  config::Table evidence;                  // [effect.evidence]: why it was added; kept, never interpreted
+  config::Table evidence;  // [effect.evidence]: why it was added; kept, never interpreted
   SourceRef where;
 
   const std::string& id() const { return effect->info().id; }
@@ -68,7 +69,8 @@ Result<Model> parse_model(std::string_view toml, const std::string& file, const 
 Result<Model> load_model(const std::string& path, const Machine& machine, const EffectContext& context,
                          Diagnostics& diagnostics);
 
-/// Sensors that the model needs and `data` does not have: their temperatures count as at reference, their states as 0.
+/// Sensors that the model needs and `data` does not have: their temperatures count as at reference, their
+/// states as 0.
 std::vector<std::string> missing_sensors(const Model& model, const EffectContext& data);
 
 /// TOML text that parse_model reads back to the same model.
