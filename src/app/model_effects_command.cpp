@@ -5,6 +5,7 @@
 #include "trunnion/effects/library.hpp"
 #include "trunnion/report/effects_report.hpp"
 
+#include "app/options.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -56,7 +57,7 @@ part = ["A", "C"]
 )";
 
 Result<Machine> machine_of(const Options& options, Diagnostics& diagnostics) {
-  return options.machine ? load_machine(*options.machine, diagnostics)
+  return options.machine ? load_machine_or_named(*options.machine, diagnostics)
                          : parse_machine(kTrunnion, "(built in)", diagnostics);
 }
 

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "app/options.hpp"
+
 namespace trunnion::app {
 
 void ModelFiles::add_to(CLI::App& command, bool data_required, bool model_required) {
@@ -21,7 +23,7 @@ void ModelFiles::add_report_to(CLI::App& command) {
 
 std::optional<Machine> read_machine(const std::string& path, int& exit) {
   Diagnostics diagnostics;
-  auto machine = load_machine(path, diagnostics);
+  auto machine = load_machine_or_named(path, diagnostics);
   if (!machine) {
     exit = print_failure(diagnostics, machine.error());
     return std::nullopt;

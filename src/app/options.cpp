@@ -41,12 +41,16 @@ void MachineOptions::add_to(CLI::App& command, bool with_controller) {
   }
 }
 
-Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
+Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& diagnostics) {
   std::error_code ec;
-  const bool named =
-      !fs::exists(options.machine, ec) && options.machine.find_first_of("/.") == std::string::npos;
-  return load_machine(
-      named ? postconfigs_folder() + "/machines/" + options.machine + ".toml" : options.machine, diagnostics);
+  const bool named = !fs::exists(machine, ec) && machine.find_first_of("/.") == std::string::npos;
+  const std::string shipped = postconfigs_folder() + "/machines/" + machine + ".toml";
+  // A name that is neither a file nor shipped is reported as it was given.
+  return load_machine(named && fs::exists(shipped, ec) ? shipped : machine, diagnostics);
+}
+
+Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
+  return load_machine_or_named(options.machine, diagnostics);
 }
 
 Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,

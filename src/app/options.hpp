@@ -23,6 +23,8 @@ struct MachineOptions {
   void add_to(CLI::App& command, bool with_controller);
 };
 
+/// A machine file, by path or by the name of one that ships with the program.
+Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& diagnostics);
 /// The machine file, by path or by the name of one that ships with the program.
 Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics);
 /// The controller that is given, else the machine's, else linuxcnc.

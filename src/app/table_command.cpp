@@ -8,6 +8,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/table_json.hpp"
 
+#include "app/options.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -32,7 +33,7 @@ struct Options {
 };
 
 Result<Machine> read_machine(const Options& options, Diagnostics& diagnostics) {
-  return load_machine(options.machine, diagnostics);
+  return load_machine_or_named(options.machine, diagnostics);
 }
 
 // OUT.csv for one table; OUT_<arguments>.csv for each of several.
