@@ -43,14 +43,6 @@ TableKinematics::TableKinematics(const Machine& machine, const Vec3& tool_mm) {
   }
 }
 
-Vec3 TableKinematics::affine(std::size_t slot, const JointVector& q) const {
-  Vec3 sum = constant_[slot];
-  for (const LinearAxis& axis : linear_) {
-    if (axis.slot == slot) sum += q[axis.id] * axis.motion;
-  }
-  return sum;
-}
-
 TableKinematics::Sines TableKinematics::sines(const JointVector& q) const {
   Sines s;
   for (std::size_t k = 0; k < rotary_count_; ++k) {

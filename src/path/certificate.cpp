@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "path/closed_forms.hpp"
 #include "path/convex.hpp"
 #include "path/expansion.hpp"
 
@@ -28,24 +29,11 @@ constexpr double kRemainderShare = 0.2;
 // The same of the tolerance of a decision, where the slack is not known beforehand.
 constexpr double kRemainderOfTolerance = 0.01;
 
-// Rounding of one evaluation of the chain in doubles: a few units in the last place of every coordinate in
-// it, the angles times the arm included.
-constexpr double kUnitsInTheLastPlace = 32.0 * std::numeric_limits<double>::epsilon();
-
-double rounding_of(const TableKinematics& kinematics, const Station& a, const Station& b, double arm) {
-  double turn = 1.0;
-  for (std::size_t k = 0; k < 2; ++k) {
-    turn += std::abs(kinematics.angle(a.q, k)) + std::abs(kinematics.angle(b.q, k));
-  }
-  return kUnitsInTheLastPlace * arm * turn;
-}
-
-double arm_mm(const TableKinematics& kinematics, const Station& a, const Station& b) {
-  return kinematics.w(a.q).norm() + kinematics.w(b.q).norm() + kinematics.b(a.q).norm() +
-         kinematics.b(b.q).norm() + kinematics.g(a.q).norm() + kinematics.g(b.q).norm();
-}
 // The tool axis is a unit vector.
-constexpr double kAxisArm = 1.0;
+double axis_rounding(const TableKinematics& k, const Station& a, const Station& b) {
+  return kUnitsInTheLastPlace * (1.0 + std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
+                                 std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1)));
+}
 
 struct TipRole {
   using Shape = SegmentShape;
@@ -181,60 +169,6 @@ class Search {
   std::array<Foot, kFirstParts + 1> feet_;
 };
 
-// Proved excess of a curve over its chord, from closed forms of its second to fourth derivatives.
-
-// max |f''| / 8 from norms: al, ga the turns; D, rho the slope and the arm across the outer axis; sig the arm
-// across the inner one.
-double norm_bow(const TableKinematics& k, const Station& a, const Station& b) {
-  const double al = std::abs(k.angle(b.q, 0) - k.angle(a.q, 0));
-  const double ga = std::abs(k.angle(b.q, 1) - k.angle(a.q, 1));
-  const Vec3 w0 = k.w(a.q);
-  const Vec3 w1 = k.w(b.q);
-  const Vec3 d = w1 - w0;
-  const Vec3& n0 = k.direction(0);
-  const Vec3& n1 = k.direction(1);
-  // Along a straight w the arm is largest at an end; a turn about n0 does not change it.
-  const double rho = std::sqrt(std::max(n0.cross(w0).squaredNorm(), n0.cross(w1).squaredNorm()));
-  double slope = d.norm();
-  if (!k.linear_axes_first()) slope += (k.b(b.q) - k.b(a.q)).norm();
-  const double U2 = 2.0 * al * n0.cross(d).norm() + al * al * rho;
-  const double U1 = slope + al * rho;
-  const double arm =
-      std::max(n1.cross(a.tip_P - k.g(a.q)).squaredNorm(), n1.cross(b.tip_P - k.g(b.q)).squaredNorm());
-  const double sig = std::sqrt(arm) + U2 / 8.0;
-  return (ga * ga * sig + 2.0 * ga * U1 + U2) / 8.0;
-}
-
-// Largest of |(1/4 - s^2)(f2/2 + s f3/6)| over |s| <= 1/2: f3 split along f2 (closed maximum) and across it.
-double largest_of_cubic(const Vec3& f2, const Vec3& f3) {
-  const double A = 0.5 * f2.norm();
-  const double along = A > 0.0 ? std::abs(f3.dot(f2)) / (12.0 * A) : f3.norm() / 6.0;
-  const double across2 = std::max(0.0, f3.squaredNorm() - 36.0 * along * along);
-  double s = 0.0;
-  if (along > 0.0) s = 0.25 * along / (A + std::sqrt(A * A + 0.75 * along * along));
-  const double in_line = (0.25 - s * s) * (A + along * s);
-  // (1/4 - s^2) s is at most 1 / (12 sqrt 3); 36 * 432 = 15552.
-  return std::sqrt(in_line * in_line + across2 / 15552.0);
-}
-
-// Distance of the curve from its chord: across the chord, and what it may overshoot its ends by.
-double cubic_bow(const TableKinematics& k, const Station& a, const Station& b) {
-  const Curve curve = tip_curve(k, a, b);
-  const Expansion e = expand(curve);
-  const double remainder = e.M4 / 384.0;
-  const Vec3 chord = k.turn(1, b.tip_P - a.tip_P, curve.mid);
-  const double length = chord.norm();
-  const double whole = largest_of_cubic(e.f2, e.f3) + remainder;
-  if (!(length > 0.0)) return whole;
-  const Vec3 unit = chord / length;
-  const double f2_along = e.f2.dot(unit);
-  const double f3_along = e.f3.dot(unit);
-  const double G = 0.5 * std::abs(f2_along) + std::abs(f3_along) / 12.0 + e.M4 / 48.0;
-  const double overshoot = G > length ? (G - length) * (G - length) / (4.0 * G) : 0.0;
-  const double across = largest_of_cubic(e.f2 - f2_along * unit, e.f3 - f3_along * unit) + remainder;
-  return std::min(whole, std::hypot(across, overshoot));
-}
-
 bool opposite(const Reference& reference) {
   // Below this the plane of the arc comes from rounding.
   constexpr double kOpposite = 1e-9;
@@ -247,15 +181,26 @@ Station station(const TableKinematics& kinematics, const JointVector& q) {
   Station s;
   s.q = q;
   s.sines = kinematics.sines(q);
-  s.tip_P = kinematics.tip_P(q, s.sines);
+  s.w = kinematics.w(q);
+  const Vec3 b = kinematics.b(q);
+  const Vec3 g = kinematics.g(q);
+  const Vec3 inner = kinematics.turn_back(0, s.w, s.sines) + b;
+  s.tip_P = kinematics.turn_back(1, inner, s.sines) + g;
   s.axis_P = kinematics.axis_P(s.sines);
+  s.arm2_outer = kinematics.direction(0).cross(s.w).squaredNorm();
+  s.arm2_inner = kinematics.direction(1).cross(inner).squaredNorm();
+  s.size_mm = s.w.lpNorm<1>() + b.lpNorm<1>() + g.lpNorm<1>();
   return s;
 }
 
 Bound Certifier::tip(const Station& a, const Station& b, const Reference& reference, double ratio,
                      double floor_mm) const {
+  const double rounding = tip_rounding(kinematics_, a, b);
+  const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
+  const double upper = parabola.largest() + beyond_parabola(PieceNorms(kinematics_, a, b).M3()) + rounding;
+  const double lower = std::max(0.0, std::sqrt(parabola.largest_sample2()) - rounding);
+  if (upper <= std::max(ratio * lower, floor_mm)) return {lower, upper, 1};
   const SegmentShape shape(reference.tip0_P, reference.tip1_P);
-  const double rounding = rounding_of(kinematics_, a, b, arm_mm(kinematics_, a, b));
   Search<TipRole> search(kinematics_, shape, Goal{kInfinity, ratio, floor_mm}, rounding);
   search.piece(a, b);
   return search.result();
@@ -266,34 +211,43 @@ Bound Certifier::axis(const Station& a, const Station& b, const Reference& refer
   if (opposite(reference)) return {0.0, kPi, 0};
   const ArcShape shape(reference.axis0_P, reference.axis1_P);
   Search<AxisRole> search(kinematics_, shape, Goal{kInfinity, ratio, floor_rad},
-                          rounding_of(kinematics_, a, b, kAxisArm));
+                          axis_rounding(kinematics_, a, b));
   search.piece(a, b);
   return search.result();
 }
 
 double Certifier::bow_from_norms(const Station& a, const Station& b) const {
-  return norm_bow(kinematics_, a, b) + rounding_of(kinematics_, a, b, arm_mm(kinematics_, a, b));
+  return PieceNorms(kinematics_, a, b).M2() / 8.0 + tip_rounding(kinematics_, a, b);
 }
 
 double Certifier::bow_from_cubic(const Station& a, const Station& b) const {
-  return cubic_bow(kinematics_, a, b) + rounding_of(kinematics_, a, b, arm_mm(kinematics_, a, b));
+  return cubic_bow(kinematics_, a, b) + tip_rounding(kinematics_, a, b);
+}
+
+double Certifier::distance_from_parabola(const Station& a, const Station& b,
+                                         const Reference& reference) const {
+  const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
+  return parabola.largest() + beyond_parabola(PieceNorms(kinematics_, a, b).M3()) +
+         tip_rounding(kinematics_, a, b);
 }
 
 Within Certifier::tip_within(const Station& a, const Station& b, const Reference& reference,
                              double tolerance_mm) const {
-  // The chord of the piece is no farther from the segment (a convex set) than its ends are.
-  const double ends = std::max(distance_to_segment(a.tip_P, reference.tip0_P, reference.tip1_P),
-                               distance_to_segment(b.tip_P, reference.tip0_P, reference.tip1_P));
-  const double rounding = rounding_of(kinematics_, a, b, arm_mm(kinematics_, a, b));
-  if (ends - rounding > tolerance_mm) return Within::no;
-  if (ends + norm_bow(kinematics_, a, b) + rounding <= tolerance_mm) return Within::yes;
+  const double rounding = tip_rounding(kinematics_, a, b);
+  const PieceNorms norms(kinematics_, a, b);
+  // The chord of the piece is no farther from the segment (a convex set) than its ends are, and these no
+  // farther than from the segment's ends: nearly always the two are the same.
+  const double ends2 =
+      std::max((a.tip_P - reference.tip0_P).squaredNorm(), (b.tip_P - reference.tip1_P).squaredNorm());
+  const double left = tolerance_mm - norms.M2() / 8.0 - rounding;
+  if (left >= 0.0 && ends2 <= left * left) return Within::yes;
   // One sample beyond the tolerance is a proof too, and most segments that fail fail in the middle.
-  const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
-  const Vec3 middle_P = kinematics_.tip_P(q, kinematics_.sines(q));
-  if (distance_to_segment(middle_P, reference.tip0_P, reference.tip1_P) - rounding > tolerance_mm) {
-    return Within::no;
-  }
-  if (ends + cubic_bow(kinematics_, a, b) + rounding <= tolerance_mm) return Within::yes;
+  const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
+  const double beyond = tolerance_mm + rounding;
+  if (parabola.largest_sample2() > beyond * beyond) return Within::no;
+  if (parabola.largest() + beyond_parabola(norms.M3()) + rounding <= tolerance_mm) return Within::yes;
+  const double within = tolerance_mm - cubic_bow(kinematics_, a, b) - rounding;
+  if (within >= 0.0 && ends2 <= within * within) return Within::yes;
   const SegmentShape shape(reference.tip0_P, reference.tip1_P);
   Search<TipRole> search(kinematics_, shape, Goal{tolerance_mm, 1.0, 0.0}, rounding);
   search.piece(a, b);
@@ -310,7 +264,7 @@ Within Certifier::axis_within(const Station& a, const Station& b, const Referenc
   const double sine = tolerance.rad() < 0.5 * kPi ? std::sin(tolerance.rad()) : kBelowRightAngle;
   const double ends =
       std::max(ArcShape::distance(shape.foot(a.axis_P)), ArcShape::distance(shape.foot(b.axis_P)));
-  const double rounding = rounding_of(kinematics_, a, b, kAxisArm);
+  const double rounding = axis_rounding(kinematics_, a, b);
   if (ends - rounding > sine) return Within::no;
   // |u''| <= (|dA| + |dC|)^2: a unit vector turned about two axes.
   const double turn = std::abs(kinematics_.angle(b.q, 0) - kinematics_.angle(a.q, 0)) +

@@ -10,6 +10,17 @@ namespace {
 // between the ends it would lose digits.
 constexpr double kBisectorTurn = 1.0;
 
+Curve turning(const TableKinematics& kinematics, const Station& a, const Station& b) {
+  Curve c;
+  c.kinematics = &kinematics;
+  c.al = kinematics.angle(b.q, 0) - kinematics.angle(a.q, 0);
+  c.ga = kinematics.angle(b.q, 1) - kinematics.angle(a.q, 1);
+  c.mid = middle_sines(kinematics, a, b);
+  return c;
+}
+
+}  // namespace
+
 TableKinematics::Sines middle_sines(const TableKinematics& kinematics, const Station& a, const Station& b) {
   TableKinematics::Sines mid;
   for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
@@ -29,23 +40,10 @@ TableKinematics::Sines middle_sines(const TableKinematics& kinematics, const Sta
   return mid;
 }
 
-Curve turning(const TableKinematics& kinematics, const Station& a, const Station& b) {
-  Curve c;
-  c.kinematics = &kinematics;
-  c.al = kinematics.angle(b.q, 0) - kinematics.angle(a.q, 0);
-  c.ga = kinematics.angle(b.q, 1) - kinematics.angle(a.q, 1);
-  c.mid = middle_sines(kinematics, a, b);
-  return c;
-}
-
-}  // namespace
-
 Curve tip_curve(const TableKinematics& kinematics, const Station& a, const Station& b) {
   Curve c = turning(kinematics, a, b);
-  const Vec3 w0 = kinematics.w(a.q);
-  const Vec3 w1 = kinematics.w(b.q);
-  c.r = kinematics.turn_back(0, 0.5 * (w0 + w1), c.mid);
-  c.d = kinematics.turn_back(0, w1 - w0, c.mid);
+  c.r = kinematics.turn_back(0, 0.5 * (a.w + b.w), c.mid);
+  c.d = kinematics.turn_back(0, b.w - a.w, c.mid);
   const Vec3 b0 = kinematics.b(a.q);
   if (kinematics.linear_axes_first()) {
     c.b = b0;

@@ -16,6 +16,9 @@ struct Curve {
   TableKinematics::Sines mid;
 };
 
+/// Sines and cosines of the middle position, from those of the ends where these are near enough.
+TableKinematics::Sines middle_sines(const TableKinematics& kinematics, const Station& a, const Station& b);
+
 /// The tip, and the tool axis, over the piece from a to b.
 Curve tip_curve(const TableKinematics& kinematics, const Station& a, const Station& b);
 Curve axis_curve(const TableKinematics& kinematics, const Station& a, const Station& b);

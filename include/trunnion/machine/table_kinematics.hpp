@@ -54,7 +54,14 @@ class TableKinematics {
   }
 
  private:
-  Vec3 affine(std::size_t slot, const JointVector& q) const;
+  Vec3 affine(std::size_t slot, const JointVector& q) const {
+    if (linear_first_ && slot > 0) return constant_[slot];
+    Vec3 sum = constant_[slot];
+    for (const LinearAxis& axis : linear_) {
+      if (axis.slot == slot) sum += q[axis.id] * axis.motion;
+    }
+    return sum;
+  }
   Vec3 turned(std::size_t k, const Vec3& v, double sin, double cos) const {
     const Vec3& n = n_[k];
     return cos * v + sin * n.cross(v) + ((1.0 - cos) * n.dot(v)) * n;

@@ -11,6 +11,10 @@ struct Station {
   TableKinematics::Sines sines;
   Vec3 tip_P = Vec3::Zero();    // where the tip really is, mm
   Vec3 axis_P = Vec3::UnitZ();  // where the tool axis really points
+  Vec3 w = Vec3::Zero();        // TableKinematics::w, mm
+  double arm2_outer = 0.0;      // squared distance of the tip from the outer rotary axis, mm^2
+  double arm2_inner = 0.0;      // from the inner one
+  double size_mm = 0.0;         // sum of the coordinates' magnitudes: measure of rounding
 };
 Station station(const TableKinematics& kinematics, const JointVector& q);
 
@@ -57,6 +61,9 @@ class Certifier {
   double bow_from_norms(const Station& a, const Station& b) const;
   /// The same from the exact second and third derivative in the middle and a bound on the fourth.
   double bow_from_cubic(const Station& a, const Station& b) const;
+  /// Largest distance from the reference: of the parabola through the ends and the middle, and a bound on
+  /// the third derivative from norms, mm.
+  double distance_from_parabola(const Station& a, const Station& b, const Reference& reference) const;
 
   const TableKinematics& kinematics() const { return kinematics_; }
 

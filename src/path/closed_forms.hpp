@@ -1,0 +1,158 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "path/convex.hpp"
+#include "path/expansion.hpp"
+
+namespace trunnion::path {
+
+// Closed forms of the certificate, in the order of their cost (README of this layer, "The certificate"). All
+// bounds are proved for exact arithmetic; `rounding` covers the doubles.
+
+/// Rounding of one evaluation of the chain in doubles: a few units in the last place of every coordinate in
+/// it, the angles times the arm included.
+inline constexpr double kUnitsInTheLastPlace = 32.0 * std::numeric_limits<double>::epsilon();
+
+/// The same for the distances of the tip on a piece, mm.
+inline double tip_rounding(const TableKinematics& k, const Station& a, const Station& b) {
+  const double turn = 1.0 + std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
+                      std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1));
+  return kUnitsInTheLastPlace * (a.size_mm + b.size_mm) * turn;
+}
+
+/// Bounds on the derivatives of the tip over a piece from norms: turns, arms at the ends and the way of the
+/// linear axes; no sine, no direction.
+class PieceNorms {
+ public:
+  PieceNorms(const TableKinematics& k, const Station& a, const Station& b)
+      : al_(std::abs(k.angle(b.q, 0) - k.angle(a.q, 0))), ga_(std::abs(k.angle(b.q, 1) - k.angle(a.q, 1))) {
+    // Along a straight w the arm is largest at an end; a turn about n0 does not change it.
+    const double rho = std::sqrt(std::max(a.arm2_outer, b.arm2_outer));
+    D_ = (b.w - a.w).norm();
+    const double slope = k.linear_axes_first() ? D_ : D_ + (k.b(b.q) - k.b(a.q)).norm();
+    al_rho_ = al_ * rho;
+    U1_ = slope + al_rho_;
+    U2_ = al_ * (2.0 * D_ + al_rho_);
+    sig_ = std::sqrt(std::max(a.arm2_inner, b.arm2_inner)) + U2_ / 8.0;
+  }
+  /// max |p''|
+  double M2() const { return ga_ * (ga_ * sig_ + 2.0 * U1_) + U2_; }
+  /// max |p'''|
+  double M3() const {
+    const double U3 = al_ * al_ * (3.0 * D_ + al_rho_);
+    return ga_ * (ga_ * (ga_ * sig_ + 3.0 * U1_) + 3.0 * U2_) + U3;
+  }
+
+ private:
+  double al_, ga_;  // turns of the outer and the inner axis
+  double D_ = 0.0;  // way of what the outer axis turns
+  double al_rho_ = 0.0, U1_ = 0.0, U2_ = 0.0, sig_ = 0.0;
+};
+
+/// Where the tip is in the middle of a piece, without a new sine.
+inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station& b) {
+  const TableKinematics::Sines mid = middle_sines(k, a, b);
+  const Vec3 w = 0.5 * (a.w + b.w);
+  if (k.linear_axes_first()) return k.turn_back(1, k.turn_back(0, w, mid) + k.b(a.q), mid) + k.g(a.q);
+  const Vec3 u = k.turn_back(0, w, mid) + 0.5 * (k.b(a.q) + k.b(b.q));
+  return k.turn_back(1, u, mid) + 0.5 * (k.g(a.q) + k.g(b.q));
+}
+
+/// Distance from a segment of the curve that runs through the ends and the middle of a piece as a parabola.
+/// The piece itself leaves it by at most M3 max|(s + 1/2) s (s - 1/2)| / 6 = M3 / (72 sqrt 3).
+class ParabolaForm {
+ public:
+  ParabolaForm(const Reference& r, const Station& a, const Station& b, const Vec3& middle_P)
+      : bow_(middle_P - 0.5 * (a.tip_P + b.tip_P)), chord_(r.tip1_P - r.tip0_P) {
+    const double length2 = chord_.squaredNorm();
+    per_length2_ = length2 > 0.0 ? 1.0 / length2 : 0.0;
+    a_ = foot(a.tip_P - r.tip0_P);
+    b_ = foot(b.tip_P - r.tip0_P);
+    m_ = foot(middle_P - r.tip0_P);
+  }
+  /// Largest squared distance of the ends and of the middle: not above the truth but for rounding.
+  double largest_sample2() const { return std::max({distance2(a_), distance2(b_), distance2(m_)}); }
+
+  /// Largest distance of the parabola.
+  double largest() const {
+    const double along = bow_.dot(chord_) * per_length2_;
+    const Vec3 across = bow_ - along * chord_;
+    const double size2 = across.squaredNorm();
+    // Across the chord, along the bow: -x (1 - t) - y t + 4 c t (1 - t), and what the ends are off beside it.
+    double reach = 0.0;
+    double beside2 = 0.0;
+    if (size2 > 0.0) {
+      const double size = std::sqrt(size2);
+      const double x = a_.across.dot(across) / size;
+      const double y = b_.across.dot(across) / size;
+      reach = std::max({largest_bowed(x, y, size), -x, -y});
+      beside2 = std::max(a_.across.squaredNorm() - x * x, b_.across.squaredNorm() - y * y);
+    } else {
+      reach = std::sqrt(std::max(a_.across.squaredNorm(), b_.across.squaredNorm()));
+    }
+    const double over = std::max({0.0, largest_bowed(-a_.along, -b_.along, std::abs(along)),
+                                  largest_bowed(a_.along - 1.0, b_.along - 1.0, std::abs(along))});
+    const double across2 = reach * reach + std::max(0.0, beside2);
+    if (over == 0.0) return std::sqrt(across2);
+    const double ends = std::sqrt(std::max(distance2(a_), distance2(b_)));
+    return std::min(std::sqrt(across2 + over * over / per_length2_), ends + bow_.norm());
+  }
+
+ private:
+  struct Foot {
+    Vec3 across;
+    double along = 0.0;  // in lengths of the chord
+  };
+  Foot foot(const Vec3& v) const {
+    const double along = v.dot(chord_) * per_length2_;
+    return {v - along * chord_, along};
+  }
+  double distance2(const Foot& f) const {
+    const double over = std::max({0.0, -f.along, f.along - 1.0});
+    return f.across.squaredNorm() + (over > 0.0 ? over * over / per_length2_ : 0.0);
+  }
+
+  Vec3 bow_, chord_;
+  double per_length2_ = 0.0;
+  Foot a_, b_, m_;
+};
+
+/// Largest |e - parabola| for |p'''| up to M3.
+inline double beyond_parabola(double M3) {
+  constexpr double kSqrt3 = 1.7320508075688772;
+  return M3 / (72.0 * kSqrt3);
+}
+
+/// Largest of |(1/4 - s^2)(f2/2 + s f3/6)| over |s| <= 1/2: f3 split along f2 (closed maximum) and across it.
+inline double largest_of_cubic(const Vec3& f2, const Vec3& f3) {
+  const double A = 0.5 * f2.norm();
+  const double along = A > 0.0 ? std::abs(f3.dot(f2)) / (12.0 * A) : f3.norm() / 6.0;
+  const double across2 = std::max(0.0, f3.squaredNorm() - 36.0 * along * along);
+  double s = 0.0;
+  if (along > 0.0) s = 0.25 * along / (A + std::sqrt(A * A + 0.75 * along * along));
+  const double in_line = (0.25 - s * s) * (A + along * s);
+  // (1/4 - s^2) s is at most 1 / (12 sqrt 3); 36 * 432 = 15552.
+  return std::sqrt(in_line * in_line + across2 / 15552.0);
+}
+
+/// Distance of the curve from its chord: across the chord, and what it may overshoot its ends by.
+inline double cubic_bow(const TableKinematics& k, const Station& a, const Station& b) {
+  const Curve curve = tip_curve(k, a, b);
+  const Expansion e = expand(curve);
+  const double remainder = e.M4 / 384.0;
+  const Vec3 chord = k.turn(1, b.tip_P - a.tip_P, curve.mid);
+  const double length = chord.norm();
+  const double whole = largest_of_cubic(e.f2, e.f3) + remainder;
+  if (!(length > 0.0)) return whole;
+  const Vec3 unit = chord / length;
+  const double f2_along = e.f2.dot(unit);
+  const double f3_along = e.f3.dot(unit);
+  const double G = 0.5 * std::abs(f2_along) + std::abs(f3_along) / 12.0 + e.M4 / 48.0;
+  const double overshoot = G > length ? (G - length) * (G - length) / (4.0 * G) : 0.0;
+  const double across = largest_of_cubic(e.f2 - f2_along * unit, e.f3 - f3_along * unit) + remainder;
+  return std::min(whole, std::hypot(across, overshoot));
+}
+
+}  // namespace trunnion::path
