@@ -1,4 +1,3 @@
-#include <cmath>
 #include <memory>
 #include <spdlog/spdlog.h>
 
@@ -33,19 +32,12 @@ std::optional<std::vector<std::pair<std::string, std::string>>> variant(
 
 // Where the effect has variants and none is asked for, the data choose.
 Result<std::shared_ptr<const Effect>> chosen(const Options& options, const Machine& machine, Model& model,
-                                             const diagnosis::Dataset* data,
+                                             const diagnosis::Diagnosis* diagnosis,
                                              const std::vector<std::pair<std::string, std::string>>& keys) {
-  if (keys.empty() && data != nullptr) {
-    for (const EffectFamily& family : effect_library(machine, data->context)) {
-      if (family.id() != options.effect || family.variants.size() < 2) continue;
-      std::shared_ptr<const Effect> best;
-      double least = INFINITY;
-      for (const auto& one : family.variants) {
-        const auto added = diagnosis::add_and_fit(machine, *data, model, {model_effect(one)});
-        if (added.fit.chi2 < least) least = added.fit.chi2, best = one;
-      }
-      return best;
-    }
+  if (keys.empty() && diagnosis != nullptr) {
+    for (const auto& ranked : diagnosis->ranking)
+      if (ranked.id == options.effect)
+        return make_effect(machine, model.context, options.effect, ranked.variant);
   }
   return make_effect(machine, model.context, options.effect, keys);
 }
@@ -67,12 +59,13 @@ int run(const Options& options) {
   }
   auto model = read_model(options.files.model, *machine, data ? data->context : EffectContext{}, exit);
   if (!model) return exit;
-  auto effect = chosen(options, *machine, *model, data ? &*data : nullptr, *keys);
+  std::optional<diagnosis::Diagnosis> diagnosis;
+  if (data) diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false});
+  auto effect = chosen(options, *machine, *model, diagnosis ? &*diagnosis : nullptr, *keys);
   if (!effect) return print_error(effect.error());
   Model added = *model;
   if (data) {
-    const auto diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false});
-    auto result = diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &diagnosis);
+    auto result = diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &*diagnosis);
     added = std::move(result.model);
     exit = write_results(options.files, options.out == "-" ? "" : report::fit_text(result.fit),
                          report::fit_json(result.fit, *data));

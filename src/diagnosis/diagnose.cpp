@@ -93,13 +93,13 @@ class Engine {
 
   Model with(const Atoms& atoms, const EffectSet& set) const {
     Model out = model_;
-    const SetEstimate e = estimate(atoms, set.members);
-    for (std::size_t m = 0; m < set.members.size(); ++m) {
-      const Atom& atom = set.members[m];
+    for (const Atom& atom : set.members) {
       ModelEffect effect = model_effect(atoms.library()[atom.family].variants[atom.variant]);
+      // Linear ones start at 0: where the runs leave a combination open, the score's estimate of it is far
+      // out.
+      const std::size_t linear = effect.effect->info().linear_count();
       for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
-        effect.parameters[k].value =
-            k < e.values[m].size() ? e.values[m][k] : atom.shape[k - e.values[m].size()];
+        effect.parameters[k].value = k < linear ? 0.0 : atom.shape[k - linear];
         effect.parameters[k].given = true;
       }
       out.effects.push_back(std::move(effect));

@@ -63,21 +63,32 @@ class Fitter {
   }
 
  private:
-  // The grid value that explains most, for shape parameters that the file does not give.
+  // The grid value that explains most beside everything else that is free, for shape parameters that the file
+  // does not give.
   void start_shapes() {
     solve_step(false);
-    for (ModelEffect& effect : fit_.model.effects) {
+    for (std::size_t e = 0; e < fit_.model.effects.size(); ++e) {
+      ModelEffect& effect = fit_.model.effects[e];
       const auto& info = effect.effect->info();
       const std::size_t linear = info.linear_count();
       bool open = info.shape_count() > 0;
       for (std::size_t k = linear; k < effect.parameters.size(); ++k)
         open = open && !effect.parameters[k].given && !effect.parameters[k].fixed;
       if (!open) continue;
+      MatrixXd others = white_columns_raw();
+      for (std::size_t k = 0; k < fit_.free.size(); ++k)
+        if (fit_.free[k].effect == e) others.col(static_cast<Eigen::Index>(k)).setZero();
+      others = fit_.whitening->applied(others);
+      for (auto column : others.colwise()) column.stableNormalize();  // zero stays zero
+      const MatrixXd known = pivoted_qr(others, kRankTolerance).Q;
+      VectorXd rest = fit_.whitening->applied(fit_.raw);
+      rest -= known * (known.transpose() * rest);
       double best = -1.0;
       for (const auto& shape : shape_grid(o_, *effect.effect)) {
-        const MatrixXd columns = fit_.whitening->applied(o_.linear_columns(*effect.effect, shape));
+        MatrixXd columns = fit_.whitening->applied(o_.linear_columns(*effect.effect, shape));
+        columns -= known * (known.transpose() * columns).eval();
         const PivotedQr qr = pivoted_qr(columns, kRankTolerance * columns.norm());
-        const double drop = (qr.Q.transpose() * fit_.whitening->applied(fit_.raw)).squaredNorm();
+        const double drop = (qr.Q.transpose() * rest).squaredNorm();
         if (drop <= best) continue;
         best = drop;
         for (std::size_t k = 0; k < shape.size(); ++k) effect.parameters[linear + k].value = shape[k];

@@ -50,6 +50,20 @@ config::Table evidence(const Diagnosis& d, const std::string& id) {
   return out;
 }
 
+// The shapes that the diagnosis searched for: from the usual shape a fit would stop at a wrong period.
+void start_from(const Diagnosis& d, ModelEffect& effect) {
+  const EffectInfo& info = effect.effect->info();
+  for (const RankedEffect& r : d.ranking) {
+    if (r.id != info.id || r.variant != info.variant || r.parameters.size() != info.parameters.size())
+      continue;
+    for (std::size_t k = info.linear_count(); k < info.parameters.size(); ++k) {
+      if (effect.parameters[k].given) continue;
+      effect.parameters[k].value = r.parameters[k].value * unit_factor(info.parameters[k].unit);
+      effect.parameters[k].given = true;
+    }
+  }
+}
+
 }  // namespace
 
 Added add_and_fit(const Machine& machine, const Dataset& data, const Model& parent,
@@ -57,7 +71,10 @@ Added add_and_fit(const Machine& machine, const Dataset& data, const Model& pare
   Added out;
   out.model = parent;
   for (ModelEffect& effect : effects) {
-    if (diagnosis != nullptr) effect.evidence = evidence(*diagnosis, effect.id());
+    if (diagnosis != nullptr) {
+      effect.evidence = evidence(*diagnosis, effect.id());
+      start_from(*diagnosis, effect);
+    }
     out.model.effects.push_back(std::move(effect));
   }
   out.fit = fit(machine, data, out.model);

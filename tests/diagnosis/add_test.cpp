@@ -1,0 +1,63 @@
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "trunnion/diagnosis/improve.hpp"
+
+#include "diagnosis/campaigns.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+using namespace trunnion::test;
+
+// Location errors of tens of micrometres, which the model has to fit, hide half a micrometre of the screw.
+const std::string kBase =
+    "[model]\nname = \"m\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid = \"location:C\"\n";
+const std::string kTruth =
+    "[model]\nname = \"t\"\n[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 18\nZ0A_um = -12\n"
+    "B0A_urad = 25\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 14\nA0C_urad = 30\n";
+const std::string kScrew = "[[effect]]\nid = \"periodic:X\"\n";
+
+double pitch_mm(const Model& model) {
+  const ModelEffect& last = model.effects.back();
+  return last.parameters[*last.find("p")].value;
+}
+
+struct ScrewData {
+  Machine machine = shipped_machine("paper");  // no pitch in its file: it has to be searched
+  Dataset data = measured(machine, plan_text({}),
+                          kTruth + kScrew + "[effect.parameters]\nsin_um = 1.5\np_mm = 7.3\n", 5);
+};
+
+TEST(Fit, FindsAPeriodThatTheModelLeavesOpenBesideLargeBaseErrors) {
+  const ScrewData s;
+  const Fit found = fit(s.machine, s.data, model_for(s.machine, s.data, kBase + kScrew));
+  EXPECT_NEAR(pitch_mm(found.model), 7.3, 0.05);
+}
+
+TEST(Add, StartsFromTheShapeThatTheDiagnosisFound) {
+  const ScrewData s;
+  const Model base = model_for(s.machine, s.data, kBase);
+  const Diagnosis said = diagnose(s.machine, s.data, base, {.plan = false});
+  ASSERT_EQ(said.effects, std::vector<std::string>{"periodic:X"});
+  auto blank = model_effect(said.additions.front().effect);
+  EXPECT_NEAR(pitch_mm(add_and_fit(s.machine, s.data, base, {blank}, &said).model), 7.3, 0.05);
+}
+
+// Tilts of set-ups that a run cannot see stay where they started, and do not carry those that it sees away.
+TEST(Diagnose, SetUpTiltsThatSomeRunsCannotSeeStayUsual) {
+  const Machine machine = shipped_machine("paper");
+  std::string truth = "[model]\nname = \"t\"\n[[effect]]\nid = \"setup_tilt\"\n[effect.parameters]\n";
+  for (const std::string run : {"straight_x", "straight_y", "straight_z", "angle_X", "angle_Y"})
+    truth += "A_" + run + "_urad = 20\nB_" + run + "_urad = -15\nC_" + run + "_urad = 10\n";
+  const Dataset data = measured(machine, plan_text({}), truth, 8);
+  const Diagnosis said =
+      diagnose(machine, data, model_for(machine, data, "[model]\nname = \"m\"\n"), {.plan = false});
+  ASSERT_FALSE(said.effects.empty());
+  ASSERT_EQ(said.effects.front(), "setup_tilt");
+  for (const RankedParameter& p : said.ranking.front().parameters)
+    EXPECT_LT(std::abs(p.value), 100.0) << p.key;
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
