@@ -1,0 +1,95 @@
+"""Two implementations of the same physics: every effect on every machine, the program against the second chain.
+
+The rows are made here with random states; the values come from this chain without noise; the program evaluates them with the same
+model. Its largest residual is the difference of the two, set-up translation switched off.
+"""
+
+import json
+import math
+import subprocess
+
+import numpy as np
+
+from . import campaigns, machines, physics
+from .chain import readings
+from .rows import write_rows
+
+AXES = "XYZ"
+
+
+def cases(machine, rows, rng):
+    """(effect, parameters, choice) for every effect of the library on this machine."""
+    names = [f"component:E{w}{j}" for j in "XYZAC" for w in "XYZABC"]
+    names += [f"{k}:{a}" for k in ("periodic", "screw_heating", "servo_lag") for a in AXES]
+    names += ["worm:A", "worm:C", "squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "location:A", "location:C"]
+    names += [f"backlash:{a}" for a in "XYZAC"] + ["sag:A", "overhang:Z", "spindle_growth", "ambient_drift"]
+    names += ["time_drift", "spindle_tilt", "tool_length", "setup_tilt"]
+    plan = [(name, None) for name in names]
+    for pair in ("XY", "XZ", "YZ"):
+        carried = [f"E{w}{pair[0]}" for w in "XYZ"] + [f"E{w}{j}" for w in "ABC" for j in pair]
+        plan += [(f"crosstalk:{pair}", {"component": c}) for c in carried]
+    plan += [(f"thermal_location:{a}", {"sensor": s}) for a in "AC" for s in ("ambient", "screw_y")]
+    plan += [("step", {"run": rows.run_names[3]})]
+    for name, choice in plan:
+        keys = physics.linear_keys(name, machine, rows, choice)
+        parameters = {k: size * rng.uniform(0.3, 1.0) * rng.choice([-1, 1]) for k, size in keys.items()}
+        kind = name.partition(":")[0]
+        if kind == "periodic":
+            parameters["p_mm"] = rng.uniform(2, 40)
+        if kind == "worm":
+            parameters["n"] = float(rng.integers(8, 181))
+        if kind in ("spindle_growth", "thermal_location", "ambient_drift"):
+            parameters["tau_s"] = math.exp(rng.uniform(math.log(300), math.log(15000)))
+        if kind == "step":
+            parameters["t_s"] = 0.4 * rows.time[rows.run == choice["run"]].max() + 0.123
+        yield name, parameters, choice
+
+
+def difference(program, folder, machine, rows, effects):
+    """Largest difference in mm (or mm-sized: rotations count 1 urad as 0.001)."""
+    twists = physics.add_twists(*(physics.twists(n, p, c, machine, rows) for n, p, c in effects))
+    values = readings(machine, rows, twists) * rows.per_unit
+    machines.write_machine(folder / "machine.toml", machine)
+    machines.write_model(folder / "truth.toml", "truth", effects, setup_fixed=True)
+    write_rows(folder / "data.csv", machine, rows, values)
+    done = subprocess.run([program, "model", "evaluate", folder / "data.csv", "-m", folder / "machine.toml", "--model",
+                           folder / "truth.toml", "--json", "-"], capture_output=True, text=True)
+    if done.returncode != 0:
+        return math.inf, done.stderr.strip(), 0.0
+    result = json.loads(done.stdout)
+    return result["max_um"] * 1e-3, "", np.abs(values).max() * 1e-3
+
+
+def run(program, folder, tolerance_mm=1e-6, every=1, out=print):
+    """Number of disagreements; `every` > 1 takes every k-th effect of each machine (but all effects over the machines)."""
+    bad = checked = 0
+    for index, make in enumerate(machines.MACHINES):
+        machine, rng = make(), np.random.default_rng(7100 + index)
+        campaign = campaigns.Campaign(machine, rng)
+        campaigns.core(campaign, small=True)
+        for focus in campaigns.FOCUS.values():
+            focus(campaign)
+        rows = campaign.rows()
+        # Readings in both frames, along slanted directions, with some rows that only record the state.
+        slanted = rng.normal(size=rows.n.shape)
+        rows.n = np.where(rng.random(len(rows))[:, None] < 0.3, slanted / np.linalg.norm(slanted, axis=1)[:, None], rows.n)
+        rows.frame = np.where(rng.random(len(rows)) < 0.3, "part", rows.frame)
+        rows.measured = rng.random(len(rows)) > 0.1
+        everything = []
+        for k, effect in enumerate(cases(machine, rows, rng)):
+            everything.append(effect)
+            if (k + index) % every:
+                continue
+            checked += 1
+            error, message, size = difference(program, folder, machine, rows, [effect])
+            if error > tolerance_mm or size < 1e-5:
+                bad += 1
+                out(f"DIFFERS {machine.name}: {effect[0]} {effect[2] or ''}: {error:.3g} mm of {size:.3g} mm {message}")
+        chosen = {e[0]: e for e in everything}
+        error, message, size = difference(program, folder, machine, rows, list(chosen.values()))
+        checked += 1
+        if error > tolerance_mm:
+            bad += 1
+            out(f"DIFFERS {machine.name}: all {len(chosen)} effects at once: {error:.3g} mm of {size:.3g} mm {message}")
+    out(f"cross-check: {checked} comparisons on {len(machines.MACHINES)} machines, {bad} differ by more than {tolerance_mm:g} mm")
+    return bad

@@ -1,0 +1,17 @@
+"""The smoke set, and seals: a hash of what is hidden in each of its cases, fixed before the program was tried on them."""
+
+import json
+
+SMOKE = ([f"H0-{i:04d}" for i in range(30)] + [f"H1-{i:04d}" for i in range(44, 82)] + [f"X-{i:04d}" for i in range(12)]
+         + [f"C-{i:04d}" for i in range(8)] + [f"R-{i:04d}" for i in range(8)] + [f"H2-{i:04d}" for i in range(4)])
+
+
+def write(path, records):
+    path.write_text(json.dumps({r["case"]: r["seal"] for r in sorted(records, key=lambda r: r["case"])}, indent=0) + "\n")
+
+
+def broken(path, records):
+    if not path.exists():
+        return []
+    known = json.loads(path.read_text())
+    return [r["case"] for r in records if r["case"] in known and r["seal"] != known[r["case"]] and r["verdict"] != "error"]

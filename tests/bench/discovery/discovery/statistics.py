@@ -1,0 +1,54 @@
+"""Intervals and calibration, from the standard library alone."""
+
+import math
+
+
+def binomial_tail(successes, trials, rate):
+    """P(K >= successes)."""
+    if successes <= 0:
+        return 1.0
+    if rate <= 0.0:
+        return 0.0
+    if rate >= 1.0:
+        return 1.0
+    log = [math.lgamma(trials + 1) - math.lgamma(k + 1) - math.lgamma(trials - k + 1) + k * math.log(rate)
+           + (trials - k) * math.log1p(-rate) for k in range(successes, trials + 1)]
+    return min(1.0, sum(math.exp(v) for v in log))
+
+
+def clopper_pearson(successes, trials, level=0.95):
+    """Exact interval of a rate (C. J. Clopper, E. S. Pearson, Biometrika 26, 1934)."""
+    if trials == 0:
+        return 0.0, 1.0
+    half = (1.0 - level) / 2.0
+
+    def solve(inside):
+        low, high = 0.0, 1.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if inside(middle) else (low, middle)
+        return 0.5 * (low + high)
+
+    lower = 0.0 if successes == 0 else solve(lambda r: binomial_tail(successes, trials, r) < half)
+    upper = 1.0 if successes == trials else solve(lambda r: 1.0 - binomial_tail(successes + 1, trials, r) > half)
+    return lower, upper
+
+
+def misses(successes, trials, goal, at_least=True, risk=0.01):
+    """True when a program that meets the goal would do as badly as this by chance in less than `risk` of all runs."""
+    if at_least:
+        return 1.0 - binomial_tail(successes + 1, trials, goal) < risk
+    return binomial_tail(successes, trials, goal) < risk
+
+
+def calibration_error(pairs, bins=10):
+    """Expected calibration error of (stated confidence, right or not) in bins of equal counts, and the Brier score."""
+    pairs = sorted(pairs)
+    if not pairs:
+        return float("nan"), float("nan")
+    size = max(1, math.ceil(len(pairs) / bins))
+    error = 0.0
+    for start in range(0, len(pairs), size):
+        part = pairs[start : start + size]
+        error += abs(sum(c for c, _ in part) - sum(r for _, r in part))
+    return error / len(pairs), sum((c - r) ** 2 for c, r in pairs) / len(pairs)
