@@ -144,7 +144,7 @@ ExitCode run(const Options& options, const Evaluate& evaluate) {
 void add_iso230_command(CLI::App& root, int& exit) {
   CLI::App* command = root.add_subcommand("iso230", "evaluations of the parts of ISO 230");
   command->require_subcommand(1);
-  const auto add = [&](const char* part, const char* what, Evaluate evaluate) {
+  const auto add = [&](const char* part, const char* what, const Evaluate& evaluate) {
     CLI::App* sub = command->add_subcommand(part, what);
     auto options = std::make_shared<Options>();
     sub->add_option("data", options->data,

@@ -145,7 +145,7 @@ Result<void> Pipeline::flush_run() {
   for (const Pending& p : pending_) points.push_back(p.point);
   std::vector<path::ChosenPoint> chosen;
   if (!points.empty()) {
-    const auto done =
+    auto done =
         path::choose_solutions(machine_, points, last_.q, choice_options(options_, inverse_, tool_mm_),
                                job_.cl_file, chosen, report_.choice);
     if (!done) return done;

@@ -179,7 +179,9 @@ TEST(Diagnose, NamesALocationErrorAndRecoversItsParameters) {
     const auto p =
         std::find_if(all.begin(), all.end(), [&](const RankedParameter& q) { return q.key == key; });
     ASSERT_NE(p, all.end()) << key;
-    if (p->sigma) EXPECT_NEAR(p->value, truth, 4.0 * *p->sigma) << key;
+    if (p->sigma) {
+      EXPECT_NEAR(p->value, truth, 4.0 * *p->sigma) << key;
+    }
   }
 }
 

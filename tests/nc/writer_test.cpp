@@ -59,14 +59,16 @@ TEST(Digits, AreThoseOfPrintf) {
       const auto magnitude = static_cast<std::uint64_t>(std::abs(quanta));
       std::array<char, 40> expected{};
       const char* const sign = quanta < 0 ? "-" : "";
+      int length = 0;
       if (decimals == 0) {
-        std::snprintf(expected.data(), expected.size(), "%s%llu", sign,
-                      static_cast<unsigned long long>(magnitude));
+        length = std::snprintf(expected.data(), expected.size(), "%s%llu", sign,
+                               static_cast<unsigned long long>(magnitude));
       } else {
-        std::snprintf(expected.data(), expected.size(), "%s%llu.%0*llu", sign,
-                      static_cast<unsigned long long>(magnitude / scale), decimals,
-                      static_cast<unsigned long long>(magnitude % scale));
+        length = std::snprintf(expected.data(), expected.size(), "%s%llu.%0*llu", sign,
+                               static_cast<unsigned long long>(magnitude / scale), decimals,
+                               static_cast<unsigned long long>(magnitude % scale));
       }
+      ASSERT_LT(length, 40);
       ASSERT_EQ(std::string(buffer.data(), end), expected.data());
     }
   }

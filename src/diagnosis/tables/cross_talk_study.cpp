@@ -150,7 +150,9 @@ Periodic measure_periodic(Campaign& campaign, std::size_t axis) {
   constexpr int n = kSmooth + 2;
   Eigen::Matrix<double, n, n> N = Eigen::Matrix<double, n, n>::Zero();
   Eigen::Matrix<double, n, 1> right = Eigen::Matrix<double, n, 1>::Zero();
-  for (double x = campaign.axis(axis).min; x <= campaign.axis(axis).max; x += kStep * out.pitch_mm) {
+  const int steps = static_cast<int>(campaign.travel(axis) / (kStep * out.pitch_mm));
+  for (int i = 0; i <= steps; ++i) {
+    const double x = campaign.axis(axis).min + i * kStep * out.pitch_mm;
     JointVector q = campaign.pose(campaign.middle(0), campaign.middle(1), campaign.middle(2));
     q[campaign.id(axis)] = x;
     const double y = component_of(campaign.errors(q).joint[campaign.id(axis)], axis) +
