@@ -96,7 +96,8 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
     out.rank.push_back(u.cols());
     out.p.push_back(global_p(out.members[k].family, out.drop.back(), u.cols()));
     out.criterion += occam(out.drop.back(), static_cast<double>(u.cols())) +
-                     2.0 * std::log(multiplicity_.shapes[out.members[k].family]);
+                     2.0 * std::log(multiplicity_.shapes[out.members[k].family]) +
+                     2.0 * std::log(multiplicity_.families);
   }
   out.criterion += implausibility(out);
   return out;
@@ -130,8 +131,10 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
   for (std::size_t f = 0; f < best.size(); ++f) {
     if (best[f].atom == nullptr) continue;
     const double s = best[f].score.drop / noise_.variance;
-    order.emplace_back(
-        occam(s, static_cast<double>(best[f].score.rank)) + 2.0 * std::log(multiplicity_.shapes[f]) - s, f);
+    order.emplace_back(occam(s, static_cast<double>(best[f].score.rank)) +
+                           2.0 * std::log(multiplicity_.shapes[f]) + 2.0 * std::log(multiplicity_.families) -
+                           s,
+                       f);
   }
   std::sort(order.begin(), order.end());
   std::size_t added = 0;

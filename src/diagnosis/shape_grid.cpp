@@ -17,6 +17,7 @@ constexpr std::size_t kPeriodWork =
     1'500'000;                 // readings times periods: keeps 10 000 readings within seconds
 constexpr int kLagPoints = 9;  // 300 s to 15 000 s by factors of 1.63: 2 % of the signal are lost between two
 constexpr std::size_t kMostMoments = 40;  // of a step within one run
+constexpr std::size_t kFewestAside = 3;   // moments on each side of a step: what fewer show is an outlier
 
 double range_of(const Observations& o, AxisId axis) {
   double low = INFINITY, high = -INFINITY;
@@ -99,7 +100,8 @@ std::vector<double> moments(const Observations& o, const Effect& effect) {
   times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<double> out;
   const std::size_t stride = std::max<std::size_t>(1, times.size() / kMostMoments);
-  for (std::size_t k = 1; k < times.size(); k += stride) out.push_back(0.5 * (times[k - 1] + times[k]));
+  for (std::size_t k = kFewestAside; k + kFewestAside <= times.size(); k += stride)
+    out.push_back(0.5 * (times[k - 1] + times[k]));
   return out;
 }
 

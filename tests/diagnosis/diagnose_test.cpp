@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnosis/campaigns.hpp"
+#include "diagnosis/fit_core.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -24,6 +25,7 @@ std::string effect(const std::string& id, const std::string& parameters, const s
 struct Case {
   std::string id, toml;
   Campaign campaign;
+  bool location_known = true;  // base and truth hold a location:A
 };
 
 Campaign thermal() {
@@ -39,7 +41,7 @@ Campaign feeds() {
   return c;
 }
 
-// One effect of every kind, of a size that a shop would call small.
+// One effect of every kind; what counts of its parameters is their ratio (`hidden_truth`).
 const std::vector<Case>& hidden() {
   static const std::vector<Case> cases = {
       {"location:C", effect("location:C", "X0C_um = 3\nY0C_um = -2\nA0C_urad = 10\nB0C_urad = -8\n"), {}},
@@ -72,13 +74,48 @@ const std::vector<Case>& hidden() {
       {"time_drift", effect("time_drift", "X_um_per_h = 2\nY_um_per_h = -1.5\nZ_um_per_h = 2\n"), thermal()},
       {"servo_lag:X", effect("servo_lag:X", "tau_ms = 0.04\n"), feeds()},
       {"spindle_tilt", effect("spindle_tilt", "A0S_urad = 60\nB0S_urad = 50\n"), {}},
-      {"tool_length", effect("tool_length", "Z0S_um = 3\n"), {}},
+      // Beside a free Z0A it is the same motion (AToolLengthIsNoneBesideALocationError).
+      {"tool_length", effect("tool_length", "Z0S_um = 3\n"), {}, false},
+      // Of one ball a tilt is the same as a translation (ATiltOfOneBallIsItsPosition); rotations show it.
       {"setup_tilt",
-       effect("setup_tilt", "A_ball_1_urad = 90\nB_ball_2_urad = -80\nC_ball_3_urad = 90\n"),
+       effect("setup_tilt", "A_angle_X_urad = 3\nB_angle_Z_urad = -2\nC_angle_Y_urad = 3\n"),
        {}},
       {"step", effect("step", "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 500\n", "run = \"ball_2\"\n"), {}},
   };
   return cases;
+}
+
+const std::string& base_of(const Case& c) {
+  static const std::string nothing = "[model]\nname = \"base\"\n";
+  return c.location_known ? kBase : nothing;
+}
+std::string truth_without(const Case& c) {
+  return c.location_known ? kTruth : "[model]\nname = \"truth\"\n";
+}
+
+// The truth with the case's effect scaled to the noncentrality `lambda`: the squared length, in standard
+// deviations of the readings, of what base and set-ups cannot imitate of it.
+Model hidden_truth(const Case& c, const Machine& machine, const Dataset& clean, double lambda) {
+  const Observations o(machine, clean);
+  const FitCore base = fit_core(o, test::model_for(machine, clean, base_of(c)), {.robust = false});
+  const Model without = test::model_for(machine, clean, truth_without(c));
+  Model with = test::model_for(machine, clean, truth_without(c) + c.toml);
+  const VectorXd change = o.predicted(with) - o.predicted(without);
+  const double seen = base.projected(change).squaredNorm();
+  if (seen < 1e-9) throw std::runtime_error(c.id + " cannot be seen in this campaign");
+  ModelEffect& effect = with.effects.back();
+  for (std::size_t k = 0; k < effect.effect->info().linear_count(); ++k)
+    effect.parameters[k].value *= std::sqrt(lambda / seen);
+  return with;
+}
+
+Diagnosis diagnosed(const Case& c, double lambda, std::uint64_t seed) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  Diagnostics diagnostics;
+  const auto plan = parse_plan(test::plan_text(c.campaign), "plan", machine, diagnostics);
+  Dataset data = expand(plan.value().runs, machine).value();
+  simulate(data, *plan, machine, hidden_truth(c, machine, data, lambda), seed);
+  return diagnose(machine, data, test::model_for(machine, data, base_of(c)));
 }
 
 Diagnosis diagnosed(const std::string& truth, const Campaign& campaign, std::uint64_t seed,
@@ -111,18 +148,14 @@ std::size_t repeats(std::size_t fallback) {
 class Hidden : public testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(LongDiagnosis, Hidden, testing::Range<std::size_t>(0, 26));
 
+// 98 % at lambda = 100 is the goal of the benchmark; here every effect once or, by TRUNNION_DIAGNOSIS_SEEDS,
+// more often.
 TEST_P(Hidden, IsNamedFirst) {
-  // A measurement of rates, minutes long, and no gate yet: with three seeds an effect its goals are missed
-  // for three of the 26 effects, and for outliers among the nulls (README of the layer, "Open").
-  if (std::getenv("TRUNNION_DIAGNOSIS_SEEDS") == nullptr) {
-    GTEST_SKIP()
-        << "skipped: rates of diagnosis, goals not reached yet (TRUNNION_DIAGNOSIS_SEEDS=3 runs them)";
-  }
   const Case& c = hidden().at(GetParam());
-  const std::size_t count = repeats(3);
+  const std::size_t count = repeats(1);
   std::size_t first = 0, in_set = 0;
   for (std::size_t seed = 1; seed <= count; ++seed) {
-    const Diagnosis d = diagnosed(kTruth + c.toml, c.campaign, seed);
+    const Diagnosis d = diagnosed(c, 100.0, seed);
     const bool right = !d.effects.empty() && d.effects[0] == c.id;
     first += right;
     in_set += holds(d, c.id);
@@ -130,7 +163,7 @@ TEST_P(Hidden, IsNamedFirst) {
               << d.confidence << " dof " << d.dof << "\n";
   }
   EXPECT_EQ(in_set, count) << c.id;
-  EXPECT_GE(first + 1, count) << c.id;
+  EXPECT_GE(50 * first, 49 * count) << c.id;
 }
 
 class Null : public testing::TestWithParam<const char*> {};
@@ -140,11 +173,7 @@ INSTANTIATE_TEST_SUITE_P(LongDiagnosis, Null,
                                          "resolution_um = 1\n"));
 
 TEST_P(Null, NamesNothing) {
-  if (std::getenv("TRUNNION_DIAGNOSIS_SEEDS") == nullptr) {
-    GTEST_SKIP()
-        << "skipped: rates of diagnosis, goals not reached yet (TRUNNION_DIAGNOSIS_SEEDS=3 runs them)";
-  }
-  const std::size_t count = repeats(8);
+  const std::size_t count = repeats(3);
   std::map<std::string, std::size_t> verdicts;
   std::size_t alarms = 0;
   for (std::size_t seed = 1; seed <= count; ++seed) {
@@ -158,7 +187,7 @@ TEST_P(Null, NamesNothing) {
   }
   for (const auto& [text, n] : verdicts)
     std::cout << "  " << GetParam() << "  " << n << " x " << text << "\n";
-  EXPECT_LE(alarms, count / 25);
+  EXPECT_LE(100 * alarms, count);
 }
 
 // A ball on the table only: small enough for every run of the unit tests.
@@ -183,6 +212,28 @@ TEST(Diagnose, NamesALocationErrorAndRecoversItsParameters) {
       EXPECT_NEAR(p->value, truth, 4.0 * *p->sigma) << key;
     }
   }
+}
+
+const RankedEffect& ranked(const Diagnosis& d, const std::string& id) {
+  const auto it =
+      std::find_if(d.ranking.begin(), d.ranking.end(), [&](const RankedEffect& r) { return r.id == id; });
+  if (it == d.ranking.end()) throw std::runtime_error(id + " is not ranked");
+  return *it;
+}
+
+// A longer tool and a trunnion that sits higher (Z0A) move the tool against the part alike, at every pose.
+TEST(Diagnose, AToolLengthIsNoneBesideALocationError) {
+  const Diagnosis d = diagnosed(kTruth + effect("tool_length", "Z0S_um = 20\n"), table_only(), 3);
+  EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
+  EXPECT_FALSE(ranked(d, "tool_length").excited);
+}
+
+// Of one ball, that is one point of the part, a tilt of the part is a translation: the free set-up.
+TEST(Diagnose, ATiltOfOneBallIsItsPosition) {
+  const Diagnosis d =
+      diagnosed(kTruth + effect("setup_tilt", "A_ball_1_urad = 90\nB_ball_2_urad = -80\n"), table_only(), 3);
+  EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
+  EXPECT_FALSE(ranked(d, "setup_tilt").excited);
 }
 
 TEST(Diagnose, FindsNothingWhereNothingIs) {
