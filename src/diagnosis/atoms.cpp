@@ -5,11 +5,13 @@
 #include <map>
 #include <oneapi/tbb/parallel_for.h>
 #include <random>
+#include <string_view>
 
 #include "trunnion/base/contract.hpp"
 
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/statistics.hpp"
+#include "diagnosis/structure.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -19,6 +21,23 @@ namespace {
 constexpr double kImitated = 1e-5;
 constexpr double kTaken = 1e-3;  // part of a direction (squared) that a set must leave for it to be scored
 constexpr std::size_t kChunk = 64;
+constexpr double kMostSteps = 1.5;  // of the grid of periods, that a refinement may go
+
+// A cross-talk is a product: where one axis stands still while the other moves it is no more than a component
+// error of the other, and only that may be named.
+bool shown_by(const Observations& o, const EffectInfo& info) {
+  constexpr std::string_view kKind = "crosstalk:";
+  if (!info.id.starts_with(kKind) || info.id.size() != kKind.size() + 2) return true;
+  const auto positions = [&](char name) {
+    VectorXd out = VectorXd::Zero(o.size());
+    const auto& axes = o.machine().axes;
+    for (AxisId a = 0; a < axes.size(); ++a)
+      if (axes[a].name == std::string(1, name))
+        for (Eigen::Index i = 0; i < o.size(); ++i) out[i] = o.state(i).q[a];
+    return out;
+  };
+  return joint_variation(positions(info.id[kKind.size()]), positions(info.id[kKind.size() + 1])) > 0;
+}
 
 }  // namespace
 
@@ -30,7 +49,8 @@ Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<
     std::vector<Atom> out;
   };
   std::vector<Task> tasks;
-  for (std::size_t f = 0; f < library_.size(); ++f)
+  for (std::size_t f = 0; f < library_.size(); ++f) {
+    if (!shown_by(o_, library_[f].info())) continue;
     for (std::size_t v = 0; v < library_[f].variants.size(); ++v) {
       const auto grid = shape_grid(o_, *library_[f].variants[v]);
       for (std::size_t k = 0; k < grid.size(); k += kChunk)
@@ -40,6 +60,7 @@ Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<
                           grid.begin() + static_cast<std::ptrdiff_t>(std::min(grid.size(), k + kChunk))},
                          {}});
     }
+  }
   oneapi::tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) {
     tasks[i].out = make_atoms(tasks[i].family, tasks[i].variant, tasks[i].shapes);
   });
@@ -153,6 +174,15 @@ Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
   const auto above = std::upper_bound(grid.begin(), grid.end(), at + 1e-12);
   const auto below = std::lower_bound(grid.begin(), grid.end(), at - 1e-12);
   double high = above == grid.end() ? at : *above, low = below == grid.begin() ? at : *(below - 1);
+  // Periods that the sampled positions alias are gaps of the grid: no way into them.
+  if (period && grid.size() > 1) {
+    std::vector<double> gaps;
+    for (std::size_t k = 1; k < grid.size(); ++k) gaps.push_back(grid[k] - grid[k - 1]);
+    const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+    std::nth_element(gaps.begin(), middle, gaps.end());
+    high = std::min(high, at + kMostSteps * *middle);
+    low = std::max(low, at - kMostSteps * *middle);
+  }
   if (!(high > low)) return atom;
   Atom best = atom;
   double best_drop = score(atom, given).drop;

@@ -118,10 +118,8 @@ class Engine {
     d.noise_factor = std::sqrt(x.noise.raw_variance);
     d.null_directions = null_directions(o_, base);
     sizes(d, base, x.noise);
-    for (const auto& t : x.before.tests)
-      if (t.p < options_.alpha && d.depends_on.size() < 8) d.depends_on.push_back({t.covariate, t.p});
-    for (const auto& t : x.after.tests)
-      if (t.p < options_.alpha && d.leftover.size() < 8) d.leftover.push_back({t.covariate, t.p});
+    d.depends_on = dependences(x.before);
+    d.leftover = dependences(x.after);
     d.ranking = ranking(atoms, *search_, noise_, x.found, options_.alpha);
     decide(d, atoms, x);
     d.base = fit(o_.machine(), o_.data(), model_);
@@ -129,6 +127,19 @@ class Engine {
     if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
       d.next = next_measurement(atoms, x.found, x.rivals, noise_);
     if (d.paragraph.empty()) d.paragraph = paragraph(d, atoms, x.found);
+  }
+
+  // Each covariate once, with its smallest p-value.
+  std::vector<Dependence> dependences(const Leftover& tests) const {
+    constexpr std::size_t kMost = 8;
+    std::vector<Dependence> out;
+    for (const auto& t : tests.tests) {
+      if (!(t.p < options_.alpha) || out.size() == kMost) break;
+      if (std::none_of(out.begin(), out.end(),
+                       [&](const Dependence& e) { return e.covariate == t.covariate; }))
+        out.push_back({t.covariate, t.p});
+    }
+    return out;
   }
 
   void sizes(Diagnosis& d, const FitCore& base, const NoiseScale& noise) const {

@@ -13,6 +13,8 @@
 namespace trunnion::diagnosis {
 namespace {
 
+constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
+
 double unit_of(const Reading& r) {
   return r.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
 }
@@ -91,7 +93,7 @@ Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& mo
   }
   const Atoms nothing(o, core, {});
   const Remainder all = nothing.remainder({});
-  const auto room = static_cast<Eigen::Index>(std::max(0.0, core.dof() / 5.0));
+  const auto room = static_cast<Eigen::Index>(std::clamp(core.dof() / 5.0, 0.0, kMostSurrogate));
   const NoiseScale noise = noise_scale(nothing, all, core.projected(smooth_surrogate(o, room)), 1);
   for (const auto& t : leftover(nothing, all, structure_blocks(o), noise).tests)
     if (t.rank > 0 && std::none_of(out.by_covariate.begin(), out.by_covariate.end(),

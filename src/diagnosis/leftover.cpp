@@ -15,10 +15,11 @@ constexpr double kImitated = 1e-3;  // smooth functions overlap much; what is le
 
 Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
                     const NoiseScale& noise) {
-  MatrixXd raw = block.columns;
-  atoms.base().whitening->whiten(raw);
-  const Eigen::RowVectorXd length = raw.colwise().norm();
-  MatrixXd u = atoms.base().projected(block.columns);
+  const MatrixXd raw = block.columns();
+  MatrixXd white = raw;
+  atoms.base().whitening->whiten(white);
+  const Eigen::RowVectorXd length = white.colwise().norm();
+  MatrixXd u = atoms.base().projected(raw);
   u -= set.basis * (set.basis.transpose() * u);
   for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
   u = pivoted_qr(u, kImitated).Q;

@@ -17,6 +17,12 @@ Svd thin_svd(const MatrixXd& a) {
 
 PivotedQr pivoted_qr(const MatrixXd& a, double threshold) {
   PivotedQr out;
+  if (a.rows() == 0 || a.cols() == 0) {
+    out.Q.resize(a.rows(), 0);
+    out.diagonal.resize(0);
+    out.order = Eigen::VectorXi::LinSpaced(a.cols(), 0, std::max(0, static_cast<int>(a.cols()) - 1));
+    return out;
+  }
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(a);
   const Eigen::Index most = std::min(a.rows(), a.cols());
   Eigen::Index rank = 0;

@@ -75,8 +75,10 @@ class Aliases {
 
 // Periods whose lines overlap: steps of half a cycle over the measured travel.
 std::vector<double> periods(const Parameter& p, double travel, std::size_t most, const Aliases& aliases) {
-  std::vector<double> out = p.candidates;
-  if (!(travel > 0.0)) return out.empty() ? std::vector<double>{p.usual} : out;
+  if (!(travel > 0.0)) return p.candidates.empty() ? std::vector<double>{p.usual} : p.candidates;
+  std::vector<double> out;
+  for (const double period : p.candidates)
+    if (!aliases.hidden(kTwoPi / period)) out.push_back(period);
   const double low = 1.0 / p.max, high = 1.0 / p.min;
   const double step = std::max(0.5 / travel, (high - low) / static_cast<double>(most));
   for (double f = low; f <= high; f += step)

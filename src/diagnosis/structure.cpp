@@ -1,8 +1,10 @@
 #include "diagnosis/structure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <set>
 
 #include "trunnion/base/units.hpp"
@@ -13,6 +15,8 @@ namespace {
 constexpr int kFullDegree = 6;  // a bump a sixth of the range wide is still seen
 constexpr int kHarmonics = 4;   // of a rotary axis
 constexpr int kCoarseDegree = 2;
+constexpr int kRoughDegree = 24;                     // 12 waves along the range: steps, kinks, saw teeth
+constexpr int kPairDegree = 4;                       // of each of two axes; two harmonics of a rotary one
 constexpr double kFullTurn = 200.0 * kRadPerDegree;  // range beyond which a rotary axis gets harmonics
 
 struct Covariate {
@@ -61,24 +65,25 @@ MatrixXd functions(const Covariate& c, int degree) {
   return out;
 }
 
-// The components of the deviation that the readings see, machine axes: displacement x y z, rotation x y z.
-struct Components {
-  MatrixXd weights;  // N x 3
-  bool any = false;
-};
-Components components(const Observations& o, Quantity quantity) {
-  Components out;
+// Waves of up to `count` half cycles along the range, or harmonics: what polynomials of a low degree miss.
+MatrixXd waves(const Covariate& c, int count) {
+  if (c.periodic) return functions(c, count);
+  const int most = std::min(count, static_cast<int>(c.distinct) - 1);
+  const double low = c.values.minCoeff(), range = c.values.maxCoeff() - low;
+  MatrixXd out(c.values.size(), std::max(most, 0));
+  for (int k = 0; k < most; ++k) out.col(k) = ((k + 1) * kPi / range * (c.values.array() - low)).cos();
+  return out;
+}
+
+// The components of the deviation that the readings see, machine axes: displacement x y z or rotation x y z.
+std::shared_ptr<const MatrixXd> components(const Observations& o, Quantity quantity) {
   MatrixXd all = MatrixXd::Zero(o.size(), 3);
   for (Eigen::Index i = 0; i < o.size(); ++i)
     if (o.reading(i).quantity == quantity) all.row(i) = o.n_M(i).transpose();
-  std::vector<Eigen::Index> seen;
+  Eigen::Index seen = 0;
   for (Eigen::Index k = 0; k < 3; ++k)
-    if (all.col(k).norm() > 1e-3 * std::sqrt(static_cast<double>(o.size()))) seen.push_back(k);
-  out.weights.resize(o.size(), static_cast<Eigen::Index>(seen.size()));
-  for (std::size_t k = 0; k < seen.size(); ++k)
-    out.weights.col(static_cast<Eigen::Index>(k)) = all.col(seen[k]);
-  out.any = !seen.empty();
-  return out;
+    if (all.col(k).norm() > 1e-3 * std::sqrt(static_cast<double>(o.size()))) all.col(seen++) = all.col(k);
+  return std::make_shared<const MatrixXd>(all.leftCols(seen));
 }
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
@@ -139,23 +144,41 @@ MatrixXd direction_column(const Observations& o, AxisId axis) {
 
 class Builder {
  public:
-  Builder(const Observations& o) : o_(o) {
-    displacement_ = components(o, Quantity::displacement);
-    rotation_ = components(o, Quantity::rotation);
-  }
-  void add(const std::string& name, const MatrixXd& f, int degree, bool pair = false) {
+  explicit Builder(const Observations& o)
+      : seen_{components(o, Quantity::displacement), components(o, Quantity::rotation)},
+        ones_(std::make_shared<const MatrixXd>(MatrixXd::Ones(o.size(), 1))) {}
+  void add(const std::string& name, MatrixXd f, int degree, bool pair = false) {
     if (f.cols() == 0) return;
-    if (displacement_.any) blocks.push_back({name, pair, degree, product(displacement_.weights, f)});
-    if (rotation_.any) blocks.push_back({name + " (rotation)", pair, degree, product(rotation_.weights, f)});
+    const auto functions = std::make_shared<const MatrixXd>(std::move(f));
+    for (const auto& weights : seen_) {
+      const Eigen::Index count = weights->cols();
+      if (count > 0) blocks.push_back({name, pair, degree, false, functions, weights, 0, count});
+      if (count > 1 && functions->cols() >= kWideEnough) add_each(name, pair, degree, functions, weights);
+    }
   }
-  void scalar(const std::string& name, const MatrixXd& f, int degree) {
-    if (f.cols() > 0) blocks.push_back({name, false, degree, f});
+  /// Blocks of single components only.
+  void add_singly(const std::string& name, MatrixXd f, int degree) {
+    if (f.cols() == 0) return;
+    const auto functions = std::make_shared<const MatrixXd>(std::move(f));
+    for (const auto& weights : seen_) add_each(name, false, degree, functions, weights);
+  }
+  void scalar(const std::string& name, MatrixXd f, int degree) {
+    if (f.cols() > 0)
+      blocks.push_back(
+          {name, false, degree, false, std::make_shared<const MatrixXd>(std::move(f)), ones_, 0, 1});
   }
   std::vector<StructureBlock> blocks;
 
  private:
-  const Observations& o_;
-  Components displacement_, rotation_;
+  void add_each(const std::string& name, bool pair, int degree,
+                const std::shared_ptr<const MatrixXd>& functions,
+                const std::shared_ptr<const MatrixXd>& weights) {
+    for (Eigen::Index k = 0; k < weights->cols(); ++k)
+      blocks.push_back({name, pair, degree, true, functions, weights, k, 1});
+  }
+  static constexpr Eigen::Index kWideEnough = 4;  // functions: below, a block of all components is as sharp
+  std::array<std::shared_ptr<const MatrixXd>, 2> seen_;
+  std::shared_ptr<const MatrixXd> ones_;
 };
 
 void add_directions(const Observations& o, const std::vector<Covariate>& positions, Builder& out) {
@@ -217,6 +240,8 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
     if (c.distinct > 3) out.add(c.name, functions(c, kCoarseDegree), kCoarseDegree);
     out.add(c.name, functions(c, kFullDegree), kFullDegree);
   }
+  for (const Covariate& c : positions)
+    if (c.distinct > 2 * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
   add_directions(o, positions, out);
   add_runs(o, out);
   add_lobes(o, out);
@@ -225,7 +250,44 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
       out.add(positions[i].name + " x " + positions[k].name,
               product(functions(positions[i], kCoarseDegree), functions(positions[k], kCoarseDegree)),
               kCoarseDegree, true);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    for (std::size_t k = i + 1; k < positions.size(); ++k)
+      if (joint_variation(positions[i].values, positions[k].values) >= kPairDegree)
+        out.add(positions[i].name + " x " + positions[k].name,
+                product(functions(positions[i], kPairDegree), functions(positions[k], kPairDegree)),
+                kPairDegree, true);
   return std::move(out.blocks);
+}
+
+int joint_variation(const VectorXd& a, const VectorXd& b) {
+  constexpr int kBins = 8;
+  const auto bin = [](const VectorXd& v, Eigen::Index i) {
+    const double low = v.minCoeff(), range = v.maxCoeff() - low;
+    return range > 0.0 ? std::min(kBins - 1, static_cast<int>((v[i] - low) / range * kBins)) : 0;
+  };
+  // Rows and columns of bins as nodes of a graph, occupied bins as its edges: a sum of one function each has
+  // as many free values as nodes less parts; every further edge shows something of a product.
+  std::array<int, 2 * kBins> parent{};
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&parent](int k) {
+    while (parent[static_cast<std::size_t>(k)] != k) k = parent[static_cast<std::size_t>(k)];
+    return k;
+  };
+  std::set<std::pair<int, int>> places;
+  for (Eigen::Index i = 0; i < a.size(); ++i) places.emplace(bin(a, i), kBins + bin(b, i));
+  int cycles = 0;
+  for (const auto& [x, y] : places) {
+    const int from = root(x), to = root(y);
+    if (from == to)
+      ++cycles;
+    else
+      parent[static_cast<std::size_t>(from)] = to;
+  }
+  return cycles;
+}
+
+MatrixXd StructureBlock::columns() const {
+  return product(weights->middleCols(first, count), *functions);
 }
 
 MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
@@ -235,10 +297,10 @@ MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
   });
   MatrixXd out(o.size(), 0);
   for (const StructureBlock& block : blocks) {
-    if (out.cols() + block.columns.cols() > limit) continue;
+    if (block.single || out.cols() + block.width() > limit) continue;
     const Eigen::Index at = out.cols();
-    out.conservativeResize(Eigen::NoChange, at + block.columns.cols());
-    out.rightCols(block.columns.cols()) = block.columns;
+    out.conservativeResize(Eigen::NoChange, at + block.width());
+    out.rightCols(block.width()) = block.columns();
   }
   return out;
 }

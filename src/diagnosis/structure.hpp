@@ -1,22 +1,35 @@
 #pragma once
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "diagnosis/observations.hpp"
 
 namespace trunnion::diagnosis {
 
-/// Smooth functions of one covariate (or a pair), one set for each component of the deviation that the
-/// readings see.
+/// Smooth functions of one covariate (or a pair) in one or all components of the deviation that the readings
+/// see.
 struct StructureBlock {
   std::string covariate;  // "C", "X x Z", "time", "direction of A", ...
   bool pair = false;
   int degree = 0;
-  MatrixXd columns;  // raw, N x k
+  bool single = false;                        // one component of several: lies within another block
+  std::shared_ptr<const MatrixXd> functions;  // N x f
+  std::shared_ptr<const MatrixXd> weights;    // N x components
+  Eigen::Index first = 0, count = 0;          // of the components
+
+  Eigen::Index width() const { return functions->cols() * count; }
+  /// Raw, N x width: made when it is asked for, since all blocks together are large.
+  MatrixXd columns() const;
 };
 
+/// How much two covariates vary together: the number of places on a grid of 8 x 8 whose readings a sum of one
+/// function of each does not explain already; 0 where one is at rest whenever the other moves.
+int joint_variation(const VectorXd& a, const VectorXd& b);
+
 /// Every block that these data can excite: each axis position, direction, velocity, time, speed, sensor, tool
-/// length, direction of sensitivity, runs; then pairs of axes. Low degrees stand as blocks of their own
-/// beside the full ones, for power.
+/// length, direction of sensitivity, runs; then pairs of axes. Low degrees and single components stand as
+/// blocks of their own beside the full ones, for power.
 std::vector<StructureBlock> structure_blocks(const Observations& observations);
 
 /// A smooth surrogate for anything that may be missing: the lowest degrees of all blocks, at most `limit`
