@@ -78,16 +78,20 @@ class Engine {
     const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
     const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
     const Remainder nothing = atoms.remainder({});
-    out.noise = noise_scale(atoms, nothing, surrogate, options_.seed);
-    const EffectSet first = Search(atoms, multiplicity_, out.noise, kLooseAlpha, options_.max_effects).best();
-    if (!first.members.empty()) out.noise = noise_scale(atoms, first.remainder, surrogate, options_.seed);
-    noise_ = out.noise;
+    Judgement judged = judge(atoms, nothing, blocks_, surrogate, options_.seed);
+    const EffectSet first =
+        Search(atoms, multiplicity_, judged.noise, kLooseAlpha, options_.max_effects).best();
+    if (!first.members.empty()) judged = judge(atoms, first.remainder, blocks_, surrogate, options_.seed);
+    noise_ = out.noise = judged.noise;
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
     out.before = leftover(atoms, nothing, blocks_, noise_);
-    out.after =
-        out.found.members.empty() ? out.before : leftover(atoms, out.found.remainder, blocks_, noise_);
+    const bool same = out.found.ids(atoms) == first.ids(atoms);
+    if (out.found.members.empty())
+      out.after = out.before;
+    else
+      out.after = same ? judged.left : leftover(atoms, out.found.remainder, blocks_, noise_);
     return out;
   }
 

@@ -6,11 +6,18 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include "diagnosis/linalg.hpp"
+#include "diagnosis/neighbours.hpp"
 #include "diagnosis/statistics.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
+constexpr std::uint64_t kNeighbourSeed = 7;
+constexpr double kSpreadMargin = 0.85;
+constexpr double kStatedDof = 1e4;     // the stated uncertainty, taken at its word
+constexpr double kClear = 0.01;        // level from which structure stands beside the noise
+constexpr std::size_t kMostTaken = 3;  // blocks of it: more would take noise for structure
+constexpr double kMostOfDof = 0.35;    // columns beside which the noise is judged, of the degrees of freedom
 constexpr double kImitated = 1e-3;  // smooth functions overlap much; what is left below this is nothing new
 
 Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
@@ -23,10 +30,25 @@ Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlo
   u -= set.basis * (set.basis.transpose() * u);
   for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
   u = pivoted_qr(u, kImitated).Q;
-  Leftover::Test out{block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
-  const auto k = static_cast<double>(u.cols());
-  if (u.cols() > 0) out.p = f_tail(out.drop / k, k, noise.test_dof());
-  return out;
+  return {block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
+}
+
+// p-values over all blocks, in order.
+void finish(Leftover& out, const NoiseScale& noise) {
+  // Blocks of one covariate lie within each other: two tests of it count as one and a half.
+  std::size_t tested = 0;
+  for (const auto& t : out.tests) tested += t.rank > 0 ? 1 : 0;
+  for (auto& t : out.tests) {
+    const auto k = static_cast<double>(t.rank);
+    if (t.neighbours)
+      t.p = normal_cdf(-t.z);
+    else
+      t.p = t.rank > 0 ? f_tail(t.drop / k, k, noise.test_dof()) : 1.0;
+    t.p = smallest_of(t.p, 0.75 * static_cast<double>(tested));
+  }
+  std::stable_sort(out.tests.begin(), out.tests.end(),
+                   [](const auto& a, const auto& b) { return a.p < b.p; });
+  if (!out.tests.empty()) out.p = out.tests.front().p, out.drop = out.tests.front().drop;
 }
 
 }  // namespace
@@ -35,15 +57,49 @@ Leftover leftover(const Atoms& atoms, const Remainder& set, const std::vector<St
                   const NoiseScale& noise) {
   Leftover out;
   out.tests.resize(blocks.size());
-  oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(),
-                            [&](std::size_t i) { out.tests[i] = test(atoms, set, blocks[i], noise); });
-  // Coarse blocks lie within the full ones: two tests of one covariate count as one and a half.
-  std::size_t tested = 0;
-  for (const auto& t : out.tests) tested += t.rank > 0 ? 1 : 0;
-  for (auto& t : out.tests) t.p = smallest_of(t.p, 0.75 * static_cast<double>(tested));
-  std::stable_sort(out.tests.begin(), out.tests.end(),
-                   [](const auto& a, const auto& b) { return a.p < b.p; });
-  if (!out.tests.empty()) out.p = out.tests.front().p, out.drop = out.tests.front().drop;
+  oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+    out.tests[i] = test(atoms, set, blocks[i], noise);
+    out.tests[i].block = i;
+  });
+  for (const NeighbourTest& n : neighbour_tests(atoms, set, noise, kNeighbourSeed)) {
+    Leftover::Test t{n.covariate, 1.0, std::max(n.z, 0.0) * std::max(n.z, 0.0), 1};
+    t.neighbours = true;
+    // The spread is one of a few dozen series: its own error widens the tail.
+    t.z = n.z * kSpreadMargin;
+    out.tests.push_back(std::move(t));
+  }
+  finish(out, noise);
+  return out;
+}
+
+Leftover rescaled(Leftover tests, const NoiseScale& from, const NoiseScale& to) {
+  for (auto& t : tests.tests)
+    if (!t.neighbours) t.drop *= from.variance / to.variance;
+  finish(tests, to);
+  return tests;
+}
+
+Judgement judge(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+                const MatrixXd& surrogate, std::uint64_t seed) {
+  NoiseScale stated;
+  stated.dof = kStatedDof;
+  const Leftover raw = leftover(atoms, set, blocks, stated);
+  MatrixXd beside = surrogate;
+  const double room = kMostOfDof * atoms.base().dof();
+  for (std::size_t k = 0, taken = 0; k < raw.tests.size() && taken < kMostTaken; ++k) {
+    if (!(raw.tests[k].p < kClear)) break;
+    if (raw.tests[k].neighbours) continue;
+    const StructureBlock& block = blocks[raw.tests[k].block];
+    if (static_cast<double>(beside.cols() + block.width()) > room) continue;
+    const Eigen::Index at = beside.cols();
+    beside.conservativeResize(Eigen::NoChange, at + block.width());
+    beside.rightCols(block.width()) = atoms.base().projected(block.columns());
+    ++taken;
+  }
+  Judgement out;
+  out.noise = noise_scale(atoms, set, beside, seed);
+  out.left =
+      out.noise.phi == 0.0 ? rescaled(raw, stated, out.noise) : leftover(atoms, set, blocks, out.noise);
   return out;
 }
 

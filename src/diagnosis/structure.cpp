@@ -187,6 +187,11 @@ void add_directions(const Observations& o, const std::vector<Covariate>& positio
     const MatrixXd dir = direction_column(o, a);
     if (dir.col(0).cwiseAbs().maxCoeff() == 0.0 || distinct_values(dir.col(0), 4) < 2) continue;
     out.add("direction of " + axes[a].name, dir, 1);
+    const Covariate speed =
+        covariate(o, "speed", [a](const MachineState& s) { return std::abs(s.velocity[a]); });
+    if (speed.distinct > 1)
+      out.add("direction of " + axes[a].name + " x velocity", product(dir, functions(speed, kCoarseDegree)),
+              kCoarseDegree, true);
     for (const Covariate& c : positions)
       if (c.name == axes[a].name)
         out.add("direction of " + c.name + " x " + c.name, product(dir, functions(c, 2)), 2, true);
@@ -240,7 +245,7 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
     if (c.distinct > 3) out.add(c.name, functions(c, kCoarseDegree), kCoarseDegree);
     out.add(c.name, functions(c, kFullDegree), kFullDegree);
   }
-  for (const Covariate& c : positions)
+  for (const Covariate& c : covariates)
     if (c.distinct > 2 * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
   add_directions(o, positions, out);
   add_runs(o, out);

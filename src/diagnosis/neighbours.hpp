@@ -1,0 +1,20 @@
+#pragma once
+#include "diagnosis/noise_scale.hpp"
+
+namespace trunnion::diagnosis {
+
+/// Whether residuals of readings that lie next to each other along one axis (same run, quantity and n) are
+/// alike: structure of any shape, without a basis for it (the k-index of smoothing; lag-1 product along the
+/// coordinate).
+struct NeighbourTest {
+  std::string covariate;
+  double z = 0.0;  // excess of the lag-1 product over that of simulated noise, in its standard deviations
+  std::size_t pairs = 0;
+};
+
+/// One test for each axis that has enough pairs. Noise is simulated with `noise`'s correlation and projected
+/// as the residual was.
+std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& set, const NoiseScale& noise,
+                                           std::uint64_t seed);
+
+}  // namespace trunnion::diagnosis
