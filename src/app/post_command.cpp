@@ -17,6 +17,7 @@ struct PostCommand {
   MachineOptions machine;
   PostCliOptions options;
   ResultOptions result;
+  std::size_t threads = 1;
 };
 
 std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
@@ -146,6 +147,7 @@ ExitCode run(const PostCommand& command) {
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
   job.header = header_lines(command, *machine, *options, *controller);
+  options->threads = command.threads;
   const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
@@ -161,6 +163,9 @@ void add_post_command(CLI::App& root, int& exit) {
   c->add_option("-o,--output", command->output, "NC file (- is standard output)")->required();
   command->machine.add_to(*c, true);
   command->options.add_to(*c);
+  c->add_option("--threads", command->threads, "threads for this file; the text is the same for any number")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{256}))
+      ->capture_default_str();
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

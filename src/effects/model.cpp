@@ -102,11 +102,26 @@ std::vector<std::string> missing_sensors(const Model& model, const EffectContext
   return out;
 }
 
+Twist ModelEvaluator::Entry::twist(const MachineState& state, std::span<const double> lagged) const {
+  const auto own = lagged.subspan(lag_begin, lag_count);
+  return only_fixed_part ? effect->fixed_part(state, own, {}) : effect->twist(state, own, parameters);
+}
+
+Twist& ModelEvaluator::at(ChainErrors& errors, const Link& link) {
+  if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
+  return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
+}
+
 ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)), rest_(lags_.size(), 0.0) {
   std::size_t begin = 0;
   for (const ModelEffect& e : model.effects) {
     const std::size_t count = e.effect->lags(e.shape()).size();
-    entries_.push_back({e.effect, e.effect->link(), begin, count, e.values()});
+    const Entry entry{e.effect, e.effect->link(), begin, count, e.values(), e.parameters.empty()};
+    if (count == 0 && !e.effect->depends_on_state()) {
+      at(constant_, entry.link) += entry.twist({}, {});
+    } else {
+      entries_.push_back(entry);
+    }
     begin += count;
   }
 }
@@ -114,14 +129,8 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
 ChainErrors ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged) const {
   if (lagged.empty()) lagged = rest_;
   TRUNNION_EXPECTS(lagged.size() == lags_.size());
-  ChainErrors out;
-  for (const Entry& e : entries_) {
-    const Twist twist = e.effect->twist(state, lagged.subspan(e.lag_begin, e.lag_count), e.parameters);
-    Twist& at = e.link.kind == Link::Kind::joint     ? out.joint[e.link.axis]
-                : e.link.kind == Link::Kind::spindle ? out.spindle
-                                                     : out.part;
-    at += twist;
-  }
+  ChainErrors out = constant_;
+  for (const Entry& e : entries_) at(out, e.link) += e.twist(state, lagged);
   return out;
 }
 

@@ -75,26 +75,28 @@ RotarySolutions single_rotary(const Vec3* n, const Vec3& axis_P, double slack, d
 // Quantities of the two-rotation problem: Rot(n1, A) Rot(n2, C) u = k with v = Rot(n2, C) u = al n1 + be n2 +
 // ga (n1 x n2).
 struct TwoRotations {
-  Vec3 n1, n2, u;
+  const Vec3& n1;
+  const Vec3& n2;
+  Vec3 u;
+  Vec3 m;  // n1 x n2
+  double sin_tilt;
+  double b;  // n2.u
   double S;  // |n2 x u| |n1 x n2|
   double D;  // n1.k - (n2.u)(n1.n2)
 
-  TwoRotations(const Vec3& outer, const Vec3& inner, const Vec3& axis_P) : n1(outer), n2(inner), u(axis_P) {
-    const double sin_tilt = n2.cross(u).norm();
-    const double b = n2.dot(u);
+  TwoRotations(const Vec3& outer, const Vec3& inner, const Vec3& axis_P)
+      : n1(outer), n2(inner), u(axis_P), m(n1.cross(n2)), sin_tilt(n2.cross(u).norm()), b(n2.dot(u)) {
     // 1 - b without cancellation near the pole.
     const double one_minus_b = b > 0.0 ? sin_tilt * sin_tilt / (1.0 + b) : 1.0 - b;
-    S = sin_tilt * n1.cross(n2).norm();
+    S = sin_tilt * m.norm();
     D = n1.dot(kSpindle_M - n2) + n1.dot(n2) * one_minus_b;
   }
 
   // v of the branch with ga = sign sqrt(S^2 - D^2) / |n1 x n2|^2.
   Vec3 v(double sign) const {
-    const Vec3 m = n1.cross(n2);
     const double m2 = m.squaredNorm();
     const double c = n1.dot(n2);
     const double a = n1.dot(kSpindle_M);
-    const double b = n2.dot(u);
     const double root = std::sqrt(std::max(0.0, (S - D) * (S + D)));
     return ((a - c * b) * n1 + (b - c * a) * n2 + sign * root * m) / m2;
   }
@@ -105,7 +107,7 @@ RotarySolution solve_branch(const TwoRotations& problem, double sign, double see
   RotarySolution s;
   s.branch = sign > 0.0 ? 0 : 1;
   const Vec3 v = problem.v(sign);
-  const double sin_tilt = problem.n2.cross(problem.u).norm();
+  const double sin_tilt = problem.sin_tilt;
   s.angle[1] = sin_tilt < kFreeTilt ? seed_inner : wrap(turn_between(problem.n2, problem.u, v));
   s.angle[0] = wrap(turn_between(problem.n1, v, kSpindle_M));
   s.singular = sin_tilt < kFreeTilt;
@@ -121,12 +123,12 @@ RotarySolution solve_branch(const TwoRotations& problem, double sign, double see
   return s;
 }
 
-RotarySolutions two_rotary(const Machine& machine, AxisId outer, AxisId inner, const Vec3& axis_P,
-                           double seed_inner, const InverseOptions& options) {
-  const TwoRotations problem(machine.axes[outer].direction, machine.axes[inner].direction, axis_P);
+RotarySolutions two_rotary(const Vec3& outer, const Vec3& inner, const Vec3& axis_P, double seed_inner,
+                           const InverseOptions& options) {
+  const TwoRotations problem(outer, inner, axis_P);
   RotarySolutions out;
   const double short_by = std::abs(problem.D) - problem.S;  // of |n1 x n2| times the sine
-  const double sin_axes = problem.n1.cross(problem.n2).norm();
+  const double sin_axes = problem.m.norm();
   if (short_by > std::max(options.axis_resolution, kFreeTilt) * sin_axes) {
     // The nearest reachable tilt differs by the difference of the two angles to the inner axis.
     const double reach = std::atan2(std::abs(problem.D),
@@ -185,7 +187,10 @@ RotarySolutions rotary_solutions(const Machine& machine, const Vec3& axis_P, dou
   for (const AxisId id : machine.part_chain) {
     if (machine.axes[id].kind == AxisKind::rotary) rotary[count++] = id;
   }
-  if (count == 2) return two_rotary(machine, rotary[0], rotary[1], axis_P, seed_inner, options);
+  if (count == 2) {
+    return two_rotary(machine.axes[rotary[0]].direction, machine.axes[rotary[1]].direction, axis_P, seed_inner,
+                      options);
+  }
   const Vec3* n = count == 1 ? &machine.axes[rotary[0]].direction : nullptr;
   return single_rotary(n, axis_P, options.axis_resolution, seed_inner);
 }

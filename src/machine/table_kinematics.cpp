@@ -43,50 +43,16 @@ TableKinematics::TableKinematics(const Machine& machine, const Vec3& tool_mm) {
   }
 }
 
-TableKinematics::Sines TableKinematics::sines(const JointVector& q) const {
-  Sines s;
-  for (std::size_t k = 0; k < rotary_count_; ++k) {
-    s.sin[k] = std::sin(q[rotary_[k]]);
-    s.cos[k] = std::cos(q[rotary_[k]]);
+Vec3 TableKinematics::solve_between(const Vec3& gap, const Sines& s) const {
+  Mat3 motion;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const LinearAxis& axis = linear_[static_cast<std::size_t>(i)];
+    Vec3 v = axis.motion;
+    if (axis.slot == 2) v = turn(1, v, s);
+    if (axis.slot >= 1) v = turn(0, v, s);
+    motion.col(i) = v;
   }
-  return s;
-}
-
-Vec3 TableKinematics::tip_P(const JointVector& q, const Sines& s) const {
-  return turn_back(1, turn_back(0, w(q), s) + b(q), s) + g(q);
-}
-
-Vec3 TableKinematics::axis_P(const Sines& s) const {
-  return turn_back(1, turn_back(0, k_, s), s);
-}
-
-ToolPose TableKinematics::pose(const JointVector& q) const {
-  const Sines s = sines(q);
-  return {tip_P(q, s), axis_P(s)};
-}
-
-Vec3 TableKinematics::to_machine(const Vec3& v_P, const Sines& s) const {
-  return turn(0, turn(1, v_P, s), s);
-}
-
-void TableKinematics::solve_linear(const Vec3& tip_P, const Sines& s, JointVector& q) const {
-  // With the linear axes at zero the tip misses by `gap`, in the axes of w.
-  const Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
-  Vec3 solved;
-  if (linear_first_) {
-    solved = unmix_ * gap;
-  } else {
-    Mat3 motion;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      const LinearAxis& axis = linear_[static_cast<std::size_t>(i)];
-      Vec3 v = axis.motion;
-      if (axis.slot == 2) v = turn(1, v, s);
-      if (axis.slot >= 1) v = turn(0, v, s);
-      motion.col(i) = v;
-    }
-    solved = motion.inverse() * gap;
-  }
-  for (std::size_t i = 0; i < 3; ++i) q[linear_[i].id] = solved[static_cast<Eigen::Index>(i)];
+  return motion.inverse() * gap;
 }
 
 }  // namespace trunnion

@@ -11,15 +11,15 @@ Compensator::Compensator(const Machine& machine, const Model& model, const Vec3&
                          const CompensationOptions& options)
     : machine_(machine),
       evaluator_(model),
-      tool_mm_(tool_mm),
       options_(options),
       kinematics_(machine, tool_mm),
+      with_errors_(machine, tool_mm),
       datum_shift_P_(datum_shift_P(machine, evaluator_)) {}
 
-Pose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
-  Pose X_PT = forward(machine_, at.q, tool_mm_, evaluator_.errors(at, lagged));
-  X_PT.p -= datum_shift_P_;
-  return X_PT;
+ToolPose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
+  ToolPose pose = with_errors_.pose(at.q, evaluator_.errors(at, lagged));
+  pose.tip_P -= datum_shift_P_;
+  return pose;
 }
 
 // Rotary positions for the wanted axis, of the branch and turn nearest to q; false where C has too little
@@ -60,16 +60,17 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
   Vec3 target_P = tip_P;
   Vec3 target_axis_P = axis_P;
   bool turns = options_.orientation;
+  TableKinematics::Sines sines = kinematics_.sines(state.q);
+  ToolPose actual_pose;
   for (;; ++out.steps) {
-    kinematics_.solve_linear(target_P, kinematics_.sines(state.q), state.q);
-    const Pose X_PT = actual(state, lagged);
-    const Vec3 error_P = X_PT.p - tip_P;
-    const Vec3 axis_error_P = X_PT.R.col(2) - axis_P;
+    kinematics_.solve_linear(target_P, sines, state.q);
+    actual_pose = actual(state, lagged);
+    const Vec3 error_P = actual_pose.tip_P - tip_P;
+    const Vec3 axis_error_P = actual_pose.axis_P - axis_P;
     out.left_mm = error_P.norm();
-    out.axis_left = angle_between(X_PT.R.col(2), axis_P);
     if (out.steps == 0) out.before_mm = out.left_mm;
     constexpr double kAxisConverged = 1e-10;  // rad: 0.1 nm at 1 m
-    const bool axis_done = !turns || out.axis_left.rad() < kAxisConverged;
+    const bool axis_done = !turns || angle_between(actual_pose.axis_P, axis_P).rad() < kAxisConverged;
     if (out.left_mm < options_.converged_mm && axis_done) break;
     if (out.steps == options_.max_steps) {
       return fail(ErrorCode::check_failed, "the correction does not converge: after " +
@@ -80,8 +81,10 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
     if (turns && !axis_done) {
       target_axis_P = (target_axis_P - axis_error_P).normalized();
       turns = turn_rotaries(target_axis_P, state.q);
+      sines = kinematics_.sines(state.q);
     }
   }
+  out.axis_left = angle_between(actual_pose.axis_P, axis_P);
   out.q = state.q;
   return out;
 }

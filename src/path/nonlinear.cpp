@@ -1,5 +1,7 @@
 #include "trunnion/path/nonlinear.hpp"
 
+#include <array>
+
 #include "path/run_refiner.hpp"
 
 namespace trunnion::path {
@@ -19,18 +21,17 @@ struct Refiner::Work {
   RunRefiner run;
   SegmentRefiner& segment;
   // The end of a segment is the start of the next: its station is kept.
-  Station a, b;
+  std::array<Station, 2> stations;
+  std::size_t end = 0;
   bool known = false;
 
   SegmentEnds ends(const Point& from, const Point& to) {
-    if (known && b.q == from.q) {
-      a = b;
-    } else {
-      a = station(segment.kinematics(), from.q);
-    }
-    b = station(segment.kinematics(), to.q);
+    const std::size_t start = end;
+    if (!known || !(stations[start].q == from.q)) stations[start] = station(segment.kinematics(), from.q);
+    end = 1 - start;
+    stations[end] = station(segment.kinematics(), to.q);
     known = true;
-    return {&from, &to, &a, &b, false};
+    return {&from, &to, &stations[start], &stations[end], false};
   }
 };
 
@@ -44,6 +45,11 @@ Refiner& Refiner::operator=(Refiner&&) noexcept = default;
 SegmentReport Refiner::refine(const Point& a, const Point& b, const Tolerance& tolerance,
                               std::vector<Point>& out) {
   return work_->segment.refine(work_->ends(a, b), tolerance, out);
+}
+
+SegmentReport Refiner::decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
+                              std::vector<Point>& out) {
+  return work_->segment.decide(work_->ends(a, b), tolerance, known_mm, out);
 }
 
 SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& tolerance) {

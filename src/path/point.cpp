@@ -1,16 +1,8 @@
 #include "trunnion/path/point.hpp"
 
-#include <cmath>
-
 #include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
-
-double Rounding::rounded(AxisId axis, double value) const {
-  const double unit = quantum[axis];
-  if (!(unit > 0.0)) return value;
-  return unit * std::nearbyint((value + offset[axis]) / unit) - offset[axis];
-}
 
 bool Rounding::is_identity() const {
   for (AxisId id = 0; id < kMaxAxes; ++id) {

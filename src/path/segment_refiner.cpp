@@ -77,10 +77,74 @@ bool SegmentRefiner::piece_within(const Station& a, const Station& b) const {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
            certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes;
   }
+  // Sampled, where the cheap proofs and the middle do not answer.
+  const auto off = [&](const Vec3& p) {
+    return distance_to_segment(p, reference_.tip0_P, reference_.tip1_P);
+  };
+  const double ends = std::max(off(a.tip_P), off(b.tip_P));
+  if (ends > tolerance_.tip_mm) return false;
+  if (axis_surely_within(a, b)) {
+    if (ends + certifier_.bow_from_norms(a, b) <= tolerance_.tip_mm) return true;
+    const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
+    if (off(kinematics().tip_P(q, kinematics().sines(q))) > tolerance_.tip_mm) return false;
+    if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return true;
+  }
   double tip_mm = 0.0;
   double axis_rad = 0.0;
   judge(a, b, tip_mm, axis_rad);
   return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad();
+}
+
+// A unit vector turned about two axes bends by at most (|dA| + |dC|)^2 / 8 off its chord; a chord is no
+// longer than pi/2 times the sine of its angle up to a right angle.
+bool SegmentRefiner::axis_surely_within(const Station& a, const Station& b) const {
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k)
+    turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+  const double bow = turn * turn / 8.0;
+  const double limit = tolerance_.axis.rad() * 2.0 / kPi;  // below its sine
+  if (bow > limit) return false;
+  const ArcShape arc(reference_.axis0_P, reference_.axis1_P);
+  return std::max(ArcShape::distance(arc.foot(a.axis_P)), ArcShape::distance(arc.foot(b.axis_P))) + bow <=
+         limit;
+}
+
+// The predictions that are a value of the curve itself.
+bool SegmentRefiner::predictor_is_below_truth() const {
+  const Predictor& p = options_.predictor;
+  return p.kind == Predictor::Kind::exact || p.kind == Predictor::Kind::parabola || p == Predictor{};
+}
+
+SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& tolerance, double known_mm,
+                                     std::vector<Point>& out) {
+  start(ends, tolerance);
+  SegmentReport report;
+  report.certified = options_.certify;
+  const Station& a = *ends.at_a;
+  const Station& b = *ends.at_b;
+  const double bow = certifier_.bow_from_norms(a, b);
+  // Any point of the reference is at least as far as the nearest one: its ends serve.
+  const double off_mm =
+      std::sqrt(std::max((a.tip_P - ends.a->tip_P).squaredNorm(), (b.tip_P - ends.b->tip_P).squaredNorm()));
+  const double off_axis = std::sqrt(
+      std::max((a.axis_P - ends.a->axis_P).squaredNorm(), (b.axis_P - ends.b->axis_P).squaredNorm()));
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k)
+    turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+  const bool surely = predictor_is_below_truth() && off_mm + bow <= tolerance.tip_mm &&
+                      off_axis + turn * turn / 8.0 <= tolerance.axis.rad() * 2.0 / kPi;
+  if (surely && bow <= known_mm) return report;
+  const ErrorModel model(kinematics(), a, b, options_.predictor);
+  report.midpoint_mm = model.midpoint().norm();
+  report.predicted_mm = model.largest_distance();
+  if (surely) return report;
+  report.converged = piece_within(a, b);
+  const bool asked = options_.method != Method::adaptive && report.predicted_mm > tolerance.tip_mm;
+  if ((report.converged && !asked) || options_.method == Method::none) return report;
+  report.converged = insert(report);
+  report.inserted = static_cast<std::uint32_t>(nodes_.size());
+  put_nodes(ends, out);
+  return report;
 }
 
 void SegmentRefiner::judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const {
@@ -159,10 +223,14 @@ SegmentReport SegmentRefiner::refine(const SegmentEnds& ends, const Tolerance& t
   report.converged = insert(report);
   judge_pieces(report);
   report.inserted = static_cast<std::uint32_t>(nodes_.size());
+  put_nodes(ends, out);
+  return report;
+}
+
+void SegmentRefiner::put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const {
   for (const Node& node : nodes_) {
     out.push_back({node.station.q, node.tip_P, node.axis_P, ends.b->where, true, node.beside_P});
   }
-  return report;
 }
 
 bool SegmentRefiner::insert(SegmentReport& report) {

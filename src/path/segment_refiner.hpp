@@ -27,6 +27,9 @@ class SegmentRefiner {
 
   SegmentReport refine(const SegmentEnds& ends, const Tolerance& tolerance, std::vector<Point>& out);
   SegmentReport measure(const SegmentEnds& ends, const Tolerance& tolerance);
+  /// Refiner::decide.
+  SegmentReport decide(const SegmentEnds& ends, const Tolerance& tolerance, double known_mm,
+                       std::vector<Point>& out);
 
   /// How the segment bends, in cells along its ideal path (nodes on the chord and the great circle).
   const Spacing& spacing_of(const SegmentEnds& ends, const Tolerance& tolerance);
@@ -44,6 +47,9 @@ class SegmentRefiner {
   enum class Side : std::uint8_t { on_chord, two_sided };
 
   bool needs_points(SegmentReport& report);
+  bool predictor_is_below_truth() const;
+  bool axis_surely_within(const Station& a, const Station& b) const;
+  void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
   bool insert_on_chord(NodeAxis how);

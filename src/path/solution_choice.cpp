@@ -8,21 +8,10 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
+#include "path/global_choice.hpp"
+
 namespace trunnion::path {
 namespace {
-
-// Rates where the machine file gives none: those of a small trunnion. Only ratios of axis times matter for
-// the choice.
-constexpr double kDefaultLinearRate_mm_s = 30000.0 / kSecondsPerMinute;
-constexpr double kDefaultRotaryRate_rad_s = 9000.0 * kRadPerDegree / kSecondsPerMinute;
-
-double rate_of(const Axis& axis) {
-  return axis.rapid.value_or(axis.kind == AxisKind::linear ? kDefaultLinearRate_mm_s
-                                                           : kDefaultRotaryRate_rad_s);
-}
-
-// A step that turns an axis by more than half a turn, or flips a branch far from the pole, is not a cut.
-constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
 
 constexpr std::size_t kMaxCandidates = 16;
 
@@ -30,9 +19,6 @@ struct Candidate {
   JointVector q;
   std::uint8_t branch = 0;
   bool singular = false;
-  bool reconfigure = false;
-  double cost = std::numeric_limits<double>::infinity();
-  std::uint8_t from = 0;  // index of the best predecessor
 };
 
 struct Layer {
@@ -48,14 +34,6 @@ class Chooser {
         rotary_(machine.rotary_axes()),
         kinematics_(machine, options.tool_mm) {
     if (const auto id = machine.axis(options.axis)) named_axis_ = *id;
-  }
-
-  // Cost of moving from a to b, seconds; `reconfigure` tells whether the tool must leave the part.
-  double step_cost(const JointVector& a, const JointVector& b) const {
-    double sum = 0.0;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id)
-      sum += std::abs(b[id] - a[id]) / rate_of(machine_.axes[id]);
-    return sum;
   }
 
   double local_measure(const JointVector& a, const JointVector& b) const {
@@ -82,35 +60,6 @@ class Chooser {
     }
   }
 
-  bool needs_reconfiguration(const JointVector& a, const JointVector& b, const Vec3& axis_a,
-                             const Vec3& axis_b) const {
-    for (const AxisId id : rotary_) {
-      if (std::abs(b[id] - a[id]) > kHalfTurn) return true;
-    }
-    // The tool swings far away on its way: a branch jumped.
-    const Pose X_MP = part_in_machine(machine_, JointVector::interpolate(a, b, 0.5));
-    const Vec3 middle_P = X_MP.R.transpose() * Vec3::UnitZ();
-    constexpr double kJump_rad =
-        20.0 * kRadPerDegree;  // beyond what the two ends span; inserted points do not mend that
-    return angle_between(axis_a, middle_P).rad() > angle_between(axis_a, axis_b).rad() + kJump_rad;
-  }
-
-  // Turns of one angle within the limits: one (the nearest to `near`) when the axis is free to count turns.
-  std::size_t turns(const Axis& axis, double angle, double near, std::array<double, 8>& out) const {
-    if (!axis.has_limits()) {
-      out[0] = *nearest_turn(axis, angle, near);
-      return 1;
-    }
-    std::size_t count = 0;
-    constexpr double kAtLimit = 1e-12;
-    for (double k = std::ceil((axis.min - angle - kAtLimit) / kTwoPi);
-         angle + k * kTwoPi <= axis.max + kAtLimit; ++k) {
-      if (count == out.size()) break;
-      out[count++] = std::clamp(angle + k * kTwoPi, axis.min, axis.max);
-    }
-    return count;
-  }
-
   // All candidates for `pose`; C at the pole and free turns follow `seed`.
   void candidates(const ToolPose& pose, const JointVector& seed, Layer& out) const {
     out.count = 0;
@@ -119,15 +68,8 @@ class Chooser {
     for (std::size_t i = 0; i < solutions.count; ++i) add_turns(pose, seed, solutions.at[i], out);
   }
 
-  // Whole turns of an axis that may turn for ever make no difference to what follows.
-  bool same_position(const JointVector& a, const JointVector& b) const {
-    return std::all_of(rotary_.begin(), rotary_.end(), [&](AxisId id) {
-      const double d = b[id] - a[id];
-      return std::abs(machine_.axes[id].has_limits() ? d : std::remainder(d, kTwoPi)) < 1e-9;
-    });
-  }
-
   const std::vector<AxisId>& rotary() const { return rotary_; }
+  const TableKinematics& kinematics() const { return kinematics_; }
 
  private:
   void add_turns(const ToolPose& pose, const JointVector& seed, const RotarySolution& solution,
@@ -135,7 +77,7 @@ class Chooser {
     std::array<std::array<double, 8>, 2> angles{};
     std::array<std::size_t, 2> counts = {1, 1};
     for (std::size_t k = 0; k < rotary_.size(); ++k) {
-      counts[k] = turns(machine_.axes[rotary_[k]], solution.angle[k], seed[rotary_[k]], angles[k]);
+      counts[k] = turns_within(machine_.axes[rotary_[k]], solution.angle[k], seed[rotary_[k]], angles[k]);
     }
     for (std::size_t i = 0; i < counts[0]; ++i) {
       for (std::size_t j = 0; j < counts[1]; ++j) {
@@ -209,17 +151,6 @@ Error unreachable(const Machine& machine, const ChoicePoint& point, const Choice
   return {ErrorCode::check_failed, message + which, cl_file, point.where};
 }
 
-// Mild preference for the middle of the travel, far below the cost of any motion: it decides ties only.
-double centre_preference(const Machine& machine, const std::vector<AxisId>& rotary, const JointVector& q) {
-  constexpr double kWeight_s = 1e-6;
-  double sum = 0.0;
-  for (const AxisId id : rotary) {
-    const Axis& axis = machine.axes[id];
-    if (axis.has_limits()) sum += std::abs(q[id] - 0.5 * (axis.min + axis.max)) / (axis.max - axis.min);
-  }
-  return kWeight_s * sum;
-}
-
 struct Run {
   const Machine& machine;
   const Chooser& chooser;
@@ -227,88 +158,14 @@ struct Run {
   const std::string& cl_file;
 };
 
-// One step of the dynamic programme: the best way into every candidate of `point`.
-void extend(const Run& run, const ChoicePoint& point, const Vec3& axis_before, const Layer& before,
-            Layer& after) {
-  after.count = 0;
-  Layer reached;
-  for (std::size_t p = 0; p < before.count; ++p) {
-    const Candidate& from = before.at[p];
-    run.chooser.candidates(point.pose, from.q, reached);
-    for (std::size_t c = 0; c < reached.count; ++c) {
-      Candidate next = reached.at[c];
-      next.reconfigure =
-          !point.rapid && run.chooser.needs_reconfiguration(from.q, next.q, axis_before, point.pose.axis_P);
-      next.cost = from.cost + run.chooser.step_cost(from.q, next.q) +
-                  (next.reconfigure ? kReconfigureSeconds : 0.0) +
-                  centre_preference(run.machine, run.chooser.rotary(), next.q);
-      next.from = static_cast<std::uint8_t>(p);
-      // The same position reached from another predecessor: keep the cheaper one.
-      Candidate* slot = nullptr;
-      for (std::size_t k = 0; k < after.count && slot == nullptr; ++k) {
-        if (run.chooser.same_position(after.at[k].q, next.q)) slot = &after.at[k];
-      }
-      if (slot == nullptr && after.count < kMaxCandidates) {
-        after.at[after.count++] = next;
-      } else if (slot == nullptr) {
-        slot = std::max_element(after.at.begin(), after.at.end(),
-                                [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
-      }
-      if (slot != nullptr && next.cost < slot->cost) *slot = next;
-    }
-  }
-}
-
-// What must be kept of a layer to walk back: 24 bytes a candidate instead of a whole Candidate.
-struct Trace {
-  std::array<double, 2> angle;
-  std::uint8_t from;
-  std::uint8_t branch;
-  bool singular;
-  bool reconfigure;
-};
-
 Result<void> choose_global(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
                            std::vector<ChosenPoint>& out) {
-  const auto& rotary = run.chooser.rotary();
-  std::vector<Trace> traces;
-  std::vector<std::uint32_t> first;  // index of each layer's first trace
-  first.reserve(points.size() + 1);
-  Layer before;
-  before.count = 1;
-  before.at[0].q = seed;
-  before.at[0].cost = 0.0;
-  Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
-  Layer after;
+  GlobalChoice choice(run.machine, run.options);
+  choice.start(seed);
   for (const ChoicePoint& point : points) {
-    extend(run, point, axis_before, before, after);
-    if (after.count == 0) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
-    first.push_back(static_cast<std::uint32_t>(traces.size()));
-    for (std::size_t c = 0; c < after.count; ++c) {
-      Trace t{{}, after.at[c].from, after.at[c].branch, after.at[c].singular, after.at[c].reconfigure};
-      for (std::size_t k = 0; k < rotary.size(); ++k) t.angle[k] = after.at[c].q[rotary[k]];
-      traces.push_back(t);
-    }
-    std::swap(before, after);
-    axis_before = point.pose.axis_P;
+    if (!choice.add(point)) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
   }
-  std::size_t best = 0;
-  for (std::size_t c = 1; c < before.count; ++c) {
-    if (before.at[c].cost < before.at[best].cost) best = c;
-  }
-  const std::size_t begin = out.size();
-  out.resize(begin + points.size());
-  for (std::size_t i = points.size(); i-- > 0;) {
-    const Trace& t = traces[first[i] + best];
-    ChosenPoint& chosen = out[begin + i];
-    chosen.q = seed;
-    for (std::size_t k = 0; k < rotary.size(); ++k) chosen.q[rotary[k]] = t.angle[k];
-    solve_linear(run.machine, points[i].pose.tip_P, run.options.tool_mm, chosen.q);
-    chosen.branch = t.branch;
-    chosen.singular = t.singular;
-    chosen.reconfigure = t.reconfigure;
-    best = t.from;
-  }
+  choice.take(out);
   return {};
 }
 
@@ -330,8 +187,8 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
       }
     }
     const Candidate& c = layer.at[best];
-    const bool leave =
-        !point.rapid && run.chooser.needs_reconfiguration(q, c.q, axis_before, point.pose.axis_P);
+    const bool leave = !point.rapid && needs_reconfiguration(run.chooser.kinematics(), q, c.q, axis_before,
+                                                             point.pose.axis_P);
     out.push_back({c.q, c.branch, c.singular, leave, c.q});
     q = c.q;
     axis_before = point.pose.axis_P;
@@ -401,9 +258,15 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   if (!chosen) return chosen;
   settle_poles(run, points, std::span(out).subspan(begin), summary);
   JointVector before = seed;
-  std::uint8_t branch = begin > 0 ? out[begin - 1].branch : out.empty() ? std::uint8_t{0} : out[begin].branch;
+  std::uint8_t branch = summary.goes_on ? summary.last_branch
+                        : begin > 0     ? out[begin - 1].branch
+                        : out.empty()   ? std::uint8_t{0}
+                                        : out[begin].branch;
+  std::array<double, kMaxAxes> seconds{};
+  for (AxisId id = 0; id < machine.axes.size(); ++id) seconds[id] = seconds_per_unit(machine.axes[id]);
   for (std::size_t i = begin; i < out.size(); ++i) {
-    summary.axis_time_s += chooser.step_cost(before, out[i].q);
+    for (AxisId id = 0; id < machine.axes.size(); ++id)
+      summary.axis_time_s += std::abs(out[i].q[id] - before[id]) * seconds[id];
     for (const AxisId id : chooser.rotary()) summary.rotary_travel_rad += std::abs(out[i].q[id] - before[id]);
     if (out[i].reconfigure) ++summary.reconfigurations;
     if (out[i].singular) {
@@ -414,7 +277,23 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
     }
     before = out[i].q;
   }
+  summary.last_branch = branch;
   return {};
+}
+
+bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options) {
+  const RotarySolutions solutions = rotary_solutions(machine, pose.axis_P, 0.0, options.inverse);
+  const std::vector<AxisId> rotary = machine.rotary_axes();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    if (solutions.at[i].singular) return false;
+    std::size_t turns = 1;
+    std::array<double, 8> angles;
+    for (std::size_t k = 0; k < rotary.size(); ++k)
+      turns *= turns_within(machine.axes[rotary[k]], solutions.at[i].angle[k], 0.0, angles);
+    count += turns;
+  }
+  return count == 1;
 }
 
 }  // namespace trunnion::path

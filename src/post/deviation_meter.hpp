@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "trunnion/effects/model.hpp"
+#include "trunnion/machine/error_kinematics.hpp"
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/path/certificate.hpp"
 
@@ -16,6 +17,7 @@ namespace trunnion::post {
 struct Vertex {
   JointVector q;
   path::Station station;  // of q on the nominal machine, where bounds are proved
+  double time_s = 0.0;    // of the program, when the errors were evaluated
   Vec3 tip_P = Vec3::Zero();
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t nc_line = 0;
@@ -66,7 +68,8 @@ class DeviationMeter {
         certify_(certify && truth == nullptr && offsets == nullptr),
         tolerance_mm_(tolerance_mm),
         axis_tolerance_(axis_tolerance),
-        certifier_(TableKinematics(machine, tool_mm)) {
+        certifier_(TableKinematics(machine, tool_mm)),
+        with_errors_(machine, tool_mm) {
     if (truth != nullptr) datum_P_ = datum_shift_P(machine, *truth);
   }
 
@@ -91,6 +94,13 @@ class DeviationMeter {
 
  private:
   ToolPose pose(const MachineState& state) const;
+  ToolPose pose_with_errors(const MachineState& state) const;
+  /// Machine with errors: whether the motion keeps within `limit` by the proved bow of the nominal path and
+  /// the bend of the errors, which one evaluation half way shows. Never says yes to what sampling would find
+  /// beyond it, as long as the errors between two blocks bend no more than twice as far elsewhere as there.
+  bool surely_within(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                     const ProgramState& program, const Deviation& limit) const;
+  bool take_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   Interval tip_interval(const Vertex& from, const Vertex& to, const path::Reference& reference,
                         double uninteresting_mm) const;
   Interval axis_interval(const Vertex& from, const Vertex& to, const path::Reference& reference,
@@ -103,6 +113,7 @@ class DeviationMeter {
   double tolerance_mm_;
   Angle axis_tolerance_;
   path::Certifier certifier_;
+  ErrorKinematics with_errors_;
   Vec3 datum_P_ = Vec3::Zero();
 };
 

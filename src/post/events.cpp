@@ -127,23 +127,13 @@ Result<void> Pipeline::emit_text(const cl::Text& t, SourceRef where) {
   return t.text.empty() ? Result<void>{} : write(nc::Comment{t.text});
 }
 
-// LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
 Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {
   if (!t.on) {
-    diagnostics_.warning_once(
-        "LINTOL/OFF", job_.cl_file, where,
-        "LINTOL/OFF is not followed: the tolerance stays " + shortest_text(tolerance_.tip_mm) + " mm");
-    return {};
+    diagnostics_.warning_once("LINTOL/OFF", job_.cl_file, where,
+                              "LINTOL/OFF is not followed: the tolerance stays " +
+                                  shortest_text(tolerances_.cutting().tip_mm) + " mm");
   }
-  if (t.applies == cl::Tolerance::Applies::feed && !options_.rtcp) {
-    tolerance_.tip_mm = std::min(options_.tolerance_mm, t.value_mm.value_or(options_.tolerance_mm));
-  } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
-    const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
-    rapid_tolerance_ = path::Tolerance{std::min(given, *t.value_mm), tolerance_.axis};
-  } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
-    const Angle given = options_.axis_tolerance.value_or(machine_.axis_tolerance);
-    tolerance_.axis = std::min(given, Angle::radians(*t.axis_angle));
-  }
+  tolerances_.take(t);
   return {};
 }
 

@@ -18,21 +18,26 @@ double rapid_rate(const Axis& axis) {
 }  // namespace
 
 FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controller, FeedOutput output)
-    : machine_(machine), controller_(controller), output_(output) {}
+    : count_(machine.axes.size()), controller_(controller), output_(output) {
+  for (AxisId id = 0; id < count_; ++id) {
+    const Axis& axis = machine.axes[id];
+    const double rapid = rapid_rate(axis);
+    axes_[id] = {axis.kind == AxisKind::linear, rapid, axis.max_feed.value_or(rapid)};
+  }
+}
 
 double FeedPlanner::slowest_axis_s(const JointVector& a, const JointVector& b) const {
   double seconds = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    const Axis& axis = machine_.axes[id];
-    seconds = std::max(seconds, std::abs(b[id] - a[id]) / axis.max_feed.value_or(rapid_rate(axis)));
+  for (AxisId id = 0; id < count_; ++id) {
+    seconds = std::max(seconds, std::abs(b[id] - a[id]) / axes_[id].feed);
   }
   return seconds;
 }
 
 double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) const {
   double seconds = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    seconds = std::max(seconds, std::abs(b[id] - a[id]) / rapid_rate(machine_.axes[id]));
+  for (AxisId id = 0; id < count_; ++id) {
+    seconds = std::max(seconds, std::abs(b[id] - a[id]) / axes_[id].rapid);
   }
   return seconds;
 }
@@ -40,9 +45,9 @@ double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) co
 double FeedPlanner::control_path(const JointVector& a, const JointVector& b, bool& rotary_only) const {
   double linear = 0.0;
   double rotary = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+  for (AxisId id = 0; id < count_; ++id) {
     const double d = b[id] - a[id];
-    (machine_.axes[id].kind == AxisKind::linear ? linear : rotary) += d * d;
+    (axes_[id].linear ? linear : rotary) += d * d;
   }
   rotary_only = linear == 0.0;
   if (rotary_only) return std::sqrt(rotary);
@@ -64,8 +69,8 @@ double FeedPlanner::seconds_of(const JointVector& a, const JointVector& b, doubl
 BlockFeed FeedPlanner::plan(const JointVector& a, const JointVector& b, double tip_mm,
                             double feed_mm_s) const {
   bool turns = false;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    turns = turns || (machine_.axes[id].kind == AxisKind::rotary && a[id] != b[id]);
+  for (AxisId id = 0; id < count_; ++id) {
+    turns = turns || (!axes_[id].linear && a[id] != b[id]);
   }
   const double tip_s = tip_mm / feed_mm_s;
   const double axes_s = slowest_axis_s(a, b);

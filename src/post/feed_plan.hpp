@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -37,7 +38,13 @@ class FeedPlanner {
   /// Length by which the control divides a per-minute F: mm, or rad where only rotary axes move.
   double control_path(const JointVector& a, const JointVector& b, bool& rotary_only) const;
 
-  const Machine& machine_;
+  struct PlannedAxis {
+    bool linear = true;
+    double rapid = 1.0;  // mm/s, rad/s
+    double feed = 1.0;
+  };
+  std::size_t count_;
+  std::array<PlannedAxis, kMaxAxes> axes_;
   const nc::Controller& controller_;
   FeedOutput output_;
 };

@@ -9,26 +9,8 @@
 namespace trunnion::post {
 namespace {
 
-// Under tool-centre-point control the tip keeps its line by itself: points are inserted for the tool axis
-// only.
-constexpr double kNoTipError_mm = 1e9;
-
-constexpr std::size_t kPassOnBytes = 1 << 16;
 // Halvings of one piece for the bend of the errors: beyond this the errors change faster than any machine's.
 constexpr int kMaxBends = 6;
-
-// A local choice looks at one point at a time: its runs may be cut anywhere.
-constexpr std::size_t kLocalRun = 4096;
-
-path::ChoiceOptions choice_options(const PostOptions& options, const InverseOptions& inverse,
-                                   const Vec3& tool_mm) {
-  path::ChoiceOptions out;
-  out.method = options.choice;
-  out.axis = options.choice_axis;
-  out.inverse = inverse;
-  out.tool_mm = tool_mm;
-  return out;
-}
 
 // Under tool-centre-point control the linear words are not joint positions: those are not rounded.
 JointVector quantum_of(const Machine& machine, const nc::Controller& controller, bool rtcp) {
@@ -61,7 +43,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     : job_(job),
       options_(options),
       sink_(sink),
-      diagnostics_(diagnostics),
+      all_findings_(diagnostics),
       machine_(*job.machine),
       controller_(*job.controller),
       tool_mm_(job.machine->tool_vector()),
@@ -70,13 +52,14 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
       rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_, options.rtcp))),
       refiner_(machine_, tool_mm_, rounding_, options.nonlinear),
       planner_(machine_, controller_, options.feed),
-      tolerance_{options.rtcp ? kNoTipError_mm : options.tolerance_mm,
-                 options.axis_tolerance.value_or(machine_.axis_tolerance)},
+      tolerances_(options, machine_),
+      word_offsets_(words_of(machine_, JointVector(), tool_mm_)),
       state_(machine_.axes.size()) {
-  if (options.rapid_tolerance_mm)
-    rapid_tolerance_ = path::Tolerance{*options.rapid_tolerance_mm, tolerance_.axis};
-  for (AxisId id = 0; id < machine_.axes.size(); ++id)
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     letters_[id] = *nc::axis_letter(machine_.axes[id].name);
+    least_[id] = machine_.axes[id].min;
+    most_[id] = machine_.axes[id].max;
+  }
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
@@ -86,28 +69,19 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
   const std::string nc_file = "<program>";
   verifier_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_,
                                          verify_options(job, options, machine_, evaluator_.get()), nc_file,
-                                         diagnostics);
+                                         verification_);
   if (evaluator_ || offsets_) {
     VerifyOptions nominal = verify_options(job, options, machine_, nullptr);
     nominal.collect = false;
     nominal.offsets = nullptr;
-    nominal_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_, nominal, nc_file, diagnostics);
+    nominal_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_, nominal, nc_file, verification_);
   }
 }
 
 Pipeline::~Pipeline() = default;
 
 Result<void> Pipeline::write(const nc::Block& block) {
-  if (auto written = writer_.write(block); !written) return written;
-  return text_.size() >= kPassOnBytes ? pass_on() : Result<void>{};
-}
-
-Result<void> Pipeline::pass_on() {
-  if (verifier_) verifier_->text(text_);
-  if (nominal_) nominal_->text(text_);
-  auto passed = sink_(text_);
-  text_.clear();
-  return passed;
+  return writer_.write(block);
 }
 
 Result<void> Pipeline::begin() {
@@ -115,46 +89,32 @@ Result<void> Pipeline::begin() {
   for (const std::string& line : job_.header) {
     if (auto r = write(nc::Comment{line}); !r) return r;
   }
-  if (auto r = write(nc::Comment{verdict_placeholder()}); !r) return r;
-  return pass_on();
+  return write(nc::Comment{verdict_placeholder()});
 }
 
-Result<void> Pipeline::take(const cl::Record& record, const cl::Resolution& resolution) {
-  inverse_.axis_resolution = resolution.axis;
-  const auto* motion = std::get_if<cl::Motion>(&record.data);
-  if (motion == nullptr) {
-    events_.push_back({pending_.size(), record});
-    // The machine stands still for a tool change: what comes before is one thing, what comes after another.
-    return std::holds_alternative<cl::ToolChange>(record.data) ? flush_run() : Result<void>{};
-  }
-  if (verifier_) verifier_->expect(*motion, record.where);
-  if (nominal_) nominal_->expect(*motion, record.where);
-  ++report_.points_in;
-  const bool local = options_.choice != path::ChoiceMethod::global;
-  if ((motion->rapid && feed_seen_) || (local && pending_.size() >= kLocalRun)) {
-    if (auto flushed = flush_run(); !flushed) return flushed;
-  }
-  feed_seen_ = feed_seen_ || !motion->rapid;
-  pending_.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed});
-  return {};
+Result<void> Pipeline::emit(Chunk& chunk) {
+  if (chunk.failure) return tl::unexpected(*chunk.failure);
+  chunk_ = &chunk;
+  auto done = emit_run();
+  chunk_ = nullptr;
+  chunk.text.swap(text_);
+  return done;
 }
 
-Result<void> Pipeline::flush_run() {
-  std::vector<path::ChoicePoint> points;
-  points.reserve(pending_.size());
-  for (const Pending& p : pending_) points.push_back(p.point);
-  std::vector<path::ChosenPoint> chosen;
-  if (!points.empty()) {
-    auto done =
-        path::choose_solutions(machine_, points, last_.q, choice_options(options_, inverse_, tool_mm_),
-                               job_.cl_file, chosen, report_.choice);
-    if (!done) return done;
+Result<void> Pipeline::pass_on(Chunk& chunk) {
+  for (Verifier* verifier : {verifier_.get(), nominal_.get()}) {
+    if (verifier == nullptr) continue;
+    for (const Pending& p : chunk.motions) {
+      verifier->expect({p.point.pose.tip_P, p.point.pose.axis_P, p.feed, p.point.rapid}, p.point.where);
+    }
+    verifier->text(chunk.text);
   }
-  if (auto emitted = emit_run(chosen); !emitted) return emitted;
-  pending_.clear();
-  events_.clear();
-  feed_seen_ = false;
-  return {};
+  return chunk.text.empty() ? Result<void>{} : sink_(chunk.text);
+}
+
+void Pipeline::tell_findings() {
+  all_findings_.append(diagnostics_);
+  all_findings_.append(verification_);
 }
 
 // From an unknown or safe position: up, the rotary axes, then over the part, then down.
@@ -207,7 +167,7 @@ Result<void> Pipeline::emit_feed_per_minute(const JointVector& q, double rate_mm
 // The tool leaves along its axis, the rotary axes turn at the safe height to the solution that the path goes
 // on with, and the tool comes back along its axis to where it was.
 Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pending& motion) {
-  const auto solutions = inverse(machine_, {last_.tip_P, last_.axis_P}, next_q, inverse_);
+  const auto solutions = inverse(machine_, {last_.tip_P, last_.axis_P}, next_q, chunk_->inverse);
   if (solutions.empty()) {
     return fail(ErrorCode::check_failed,
                 "the rotary axes cannot turn back here: no solution within their limits", job_.cl_file,
@@ -306,12 +266,19 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave the chord
 // by more than the tolerance?
 bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
-  for (const double t : {0.25, 0.5, 0.75}) {
+  const auto off_chord = [&](double t) {
     const MachineState at = state_.towards(q, JointVector::interpolate(last_emitted_, q, t));
-    if (distance_to_segment(compensator_->actual(at).p, last_.tip_P, to.tip_P) > tolerance_.tip_mm)
-      return true;
-  }
-  return false;
+    return distance_to_segment(compensator_->actual(at).tip_P, last_.tip_P, to.tip_P);
+  };
+  const double middle = off_chord(0.5);
+  if (middle > tolerances_.cutting().tip_mm) return true;
+  // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
+  // way.
+  const path::Certifier certifier(kinematics_);
+  const double nominal =
+      certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
+  if (2.0 * (nominal + middle) <= tolerances_.cutting().tip_mm) return false;
+  return off_chord(0.25) > tolerances_.cutting().tip_mm || off_chord(0.75) > tolerances_.cutting().tip_mm;
 }
 
 Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {
@@ -335,7 +302,7 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 }
 
 void Pipeline::moved(const JointVector& q, double seconds) {
-  state_.move_to(q, seconds);
+  if (compensator_) state_.move_to(q, seconds);
   report_.duration_s += seconds;
   if (offsets_) offsets_->advance(seconds);
 }
@@ -391,6 +358,11 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
 }
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
+  bool beyond_any = false;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    beyond_any = beyond_any || !(q[id] >= least_[id] && q[id] <= most_[id]);
+  }
+  if (!beyond_any) return;
   for (const LimitViolation& v : limit_violations(machine_, q)) {
     if (v.by <= 0.5 * rounding_.quantum[v.axis] + 1e-12) continue;  // rounding of a position at the limit
     BeyondAxis& beyond = beyond_[v.axis];
@@ -416,7 +388,7 @@ JointVector Pipeline::part_words(const JointVector& q) const {
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                    SourceRef where, std::uint16_t only) {
-  const JointVector words = options_.rtcp ? part_words(q) : words_of(machine_, q, tool_mm_);
+  const JointVector words = options_.rtcp ? part_words(q) : q;
   nc::Motion motion;
   motion.kind = kind;
   motion.feed_mode = feed.mode;
@@ -424,17 +396,20 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
   motion.source = where;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if ((only & nc::AxisWords::bit(letters_[id])) == 0) continue;
-    motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id]));
+    const double offset = options_.rtcp ? 0.0 : word_offsets_[id];
+    motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id] + offset));
   }
   if (motion.words.mask == 0) return {};
-  if (auto written = writer_.write(motion); !written) return written;
-  return text_.size() >= kPassOnBytes ? pass_on() : Result<void>{};
+  return writer_.write(motion);
 }
 
-Result<PostReport> Pipeline::finish() {
-  if (auto flushed = flush_run(); !flushed) return tl::unexpected(flushed.error());
+Result<PostReport> Pipeline::finish(const Intake& intake) {
+  report_.points_in = intake.points();
+  report_.choice = intake.choice();
   if (auto r = write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
-  if (auto r = pass_on(); !r) return tl::unexpected(r.error());
+  Chunk end;
+  end.text.swap(text_);
+  if (auto r = pass_on(end); !r) return tl::unexpected(r.error());
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if (beyond_[id].count > 0) diagnostics_.error(job_.cl_file, beyond_[id].where, limit_text(id));
   }

@@ -8,32 +8,36 @@
 #include "trunnion/path/compensation.hpp"
 #include "trunnion/post/post.hpp"
 
+#include "post/chunk.hpp"
 #include "post/feed_plan.hpp"
+#include "post/intake.hpp"
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
 
 namespace trunnion::post {
 
-/// The stages joined, for one program: CL records in, NC text out. One object, one program.
+/// The last two stages, for one program: prepared chunks in, NC text out, read back and verified. One object,
+/// one program. `emit` and `pass_on` may run at the same time on different chunks, each of the two for the
+/// chunks in their order.
 class Pipeline {
  public:
   Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics);
   ~Pipeline();
 
   Result<void> begin();
-  Result<void> take(const cl::Record& record, const cl::Resolution& resolution);
-  Result<PostReport> finish();
+  /// Makes the NC text of a prepared chunk, and puts it there.
+  Result<void> emit(Chunk& chunk);
+  /// Reads that text back and gives it to the sink.
+  Result<void> pass_on(Chunk& chunk);
+  /// The end of the program: the text that is left goes the same way.
+  Result<PostReport> finish(const Intake& intake);
+  /// What the stages found goes to the diagnostics, in the order of the stages.
+  void tell_findings();
+
+  const Vec3& tool_mm() const { return tool_mm_; }
+  const path::Rounding& rounding() const { return rounding_; }
 
  private:
-  /// A motion that waits for the end of its run, and what is said before it.
-  struct Pending {
-    path::ChoicePoint point;
-    cl::Feed feed;
-  };
-  struct Event {
-    std::size_t before = 0;  // index of the pending motion
-    cl::Record record;
-  };
   struct BeyondAxis {
     std::size_t count = 0;
     SourceRef first;
@@ -41,15 +45,15 @@ class Pipeline {
     SourceRef where;  // of the worst
   };
 
-  Result<void> flush_run();
-  Result<void> emit_run(const std::vector<path::ChosenPoint>& chosen);
-  Result<void> emit_segment(const path::Point& to, const Pending& motion);
+  Result<void> emit_run();
+  Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
+  Result<void> emit_to(const path::Point& point, const Pending& motion);
+  /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
+  const PreparedSegment* prepared(std::size_t i) const;
   /// Where programmed points may be dropped or moved: the last of the cutting motions from `first` on that
   /// are one run (one feed, nothing said between them); `first` itself otherwise. `event` is the next one.
-  std::size_t cutting_run_end(std::size_t first, std::size_t event,
-                              const std::vector<path::ChosenPoint>& chosen) const;
-  Result<void> emit_cutting_run(std::size_t first, std::size_t last,
-                                const std::vector<path::ChosenPoint>& chosen);
+  std::size_t cutting_run_end(std::size_t first, std::size_t event) const;
+  Result<void> emit_cutting_run(std::size_t first, std::size_t last);
   Result<void> emit_event(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change);
@@ -68,7 +72,6 @@ class Pipeline {
                            std::uint16_t only = 0xFFFF);
   JointVector part_words(const JointVector& q) const;
   Result<void> write(const nc::Block& block);
-  Result<void> pass_on();
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
   Result<double> feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where);
   /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
@@ -79,13 +82,17 @@ class Pipeline {
   JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
-  path::Point rounded_point(const path::ChoicePoint& point, const JointVector& q) const;
+  path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
+    return rounded_point(machine_, kinematics_, rounding_, point, q);
+  }
   std::string limit_text(AxisId id) const;
 
   const PostJob& job_;
   const PostOptions& options_;
   const TextSink& sink_;
-  Diagnostics& diagnostics_;
+  Diagnostics& all_findings_;
+  Diagnostics diagnostics_;   // of the text's making
+  Diagnostics verification_;  // of reading it back
   const Machine& machine_;
   const nc::Controller& controller_;
   Vec3 tool_mm_;
@@ -95,17 +102,15 @@ class Pipeline {
   path::Rounding rounding_;
   path::Refiner refiner_;
   FeedPlanner planner_;
-  path::Tolerance tolerance_;
-  std::optional<path::Tolerance> rapid_tolerance_;
+  PathTolerances tolerances_;
   std::array<nc::AxisLetter, kMaxAxes> letters_{};
+  JointVector least_, most_;  // travel of the axes
+  JointVector word_offsets_;  // word minus joint position
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
   std::int64_t length_offset_ = 1;
 
-  std::vector<Pending> pending_;
-  std::vector<Event> events_;
-  bool feed_seen_ = false;  // in the pending run: the next rapid ends it
-  InverseOptions inverse_;
+  Chunk* chunk_ = nullptr;  // that is emitted
 
   bool placed_ = false;   // a first point was emitted
   bool approach_ = true;  // the next motion starts from an unknown or safe position

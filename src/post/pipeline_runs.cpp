@@ -4,60 +4,74 @@
 
 namespace trunnion::post {
 
-Result<void> Pipeline::emit_run(const std::vector<path::ChosenPoint>& chosen) {
+Result<void> Pipeline::emit_run() {
+  const auto& motions = chunk_->motions;
+  const auto& events = chunk_->events;
+  const auto& chosen = chunk_->chosen;
   std::size_t event = 0;
-  for (std::size_t i = 0; i <= pending_.size(); ++i) {
-    for (; event < events_.size() && events_[event].before == i; ++event) {
-      if (auto done = emit_event(events_[event].record); !done) return done;
+  for (std::size_t i = 0; i <= motions.size(); ++i) {
+    for (; event < events.size() && events[event].before == i; ++event) {
+      if (auto done = emit_event(events[event].record); !done) return done;
     }
-    if (i == pending_.size()) break;
-    const Pending& motion = pending_[i];
+    if (i == motions.size()) break;
+    const Pending& motion = motions[i];
     if (chosen[i].reconfigure && !approach_) {
       if (auto done = emit_reconfiguration(chosen[i].q, motion); !done) return done;
     }
-    if (const std::size_t last = cutting_run_end(i, event, chosen); last > i) {
-      if (auto done = emit_cutting_run(i, last, chosen); !done) return done;
+    if (const std::size_t last = cutting_run_end(i, event); last > i) {
+      if (auto done = emit_cutting_run(i, last); !done) return done;
       i = last;
       continue;
     }
-    if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q), motion); !done) return done;
+    if (auto done = emit_segment(chunk_->points[i], motion, prepared(i)); !done) return done;
     if (chosen[i].q_leave == chosen[i].q) continue;
-    if (auto done = emit_segment(rounded_point(motion.point, chosen[i].q_leave), motion); !done) return done;
+    if (auto done = emit_segment(rounded(motion.point, chosen[i].q_leave), motion, nullptr); !done)
+      return done;
   }
   return {};
 }
 
-path::Point Pipeline::rounded_point(const path::ChoicePoint& point, const JointVector& q) const {
-  path::Point out;
-  out.q = q;
-  out.tip_P = point.pose.tip_P;
-  out.axis_P = point.pose.axis_P;
-  out.where = point.where;
-  path::round_to_words(machine_, kinematics_, rounding_, out.tip_P, out.q);
-  return out;
+const PreparedSegment* Pipeline::prepared(std::size_t i) const {
+  const PreparedSegment& segment = chunk_->segments[i];
+  if (!segment.known) return nullptr;
+  const path::Tolerance& now = tolerances_.cutting();
+  if (segment.tolerance.tip_mm != now.tip_mm || segment.tolerance.axis != now.axis) return nullptr;
+  const path::Point& from = i == 0 ? chunk_->before : chunk_->points[i - 1];
+  return last_.q == from.q && last_.tip_P == from.tip_P && last_.axis_P == from.axis_P ? &segment : nullptr;
 }
 
-Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion) {
+Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
+                                    const PreparedSegment* prepared) {
   if (approach_ || !placed_) {
     approach_ = false;
     auto done = emit_approach(to, motion);
     placed_ = true;
     return done;
   }
+  if (prepared != nullptr) {
+    note(prepared->report);
+    for (std::size_t k = 0; k < prepared->report.inserted; ++k) {
+      if (auto done = emit_to(chunk_->inserted[prepared->first + k], motion); !done) return done;
+    }
+    return emit_to(to, motion);
+  }
   const bool rapid = motion.point.rapid;
   inserted_.clear();
-  if (!rapid || rapid_tolerance_) {
+  if (!rapid || tolerances_.rapid()) {
     const path::SegmentReport r =
-        refiner_.refine(last_, to, rapid ? *rapid_tolerance_ : tolerance_, inserted_);
+        refiner_.decide(last_, to, rapid ? *tolerances_.rapid() : tolerances_.cutting(), 0.0, inserted_);
     if (!rapid) note(r);
   }
-  inserted_.push_back(to);
   for (const path::Point& point : inserted_) {
-    if (auto done = rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where, 0); !done)
-      return done;
-    last_ = point;
+    if (auto done = emit_to(point, motion); !done) return done;
   }
-  return {};
+  return emit_to(to, motion);
+}
+
+Result<void> Pipeline::emit_to(const path::Point& point, const Pending& motion) {
+  auto done = motion.point.rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where, 0);
+  last_ = point;
+  return done;
 }
 
 void Pipeline::note(const path::SegmentReport& r) {
@@ -68,32 +82,34 @@ void Pipeline::note(const path::SegmentReport& r) {
   report_.worst_programmed_mm = std::max(report_.worst_programmed_mm, r.midpoint_mm);
 }
 
-std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event,
-                                      const std::vector<path::ChosenPoint>& chosen) const {
+std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) const {
+  const auto& motions = chunk_->motions;
+  const auto& events = chunk_->events;
+  const auto& chosen = chunk_->chosen;
   if (!options_.nonlinear.thin && !options_.nonlinear.move_programmed_points) return first;
   const auto cuts = [&](std::size_t i) {
-    return !pending_[i].point.rapid && chosen[i].q_leave == chosen[i].q;
+    return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q;
   };
   if (approach_ || !placed_ || !cuts(first)) return first;
   std::size_t last = first;
-  while (last + 1 < pending_.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
-         pending_[last + 1].feed == pending_[first].feed &&
-         (event >= events_.size() || events_[event].before > last + 1)) {
+  while (last + 1 < motions.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
+         motions[last + 1].feed == motions[first].feed &&
+         (event >= events.size() || events[event].before > last + 1)) {
     ++last;
   }
   return last;
 }
 
-Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last,
-                                        const std::vector<path::ChosenPoint>& chosen) {
+Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   run_.assign(1, last_);
-  for (std::size_t i = first; i <= last; ++i) run_.push_back(rounded_point(pending_[i].point, chosen[i].q));
+  for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->points[i]);
   inserted_.clear();
   reports_.clear();
-  refiner_.refine_run(run_, tolerance_, inserted_, reports_);
+  refiner_.refine_run(run_, tolerances_.cutting(), inserted_, reports_);
   for (const path::SegmentReport& report : reports_) note(report);
   for (std::size_t i = 1; i < inserted_.size(); ++i) {
-    if (auto done = emit_feed(inserted_[i], pending_[first].feed, inserted_[i].where, 0); !done) return done;
+    if (auto done = emit_feed(inserted_[i], chunk_->motions[first].feed, inserted_[i].where, 0); !done)
+      return done;
     last_ = inserted_[i];
   }
   return {};

@@ -4,7 +4,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
-#include "post/pipeline.hpp"
+#include "post/program.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -36,20 +36,8 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
     return fail(ErrorCode::wrong_use,
                 "--rtcp: the control '" + job.controller->name + "' has no tool-centre-point control");
   }
-  const std::size_t errors = diagnostics.error_count();
-  Pipeline pipeline(job, options, sink, diagnostics);
-  if (auto r = pipeline.begin(); !r) return tl::unexpected(r.error());
-  cl::Reader reader(std::move(source), job.cl_file, options.cl, diagnostics);
-  cl::Record record;
-  std::optional<Error>
-      failure;  // of the path; the reader goes on, since all findings in the CL file are to be told
-  while (reader.next(record)) {
-    if (failure || diagnostics.error_count() > errors) continue;
-    if (auto r = pipeline.take(record, reader.resolution()); !r) failure = r.error();
-  }
-  if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
-  if (failure) return tl::unexpected(*failure);
-  return pipeline.finish();
+  Program program(std::move(source), job, options, sink, diagnostics);
+  return program.run();
 }
 
 }  // namespace trunnion::post

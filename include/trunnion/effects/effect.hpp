@@ -169,6 +169,8 @@ class Effect {
   Twist twist(const MachineState& state, std::span<const double> lagged,
               std::span<const double> parameters) const;
   virtual RangeCheck check_range(const MachineState& state) const;
+  /// False when the twist is the same in every state (a location error): then it is evaluated once.
+  virtual bool depends_on_state() const { return true; }
   /// Quantities that people know better than the linear parameters they follow from (the fixed point of a
   /// screw).
   struct Derived {

@@ -101,8 +101,14 @@ class ModelEvaluator {
     Link link;
     std::size_t lag_begin, lag_count;
     std::vector<double> parameters;
+    bool only_fixed_part;  // no parameter scales it: an error table
+
+    Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
-  std::vector<Entry> entries_;
+  static Twist& at(ChainErrors& errors, const Link& link);
+
+  ChainErrors constant_;        // sum of the effects that do not depend on the state
+  std::vector<Entry> entries_;  // the others
   std::vector<LagRequest> lags_;
   std::vector<double> rest_;
 };

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 
 #include "trunnion/machine/kinematics.hpp"
 
@@ -23,16 +24,33 @@ class TableKinematics {
     std::array<double, 2> sin{0.0, 0.0};
     std::array<double, 2> cos{1.0, 1.0};
   };
-  Sines sines(const JointVector& q) const;
+  Sines sines(const JointVector& q) const {
+    Sines s;
+    for (std::size_t k = 0; k < rotary_count_; ++k) {
+      s.sin[k] = std::sin(q[rotary_[k]]);
+      s.cos[k] = std::cos(q[rotary_[k]]);
+    }
+    return s;
+  }
 
-  Vec3 tip_P(const JointVector& q, const Sines& sines) const;
-  Vec3 axis_P(const Sines& sines) const;
-  ToolPose pose(const JointVector& q) const;
+  Vec3 tip_P(const JointVector& q, const Sines& s) const {
+    return turn_back(1, turn_back(0, w(q), s) + b(q), s) + g(q);
+  }
+  Vec3 axis_P(const Sines& s) const { return turn_back(1, turn_back(0, k_, s), s); }
+  ToolPose pose(const JointVector& q) const {
+    const Sines s = sines(q);
+    return {tip_P(q, s), axis_P(s)};
+  }
   /// Turns a vector of P into M: R_MP.
-  Vec3 to_machine(const Vec3& v_P, const Sines& sines) const;
+  Vec3 to_machine(const Vec3& v_P, const Sines& s) const { return turn(0, turn(1, v_P, s), s); }
 
   /// As the free function `solve_linear` for the tool given at construction.
-  void solve_linear(const Vec3& tip_P, const Sines& sines, JointVector& q) const;
+  void solve_linear(const Vec3& tip_P, const Sines& s, JointVector& q) const {
+    // With the linear axes at zero the tip misses by `gap`, in the axes of w.
+    const Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
+    const Vec3 solved = linear_first_ ? Vec3(unmix_ * gap) : solve_between(gap, s);
+    for (std::size_t i = 0; i < 3; ++i) q[linear_[i].id] = solved[static_cast<Eigen::Index>(i)];
+  }
 
   std::size_t rotary_count() const { return rotary_count_; }
   AxisId rotary(std::size_t k) const { return rotary_[k]; }  // 0 outer, 1 inner; k < rotary_count()
@@ -55,13 +73,15 @@ class TableKinematics {
 
  private:
   Vec3 affine(std::size_t slot, const JointVector& q) const {
-    if (linear_first_ && slot > 0) return constant_[slot];
     Vec3 sum = constant_[slot];
+    if (linear_first_ && slot != 0) return sum;
     for (const LinearAxis& axis : linear_) {
       if (axis.slot == slot) sum += q[axis.id] * axis.motion;
     }
     return sum;
   }
+  /// Linear axes between or beyond the rotary ones: their motion turns with those.
+  Vec3 solve_between(const Vec3& gap, const Sines& sines) const;
   Vec3 turned(std::size_t k, const Vec3& v, double sin, double cos) const {
     const Vec3& n = n_[k];
     return cos * v + sin * n.cross(v) + ((1.0 - cos) * n.dot(v)) * n;

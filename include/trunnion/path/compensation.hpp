@@ -4,6 +4,7 @@
 
 #include "trunnion/base/result.hpp"
 #include "trunnion/effects/model.hpp"
+#include "trunnion/machine/error_kinematics.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
@@ -56,8 +57,8 @@ class Compensator {
   Result<Corrected> corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
                               std::span<const double> lagged = {}) const;
 
-  /// X_PT on the machine with errors, as the shop sees it: less the datum shift.
-  Pose actual(const MachineState& at, std::span<const double> lagged = {}) const;
+  /// The tool in P on the machine with errors, as the shop sees it: less the datum shift.
+  ToolPose actual(const MachineState& at, std::span<const double> lagged = {}) const;
 
   /// Why `Corrected::held` was set at this state.
   std::string range_message(const MachineState& at) const { return evaluator_.check_range(at).message; }
@@ -68,9 +69,9 @@ class Compensator {
   bool turn_rotaries(const Vec3& axis_P, JointVector& q) const;
   Machine machine_;
   ModelEvaluator evaluator_;
-  Vec3 tool_mm_;
   CompensationOptions options_;
   TableKinematics kinematics_;
+  ErrorKinematics with_errors_;
   Vec3 datum_shift_P_;
 };
 

@@ -72,6 +72,11 @@ class Refiner {
 
   /// Appends to `out` the points to insert between `a` and `b` (neither of the two themselves).
   SegmentReport refine(const Point& a, const Point& b, const Tolerance& tolerance, std::vector<Point>& out);
+  /// As `refine`, without the figures that only a report of the segment wants: `programmed_mm`, `tip_mm`,
+  /// `axis` and `harmonic_fails` stay as they are, and so do `predicted_mm` and `midpoint_mm` where both are
+  /// proved to be at most `known_mm`.
+  SegmentReport decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
+                       std::vector<Point>& out);
   /// The segment as it stands, nothing inserted.
   SegmentReport measure(const Point& a, const Point& b, const Tolerance& tolerance);
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 #include "trunnion/base/source_ref.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
@@ -24,11 +26,22 @@ struct Rounding {
   JointVector offset;   // word minus joint position (words_of of q = 0), mm or rad
 
   /// The nearest joint position whose word is a whole number of quanta.
-  double rounded(AxisId axis, double value) const;
+  double rounded(AxisId axis, double value) const {
+    const double unit = quantum[axis];
+    if (!(unit > 0.0)) return value;
+    return unit * nearest((value + offset[axis]) / unit) - offset[axis];
+  }
   /// True when no axis is rounded.
   bool is_identity() const;
   /// Grid of words with `quantum` on this machine and tool.
   static Rounding of(const Machine& machine, const Vec3& tool_mm, const JointVector& quantum);
+
+ private:
+  /// std::nearbyint (halves to even) without the call: adding 1.5 * 2^52 leaves no bit for a fraction.
+  static double nearest(double x) {
+    constexpr double kNoFraction = 6755399441055744.0;
+    return std::abs(x) < 1e15 ? (x + kNoFraction) - kNoFraction : std::nearbyint(x);
+  }
 };
 
 /// Puts `q` on the word grid as the NC writer does: rotary axes first, then the linear axes such that the tip

@@ -53,6 +53,8 @@ struct ChoiceSummary {
   std::size_t turns_in_place = 0;  // C turned at one point of the pole
   double rotary_travel_rad = 0.0;  // sum over the rotary axes
   double axis_time_s = 0.0;        // sum over all axes of travel / rapid rate: what `global` makes least
+  bool goes_on = false;  // set by the caller: the next points go on from the last ones, on `last_branch`
+  std::uint8_t last_branch = 0;
 };
 
 /// Joint positions for a run of points (one operation, or the points between two rapids), starting from
@@ -72,6 +74,11 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
                               const JointVector& seed, const ChoiceOptions& options,
                               const std::string& cl_file, std::vector<ChosenPoint>& out,
                               ChoiceSummary& summary);
+
+/// Whether exactly one position (whole turns of an axis without limits aside) reaches `pose`, and C is
+/// determined there: whatever comes after it, the choice up to it stands, so that a run may be cut behind it
+/// without a change of the result.
+bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options);
 
 /// Time that a retract, a turn and a re-engagement take beside the turn itself; large against any detour
 /// worth making while cutting.

@@ -42,6 +42,8 @@ struct PostOptions {
   bool rtcp = false;
   bool verify = true;
   bool collect = false;  // keep what the HTML report draws
+  /// Threads for this one program; the text does not depend on it.
+  std::size_t threads = 1;
   cl::ReaderOptions cl;
 };
 

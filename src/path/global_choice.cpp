@@ -1,0 +1,233 @@
+#include "path/global_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trunnion::path {
+namespace {
+
+constexpr double kDefaultLinearRate_mm_s = 30000.0 / kSecondsPerMinute;
+constexpr double kDefaultRotaryRate_rad_s = 9000.0 * kRadPerDegree / kSecondsPerMinute;
+
+// A step that turns an axis by more than half a turn, or flips a branch far from the pole, is not a cut.
+constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
+
+// Mild preference for the middle of the travel, far below the cost of any motion: it decides ties only.
+constexpr double kCentreWeight_s = 1e-6;
+
+}  // namespace
+
+double seconds_per_unit(const Axis& axis) {
+  return 1.0 / axis.rapid.value_or(axis.kind == AxisKind::linear ? kDefaultLinearRate_mm_s
+                                                                 : kDefaultRotaryRate_rad_s);
+}
+
+bool needs_reconfiguration(const TableKinematics& kinematics, const JointVector& a, const JointVector& b,
+                           const Vec3& axis_a, const Vec3& axis_b) {
+  double turn = 0.0;
+  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
+    const double d = std::abs(kinematics.angle(b, k) - kinematics.angle(a, k));
+    if (d > kHalfTurn) return true;
+    turn += d;
+  }
+  // The tool swings far away on its way: a branch jumped. Beyond what the two ends span; inserted points do
+  // not mend that.
+  constexpr double kJump_rad = 20.0 * kRadPerDegree;
+  if (0.5 * turn <= kJump_rad) return false;  // half way the axis has turned by no more than that
+  const Vec3 middle_P = kinematics.axis_P(kinematics.sines(JointVector::interpolate(a, b, 0.5)));
+  return angle_between(axis_a, middle_P).rad() > angle_between(axis_a, axis_b).rad() + kJump_rad;
+}
+
+std::size_t turns_within(const Axis& axis, double angle, double near, std::array<double, 8>& out) {
+  if (!axis.has_limits()) {
+    out[0] = *nearest_turn(axis, angle, near);
+    return 1;
+  }
+  std::size_t count = 0;
+  constexpr double kAtLimit = 1e-12;
+  for (double k = std::ceil((axis.min - angle - kAtLimit) / kTwoPi);
+       angle + k * kTwoPi <= axis.max + kAtLimit; ++k) {
+    if (count == out.size()) break;
+    out[count++] = std::clamp(angle + k * kTwoPi, axis.min, axis.max);
+  }
+  return count;
+}
+
+GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
+    : machine_(machine),
+      options_(options),
+      kinematics_(machine, options.tool_mm),
+      rotary_(machine.rotary_axes()) {
+  std::size_t count = 0;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (machine.axes[id].kind != AxisKind::linear) continue;
+    linear_[count] = id;
+    linear_seconds_[count++] = seconds_per_unit(machine.axes[id]);
+  }
+  for (std::size_t k = 0; k < rotary_.size(); ++k)
+    rotary_seconds_[k] = seconds_per_unit(machine.axes[rotary_[k]]);
+}
+
+void GlobalChoice::start(const JointVector& seed) {
+  seed_ = seed;
+  axis_before_ = kinematics_.axis_P(kinematics_.sines(seed));
+  traces_.clear();
+  first_.clear();
+  Layer& layer = layers_[now_];
+  layer.count = 1;
+  Candidate& c = layer.at[0];
+  c = Candidate{};
+  for (std::size_t k = 0; k < rotary_.size(); ++k) c.angle[k] = seed[rotary_[k]];
+  for (std::size_t k = 0; k < 3; ++k) c.linear[static_cast<Eigen::Index>(k)] = seed[linear_[k]];
+}
+
+JointVector GlobalChoice::joints(const std::array<double, 2>& angle, const Vec3& linear) const {
+  JointVector q = seed_;
+  for (std::size_t k = 0; k < rotary_.size(); ++k) q[rotary_[k]] = angle[k];
+  for (std::size_t k = 0; k < 3; ++k) q[linear_[k]] = linear[static_cast<Eigen::Index>(k)];
+  return q;
+}
+
+double GlobalChoice::step_cost(const Candidate& a, const Candidate& b) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    sum += std::abs(b.linear[i] - a.linear[i]) * linear_seconds_[k];
+  }
+  for (std::size_t k = 0; k < rotary_.size(); ++k)
+    sum += std::abs(b.angle[k] - a.angle[k]) * rotary_seconds_[k];
+  return sum;
+}
+
+double GlobalChoice::centre_preference(const Candidate& c) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < rotary_.size(); ++k) {
+    const Axis& axis = machine_.axes[rotary_[k]];
+    if (axis.has_limits()) sum += std::abs(c.angle[k] - 0.5 * (axis.min + axis.max)) / (axis.max - axis.min);
+  }
+  return kCentreWeight_s * sum;
+}
+
+// Whole turns of an axis that may turn for ever make no difference to what follows.
+bool GlobalChoice::same_position(const Candidate& a, const Candidate& b) const {
+  for (std::size_t k = 0; k < rotary_.size(); ++k) {
+    const double d = b.angle[k] - a.angle[k];
+    const double least =
+        machine_.axes[rotary_[k]].has_limits() || std::abs(d) < kPi ? d : std::remainder(d, kTwoPi);
+    if (!(std::abs(least) < 1e-9)) return false;
+  }
+  return true;
+}
+
+bool GlobalChoice::reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const {
+  if (point.rapid) return false;
+  double turn = 0.0;
+  for (std::size_t k = 0; k < rotary_.size(); ++k) turn += std::abs(b.angle[k] - a.angle[k]);
+  constexpr double kSurelyNone = 10.0 * kRadPerDegree;
+  if (turn < kSurelyNone) return false;
+  return needs_reconfiguration(kinematics_, joints(a.angle, a.linear), joints(b.angle, b.linear),
+                               axis_before_, point.pose.axis_P);
+}
+
+// All positions that reach `pose`; C at the pole and free turns follow `seed`.
+void GlobalChoice::candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const {
+  out.count = 0;
+  const double seed_inner = rotary_.empty() ? 0.0 : seed.angle[rotary_.size() - 1];
+  const RotarySolutions solutions = rotary_solutions(machine_, pose.axis_P, seed_inner, options_.inverse);
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    Candidate solved;
+    solved.angle = solutions.at[i].angle;
+    solved.branch = solutions.at[i].branch;
+    solved.singular = solutions.at[i].singular;
+    add_turns(solved, seed, out);
+    if (out.count == 0 || out.at[out.count - 1].branch != solved.branch) continue;
+    // The linear axes are the same for every turn.
+    JointVector q = joints(solved.angle, Vec3::Zero());
+    kinematics_.solve_linear(pose.tip_P, kinematics_.sines(q), q);
+    const Vec3 linear(q[linear_[0]], q[linear_[1]], q[linear_[2]]);
+    for (std::size_t c = 0; c < out.count; ++c) {
+      if (out.at[c].branch == solved.branch) out.at[c].linear = linear;
+    }
+  }
+}
+
+void GlobalChoice::add_turns(const Candidate& solved, const Candidate& seed, Layer& out) const {
+  std::array<std::array<double, 8>, 2> angles;
+  std::array<std::size_t, 2> counts = {1, 1};
+  for (std::size_t k = 0; k < rotary_.size(); ++k) {
+    counts[k] = turns_within(machine_.axes[rotary_[k]], solved.angle[k], seed.angle[k], angles[k]);
+  }
+  for (std::size_t i = 0; i < counts[0]; ++i) {
+    for (std::size_t j = 0; j < counts[1]; ++j) {
+      if (out.count == kMaxCandidates) return;
+      Candidate& c = out.at[out.count++];
+      c = solved;
+      if (!rotary_.empty()) c.angle[0] = angles[0][i];
+      if (rotary_.size() > 1) c.angle[1] = angles[1][j];
+    }
+  }
+}
+
+// The best way into `candidate` of the present point, so far.
+void GlobalChoice::reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate) {
+  const Candidate& from = layers_[now_].at[predecessor];
+  Layer& after = layers_[1 - now_];
+  Candidate next = candidate;
+  next.reconfigure = reconfigures(point, from, next);
+  next.cost = from.cost + step_cost(from, next) + (next.reconfigure ? kReconfigureSeconds : 0.0) +
+              centre_preference(next);
+  next.from = static_cast<std::uint8_t>(predecessor);
+  // The same position reached from another predecessor: keep the cheaper one.
+  Candidate* slot = nullptr;
+  for (std::size_t k = 0; k < after.count && slot == nullptr; ++k) {
+    if (same_position(after.at[k], next)) slot = &after.at[k];
+  }
+  if (slot == nullptr && after.count < kMaxCandidates) {
+    after.at[after.count++] = next;
+  } else if (slot == nullptr) {
+    slot = std::max_element(after.at.begin(), after.at.end(),
+                            [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  }
+  if (slot != nullptr && next.cost < slot->cost) *slot = next;
+}
+
+bool GlobalChoice::add(const ChoicePoint& point) {
+  const Layer& before = layers_[now_];
+  Layer& after = layers_[1 - now_];
+  after.count = 0;
+  for (std::size_t p = 0; p < before.count; ++p) {
+    candidates(point.pose, before.at[p], reached_);
+    for (std::size_t c = 0; c < reached_.count; ++c) reach(point, p, reached_.at[c]);
+  }
+  if (after.count == 0) return false;
+  first_.push_back(static_cast<std::uint32_t>(traces_.size()));
+  for (std::size_t c = 0; c < after.count; ++c) {
+    const Candidate& x = after.at[c];
+    traces_.push_back({x.angle, x.linear, x.from, x.branch, x.singular, x.reconfigure});
+  }
+  now_ = 1 - now_;
+  axis_before_ = point.pose.axis_P;
+  return true;
+}
+
+void GlobalChoice::take(std::vector<ChosenPoint>& out) const {
+  const Layer& end = layers_[now_];
+  std::size_t best = 0;
+  for (std::size_t c = 1; c < end.count; ++c) {
+    if (end.at[c].cost < end.at[best].cost) best = c;
+  }
+  const std::size_t begin = out.size();
+  out.resize(begin + first_.size());
+  for (std::size_t i = first_.size(); i-- > 0;) {
+    const Trace& t = traces_[first_[i] + best];
+    ChosenPoint& chosen = out[begin + i];
+    chosen.q = joints(t.angle, t.linear);
+    chosen.branch = t.branch;
+    chosen.singular = t.singular;
+    chosen.reconfigure = t.reconfigure;
+    best = t.from;
+  }
+}
+
+}  // namespace trunnion::path

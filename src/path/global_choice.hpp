@@ -1,0 +1,85 @@
+#pragma once
+#include <array>
+#include <vector>
+
+#include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/path/solution_choice.hpp"
+
+namespace trunnion::path {
+
+/// Travel over rate: seconds that an axis takes for a unit of its motion. Where the machine file gives no
+/// rate it is that of a small trunnion: only ratios matter for the choice.
+double seconds_per_unit(const Axis& axis);
+
+/// Whether the motion from `a` to `b` cannot be made while cutting: an axis turns by more than half a turn,
+/// or the tool swings far away on its way.
+bool needs_reconfiguration(const TableKinematics& kinematics, const JointVector& a, const JointVector& b,
+                           const Vec3& axis_a, const Vec3& axis_b);
+
+/// Turns of `angle` within the limits of an axis; one, the nearest to `near`, when it is free to count turns.
+std::size_t turns_within(const Axis& axis, double angle, double near, std::array<double, 8>& out);
+
+/// The shortest path over all branches and turns (see ChoiceMethod::global), point by point.
+class GlobalChoice {
+ public:
+  GlobalChoice(const Machine& machine, const ChoiceOptions& options);
+
+  void start(const JointVector& seed);
+  /// False when nothing reaches the point.
+  bool add(const ChoicePoint& point);
+  /// Walks back from the cheapest end and appends one ChosenPoint (without q_leave) per point.
+  void take(std::vector<ChosenPoint>& out) const;
+
+ private:
+  static constexpr std::size_t kMaxCandidates = 16;
+
+  struct Candidate {
+    std::array<double, 2> angle{};
+    Vec3 linear = Vec3::Zero();  // positions of the linear axes, by linear_
+    double cost = 0.0;
+    std::uint8_t from = 0;  // index of the best predecessor
+    std::uint8_t branch = 0;
+    bool singular = false;
+    bool reconfigure = false;
+  };
+  struct Layer {
+    std::array<Candidate, kMaxCandidates> at;
+    std::size_t count = 0;
+  };
+  // What must be kept of a candidate to walk back.
+  struct Trace {
+    std::array<double, 2> angle;
+    Vec3 linear;
+    std::uint8_t from;
+    std::uint8_t branch;
+    bool singular;
+    bool reconfigure;
+  };
+
+  void candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const;
+  void add_turns(const Candidate& solved, const Candidate& seed, Layer& out) const;
+  void reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate);
+  double step_cost(const Candidate& a, const Candidate& b) const;
+  double centre_preference(const Candidate& c) const;
+  bool same_position(const Candidate& a, const Candidate& b) const;
+  bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
+  JointVector joints(const std::array<double, 2>& angle, const Vec3& linear) const;
+
+  const Machine& machine_;
+  const ChoiceOptions& options_;
+  TableKinematics kinematics_;
+  std::vector<AxisId> rotary_;
+  std::array<AxisId, 3> linear_{};
+  std::array<double, 2> rotary_seconds_{};
+  std::array<double, 3> linear_seconds_{};
+
+  JointVector seed_;
+  Vec3 axis_before_ = Vec3::UnitZ();
+  std::array<Layer, 2> layers_;
+  std::size_t now_ = 0;  // layer of the last point
+  Layer reached_;
+  std::vector<Trace> traces_;
+  std::vector<std::uint32_t> first_;  // index of each point's first trace
+};
+
+}  // namespace trunnion::path

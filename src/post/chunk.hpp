@@ -1,0 +1,69 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trunnion/cl/record.hpp"
+#include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/solution_choice.hpp"
+
+namespace trunnion::post {
+
+/// A motion of the CL file that waits for the choice of its joints.
+struct Pending {
+  path::ChoicePoint point;
+  cl::Feed feed;
+};
+
+/// What is said before a motion.
+struct Event {
+  std::size_t before = 0;  // index of the motion
+  cl::Record record;
+};
+
+/// From this motion on the path keeps to this tolerance (LINTOL).
+struct ToleranceFrom {
+  std::size_t motion = 0;
+  path::Tolerance tolerance;
+};
+
+/// The segment that ends at a motion, refined beforehand.
+struct PreparedSegment {
+  bool known = false;
+  path::Tolerance tolerance;  // for which
+  path::SegmentReport report;
+  std::size_t first = 0;  // of its points in Chunk::inserted; report.inserted of them
+};
+
+/// A piece of the program that goes from stage to stage: so many motions and what is said between them.
+struct Chunk {
+  std::vector<Pending> motions;
+  std::vector<Event> events;
+  std::vector<ToleranceFrom> tolerances;  // the first one holds from motion 0 on
+  std::vector<path::ChosenPoint> chosen;
+  InverseOptions inverse;        // with which they were chosen
+  std::optional<Error> failure;  // no way was found through these motions
+  path::Point before;            // where the chunk before ends
+  bool has_before = false;
+
+  std::vector<path::Point> points;  // of the motions, on the word grid
+  std::vector<PreparedSegment> segments;
+  std::vector<path::Point> inserted;
+
+  std::string text;  // the NC text of these motions
+};
+
+/// The chosen joint position of a point of the CL file, on the word grid.
+inline path::Point rounded_point(const Machine& machine, const TableKinematics& kinematics,
+                                 const path::Rounding& rounding, const path::ChoicePoint& point,
+                                 const JointVector& q) {
+  path::Point out;
+  out.q = q;
+  out.tip_P = point.pose.tip_P;
+  out.axis_P = point.pose.axis_P;
+  out.where = point.where;
+  path::round_to_words(machine, kinematics, rounding, out.tip_P, out.q);
+  return out;
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,131 @@
+#include "post/intake.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+namespace trunnion::post {
+namespace {
+
+// Under tool-centre-point control the tip keeps its line by itself: points are inserted for the tool axis
+// only.
+constexpr double kNoTipError_mm = 1e9;
+
+// A local choice looks at one point at a time: its runs may be cut anywhere.
+constexpr std::size_t kLocalRun = 4096;
+// Motions after which a long run is cut where the choice allows it: they stay in the cache, and the costs of
+// a chunk itself do not count.
+constexpr std::size_t kLongRun = 1024;
+// Where it does not, the next look is so many motions farther on.
+constexpr std::size_t kLookEvery = 32;
+
+}  // namespace
+
+PathTolerances::PathTolerances(const PostOptions& options, const Machine& machine)
+    : options_(options),
+      axis_given_(options.axis_tolerance.value_or(machine.axis_tolerance)),
+      cutting_{options.rtcp ? kNoTipError_mm : options.tolerance_mm, axis_given_} {
+  if (options.rapid_tolerance_mm) rapid_ = path::Tolerance{*options.rapid_tolerance_mm, axis_given_};
+}
+
+// LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
+void PathTolerances::take(const cl::Tolerance& t) {
+  if (!t.on) return;
+  if (t.applies == cl::Tolerance::Applies::feed && !options_.rtcp) {
+    cutting_.tip_mm = std::min(options_.tolerance_mm, t.value_mm.value_or(options_.tolerance_mm));
+  } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
+    const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
+    rapid_ = path::Tolerance{std::min(given, *t.value_mm), cutting_.axis};
+  } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
+    cutting_.axis = std::min(axis_given_, Angle::radians(*t.axis_angle));
+  }
+}
+
+Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm,
+               const path::Rounding& rounding)
+    : job_(job),
+      options_(options),
+      machine_(*job.machine),
+      tool_mm_(tool_mm),
+      rounding_(rounding),
+      kinematics_(machine_, tool_mm),
+      tolerances_(options, machine_),
+      chunk_(fresh()) {}
+
+std::unique_ptr<Chunk> Intake::fresh() const {
+  auto chunk = std::make_unique<Chunk>();
+  chunk->tolerances.push_back({0, tolerances_.cutting()});
+  chunk->before = last_;
+  chunk->has_before = has_last_;
+  return chunk;
+}
+
+path::ChoiceOptions Intake::choice_options() const {
+  path::ChoiceOptions out;
+  out.method = options_.choice;
+  out.axis = options_.choice_axis;
+  out.inverse = inverse_;
+  out.tool_mm = tool_mm_;
+  return out;
+}
+
+// Where points may be dropped or moved a run is looked at as a whole.
+bool Intake::may_cut(const ToolPose& pose) const {
+  const std::size_t count = chunk_->motions.size();
+  if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
+  if (options_.choice != path::ChoiceMethod::global) return count >= kLocalRun;
+  return count >= kLongRun && count % kLookEvery == 0 &&
+         path::settles_choice(machine_, pose, choice_options());
+}
+
+std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resolution& resolution) {
+  inverse_.axis_resolution = resolution.axis;
+  const auto* motion = std::get_if<cl::Motion>(&record.data);
+  if (motion == nullptr) {
+    chunk_->events.push_back({chunk_->motions.size(), record});
+    if (const auto* word = std::get_if<cl::Tolerance>(&record.data)) {
+      tolerances_.take(*word);
+      chunk_->tolerances.push_back({chunk_->motions.size(), tolerances_.cutting()});
+    }
+    // The machine stands still for a tool change: what comes before is one thing, what comes after another.
+    if (!std::holds_alternative<cl::ToolChange>(record.data)) return nullptr;
+    auto done = flush();
+    feed_seen_ = false;
+    summary_.goes_on = false;
+    return done;
+  }
+  ++points_;
+  std::unique_ptr<Chunk> done;
+  if (motion->rapid && feed_seen_) {
+    done = flush();
+    feed_seen_ = false;
+    summary_.goes_on = false;
+  } else if (!chunk_->motions.empty() && may_cut(chunk_->motions.back().point.pose)) {
+    done = flush();
+    summary_.goes_on = true;
+  }
+  feed_seen_ = feed_seen_ || !motion->rapid;
+  chunk_->motions.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed});
+  return done;
+}
+
+std::unique_ptr<Chunk> Intake::flush() {
+  Chunk& chunk = *chunk_;
+  chunk.inverse = inverse_;
+  if (!chunk.motions.empty()) {
+    choice_points_.clear();
+    for (const Pending& p : chunk.motions) choice_points_.push_back(p.point);
+    const auto done = path::choose_solutions(machine_, choice_points_, last_.q, choice_options(),
+                                             job_.cl_file, chunk.chosen, summary_);
+    if (!done) {
+      chunk.failure = done.error();
+    } else {
+      last_ = rounded_point(machine_, kinematics_, rounding_, chunk.motions.back().point,
+                            chunk.chosen.back().q_leave);
+      has_last_ = true;
+    }
+  }
+  return std::exchange(chunk_, fresh());
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,64 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "trunnion/post/post.hpp"
+
+#include "post/chunk.hpp"
+
+namespace trunnion::post {
+
+/// Tolerances of the path as the options and the words of the CL file (LINTOL) have them.
+class PathTolerances {
+ public:
+  PathTolerances(const PostOptions& options, const Machine& machine);
+  void take(const cl::Tolerance& word);
+  const path::Tolerance& cutting() const { return cutting_; }
+  const std::optional<path::Tolerance>& rapid() const { return rapid_; }
+
+ private:
+  const PostOptions& options_;
+  Angle axis_given_;
+  path::Tolerance cutting_;
+  std::optional<path::Tolerance> rapid_;
+};
+
+/// First stage: gathers the records of the CL file into chunks and chooses the joints of their motions. A
+/// chunk ends where nothing that follows can change the choice: before the rapid that begins a new run, at a
+/// tool change, and within a long run behind a point that one position only reaches.
+class Intake {
+ public:
+  Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm, const path::Rounding& rounding);
+
+  /// Takes the next record; gives a chunk when one is complete.
+  std::unique_ptr<Chunk> take(const cl::Record& record, const cl::Resolution& resolution);
+  /// What is left at the end of the file.
+  std::unique_ptr<Chunk> finish() { return flush(); }
+
+  std::size_t points() const { return points_; }
+  const path::ChoiceSummary& choice() const { return summary_; }
+
+ private:
+  std::unique_ptr<Chunk> flush();
+  std::unique_ptr<Chunk> fresh() const;
+  bool may_cut(const ToolPose& pose) const;
+  path::ChoiceOptions choice_options() const;
+
+  const PostJob& job_;
+  const PostOptions& options_;
+  const Machine& machine_;
+  Vec3 tool_mm_;
+  path::Rounding rounding_;
+  TableKinematics kinematics_;
+  PathTolerances tolerances_;
+  InverseOptions inverse_;
+  path::Point last_;  // the last point handed on
+  bool has_last_ = false;
+  std::unique_ptr<Chunk> chunk_;
+  std::vector<path::ChoicePoint> choice_points_;
+  bool feed_seen_ = false;  // in the present run: the next rapid ends it
+  std::size_t points_ = 0;
+  path::ChoiceSummary summary_;
+};
+
+}  // namespace trunnion::post

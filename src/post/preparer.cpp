@@ -1,0 +1,46 @@
+#include "post/preparer.hpp"
+
+#include <algorithm>
+
+namespace trunnion::post {
+
+Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
+                   const PostOptions& options)
+    : machine_(machine),
+      rounding_(rounding),
+      kinematics_(machine, tool_mm),
+      refiner_(machine, tool_mm, rounding, options.nonlinear),
+      whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {}
+
+void Preparer::prepare(Chunk& chunk) {
+  if (chunk.failure) return;
+  const std::size_t count = chunk.motions.size();
+  chunk.points.clear();
+  chunk.points.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    chunk.points.push_back(
+        rounded_point(machine_, kinematics_, rounding_, chunk.motions[i].point, chunk.chosen[i].q));
+  }
+  chunk.segments.assign(count, {});
+  if (whole_runs_) return;
+  // Figures of the whole program are largest values: what is below one that is known already changes none.
+  double known_mm = 0.0;
+  std::size_t next = 0;
+  path::Tolerance tolerance;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (; next < chunk.tolerances.size() && chunk.tolerances[next].motion <= i; ++next) {
+      tolerance = chunk.tolerances[next].tolerance;
+    }
+    if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
+      continue;
+    PreparedSegment& segment = chunk.segments[i];
+    segment.known = true;
+    segment.tolerance = tolerance;
+    segment.first = chunk.inserted.size();
+    segment.report = refiner_.decide(i == 0 ? chunk.before : chunk.points[i - 1], chunk.points[i], tolerance,
+                                     known_mm, chunk.inserted);
+    known_mm = std::max(known_mm, std::min(segment.report.predicted_mm, segment.report.midpoint_mm));
+  }
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,27 @@
+#pragma once
+#include "trunnion/post/post.hpp"
+
+#include "post/chunk.hpp"
+
+namespace trunnion::post {
+
+/// Second stage, for several chunks at once: puts the chosen points on the word grid and refines the segments
+/// between them, as far as no other stage has a say in them. What it makes is taken over by the pipeline
+/// where the path comes there from the same point under the same tolerance, so that a chunk's result does not
+/// hang on who prepared it.
+class Preparer {
+ public:
+  Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
+           const PostOptions& options);
+
+  void prepare(Chunk& chunk);
+
+ private:
+  const Machine& machine_;
+  path::Rounding rounding_;
+  TableKinematics kinematics_;
+  path::Refiner refiner_;
+  bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare
+};
+
+}  // namespace trunnion::post

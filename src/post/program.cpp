@@ -1,0 +1,119 @@
+#include "post/program.hpp"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+#include <utility>
+
+#include "post/preparer.hpp"
+
+namespace trunnion::post {
+
+Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, const PostOptions& options,
+                 const TextSink& sink, Diagnostics& diagnostics)
+    : job_(job),
+      options_(options),
+      diagnostics_(diagnostics),
+      errors_before_(diagnostics.error_count()),
+      pipeline_(job, options, sink, diagnostics),
+      intake_(job, options, pipeline_.tool_mm(), pipeline_.rounding()),
+      reader_(std::move(source), job.cl_file, options.cl, diagnostics) {}
+
+std::unique_ptr<Chunk> Program::next() {
+  const auto stopped = [&] { return choice_failed_ || diagnostics_.error_count() > errors_before_; };
+  while (!ended_) {
+    std::unique_ptr<Chunk> chunk;
+    if (!reader_.next(record_)) {
+      ended_ = true;
+      if (stopped()) return nullptr;
+      chunk = intake_.finish();
+    } else if (stopped()) {
+      continue;
+    } else {
+      chunk = intake_.take(record_, reader_.resolution());
+    }
+    if (!chunk) continue;
+    choice_failed_ = chunk->failure.has_value();
+    return chunk;
+  }
+  return nullptr;
+}
+
+void Program::emit(Chunk& chunk) {
+  if (emit_failure_) return;
+  if (auto done = pipeline_.emit(chunk); !done) {
+    emit_failure_ = done.error();
+    chunk.text.clear();
+  }
+}
+
+void Program::pass_on(Chunk& chunk) {
+  if (pass_on_failure_) return;
+  if (auto done = pipeline_.pass_on(chunk); !done) pass_on_failure_ = done.error();
+}
+
+void Program::run_in_turn() {
+  Preparer preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_);
+  while (const auto chunk = next()) {
+    if (emit_failure_ || pass_on_failure_) continue;
+    preparer.prepare(*chunk);
+    emit(*chunk);
+    if (!emit_failure_) pass_on(*chunk);
+  }
+}
+
+void Program::run_in_parallel() {
+  const std::size_t threads = options_.threads;
+  // One that every thread works on, and as many on their way: more would only take memory.
+  const std::size_t tokens = 2 * threads;
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+  tbb::task_arena arena(static_cast<int>(threads));
+  tbb::enumerable_thread_specific<Preparer> preparers(
+      [&] { return Preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_); });
+  using Held = std::shared_ptr<Chunk>;
+  const auto read = [&](tbb::flow_control& control_of_flow) -> Held {
+    Held chunk = next();
+    if (!chunk) control_of_flow.stop();
+    return chunk;
+  };
+  const auto prepare = [&](Held chunk) {
+    preparers.local().prepare(*chunk);
+    return chunk;
+  };
+  const auto make_text = [&](Held chunk) {
+    emit(*chunk);
+    return emit_failure_ ? Held{} : chunk;
+  };
+  const auto verify = [&](const Held& chunk) {
+    if (chunk) pass_on(*chunk);
+  };
+  arena.execute([&] {
+    tbb::parallel_pipeline(tokens,
+                           tbb::make_filter<void, Held>(tbb::filter_mode::serial_in_order, read) &
+                               tbb::make_filter<Held, Held>(tbb::filter_mode::parallel, prepare) &
+                               tbb::make_filter<Held, Held>(tbb::filter_mode::serial_in_order, make_text) &
+                               tbb::make_filter<Held, void>(tbb::filter_mode::serial_in_order, verify));
+  });
+}
+
+Result<PostReport> Program::run() {
+  if (auto begun = pipeline_.begin(); !begun) return tl::unexpected(begun.error());
+  if (options_.threads > 1) {
+    run_in_parallel();
+  } else {
+    run_in_turn();
+  }
+  Result<PostReport> out = tl::unexpected(Error{});
+  if (diagnostics_.error_count() > errors_before_) {
+    out = tl::unexpected(diagnostics_.first_error());
+  } else if (emit_failure_ || pass_on_failure_) {
+    out = tl::unexpected(pass_on_failure_ ? *pass_on_failure_ : *emit_failure_);
+  } else {
+    out = pipeline_.finish(intake_);
+  }
+  pipeline_.tell_findings();
+  return out;
+}
+
+}  // namespace trunnion::post

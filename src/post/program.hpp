@@ -1,0 +1,46 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "trunnion/cl/reader.hpp"
+#include "trunnion/post/post.hpp"
+
+#include "post/intake.hpp"
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+
+/// One program on its way through the stages: the intake reads and chooses, the preparer refines (several
+/// chunks at once), the pipeline emits, then verifies, each in the order of the file. One thread runs them
+/// one after the other for each chunk; the stages do not see the difference, so that the text is the same.
+class Program {
+ public:
+  Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, const PostOptions& options,
+          const TextSink& sink, Diagnostics& diagnostics);
+
+  Result<PostReport> run();
+
+ private:
+  /// The next chunk of the file; null at its end. Behind an error there are none, but the file is read on:
+  /// all findings in it are to be told.
+  std::unique_ptr<Chunk> next();
+  void emit(Chunk& chunk);
+  void pass_on(Chunk& chunk);
+  void run_in_turn();
+  void run_in_parallel();
+
+  const PostJob& job_;
+  const PostOptions& options_;
+  Diagnostics& diagnostics_;
+  std::size_t errors_before_;
+  Pipeline pipeline_;
+  Intake intake_;
+  cl::Reader reader_;
+  cl::Record record_;
+  bool ended_ = false;
+  bool choice_failed_ = false;
+  std::optional<Error> emit_failure_;
+  std::optional<Error> pass_on_failure_;
+};
+
+}  // namespace trunnion::post
