@@ -119,7 +119,7 @@ void Pipeline::tell_findings() {
 
 // From an unknown or safe position: up, the rotary axes, then over the part, then down.
 Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
-  const auto found = corrected(to, 0.0);
+  auto found = corrected(to, 0.0);
   if (!found) return tl::unexpected(found.error());
   const JointVector q = *found;
   if (auto r = emit_safe_turn(q, motion.point.where); !r) return r;
