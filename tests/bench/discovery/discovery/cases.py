@@ -210,21 +210,12 @@ def roughened(rows, rough, rng):
     if rough == "few":
         # Rows that a shop left out: a third is there, every run keeps some.
         keep = np.sort(rng.permutation(len(rows))[: max(60, len(rows) // 3)])
-        rows = taken(rows, keep)
+        rows = rows.taken(keep)
     if rough == "part_frame":
         rows.frame = np.where(rows.is_rotation, rows.frame, "part")
     if rough == "state_only":
         rows.measured = rng.random(len(rows)) > 0.2
     return rows
-
-
-def taken(rows, keep):
-    fields = {}
-    for key, value in vars(rows).items():
-        if key == "lags":
-            continue
-        fields[key] = {k: v[keep] for k, v in value.items()} if isinstance(value, dict) else value[keep]
-    return type(rows)(**fields)
 
 
 def two_hidden(name, index, rng):

@@ -47,6 +47,14 @@ class Rows:
     def run_names(self):
         return list(dict.fromkeys(self.run))
 
+    def taken(self, keep):
+        """These rows only, in this order."""
+        fields = {}
+        for key, value in vars(self).items():
+            if key != "lags":
+                fields[key] = {k: v[keep] for k, v in value.items()} if isinstance(value, dict) else value[keep]
+        return type(self)(**fields)
+
     def offset_groups(self):
         """Index of the group of rows that share one offset: run, quantity, frame and n."""
         keys = {}

@@ -2,7 +2,7 @@
 
 import json
 
-SMOKE = ([f"H0-{i:04d}" for i in range(30)] + [f"H1-{i:04d}" for i in range(44, 82)] + [f"X-{i:04d}" for i in range(12)]
+SMOKE = ([f"H0-{i:04d}" for i in range(30)] + [f"H1-{i:04d}" for i in range(32, 68)] + [f"X-{i:04d}" for i in range(14)]
          + [f"C-{i:04d}" for i in range(8)] + [f"R-{i:04d}" for i in range(8)] + [f"H2-{i:04d}" for i in range(4)])
 
 
