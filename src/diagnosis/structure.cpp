@@ -65,6 +65,14 @@ MatrixXd functions(const Covariate& c, int degree) {
   return out;
 }
 
+// One harmonic alone, for power: components of the library hold the first two.
+MatrixXd harmonic(const Covariate& c, int k) {
+  MatrixXd out(c.values.size(), 2);
+  out.col(0) = (k * c.values.array()).cos();
+  out.col(1) = (k * c.values.array()).sin();
+  return out;
+}
+
 // Waves of up to `count` half cycles along the range, or harmonics: what polynomials of a low degree miss.
 MatrixXd waves(const Covariate& c, int count) {
   if (c.periodic) return functions(c, count);
@@ -245,6 +253,9 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
     if (c.distinct > 3) out.add(c.name, functions(c, kCoarseDegree), kCoarseDegree);
     out.add(c.name, functions(c, kFullDegree), kFullDegree);
   }
+  for (const Covariate& c : positions)
+    if (c.periodic && c.distinct > 5)
+      for (int k = 3; k <= kHarmonics; ++k) out.add(c.name, harmonic(c, k), k);
   for (const Covariate& c : covariates)
     if (c.distinct > 2 * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
   add_directions(o, positions, out);
