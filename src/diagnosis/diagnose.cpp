@@ -78,15 +78,17 @@ class Engine {
     const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
     const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
     const Remainder nothing = atoms.remainder({});
-    Judgement judged = judge(atoms, nothing, blocks_, surrogate, options_.seed);
+    const Judgement of_base = judge(atoms, nothing, blocks_, surrogate, options_.seed);
     const EffectSet first =
-        Search(atoms, multiplicity_, judged.noise, kLooseAlpha, options_.max_effects).best();
-    if (!first.members.empty()) judged = judge(atoms, first.remainder, blocks_, surrogate, options_.seed);
+        Search(atoms, multiplicity_, of_base.noise, kLooseAlpha, options_.max_effects).best();
+    const Judgement judged =
+        first.members.empty() ? of_base : judge(atoms, first.remainder, blocks_, surrogate, options_.seed);
     noise_ = out.noise = judged.noise;
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
-    out.before = leftover(atoms, nothing, blocks_, noise_);
+    out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0 ? rescaled(of_base.left, of_base.noise, noise_)
+                                                               : leftover(atoms, nothing, blocks_, noise_);
     const bool same = out.found.ids(atoms) == first.ids(atoms);
     if (out.found.members.empty())
       out.after = out.before;

@@ -49,6 +49,7 @@ Result<std::string> import_map(std::string_view text, const std::string& file, c
     return fail(ErrorCode::wrong_input, "a map has four columns: x, y, error along X, error along Y", file,
                 {1, 1});
   const std::size_t errors = diagnostics.error_count();
+  // All at time 0: a map does not say when its points were read, and their order is no time.
   std::string out = "# map " + file + ", u_random " + shortest_text(options.u_random_um) + " um assumed\n" +
                     "run_id,time_s,X_mm,Y_mm,Z_mm,quantity,n_x,n_y,n_z,value,unit,u_random\n";
   const std::size_t parts = std::max<std::size_t>(options.parts, 1);
@@ -56,8 +57,8 @@ Result<std::string> import_map(std::string_view text, const std::string& file, c
   for (const auto& row : table->rows) {
     double v[4] = {};
     for (std::size_t k = 0; k < 4; ++k) v[k] = config::csv_number(*table, row, k, diagnostics).value_or(0.0);
-    const std::string head = "part_" + std::to_string(count % parts + 1) + "," + std::to_string(count) + "," +
-                             shortest_text(v[0]) + "," + shortest_text(v[1]) + ",0,displacement,";
+    const std::string head = "part_" + std::to_string(count % parts + 1) + ",0," + shortest_text(v[0]) + "," +
+                             shortest_text(v[1]) + ",0,displacement,";
     for (std::size_t k = 0; k < 2; ++k)
       out += head + (k == 0 ? "1,0,0," : "0,1,0,") + shortest_text(v[2 + k]) + ",um," +
              shortest_text(options.u_random_um) + "\n";

@@ -24,9 +24,30 @@ Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlo
                     const NoiseScale& noise) {
   const MatrixXd raw = block.columns();
   MatrixXd white = raw;
-  atoms.base().whitening->whiten(white);
-  const Eigen::RowVectorXd length = white.colwise().norm();
-  MatrixXd u = atoms.base().projected(raw);
+  const FitCore& base = atoms.base();
+  base.whitening->whiten(white);
+  const VectorXd length = white.colwise().norm().transpose();
+  if (noise.phi == 0.0) {
+    // Without correlation the normal equations suffice: products of matrices, no orthonormal basis.
+    white = raw;
+    base.whitening->apply(white);
+    for (Eigen::Index c = 0; c < white.cols(); ++c) white.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
+    const auto rows = white.rows();
+    const MatrixXd in_base = base.basis.topRows(rows).transpose() * white;
+    const MatrixXd in_set = set.basis.topRows(rows).transpose() * white;
+    MatrixXd gram = white.transpose() * white;
+    gram -= in_base.transpose() * in_base + in_set.transpose() * in_set;
+    const SymmetricEigen eigen = symmetric_eigen(gram);
+    const VectorXd along = eigen.vectors.transpose() * (white.transpose() * set.residual.head(rows));
+    Leftover::Test out{block.covariate, 1.0, 0.0, 0};
+    for (Eigen::Index k = 0; k < along.size(); ++k) {
+      if (!(eigen.values[k] > kImitated * kImitated)) continue;
+      out.drop += along[k] * along[k] / eigen.values[k] / noise.variance;
+      ++out.rank;
+    }
+    return out;
+  }
+  MatrixXd u = base.projected(raw);
   u -= set.basis * (set.basis.transpose() * u);
   for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
   u = pivoted_qr(u, kImitated).Q;
