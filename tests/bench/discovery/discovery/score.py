@@ -89,6 +89,8 @@ def rates(records):
     for size, goal in ((400, 0.98), (100, 0.98), (50, 0.95), (20, None)):
         here = [r for r in one if r["about"]["lambda"] == size]
         out.append(rate(f"right effect first, lambda {size}, rivals below {SEPARATE}", filter(separable, here), first_right, goal))
+        out.append(rate(f"exactly the right effect, lambda {size}, rivals below {SEPARATE}", filter(separable, here),
+                        lambda r: r["verdict"] == "named" and r["effects"] == r["truth"]))
     out.append(rate(f"right effect first, a rival above {SEPARATE}, lambda 100 or more",
                     (r for r in one if not separable(r) and r["about"]["lambda"] >= 100), first_right))
     said = [r for r in records if stratum(r)[:2] in ("H1", "R ") and r["verdict"] in NAMING]
