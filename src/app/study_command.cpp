@@ -2,6 +2,7 @@
 
 #include "trunnion/path/study.hpp"
 #include "trunnion/report/study_json.hpp"
+#include "trunnion/report/study_page.hpp"
 
 #include "app/options.hpp"
 
@@ -13,29 +14,41 @@ struct StudyCommand {
   MachineOptions machine;
   std::vector<double> tolerances_mm;
   std::optional<double> axis_tolerance_deg;
-  std::size_t listed = 50;
-  std::string json;
+  int listed = 50;
+  ResultOptions result;
+  ClCliOptions reading;
 };
 
 ExitCode run(const StudyCommand& command) {
   Diagnostics diagnostics;
   const auto machine = load(command.machine, diagnostics);
   if (!machine) return print_failure(diagnostics, machine.error());
-  const auto program = cl::load_program(command.cl_file, {}, diagnostics);
+  const auto program = cl::load_program(command.cl_file, command.reading.resolve(), diagnostics);
   if (!program) return print_failure(diagnostics, program.error());
   const auto runs = path::study_runs(*machine, machine->tool_vector(), *program);
   if (!runs) return print_failure(diagnostics, runs.error());
+  if (runs->empty()) {
+    return print_failure(
+        diagnostics,
+        Error{ErrorCode::wrong_input, "a path of one point has no segment to study", command.cl_file, {}});
+  }
   print(diagnostics);
   path::StudyOptions options;
   if (!command.tolerances_mm.empty()) options.tolerances_mm = command.tolerances_mm;
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
-  options.listed = command.listed;
+  options.listed = static_cast<std::size_t>(command.listed);
   const auto result = path::study_nonlinear(*machine, machine->tool_vector(), *runs, options);
-  if (!command.json.empty()) {
-    if (const auto code = write_output(command.json, report::study_json(result)); code != kDone) return code;
+  if (!command.result.json.empty()) {
+    if (const auto code = write_output(command.result.json, report::study_json(result)); code != kDone)
+      return code;
   }
-  return command.json == "-" ? kDone : write_output("-", report::study_text(result));
+  if (!command.result.report.empty()) {
+    const auto page = report::study_page(result, command.cl_file, made_by());
+    if (const auto code = write_output(command.result.report, report::page_html(page)); code != kDone)
+      return code;
+  }
+  return command.result.json == "-" ? kDone : write_output("-", report::study_text(result));
 }
 
 }  // namespace
@@ -51,12 +64,15 @@ void add_study_command(CLI::App& root, int& exit) {
   command->machine.add_to(*c, false);
   c->add_option("--tolerance-mm", command->tolerances_mm,
                 "tolerances to compare (0.01 0.005 0.002 0.001 0.0005)")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->delimiter(',');
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "of the tool axis (the machine's)")
-      ->check(CLI::PositiveNumber);
-  c->add_option("--list", command->listed, "segments to list, largest error first")->capture_default_str();
-  c->add_option("--json", command->json, "write the result as JSON to this file (- is standard output)");
+      ->check(above_zero());
+  c->add_option("--list", command->listed, "segments to list, largest error first")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->result.add_to(*c);
+  command->reading.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }
 

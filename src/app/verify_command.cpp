@@ -26,6 +26,12 @@ void print_report(const post::VerifyReport& v) {
   spdlog::info("{} CL points, {} NC motion blocks ({} rapid)", v.points_in, v.points_out, v.rapid_blocks);
   spdlog::info("tip deviation {:.6f} mm ({}), tolerance {} mm", v.certified_tip_deviation_mm,
                v.certified ? "proved bound" : "sampled", v.tolerance_mm);
+  if (v.sampled_blocks > 0) {
+    spdlog::info("{} blocks sampled, not proved{}", v.sampled_blocks,
+                 v.unproved_effects.empty()
+                     ? ""
+                     : fmt::format("; no bound is known of {}", fmt::join(v.unproved_effects, ", ")));
+  }
   spdlog::info("CL points met within {:.6f} mm, {} missed", v.max_point_deviation_mm, v.points_missed);
   spdlog::info("tool axis deviation {:.4f} deg, tolerance {:.4f} deg", v.max_axis_deviation.deg(),
                v.axis_tolerance.deg());

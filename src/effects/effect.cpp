@@ -113,6 +113,11 @@ Twist Effect::twist(const MachineState& state, std::span<const double> lagged,
   return sum;
 }
 
+std::optional<TwistBend> Effect::bend(const MachineState&, const MachineState&,
+                                      std::span<const double>) const {
+  return std::nullopt;
+}
+
 RangeCheck Effect::check_range(const MachineState&) const {
   return {};
 }

@@ -17,6 +17,14 @@ Place place_of(std::span<const double> nodes, double x) {
 
 namespace {
 
+// Fractions of the way from x0 to x1 at which a node is passed, 0 and 1 excluded.
+void add_crossings(const std::vector<double>& nodes, double x0, double x1, std::vector<double>& out) {
+  const auto first = std::upper_bound(nodes.begin(), nodes.end(), std::min(x0, x1));
+  for (auto node = first; node != nodes.end() && *node < std::max(x0, x1); ++node) {
+    out.push_back((*node - x0) / (x1 - x0));
+  }
+}
+
 // Paper 000, Eq. (1)-(2): e = (1 - t) e_i + t e_i+1.
 class Linear final : public Interpolant {
  public:
@@ -24,6 +32,18 @@ class Linear final : public Interpolant {
   double value(double u, double) const override {
     const auto [i, t] = place_of(grid_.u, u);
     return (1.0 - t) * grid_.values[i] + t * grid_.values[i + 1];
+  }
+  // Straight between the nodes: farthest off at one of them.
+  std::optional<double> bend(double u0, double, double u1, double) const override {
+    const double at0 = value(u0, 0.0);
+    const double at1 = value(u1, 0.0);
+    double largest = 0.0;
+    const auto first = std::upper_bound(grid_.u.begin(), grid_.u.end(), std::min(u0, u1));
+    for (auto node = first; node != grid_.u.end() && *node < std::max(u0, u1); ++node) {
+      const double t = (*node - u0) / (u1 - u0);
+      largest = std::max(largest, std::abs(value(*node, 0.0) - ((1.0 - t) * at0 + t * at1)));
+    }
+    return largest;
   }
 
  private:
@@ -39,6 +59,32 @@ class Bilinear final : public Interpolant {
     const auto [j, t] = place_of(grid_.v, v);
     const auto row = [&](std::size_t k) { return (1.0 - t) * grid_.at(k, j) + t * grid_.at(k, j + 1); };
     return (1.0 - s) * row(i) + s * row(i + 1);
+  }
+  // Between the grid lines that the motion crosses the value is a quadratic of second derivative 2 c du dv, c
+  // the mixed difference of the cell.
+  std::optional<double> bend(double u0, double v0, double u1, double v1) const override {
+    std::vector<double> cuts{0.0, 1.0};
+    add_crossings(grid_.u, u0, u1, cuts);
+    add_crossings(grid_.v, v0, v1, cuts);
+    std::sort(cuts.begin(), cuts.end());
+    const double at0 = value(u0, v0);
+    const double at1 = value(u1, v1);
+    const auto off = [&](double t) {
+      return std::abs(value(u0 + t * (u1 - u0), v0 + t * (v1 - v0)) - ((1.0 - t) * at0 + t * at1));
+    };
+    double largest = 0.0;
+    for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+      const double h = cuts[k + 1] - cuts[k];
+      const double middle = cuts[k] + 0.5 * h;
+      const auto i = place_of(grid_.u, u0 + middle * (u1 - u0)).index;
+      const auto j = place_of(grid_.v, v0 + middle * (v1 - v0)).index;
+      const double mixed =
+          (grid_.at(i + 1, j + 1) - grid_.at(i + 1, j) - grid_.at(i, j + 1) + grid_.at(i, j)) /
+          ((grid_.u[i + 1] - grid_.u[i]) * (grid_.v[j + 1] - grid_.v[j]));
+      const double bow = 0.25 * h * h * std::abs(mixed * (u1 - u0) * (v1 - v0));
+      largest = std::max(largest, std::max(off(cuts[k]), off(cuts[k + 1])) + bow);
+    }
+    return largest;
   }
 
  private:
@@ -68,6 +114,10 @@ std::shared_ptr<const Interpolant> make_bilinear(const Grid& grid) {
 }
 
 }  // namespace effects
+
+std::optional<double> Interpolant::bend(double, double, double, double) const {
+  return std::nullopt;
+}
 
 std::string_view text_of(Interpolation method) {
   constexpr std::array<std::string_view, 4> kNames = {"linear", "bilinear", "nurbs", "spline"};

@@ -1,6 +1,7 @@
 #include "effects/library_support.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trunnion/base/contract.hpp"
 
@@ -51,6 +52,31 @@ Parameter shape(std::string name, Unit unit, double usual, double min, double ma
 
 Parameter lag_time() {
   return shape("tau", Unit::s, 2000.0, 300.0, 15000.0);
+}
+
+double harmonic_bend(double amplitude, double turn) {
+  // A sine is never farther from a chord of its own than twice its amplitude.
+  return std::abs(amplitude) * std::min(2.0, turn * turn / 8.0);
+}
+
+TwistBend bend_along(const Twist& unit, double size) {
+  return {size * unit.trans_mm.norm(), size * unit.rot_rad.norm()};
+}
+
+double largest_legendre_second(int n, double a, double b) {
+  switch (n) {
+    case 1:
+      return 0.0;
+    case 2:
+      return 3.0;
+    case 3:
+      return 15.0 * std::max(std::abs(a), std::abs(b));
+    default: {
+      // (105 t^2 - 15) / 2: largest at an end, or -7.5 in the middle.
+      const double t2 = std::max(a * a, b * b);
+      return std::max(7.5, std::abs(52.5 * t2 - 7.5));
+    }
+  }
 }
 
 double normalised_position(const Axis& axis, double x) {

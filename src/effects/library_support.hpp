@@ -47,6 +47,23 @@ class LibraryEffect : public Effect {
   Link link_;
 };
 
+/// An effect whose twist is an affine function of the position (or does not depend on it): no bend.
+class StraightEffect : public LibraryEffect {
+ public:
+  using LibraryEffect::LibraryEffect;
+  std::optional<TwistBend> bend(const MachineState&, const MachineState&,
+                                std::span<const double>) const override {
+    return TwistBend{};
+  }
+};
+
+/// Bound on how far amplitude * sin(phase + const) leaves its chord over a turn of the phase.
+double harmonic_bend(double amplitude, double turn);
+/// `size` as a bend in the direction of a unit twist.
+TwistBend bend_along(const Twist& unit, double size);
+/// Largest |P_n''| on the interval between a and b, n = 1 ... 4.
+double largest_legendre_second(int n, double a, double b);
+
 inline Link joint_link(AxisId id) {
   return {Link::Kind::joint, id};
 }

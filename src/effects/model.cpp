@@ -134,6 +134,22 @@ ChainErrors ModelEvaluator::errors(const MachineState& state, std::span<const do
   return out;
 }
 
+ChainBends ModelEvaluator::bends(const MachineState& from, const MachineState& to) const {
+  ChainBends out;
+  for (const Entry& e : entries_) {
+    const auto bend = e.effect->bend(from, to, e.parameters);
+    if (!bend) {
+      out.unbounded = e.effect.get();
+      return out;
+    }
+    TwistBend& at = e.link.kind == Link::Kind::joint     ? out.joint[e.link.axis]
+                    : e.link.kind == Link::Kind::spindle ? out.spindle
+                                                         : out.part;
+    at += *bend;
+  }
+  return out;
+}
+
 RangeCheck ModelEvaluator::check_range(const MachineState& state) const {
   RangeCheck worst;
   for (const Entry& e : entries_) {

@@ -5,7 +5,9 @@
 // On a grid the smoother of either argument is applied in turn, and so is the spline. C2 everywhere inside:
 // no kinks in the path.
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "effects/interpolants.hpp"
 
@@ -89,6 +91,19 @@ class Spline final : public Interpolant {
       }
     }
     return sum;
+  }
+
+  // One argument: the second derivative is linear between the nodes, so largest at one of them or an end.
+  // Outside the range the end's value is held, inside the range of the motion: nothing is claimed there.
+  std::optional<double> bend(double u0, double, double u1, double) const override {
+    if (!v_.empty() || std::min(u0, u1) < u_.front() || std::max(u0, u1) > u_.back()) return std::nullopt;
+    const std::size_t first = place_of(u_, std::min(u0, u1)).index;
+    const std::size_t last = place_of(u_, std::max(u0, u1)).index + 1;
+    double second = 0.0;
+    for (std::size_t i = first; i <= last; ++i) {
+      second = std::max(second, std::abs(parts_[1][0](static_cast<Eigen::Index>(i), 0)));
+    }
+    return second * (u1 - u0) * (u1 - u0) / 8.0;
   }
 
  private:

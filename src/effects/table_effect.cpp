@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -126,6 +127,62 @@ Twist TableEffect::fixed_part(const MachineState& state, std::span<const double>
   const double u = arguments_[0].in_table(state.q[arguments_[0].axis]);
   const double v = arguments_.size() > 1 ? arguments_[1].in_table(state.q[arguments_[1].axis]) : 0.0;
   return unit_ * function_->value(u, v);
+}
+
+void TableEffect::Argument::add_seams(double q0, double q1, std::vector<double>& out) const {
+  if (!rotary || q0 == q1) return;
+  const double low = std::min(q0, q1);
+  const double high = std::max(q0, q1);
+  for (const double end : {min, max}) {
+    for (double q = end + kTwoPi * std::ceil((low - end) / kTwoPi); q < high; q += kTwoPi) {
+      if (q > low) out.push_back((q - q0) / (q1 - q0));
+    }
+  }
+}
+
+// Cut where the table's turn begins anew: between the cuts the interpolant sees one straight line.
+std::optional<TwistBend> TableEffect::bend(const MachineState& from, const MachineState& to,
+                                           std::span<const double>) const {
+  std::vector<double> cuts{0.0, 1.0};
+  for (const Argument& a : arguments_) a.add_seams(from.q[a.axis], to.q[a.axis], cuts);
+  std::sort(cuts.begin(), cuts.end());
+  struct Ends {
+    double at0 = 0.0, at1 = 0.0;
+  };
+  std::vector<Ends> values;
+  std::vector<double> bends;
+  for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+    std::array<std::array<double, 2>, 2> x{};  // [end][argument]
+    for (std::size_t i = 0; i < arguments_.size(); ++i) {
+      const Argument& a = arguments_[i];
+      const double q0 = from.q[a.axis];
+      const double way = to.q[a.axis] - q0;
+      const double middle = q0 + 0.5 * (cuts[k] + cuts[k + 1]) * way;
+      const double in = a.in_table(middle);
+      // In the part of a turn that the table leaves out an end is held, and which one jumps half way.
+      if (a.rotary && (in < a.min || in > a.max)) return std::nullopt;
+      x[0][i] = q0 + cuts[k] * way + (in - middle);
+      x[1][i] = q0 + cuts[k + 1] * way + (in - middle);
+      if (a.rotary) {
+        for (auto& end : x) end[i] = std::clamp(end[i], a.min, a.max);
+      }
+    }
+    const auto bend = function_->bend(x[0][0], x[0][1], x[1][0], x[1][1]);
+    if (!bend) return std::nullopt;
+    bends.push_back(*bend);
+    values.push_back({function_->value(x[0][0], x[0][1]), function_->value(x[1][0], x[1][1])});
+  }
+  const double start = values.front().at0;
+  const double finish = values.back().at1;
+  double largest = 0.0;
+  for (std::size_t k = 0; k < bends.size(); ++k) {
+    const auto off = [&](double t, double value) {
+      return std::abs(value - ((1.0 - t) * start + t * finish));
+    };
+    largest =
+        std::max(largest, std::max(off(cuts[k], values[k].at0), off(cuts[k + 1], values[k].at1)) + bends[k]);
+  }
+  return bend_along(unit_, largest);
 }
 
 RangeCheck TableEffect::check_range(const MachineState& state) const {

@@ -27,6 +27,8 @@ class TableEffect final : public Effect {
                std::span<Twist>) const override {}
   Twist fixed_part(const MachineState& state, std::span<const double> lagged,
                    std::span<const double> shape) const override;
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> parameters) const override;
   RangeCheck check_range(const MachineState& state) const override;
   std::vector<std::pair<std::string, std::string>> file_keys() const override;
 
@@ -48,6 +50,8 @@ class TableEffect final : public Effect {
     double min = 0.0, max = 0.0;
     /// Where the table is read for a position: rotary positions in the turn of the table.
     double in_table(double q) const;
+    /// Fractions of a motion from q0 to q1 at which a rotary position comes to an end of the table.
+    void add_seams(double q0, double q1, std::vector<double>& out) const;
   };
   EffectInfo info_;
   Link link_;

@@ -119,7 +119,9 @@ class Search {
   }
 
   void halves(const Station& a, const Station& b, int halvings) {
-    const Station middle = station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5));
+    const Station middle =
+        shifted(station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5)),
+                0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
     ++evaluations_;
     piece(a, middle, halvings + 1);
     if (!beyond()) piece(middle, b, halvings + 1);
@@ -193,13 +195,23 @@ Station station(const TableKinematics& kinematics, const JointVector& q) {
   return s;
 }
 
+Station shifted(Station nominal, const Vec3& tip_shift_P, const Vec3& axis_shift_P) {
+  nominal.tip_shift_P += tip_shift_P;
+  nominal.axis_shift_P += axis_shift_P;
+  nominal.tip_P += tip_shift_P;
+  nominal.axis_P += axis_shift_P;
+  return nominal;
+}
+
 Bound Certifier::tip(const Station& a, const Station& b, const Reference& reference, double ratio,
                      double floor_mm) const {
   const double rounding = tip_rounding(kinematics_, a, b);
   const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
   const double upper = parabola.largest() + beyond_parabola(PieceNorms(kinematics_, a, b).M3()) + rounding;
   const double lower = std::max(0.0, std::sqrt(parabola.largest_sample2()) - rounding);
-  if (upper <= std::max(ratio * lower, floor_mm)) return {lower, upper, 1};
+  // Where the figure itself is wanted it may as well be sharp.
+  constexpr double kShareOfSlack = 0.1;
+  if (upper <= std::max((1.0 + kShareOfSlack * (ratio - 1.0)) * lower, floor_mm)) return {lower, upper, 1};
   const SegmentShape shape(reference.tip0_P, reference.tip1_P);
   Search<TipRole> search(kinematics_, shape, Goal{kInfinity, ratio, floor_mm}, rounding);
   search.piece(a, b);

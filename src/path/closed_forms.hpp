@@ -54,10 +54,10 @@ class PieceNorms {
 /// Where the tip is in the middle of a piece, without a new sine.
 inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station& b) {
   const TableKinematics::Sines mid = middle_sines(k, a, b);
-  const Vec3 w = 0.5 * (a.w + b.w);
-  if (k.linear_axes_first()) return k.turn_back(1, k.turn_back(0, w, mid) + k.b(a.q), mid) + k.g(a.q);
-  const Vec3 u = k.turn_back(0, w, mid) + 0.5 * (k.b(a.q) + k.b(b.q));
-  return k.turn_back(1, u, mid) + 0.5 * (k.g(a.q) + k.g(b.q));
+  const Vec3 inner = k.turn_back(0, 0.5 * (a.w + b.w), mid);
+  const Vec3 shift = 0.5 * (a.tip_shift_P + b.tip_shift_P);
+  if (k.linear_axes_first()) return k.turn_back(1, inner + k.b(a.q), mid) + k.g(a.q) + shift;
+  return k.turn_back(1, inner + 0.5 * (k.b(a.q) + k.b(b.q)), mid) + 0.5 * (k.g(a.q) + k.g(b.q)) + shift;
 }
 
 /// Distance from a segment of the curve that runs through the ends and the middle of a piece as a parabola.

@@ -312,10 +312,26 @@ void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, dou
   Vec3 bow = middle.tip_P - 0.5 * (a.tip_P + b.tip_P);
   const double along = length > 0.0 ? bow.dot(chord) / length : 0.0;
   // While the foot stays on the chord, motion along it is no error.
-  if (4.0 * std::abs(along) < length) bow -= (along / length) * chord;
+  if (4.0 * std::abs(along) < length) {
+    bow -= (along / length) * chord;
+  } else {
+    bow = within_reference(bow, 0.5 * (t0 + t1));
+  }
   const ArcShape arc(a.axis_P, b.axis_P);
   const double axis = ArcShape::measure(ArcShape::distance(arc.foot(middle.axis_P)));
   cells_.push_back({t0, t1, bow, axis});
+}
+
+// A bow without its part along the programmed segment, where that leads nowhere beyond the segment's ends: of
+// a piece that bows by one tolerance across it, the middle of which is the fraction `t` of the way.
+Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) const {
+  const Vec3 whole = reference_.tip1_P - reference_.tip0_P;
+  const double length = whole.norm();
+  if (!(length > 0.0)) return bow;
+  const double along = bow.dot(whole) / length;
+  const Vec3 across = bow - (along / length) * whole;
+  const double room = (along > 0.0 ? 1.0 - t : t) * length;
+  return std::abs(along) * tube_mm(tolerance_) <= room * across.norm() ? across : bow;
 }
 
 void SegmentRefiner::use_cells(NodeAxis how) {

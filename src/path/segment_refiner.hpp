@@ -61,6 +61,7 @@ class SegmentRefiner {
   void cells_of_nodes(std::size_t least);
   void add_cell(const Station& a, const Station& b, double t0, double t1);
   void use_cells(NodeAxis how);
+  Vec3 within_reference(const Vec3& bow, double t) const;
   bool subtract(const Station& a, const Station& b, double t0, double t1, int halvings);
   bool subtract_evenly(const Station& a, const Station& b, double t0, double t1, const ErrorModel& model);
   void judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const;

@@ -85,8 +85,8 @@ std::vector<SegmentStudy> study_segments(const TableKinematics& kinematics, std:
       turn = std::max(turn, std::abs(kinematics.angle(to.q, k) - kinematics.angle(from.q, k)));
     }
     s.largest_turn = Angle::radians(turn);
-    s.harmonic_fails =
-        s.largest_turn.deg() > kHarmonicDegrees || s.predicted_mm.front() < 0.9 * s.certified_mm;
+    s.harmonic_fails = s.certified_mm > kStudiedError_mm && (s.largest_turn.deg() > kHarmonicDegrees ||
+                                                             s.predicted_mm.front() < 0.9 * s.certified_mm);
     out.push_back(std::move(s));
   };
   each_segment(runs, false, add);

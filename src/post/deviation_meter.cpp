@@ -64,7 +64,14 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
     place(x, program.towards(to.q, between(from, to, t)));
     return x;
   };
-  const auto distance = [&](double t) { return combined_distance(at(t), corner.tip_P, corner.axis_P); };
+  // The tip decides, and where it stands still the tool axis: a heavier axis would pull the place along the
+  // path, away from where the tip is nearest. mm per rad.
+  constexpr double kAxisBesideTip_mm = 1.0;
+  const auto distance = [&](double t) {
+    const Vertex x = at(t);
+    return std::hypot((x.tip_P - corner.tip_P).norm(),
+                      kAxisBesideTip_mm * angle_between(x.axis_P, corner.axis_P).rad());
+  };
   // On a nearly straight piece the distance has one minimum, and its square is nearly a parabola.
   constexpr int kBits = 26;  // half the digits of a double: what a minimum can be told by
   std::uintmax_t most = 64;
@@ -81,105 +88,142 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
 DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,
                                              const Target& b, const ProgramState& program,
                                              const Deviation& uninteresting) const {
-  if (!certify_) {
-    if (surely_within(from, to, a, b, program, uninteresting)) {
-      return {{0.0, uninteresting.tip_mm.upper}, {0.0, uninteresting.axis_rad.upper}};
-    }
-    return sampled(from, to, a, b, program);
-  }
   const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  return {tip_interval(from, to, reference, uninteresting.tip_mm.upper),
-          axis_interval(from, to, reference, uninteresting.axis_rad.upper)};
-}
-
-DeviationMeter::Interval DeviationMeter::tip_interval(const Vertex& from, const Vertex& to,
-                                                      const path::Reference& reference,
-                                                      double uninteresting_mm) const {
-  using path::Within;
-  if (from.tcp && to.tcp) {
+  Deviation out;
+  if (from.tcp && to.tcp && certify_) {
     // A straight line: the distance from a segment is convex, so it is largest at an end.
     const double largest = std::max(distance_to_segment(from.tip_P, reference.tip0_P, reference.tip1_P),
                                     distance_to_segment(to.tip_P, reference.tip0_P, reference.tip1_P));
-    return {largest, largest};
+    out.tip_mm = {largest, largest};
+    out.axis_rad = axis_interval(from.station, to.station, reference, 0.0, uninteresting.axis_rad.upper);
+    return out;
   }
-  const auto within = [&](double limit_mm) {
-    return limit_mm > 0.0 &&
-           certifier_.tip_within(from.station, to.station, reference, limit_mm) == Within::yes;
-  };
-  if (within(uninteresting_mm)) return {0.0, uninteresting_mm};
-  const path::Bound bound = certifier_.tip(from.station, to.station, reference);
-  // A proved bound is a little above the truth; where it straddles the tolerance the question is decided.
-  const bool straddles = bound.lower <= tolerance_mm_ && bound.upper > tolerance_mm_;
-  return {bound.lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : bound.upper};
+  if (certify_) {
+    out.tip_mm = tip_interval(from.station, to.station, reference, 0.0, uninteresting.tip_mm.upper);
+    out.axis_rad = axis_interval(from.station, to.station, reference, 0.0, uninteresting.axis_rad.upper);
+    return out;
+  }
+  // Under tool-centre-point control the axes do not run straight, and what the errors then do is sampled.
+  if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program)) return sampled(from, to, a, b, program);
+  const MachineState s0 = program.towards(to.q, from.q);
+  const MachineState s1 = program.towards(to.q, to.q);
+  between_stations(s0, actual(s0), s1, actual(s1), reference, uninteresting, 0, out);
+  if (out.unbounded == nullptr) return out;
+  Deviation samples = sampled(from, to, a, b, program);
+  samples.unbounded = out.unbounded;
+  return samples;
 }
 
-DeviationMeter::Interval DeviationMeter::axis_interval(const Vertex& from, const Vertex& to,
-                                                       const path::Reference& reference,
+path::Station DeviationMeter::actual(const MachineState& state) const {
+  const path::Station nominal = path::station(kinematics(), state.q);
+  const ToolPose at = pose(state);
+  return path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
+}
+
+path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const MachineState& to) const {
+  path::ErrorCourse::Bend bend;
+  if (course_) bend = course_->over(from, to);
+  if (offsets_ != nullptr) {
+    // At most a vector of the machine that turns with the part: |d''| <= turn^2 |d|.
+    double turn = 0.0;
+    for (std::size_t k = 0; k < 2; ++k)
+      turn += std::abs(kinematics().angle(to.q, k) - kinematics().angle(from.q, k));
+    bend.tip_mm += turn * turn / 8.0 * offsets_->deviation_P(Mat3::Identity()).norm();
+  }
+  return bend;
+}
+
+// Halved until what the errors leave of a straight course is a small part of the tolerance.
+void DeviationMeter::between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
+                                      const path::Station& x1, const path::Reference& reference,
+                                      const Deviation& uninteresting, int depth, Deviation& sum) const {
+  constexpr double kSlackOfTolerance = 0.01;
+  constexpr int kMostHalvings = 10;  // at a kink of a table the slack halves with every one
+  const path::ErrorCourse::Bend slack = bend(s0, s1);
+  if (slack.unbounded != nullptr) {
+    sum.unbounded = slack.unbounded;
+    return;
+  }
+  const bool loose = slack.tip_mm > kSlackOfTolerance * tolerance_mm_ ||
+                     slack.axis_rad > kSlackOfTolerance * axis_tolerance_.rad();
+  if (loose && depth < kMostHalvings) {
+    MachineState middle = s1;
+    middle.q = JointVector::interpolate(s0.q, s1.q, 0.5);
+    const path::Station x = actual(middle);
+    between_stations(s0, x0, middle, x, reference, uninteresting, depth + 1, sum);
+    if (sum.unbounded == nullptr)
+      between_stations(middle, x, s1, x1, reference, uninteresting, depth + 1, sum);
+    return;
+  }
+  const Interval tip = tip_interval(x0, x1, reference, slack.tip_mm, uninteresting.tip_mm.upper);
+  const Interval axis = axis_interval(x0, x1, reference, slack.axis_rad, uninteresting.axis_rad.upper);
+  const auto take = [](Interval& to, const Interval& part) {
+    to.lower = std::max(to.lower, part.lower);
+    to.upper = std::max(to.upper, part.upper);
+  };
+  take(sum.tip_mm, tip);
+  take(sum.axis_rad, axis);
+}
+
+DeviationMeter::Interval DeviationMeter::tip_interval(const path::Station& from, const path::Station& to,
+                                                      const path::Reference& reference, double slack_mm,
+                                                      double uninteresting_mm) const {
+  const auto within = [&](double limit_mm) {
+    return limit_mm > slack_mm &&
+           certifier_.tip_within(from, to, reference, limit_mm - slack_mm) == path::Within::yes;
+  };
+  if (within(uninteresting_mm)) return {0.0, uninteresting_mm};
+  const path::Bound bound = certifier_.tip(from, to, reference);
+  const double lower = std::max(0.0, bound.lower - slack_mm);
+  const double upper = bound.upper + slack_mm;
+  // A proved bound is a little above the truth; where it straddles the tolerance the question is decided.
+  const bool straddles = lower <= tolerance_mm_ && upper > tolerance_mm_;
+  return {lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : upper};
+}
+
+DeviationMeter::Interval DeviationMeter::axis_interval(const path::Station& from, const path::Station& to,
+                                                       const path::Reference& reference, double slack_rad,
                                                        double uninteresting_rad) const {
+  // The slack is one of the axis vector, so of the angle's sine.
+  const auto wider = [&](double angle) {
+    return angle < 0.5 * kPi ? std::asin(std::min(1.0, std::sin(angle) + slack_rad)) : kPi;
+  };
+  const auto narrower = [&](double angle) {
+    return std::asin(std::max(0.0, std::sin(std::min(angle, 0.5 * kPi)) - slack_rad));
+  };
   const auto within = [&](double limit_rad) {
-    return limit_rad > 0.0 && certifier_.axis_within(from.station, to.station, reference,
-                                                     Angle::radians(limit_rad)) == path::Within::yes;
+    const double limit = narrower(limit_rad);
+    return limit > 0.0 &&
+           certifier_.axis_within(from, to, reference, Angle::radians(limit)) == path::Within::yes;
   };
   if (within(uninteresting_rad)) return {0.0, uninteresting_rad};
-  const path::Bound bound = certifier_.axis(from.station, to.station, reference);
+  const path::Bound bound = certifier_.axis(from, to, reference);
+  const double lower = narrower(bound.lower);
+  const double upper = wider(bound.upper);
   const double tolerance = axis_tolerance_.rad();
-  const bool straddles = bound.lower <= tolerance && bound.upper > tolerance;
-  return {bound.lower, straddles && within(tolerance) ? tolerance : bound.upper};
+  const bool straddles = lower <= tolerance && upper > tolerance;
+  return {lower, straddles && within(tolerance) ? tolerance : upper};
 }
 
 // Lost motion that is taken up counts at its end only.
-bool DeviationMeter::take_up(const Vertex& from, const Vertex& to, const ProgramState& program) const {
+bool DeviationMeter::takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const {
   return truth_ != nullptr && is_take_up(machine_, from.q, to.q) &&
          program.towards(to.q, to.q).direction != program.now().direction;
-}
-
-// Truth p(t) = n(t) + e(t), n on the nominal machine. With the errors e linear between the ends, p would
-// leave its chord as n leaves its own, by at most the bow; what is left is how far e is from its chord.
-bool DeviationMeter::surely_within(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
-                                   const ProgramState& program, const Deviation& limit) const {
-  if (truth_ == nullptr || offsets_ != nullptr || (from.tcp && to.tcp)) return false;
-  if (!(limit.tip_mm.upper > 0.0) || !(limit.axis_rad.upper > 0.0)) return false;
-  const MachineState half_way = program.towards(to.q, JointVector::interpolate(from.q, to.q, 0.5));
-  constexpr double kSameTime_s = 1.0;  // temperatures do not change in it
-  if (half_way.direction != program.now().direction || half_way.time_s - from.time_s > kSameTime_s)
-    return false;
-  const double ends_mm = std::max(distance_to_segment(from.tip_P, a.tip_P, b.tip_P),
-                                  distance_to_segment(to.tip_P, a.tip_P, b.tip_P));
-  const double bow_mm = certifier_.bow_from_norms(from.station, to.station);
-  if (ends_mm + bow_mm > limit.tip_mm.upper) return false;
-  double turn = 0.0;
-  for (std::size_t k = 0; k < 2; ++k)
-    turn += std::abs(kinematics().angle(to.q, k) - kinematics().angle(from.q, k));
-  // sin x >= 2x/pi up to a right angle.
-  const double axis_bow = 0.5 * kPi * turn * turn / 8.0;
-  const double ends_rad =
-      std::max(angle_to_arc(from.axis_P, a.axis_P, b.axis_P), angle_to_arc(to.axis_P, a.axis_P, b.axis_P));
-  if (ends_rad + axis_bow > limit.axis_rad.upper) return false;
-  const ToolPose real = pose_with_errors(half_way);
-  const ToolPose nominal = kinematics().pose(half_way.q);
-  const auto bend = [](const Vec3& middle, const Vec3& e0, const Vec3& e1) {
-    constexpr double kElsewhere = 2.0;  // where a table has its kink
-    return kElsewhere * (middle - 0.5 * (e0 + e1)).norm();
-  };
-  const double tip_bend =
-      bend(real.tip_P - nominal.tip_P, from.tip_P - from.station.tip_P, to.tip_P - to.station.tip_P);
-  const double axis_bend =
-      bend(real.axis_P - nominal.axis_P, from.axis_P - from.station.axis_P, to.axis_P - to.station.axis_P);
-  return ends_mm + bow_mm + tip_bend <= limit.tip_mm.upper &&
-         ends_rad + axis_bow + 0.5 * kPi * axis_bend <= limit.axis_rad.upper;
 }
 
 DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vertex& to, const Target& a,
                                                   const Target& b, const ProgramState& program) const {
   double tip = 0.0;
   double axis = 0.0;
-  for (int i = take_up(from, to, program) ? kSamples : 0; i <= kSamples; ++i) {
+  const bool end_only = takes_up(from, to, program);
+  for (int i = end_only ? kSamples : 0; i <= kSamples; ++i) {
     const JointVector q = between(from, to, static_cast<double>(i) / kSamples);
     const ToolPose pose = this->pose(program.towards(to.q, q));
     tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
     axis = std::max(axis, angle_to_arc(pose.axis_P, a.axis_P, b.axis_P));
   }
-  return {{tip, tip}, {axis, axis}};
+  // One place is all there is to a motion that takes up lost motion.
+  return {{tip, tip}, {axis, axis}, end_only, nullptr};
 }
 
 }  // namespace trunnion::post

@@ -7,6 +7,7 @@
 #include "trunnion/machine/error_kinematics.hpp"
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/path/certificate.hpp"
+#include "trunnion/path/error_course.hpp"
 
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
@@ -44,8 +45,8 @@ inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& 
   return std::hypot((v.tip_P - tip_P).norm(), kAxisWeight_mm * angle_between(v.axis_P, axis_P).rad());
 }
 
-/// Deviation of motions on the machine that is verified: the nominal one (proved bounds) or one with errors
-/// (sampled).
+/// Deviation of motions on the machine that is verified, the nominal one or one with errors: proved bounds,
+/// samples where an effect of the model knows no bound.
 class DeviationMeter {
  public:
   struct Interval {
@@ -55,6 +56,8 @@ class DeviationMeter {
   struct Deviation {
     Interval tip_mm;
     Interval axis_rad;
+    bool proved = true;
+    const Effect* unbounded = nullptr;  // the effect that prevented the proof, if it was one
   };
 
   /// A proved upper bound is a little above the truth; where it straddles `tolerance_mm` or `axis_tolerance`
@@ -65,15 +68,21 @@ class DeviationMeter {
         tool_mm_(tool_mm),
         truth_(truth),
         offsets_(offsets),
+        asked_(certify),
         certify_(certify && truth == nullptr && offsets == nullptr),
         tolerance_mm_(tolerance_mm),
         axis_tolerance_(axis_tolerance),
         certifier_(TableKinematics(machine, tool_mm)),
         with_errors_(machine, tool_mm) {
-    if (truth != nullptr) datum_P_ = datum_shift_P(machine, *truth);
+    if (truth == nullptr) return;
+    datum_P_ = datum_shift_P(machine, *truth);
+    course_.emplace(machine_, tool_mm_, *truth);
   }
+  DeviationMeter(const DeviationMeter&) = delete;
+  DeviationMeter& operator=(const DeviationMeter&) = delete;
 
-  bool proves() const { return certify_; }
+  /// Proofs were asked for.
+  bool proves() const { return asked_; }
 
   /// Fills in where the tool stands at `state.q`.
   void place(Vertex& vertex, const MachineState& state) const;
@@ -95,25 +104,28 @@ class DeviationMeter {
  private:
   ToolPose pose(const MachineState& state) const;
   ToolPose pose_with_errors(const MachineState& state) const;
-  /// Machine with errors: whether the motion keeps within `limit` by the proved bow of the nominal path and
-  /// the bend of the errors, which one evaluation half way shows. Never says yes to what sampling would find
-  /// beyond it, as long as the errors between two blocks bend no more than twice as far elsewhere as there.
-  bool surely_within(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
-                     const ProgramState& program, const Deviation& limit) const;
-  bool take_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
-  Interval tip_interval(const Vertex& from, const Vertex& to, const path::Reference& reference,
-                        double uninteresting_mm) const;
-  Interval axis_interval(const Vertex& from, const Vertex& to, const path::Reference& reference,
-                         double uninteresting_rad) const;
+  /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
+  Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
+                        double slack_mm, double uninteresting_mm) const;
+  Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
+                         double slack_rad, double uninteresting_rad) const;
+  path::Station actual(const MachineState& state) const;
+  path::ErrorCourse::Bend bend(const MachineState& from, const MachineState& to) const;
+  void between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
+                        const path::Station& x1, const path::Reference& reference,
+                        const Deviation& uninteresting, int depth, Deviation& sum) const;
+  bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;
   const OffsetTracker* offsets_;
-  bool certify_;
+  bool asked_;
+  bool certify_;  // on the nominal machine
   double tolerance_mm_;
   Angle axis_tolerance_;
   path::Certifier certifier_;
   ErrorKinematics with_errors_;
+  std::optional<path::ErrorCourse> course_;
   Vec3 datum_P_ = Vec3::Zero();
 };
 

@@ -12,6 +12,10 @@ namespace {
 // Halvings of one piece for the bend of the errors: beyond this the errors change faster than any machine's.
 constexpr int kMaxBends = 6;
 
+// Share of the tolerance that a piece may take at the samples of `bends`: the rest is left to what lies
+// between them and to the proof of the verification.
+constexpr double kBentWithErrors = 0.98;
+
 // Under tool-centre-point control the linear words are not joint positions: those are not rounded.
 JointVector quantum_of(const Machine& machine, const nc::Controller& controller, bool rtcp) {
   JointVector out;
@@ -270,15 +274,16 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
     const MachineState at = state_.towards(q, JointVector::interpolate(last_emitted_, q, t));
     return distance_to_segment(compensator_->actual(at).tip_P, last_.tip_P, to.tip_P);
   };
+  const double limit_mm = kBentWithErrors * tolerances_.cutting().tip_mm;
   const double middle = off_chord(0.5);
-  if (middle > tolerances_.cutting().tip_mm) return true;
+  if (middle > limit_mm) return true;
   // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
   // way.
   const path::Certifier certifier(kinematics_);
   const double nominal =
       certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
-  if (2.0 * (nominal + middle) <= tolerances_.cutting().tip_mm) return false;
-  return off_chord(0.25) > tolerances_.cutting().tip_mm || off_chord(0.75) > tolerances_.cutting().tip_mm;
+  if (2.0 * (nominal + middle) <= limit_mm) return false;
+  return off_chord(0.25) > limit_mm || off_chord(0.75) > limit_mm;
 }
 
 Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {

@@ -331,6 +331,12 @@ struct Verifier::State {
   }
 
   void take_deviation(const DeviationMeter::Deviation& d) {
+    block_proved = block_proved && d.proved;
+    if (d.unbounded != nullptr) {
+      auto& ids = report.unproved_effects;
+      const std::string& id = d.unbounded->info().id;
+      if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+    }
     block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
     block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
     report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
@@ -347,6 +353,11 @@ struct Verifier::State {
       if (worst.size() > options.worst_count) worst.pop_back();
     }
     record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
+    if (!block_proved) {
+      ++report.sampled_blocks;
+      report.certified = false;
+    }
+    block_proved = true;
     block_tip_mm = 0.0;
     block_axis_rad = 0.0;
   }
@@ -354,7 +365,7 @@ struct Verifier::State {
   void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed) {
     if (!options.collect) return;
     report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
-                             v.nc_line, cl_line, v.rapid, programmed});
+                             v.nc_line, cl_line, v.rapid, programmed, block_proved});
   }
 
   void check_limits(const Vertex& v) {
@@ -392,6 +403,7 @@ struct Verifier::State {
   double path_mm = 0.0;
   double block_tip_mm = 0.0;
   double block_axis_rad = 0.0;
+  bool block_proved = true;
   VerifyReport report;
   nc::Reader reader;
 };

@@ -16,6 +16,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["max_tip_deviation_mm"] = r.max_tip_deviation_mm;
   out["certified_tip_deviation_mm"] = r.certified_tip_deviation_mm;
   out["certified"] = r.certified;
+  out["sampled_blocks"] = r.sampled_blocks;
+  out["unproved_effects"] = r.unproved_effects;
   out["max_axis_deviation_deg"] = r.max_axis_deviation.deg();
   out["max_point_deviation_mm"] = r.max_point_deviation_mm;
   out["max_rapid_deviation_mm"] = r.max_rapid_deviation_mm;

@@ -34,6 +34,11 @@ ordered_json placement_json(const path::PlacementStudy& p) {
           {"certified_axis_deviation_deg", p.largest_axis.deg()}};
 }
 
+// A share of counts; null where there is nothing to compare with.
+ordered_json share(std::size_t a, std::size_t b) {
+  return b == 0 ? ordered_json(nullptr) : ordered_json(static_cast<double>(a) / static_cast<double>(b));
+}
+
 ordered_json tolerances_json(const path::StudyResult& result) {
   ordered_json out = ordered_json::array();
   for (const path::ToleranceStudy& t : result.tolerances) {
@@ -46,6 +51,11 @@ ordered_json tolerances_json(const path::StudyResult& result) {
                    {"segments_over_tolerance", t.over},
                    {"on_chord_optimum", t.greedy},
                    {"two_sided_law", t.two_sided_law},
+                   {"on_chord_over_optimum", share(t.placements[0].inserted, t.greedy)},
+                   {"two_sided_over_law", share(t.placements[1].inserted, t.two_sided_law)},
+                   {"two_sided_over_on_chord_where_8_or_more",
+                    share(t.placements[1].inserted_many, t.placements[0].inserted_many)},
+                   {"moved_over_on_chord", share(t.placements[2].inserted, t.placements[0].inserted)},
                    {"placements", placements}});
   }
   return out;

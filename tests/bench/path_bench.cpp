@@ -1,7 +1,9 @@
 // Cost of the certified decision beside that of a sampled midpoint, over the cutting segments of the impeller
-// sample.
+// sample, or of the CL file and machine file that TRUNNION_BENCH_CL and TRUNNION_BENCH_MACHINE name.
 #include <benchmark/benchmark.h>
+#include <cstdlib>
 #include <stdexcept>
+#include <string>
 
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/study.hpp"
@@ -19,13 +21,18 @@ struct Segments {
   std::vector<path::Reference> references;
 };
 
+std::string file_of(const char* variable, const char* otherwise) {
+  const char* given = std::getenv(variable);
+  return given != nullptr ? given : std::string(TRUNNION_SOURCE_DIR) + otherwise;
+}
+
 const Segments& impeller() {
   static const Segments segments = [] {
     Diagnostics diagnostics;
-    const auto machine =
-        load_machine(TRUNNION_SOURCE_DIR "/postconfigs/machines/trunnion_offset.toml", diagnostics);
+    const auto machine = load_machine(
+        file_of("TRUNNION_BENCH_MACHINE", "/postconfigs/machines/trunnion_offset.toml"), diagnostics);
     const auto program =
-        cl::load_program(TRUNNION_SOURCE_DIR "/samples/01_impeller/impeller.cls", {}, diagnostics);
+        cl::load_program(file_of("TRUNNION_BENCH_CL", "/samples/01_impeller/impeller.cls"), {}, diagnostics);
     if (!machine || !program) throw std::runtime_error("the sample is not there");
     const auto runs = path::study_runs(*machine, machine->tool_vector(), *program);
     if (!runs) throw std::runtime_error(runs.error().text());

@@ -129,6 +129,40 @@ TEST_P(EveryEffect, ZeroParametersGiveNoErrorAndTheTwistIsLinear) {
   });
 }
 
+// What a certificate of a path on the machine with errors stands on.
+TEST_P(EveryEffect, LeavesItsStraightCourseByNoMoreThanItSays) {
+  on_all_machines([&](const EffectFamily& family) {
+    test::RandomStates random(machine_, 13);
+    for (const auto& effect : family.variants) {
+      for (int i = 0; i < 40; ++i) {
+        const MachineState from = random.next();
+        const auto shape = random_shape(*effect, random);
+        const auto lagged = random_lags(*effect, shape, random);
+        std::vector<double> p;
+        for (std::size_t k = 0; k < effect->info().linear_count(); ++k)
+          p.push_back(random.uniform(-1.0, 1.0) * effect->info().parameters[k].usual);
+        p.insert(p.end(), shape.begin(), shape.end());
+        MachineState to = from;
+        const double size = std::pow(10.0, random.uniform(-3.0, 0.0));
+        for (AxisId id = 0; id < machine_.axes.size(); ++id)
+          to.q[id] +=
+              size * random.uniform(-1.0, 1.0) * (machine_.axes[id].kind == AxisKind::linear ? 200.0 : 2.0);
+        const auto bend = effect->bend(from, to, p);
+        ASSERT_TRUE(bend.has_value());
+        const Twist t0 = effect->twist(from, lagged, p);
+        const Twist t1 = effect->twist(to, lagged, p);
+        for (int k = 1; k < 32; ++k) {
+          MachineState at = from;
+          at.q = JointVector::interpolate(from.q, to.q, k / 32.0);
+          const Twist off = effect->twist(at, lagged, p) - (t0 * (1.0 - k / 32.0) + t1 * (k / 32.0));
+          EXPECT_LE(off.trans_mm.norm(), bend->trans_mm + 1e-13 * (1.0 + t0.trans_mm.norm()));
+          EXPECT_LE(off.rot_rad.norm(), bend->rot_rad + 1e-16 * (1.0 + 1e3 * t0.rot_rad.norm()));
+        }
+      }
+    }
+  });
+}
+
 TEST_P(EveryEffect, UsualValuesGiveErrorsOfUsualSize) {
   on_all_machines([&](const EffectFamily& family) {
     // Between a thousandth of a micrometre and a millimetre at the tool, somewhere among random states:

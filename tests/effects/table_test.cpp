@@ -211,6 +211,42 @@ TEST(Interpolant, SmoothingGoesFromTheNodesToTheLeastSquaresLine) {
   }
 }
 
+// Motions of all lengths, beyond the grid too: the value never leaves its straight course by more.
+TEST(Interpolant, BendBoundsTheCourse) {
+  std::mt19937_64 random(17);
+  std::normal_distribution<double> normal(0.0, 0.01);
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  const Grid two = sampled(kU, kV, [&](double, double) { return normal(random); });
+  const Grid one = sampled(kU, {}, [&](double, double) { return normal(random); });
+  int bounded = 0;
+  for (const auto& f :
+       {made(one, {.method = Interpolation::linear}), made(one, {.method = Interpolation::spline}),
+        made(two, {.method = Interpolation::bilinear})}) {
+    for (int i = 0; i < 2000; ++i) {
+      const double size = std::pow(10.0, uniform(-1.0, 2.5));
+      const double u0 = uniform(-350.0, 350.0);
+      const double v0 = uniform(-250.0, 250.0);
+      const double u1 = u0 + size * uniform(-1.0, 1.0);
+      const double v1 = v0 + size * uniform(-1.0, 1.0);
+      const auto bend = f->bend(u0, v0, u1, v1);
+      if (!bend) continue;
+      ++bounded;
+      for (int k = 0; k <= 64; ++k) {
+        const double t = k / 64.0;
+        const double off = std::abs(f->value(u0 + t * (u1 - u0), v0 + t * (v1 - v0)) -
+                                    ((1.0 - t) * f->value(u0, v0) + t * f->value(u1, v1)));
+        EXPECT_LE(off, *bend + 1e-15);
+      }
+    }
+  }
+  EXPECT_GT(bounded, 5000);
+  // Nothing is claimed where nothing is proved.
+  EXPECT_FALSE(made(one, {.method = Interpolation::nurbs})->bend(0.0, 0.0, 10.0, 0.0));
+  EXPECT_FALSE(made(two, {.method = Interpolation::spline})->bend(0.0, 0.0, 10.0, 0.0));
+}
+
 TEST(Interpolant, RefusesWhatItCannotDo) {
   const Grid g = sampled(kU, kV, [](double, double) { return 0.0; });
   EXPECT_THAT(make_interpolant(g, {.method = Interpolation::linear}).error().message,

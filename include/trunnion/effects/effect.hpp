@@ -139,6 +139,19 @@ struct RangeCheck {
   std::string message;  // which axis, its value and the range; empty when inside
 };
 
+/// Bound on how far a twist leaves its straight course over a motion (see Effect::bend).
+struct TwistBend {
+  double trans_mm = 0.0;
+  double rot_rad = 0.0;
+
+  bool is_zero() const { return trans_mm == 0.0 && rot_rad == 0.0; }
+  TwistBend& operator+=(const TwistBend& o) {
+    trans_mm += o.trans_mm;
+    rot_rad += o.rot_rad;
+    return *this;
+  }
+};
+
 /// One physical effect: maps (state, parameters) to a twist of one link.
 ///
 /// Laws that every effect keeps (tests/effects/contract_test.cpp): the twist is `fixed_part` plus the sum of
@@ -168,6 +181,10 @@ class Effect {
   /// linear parameters.
   Twist twist(const MachineState& state, std::span<const double> lagged,
               std::span<const double> parameters) const;
+  /// Proved bound on |twist(t) - [(1 - t) twist(0) + t twist(1)]| while the position runs on a straight line
+  /// from `from.q` to `to.q`, all else of the state equal; nothing when the effect knows none.
+  virtual std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                        std::span<const double> parameters) const;
   virtual RangeCheck check_range(const MachineState& state) const;
   /// False when the twist is the same in every state (a location error): then it is evaluated once.
   virtual bool depends_on_state() const { return true; }

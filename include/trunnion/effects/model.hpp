@@ -83,6 +83,14 @@ Model filtered(const Model& model, const std::function<bool(const EffectInfo&)>&
 /// values.
 std::vector<LagRequest> lag_requests(const Model& model);
 
+/// Bounds on how far the twists of a chain leave their straight courses over a motion, link by link.
+struct ChainBends {
+  std::array<TwistBend, kMaxAxes> joint{};
+  TwistBend spindle;
+  TwistBend part;
+  const Effect* unbounded = nullptr;  // an effect that knows no bound: the figures say nothing then
+};
+
 /// A model with its numbers laid out for evaluation: no allocation per state, safe from several threads.
 class ModelEvaluator {
  public:
@@ -92,6 +100,8 @@ class ModelEvaluator {
   /// Errors of the whole chain. `lagged` are the values of lags(); empty for a model without memory or for
   /// lags at rest (all 0).
   ChainErrors errors(const MachineState& state, std::span<const double> lagged = {}) const;
+  /// Sums of Effect::bend over the effects of each link.
+  ChainBends bends(const MachineState& from, const MachineState& to) const;
   /// The worst range check of its effects at `state`.
   RangeCheck check_range(const MachineState& state) const;
 

@@ -44,6 +44,9 @@ class Interpolant {
  public:
   virtual ~Interpolant() = default;
   virtual double value(double u, double v) const = 0;
+  /// Proved bound on how far the value leaves its straight course while the arguments run on a straight line
+  /// from (u0, v0) to (u1, v1); nothing when none is known.
+  virtual std::optional<double> bend(double u0, double v0, double u1, double v1) const;
 };
 
 /// linear takes one argument, bilinear two; nurbs and spline either. Fails (wrong_input) on fewer than 2

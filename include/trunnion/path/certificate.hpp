@@ -14,9 +14,16 @@ struct Station {
   Vec3 w = Vec3::Zero();        // TableKinematics::w, mm
   double arm2_outer = 0.0;      // squared distance of the tip from the outer rotary axis, mm^2
   double arm2_inner = 0.0;      // from the inner one
-  double size_mm = 0.0;         // sum of the coordinates' magnitudes: measure of rounding
+  // What the errors of the machine add, where the bounds are to hold on one: the tip is at the nominal place
+  // plus `tip_shift_P`, between two stations the shift runs straight.
+  Vec3 tip_shift_P = Vec3::Zero();
+  Vec3 axis_shift_P = Vec3::Zero();
+  double size_mm = 0.0;  // sum of the coordinates' magnitudes: measure of rounding
 };
 Station station(const TableKinematics& kinematics, const JointVector& q);
+/// The station moved by what errors add to the nominal tip and axis. What a motion between two such stations
+/// leaves of a straight course of these shifts must be added to its bounds (ErrorCourse).
+Station shifted(Station nominal, const Vec3& tip_shift_P, const Vec3& axis_shift_P);
 
 /// What a piece must keep to: the segment from `tip0_P` to `tip1_P` (mm; may have length zero) and the arc of
 /// the great circle from `axis0_P` to `axis1_P` (unit vectors).

@@ -43,6 +43,7 @@ struct VerifiedBlock {
   std::uint32_t cl_line = 0;
   bool rapid = false;
   bool programmed = false;  // ends at a point of the CL file
+  bool proved = true;       // its deviations are proved bounds, not samples
 };
 
 struct WorstPlace {
@@ -69,8 +70,11 @@ struct VerifyReport {
   std::size_t rapid_blocks = 0;
   double max_tip_deviation_mm = 0.0;  // feed moves: largest that was found on the path
   double certified_tip_deviation_mm =
-      0.0;  // feed moves: proved upper bound; the sampled one when not `certified`
-  bool certified = true;
+      0.0;                         // feed moves: proved upper bound; the sampled one when not `certified`
+  bool certified = true;           // every feed block's deviation was proved
+  std::size_t sampled_blocks = 0;  // feed blocks whose deviation was sampled
+  /// Effects of the model that know no bound on their course: ids, each once.
+  std::vector<std::string> unproved_effects;
   Angle max_axis_deviation;             // feed moves
   double max_rapid_deviation_mm = 0.0;  // of rapids between CL points
   double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path

@@ -5,10 +5,10 @@
 namespace trunnion::effects {
 namespace {
 
-class AmbientDrift final : public LibraryEffect {
+class AmbientDrift final : public StraightEffect {
  public:
   AmbientDrift(EffectInfo info, std::size_t sensor)
-      : LibraryEffect(std::move(info), kSpindleLink), sensor_(sensor) {}
+      : StraightEffect(std::move(info), kSpindleLink), sensor_(sensor) {}
 
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
     return {{{Signal::Kind::temperature, sensor_}, shape[0]}};

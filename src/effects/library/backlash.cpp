@@ -5,10 +5,10 @@
 namespace trunnion::effects {
 namespace {
 
-class Backlash final : public LibraryEffect {
+class Backlash final : public StraightEffect {
  public:
   Backlash(EffectInfo info, Link link, const Axis& axis)
-      : LibraryEffect(std::move(info), link),
+      : StraightEffect(std::move(info), link),
         sense_(axis.kind == AxisKind::linear ? Twist{axis.direction, Vec3::Zero()}
                                              : Twist{Vec3::Zero(), axis.direction}) {}
 

@@ -27,6 +27,22 @@ class Component final : public LibraryEffect {
     const double t = normalised_position(axis_, x);
     for (int n = 1; n <= 4; ++n) out[static_cast<std::size_t>(n - 1)] = unit_ * legendre(n, t);
   }
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> p) const override {
+    const double x0 = from.q[link().axis];
+    const double x1 = to.q[link().axis];
+    if (axis_.kind == AxisKind::rotary) {
+      return bend_along(unit_, harmonic_bend(std::hypot(p[0], p[1]), x1 - x0) +
+                                   harmonic_bend(std::hypot(p[2], p[3]), 2.0 * (x1 - x0)));
+    }
+    const double t0 = normalised_position(axis_, x0);
+    const double t1 = normalised_position(axis_, x1);
+    double second = 0.0;
+    for (int n = 1; n <= 4; ++n) {
+      second += std::abs(p[static_cast<std::size_t>(n - 1)]) * largest_legendre_second(n, t0, t1);
+    }
+    return bend_along(unit_, second * (t1 - t0) * (t1 - t0) / 8.0);
+  }
 
  private:
   Axis axis_;

@@ -24,8 +24,34 @@ class Crosstalk final : public LibraryEffect {
       for (const int j : {1, 2}) out[k++] = unit_ * (legendre(i, s) * legendre(j, t));
     }
   }
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> p) const override {
+    const Range s(axes_[0], from.q[pair_[0]], to.q[pair_[0]]);
+    const Range t(axes_[1], from.q[pair_[1]], to.q[pair_[1]]);
+    double second = 0.0;
+    std::size_t k = 0;
+    for (const int i : {1, 2}) {
+      for (const int j : {1, 2}) {
+        second += std::abs(p[k++]) *
+                  (s.second(i) * t.value(j) + 2.0 * s.slope(i) * t.slope(j) + s.value(i) * t.second(j));
+      }
+    }
+    return bend_along(unit_, second / 8.0);
+  }
 
  private:
+  // Bounds on P_1 and P_2 of one axis and their derivatives over a motion.
+  struct Range {
+    Range(const Axis& axis, double from, double to)
+        : largest(
+              std::max(std::abs(normalised_position(axis, from)), std::abs(normalised_position(axis, to)))),
+          way(std::abs(normalised_position(axis, to) - normalised_position(axis, from))) {}
+    double value(int n) const { return n == 1 ? largest : std::max(0.5, legendre(2, largest)); }
+    double slope(int n) const { return n == 1 ? way : 3.0 * largest * way; }
+    double second(int n) const { return n == 1 ? 0.0 : 3.0 * way * way; }
+    double largest, way;
+  };
+
   std::array<AxisId, 2> pair_;
   std::array<Axis, 2> axes_;
   Twist unit_;

@@ -5,10 +5,10 @@
 namespace trunnion::effects {
 namespace {
 
-class Location final : public LibraryEffect {
+class Location final : public StraightEffect {
  public:
   Location(EffectInfo info, Link link, std::string letters)
-      : LibraryEffect(std::move(info), link), letters_(std::move(letters)) {}
+      : StraightEffect(std::move(info), link), letters_(std::move(letters)) {}
 
   void columns(const MachineState&, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -5,9 +5,9 @@
 namespace trunnion::effects {
 namespace {
 
-class Overhang final : public LibraryEffect {
+class Overhang final : public StraightEffect {
  public:
-  Overhang(EffectInfo info, Link link, double z_max) : LibraryEffect(std::move(info), link), z_max_(z_max) {}
+  Overhang(EffectInfo info, Link link, double z_max) : StraightEffect(std::move(info), link), z_max_(z_max) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

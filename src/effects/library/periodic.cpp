@@ -21,6 +21,11 @@ class Periodic final : public LibraryEffect {
     out[0] = {along_ * std::sin(phase), Vec3::Zero()};
     out[1] = {along_ * std::cos(phase), Vec3::Zero()};
   }
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> p) const override {
+    const double turn = kTwoPi * (to.q[link().axis] - from.q[link().axis]) / p[2];
+    return TwistBend{along_.norm() * harmonic_bend(std::hypot(p[0], p[1]), turn), 0.0};
+  }
 
  private:
   Vec3 along_;

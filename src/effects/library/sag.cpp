@@ -18,6 +18,11 @@ class Sag final : public LibraryEffect {
     out[1] = unit_twist('Y') * std::sin(A);
     out[2] = unit_twist('Z') * std::cos(A);
   }
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> p) const override {
+    const double turn = to.q[link().axis] - from.q[link().axis];
+    return TwistBend{harmonic_bend(p[1], turn) + harmonic_bend(p[2], turn), harmonic_bend(p[0], turn)};
+  }
 };
 
 }  // namespace

@@ -8,10 +8,10 @@
 namespace trunnion::effects {
 namespace {
 
-class ScrewHeating final : public LibraryEffect {
+class ScrewHeating final : public StraightEffect {
  public:
   ScrewHeating(EffectInfo info, Link link, const Vec3& along, std::size_t sensor)
-      : LibraryEffect(std::move(info), link), along_(along), sensor_(sensor) {}
+      : StraightEffect(std::move(info), link), along_(along), sensor_(sensor) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -4,10 +4,10 @@
 namespace trunnion::effects {
 namespace {
 
-class ServoLag final : public LibraryEffect {
+class ServoLag final : public StraightEffect {
  public:
   ServoLag(EffectInfo info, Link link, const Vec3& along)
-      : LibraryEffect(std::move(info), link), along_(along) {}
+      : StraightEffect(std::move(info), link), along_(along) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

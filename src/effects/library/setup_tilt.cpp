@@ -6,9 +6,9 @@
 namespace trunnion::effects {
 namespace {
 
-class SetupTilt final : public LibraryEffect {
+class SetupTilt final : public StraightEffect {
  public:
-  using LibraryEffect::LibraryEffect;
+  using StraightEffect::StraightEffect;
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -5,9 +5,9 @@
 namespace trunnion::effects {
 namespace {
 
-class SpindleGrowth final : public LibraryEffect {
+class SpindleGrowth final : public StraightEffect {
  public:
-  using LibraryEffect::LibraryEffect;
+  using StraightEffect::StraightEffect;
 
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
     return {{{Signal::Kind::spindle_rpm, 0}, shape[0]}};

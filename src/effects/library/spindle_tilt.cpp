@@ -4,9 +4,9 @@
 namespace trunnion::effects {
 namespace {
 
-class SpindleTilt final : public LibraryEffect {
+class SpindleTilt final : public StraightEffect {
  public:
-  using LibraryEffect::LibraryEffect;
+  using StraightEffect::StraightEffect;
 
   void columns(const MachineState&, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -5,10 +5,10 @@
 namespace trunnion::effects {
 namespace {
 
-class Squareness final : public LibraryEffect {
+class Squareness final : public StraightEffect {
  public:
   Squareness(EffectInfo info, Link link, const Vec3& per_mm)
-      : LibraryEffect(std::move(info), link), per_mm_(per_mm) {}
+      : StraightEffect(std::move(info), link), per_mm_(per_mm) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

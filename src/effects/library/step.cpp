@@ -5,9 +5,9 @@
 namespace trunnion::effects {
 namespace {
 
-class Step final : public LibraryEffect {
+class Step final : public StraightEffect {
  public:
-  Step(EffectInfo info, std::size_t run) : LibraryEffect(std::move(info), kPartLink), run_(run) {}
+  Step(EffectInfo info, std::size_t run) : StraightEffect(std::move(info), kPartLink), run_(run) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double> shape,
                std::span<Twist> out) const override {

@@ -5,10 +5,10 @@
 namespace trunnion::effects {
 namespace {
 
-class ThermalLocation final : public LibraryEffect {
+class ThermalLocation final : public StraightEffect {
  public:
   ThermalLocation(EffectInfo info, Link link, std::string letters, std::size_t sensor)
-      : LibraryEffect(std::move(info), link), letters_(std::move(letters)), sensor_(sensor) {}
+      : StraightEffect(std::move(info), link), letters_(std::move(letters)), sensor_(sensor) {}
 
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
     return {{{Signal::Kind::temperature, sensor_}, shape[0]}};

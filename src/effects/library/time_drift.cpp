@@ -5,9 +5,9 @@
 namespace trunnion::effects {
 namespace {
 
-class TimeDrift final : public LibraryEffect {
+class TimeDrift final : public StraightEffect {
  public:
-  using LibraryEffect::LibraryEffect;
+  using StraightEffect::StraightEffect;
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -4,9 +4,9 @@
 namespace trunnion::effects {
 namespace {
 
-class ToolLength final : public LibraryEffect {
+class ToolLength final : public StraightEffect {
  public:
-  using LibraryEffect::LibraryEffect;
+  using StraightEffect::StraightEffect;
 
   void columns(const MachineState&, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

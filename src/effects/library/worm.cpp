@@ -17,6 +17,11 @@ class Worm final : public LibraryEffect {
     out[0] = {Vec3::Zero(), about_ * std::sin(phase)};
     out[1] = {Vec3::Zero(), about_ * std::cos(phase)};
   }
+  std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
+                                std::span<const double> p) const override {
+    const double turn = p[2] * (to.q[link().axis] - from.q[link().axis]);
+    return TwistBend{0.0, about_.norm() * harmonic_bend(std::hypot(p[0], p[1]), turn)};
+  }
 
  private:
   Vec3 about_;

@@ -1,0 +1,36 @@
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include "trunnion/effects/model.hpp"
+#include "trunnion/machine/machine.hpp"
+
+namespace trunnion::path {
+
+/// How far the errors of a machine leave a straight course while the axes make one straight motion: what a
+/// certificate of the nominal curve lacks on a machine with errors.
+///
+/// Over a motion from q0 to q1 let delta(t) be the actual minus the nominal tip in P (mm), epsilon(t) the
+/// same of the tool axis. Proved: |delta(t) - [(1 - t) delta(0) + t delta(1)]| <= tip_mm and likewise for
+/// epsilon. Proof: README of this layer, "A machine with errors". No allocation; thread-safe.
+class ErrorCourse {
+ public:
+  /// References must outlive the object. `tool_mm`: vector from S to the tip.
+  ErrorCourse(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator& model)
+      : machine_(machine), tool_mm_(tool_mm), model_(model) {}
+
+  struct Bend {
+    double tip_mm = 0.0;
+    double axis_rad = 0.0;
+    const Effect* unbounded = nullptr;  // an effect that knows no bound: the figures say nothing then
+  };
+  /// @param from, to  states at the ends of the motion; all but `q` equal
+  Bend over(const MachineState& from, const MachineState& to) const;
+
+ private:
+  const Machine& machine_;
+  Vec3 tool_mm_;
+  const ModelEvaluator& model_;
+};
+
+}  // namespace trunnion::path

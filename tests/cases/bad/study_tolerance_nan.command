@@ -1,0 +1,9 @@
+# exit: 2
+# expect: --tolerance-mm: nan is not a number
+study
+nonlinear
+@GOOD@
+-m
+@MACHINES@/paper.toml
+--tolerance-mm
+nan

@@ -1,0 +1,9 @@
+# exit: 2
+# expect: --tolerance-mm: 0 is not above 0
+study
+nonlinear
+@GOOD@
+-m
+@MACHINES@/paper.toml
+--tolerance-mm
+0.01,0

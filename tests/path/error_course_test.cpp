@@ -1,0 +1,176 @@
+#include "trunnion/path/error_course.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/path/certificate.hpp"
+
+#include "support/effect_cases.hpp"
+
+namespace trunnion::path {
+namespace {
+
+// Every effect of the library at random values of twice its usual size, memory at rest.
+Model everything(const Machine& machine, test::RandomStates& random) {
+  Model model;
+  for (const EffectFamily& family : effect_library(machine, test::effect_context())) {
+    ModelEffect entry = model_effect(family.variants.front());
+    for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
+      const Parameter& p = entry.effect->info().parameters[k];
+      if (p.role == ParameterRole::linear) entry.parameters[k].value = random.uniform(-2.0, 2.0) * p.usual;
+    }
+    model.effects.push_back(std::move(entry));
+  }
+  return model;
+}
+
+struct Motion {
+  MachineState from, to;
+};
+
+// Turns of 1e-3 to 1 rad, ways of up to 200 mm.
+Motion motion(const Machine& machine, test::RandomStates& random) {
+  Motion out{random.next(), {}};
+  out.to = out.from;
+  const double size = std::pow(10.0, random.uniform(-3.0, 0.0));
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const bool rotary = machine.axes[id].kind == AxisKind::rotary;
+    out.to.q[id] += size * random.uniform(-1.0, 1.0) * (rotary ? 1.0 : 200.0);
+  }
+  return out;
+}
+
+ToolPose actual(const Machine& machine, const ModelEvaluator& truth, MachineState state,
+                const JointVector& q) {
+  state.q = q;
+  return tool_pose(forward(machine, q, machine.tool_vector(), truth.errors(state)));
+}
+
+// Deviation of tip and axis from the nominal chain.
+ToolPose shift(const Machine& machine, const ModelEvaluator& truth, const MachineState& state,
+               const JointVector& q) {
+  const ToolPose with = actual(machine, truth, state, q);
+  const ToolPose without = tool_pose(forward(machine, q));
+  return {with.tip_P - without.tip_P, with.axis_P - without.axis_P};
+}
+
+TEST(ErrorCourse, ErrorsNeverLeaveTheirStraightCourseByMore) {
+  constexpr double kRounding = 1e-12;  // mm: a few units in the last place of the coordinates
+  double worst = 0.0;
+  for (const std::string& name : test::effect_machines()) {
+    const Machine machine = test::effect_machine(name);
+    test::RandomStates random(machine, 21);
+    for (int i = 0; i < 200; ++i) {
+      const ModelEvaluator truth(everything(machine, random));
+      const ErrorCourse course(machine, machine.tool_vector(), truth);
+      const Motion m = motion(machine, random);
+      const ErrorCourse::Bend bend = course.over(m.from, m.to);
+      ASSERT_EQ(bend.unbounded, nullptr);
+      const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
+      const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
+      double largest = 0.0;
+      for (int k = 1; k < 40; ++k) {
+        const double t = k / 40.0;
+        const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
+        const double tip = (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm();
+        largest = std::max(largest, tip);
+        ASSERT_LE(tip, bend.tip_mm + kRounding) << name << " " << i;
+        ASSERT_LE((s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm(), bend.axis_rad + 1e-14)
+            << name << " " << i;
+      }
+      if (largest > 1e-6) worst = std::max(worst, bend.tip_mm / largest);
+    }
+  }
+  // The bound comes from norms; a wrong power of a step would make it useless.
+  EXPECT_LT(worst, 1000.0);
+  RecordProperty("worst_ratio", std::to_string(worst));
+}
+
+// One effect at a time, its twist straight over the motion: the chain's own curvature is all there is, and a
+// term that is left out shows.
+TEST(ErrorCourse, OneStraightTwistAtATime) {
+  double tightest = 1e9;
+  for (const std::string& name : test::effect_machines()) {
+    const Machine machine = test::effect_machine(name);
+    test::RandomStates random(machine, 23);
+    for (const EffectFamily& family : effect_library(machine, test::effect_context())) {
+      Model model;
+      model.effects.push_back(model_effect(family.variants.front()));
+      ModelEffect& entry = model.effects.front();
+      for (int i = 0; i < 60; ++i) {
+        for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
+          const Parameter& p = entry.effect->info().parameters[k];
+          // Rotations of a tenth of a radian: their second order shows too.
+          if (p.role == ParameterRole::linear)
+            entry.parameters[k].value = random.uniform(-1.0, 1.0) * p.usual * (i % 2 == 0 ? 1.0 : 1e3);
+        }
+        const ModelEvaluator truth(model);
+        const Motion m = motion(machine, random);
+        const auto rest = entry.effect->bend(m.from, m.to, entry.values());
+        ASSERT_TRUE(rest);
+        if (!rest->is_zero()) continue;
+        const ErrorCourse::Bend bend = ErrorCourse(machine, machine.tool_vector(), truth).over(m.from, m.to);
+        const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
+        const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
+        double largest = 0.0;
+        for (int k = 1; k < 16; ++k) {
+          const double t = k / 16.0;
+          const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
+          const double tip = (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm();
+          largest = std::max(largest, tip);
+          ASSERT_LE(tip, bend.tip_mm + 1e-12) << name << " " << entry.id() << " " << i;
+          ASSERT_LE((s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm(), bend.axis_rad + 1e-14)
+              << name << " " << entry.id() << " " << i;
+        }
+        if (largest > 1e-6) tightest = std::min(tightest, bend.tip_mm / largest);
+      }
+    }
+  }
+  // Where the bound is sharp nothing is left to hide a missing term in.
+  EXPECT_LT(tightest, 1.02);
+  RecordProperty("tightest_ratio", std::to_string(tightest));
+}
+
+// The certificate between shifted stations plus the bend holds on the machine with errors.
+TEST(ErrorCourse, CertificateHoldsOnTheMachineWithErrors) {
+  for (const std::string& name : test::effect_machines()) {
+    const Machine machine = test::effect_machine(name);
+    const Certifier certifier(TableKinematics(machine, machine.tool_vector()));
+    test::RandomStates random(machine, 22);
+    for (int i = 0; i < 500; ++i) {
+      const ModelEvaluator truth(everything(machine, random));
+      const ErrorCourse course(machine, machine.tool_vector(), truth);
+      const Motion m = motion(machine, random);
+      const auto at = [&](const JointVector& q) {
+        const ToolPose s = shift(machine, truth, m.from, q);
+        return shifted(station(certifier.kinematics(), q), s.tip_P, s.axis_P);
+      };
+      const Station a = at(m.from.q);
+      const Station b = at(m.to.q);
+      const Reference r{a.tip_P - a.tip_shift_P, b.tip_P - b.tip_shift_P, a.axis_P - a.axis_shift_P,
+                        b.axis_P - b.axis_shift_P};
+      const ErrorCourse::Bend bend = course.over(m.from, m.to);
+      const double tip_mm = certifier.tip(a, b, r).upper + bend.tip_mm;
+      const double axis_rad = certifier.axis(a, b, r).upper + 1.001 * bend.axis_rad;
+      const double cheap_mm = certifier.distance_from_parabola(a, b, r) + bend.tip_mm;
+      for (int k = 0; k <= 20; ++k) {
+        const ToolPose pose =
+            actual(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, k / 20.0));
+        const double d = distance_to_segment(pose.tip_P, r.tip0_P, r.tip1_P);
+        ASSERT_LE(d, tip_mm) << name << " " << i;
+        ASSERT_LE(d, cheap_mm) << name << " " << i;
+        double angle = kPi;
+        for (int j = 0; j <= 400; ++j)
+          angle = std::min(angle, angle_between(pose.axis_P, slerp(r.axis0_P, r.axis1_P, j / 400.0)).rad());
+        // The sampled arc is off its nearest point by half a step at most.
+        const double step = angle_between(r.axis0_P, r.axis1_P).rad() / 400.0;
+        ASSERT_LE(std::sqrt(std::max(0.0, angle * angle - 0.26 * step * step)), axis_rad + 1e-12)
+            << name << " " << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::path
