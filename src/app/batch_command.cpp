@@ -10,6 +10,7 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/post/batch.hpp"
 #include "trunnion/report/batch_json.hpp"
 
@@ -78,10 +79,16 @@ Result<std::vector<post::BatchItem>> take_shard(const BatchCommand& command,
 
 // Everything but the CL file that decides about an output.
 Result<std::string> fingerprint(const BatchCommand& command, const Machine& machine,
-                                const nc::Controller& controller) {
+                                const nc::Controller& controller, const std::optional<Model>& model) {
   std::string out = std::string("trunnion ") + TRUNNION_VERSION + "\n" + command.options.text();
-  for (const std::string& file : {machine.file, controller.file, command.options.model}) {
-    if (file.empty()) continue;
+  std::vector<std::string> files = {machine.file, controller.file};
+  files.insert(files.end(), controller.bases.begin(), controller.bases.end());
+  if (model) {
+    files.push_back(command.options.model);
+    const auto tables = table_files(*model);
+    files.insert(files.end(), tables.begin(), tables.end());
+  }
+  for (const std::string& file : files) {
     const auto text = read_file(file);
     if (!text) return tl::unexpected(text.error());
     out += *text + "\n";
@@ -113,17 +120,16 @@ ExitCode run(const BatchCommand& command) {
         {ErrorCode::wrong_use, "thermal offsets belong to one run of one program: use post", {}, {}});
   }
   Diagnostics diagnostics;
-  const auto machine = load(command.machine, diagnostics);
-  if (!machine) return print_failure(diagnostics, machine.error());
-  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
-  if (!controller) return print_failure(diagnostics, controller.error());
-  const auto model = command.options.load_errors(*machine, diagnostics);
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto model = command.options.load_errors(machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
   auto all = post::batch_items(command.inputs, command.folder, diagnostics);
   if (!all) return print_failure(diagnostics, all.error());
   const auto items = take_shard(command, std::move(*all));
   if (!items) return print_error(items.error());
-  const auto mark = fingerprint(command, *machine, *controller);
+  const auto mark = fingerprint(command, machine, controller, *model);
   if (!mark) return print_error(mark.error());
   print(diagnostics);
   post::BatchOptions batch;
@@ -140,10 +146,10 @@ ExitCode run(const BatchCommand& command) {
   {
     ProgressLine progress(items->size());
     const std::vector<std::string> header = {
-        std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller->name,
-        "machine " + machine->name};
+        std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name,
+        "machine " + machine.name};
     results = post::run_batch(
-        *items, *machine, *controller, *model ? &**model : nullptr, header, batch,
+        *items, machine, controller, *model ? &**model : nullptr, header, batch,
         [&](const post::BatchResult&) { progress.step(); }, g_stop);
   }
   print_failures(results);

@@ -34,24 +34,19 @@ Result<report::ComparedProgram> evaluate(const CompareCommand& command, const st
 
 ExitCode run(const CompareCommand& command) {
   Diagnostics diagnostics;
-  const auto machine = load(command.machine, diagnostics);
-  if (!machine) return print_failure(diagnostics, machine.error());
-  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
-  if (!controller) return print_failure(diagnostics, controller.error());
-  std::optional<ModelEvaluator> truth;
-  if (!command.truth.empty()) {
-    const auto model = load_model(command.truth, *machine, {}, diagnostics);
-    if (!model) return print_failure(diagnostics, model.error());
-    truth.emplace(*model);
-  }
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto truth = load_truth(command.truth, machine, diagnostics);
+  if (!truth) return print_failure(diagnostics, truth.error());
   post::VerifyOptions options;
   options.tolerance_mm = command.tolerance_mm;
-  options.axis_tolerance = machine->axis_tolerance;
-  options.truth = truth ? &*truth : nullptr;
+  options.axis_tolerance = machine.axis_tolerance;
+  options.truth = *truth ? &**truth : nullptr;
   options.collect = true;
   std::vector<report::ComparedProgram> programs;
   for (const std::string& program : command.programs) {
-    auto evaluated = evaluate(command, program, *machine, *controller, options, diagnostics);
+    auto evaluated = evaluate(command, program, machine, controller, options, diagnostics);
     if (!evaluated) return print_failure(diagnostics, evaluated.error());
     programs.push_back(std::move(*evaluated));
   }
@@ -61,7 +56,7 @@ ExitCode run(const CompareCommand& command) {
   }
   if (!command.result.report.empty()) {
     const auto page =
-        report::compare_page(programs, *machine, command.against, report::compare_json(programs), made_by());
+        report::compare_page(programs, machine, command.against, report::compare_json(programs), made_by());
     if (const auto code = write_output(command.result.report, report::page_html(page)); code != kDone)
       return code;
   }

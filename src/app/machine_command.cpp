@@ -36,18 +36,17 @@ std::string text_of(const Machine& machine) {
 
 ExitCode run(const MachineCommand& command) {
   Diagnostics diagnostics;
-  const auto machine = load(command.machine, diagnostics);
-  if (!machine) return print_failure(diagnostics, machine.error());
-  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
-  if (!controller) return print_failure(diagnostics, controller.error());
-  const auto program = post::proving_program(*machine, *controller);
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto program = post::proving_program(machine, controller);
   if (!program) return print_error(program.error());
   print(diagnostics);
   if (!command.program.empty()) {
     if (const auto code = write_output(command.program, *program); code != kDone) return code;
     if (command.program == "-") return kDone;
   }
-  std::string text = text_of(*machine);
+  std::string text = text_of(machine);
   if (command.program.empty()) text += "\nProving program (-o FILE writes it):\n\n" + *program;
   return write_output("-", text);
 }

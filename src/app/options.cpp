@@ -53,13 +53,25 @@ Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
   return load_machine_or_named(options.machine, diagnostics);
 }
 
-Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
-                                           Diagnostics& diagnostics) {
+Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics) {
+  auto machine = load(options, diagnostics);
+  if (!machine) return tl::unexpected(machine.error());
   const std::string name =
-      !options.controller.empty() ? options.controller : machine.controller.value_or("default");
-  const auto file = nc::find_controller(name, postconfigs_folder() + "/controllers");
+      !options.controller.empty() ? options.controller : machine->controller.value_or("default");
+  const std::string folder = postconfigs_folder() + "/controllers";
+  const auto file = nc::find_controller(name, folder);
   if (!file) return tl::unexpected(file.error());
-  return nc::load_controller(*file, diagnostics);
+  auto controller = nc::load_controller(*file, diagnostics, folder);
+  if (!controller) return tl::unexpected(controller.error());
+  return MachineFiles{std::move(*machine), std::move(*controller)};
+}
+
+Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,
+                                                 Diagnostics& diagnostics) {
+  if (file.empty()) return std::optional<ModelEvaluator>{};
+  const auto model = load_model(file, machine, {}, diagnostics);
+  if (!model) return tl::unexpected(model.error());
+  return std::optional<ModelEvaluator>(ModelEvaluator(*model));
 }
 
 void ResultOptions::add_to(CLI::App& command) {

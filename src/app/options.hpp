@@ -27,9 +27,15 @@ struct MachineOptions {
 Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& diagnostics);
 /// The machine file, by path or by the name of one that ships with the program.
 Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics);
-/// The controller that is given, else the machine's, else linuxcnc.
-Result<nc::Controller> load_controller_for(const MachineOptions& options, const Machine& machine,
-                                           Diagnostics& diagnostics);
+/// A machine with its controller: the one that is given, else the machine's, else postconfigs' default.
+struct MachineFiles {
+  Machine machine;
+  nc::Controller controller;
+};
+Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics);
+/// The errors of the machine to evaluate on; nothing for an empty `file`: the nominal machine.
+Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,
+                                                 Diagnostics& diagnostics);
 
 /// How a CL file is read: shared by every command that reads one, so that a program is verified against what
 /// was posted.

@@ -131,27 +131,26 @@ ExitCode run(const PostCommand& command) {
   if (!options) return print_error(options.error());
   options->collect = !command.result.report.empty();
   Diagnostics diagnostics;
-  const auto machine = load(command.machine, diagnostics);
-  if (!machine) return print_failure(diagnostics, machine.error());
-  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
-  if (!controller) return print_failure(diagnostics, controller.error());
-  const auto model = command.options.load_errors(*machine, diagnostics);
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto model = command.options.load_errors(machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
   print(diagnostics);
   post::PostJob job;
   job.cl_file = command.cl_file;
-  job.machine = &*machine;
-  job.controller = &*controller;
+  job.machine = &machine;
+  job.controller = &controller;
   job.model = *model ? &**model : nullptr;
   const auto offsets = command.options.load_offsets(diagnostics);
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
-  job.header = header_lines(command, *machine, *options, *controller);
+  job.header = header_lines(command, machine, *options, controller);
   options->threads = command.threads;
   const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, *machine, outcome);
+  return finish(command, machine, outcome);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/diagnosis/plan.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
 
@@ -9,7 +11,7 @@ namespace trunnion::app {
 namespace {
 
 struct Options {
-  std::string plan, machine, truth, out;
+  std::string plan, machine, truth, out, json, report;
   std::uint64_t seed = 1;
 };
 
@@ -33,12 +35,13 @@ int run(const Options& options) {
       write_output(options.out, diagnosis::measurements_text(*data, *machine,
                                                              {" virtual measurements of '" + machine->name +
                                                               "', seed " + std::to_string(options.seed)}));
-  double minutes = 0.0;
-  for (const auto& run : plan->runs) minutes += run.minutes;
-  if (exit == kDone)
-    spdlog::info("{} readings in {} runs, {} min of machine time", data->readings.size(), plan->runs.size(),
-                 minutes);
-  return exit;
+  if (exit != kDone) return exit;
+  const auto summary = report::summary_of(*data, *plan, options.seed);
+  spdlog::info("{}", summary.text);
+  if (!options.json.empty()) exit = write_output(options.json, summary.json);
+  if (exit != kDone || options.report.empty()) return exit;
+  const report::ModelPageInput page{&*machine, &*data, summary.json, made_by()};
+  return write_output(options.report, report::page_html(report::simulation_page(page, *truth, summary.text)));
 }
 
 }  // namespace
@@ -52,6 +55,8 @@ void add_simulate_command(CLI::App& root, int& exit) {
   command->add_option("--truth", options->truth, "model file of the true errors")->required();
   command->add_option("-o,--output", options->out, "measurement file to write")->required();
   command->add_option("--seed", options->seed, "of the noise; the same seed gives the same file");
+  command->add_option("--json", options->json, "write a summary as JSON (- is standard output)");
+  command->add_option("--report", options->report, "write a self-contained HTML page");
   command->callback([options, &exit] { exit = run(*options); });
 }
 

@@ -47,8 +47,17 @@ std::string name_of(const Options& options, const std::vector<ErrorTable>& table
   return (path.parent_path() / (path.stem().string() + "_" + arguments + path.extension().string())).string();
 }
 
+// Keys of the model file beside the table's name.
+std::string interpolation_keys(const ErrorTable& table, const InterpolationOptions& two) {
+  if (table.arguments.size() == 1 || two.method == Interpolation::linear) return {};
+  std::string out = "  interpolation = \"" + std::string(text_of(two.method)) + "\"";
+  if (two.smoothing > 0.0) out += "  smoothing = " + shortest_text(two.smoothing);
+  return out;
+}
+
+// `two`: how a table over two axes is meant to be interpolated.
 Result<void> write_tables(const Options& options, const std::vector<ErrorTable>& tables,
-                          const Machine& machine, std::string& said) {
+                          const Machine& machine, std::string& said, const InterpolationOptions& two = {}) {
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const std::string name = name_of(options, tables, i);
     const auto written = write_file(name, error_table_text(tables[i], machine));
@@ -56,7 +65,8 @@ Result<void> write_tables(const Options& options, const std::vector<ErrorTable>&
     if (name == "-") continue;
     for (const auto& component : tables[i].components)
       said += "[[effect]]  id = \"component:" + component.name + "\"  table = \"" +
-              std::filesystem::path(name).filename().string() + "\"\n";
+              std::filesystem::path(name).filename().string() + "\"" + interpolation_keys(tables[i], two) +
+              "\n";
   }
   return {};
 }
@@ -248,7 +258,7 @@ Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
       return fail(ErrorCode::check_failed,
                   "the chosen tables make an independent line worse; nothing is written (--force writes)\n" +
                       verdict->text());
-    if (const auto written = write_tables(options, best.tables, *machine, said); !written)
+    if (const auto written = write_tables(options, best.tables, *machine, said, best.two); !written)
       return tl::unexpected(written.error());
   }
   if (options.json)

@@ -50,23 +50,18 @@ void print_report(const post::VerifyReport& v) {
 
 ExitCode run(const VerifyCommand& command) {
   Diagnostics diagnostics;
-  const auto machine = load(command.machine, diagnostics);
-  if (!machine) return print_failure(diagnostics, machine.error());
-  const auto controller = load_controller_for(command.machine, *machine, diagnostics);
-  if (!controller) return print_failure(diagnostics, controller.error());
-  std::optional<ModelEvaluator> truth;
-  if (!command.truth.empty()) {
-    const auto model = load_model(command.truth, *machine, {}, diagnostics);
-    if (!model) return print_failure(diagnostics, model.error());
-    truth.emplace(*model);
-  }
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto truth = load_truth(command.truth, machine, diagnostics);
+  if (!truth) return print_failure(diagnostics, truth.error());
   post::VerifyOptions options;
   options.tolerance_mm = command.tolerance_mm;
   options.rapid_tolerance_mm = command.rapid_tolerance_mm;
   options.axis_tolerance =
-      command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
+      command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine.axis_tolerance;
   options.certify = !command.no_certify;
-  options.truth = truth ? &*truth : nullptr;
+  options.truth = *truth ? &**truth : nullptr;
   options.collect = !command.result.report.empty();
   const cl::ReaderOptions reading = command.reading.resolve();
   auto cl = cl::open_source(command.against);
@@ -74,7 +69,7 @@ ExitCode run(const VerifyCommand& command) {
   auto program = cl::open_source(command.nc_file);
   if (!program) return print_error(program.error());
   const auto report = post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file,
-                                   *machine, *controller, reading, options, diagnostics);
+                                   machine, controller, reading, options, diagnostics);
   if (!report) return print_failure(diagnostics, report.error());
   print(diagnostics);
   print_report(*report);
@@ -84,7 +79,7 @@ ExitCode run(const VerifyCommand& command) {
   }
   if (!command.result.report.empty()) {
     report::NcPageInput input{
-        command.nc_file, command.against, &*machine, &*report, {}, report::verify_json(*report), made_by()};
+        command.nc_file, command.against, &machine, &*report, {}, report::verify_json(*report), made_by()};
     if (const auto code = write_output(command.result.report, report::page_html(report::nc_page(input)));
         code != kDone)
       return code;

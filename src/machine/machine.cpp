@@ -17,12 +17,15 @@ using config::Section;
 constexpr std::string_view kAxisNames = "XYZABCUVW";
 
 void read_limits(Section& s, Axis& axis, const char* min_key, const char* max_key) {
+  const std::size_t errors = s.diagnostics().error_count();
   const auto min = s.find_quantity(min_key);
   const auto max = s.find_quantity(max_key);
   if (min.has_value() != max.has_value()) {
     const char* given = min ? min_key : max_key;
     const char* missing = min ? max_key : min_key;
-    s.error(given, "'" + std::string(given) + "' is given without '" + missing + "'");
+    // A limit that is no number (-inf, a text) has had its message already.
+    if (s.diagnostics().error_count() == errors)
+      s.error(given, "'" + std::string(given) + "' is given without '" + missing + "'");
     return;
   }
   if (!min) {

@@ -287,7 +287,18 @@ void read_sections(Section& root, Controller& c) {
 // Bases are given by name and stand in the same folder.
 constexpr int kMaxBases = 8;
 
-Result<void> read_file_into(const std::string& path, int depth, Controller& c, Diagnostics& diagnostics) {
+// The file of a base: beside the file that names it, else in the folder of those that ship.
+std::string base_file(const std::string& name, const std::string& path, const std::string& base_folder) {
+  namespace fs = std::filesystem;
+  const fs::path beside = fs::path(path).parent_path() / (name + ".toml");
+  const fs::path shipped = fs::path(base_folder) / (name + ".toml");
+  std::error_code ec;
+  const bool use_shipped = !base_folder.empty() && !fs::exists(beside, ec) && fs::exists(shipped, ec);
+  return (use_shipped ? shipped : beside).string();
+}
+
+Result<void> read_file_into(const std::string& path, const std::string& base_folder, int depth, Controller& c,
+                            Diagnostics& diagnostics) {
   auto text = read_file(path);
   if (!text) return tl::unexpected(text.error());
   auto value = config::parse_toml(*text, path);
@@ -306,8 +317,9 @@ Result<void> read_file_into(const std::string& path, int depth, Controller& c, D
       head->error("base", "more than " + std::to_string(kMaxBases) + " bases: do two files name each other?");
       return tl::unexpected(diagnostics.first_error());
     }
-    const auto folder = std::filesystem::path(path).parent_path();
-    auto done = read_file_into((folder / (*base + ".toml")).string(), depth + 1, c, diagnostics);
+    c.bases.push_back(base_file(*base, path, base_folder));
+    const std::string file = c.bases.back();
+    auto done = read_file_into(file, base_folder, depth + 1, c, diagnostics);
     if (!done) return done;
   }
   c.name = head->text("name");
@@ -360,11 +372,13 @@ double FeedFormat::rotary_internal(std::int64_t quanta) const {
   return internal(FeedMode::per_minute, quanta) * kRadPerDegree;
 }
 
-Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics) {
+Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics,
+                                   const std::string& base_folder) {
   Controller c;
   c.file = path;
   const std::size_t errors_before = diagnostics.error_count();
-  if (auto done = read_file_into(path, 0, c, diagnostics); !done) return tl::unexpected(done.error());
+  if (auto done = read_file_into(path, base_folder, 0, c, diagnostics); !done)
+    return tl::unexpected(done.error());
   check(c, diagnostics);
   static_cast<void>(compile_patterns(c, diagnostics));
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());

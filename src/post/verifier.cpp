@@ -154,6 +154,7 @@ struct Verifier::State {
     }
     const double seconds = block_seconds(v);
     report.duration_s += seconds;
+    if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
     if (offsets) offsets->advance(seconds);
     program.move_to(v.q, seconds);
     previous = v;
@@ -174,10 +175,11 @@ struct Verifier::State {
   }
 
   // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
-  // may be anywhere.
+  // may be anywhere. Above compensation and rounding, on a machine with errors above those; below the length
+  // of rapids.
   double hit_tolerance() const {
-    constexpr double kNear_mm = 0.1;  // far above compensation and rounding, far below the length of rapids
-    return options.tolerance_mm + kNear_mm;
+    const double near_mm = report.on_truth ? 1.0 : 0.1;
+    return options.tolerance_mm + near_mm;
   }
 
   void start(const Vertex& v) {
@@ -217,6 +219,7 @@ struct Verifier::State {
     for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
       const double d = combined_distance(previous, targets[next].tip_P, targets[next].axis_P);
       if (d > kSamePoint_mm) return;
+      mark_programmed();
       point_hit((previous.tip_P - targets[next].tip_P).norm());
       at = {next, 0.0, 0.0};
     }
@@ -228,6 +231,7 @@ struct Verifier::State {
     if (next >= targets.size() || targets[next].rapid) return;
     const Target& end = targets[next];
     if (combined_distance(previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
+    mark_programmed();
     point_hit((previous.tip_P - end.tip_P).norm());
     at = {next, 0.0, 0.0};
   }
@@ -244,10 +248,12 @@ struct Verifier::State {
     if (away ? comes_back(v) : leaves(v)) return;
     const Place place = find(v);
     Vertex from = previous;
+    bool passed_point = false;  // the block ends at a CL point and a little beyond it
     for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
       const Vertex to = meter.nearest_between(from, v, targets[j + 1], program);
       point_hit((to.tip_P - targets[j + 1].tip_P).norm());
       take_deviation(meter.of(from, to, targets[j], targets[j + 1], program, uninteresting()));
+      passed_point |= mark_nearer(v, targets[j + 1]);
       from = to;
     }
     const Target& end = targets[place.segment + 1];
@@ -255,7 +261,26 @@ struct Verifier::State {
     const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kSamePoint_mm;
     if (programmed) point_hit((v.tip_P - end.tip_P).norm());
     at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
-    record_feed(v, end.line, programmed);
+    record_feed(v, end.line, programmed || passed_point);
+  }
+
+  // A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
+  // compensation, tolerance or the machine's errors explain. True when it is the end `v`.
+  bool mark_nearer(const Vertex& v, const Target& target) {
+    const double near_mm = near_point_mm();
+    const double before = combined_distance(previous, target.tip_P, target.axis_P);
+    const double after = combined_distance(v, target.tip_P, target.axis_P);
+    if (std::min(before, after) > near_mm) return false;
+    if (before < after) mark_programmed();
+    return after <= before;
+  }
+  double near_point_mm() const {
+    constexpr double kAlong = 3.0;  // along the path a deviation may be larger than across it
+    if (report.on_truth) return hit_tolerance();
+    return kSamePoint_mm + kAlong * std::hypot(block_tip_mm, kAxisWeight_mm * block_axis_rad);
+  }
+  void mark_programmed() {
+    if (options.collect && !report.blocks.empty()) report.blocks.back().programmed = true;
   }
 
   Target present() const {
@@ -365,7 +390,7 @@ struct Verifier::State {
   void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed) {
     if (!options.collect) return;
     report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
-                             v.nc_line, cl_line, v.rapid, programmed, block_proved});
+                             0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
   }
 
   void check_limits(const Vertex& v) {
@@ -428,6 +453,10 @@ Result<VerifyReport> Verifier::finish() {
   if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
   s.all_expected = true;
   s.work();
+  if (s.started && s.at.segment + 1 < s.targets.size()) {
+    const Target& next = s.targets[s.at.segment + 1];
+    if (combined_distance(s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
+  }
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
   for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets.size(); ++i) {

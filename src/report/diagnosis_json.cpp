@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
 namespace trunnion::report {
@@ -213,6 +214,38 @@ std::string history_json(const std::vector<HistoryEntry>& entries) {
                    {"dof", e.dof},
                    {"noise_floor_um", e.noise_floor_um}});
   return text_of_json({{"steps", out}});
+}
+
+SimulationSummary summary_of(const Dataset& data, const Plan& plan, std::uint64_t seed) {
+  double minutes = 0.0;
+  for (const PlanRun& run : plan.runs) minutes += run.minutes;
+  std::vector<double> squares(data.context.runs.size());
+  std::vector<std::size_t> counts(data.context.runs.size());
+  double all = 0.0;
+  for (const Reading& reading : data.readings) {
+    const double um = reading.value / (reading.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
+    all += um * um;
+    const std::size_t run = data.run_of(reading);
+    if (run >= squares.size()) continue;
+    squares[run] += um * um;
+    ++counts[run];
+  }
+  const auto rms = [](double sum, std::size_t count) {
+    return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+  };
+  ordered_json out = {{"readings", data.readings.size()},
+                      {"minutes", minutes},
+                      {"seed", seed},
+                      {"rms_um", rms(all, data.readings.size())},
+                      {"runs", ordered_json::array()}};
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    out["runs"].push_back({{"run_id", data.context.runs[i].id},
+                           {"readings", counts[i]},
+                           {"rms_um", rms(squares[i], counts[i])}});
+  const std::string text = std::to_string(data.readings.size()) + " readings in " +
+                           std::to_string(plan.runs.size()) + " runs, " + shortest_text(minutes) +
+                           " min of machine time";
+  return {text, out.dump(2) + "\n"};
 }
 
 }  // namespace trunnion::report

@@ -2,30 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "report/effect_tables.hpp"
 #include "report/residual_figures.hpp"
-#include "report/svg.hpp"
+#include "report/texts.hpp"
 
 namespace trunnion::report {
 namespace {
 
 using diagnosis::Diagnosis;
-using diagnosis::RankedEffect;
-
-std::string um(double value) {
-  return short_number(value, 3) + " µm";
-}
-std::string p_text(double p) {
-  return short_number(p, 2);
-}
-std::string optional_text(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? short_number(*value, 3) : "–";
-}
-std::string joined(const std::vector<std::string>& parts, const char* between) {
-  std::string out;
-  for (const auto& part : parts) out += (out.empty() ? "" : between) + part;
-  return out;
-}
 
 // A fit that moves no parameter: the residual of the model as it stands.
 diagnosis::Fit as_it_stands(const ModelPageInput& input, Model model) {
@@ -39,7 +25,7 @@ Figure vectors_figure(const Residuals& residuals, const VectorScale& scale, std:
                       std::string title) {
   return {std::move(id), std::move(title),
           "Machine axes; vectors drawn " + short_number(scale.magnification) +
-              " times too long, colours up to " + um(scale.largest_um) + ".",
+              " times too long, colours up to " + um_text(scale.largest_um) + ".",
           residual_vectors(residuals, scale)};
 }
 
@@ -55,104 +41,6 @@ void add_residual_sections(Page& page, const Residuals& residuals, const std::ve
                residual_by_run(residuals)},
         Figure{"quantiles", "Normalised residual against the normal distribution",
                "On the line: the scatter is that of the stated uncertainty.", normal_quantiles(residuals)}}});
-}
-
-Figure budget_figure(const ModelPageInput& input, const Model& model) {
-  const auto shares = shapley_shares(contributions_um(*input.machine, *input.data, model));
-  XyPlot plot{{"", ""}, {"share of the mean square", "µm²"}, {}, {}, {}, false};
-  Series bars;
-  bars.mark = Mark::bars;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    plot.categories.push_back(model.effects[i].id());
-    bars.x.push_back(static_cast<double>(i));
-    bars.y.push_back(shares[i]);
-  }
-  plot.series.push_back(std::move(bars));
-  return {"budget", "Error budget by effect",
-          "Shapley shares of the mean square of what the effects do to these readings: they add up to the "
-          "whole and do not "
-          "depend on the order. A negative share: the effect undoes others.",
-          std::move(plot)};
-}
-
-std::string parameters_text(const RankedEffect& r) {
-  std::vector<std::string> parts;
-  for (const auto& p : r.parameters)
-    parts.push_back(p.key + " " + short_number(p.value, 3) +
-                    (p.sigma ? " ± " + short_number(*p.sigma, 2) : ""));
-  return joined(parts, ", ");
-}
-
-std::string usual_range(const EffectInfo& info) {
-  std::vector<std::string> parts;
-  for (const Parameter& p : info.parameters) {
-    if (p.role == ParameterRole::linear)
-      parts.push_back(p.key() + " ± " + short_number(p.usual / unit_factor(p.unit), 3));
-  }
-  return joined(parts, ", ");
-}
-
-Table ranking_table(const ModelPageInput& input, const Diagnosis& d) {
-  Table table;
-  table.id = "ranking";
-  table.title = "Effects of the library, each as if it alone were added";
-  table.caption =
-      "p: chance of at least this over all effects and shapes tried, if nothing were missing. Detectable: "
-      "what these data would "
-      "show with 95 % chance. Rivals: effects that do nearly the same to these readings.";
-  table.columns = {"effect",
-                   "what it is",
-                   "p",
-                   "chi-square drop",
-                   "dof",
-                   "value ± sigma",
-                   "usual",
-                   "detectable / µm",
-                   "held out before / µm",
-                   "after / µm",
-                   "rivals"};
-  table.numeric = {false, false, true, true, true, false, false, true, true, true, false};
-  const auto library = effect_library(*input.machine, input.data->context);
-  for (const RankedEffect& r : d.ranking) {
-    const auto family =
-        std::find_if(library.begin(), library.end(), [&](const auto& f) { return f.id() == r.id; });
-    std::vector<std::string> rivals;
-    for (const auto& rival : r.rivals) rivals.push_back(rival.effect + " " + short_number(rival.rho, 2));
-    table.rows.push_back({r.id, family == library.end() ? "" : family->info().what,
-                          r.excited ? p_text(r.p_value) : "not excited", short_number(r.chi2_drop, 4),
-                          short_number(r.dof, 3), parameters_text(r),
-                          family == library.end() ? "" : usual_range(family->info()),
-                          optional_text(r.detectable_um), optional_text(r.heldout_before_um),
-                          optional_text(r.heldout_after_um), joined(rivals, ", ")});
-  }
-  return table;
-}
-
-std::optional<Figure> rivals_figure(const Diagnosis& d) {
-  constexpr std::size_t kMost = 14;
-  MatrixPlot plot;
-  plot.colour = {"likeness rho", ""};
-  for (const RankedEffect& r : d.ranking) {
-    if (plot.rows.size() < kMost && r.excited) plot.rows.push_back(r.id);
-  }
-  if (plot.rows.size() < 2) return std::nullopt;
-  plot.columns = plot.rows;
-  plot.values.assign(plot.rows.size(), std::vector<double>(plot.rows.size(), 0.0));
-  for (std::size_t i = 0; i < plot.rows.size(); ++i) {
-    plot.values[i][i] = 1.0;
-    const auto ranked =
-        std::find_if(d.ranking.begin(), d.ranking.end(), [&](const auto& r) { return r.id == plot.rows[i]; });
-    for (const auto& rival : ranked->rivals) {
-      const auto j = static_cast<std::size_t>(std::find(plot.rows.begin(), plot.rows.end(), rival.effect) -
-                                              plot.rows.begin());
-      if (j < plot.rows.size())
-        plot.values[i][j] = plot.values[j][i] = std::max(plot.values[j][i], rival.rho);
-    }
-  }
-  return Figure{"pairs", "Who looks like whom",
-                "Largest cosine between what two effects do to these readings; dark where it was below what "
-                "counts as a rival.",
-                std::move(plot)};
 }
 
 Section next_section(const Diagnosis& d) {
@@ -180,6 +68,77 @@ std::vector<std::string> names_of(const std::vector<diagnosis::Dependence>& all)
   return out;
 }
 
+Section model_section(const ModelPageInput& input, const Model& model) {
+  return {
+      "What the model knows",
+      {budget_figure(*input.machine, *input.data, model), model_table(*input.machine, *input.data, model)}};
+}
+
+// The verdict in one sentence, with what these data could have shown.
+std::string headline(const Diagnosis& d) {
+  using diagnosis::Verdict;
+  const std::string named = joined(d.effects, " + ");
+  std::string out;
+  switch (d.verdict) {
+    case Verdict::nothing_to_find:
+      out = "Nothing is missing that these data could show";
+      break;
+    case Verdict::named:
+      out = "Missing: " + named + "; with it the rest is noise";
+      break;
+    case Verdict::named_but_incomplete:
+      out = "Missing: " + named + ", and something more that is not in the library";
+      break;
+    case Verdict::ambiguous: {
+      std::vector<std::string> sets;
+      for (const auto& set : d.sets) sets.push_back(joined(set, " + "));
+      out = "Something is missing, and these data cannot tell which: " + joined(sets, " or ");
+      break;
+    }
+    case Verdict::not_in_library:
+      out = "Something real is missing that is none of the effects of the library";
+      break;
+    case Verdict::not_testable:
+      out = "These runs cannot answer the question";
+      break;
+    case Verdict::data_problem:
+      out = "The readings do not fit their own uncertainty";
+      break;
+  }
+  double best = std::numeric_limits<double>::infinity();
+  double worst = 0.0;
+  std::size_t blind = 0;
+  for (const auto& r : d.ranking) {
+    if (!r.detectable_um) ++blind;
+    best = std::min(best, r.detectable_um.value_or(best));
+    worst = std::max(worst, r.detectable_um.value_or(worst));
+  }
+  if (worst > 0.0)
+    out += ". Detection limits: " + um_text(best) + " rms for the effect seen best, " + um_text(worst) +
+           " for the one seen worst";
+  if (blind > 0) out += "; " + std::to_string(blind) + " effects are not excited by these runs";
+  return out + ".";
+}
+
+// The model as given, and with one addition after the other.
+std::vector<diagnosis::HistoryEntry> steps_of(const ModelPageInput& input, const Diagnosis& d,
+                                              const diagnosis::Added& added) {
+  std::vector<diagnosis::HistoryEntry> out;
+  out.push_back(diagnosis::history_entry(*input.machine, *input.data, d.base.model));
+  out.back().name = "as given (fitted)";
+  for (std::size_t i = 1; i <= d.additions.size(); ++i) {
+    const bool whole = i == d.additions.size();
+    const std::vector<ModelEffect> some(d.additions.begin(),
+                                        d.additions.begin() + static_cast<std::ptrdiff_t>(i));
+    out.push_back(diagnosis::history_entry(
+        *input.machine, *input.data,
+        whole ? added.fit.model
+              : diagnosis::add_and_fit(*input.machine, *input.data, d.base.model, some).fit.model));
+    out.back().name = "+ " + d.additions[i - 1].id();
+  }
+  return out;
+}
+
 Page start(const ModelPageInput& input, std::string title, std::string verdict, Tone tone) {
   Page page;
   page.title = std::move(title);
@@ -195,16 +154,16 @@ Page start(const ModelPageInput& input, std::string title, std::string verdict, 
 Page evaluation_page(const ModelPageInput& input, const Model& model, const diagnosis::Evaluation& e) {
   Page page = start(input, "Model " + model.name + " against measurements of " + input.machine->name,
                     e.verdict, Tone::neutral);
-  page.facts = {{"rms_um", "rms residual", um(e.rms_um), e.rms_um},
-                {"p95_um", "95 % are below", um(e.p95_um), e.p95_um},
-                {"max_um", "largest residual", um(e.max_um), e.max_um},
+  page.facts = {{"rms_um", "rms residual", um_text(e.rms_um), e.rms_um},
+                {"p95_um", "95 % are below", um_text(e.p95_um), e.p95_um},
+                {"max_um", "largest residual", um_text(e.max_um), e.max_um},
                 {"chi2", "chi-square", short_number(e.chi2, 5), e.chi2},
                 {"dof", "degrees of freedom", short_number(e.dof, 6), e.dof}};
   const Residuals residuals = residuals_of(*input.machine, *input.data, as_it_stands(input, model));
   Section first{"Residual",
                 {vectors_figure(residuals, vector_scale(residuals), "vectors", "Residual vectors")}};
-  if (!model.effects.empty()) first.items.emplace_back(budget_figure(input, model));
   page.sections.push_back(std::move(first));
+  if (!model.effects.empty()) page.sections.push_back(model_section(input, model));
   add_residual_sections(page, residuals, names_of(e.by_covariate));
   return page;
 }
@@ -212,66 +171,51 @@ Page evaluation_page(const ModelPageInput& input, const Model& model, const diag
 Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   const bool clear =
       d.verdict == diagnosis::Verdict::nothing_to_find || d.verdict == diagnosis::Verdict::named;
-  Page page = start(input, "What the model of " + input.machine->name + " lacks", d.paragraph,
+  Page page = start(input, "What the model of " + input.machine->name + " lacks", headline(d),
                     clear ? Tone::good : Tone::neutral);
   page.facts = {{"verdict", "verdict", std::string(diagnosis::text_of(d.verdict)), std::nullopt},
                 {"effects", "missing", d.effects.empty() ? "–" : joined(d.effects, " + "), std::nullopt},
                 {"confidence", "confidence", short_number(100 * d.confidence, 3) + " %", d.confidence},
-                {"rms_um", "rms residual", um(d.rms_um), d.rms_um},
-                {"noise_floor_um", "noise floor", um(d.noise_floor_um), d.noise_floor_um},
+                {"rms_um", "rms residual", um_text(d.rms_um), d.rms_um},
+                {"noise_floor_um", "noise floor", um_text(d.noise_floor_um), d.noise_floor_um},
                 {"chi2", "chi-square", short_number(d.chi2, 5), d.chi2},
                 {"dof", "degrees of freedom", short_number(d.dof, 6), d.dof}};
+  std::optional<diagnosis::Added> added;
+  if (!d.additions.empty())
+    added = diagnosis::add_and_fit(*input.machine, *input.data, d.base.model, d.additions, &d);
+  page.sections.push_back({"In words", {Paragraph{d.paragraph}}});
+  if (added) page.sections.push_back({"The error falls", {steps_figure(steps_of(input, d, *added))}});
   const Residuals before = residuals_of(*input.machine, *input.data, d.base);
   const VectorScale scale = vector_scale(before);
-  Section first{
+  Section vectors{
       "Before and after",
       {vectors_figure(before, scale, "vectors-before", "Residual vectors, model as given (fitted)")}};
-  if (!d.additions.empty()) {
-    const auto added = diagnosis::add_and_fit(*input.machine, *input.data, d.base.model, d.additions, &d);
-    const Residuals after = residuals_of(*input.machine, *input.data, added.fit);
-    first.items.emplace_back(
-        vectors_figure(after, scale, "vectors-after", "Residual vectors with " + joined(d.effects, " + ")));
-    first.items.emplace_back(budget_figure(input, added.fit.model));
-  } else if (!d.base.model.effects.empty()) {
-    first.items.emplace_back(budget_figure(input, d.base.model));
+  if (added) {
+    vectors.items.emplace_back(vectors_figure(residuals_of(*input.machine, *input.data, added->fit), scale,
+                                              "vectors-after",
+                                              "Residual vectors with " + joined(d.effects, " + ")));
   }
-  page.sections.push_back(std::move(first));
-  Section ranking{"The candidates", {ranking_table(input, d)}};
+  page.sections.push_back(std::move(vectors));
+  add_residual_sections(page, before, names_of(d.depends_on));
+  const Model& model = added ? added->fit.model : d.base.model;
+  if (!model.effects.empty()) page.sections.push_back(model_section(input, model));
+  Section ranking{"The candidates", {ranking_table(*input.machine, input.data->context, d)}};
   if (auto figure = rivals_figure(d)) ranking.items.emplace_back(std::move(*figure));
   for (const auto& direction : d.null_directions) ranking.items.emplace_back(Paragraph{direction.words});
   page.sections.push_back(std::move(ranking));
-  add_residual_sections(page, before, names_of(d.depends_on));
   if (d.next) page.sections.push_back(next_section(d));
   return page;
 }
 
 Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries) {
   Page page = start(input, "How the error of " + input.machine->name + " fell", "", Tone::neutral);
-  XyPlot plot{{"model", ""}, {"error", "µm"}, {}, {}, {}, false};
-  Series fit{.name = "these data", .mark = Mark::bars, .x = {}, .y = {}, .y2 = {}, .labels = {}, .colour = 0};
-  Series held{
-      .name = "held-out runs", .mark = Mark::bars, .x = {}, .y = {}, .y2 = {}, .labels = {}, .colour = 1};
-  Series noise{
-      .name = "noise floor", .mark = Mark::band, .x = {}, .y = {}, .y2 = {}, .labels = {}, .colour = 7};
   Table table;
   table.id = "steps";
   table.title = "Models";
   table.columns = {"model",         "parent",           "effects",    "rms / µm",
                    "held out / µm", "noise floor / µm", "chi-square", "dof"};
   table.numeric = {false, false, false, true, true, true, true, true};
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto& e = entries[i];
-    const auto x = static_cast<double>(i);
-    plot.categories.push_back(e.name);
-    fit.x.push_back(x);
-    fit.y.push_back(e.rms_um);
-    held.x.push_back(x);
-    held.y.push_back(e.heldout_um.value_or(std::nan("")));
-    for (const double edge : {x - 0.5, x + 0.5}) {
-      noise.x.push_back(edge);
-      noise.y.push_back(0.0);
-      noise.y2.push_back(e.noise_floor_um);
-    }
+  for (const auto& e : entries) {
     table.rows.push_back({e.name, e.parent, joined(e.effects, " + "), short_number(e.rms_um, 4),
                           optional_text(e.heldout_um), short_number(e.noise_floor_um, 3),
                           short_number(e.chi2, 5), short_number(e.dof, 6)});
@@ -279,24 +223,43 @@ Page history_page(const ModelPageInput& input, const std::vector<diagnosis::Hist
   if (input.data != nullptr && !entries.empty()) {
     const auto& first = entries.front();
     const auto& last = entries.back();
-    page.verdict = "From " + um(first.heldout_um.value_or(first.rms_um)) + " with " + first.name + " to " +
-                   um(last.heldout_um.value_or(last.rms_um)) + " with " + last.name +
+    page.verdict = "From " + um_text(first.heldout_um.value_or(first.rms_um)) + " with " + first.name +
+                   " to " + um_text(last.heldout_um.value_or(last.rms_um)) + " with " + last.name +
                    (last.heldout_um ? " on held-out runs" : "") + "; the noise floor is " +
-                   um(last.noise_floor_um) + ".";
-    page.facts = {{"rms_um", "last model: rms", um(last.rms_um), last.rms_um},
-                  {"noise_floor_um", "noise floor", um(last.noise_floor_um), last.noise_floor_um}};
-    plot.series = {std::move(noise), std::move(fit), std::move(held)};
-    page.sections.push_back(
-        {"The error falls",
-         {Figure{"steps-error", "Error by step",
-                 "Root mean square on these data, and on runs that were held out while the parameters were "
-                 "fitted; the band is what the readings' own noise leaves.",
-                 std::move(plot)},
-          std::move(table)}});
+                   um_text(last.noise_floor_um) + ".";
+    page.facts = {{"rms_um", "last model: rms", um_text(last.rms_um), last.rms_um},
+                  {"noise_floor_um", "noise floor", um_text(last.noise_floor_um), last.noise_floor_um}};
+    page.sections.push_back({"The error falls", {steps_figure(entries), std::move(table)}});
   } else {
     page.verdict = std::to_string(entries.size()) + " models; without data there is no error to show.";
     page.sections.push_back({"Models", {std::move(table)}});
   }
+  return page;
+}
+
+Page simulation_page(const ModelPageInput& input, const Model& truth, const std::string& verdict) {
+  Page page = start(input, "Virtual measurements of " + input.machine->name, verdict, Tone::neutral);
+  const Residuals readings = readings_of(*input.machine, *input.data);
+  double squares = 0.0;
+  for (const double v : readings.um) squares += v * v;
+  const auto count = static_cast<double>(readings.um.size());
+  const double rms = readings.um.empty() ? 0.0 : std::sqrt(squares / count);
+  page.facts = {{"readings", "readings", std::to_string(readings.um.size()), count},
+                {"rms_um", "rms reading", um_text(rms), rms}};
+  Section first{"What the machine would show",
+                {vectors_figure(readings, vector_scale(readings), "vectors", "Readings as vectors"),
+                 Figure{"runs", "Readings by run",
+                        "Box: the middle half; whiskers to 1.5 times its length; beyond: single readings.",
+                        residual_by_run(readings)}}};
+  page.sections.push_back(std::move(first));
+  if (!truth.effects.empty()) {
+    page.sections.push_back(model_section(input, truth));
+    page.sections.back().title = "What it is made of";
+  }
+  Section against{"What the readings depend on", {}};
+  for (Figure& figure : residual_against_covariates(readings, {}, "reading"))
+    against.items.emplace_back(std::move(figure));
+  if (!against.items.empty()) page.sections.push_back(std::move(against));
   return page;
 }
 

@@ -44,9 +44,7 @@ std::vector<ProgrammedSegment> programmed_segments(const Machine& machine, const
   std::size_t from = report.blocks.size();  // none
   for (std::size_t i = 0; i < report.blocks.size(); ++i) {
     const auto& block = report.blocks[i];
-    // A block belongs to the CL line at whose point its segment ends; the last block of a line comes to that
-    // point.
-    if (i + 1 < report.blocks.size() && report.blocks[i + 1].cl_line == block.cl_line) continue;
+    if (!block.programmed) continue;
     const bool feed = from < i && std::none_of(report.blocks.begin() + static_cast<std::ptrdiff_t>(from) + 1,
                                                report.blocks.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                                                [](const auto& b) { return b.rapid; });

@@ -6,6 +6,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "report/axis_figures.hpp"
 #include "report/nc_figures.hpp"
 #include "report/svg.hpp"
 
@@ -99,7 +100,7 @@ Figure deviation_figure(const post::VerifyReport& r, const std::vector<Programme
               {{"tolerance", r.tolerance_mm * kUmPerMm}},
               {},
               false};
-  const bool before = !r.on_truth && !segments.empty();
+  const bool before = !segments.empty();
   plot.y.logarithmic = before;  // hundreds of micrometres beside one
   if (before) {
     Series s;
@@ -124,12 +125,13 @@ Figure deviation_figure(const post::VerifyReport& r, const std::vector<Programme
     for (double& v : after.y) v = std::isfinite(v) ? std::max(v, kLeastDrawn_um) : v;
   }
   plot.series.push_back(std::move(after));
-  return {kPathFigure, "Deviation along the path",
-          before ? "Largest distance of the tip from the programmed path, block by block; and of the same CL "
-                   "points without "
-                   "inserted points, nominal machine. Logarithmic: what is below 0.01 µm stands at 0.01."
-                 : "Largest distance of the tip from the programmed path, block by block.",
-          std::move(plot)};
+  return {
+      kPathFigure, "Deviation along the path",
+      before ? "Largest distance of the tip from the programmed path, block by block; and how far the tip of "
+               "the nominal machine would stray between the same CL points without inserted points. "
+               "Logarithmic: what is below 0.01 µm stands at 0.01."
+             : "Largest distance of the tip from the programmed path, block by block.",
+      std::move(plot)};
 }
 
 Figure axis_deviation_figure(const post::VerifyReport& r) {
@@ -155,49 +157,6 @@ Figure inserted_figure(const post::VerifyReport& r, const std::vector<Programmed
   plot.series.push_back(std::move(s));
   return {"inserted", "Inserted points", "NC blocks between two CL points, segment by segment.",
           std::move(plot)};
-}
-
-Figure positions_figure(const NcPageInput& input, AxisKind kind) {
-  const bool rotary = kind == AxisKind::rotary;
-  XyPlot plot{{"path length", "mm"}, {"position", rotary ? "°" : "mm"}, {}, {}, {}, false};
-  const Machine& machine = *input.machine;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (machine.axes[id].kind != kind) continue;
-    Series s;
-    s.name = machine.axes[id].name;
-    for (const auto& block : input.verification->blocks) {
-      s.x.push_back(block.path_mm);
-      s.y.push_back(block.q[id] * (rotary ? kDegreePerRad : 1.0));
-    }
-    plot.series.push_back(std::move(s));
-  }
-  return {rotary ? "rotary-positions" : "linear-positions", rotary ? "Rotary axes" : "Linear axes",
-          "Joint positions, rapids included.", std::move(plot)};
-}
-
-Table travel_table(const NcPageInput& input) {
-  Table table;
-  table.id = "travel";
-  table.title = "Travel and limits";
-  table.columns = {"axis", "unit", "smallest", "largest", "limit", "limit", "room left"};
-  table.numeric = {false, false, true, true, true, true, true};
-  const Machine& machine = *input.machine;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    const Axis& axis = machine.axes[id];
-    const double factor = axis.kind == AxisKind::rotary ? kDegreePerRad : 1.0;
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (const auto& block : input.verification->blocks) {
-      low = std::min(low, block.q[id]);
-      high = std::max(high, block.q[id]);
-    }
-    const bool limits = axis.has_limits();
-    table.rows.push_back({axis.name, axis.kind == AxisKind::rotary ? "°" : "mm", fixed_text(low * factor, 3),
-                          fixed_text(high * factor, 3), limits ? fixed_text(axis.min * factor, 3) : "none",
-                          limits ? fixed_text(axis.max * factor, 3) : "none",
-                          limits ? fixed_text(std::min(low - axis.min, axis.max - high) * factor, 3) : ""});
-  }
-  return table;
 }
 
 // Per-block numbers for programs that read the page; thinned like a plot where there are too many.
@@ -255,9 +214,7 @@ Page nc_page(const NcPageInput& input) {
                                         model_against_truth(*input.machine, r, *worst)});
   }
   page.sections.push_back(std::move(deviation));
-  page.sections.push_back({"Axes",
-                           {positions_figure(input, AxisKind::rotary),
-                            positions_figure(input, AxisKind::linear), travel_table(input)}});
+  page.sections.push_back(axes_section(*input.machine, r));
   add_arrays(page, input);
   return page;
 }

@@ -1,7 +1,9 @@
 #include "report/residual_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/normal.hpp>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -61,33 +63,41 @@ std::vector<Covariate> covariates(const Residuals& r) {
   return out;
 }
 
-// Mean of the residual over stretches of equal width.
+// Local straight lines, weighted by a normal density whose width is an eighth of the range (Cleveland's
+// local regression with a fixed width): follows a bend, and has no bias at the ends.
 Series smooth(const std::vector<double>& x, const std::vector<double>& y) {
-  constexpr std::size_t kStretches = 24;
+  constexpr std::size_t kPlaces = 60;
+  constexpr double kWidth = 0.125 / 2.0;  // standard deviation, in the range of x
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  std::vector<double> sum(kStretches);
-  std::vector<double> place(kStretches);
-  std::vector<double> count(kStretches);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const auto k =
-        std::min(kStretches - 1, static_cast<std::size_t>((x[i] - *low) / (*high - *low) * kStretches));
-    sum[k] += y[i];
-    place[k] += x[i];
-    count[k] += 1.0;
-  }
+  const double range = *high - *low;
   Series out;
-  out.name = "mean";
+  out.name = "smooth";
   out.colour = 7;
-  for (std::size_t k = 0; k < kStretches; ++k) {
-    if (count[k] == 0.0) continue;
-    out.x.push_back(place[k] / count[k]);
-    out.y.push_back(sum[k] / count[k]);
+  for (std::size_t p = 0; p <= kPlaces; ++p) {
+    const double at = static_cast<double>(p) / kPlaces;
+    std::array<double, 5> sum{};  // w, w t, w t^2, w y, w t y
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const double t = (x[i] - *low) / range - at;
+      const double w = std::exp(-0.5 * t * t / (kWidth * kWidth));
+      sum[0] += w;
+      sum[1] += w * t;
+      sum[2] += w * t * t;
+      sum[3] += w * y[i];
+      sum[4] += w * t * y[i];
+    }
+    constexpr double kAny = 0.5;  // less than half a reading's weight: a gap in the data
+    const double det = sum[0] * sum[2] - sum[1] * sum[1];
+    if (sum[0] < kAny) continue;
+    out.x.push_back(*low + at * range);
+    // All readings at one place: their mean.
+    const bool sloped = det > 1e-9 * sum[0] * sum[0] * kWidth * kWidth;
+    out.y.push_back(sloped ? (sum[2] * sum[3] - sum[1] * sum[4]) / det : sum[3] / sum[0]);
   }
   return out;
 }
 
-Figure against(const Residuals& r, const Covariate& c, std::size_t number) {
-  XyPlot plot{c.scale, {"residual", "µm"}, {}, {}, {}, false};
+Figure against(const Residuals& r, const Covariate& c, std::size_t number, const std::string& what) {
+  XyPlot plot{c.scale, {what, "µm"}, {}, {}, {}, false};
   const auto& runs = r.data->context.runs;
   const bool by_run = runs.size() > 1 && runs.size() <= kFewRuns;
   std::map<int, Series> groups;
@@ -111,9 +121,11 @@ Figure against(const Residuals& r, const Covariate& c, std::size_t number) {
     plot.series.push_back(std::move(s));
   }
   plot.series.push_back(smooth(c.values, r.um));
-  return {"covariate-" + std::to_string(number), "Residual against " + c.scale.label,
+  std::string title = what;
+  title.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(title.front())));
+  return {"covariate-" + std::to_string(number), title + " against " + c.scale.label,
           std::string("Coloured by ") + (by_run ? "run" : "direction of motion") +
-              "; the line is the mean of stretches.",
+              "; the line is a local straight-line fit.",
           std::move(plot)};
 }
 
@@ -123,6 +135,12 @@ Residuals residuals_of(const Machine& machine, const diagnosis::Dataset& data, c
   Residuals out{&machine, &data, {}, fit.normalised};
   for (std::size_t i = 0; i < data.readings.size(); ++i)
     out.um.push_back(um_of(data.readings[i], fit.residual[i]));
+  return out;
+}
+
+Residuals readings_of(const Machine& machine, const diagnosis::Dataset& data) {
+  Residuals out{&machine, &data, {}, {}};
+  for (const Reading& reading : data.readings) out.um.push_back(um_of(reading, reading.value));
   return out;
 }
 
@@ -189,7 +207,8 @@ SpacePlot residual_vectors(const Residuals& residuals, const VectorScale& scale)
 }
 
 std::vector<Figure> residual_against_covariates(const Residuals& residuals,
-                                                const std::vector<std::string>& first) {
+                                                const std::vector<std::string>& first,
+                                                const std::string& what) {
   std::vector<Covariate> all = covariates(residuals);
   const auto rank = [&](const Covariate& c) {
     return std::find_if(first.begin(), first.end(), [&](const std::string& f) { return f == c.name; }) -
@@ -198,7 +217,8 @@ std::vector<Figure> residual_against_covariates(const Residuals& residuals,
   std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   constexpr std::size_t kMost = 8;
   std::vector<Figure> out;
-  for (std::size_t i = 0; i < all.size() && i < kMost; ++i) out.push_back(against(residuals, all[i], i + 1));
+  for (std::size_t i = 0; i < all.size() && i < kMost; ++i)
+    out.push_back(against(residuals, all[i], i + 1, what));
   return out;
 }
 

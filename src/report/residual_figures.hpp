@@ -17,6 +17,9 @@ struct Residuals {
 };
 Residuals residuals_of(const Machine& machine, const diagnosis::Dataset& data, const diagnosis::Fit& fit);
 
+/// The readings themselves, for the same plots.
+Residuals readings_of(const Machine& machine, const diagnosis::Dataset& data);
+
 /// One scale for vector plots that are to be compared.
 struct VectorScale {
   double magnification = 1.0;
@@ -27,10 +30,12 @@ VectorScale vector_scale(const Residuals& residuals);
 /// directions.
 SpacePlot residual_vectors(const Residuals& residuals, const VectorScale& scale);
 
-/// Residual against every axis position that varies and against time, with the mean of 24 stretches; coloured
-/// by run where there are few, else by the direction of the axis. `first` are covariates to put in front.
+/// Residual against every axis position that varies and against time, with a smooth line; coloured by run
+/// where there are few, else by the direction of the axis. `first` are covariates to put in front, `what` the
+/// name of the values.
 std::vector<Figure> residual_against_covariates(const Residuals& residuals,
-                                                const std::vector<std::string>& first);
+                                                const std::vector<std::string>& first,
+                                                const std::string& what = "residual");
 
 BoxPlot residual_by_run(const Residuals& residuals);
 

@@ -95,6 +95,45 @@ TEST(Post, ProgramsAreWithinToleranceOnEveryMachine) {
   }
 }
 
+std::size_t blocks_at_cl_points(const VerifyReport& v) {
+  return static_cast<std::size_t>(
+      std::count_if(v.blocks.begin(), v.blocks.end(), [](const VerifiedBlock& b) { return b.programmed; }));
+}
+
+// One block at each of the 60 CL points: with inserted points between, compensated, and where the machine's
+// errors put the tool 60 um beside its path.
+TEST(Verify, KnowsTheBlocksThatEndAtClPoints) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  Diagnostics d;
+  const auto model = parse_model(
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 60.0\n",
+      "m.toml", machine, {}, d);
+  ASSERT_TRUE(model) << model.error().text();
+  const ModelEvaluator errors(*model);
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    PostOptions options;
+    options.collect = true;
+    options.tolerance_mm = 0.002;
+    const Posted nominal = posted(sample_path(seed), machine, options);
+    const Posted compensated = posted(sample_path(seed), machine, options, "linuxcnc", &*model);
+    ASSERT_TRUE(nominal.report && compensated.report);
+    EXPECT_GT(nominal.report->points_inserted, 0U);
+    EXPECT_EQ(blocks_at_cl_points(*nominal.report->verification), 60U) << seed;
+    EXPECT_EQ(blocks_at_cl_points(*compensated.report->verification), 60U) << seed;
+    const nc::Controller c = controller("linuxcnc");
+    VerifyOptions beside;
+    beside.truth = &errors;
+    beside.collect = true;
+    const auto v = verify(std::make_unique<Text>(sample_path(seed)), "part.cls",
+                          std::make_unique<Text>(nominal.nc), "part.nc", machine, c, {}, beside, d);
+    ASSERT_TRUE(v) << v.error().text();
+    EXPECT_EQ(blocks_at_cl_points(*v), 60U) << seed;
+    double seconds = 0.0;
+    for (const VerifiedBlock& b : v->blocks) seconds += b.seconds;
+    EXPECT_NEAR(seconds, v->duration_s, 1e-6 * v->duration_s);
+  }
+}
+
 TEST(Post, WithoutInsertionTheVerificationFails) {
   PostOptions options;
   options.tolerance_mm = 0.002;

@@ -10,8 +10,10 @@
 #include <random>
 
 #include "report/assets.hpp"
+#include "report/axis_figures.hpp"
 #include "report/page_data.hpp"
 #include "report/svg.hpp"
+#include "support/machines.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -182,6 +184,58 @@ TEST(PageData, FloatsReadBack) {
   const std::string text = data["figures"]["bars"]["series"][0]["y"];
   // 9, 4 and 1 as little-endian float32 by hand: 00 00 10 41, 00 00 80 40, 00 00 80 3f.
   EXPECT_EQ(text, "AAAQQQAAgEAAAIA/");
+}
+
+// The pole of an A-C trunnion is A = 0, whatever C; the rotary solutions differ in the sign of A.
+TEST(PolePlaces, AreTheTiltOfATrunnionWithItsSign) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const AxisId a = *machine.axis("A");
+  const AxisId c = *machine.axis("C");
+  post::VerifyReport report;
+  const double tilts_deg[] = {-30.0, -0.5, 0.0, 0.00005, 0.5, 70.0, 90.0};
+  for (const double tilt : tilts_deg) {
+    post::VerifiedBlock block;
+    block.q[a] = tilt * kRadPerDegree;
+    block.q[c] = 3.0 * tilt;
+    report.blocks.push_back(block);
+  }
+  const auto places = pole_places(machine, report);
+  ASSERT_EQ(places.size(), std::size(tilts_deg));
+  for (std::size_t i = 0; i < places.size(); ++i)
+    EXPECT_NEAR(places[i].distance_rad, std::abs(tilts_deg[i]) * kRadPerDegree, 1e-9) << tilts_deg[i];
+  EXPECT_EQ(places[0].branch, -places[4].branch);
+  EXPECT_EQ(places[1].branch, places[0].branch);
+  EXPECT_EQ(places[5].branch, places[4].branch);
+  EXPECT_EQ(places[2].branch, 0);
+  EXPECT_EQ(places[3].branch, 0);
+}
+
+// 0 to 90 degrees and back in two seconds each: 2700 degrees a minute.
+TEST(AxesSection, ShowsVelocitiesOfFeedBlocks) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const AxisId c = *machine.axis("C");
+  post::VerifyReport report;
+  for (int i = 0; i < 3; ++i) {
+    post::VerifiedBlock block;
+    block.q[c] = i == 1 ? kPi / 2 : 0.0;
+    block.seconds = 2.0;
+    block.path_mm = i;
+    report.blocks.push_back(block);
+  }
+  const Section section = axes_section(machine, report);
+  bool found = false;
+  for (const Item& item : section.items) {
+    const auto* figure = std::get_if<Figure>(&item);
+    if (figure == nullptr || figure->id != "rotary-velocities") continue;
+    for (const Series& s : std::get<XyPlot>(figure->plot).series) {
+      if (s.name != "C") continue;
+      found = true;
+      ASSERT_EQ(s.y.size(), 2U);
+      EXPECT_NEAR(s.y[0], 2700.0, 1e-9);
+      EXPECT_NEAR(s.y[1], -2700.0, 1e-9);
+    }
+  }
+  EXPECT_TRUE(found);
 }
 
 }  // namespace

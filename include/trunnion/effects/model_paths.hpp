@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "trunnion/effects/model.hpp"
 
@@ -10,5 +11,8 @@ namespace trunnion {
 /// `new_file` too. Absolute paths, and models that were not read from a file, stay as they are. `-` (standard
 /// output) counts as the current folder.
 Model written_to(const Model& model, const std::string& new_file);
+
+/// The files of the model's error tables, as paths from the current folder, each once.
+std::vector<std::string> table_files(const Model& model);
 
 }  // namespace trunnion

@@ -48,8 +48,9 @@ enum class PlaneAngles : std::uint8_t {
 /// A control, as its TOML file describes it (postconfigs/README.md lists every key). Data only: nothing here
 /// depends on which control it is.
 struct Controller {
-  std::string file;  // where it was read from
-  std::string name;  // "LinuxCNC 2.9"
+  std::string file;                // where it was read from
+  std::vector<std::string> bases;  // files that it stands on, nearest first
+  std::string name;                // "LinuxCNC 2.9"
 
   struct Numbers {
     AxisFormat axes;
@@ -160,10 +161,12 @@ struct Controller {
   bool has_tilted_plane() const { return !tilted_plane.on.empty(); }
 };
 
-/// Reads a controller file with its bases (`base = "iso"` is iso.toml in the same folder). Every finding goes
-/// to `diagnostics` with file:line:column; unknown keys, unknown placeholders, templates that the reader
-/// could not tell apart and missing motion words are errors.
-Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics);
+/// Reads a controller file with its bases (`base = "iso"` is iso.toml in the same folder, else in
+/// `base_folder`: a shop's file may stand on one that ships with the program). Every finding goes to
+/// `diagnostics` with file:line:column; unknown keys, unknown placeholders, templates that the reader could
+/// not tell apart and missing motion words are errors.
+Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics,
+                                   const std::string& base_folder = {});
 
 /// The file that `name_or_path` means: itself when it names a file that exists or ends in `.toml`, else
 /// `<folder>/<name>.toml`. Fails with io_failed and the names that the folder does have.

@@ -39,10 +39,11 @@ struct VerifiedBlock {
   float tip_deviation_mm = 0.0F;
   float axis_deviation_rad = 0.0F;
   double path_mm = 0.0;  // of the tip, from the start of the program
+  double seconds = 0.0;  // that the block lasts, as the control runs it
   std::uint32_t nc_line = 0;
   std::uint32_t cl_line = 0;
   bool rapid = false;
-  bool programmed = false;  // ends at a point of the CL file
+  bool programmed = false;  // ends at a point of the CL file (the nearest block to it, within the tolerance)
   bool proved = true;       // its deviations are proved bounds, not samples
 };
 

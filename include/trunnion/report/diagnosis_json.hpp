@@ -3,6 +3,7 @@
 
 #include "trunnion/diagnosis/evaluate.hpp"
 #include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/diagnosis/plan.hpp"
 
 namespace trunnion::report {
 
@@ -18,5 +19,12 @@ std::string history_json(const std::vector<diagnosis::HistoryEntry>& entries);
 std::string diagnosis_text(const diagnosis::Diagnosis& result);
 std::string evaluation_text(const diagnosis::Evaluation& result);
 std::string fit_text(const diagnosis::Fit& result);
+
+/// What `simulate` has made, for a person and as JSON.
+struct SimulationSummary {
+  std::string text;
+  std::string json;
+};
+SimulationSummary summary_of(const diagnosis::Dataset& data, const diagnosis::Plan& plan, std::uint64_t seed);
 
 }  // namespace trunnion::report

@@ -20,11 +20,16 @@ struct ModelPageInput {
 /// distribution.
 Page evaluation_page(const ModelPageInput& input, const Model& model, const diagnosis::Evaluation& result);
 
-/// The verdict as a story: residual before and after what was named, the ranking, who is whose rival, the
-/// error budget, the next measurement. Refits the model with the named effects.
+/// The verdict as a story: one sentence with the detection limits, held-out error by step, residual before
+/// and after what was named, what it depends on, the model with its error budget, the candidates and who is
+/// whose rival, the next measurement. Refits the model with the named effects.
 Page diagnosis_page(const ModelPageInput& input, const diagnosis::Diagnosis& result);
 
 /// How the error fell, model by model; `input.data` may be absent.
 Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries);
+
+/// Virtual measurements: the readings in space, by run, against what was measured at, and which effect of
+/// the truth makes how much of them. `verdict` says how many there are.
+Page simulation_page(const ModelPageInput& input, const Model& truth, const std::string& verdict);
 
 }  // namespace trunnion::report

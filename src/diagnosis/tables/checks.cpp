@@ -264,11 +264,12 @@ Result<ErrorTable> without_line(ErrorTable table, ReferenceLine method) {
     for (std::size_t i = 0; i < component.values.size(); ++i)
       component.values[i] -= line.slope * table.nodes[0][i] + line.offset;
     const bool rotation = component.name[1] >= 'A' && component.name[1] <= 'C';
-    table.comments.push_back(
-        " " + std::string(name) + " line removed from " + component.name + ": slope " +
-        shortest_text(rotation ? line.slope / kRadPerUrad : line.slope / kMmPerUm * 1e3) +
-        (rotation ? " urad/mm" : " um/m") + ", offset at 0 " +
-        shortest_text(line.offset / (rotation ? kRadPerUrad : kMmPerUm)) + (rotation ? " urad" : " um"));
+    const auto digits = [](double value) { return fixed_text(value, 6); };  // far below any measurement
+    table.comments.push_back(" " + std::string(name) + " line removed from " + component.name + ": slope " +
+                             digits(rotation ? line.slope / kRadPerUrad : line.slope / kMmPerUm * 1e3) +
+                             (rotation ? " urad/mm" : " um/m") + ", offset at 0 " +
+                             digits(line.offset / (rotation ? kRadPerUrad : kMmPerUm)) +
+                             (rotation ? " urad" : " um"));
   }
   return table;
 }

@@ -151,7 +151,9 @@
     if (f.kind === 'matrix') return {...layoutOf(), margin: {l: 150, r: 16, t: 12, b: 120}, yaxis: {autorange: 'reversed'}};
     return {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene: spaceScene(f)};
   }
-  const config = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['toImage']};
+  // One drawn point per screen pixel: the library's own 2 costs four times as much where there is no graphics card.
+  const config = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['toImage'], plotGlPixelRatio: Math.max(1, devicePixelRatio)};
+  const kMostSpaces = 6;  // browsers take the drawing context from the oldest beyond 8 to 16
 
   const live = new Map();  // figure id -> element that holds the chart
   function activate(element) {
@@ -162,8 +164,23 @@
     holder.hidden = false;
     holder.classList.toggle('space', space);
     element.querySelector('.still').hidden = true;
+    if (space) giveUpFarthest(element);
     live.set(element.dataset.figure, holder);
     return charts.newPlot(holder, traces(f), layout(f), config);
+  }
+  // Where too many charts in space are alive the one farthest from `element` becomes its drawing again.
+  function giveUpFarthest(element) {
+    const spaces = [...live.keys()].map((id) => document.getElementById(id)).filter((e) => e.querySelector('.live.space'));
+    if (spaces.length < kMostSpaces) return;
+    const from = element.getBoundingClientRect().top;
+    const distance = (e) => Math.abs(e.getBoundingClientRect().top - from);
+    const farthest = spaces.reduce((a, b) => (distance(b) > distance(a) ? b : a));
+    const holder = farthest.querySelector('.live');
+    charts.purge(holder);
+    holder.hidden = true;
+    farthest.querySelector('.still').hidden = false;
+    live.delete(farthest.dataset.figure);
+    near.observe(farthest);
   }
 
   // ---- the machine
@@ -220,6 +237,7 @@
     }
     return [0, 1, 2].map((k) => [low[k], high[k]]);
   }
+  const machineHolder = document.querySelector('#machine .live');
   function drawMachine() {
     const lines = machineLines(Number(slider.value));
     const names = [...carried.map((o) => o.name), 'tool'];
@@ -229,9 +247,8 @@
     const range = machineRange();
     const scene = spaceScene({unit: 'mm'});
     [scene.xaxis.range, scene.yaxis.range, scene.zaxis.range] = range;
-    const holder = document.querySelector('#machine .live');
-    holder.classList.add('space');
-    return charts.newPlot(holder, data, {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene}, config);
+    machineHolder.classList.add('space');
+    return charts.newPlot(machineHolder, data, {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene}, config);
   }
   function stopText(s) {
     const names = machine.axis_names.map((name, i) => `${name} ${short(decoded.axes[s * machine.axis_names.length + i], 7)} ${machine.axis_units[i]}`);
@@ -242,8 +259,7 @@
     slider.value = stop;
     document.getElementById('stop-text').textContent = stopText(stop);
     const lines = machineLines(stop);
-    const holder = document.querySelector('#machine .live');
-    if (holder.data) charts.restyle(holder, {x: lines.map((l) => l.x), y: lines.map((l) => l.y), z: lines.map((l) => l.z)});
+    if (machineHolder.data) charts.restyle(machineHolder, {x: lines.map((l) => l.x), y: lines.map((l) => l.y), z: lines.map((l) => l.z)});
     const tip = decoded.tip.subarray(3 * stop, 3 * stop + 3);
     const space = live.get(machine.space_figure);
     if (space && space.data) {
@@ -272,8 +288,10 @@
     if (!charts || !machine || !stops || !hasWebGl) return;
     prepareMachine();
     document.getElementById('machine').hidden = false;
-    drawMachine();
-    slider.addEventListener('input', () => moveTo(Number(slider.value), false));
+    slider.addEventListener('input', () => {
+      if (!machineHolder.data) drawMachine();
+      moveTo(Number(slider.value), false);
+    });
     document.querySelectorAll('button[data-stop]').forEach((button) => button.addEventListener('click', () => {
       document.querySelectorAll('tr.chosen').forEach((row) => row.classList.remove('chosen'));
       button.closest('tr').classList.add('chosen');
@@ -291,7 +309,7 @@
       const f = page.figures[id];
       charts.react(holder, traces(f), layout(f), config);
     }
-    if (charts && machine && stops && hasWebGl) {
+    if (machineHolder && machineHolder.data) {
       drawMachine();
       moveTo(Number(slider.value), false);
     }
@@ -303,14 +321,26 @@
   });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
 
-  // Charts start when they come near the window: the page is there at once.
-  const figures = document.querySelectorAll('figure[data-figure]');
+  // Charts start one by one when they come near the window: the page is there, and answers, at once.
+  const waiting = [];
+  function startNext() {
+    const element = waiting.shift();
+    if (!element) return;
+    if (element.id === 'machine') {
+      if (!machineHolder.data) drawMachine();
+    } else {
+      activate(element);
+    }
+    if (waiting.length) setTimeout(startNext, 0);
+  }
   const near = new IntersectionObserver((entries) => entries.forEach((entry) => {
     if (!entry.isIntersecting) return;
     near.unobserve(entry.target);
-    activate(entry.target);
-  }), {rootMargin: '300px'});
-  figures.forEach((figure) => near.observe(figure));
+    waiting.push(entry.target);
+    if (waiting.length === 1) setTimeout(startNext, 0);
+  }), {rootMargin: '200px'});
+  document.querySelectorAll('figure[data-figure]').forEach((figure) => near.observe(figure));
   startMachine();
+  if (decoded.pose) near.observe(document.getElementById('machine'));
   root.dataset.ready = 'true';
 })();

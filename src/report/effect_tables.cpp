@@ -1,0 +1,201 @@
+#include "report/effect_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/residual_figures.hpp"
+#include "report/texts.hpp"
+
+namespace trunnion::report {
+namespace {
+
+using diagnosis::Diagnosis;
+using diagnosis::RankedEffect;
+
+std::string parameters_text(const RankedEffect& r) {
+  std::vector<std::string> parts;
+  for (const auto& p : r.parameters)
+    parts.push_back(p.key + " " + short_number(p.value, 3) +
+                    (p.sigma ? " ± " + short_number(*p.sigma, 2) : ""));
+  return joined(parts, ", ");
+}
+
+std::string usual_range(const EffectInfo& info) {
+  std::vector<std::string> parts;
+  for (const Parameter& p : info.parameters) {
+    if (p.role == ParameterRole::linear)
+      parts.push_back(p.key() + " ± " + short_number(p.usual / unit_factor(p.unit), 3));
+  }
+  return joined(parts, ", ");
+}
+
+std::string parameters_text(const ModelEffect& effect) {
+  std::vector<std::string> parts;
+  const auto& info = effect.effect->info();
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    const double factor = unit_factor(info.parameters[i].unit);
+    const ParameterValue& p = effect.parameters[i];
+    parts.push_back(info.parameters[i].key() + " " + short_number(p.value / factor, 4) +
+                    (p.sigma   ? " ± " + short_number(*p.sigma / factor, 2)
+                     : p.fixed ? " (fixed)"
+                               : ""));
+  }
+  return joined(parts, ", ");
+}
+
+std::string evidence_text(const config::Table& evidence) {
+  std::vector<std::string> parts;
+  for (const auto& [key, value] : evidence) {
+    if (const auto* text = value.as_string()) parts.push_back(key + " " + *text);
+    if (const auto* number = std::get_if<double>(&value.data))
+      parts.push_back(key + " " + short_number(*number, 3));
+    if (const auto* whole = std::get_if<std::int64_t>(&value.data))
+      parts.push_back(key + " " + std::to_string(*whole));
+  }
+  return joined(parts, ", ");
+}
+
+double rms(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double v : values) squares += v * v;
+  return values.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+Series bars_of(std::string name, int colour) {
+  Series s;
+  s.name = std::move(name);
+  s.mark = Mark::bars;
+  s.colour = colour;
+  return s;
+}
+
+}  // namespace
+
+Table model_table(const Machine& machine, const diagnosis::Dataset& data, const Model& model) {
+  Table table;
+  table.id = "effects";
+  table.title = "Effects of the model";
+  table.caption = "Does: root mean square of what the effect does to these readings.";
+  table.columns = {"effect", "what it is", "value ± sigma", "usual", "does / µm", "evidence"};
+  table.numeric = {false, false, false, false, true, false};
+  const auto contributions = contributions_um(machine, data, model);
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    const ModelEffect& effect = model.effects[i];
+    const EffectInfo& info = effect.effect->info();
+    table.rows.push_back({effect.id(), info.what, parameters_text(effect), usual_range(info),
+                          short_number(rms(contributions[i]), 3), evidence_text(effect.evidence)});
+  }
+  return table;
+}
+
+Table ranking_table(const Machine& machine, const EffectContext& context, const Diagnosis& d) {
+  Table table;
+  table.id = "ranking";
+  table.title = "Effects of the library, each as if it alone were added";
+  table.caption =
+      "p: chance of at least this over all effects and shapes tried, if nothing were missing. Detectable: "
+      "what these data would "
+      "show with 95 % chance. Rivals: effects that do nearly the same to these readings.";
+  table.columns = {"effect",
+                   "what it is",
+                   "p",
+                   "chi-square drop",
+                   "dof",
+                   "value ± sigma",
+                   "usual",
+                   "detectable / µm",
+                   "held out before / µm",
+                   "after / µm",
+                   "rivals"};
+  table.numeric = {false, false, true, true, true, false, false, true, true, true, false};
+  const auto library = effect_library(machine, context);
+  for (const RankedEffect& r : d.ranking) {
+    const auto family =
+        std::find_if(library.begin(), library.end(), [&](const auto& f) { return f.id() == r.id; });
+    std::vector<std::string> rivals;
+    for (const auto& rival : r.rivals) rivals.push_back(rival.effect + " " + short_number(rival.rho, 2));
+    table.rows.push_back({r.id, family == library.end() ? "" : family->info().what,
+                          r.excited ? short_number(r.p_value, 2) : "not excited",
+                          short_number(r.chi2_drop, 4), short_number(r.dof, 3), parameters_text(r),
+                          family == library.end() ? "" : usual_range(family->info()),
+                          optional_text(r.detectable_um), optional_text(r.heldout_before_um),
+                          optional_text(r.heldout_after_um), joined(rivals, ", ")});
+  }
+  return table;
+}
+
+std::optional<Figure> rivals_figure(const Diagnosis& d) {
+  constexpr std::size_t kMost = 14;
+  MatrixPlot plot;
+  plot.colour = {"likeness rho", ""};
+  for (const RankedEffect& r : d.ranking) {
+    if (plot.rows.size() < kMost && r.excited) plot.rows.push_back(r.id);
+  }
+  if (plot.rows.size() < 2) return std::nullopt;
+  plot.columns = plot.rows;
+  plot.values.assign(plot.rows.size(), std::vector<double>(plot.rows.size(), 0.0));
+  for (std::size_t i = 0; i < plot.rows.size(); ++i) {
+    plot.values[i][i] = 1.0;
+    const auto ranked =
+        std::find_if(d.ranking.begin(), d.ranking.end(), [&](const auto& r) { return r.id == plot.rows[i]; });
+    for (const auto& rival : ranked->rivals) {
+      const auto j = static_cast<std::size_t>(std::find(plot.rows.begin(), plot.rows.end(), rival.effect) -
+                                              plot.rows.begin());
+      if (j < plot.rows.size())
+        plot.values[i][j] = plot.values[j][i] = std::max(plot.values[j][i], rival.rho);
+    }
+  }
+  return Figure{"pairs", "Who looks like whom",
+                "Largest cosine between what two effects do to these readings; dark where it was below what "
+                "counts as a rival.",
+                std::move(plot)};
+}
+
+Figure budget_figure(const Machine& machine, const diagnosis::Dataset& data, const Model& model) {
+  const auto shares = shapley_shares(contributions_um(machine, data, model));
+  XyPlot plot{{"", ""}, {"share of the mean square", "µm²"}, {}, {}, {}, false};
+  Series bars;
+  bars.mark = Mark::bars;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    plot.categories.push_back(model.effects[i].id());
+    bars.x.push_back(static_cast<double>(i));
+    bars.y.push_back(shares[i]);
+  }
+  plot.series.push_back(std::move(bars));
+  return {"budget", "Error budget by effect",
+          "Shapley shares of the mean square of what the effects do to these readings: they add up to the "
+          "whole and do not "
+          "depend on the order. A negative share: the effect undoes others.",
+          std::move(plot)};
+}
+
+Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries) {
+  XyPlot plot{{"model", ""}, {"error", "µm"}, {}, {}, {}, false};
+  Series fit = bars_of("these data", 0);
+  Series held = bars_of("held-out runs", 1);
+  Series noise;
+  noise.name = "noise floor";
+  noise.mark = Mark::band;
+  noise.colour = 7;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto& e = entries[i];
+    const auto x = static_cast<double>(i);
+    plot.categories.push_back(e.name);
+    fit.x.push_back(x);
+    fit.y.push_back(e.rms_um);
+    held.x.push_back(x);
+    held.y.push_back(e.heldout_um.value_or(std::nan("")));
+    for (const double edge : {x - 0.5, x + 0.5}) {
+      noise.x.push_back(edge);
+      noise.y.push_back(0.0);
+      noise.y2.push_back(e.noise_floor_um);
+    }
+  }
+  plot.series = {std::move(noise), std::move(fit), std::move(held)};
+  return {"steps-error", "Error by step",
+          "Root mean square on these data, and on runs that were held out while the parameters were fitted; "
+          "the band is what the readings' own noise leaves.",
+          std::move(plot)};
+}
+
+}  // namespace trunnion::report
