@@ -1,12 +1,8 @@
 #include <atomic>
-#include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <memory>
-#include <mutex>
 #include <spdlog/spdlog.h>
 #include <thread>
-#include <unistd.h>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -15,6 +11,7 @@
 #include "trunnion/report/batch_json.hpp"
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -32,37 +29,6 @@ struct BatchCommand {
 };
 
 std::atomic<bool> g_stop{false};  // set by SIGINT and SIGTERM: what has not begun is not run
-
-// One line that is written over, on a terminal only.
-class ProgressLine {
- public:
-  explicit ProgressLine(std::size_t total) : total_(total), on_(::isatty(STDERR_FILENO) == 1) {}
-  ~ProgressLine() {
-    if (on_) std::fputs("\r\x1b[K", stderr);
-  }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  void step() {
-    const std::lock_guard lock(mutex_);
-    ++done_;
-    if (!on_) return;
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const double rate = static_cast<double>(done_) / std::max(seconds, 1e-3);
-    const double left = static_cast<double>(total_ - done_) / rate;
-    constexpr std::size_t kWidth = 30;
-    const std::size_t full = kWidth * done_ / total_;
-    std::fprintf(stderr, "\r[%s%s] %zu/%zu  %.1f files/s  %.0f s left\x1b[K", std::string(full, '#').c_str(),
-                 std::string(kWidth - full, '.').c_str(), done_, total_, rate, left);
-  }
-
- private:
-  std::mutex mutex_;
-  std::size_t total_;
-  std::size_t done_ = 0;
-  bool on_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Result<std::vector<post::BatchItem>> take_shard(const BatchCommand& command,
                                                 std::vector<post::BatchItem> items) {
@@ -144,7 +110,7 @@ ExitCode run(const BatchCommand& command) {
   std::signal(SIGTERM, [](int) { g_stop = true; });
   std::vector<post::BatchResult> results;
   {
-    ProgressLine progress(items->size());
+    ProgressLine progress(items->size(), "files");
     const std::vector<std::string> header = {
         std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name,
         "machine " + machine.name};

@@ -6,6 +6,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/report/result_page.hpp"
 #include "trunnion/report/table_json.hpp"
 
 #include "app/options.hpp"
@@ -28,6 +29,7 @@ struct Options {
   double unit_um = 1.0;
   bool force = false;
   std::optional<std::string> json;
+  std::string report;
   std::uint64_t seed = 1;
   FormatOptions of_format;
 };
@@ -228,6 +230,16 @@ Result<std::string> export_tables(const Options& options, Diagnostics& diagnosti
   return options.output == "-" ? std::string() : said;
 }
 
+// `--json` and `--report`.
+Result<void> write_results(const Options& options, const std::string& title, const std::string& verdict,
+                           const std::string& json) {
+  if (options.json) {
+    if (const auto written = write_file(*options.json, json); !written) return written;
+  }
+  if (options.report.empty()) return {};
+  return write_file(options.report, report::page_html(report::result_page(title, verdict, json, made_by())));
+}
+
 Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
   const auto machine = read_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
@@ -261,9 +273,11 @@ Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
     if (const auto written = write_tables(options, best.tables, *machine, said, best.two); !written)
       return tl::unexpected(written.error());
   }
-  if (options.json)
-    if (const auto written = write_file(*options.json, report::table_choice_json(*choice, verdict)); !written)
-      return tl::unexpected(written.error());
+  if (const auto written = write_results(
+          options, "Which table suits " + map->u + map->v + " of " + machine->name,
+          "Best on held-out points: " + best.name + ".", report::table_choice_json(*choice, verdict));
+      !written)
+    return tl::unexpected(written.error());
   return options.json == "-" ? std::string() : report::table_choice_text(*choice, verdict) + said;
 }
 
@@ -276,9 +290,14 @@ Result<std::string> study(const Options& options, Diagnostics& diagnostics) {
   plan.seed = options.seed;
   const auto result = study_cross_talk(*machine, *truth, plan);
   if (!result) return tl::unexpected(result.error());
-  if (options.json)
-    if (const auto written = write_file(*options.json, report::cross_talk_json(*result)); !written)
-      return tl::unexpected(written.error());
+  const StudiedModel& best = result->models[result->best];
+  if (const auto written = write_results(options, "Cross-talk on " + machine->name,
+                                         "Best by held-out data: " + best.name + " at " +
+                                             std::to_string(best.nodes) + " nodes an axis, which removes " +
+                                             fixed_text(100.0 * best.reduction(), 1) + " % at random points.",
+                                         report::cross_talk_json(*result));
+      !written)
+    return tl::unexpected(written.error());
   return options.json == "-" ? std::string() : report::cross_talk_text(*result);
 }
 
@@ -375,11 +394,13 @@ void add_table_command(CLI::App& root, int& exit) {
   evaluated->add_option("-o,--output", options->output, "write the chosen tables");
   evaluated->add_flag("--force", options->force, "write them even if a line gets worse");
   evaluated->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+  evaluated->add_option("--report", options->report, "write a self-contained HTML page");
 
   CLI::App* studied = add("study", "the study of cross-talk on a simulated three-axis machine", study);
   studied->add_option("--truth", options->truth, "model file with the true errors")->required();
   studied->add_option("--seed", options->seed, "of the noise");
   studied->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+  studied->add_option("--report", options->report, "write a self-contained HTML page");
 }
 
 }  // namespace trunnion::app

@@ -48,6 +48,19 @@ TEST_F(ControllerFile, TakesEverythingFromItsBase) {
   EXPECT_EQ(c->motion.rapid, "G0");
 }
 
+TEST_F(ControllerFile, TakesABaseThatShipsWhenNoneStandsBesideIt) {
+  const fs::path shop = folder_ / "shop";
+  fs::create_directories(shop);
+  std::ofstream(shop / "c.toml") << kHead << "[comments]\nmax_characters = 30\n";
+  Diagnostics diagnostics;
+  EXPECT_FALSE(nc::load_controller((shop / "c.toml").string(), diagnostics));
+  Diagnostics fresh;
+  const auto c = nc::load_controller((shop / "c.toml").string(), fresh, folder_.string());
+  ASSERT_TRUE(c);
+  EXPECT_EQ(c->motion.rapid, "G0");
+  EXPECT_THAT(c->bases, ElementsAre((folder_ / "iso.toml").string()));
+}
+
 TEST_F(ControllerFile, NamesUnknownKeysAndWrongTypesWithTheirPlace) {
   EXPECT_THAT(errors_of(std::string(kHead) +
                         "[motion]\nrapidd = \"G0\"\n[numbers]\nlinear_decimals = 12\nplus_sign = 1\n"),

@@ -322,6 +322,7 @@
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
 
   // Charts start one by one when they come near the window: the page is there, and answers, at once.
+  const soon = (work) => (globalThis.requestIdleCallback ? requestIdleCallback(work, {timeout: 1000}) : setTimeout(work, 20));
   const waiting = [];
   function startNext() {
     const element = waiting.shift();
@@ -331,13 +332,13 @@
     } else {
       activate(element);
     }
-    if (waiting.length) setTimeout(startNext, 0);
+    if (waiting.length) soon(startNext);
   }
   const near = new IntersectionObserver((entries) => entries.forEach((entry) => {
     if (!entry.isIntersecting) return;
     near.unobserve(entry.target);
     waiting.push(entry.target);
-    if (waiting.length === 1) setTimeout(startNext, 0);
+    if (waiting.length === 1) soon(startNext);
   }), {rootMargin: '200px'});
   document.querySelectorAll('figure[data-figure]').forEach((figure) => near.observe(figure));
   startMachine();

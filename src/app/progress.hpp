@@ -1,0 +1,48 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <spdlog/spdlog.h>
+#include <string>
+#include <unistd.h>
+
+namespace trunnion::app {
+
+/// One line on standard error that is written over as work goes on: only on a terminal, and not with
+/// `--quiet`. Safe from several threads.
+class ProgressLine {
+ public:
+  ProgressLine(std::size_t total, std::string unit)
+      : total_(total),
+        unit_(std::move(unit)),
+        on_(::isatty(STDERR_FILENO) == 1 && spdlog::should_log(spdlog::level::info)) {}
+  ~ProgressLine() {
+    if (on_) std::fputs("\r\x1b[K", stderr);
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void step() {
+    const std::lock_guard lock(mutex_);
+    ++done_;
+    if (!on_) return;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const double rate = static_cast<double>(done_) / std::max(seconds, 1e-3);
+    const double left = static_cast<double>(total_ - done_) / rate;
+    constexpr std::size_t kWidth = 30;
+    const std::size_t full = kWidth * done_ / total_;
+    std::fprintf(stderr, "\r[%s%s] %zu/%zu  %.1f %s/s  %.0f s left\x1b[K", std::string(full, '#').c_str(),
+                 std::string(kWidth - full, '.').c_str(), done_, total_, rate, unit_.c_str(), left);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::size_t total_;
+  std::size_t done_ = 0;
+  std::string unit_;
+  bool on_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace trunnion::app
