@@ -1,6 +1,6 @@
 #include "app/model_inputs.hpp"
 
-#include <cstdio>
+#include <spdlog/spdlog.h>
 
 #include "app/options.hpp"
 
@@ -53,6 +53,8 @@ std::optional<diagnosis::Dataset> read_data(const std::vector<std::string>& path
     return std::nullopt;
   }
   print(diagnostics);
+  spdlog::debug("{} readings of {} runs, {} sensors", data->readings.size(), data->context.runs.size(),
+                data->context.names.temperatures.size());
   return std::move(*data);
 }
 

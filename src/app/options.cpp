@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/thermal/condition.hpp"
@@ -63,6 +64,9 @@ Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnos
   if (!file) return tl::unexpected(file.error());
   auto controller = nc::load_controller(*file, diagnostics, folder);
   if (!controller) return tl::unexpected(controller.error());
+  spdlog::debug("machine '{}' from {}", machine->name, machine->file);
+  spdlog::debug("controller '{}' from {}{}", controller->name, controller->file,
+                controller->bases.empty() ? "" : " on " + controller->bases.front());
   return MachineFiles{std::move(*machine), std::move(*controller)};
 }
 
@@ -71,6 +75,7 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
   if (file.empty()) return std::optional<ModelEvaluator>{};
   const auto model = load_model(file, machine, {}, diagnostics);
   if (!model) return tl::unexpected(model.error());
+  spdlog::debug("true errors: {} effects from {}", model->effects.size(), file);
   return std::optional<ModelEvaluator>(ModelEvaluator(*model));
 }
 

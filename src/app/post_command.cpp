@@ -42,6 +42,11 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
 void print_summary(const post::PostReport& r) {
   spdlog::info("{} CL points, {} inserted in {} segments, {} NC lines, {:.1f} s machining time", r.points_in,
                r.points_inserted, r.segments_with_points, r.nc_lines, r.duration_s);
+  spdlog::debug(
+      "rotary axes travel {:.1f} deg; axis moves at rapid rate would take {:.1f} s; {} reconfigurations",
+      r.choice.rotary_travel_rad * kDegreePerRad, r.choice.axis_time_s, r.choice.reconfigurations);
+  spdlog::debug("largest predicted error of the path as programmed {:.6f} mm, corrections of up to {:.6f} mm",
+                r.worst_predicted_mm, r.largest_correction_mm);
   if (r.feed_time_lost_s > 0.05)
     spdlog::info("axis speeds cost {:.1f} s against the programmed feed", r.feed_time_lost_s);
   if (r.choice.branch_changes > 0) spdlog::info("{} branch changes", r.choice.branch_changes);

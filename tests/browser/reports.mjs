@@ -68,6 +68,21 @@ function processorSeconds() {
   return ticks / 100;
 }
 
+// The pictures of README.md, and nothing else: `PICTURES=folder`.
+if (process.env.PICTURES) {
+  for (const [name, section] of [['post', '#section-1'], ['compare', '#section-1'], ['diagnose', '#section-2'], ['thermal', 'main']]) {
+    const {page} = await open(name);
+    await activateAll(page);
+    await page.evaluate((at) => document.querySelector(at).scrollIntoView(), section);
+    if (section === 'main') await page.evaluate(() => scrollTo(0, 0));
+    await page.waitForTimeout(5000);  // a scene is drawn a while after it is made
+    await page.screenshot({path: `${process.env.PICTURES}/${name}.png`, timeout: 120000});
+    await page.close();
+  }
+  await browser.close();
+  process.exit(0);
+}
+
 const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
 for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'simulate', 'iso230', 'thermal']) {
   for (const scheme of ['light', 'dark']) {
@@ -155,17 +170,5 @@ if (interactive) {
   assert.ok(megabytes < 8, 'a page stays under 8 MB');
   // Where other work takes the processors the clock says nothing: then all the work together must fit into the time.
   assert.ok(Math.min(seconds, processor) < 3, 'a page is interactive within 3 s');
-}
-// The pictures of README.md: `PICTURES=folder`.
-if (process.env.PICTURES) {
-  for (const [name, section] of [['post', '#section-1'], ['compare', '#section-1'], ['diagnose', '#section-2'], ['thermal', 'main']]) {
-    const {page} = await open(name);
-    await activateAll(page);
-    await page.evaluate((at) => document.querySelector(at).scrollIntoView(), section);
-    if (section === 'main' || name === 'post') await page.evaluate(() => scrollTo(0, 0));
-    await page.waitForTimeout(3000);
-    await page.screenshot({path: `${process.env.PICTURES}/${name}.png`, timeout: 120000});
-    await page.close();
-  }
 }
 await browser.close();
