@@ -139,7 +139,7 @@ class Builder {
             Section& section) {
     constexpr std::size_t kMost = 24;
     if (keys.empty() || !rows.front()[keys.front()].is_string() || rows.size() > kMost) return;
-    XyPlot plot{{"", ""}, {"", "µm"}, {}, {}, {}, false};
+    XyPlot plot{{"", ""}, {"value", "µm"}, {}, {}, {}, false};
     for (const auto& row : rows)
       plot.categories.push_back(row.contains(keys.front()) ? text_of(row[keys.front()]) : "");
     for (const auto& key : keys) {
@@ -152,9 +152,9 @@ class Builder {
         const bool number = rows[i].contains(key) && rows[i][key].is_number();
         s.y.push_back(number ? rows[i][key].get<double>() : std::nan(""));
       }
-      plot.y.label += (plot.y.label.empty() ? "" : ", ") + s.name;
       plot.series.push_back(std::move(s));
     }
+    if (plot.series.size() == 1) plot.y.label = plot.series.front().name;
     if (!plot.series.empty())
       section.items.emplace_back(Figure{next_id("figure-"), title, "", std::move(plot)});
   }
