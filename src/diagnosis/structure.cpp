@@ -27,11 +27,11 @@ struct Covariate {
 };
 
 std::size_t distinct_values(const VectorXd& v, std::size_t limit) {
-  const double range = v.maxCoeff() - v.minCoeff();
+  const double low = v.minCoeff(), range = v.maxCoeff() - low;
   std::set<std::int64_t> seen;
   if (!(range > 1e-9)) return 1;
   for (const double x : v) {
-    seen.insert(std::llround((x - v.minCoeff()) / range * 1e6));
+    seen.insert(std::llround((x - low) / range * 1e6));
     if (seen.size() > limit) break;
   }
   return seen.size();
@@ -277,10 +277,14 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
 
 int joint_variation(const VectorXd& a, const VectorXd& b) {
   constexpr int kBins = 8;
-  const auto bin = [](const VectorXd& v, Eigen::Index i) {
+  const auto bins = [](const VectorXd& v) {
     const double low = v.minCoeff(), range = v.maxCoeff() - low;
-    return range > 0.0 ? std::min(kBins - 1, static_cast<int>((v[i] - low) / range * kBins)) : 0;
+    std::vector<int> out(static_cast<std::size_t>(v.size()), 0);
+    for (Eigen::Index i = 0; range > 0.0 && i < v.size(); ++i)
+      out[static_cast<std::size_t>(i)] = std::min(kBins - 1, static_cast<int>((v[i] - low) / range * kBins));
+    return out;
   };
+  const std::vector<int> in_a = bins(a), in_b = bins(b);
   // Rows and columns of bins as nodes of a graph, occupied bins as its edges: a sum of one function each has
   // as many free values as nodes less parts; every further edge shows something of a product.
   std::array<int, 2 * kBins> parent{};
@@ -290,7 +294,7 @@ int joint_variation(const VectorXd& a, const VectorXd& b) {
     return k;
   };
   std::set<std::pair<int, int>> places;
-  for (Eigen::Index i = 0; i < a.size(); ++i) places.emplace(bin(a, i), kBins + bin(b, i));
+  for (std::size_t i = 0; i < in_a.size(); ++i) places.emplace(in_a[i], kBins + in_b[i]);
   int cycles = 0;
   for (const auto& [x, y] : places) {
     const int from = root(x), to = root(y);
