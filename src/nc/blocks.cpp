@@ -59,6 +59,12 @@ struct Describe {
     }
     return out;
   }
+  std::string operator()(const OffsetShift& b) const {
+    std::string out =
+        b.kind == OffsetShift::Kind::set ? "set offset " + std::to_string(b.index) : "add offset";
+    for (const auto value : b.offset) out += " " + std::to_string(value);
+    return out;
+  }
   std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
 };
 

@@ -254,6 +254,12 @@ void read_work_offsets(Section& s, Controller& c) {
 
 void read_modes(Section& root, Controller& c) {
   in_section(root, "work_offset", [&](Section& s) { read_work_offsets(s, c); });
+  in_section(root, "offset_shift", [&](Section& s) {
+    using P = Placeholder;
+    read_template(s, "set", {P::index, P::x, P::y, P::z}, c.offset_shift.set);
+    read_template(s, "add", {P::x, P::y, P::z}, c.offset_shift.add);
+    read_into(s, "not_under_tcp", c.offset_shift.not_under_tcp);
+  });
   in_section(root, "path_mode", [&](Section& s) {
     static constexpr std::array kKeys = {"exact_path", "exact_stop", "continuous"};
     for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.path_modes[i]);

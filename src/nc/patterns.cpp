@@ -221,6 +221,10 @@ void add_state(Compiler& compiler, const Controller& c) {
   for (std::size_t i = 0; i < c.work_offsets.size(); ++i) {
     compiler.add(c.work_offsets[i], {EventKind::work_offset, static_cast<int>(i) + 1}, "[work_offset] words");
   }
+  compiler.add(c.offset_shift.set, {EventKind::offset_shift, static_cast<int>(OffsetShift::Kind::set)},
+               "[offset_shift] set");
+  compiler.add(c.offset_shift.add, {EventKind::offset_shift, static_cast<int>(OffsetShift::Kind::add)},
+               "[offset_shift] add");
   for (std::size_t i = 0; i < c.path_modes.size(); ++i) {
     compiler.add(c.path_modes[i], {EventKind::path_mode, static_cast<int>(i)}, "[path_mode]");
   }

@@ -28,6 +28,7 @@ enum class EventKind : std::uint8_t {
   tcp_off,
   length_or_tcp_off,  // one word ends both
   work_offset,        // argument: index
+  offset_shift,       // argument: OffsetShift::Kind
   path_mode,          // argument: PathModeKind
   plane_on,
   plane_off,

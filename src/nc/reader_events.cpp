@@ -96,7 +96,8 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
 
 bool Reader::State::excludes_motion(EventKind kind) {
   return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
-         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
+         kind == EventKind::offset_shift || kind == EventKind::plane_on || kind == EventKind::plane_off ||
+         kind == EventKind::program_start;
 }
 
 std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
@@ -151,6 +152,8 @@ void Reader::State::run_event(const FoundEvent& found) {
       return tcp ? run_tcp(false, 0) : run_length(0);
     case EventKind::work_offset:
       return run_work_offset(found.event.argument);
+    case EventKind::offset_shift:
+      return run_offset_shift(found);
     case EventKind::path_mode:
       return run_path_mode(found);
     case EventKind::plane_on:
@@ -232,6 +235,17 @@ void Reader::State::run_work_offset(std::int64_t index) {
   work_offset = index;
   position.forget(kAllAxes);
   emit(WorkOffset{index});
+}
+
+void Reader::State::run_offset_shift(const FoundEvent& found) {
+  OffsetShift now;
+  now.kind = static_cast<OffsetShift::Kind>(found.event.argument);
+  if (now.kind == OffsetShift::Kind::set) now.index = whole(found, Placeholder::index, 1);
+  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
+  for (std::size_t i = 0; i < 3; ++i)
+    now.offset[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
+  position.forget(kLinearAxes);
+  emit(now);
 }
 
 void Reader::State::run_path_mode(const FoundEvent& found) {

@@ -114,6 +114,7 @@ struct Reader::State {
   void run_length(std::int64_t number);
   void run_tcp(bool on, std::int64_t offset);
   void run_work_offset(std::int64_t index);
+  void run_offset_shift(const FoundEvent& found);
   void run_path_mode(const FoundEvent& found);
   void run_plane(const FoundEvent& found);
   void run_dwell(const FoundEvent& found);

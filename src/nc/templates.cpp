@@ -18,7 +18,8 @@ constexpr std::array<std::string_view, kPlaceholders> kNames = {"tool",
                                                                 "z",
                                                                 "a",
                                                                 "b",
-                                                                "c"};
+                                                                "c",
+                                                                "index"};
 
 }  // namespace
 

@@ -22,9 +22,10 @@ enum class Placeholder : std::uint8_t {
   z,
   a,
   b,
-  c
+  c,
+  index
 };
-inline constexpr std::size_t kPlaceholders = 14;
+inline constexpr std::size_t kPlaceholders = 15;
 
 std::string_view name_of(Placeholder placeholder);
 std::optional<Placeholder> placeholder_of(std::string_view name);

@@ -30,6 +30,14 @@ Result<void> Writer::State::switch_tcp_off() {
   return write(TcpControl{});
 }
 
+Result<void> Writer::State::suspend_tcp(bool must_be_off) {
+  if (!tcp || !must_be_off) return {};
+  const TcpControl before{true, tcp_offset};
+  if (auto done = write(TcpControl{}); !done) return done;
+  tcp_to_restore = before;
+  return {};
+}
+
 Result<void> Writer::State::write(const ProgramStart& b) {
   TRUNNION_EXPECTS(!started);
   for (const char ch : b.name) {
@@ -180,6 +188,19 @@ Result<void> Writer::State::write(const WorkOffset& b) {
   return put_template(c.work_offsets[static_cast<std::size_t>(b.index) - 1], {});
 }
 
+// The same words again are written again: whether an operator has changed the offset in between is not known.
+Result<void> Writer::State::write(const OffsetShift& b) {
+  if (auto done = suspend_tcp(c.offset_shift.not_under_tcp); !done) return done;
+  position.forget(kLinearAxes);
+  Values values;
+  values.set(Placeholder::index, std::to_string(b.index));
+  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
+  for (std::size_t i = 0; i < 3; ++i) values.set(kOrigin[i], number_text(b.offset[i], linear));
+  return b.kind == OffsetShift::Kind::set
+             ? put_words(c.offset_shift.set, values, "setting a work offset")
+             : put_words(c.offset_shift.add, values, "a shift beside the work offset");
+}
+
 Result<void> Writer::State::write(const PathMode& b) {
   if (path_mode && path_mode->kind == b.kind && path_mode->tolerance == b.tolerance) return {};
   path_mode = b;
@@ -208,11 +229,7 @@ Result<void> Writer::State::restore_after_retract(std::uint16_t changed) {
 }
 
 Result<void> Writer::State::write(const Retract& b) {
-  if (tcp && c.tcp.off_for_tool_change) {
-    const TcpControl before{true, tcp_offset};
-    if (auto done = switch_tcp_off(); !done) return done;
-    tcp_to_restore = before;
-  }
+  if (auto done = suspend_tcp(c.tcp.off_for_tool_change); !done) return done;
   if (c.retract_ends_length && length > 0) {
     length_to_restore = LengthCompensation{length};
     length = kUnknown;

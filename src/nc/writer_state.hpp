@@ -87,6 +87,8 @@ struct Writer::State {
   Result<void> flush_setup(bool with_default_path_mode);
   Result<void> restore_after_retract(std::uint16_t changed);
   Result<void> switch_tcp_off();
+  // Off now, on again with the next motion that it matters to.
+  Result<void> suspend_tcp(bool must_be_off);
   Result<void> write(const ProgramStart& b);
   Values program_values() const;
   Result<void> write(const ProgramEnd&);
@@ -103,6 +105,7 @@ struct Writer::State {
   Result<void> write(const Retract& b);
   Result<void> write(const TiltedPlane& b);
   Result<void> write(const Stop& b);
+  Result<void> write(const OffsetShift& b);
   Result<void> write_block(const Block& block);
 };
 

@@ -1,4 +1,5 @@
 // LinuxCNC's own interpreter reads what we write, and what we read.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -26,7 +27,8 @@ bool has_interpreter() {
 struct Straight {
   bool feed = false;
   std::array<std::string, 6> xyzabc;
-  double feed_rate = 0.0;  // in force
+  double feed_rate = 0.0;               // in force
+  std::array<double, 3> machine_xyz{};  // with the work offset and what is added to it
 };
 
 struct Interpreted {
@@ -52,10 +54,22 @@ Interpreted parse(const std::string& calls) {
   Interpreted out;
   std::istringstream lines(calls);
   double feed_rate = 0.0;
+  std::array<double, 3> work_offset{};
+  std::array<double, 3> added{};
+  const auto take_offset = [](const std::string& line, const char* call, std::array<double, 3>& out) {
+    const auto at = line.find(call);
+    if (at == std::string::npos) return;
+    std::string numbers = line.substr(at + std::string(call).size());
+    std::replace(numbers.begin(), numbers.end(), ',', ' ');
+    std::istringstream values(numbers);
+    for (double& v : out) values >> v;
+  };
   for (std::string line; std::getline(lines, line);) {
     if (const auto at = line.find("SET_FEED_RATE("); at != std::string::npos) {
       feed_rate = std::stod(line.substr(at + 14));
     }
+    take_offset(line, "SET_G5X_OFFSET(1,", work_offset);
+    take_offset(line, "SET_G92_OFFSET(", added);
     const auto feed = line.find("STRAIGHT_FEED(");
     const auto rapid = line.find("STRAIGHT_TRAVERSE(");
     if (feed == std::string::npos && rapid == std::string::npos) continue;
@@ -67,6 +81,7 @@ Interpreted parse(const std::string& calls) {
       std::getline(numbers >> std::ws, coordinate, coordinate.data() == s.xyzabc[5].data() ? ')' : ',');
     }
     if (const auto end = s.xyzabc[5].find(')'); end != std::string::npos) s.xyzabc[5].resize(end);
+    for (std::size_t i = 0; i < 3; ++i) s.machine_xyz[i] = std::stod(s.xyzabc[i]) + work_offset[i] + added[i];
     out.motions.push_back(s);
   }
   return out;
@@ -219,6 +234,48 @@ TEST(Rs274, FindsTheDurationThatInverseTimeFeedMeans) {
   ASSERT_EQ(theirs.motions.size(), rates.size());
   for (std::size_t i = 0; i < rates.size(); ++i)
     EXPECT_NEAR(theirs.motions[i].feed_rate, rates[i], 1e-4) << "motion " << i;
+}
+
+// G10 L2 and G52: the interpreter keeps the program's coordinates and moves where they are.
+TEST(Rs274, AddsTheShiftsOfTheWorkOffset) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  std::mt19937_64 random(5);
+  std::uniform_int_distribution<std::int64_t> position(-1000000, 1000000);
+  std::uniform_int_distribution<std::int64_t> drift(-2000, 2000);
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}, nc::WorkOffset{1}};
+  std::vector<std::array<double, 3>> expected;
+  std::array<std::int64_t, 3> set{};
+  std::array<std::int64_t, 3> added{};
+  for (int i = 0; i < 300; ++i) {
+    if (i % 10 == 3 || i % 10 == 7) {
+      nc::OffsetShift shift;
+      shift.kind = i % 10 == 3 ? nc::OffsetShift::Kind::set : nc::OffsetShift::Kind::add;
+      shift.index = i % 10 == 3 ? 1 : 0;
+      for (auto& v : shift.offset) v = drift(random);
+      (i % 10 == 3 ? set : added) = shift.offset;
+      blocks.push_back(shift);
+    }
+    nc::Motion motion;
+    for (const auto letter :
+         {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::A, nc::AxisLetter::C})
+      motion.words.set(letter, position(random));
+    motion.kind = i % 10 == 3 || i == 0 ? nc::MotionKind::rapid : nc::MotionKind::feed;
+    motion.feed = motion.kind == nc::MotionKind::feed ? 500000 : 0;
+    blocks.push_back(motion);
+    std::array<double, 3> at{};
+    for (std::size_t k = 0; k < 3; ++k)
+      at[k] = static_cast<double>(motion.words.quanta[k] + set[k] + added[k]) / 1e4;
+    expected.push_back(at);
+  }
+  blocks.push_back(nc::ProgramEnd{});
+  const auto text = test::nc_text(controller, blocks);
+  const auto theirs = interpret(text);
+  expect_same_coordinates(motions_of(test::nc_blocks(controller, text)), theirs, text);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      ASSERT_NEAR(theirs.motions[i].machine_xyz[k], expected[i][k], 1e-9) << "motion " << i;
+  }
 }
 
 // The programs that the samples wrote; ctest runs this after them.

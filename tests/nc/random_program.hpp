@@ -45,7 +45,7 @@ class RandomProgram {
   }
 
   void step() {
-    switch (integer(0, 24)) {
+    switch (integer(0, 26)) {
       case 0:
         return comment();
       case 1:
@@ -70,6 +70,8 @@ class RandomProgram {
         return plane();
       case 11:
         return stop();
+      case 12:
+        return offset_shift();
       default:
         return motion();
     }
@@ -149,6 +151,18 @@ class RandomProgram {
     work_offset_ = number;
     known_ = {};
     blocks_.push_back(nc::WorkOffset{number});
+  }
+
+  void offset_shift() {
+    nc::OffsetShift block;
+    block.kind = static_cast<nc::OffsetShift::Kind>(integer(0, 1));
+    const bool sets = block.kind == nc::OffsetShift::Kind::set;
+    if ((sets ? c_.offset_shift.set : c_.offset_shift.add).empty()) return;
+    if (tcp_ && c_.offset_shift.not_under_tcp) tcp(false);
+    if (sets) block.index = integer(1, 6);
+    for (auto& v : block.offset) v = integer(-100000, 100000);
+    forget_linear();
+    blocks_.push_back(block);
   }
 
   void path_mode() {

@@ -76,6 +76,14 @@ struct TcpControl {
 struct WorkOffset {
   std::int64_t index = 1;
 };
+/// Shift of the program's coordinates that is known beforehand (G10 L2, TRANS). `set`: the whole new value of
+/// work offset `index`; `add`: what counts beside the work offset, whichever is active, until the next one.
+struct OffsetShift {
+  enum class Kind : std::uint8_t { set, add };
+  Kind kind = Kind::add;
+  std::int64_t index = 0;                // of `set`: 1 (G54), 2, ...; 0 for `add`
+  std::array<std::int64_t, 3> offset{};  // X Y Z, quanta of the linear format
+};
 enum class PathModeKind : std::uint8_t { exact_path, exact_stop, continuous };
 struct PathMode {
   PathModeKind kind = PathModeKind::exact_path;
@@ -100,7 +108,8 @@ struct Stop {
 };
 
 using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
-                           LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop>;
+                           LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
+                           OffsetShift>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -144,7 +144,14 @@ struct Controller {
   Template dwell;                                                     // {seconds} or {milliseconds}
   int dwell_decimals = 3;
   Template stop, optional_stop;
-  std::vector<Template> work_offsets;             // 1, 2, ...
+  std::vector<Template> work_offsets;  // 1, 2, ...
+  struct Shift {
+    Template set;  // {index} {x} {y} {z}: the new value of a work offset
+    Template add;  // {x} {y} {z}: beside the work offset, replacing what was added before
+    /// Neither is allowed under tool-centre-point control: it is switched off before and on again by the next
+    /// motion.
+    bool not_under_tcp = true;
+  } offset_shift;
   std::array<Template, 3> path_modes;             // by PathModeKind
   Template continuous_within;                     // {tolerance}
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
