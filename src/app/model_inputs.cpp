@@ -65,6 +65,9 @@ std::optional<ModelInputs> read_inputs(const ModelFiles& files, int& exit) {
   if (!data) return std::nullopt;
   auto model = read_model(files.model, *machine, data->context, exit);
   if (!model) return std::nullopt;
+  Diagnostics diagnostics;
+  warn_of_missing_sensors(*model, data->context, diagnostics);
+  print(diagnostics);
   return ModelInputs{std::move(*machine), std::move(*data), std::move(*model)};
 }
 

@@ -1,5 +1,7 @@
 #include "app/options.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <spdlog/spdlog.h>
@@ -75,6 +77,7 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
   if (file.empty()) return std::optional<ModelEvaluator>{};
   const auto model = load_model(file, machine, {}, diagnostics);
   if (!model) return tl::unexpected(model.error());
+  warn_of_missing_sensors(*model, {}, diagnostics);
   spdlog::debug("true errors: {} effects from {}", model->effects.size(), file);
   return std::optional<ModelEvaluator>(ModelEvaluator(*model));
 }
@@ -152,7 +155,22 @@ void PostCliOptions::add_to(CLI::App& c) {
   auto* thermal_option =
       c.add_option("--thermal", thermal_model, "thermal model: offsets are predicted from --temperatures");
   thermal_option->excludes(offsets_option);
-  c.add_option("--temperatures", temperatures, "temperature log (CSV)")->needs(thermal_option);
+  c.add_option("--temperatures", temperatures,
+               "temperature log (CSV) of the run: for --thermal, and for the sensors of --model");
+  c.add_option("--thermal-output", thermal_output,
+               "thermal offsets as corrected axis values at every point, or one shift for each operation: of "
+               "the work offset (G10 L2; TRANS) or beside it (G52, TRANS)")
+      ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift"}))
+      ->capture_default_str();
+  c.add_option("--thermal-clamp-um", thermal_clamp_um, "largest thermal correction of an axis")
+      ->check(above_zero())
+      ->capture_default_str();
+  c.add_option("--thermal-slew-um-s", thermal_slew_um_s, "largest change of it")
+      ->check(above_zero())
+      ->capture_default_str();
+  c.add_option("--thermal-dead-band-um", thermal_dead_band_um, "smallest change that is followed")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
@@ -213,7 +231,10 @@ std::string PostCliOptions::text() const {
   std::string out = shortest_text(tolerance_mm) + " " + number(rapid_tolerance_mm) + " " +
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
                     feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
-                    shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm);
+                    shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm) + " " +
+                    thermal_output;
+  for (const double limit : {thermal_clamp_um, thermal_slew_um_s, thermal_dead_band_um})
+    out += " " + shortest_text(limit);
   for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
                           accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
@@ -221,7 +242,63 @@ std::string PostCliOptions::text() const {
   return out + " " + reading.text() + "\n";
 }
 
+void PostCliOptions::set_offset_output(post::PostJob& job) const {
+  job.offset_output = thermal_output == "work-offset"   ? post::OffsetOutput::work_offset
+                      : thermal_output == "local-shift" ? post::OffsetOutput::local_shift
+                                                        : post::OffsetOutput::axis_values;
+  job.offset_limits.clamp_mm = thermal_clamp_um * kMmPerUm;
+  job.offset_limits.slew_mm_s = thermal_slew_um_s * kMmPerUm;
+  job.offset_limits.dead_band_mm = thermal_dead_band_um * kMmPerUm;
+}
+
+namespace {
+
+// Temperatures of the one run of a log by the sensors of the model, above reference; a value holds until the
+// next one.
+post::TemperatureHistory history_of(const thermal::Log& log, const Model& model, double reference_degC) {
+  const thermal::LogRun& run = log.runs.front();
+  post::TemperatureHistory out;
+  out.time_s = run.time_s;
+  const auto& names = model.context.names.temperatures;
+  std::vector<double> now(names.size(), 0.0);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto& column = run.temperature_degC[*log.sensor(names[k])];
+    const auto first = std::find_if(column.begin(), column.end(), [](double t) { return std::isfinite(t); });
+    if (first != column.end()) now[k] = *first - reference_degC;
+  }
+  out.temperature_K.reserve(run.rows());
+  for (std::size_t row = 0; row < run.rows(); ++row) {
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const double t = run.temperature_degC[*log.sensor(names[k])][row];
+      if (std::isfinite(t)) now[k] = t - reference_degC;
+    }
+    out.temperature_K.push_back(now);
+  }
+  return out;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string out;
+  for (const auto& name : names) out.append(out.empty() ? "" : ", ").append(name);
+  return out;
+}
+
+Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics) {
+  std::vector<thermal::SensorFault> faults;
+  auto log = thermal::load_conditioned_logs({path}, diagnostics, faults);
+  if (!log) return log;
+  if (log->runs.size() != 1) {
+    return fail(ErrorCode::wrong_input,
+                "the temperature log must hold one run, not " + std::to_string(log->runs.size()), path);
+  }
+  return log;
+}
+
+}  // namespace
+
 Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnostics& diagnostics) const {
+  if (!temperatures.empty() && thermal_model.empty() && model.empty())
+    return fail(ErrorCode::wrong_use, "--temperatures belongs to --thermal or --model");
   if (no_thermal || (offsets.empty() && thermal_model.empty())) return std::optional<thermal::OffsetTable>{};
   if (!offsets.empty()) {
     auto table = thermal::load_offsets(offsets, diagnostics);
@@ -231,24 +308,44 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnos
   if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
   const auto loaded = thermal::load_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
-  std::vector<thermal::SensorFault> faults;
-  auto log = thermal::load_conditioned_logs({temperatures}, diagnostics, faults);
+  auto log = one_run_log(temperatures, diagnostics);
   if (!log) return tl::unexpected(log.error());
-  if (log->runs.size() != 1) {
-    return fail(ErrorCode::wrong_input,
-                "the temperature log must hold one run, not " + std::to_string(log->runs.size()),
-                temperatures);
-  }
   const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
   if (!prediction) return tl::unexpected(prediction.error());
   return std::optional<thermal::OffsetTable>(thermal::offsets_of(*loaded, *prediction));
 }
 
-Result<std::optional<Model>> PostCliOptions::load_errors(const Machine& machine,
-                                                         Diagnostics& diagnostics) const {
+void warn_of_missing_sensors(const Model& model, const EffectContext& data, Diagnostics& diagnostics) {
+  const auto missing = missing_sensors(model, data);
+  if (missing.empty()) return;
+  diagnostics.warning(model.file, {},
+                      "the model needs " + joined(missing) +
+                          ", which nothing gives: temperatures count as at reference, states as 0");
+}
+
+Result<std::optional<Model>> PostCliOptions::load_errors(
+    const Machine& machine, Diagnostics& diagnostics,
+    std::optional<post::TemperatureHistory>* history) const {
   if (model.empty()) return std::optional<Model>{};
-  auto loaded = load_model(model, machine, {}, diagnostics);
+  std::optional<thermal::Log> log;
+  EffectContext context;
+  if (history != nullptr && !temperatures.empty() && !no_thermal) {
+    auto read = one_run_log(temperatures, diagnostics);
+    if (!read) return tl::unexpected(read.error());
+    log = std::move(*read);
+    context.names.temperatures = log->sensors;
+  }
+  auto loaded = load_model(model, machine, context, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
+  if (!no_thermal) {
+    for (const std::string& name : missing_sensors(*loaded, context)) {
+      if (!log || !name.starts_with("T_")) continue;
+      return fail(ErrorCode::wrong_input,
+                  "the log has no column " + name + "_degC, which " + model + " needs", temperatures);
+    }
+    warn_of_missing_sensors(*loaded, context, diagnostics);
+  }
+  if (log) *history = history_of(*log, *loaded, machine.reference_degC);
   return std::optional<Model>(filtered(*loaded, [&](const EffectInfo& info) {
     return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
   }));

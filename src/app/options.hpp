@@ -50,6 +50,9 @@ struct ClCliOptions {
   std::string text() const;
 };
 
+/// Warns, once, of sensors and states of `model` that `data` does not have.
+void warn_of_missing_sensors(const Model& model, const EffectContext& data, Diagnostics& diagnostics);
+
 /// `--json` and `--report`.
 struct ResultOptions {
   std::string json;
@@ -70,6 +73,10 @@ struct PostCliOptions {
   std::string offsets;
   std::string thermal_model;
   std::string temperatures;
+  std::string thermal_output = "axis-values";
+  double thermal_clamp_um = thermal::OffsetLimits{}.clamp_mm / kMmPerUm;
+  double thermal_slew_um_s = thermal::OffsetLimits{}.slew_mm_s / kMmPerUm;
+  double thermal_dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
   bool rtcp = false;
@@ -88,11 +95,16 @@ struct PostCliOptions {
   Result<post::PostOptions> resolve() const;
   /// All values, for the fingerprint of a batch.
   std::string text() const;
-  /// The model of the file with the classes that are switched off left out; nothing without `--model`.
+  /// How thermal offsets are applied, and their limits.
+  void set_offset_output(post::PostJob& job) const;
   /// Thermal offsets: of a file, or predicted from a thermal model and a temperature log; nothing without
   /// either.
   Result<std::optional<thermal::OffsetTable>> load_offsets(Diagnostics& diagnostics) const;
-  Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics) const;
+  /// The model of the file with the classes that are switched off left out; nothing without `--model`.
+  /// With `temperatures` the sensors of the model are read from `--temperatures`, where one that is missing
+  /// is an error; without, or without the option, they count as at reference, which is warned about.
+  Result<std::optional<Model>> load_errors(const Machine& machine, Diagnostics& diagnostics,
+                                           std::optional<post::TemperatureHistory>* history = nullptr) const;
 };
 
 }  // namespace trunnion::app

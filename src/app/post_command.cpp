@@ -33,6 +33,11 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
     out.push_back("thermal offsets " +
                   (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
                   ": valid for that thermal history only, from the first block on");
+    if (o.thermal_output != "axis-values") {
+      const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
+      out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS WORK OFFSET 1"
+                         : "one shift beside the work offset for each operation");
+    }
   }
   out.push_back("nonlinear error " + command.options.nonlinear + ", tolerance " +
                 shortest_text(options.tolerance_mm) + " mm");
@@ -54,6 +59,7 @@ void print_summary(const post::PostReport& r) {
   if (r.largest_error_mm > 0.0) {
     spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
   }
+  if (r.offset_shifts > 0) spdlog::info("{} shifts of the work offset", r.offset_shifts);
   if (!r.verification) {
     spdlog::warn("warning: not verified");
     return;
@@ -139,7 +145,8 @@ ExitCode run(const PostCommand& command) {
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
   const auto& [machine, controller] = *files;
-  const auto model = command.options.load_errors(machine, diagnostics);
+  std::optional<post::TemperatureHistory> temperatures;
+  const auto model = command.options.load_errors(machine, diagnostics, &temperatures);
   if (!model) return print_failure(diagnostics, model.error());
   print(diagnostics);
   post::PostJob job;
@@ -147,9 +154,11 @@ ExitCode run(const PostCommand& command) {
   job.machine = &machine;
   job.controller = &controller;
   job.model = *model ? &**model : nullptr;
+  job.temperatures = temperatures ? &*temperatures : nullptr;
   const auto offsets = command.options.load_offsets(diagnostics);
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
+  command.options.set_offset_output(job);
   job.header = header_lines(command, machine, *options, controller);
   options->threads = command.threads;
   const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);

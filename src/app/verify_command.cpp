@@ -13,6 +13,7 @@ struct VerifyCommand {
   std::string nc_file;
   std::string against;
   std::string truth;
+  std::string offsets;
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
@@ -55,7 +56,14 @@ ExitCode run(const VerifyCommand& command) {
   const auto& [machine, controller] = *files;
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
+  std::optional<thermal::OffsetTable> offsets;
+  if (!command.offsets.empty()) {
+    auto table = thermal::load_offsets(command.offsets, diagnostics);
+    if (!table) return print_failure(diagnostics, table.error());
+    offsets = std::move(*table);
+  }
   post::VerifyOptions options;
+  options.offsets = offsets ? &*offsets : nullptr;
   options.tolerance_mm = command.tolerance_mm;
   options.rapid_tolerance_mm = command.rapid_tolerance_mm;
   options.axis_tolerance =
@@ -97,6 +105,8 @@ void add_verify_command(CLI::App& root, int& exit) {
   command->machine.add_to(*c, true);
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
+  c->add_option("--offsets", command->offsets,
+                "thermal offsets (CSV) that the machine has while the program runs (none: cold)");
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
       ->check(above_zero())
       ->capture_default_str();

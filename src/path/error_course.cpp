@@ -88,11 +88,12 @@ Twist opposite(const Twist& t) {
 
 }  // namespace
 
-ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState& to) const {
+ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState& to,
+                                    std::span<const double> lagged) const {
   const ChainBends bends = model_.bends(from, to);
   if (bends.unbounded != nullptr) return {0.0, 0.0, bends.unbounded};
-  const ChainErrors e0 = model_.errors(from);
-  const ChainErrors e1 = model_.errors(to);
+  const ChainErrors e0 = model_.errors(from, lagged);
+  const ChainErrors e1 = model_.errors(to, lagged);
   Carried tip{tool_mm_, tool_mm_};
   Carried axis{Vec3::UnitZ(), Vec3::UnitZ()};
   Sum tips;

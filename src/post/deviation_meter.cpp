@@ -22,19 +22,19 @@ double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-ToolPose DeviationMeter::pose_with_errors(const MachineState& state) const {
-  ToolPose pose = with_errors_.pose(state.q, truth_->errors(state));
+ToolPose DeviationMeter::pose_with_errors(const MachineState& state, std::span<const double> lagged) const {
+  ToolPose pose = with_errors_.pose(state.q, truth_->errors(state, lagged));
   pose.tip_P -= datum_P_;
   return pose;
 }
 
-ToolPose DeviationMeter::pose(const MachineState& state) const {
-  ToolPose pose = truth_ == nullptr ? kinematics().pose(state.q) : pose_with_errors(state);
+ToolPose DeviationMeter::pose(const MachineState& state, std::span<const double> lagged) const {
+  ToolPose pose = truth_ == nullptr ? kinematics().pose(state.q) : pose_with_errors(state, lagged);
   if (offsets_ != nullptr) pose.tip_P += offsets_->deviation_P(part_in_machine(machine_, state.q).R);
   return pose;
 }
 
-void DeviationMeter::place(Vertex& vertex, const MachineState& state) const {
+void DeviationMeter::place(Vertex& vertex, const MachineState& state, std::span<const double> lagged) const {
   vertex.q = state.q;
   vertex.time_s = state.time_s;
   if (certify_ || truth_ != nullptr) vertex.station = path::station(kinematics(), state.q);
@@ -43,7 +43,7 @@ void DeviationMeter::place(Vertex& vertex, const MachineState& state) const {
     vertex.axis_P = vertex.station.axis_P;
     return;
   }
-  const ToolPose at = pose(state);
+  const ToolPose at = pose(state, lagged);
   vertex.tip_P = at.tip_P;
   vertex.axis_P = at.axis_P;
 }
@@ -61,7 +61,7 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
                                        const ProgramState& program) const {
   const auto at = [&](double t) {
     Vertex x = to;
-    place(x, program.towards(to.q, between(from, to, t)));
+    place(x, program.towards(to.q, between(from, to, t)), program.lagged());
     return x;
   };
   // The tip decides, and where it stands still the tool axis: a heavier axis would pull the place along the
@@ -107,22 +107,24 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
   if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program)) return sampled(from, to, a, b, program);
   const MachineState s0 = program.towards(to.q, from.q);
   const MachineState s1 = program.towards(to.q, to.q);
-  between_stations(s0, actual(s0), s1, actual(s1), reference, uninteresting, 0, out);
+  const auto lagged = program.lagged();
+  between_stations(s0, actual(s0, lagged), s1, actual(s1, lagged), lagged, reference, uninteresting, 0, out);
   if (out.unbounded == nullptr) return out;
   Deviation samples = sampled(from, to, a, b, program);
   samples.unbounded = out.unbounded;
   return samples;
 }
 
-path::Station DeviationMeter::actual(const MachineState& state) const {
+path::Station DeviationMeter::actual(const MachineState& state, std::span<const double> lagged) const {
   const path::Station nominal = path::station(kinematics(), state.q);
-  const ToolPose at = pose(state);
+  const ToolPose at = pose(state, lagged);
   return path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
 }
 
-path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const MachineState& to) const {
+path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const MachineState& to,
+                                             std::span<const double> lagged) const {
   path::ErrorCourse::Bend bend;
-  if (course_) bend = course_->over(from, to);
+  if (course_) bend = course_->over(from, to, lagged);
   if (offsets_ != nullptr) {
     // At most a vector of the machine that turns with the part: |d''| <= turn^2 |d|.
     double turn = 0.0;
@@ -135,11 +137,12 @@ path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const Mac
 
 // Halved until what the errors leave of a straight course is a small part of the tolerance.
 void DeviationMeter::between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
-                                      const path::Station& x1, const path::Reference& reference,
-                                      const Deviation& uninteresting, int depth, Deviation& sum) const {
+                                      const path::Station& x1, std::span<const double> lagged,
+                                      const path::Reference& reference, const Deviation& uninteresting,
+                                      int depth, Deviation& sum) const {
   constexpr double kSlackOfTolerance = 0.01;
   constexpr int kMostHalvings = 10;  // at a kink of a table the slack halves with every one
-  const path::ErrorCourse::Bend slack = bend(s0, s1);
+  const path::ErrorCourse::Bend slack = bend(s0, s1, lagged);
   if (slack.unbounded != nullptr) {
     sum.unbounded = slack.unbounded;
     return;
@@ -149,10 +152,10 @@ void DeviationMeter::between_stations(const MachineState& s0, const path::Statio
   if (loose && depth < kMostHalvings) {
     MachineState middle = s1;
     middle.q = JointVector::interpolate(s0.q, s1.q, 0.5);
-    const path::Station x = actual(middle);
-    between_stations(s0, x0, middle, x, reference, uninteresting, depth + 1, sum);
+    const path::Station x = actual(middle, lagged);
+    between_stations(s0, x0, middle, x, lagged, reference, uninteresting, depth + 1, sum);
     if (sum.unbounded == nullptr)
-      between_stations(middle, x, s1, x1, reference, uninteresting, depth + 1, sum);
+      between_stations(middle, x, s1, x1, lagged, reference, uninteresting, depth + 1, sum);
     return;
   }
   const Interval tip = tip_interval(x0, x1, reference, slack.tip_mm, uninteresting.tip_mm.upper);
@@ -218,7 +221,7 @@ DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vert
   const bool end_only = takes_up(from, to, program);
   for (int i = end_only ? kSamples : 0; i <= kSamples; ++i) {
     const JointVector q = between(from, to, static_cast<double>(i) / kSamples);
-    const ToolPose pose = this->pose(program.towards(to.q, q));
+    const ToolPose pose = this->pose(program.towards(to.q, q), program.lagged());
     tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
     axis = std::max(axis, angle_to_arc(pose.axis_P, a.axis_P, b.axis_P));
   }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/error_kinematics.hpp"
@@ -85,7 +86,8 @@ class DeviationMeter {
   bool proves() const { return asked_; }
 
   /// Fills in where the tool stands at `state.q`.
-  void place(Vertex& vertex, const MachineState& state) const;
+  /// `lagged`: values of the lags of the machine's errors then.
+  void place(Vertex& vertex, const MachineState& state, std::span<const double> lagged) const;
   /// The position between two vertices of a block that comes nearest to a CL point.
   Vertex nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                          const ProgramState& program) const;
@@ -102,18 +104,20 @@ class DeviationMeter {
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
 
  private:
-  ToolPose pose(const MachineState& state) const;
-  ToolPose pose_with_errors(const MachineState& state) const;
+  ToolPose pose(const MachineState& state, std::span<const double> lagged) const;
+  ToolPose pose_with_errors(const MachineState& state, std::span<const double> lagged) const;
   /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;
-  path::Station actual(const MachineState& state) const;
-  path::ErrorCourse::Bend bend(const MachineState& from, const MachineState& to) const;
+  path::Station actual(const MachineState& state, std::span<const double> lagged) const;
+  path::ErrorCourse::Bend bend(const MachineState& from, const MachineState& to,
+                               std::span<const double> lagged) const;
   void between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
-                        const path::Station& x1, const path::Reference& reference,
-                        const Deviation& uninteresting, int depth, Deviation& sum) const;
+                        const path::Station& x1, std::span<const double> lagged,
+                        const path::Reference& reference, const Deviation& uninteresting, int depth,
+                        Deviation& sum) const;
   bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   const Machine& machine_;
   Vec3 tool_mm_;

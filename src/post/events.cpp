@@ -46,7 +46,7 @@ Result<void> Pipeline::emit_event(const cl::Record& record) {
                         [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
                         [&](const cl::Text& t) { return emit_text(t, record.where); },
                         [&](const cl::OperationBegin& o) {
-                          if (offsets_) offsets_->operation(o.name);
+                          begin_operation(o.name);
                           return write(nc::Comment{o.name});
                         },
                         [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
@@ -113,7 +113,7 @@ Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
     }
     seconds = *d.revolutions / spindle_rpm_ * kSecondsPerMinute;
   }
-  report_.duration_s += seconds;
+  pause(seconds);
   return write(nc::Dwell{std::llround(seconds * 1000.0)});
 }
 

@@ -34,6 +34,7 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.axis_tolerance = options.axis_tolerance.value_or(machine.axis_tolerance);
   v.certify = options.nonlinear.certify;
   v.truth = truth;
+  v.temperatures = job.temperatures;
   v.offsets = job.offsets;
   v.offset_limits = job.offset_limits;
   v.collect = options.collect;
@@ -58,7 +59,9 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
       planner_(machine_, controller_, options.feed),
       tolerances_(options, machine_),
       word_offsets_(words_of(machine_, JointVector(), tool_mm_)),
-      state_(machine_.axes.size()) {
+      state_(machine_.axes.size(),
+             job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),
+      shift_(machine_, controller_, tool_mm_) {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     letters_[id] = *nc::axis_letter(machine_.axes[id].name);
     least_[id] = machine_.axes[id].min;
@@ -68,7 +71,10 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
   }
-  if (job.offsets != nullptr) offsets_.emplace(*job.offsets, job.offset_limits);
+  if (job.offsets != nullptr) {
+    offsets_.emplace(*job.offsets, job.offset_limits,
+                     shifts() ? OffsetTracker::Follow::operations : OffsetTracker::Follow::always);
+  }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
   verifier_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_,
@@ -89,6 +95,7 @@ Result<void> Pipeline::write(const nc::Block& block) {
 }
 
 Result<void> Pipeline::begin() {
+  if (auto r = begin_offsets(); !r) return r;
   if (auto r = write(nc::ProgramStart{}); !r) return r;
   for (const std::string& line : job_.header) {
     if (auto r = write(nc::Comment{line}); !r) return r;
@@ -147,16 +154,18 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   if (!controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
     if (auto r = write(nc::Retract{z}); !r) return r;
   }
+  if (auto r = emit_shift(); !r) return r;
   // Where the machine comes from is known from the second time on.
-  if (placed_) report_.duration_s += planner_.rapid_seconds(last_emitted_, q);
-  state_.move_to(q);
+  moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
   if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
   if (!options_.rtcp)
     return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~z));
   // Under tool-centre-point control a linear move needs all of X Y Z: to a point straight above, at the end
   // of Z's travel.
   JointVector above = q;
-  if (const auto id = machine_.axis("Z")) above[*id] = std::max(q[*id], machine_.axes[*id].max);
+  // A shift of the work offset needs room there.
+  const double room_mm = offsets_ && shifts() ? 2.0 * job_.offset_limits.clamp_mm : 0.0;
+  if (const auto id = machine_.axis("Z")) above[*id] = std::max(q[*id], machine_.axes[*id].max - room_mm);
   if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
   return emit_motion(above, nc::MotionKind::rapid, {}, where);
 }
@@ -206,7 +215,7 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   last_ = back;
   last_emitted_ = *at;
   state_.move_to(last_emitted_);
-  report_.duration_s += options_.retract_mm / options_.retract_feed_mm_s + options_.retract_mm / *rate;
+  pause(options_.retract_mm / options_.retract_feed_mm_s + options_.retract_mm / *rate);
   diagnostics_.note(job_.cl_file, motion.point.where,
                     "the tool leaves the part here: the rotary axes turn back or change the branch");
   return emit_feed_per_minute(last_emitted_, *rate, motion.point.where);
@@ -215,8 +224,8 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
 Result<void> Pipeline::emit_rapid(const path::Point& to) {
   const auto q = corrected(to, 0.0);
   if (!q) return tl::unexpected(q.error());
-  const double seconds = planner_.rapid_seconds(last_emitted_, *q);
-  moved(*q, seconds);
+  if (auto r = emit_shift(); !r) return r;
+  moved(*q, planner_.rapid_seconds(last_emitted_, *q));
   last_emitted_ = *q;
   return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
 }
@@ -256,7 +265,8 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
   if (!compensator_) return {};
   const MachineState after = state_.towards(expected(to.q), last_.q);
   if (after.direction == state_.now().direction) return {};
-  const auto found = compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after);
+  const auto found =
+      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
   if (!found) return {};  // the same failure comes with its place for the point itself
   JointVector q = found->q;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
@@ -272,7 +282,7 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
 bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   const auto off_chord = [&](double t) {
     const MachineState at = state_.towards(q, JointVector::interpolate(last_emitted_, q, t));
-    return distance_to_segment(compensator_->actual(at).tip_P, last_.tip_P, to.tip_P);
+    return distance_to_segment(compensator_->actual(at, state_.lagged()).tip_P, last_.tip_P, to.tip_P);
   };
   const double limit_mm = kBentWithErrors * tolerances_.cutting().tip_mm;
   const double middle = off_chord(0.5);
@@ -308,14 +318,13 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 
 void Pipeline::moved(const JointVector& q, double seconds) {
   if (compensator_) state_.move_to(q, seconds);
-  report_.duration_s += seconds;
-  if (offsets_) offsets_->advance(seconds);
+  elapse(seconds);
 }
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
   Vec3 tip_P = point.tip_P + point.beside_P;
-  if (offsets_) {
+  if (offsets_ && !shifts()) {
     // A deviation of the tool is answered by its opposite.
     const Vec3 deviation_P = offsets_->deviation_P(part_in_machine(machine_, q).R);
     tip_P -= deviation_P;
@@ -325,12 +334,12 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
   }
   if (compensator_) {
     MachineState at = state_.towards(expected(q), q, seconds);
-    auto found = compensator_->corrected(tip_P, point.axis_P, at);
+    auto found = compensator_->corrected(tip_P, point.axis_P, at, state_.lagged());
     // The corrected motion may go the other way in an axis that hardly moves: then that sense counts.
     const MachineState as_sent = found ? state_.towards(found->q, q, seconds) : at;
     if (as_sent.direction != at.direction) {
       at = as_sent;
-      found = compensator_->corrected(tip_P, point.axis_P, at);
+      found = compensator_->corrected(tip_P, point.axis_P, at, state_.lagged());
     }
     if (!found) {
       Error error = found.error();
@@ -351,7 +360,7 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     q = found->q;
     for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
   }
-  check_limits(point, q);
+  check_limits(point, shifted(q));
   return q;
 }
 
@@ -411,6 +420,7 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
 Result<PostReport> Pipeline::finish(const Intake& intake) {
   report_.points_in = intake.points();
   report_.choice = intake.choice();
+  if (auto r = finish_offsets(); !r) return tl::unexpected(r.error());
   if (auto r = write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
   Chunk end;
   end.text.swap(text_);

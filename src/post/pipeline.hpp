@@ -13,6 +13,7 @@
 #include "post/intake.hpp"
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
+#include "post/work_shift.hpp"
 
 namespace trunnion::post {
 
@@ -44,6 +45,20 @@ class Pipeline {
     LimitViolation worst;
     SourceRef where;  // of the worst
   };
+
+  Result<void> begin_offsets();
+  Result<void> finish_offsets();
+  bool shifts() const { return job_.offset_output != OffsetOutput::axis_values; }
+  /// Before the first motion at `q` of an operation: the shift that it is to have, to be written by
+  /// `emit_shift`.
+  void prepare_shift(const JointVector& q);
+  Result<void> emit_shift();
+  /// What the machine's position is while a shift is in force, for the limits; notes the shift's error there.
+  JointVector shifted(const JointVector& q);
+  void begin_operation(const std::string& name);
+  /// Time passes, `pause` without a motion.
+  void elapse(double seconds);
+  void pause(double seconds);
 
   Result<void> emit_run();
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
@@ -123,6 +138,13 @@ class Pipeline {
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
   std::optional<OffsetTracker> offsets_;
+  WorkShift shift_;
+  nc::OffsetShift::Kind shift_kind_ = nc::OffsetShift::Kind::add;
+  bool shift_due_ = false;
+  std::optional<nc::OffsetShift> shift_waits_;  // to be written
+  std::optional<nc::OffsetShift> shift_now_;    // last one written
+  std::string operation_;
+  std::size_t operations_known_ = 0;  // that the table of offsets names
   std::unique_ptr<Verifier> verifier_;
   std::unique_ptr<Verifier> nominal_;
   std::array<BeyondAxis, kMaxAxes> beyond_;

@@ -42,6 +42,14 @@ const PreparedSegment* Pipeline::prepared(std::size_t i) const {
 
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
                                     const PreparedSegment* prepared) {
+  if (motion.point.rapid || approach_ || !placed_) {
+    prepare_shift(to.q);
+  } else if (shift_due_) {
+    diagnostics_.warning_once(
+        "shift in cut", job_.cl_file, motion.point.where,
+        "operation '" + operation_ +
+            "' begins in the cut: its shift of the work offset waits for the next rapid");
+  }
   if (approach_ || !placed_) {
     approach_ = false;
     auto done = emit_approach(to, motion);

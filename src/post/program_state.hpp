@@ -1,22 +1,45 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
-#include "trunnion/effects/effect.hpp"
+#include "trunnion/effects/state_track.hpp"
+#include "trunnion/post/verify.hpp"
 
 namespace trunnion::post {
 
 /// State of the machine along a program, for effects that depend on more than the position: the sense of each
-/// axis' last motion, velocities, the spindle speed, the elapsed time.
+/// axis' last motion, velocities, the spindle speed, the elapsed time, temperatures, and what of them is
+/// lagged. A program begins with the spindle cold.
 class ProgramState {
  public:
-  explicit ProgramState(std::size_t axes) : axes_(axes) {}
+  /// `temperatures` may be null: at reference; else it must outlive this.
+  explicit ProgramState(std::size_t axes, std::vector<LagRequest> lags = {},
+                        const TemperatureHistory* temperatures = nullptr)
+      : axes_(axes), lags_(std::move(lags)), temperatures_(temperatures) {
+    // What is settled at the start (temperatures) is so before the first motion.
+    wait(0.0);
+  }
 
   /// The machine moves to `q` in `seconds` (0: not known).
   void move_to(const JointVector& q, double seconds = 0.0) {
-    state_ = towards(q, q, seconds);
-    state_.time_s += seconds;
+    MachineState moving = towards(q, state_.q, seconds);
+    lags_.hold(moving, seconds);
+    moving.q = q;
+    state_ = moving;
+    pass(seconds);
     started_ = true;
   }
+  /// The machine stands.
+  void wait(double seconds) {
+    pass(0.0);
+    state_.velocity = {};
+    lags_.hold(state_, seconds);
+    pass(seconds);
+  }
+  /// Values of the lags now.
+  std::span<const double> lagged() const { return lags_.values(); }
   /// At `at`, on the way to `q`.
   MachineState towards(const JointVector& q, const JointVector& at, double seconds = 0.0) const {
     constexpr double kStill = 1e-9;  // below this an axis stands: rounding of a word is not a reversal
@@ -33,7 +56,14 @@ class ProgramState {
   const MachineState& now() const { return state_; }
 
  private:
+  void pass(double seconds) {
+    state_.time_s += seconds;
+    if (temperatures_ != nullptr) state_.temperature_K = temperatures_->at(state_.time_s);
+  }
+
   std::size_t axes_;
+  LagFollower lags_;
+  const TemperatureHistory* temperatures_;
   MachineState state_;
   bool started_ = false;
 };

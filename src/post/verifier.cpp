@@ -5,12 +5,14 @@
 #include <limits>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "trunnion/nc/reader.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
+#include "post/work_shift.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -60,11 +62,13 @@ struct Verifier::State {
         tool_mm(tool),
         options(o),
         offsets(o.offsets != nullptr
-                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, o.offset_limits)
+                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
                     : std::nullopt),
         meter(m, tool, o.truth, offsets ? &*offsets : nullptr, o.certify, o.tolerance_mm, o.axis_tolerance),
         planner(m, c, FeedOutput::inverse),
-        program(m.axes.size()),
+        shift(m, c, tool),
+        program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
+                o.temperatures),
         reader(
             c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
             reader_options(o)) {
@@ -88,12 +92,22 @@ struct Verifier::State {
   void take(const nc::Block& block) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
     if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
-    if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets) {
-      offsets->operation(comment->text);
-    }
-    if (const auto* spindle = std::get_if<nc::Spindle>(&block))
-      program.spindle(static_cast<double>(spindle->rpm));
+    if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
+    if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
+    // What the machine does takes its turn among the motions, which may have to wait for theirs.
+    if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
+      waiting.emplace_back(*comment);
+    if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
+    if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
   }
+
+  void step(const nc::Comment& comment) { offsets->comment(comment.text); }
+  void step(const nc::Dwell& dwell) {
+    const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
+    program.wait(seconds);
+    elapse(seconds);
+  }
+  void step(const nc::Spindle& spindle) { program.spindle(static_cast<double>(spindle.rpm)); }
 
   void take(const nc::Motion& motion) {
     ++report.points_out;
@@ -107,12 +121,12 @@ struct Verifier::State {
     }
     Vertex v;
     v.tcp = tcp;
-    v.q = tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm);
+    v.q = shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm), tcp);
     v.nc_line = motion.source.line;
     v.feed_mode = motion.feed_mode;
     v.feed = motion.feed;
     v.rapid = rapid;
-    waiting.push_back(v);
+    waiting.emplace_back(v);
     work();
   }
 
@@ -131,9 +145,9 @@ struct Verifier::State {
   // A block can be judged when the CL motions are known up to well beyond it.
   void work() {
     while (!waiting.empty() && (all_expected || targets.size() > at.segment + kLookAhead)) {
-      const Vertex v = waiting.front();
+      const auto next = std::move(waiting.front());
       waiting.pop_front();
-      step(v);
+      std::visit([this](const auto& what) { step(what); }, next);
     }
     if (at.segment > kLookAhead) {
       targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
@@ -143,7 +157,7 @@ struct Verifier::State {
 
   void step(Vertex v) {
     check_limits(v);
-    meter.place(v, program.towards(v.q, v.q));
+    meter.place(v, program.towards(v.q, v.q), program.lagged());
     if (have_previous) path_mm += (v.tip_P - previous.tip_P).norm();
     if (!started) {
       start(v);
@@ -153,12 +167,16 @@ struct Verifier::State {
       feed(v);
     }
     const double seconds = block_seconds(v);
-    report.duration_s += seconds;
     if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
-    if (offsets) offsets->advance(seconds);
     program.move_to(v.q, seconds);
+    elapse(seconds);
     previous = v;
     have_previous = true;
+  }
+
+  void elapse(double seconds) {
+    report.duration_s += seconds;
+    if (offsets) offsets->advance(seconds);
   }
 
   // Time of the block as the control runs it.
@@ -412,6 +430,7 @@ struct Verifier::State {
   std::optional<OffsetTracker> offsets;
   DeviationMeter meter;
   FeedPlanner planner;
+  WorkShift shift;
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
   std::uint16_t needed = 0;
@@ -422,7 +441,7 @@ struct Verifier::State {
   bool started = false;
   bool all_expected = false;
   bool away = false;  // the tool has left the path along its axis
-  std::deque<Vertex> waiting;
+  std::deque<std::variant<Vertex, nc::Comment, nc::Dwell, nc::Spindle>> waiting;
   Vertex previous;
   bool have_previous = false;
   double path_mm = 0.0;

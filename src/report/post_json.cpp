@@ -65,6 +65,8 @@ std::string verify_json(const post::VerifyReport& report) {
 std::string post_json(const post::PostReport& r) {
   ordered_json out = r.verification ? verify_object(*r.verification) : ordered_json::object();
   out["verified"] = r.verification.has_value();
+  out["offset_shifts"] = r.offset_shifts;
+  out["shift_error_mm"] = r.shift_error_mm;
   out["points_in"] = r.points_in;
   out["points_inserted"] = r.points_inserted;
   out["segments_with_points"] = r.segments_with_points;

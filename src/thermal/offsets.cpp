@@ -85,6 +85,20 @@ const Offset* OffsetTable::of_operation(std::string_view name) const {
   return it == rows.end() ? nullptr : &*it;
 }
 
+const Offset* OffsetTable::of_comment(std::string_view text) const {
+  const auto plain = [](char c) {
+    if (c == '(') return '[';
+    if (c == ')') return ']';
+    if (c < ' ' || c > '~') return '?';
+    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  };
+  const auto it = std::find_if(rows.begin(), rows.end(), [&](const Offset& row) {
+    return std::equal(row.operation.begin(), row.operation.end(), text.begin(), text.end(),
+                      [&](char a, char b) { return plain(a) == plain(b); });
+  });
+  return it == rows.end() ? nullptr : &*it;
+}
+
 Result<OffsetTable> parse_offsets(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   config::CsvRows rows(text, file, diagnostics);

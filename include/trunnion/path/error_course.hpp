@@ -1,6 +1,8 @@
 #pragma once
+
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/machine.hpp"
@@ -25,7 +27,8 @@ class ErrorCourse {
     const Effect* unbounded = nullptr;  // an effect that knows no bound: the figures say nothing then
   };
   /// @param from, to  states at the ends of the motion; all but `q` equal
-  Bend over(const MachineState& from, const MachineState& to) const;
+  /// @param lagged  values of the model's lags on the way; empty for a model without memory, or at rest
+  Bend over(const MachineState& from, const MachineState& to, std::span<const double> lagged = {}) const;
 
  private:
   const Machine& machine_;

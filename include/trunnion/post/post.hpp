@@ -47,15 +47,25 @@ struct PostOptions {
   cl::ReaderOptions cl;
 };
 
+/// How thermal offsets get into a program.
+enum class OffsetOutput : std::uint8_t {
+  axis_values,  // corrected at every point, as time goes on
+  work_offset,  // one shift of the work offset for each operation, taken when it begins: the offset is set
+                // anew (it must be the machine file's), or, where the control has no words for that, added to
+  local_shift   // the same, always beside the work offset
+};
+
 /// What is posted with what. Pointers must outlive the call.
 struct PostJob {
   std::string cl_file;  // for messages
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;
   const Model* model = nullptr;  // errors to compensate and to verify with; nothing: nominal
+  const TemperatureHistory* temperatures = nullptr;  // of the model's sensors; nothing: at reference
   /// Thermal offsets over the program's time or for each operation; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;
   thermal::OffsetLimits offset_limits;
+  OffsetOutput offset_output = OffsetOutput::axis_values;
   std::vector<std::string> header;  // further comment lines (command, versions)
 };
 
@@ -71,6 +81,8 @@ struct PostReport {
   double feed_time_lost_s = 0.0;       // by axis speed limits
   double largest_error_mm = 0.0;       // of the machine at the points of the path, before compensation
   double largest_correction_mm = 0.0;  // of the linear axes
+  std::size_t offset_shifts = 0;  // blocks that shift the work offset, without the last one that ends them
+  double shift_error_mm = 0.0;    // largest error of a shift at poses other than the one it was made for
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for
   std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied

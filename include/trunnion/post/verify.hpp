@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +19,18 @@
 
 namespace trunnion::post {
 
+/// Temperatures while a program runs, above the machine's reference temperature.
+struct TemperatureHistory {
+  std::vector<double> time_s;                      // since the program's start, increasing, at least one
+  std::vector<std::vector<double>> temperature_K;  // [row][sensor], sensors as in Model::context
+
+  /// The last row at or before `seconds`; the first one before it.
+  std::span<const double> at(double seconds) const {
+    const auto after = std::upper_bound(time_s.begin(), time_s.end(), seconds);
+    return temperature_K[static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - time_s.begin() - 1, 0))];
+  }
+};
+
 struct VerifyOptions {
   double tolerance_mm = 0.01;
   std::optional<double> rapid_tolerance_mm;  // nothing: rapids are reported only
@@ -24,12 +38,14 @@ struct VerifyOptions {
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
+  /// Of the sensors of `truth`; nothing: at reference.
+  const TemperatureHistory* temperatures = nullptr;
   /// Thermal offsets that the machine has while the program runs; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;
-  thermal::OffsetLimits offset_limits;
-  std::vector<std::string> raw_lines;  // lines that the controller's templates did not make
-  std::size_t worst_count = 10;        // places listed in the report
-  bool collect = false;                // keep one VerifiedBlock per motion block
+  thermal::OffsetLimits offset_limits;  // only the dead band matters: a machine's drift knows no clamp
+  std::vector<std::string> raw_lines;   // lines that the controller's templates did not make
+  std::size_t worst_count = 10;         // places listed in the report
+  bool collect = false;                 // keep one VerifiedBlock per motion block
 };
 
 /// One motion block of the NC program, as verified.

@@ -34,6 +34,9 @@ struct OffsetTable {
   Vec3 at_time(double time_s) const;
   /// The row of an operation; nothing when the table has none of that name.
   const Offset* of_operation(std::string_view name) const;
+  /// The row whose operation a comment of an NC program names: letters of either case, brackets of either
+  /// kind, since controls know only some.
+  const Offset* of_comment(std::string_view text) const;
 };
 
 /// Reads `time_s` or `operation`, `dx_um`, `dy_um`, `dz_um` (each optional: 0), [`sigma_um`], [`frame`]

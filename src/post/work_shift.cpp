@@ -1,0 +1,112 @@
+#include "post/work_shift.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr std::array kLetters = {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z};
+
+// Calls `f(component, axis)` for the axes named X, Y, Z.
+template <class F>
+void for_linear_axes(const Machine& machine, F f) {
+  for (std::size_t i = 0; i < kLetters.size(); ++i) {
+    if (const auto id = machine.axis(std::string(1, nc::letter_of(kLetters[i]))))
+      f(static_cast<Eigen::Index>(i), *id);
+  }
+}
+
+}  // namespace
+
+ShiftWords work_offset_words(const Machine& machine, bool tcp) {
+  if (tcp) return machine.part_zero_mm;
+  Machine without = machine;
+  without.work_offset_mm = Vec3::Zero();
+  const Vec3 tool = machine.tool_vector();
+  const JointVector from = words_of(machine, {}, tool);
+  const JointVector to = words_of(without, {}, tool);
+  ShiftWords out = ShiftWords::Zero();
+  for_linear_axes(machine, [&](Eigen::Index i, AxisId id) { out[i] = to[id] - from[id]; });
+  return out;
+}
+
+Result<nc::OffsetShift::Kind> WorkShift::kind(bool local) const {
+  using Kind = nc::OffsetShift::Kind;
+  const auto& shift = controller_.offset_shift;
+  if (local || shift.set.empty()) {
+    if (!shift.add.empty()) return Kind::add;
+    return fail(ErrorCode::wrong_use,
+                "the control '" + controller_.name + "' has no words for this shift ([offset_shift])");
+  }
+  if (machine_.probed_at) {
+    return fail(ErrorCode::wrong_use,
+                "the work offset was probed ([datum]): its value is not known here and must not be set anew; "
+                "use --thermal-output local-shift");
+  }
+  return Kind::set;
+}
+
+nc::OffsetShift WorkShift::block(const ShiftWords& words, bool tcp, nc::OffsetShift::Kind kind) const {
+  nc::OffsetShift out;
+  out.kind = kind;
+  const bool sets = kind == nc::OffsetShift::Kind::set;
+  out.index = sets ? active_ : 0;
+  const ShiftWords value = sets ? ShiftWords(words + work_offset_words(machine_, tcp)) : words;
+  for (std::size_t i = 0; i < kLetters.size(); ++i) {
+    out.offset[i] = controller_.numbers.axes.quanta(kLetters[i], value[static_cast<Eigen::Index>(i)]);
+  }
+  return out;
+}
+
+nc::OffsetShift WorkShift::take_out(const Vec3& deviation_P, const JointVector& q, bool tcp,
+                                    nc::OffsetShift::Kind kind) {
+  ShiftWords words = -deviation_P;
+  if (!tcp) {
+    JointVector shifted = q;
+    kinematics_.solve_linear(kinematics_.pose(q).tip_P - deviation_P, kinematics_.sines(q), shifted);
+    words = ShiftWords::Zero();
+    for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { words[i] = shifted[id] - q[id]; });
+  }
+  const nc::OffsetShift out = block(words, tcp, kind);
+  read(out);
+  return out;
+}
+
+nc::OffsetShift WorkShift::none(bool tcp, nc::OffsetShift::Kind kind) const {
+  return block(ShiftWords::Zero(), tcp, kind);
+}
+
+ShiftWords WorkShift::internal(const nc::OffsetShift& shift) const {
+  ShiftWords out;
+  for (std::size_t i = 0; i < kLetters.size(); ++i)
+    out[static_cast<Eigen::Index>(i)] = controller_.numbers.axes.internal(kLetters[i], shift.offset[i]);
+  return out;
+}
+
+void WorkShift::read(const nc::OffsetShift& shift) {
+  if (shift.kind == nc::OffsetShift::Kind::set)
+    set_[shift.index] = internal(shift);
+  else
+    added_ = internal(shift);
+}
+
+ShiftWords WorkShift::words(bool tcp) const {
+  const auto it = set_.find(active_);
+  return it == set_.end() ? added_ : ShiftWords(added_ + it->second - work_offset_words(machine_, tcp));
+}
+
+JointVector WorkShift::joints(const JointVector& q, bool tcp) const {
+  const ShiftWords shift = words(tcp);
+  JointVector out = q;
+  if (tcp) {
+    kinematics_.solve_linear(kinematics_.pose(q).tip_P + shift, kinematics_.sines(q), out);
+  } else {
+    for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { out[id] += shift[i]; });
+  }
+  return out;
+}
+
+Vec3 WorkShift::effect_P(const JointVector& q, bool tcp) const {
+  if (tcp) return words(true);
+  return kinematics_.pose(joints(q, false)).tip_P - kinematics_.pose(q).tip_P;
+}
+
+}  // namespace trunnion::post

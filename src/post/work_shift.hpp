@@ -1,0 +1,58 @@
+#pragma once
+#include <map>
+
+#include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/nc/blocks.hpp"
+#include "trunnion/nc/controller.hpp"
+
+namespace trunnion::post {
+
+/// Words for X, Y and Z that the control adds to those of the program, mm.
+using ShiftWords = Vec3;
+
+/// Value of the work offset that the words of a program count from, by letter: the machine file's, or under
+/// tool-centre-point control (`tcp`) the program zero in M, as long as M is the control's machine system.
+ShiftWords work_offset_words(const Machine& machine, bool tcp);
+
+/// Shifts of the work offset as a control understands them, for one program: made from deviations when it is
+/// written, followed when it is read.
+///
+/// The frame trap: without tool-centre-point control the control adds the shift to its axes, in M. With it
+/// the shift is added in P, before the control's kinematics: it turns with the table, so that what takes out
+/// a drift in M at one pose does not at another.
+class WorkShift {
+ public:
+  WorkShift(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm)
+      : machine_(machine), controller_(controller), kinematics_(machine, tool_mm) {}
+
+  /// How the control can be told of a shift; `local`: only beside the work offset. Setting the whole offset
+  /// takes the machine file's word for what it is, which a probed one ([datum]) is not.
+  Result<nc::OffsetShift::Kind> kind(bool local) const;
+  /// The block that takes out `deviation_P` at joint positions `q`; from then on `words` are its own.
+  nc::OffsetShift take_out(const Vec3& deviation_P, const JointVector& q, bool tcp,
+                           nc::OffsetShift::Kind kind);
+  /// The block that leaves the work offset as it was.
+  nc::OffsetShift none(bool tcp, nc::OffsetShift::Kind kind) const;
+
+  void read(const nc::OffsetShift& shift);
+  void read(const nc::WorkOffset& offset) { active_ = offset.index; }
+  /// What is added now.
+  ShiftWords words(bool tcp) const;
+  /// Motion of the tip in P that the shift makes at `q`.
+  Vec3 effect_P(const JointVector& q, bool tcp) const;
+  /// The same as a change of the joint positions.
+  JointVector joints(const JointVector& q, bool tcp) const;
+
+ private:
+  ShiftWords internal(const nc::OffsetShift& shift) const;
+  nc::OffsetShift block(const ShiftWords& words, bool tcp, nc::OffsetShift::Kind kind) const;
+
+  const Machine& machine_;
+  const nc::Controller& controller_;
+  TableKinematics kinematics_;
+  std::int64_t active_ = 1;
+  std::map<std::int64_t, ShiftWords> set_;  // values that the program gave
+  ShiftWords added_ = ShiftWords::Zero();
+};
+
+}  // namespace trunnion::post

@@ -1,0 +1,310 @@
+// Thermal offsets as shifts of the work offset: what the control makes of them, and where they are wrong.
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/post.hpp"
+
+#include "support/cl_text.hpp"
+#include "support/controllers.hpp"
+#include "support/machines.hpp"
+
+namespace trunnion::post {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Text = test::TextOf;
+
+// Blades like spokes: each is cut by an operation of its own, with its own C; the tilt turns while it cuts
+// when `turning`.
+std::string blades(int count, bool turning) {
+  std::string out = "PARTNO TEST\nMULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,600\n";
+  for (int b = 0; b < count; ++b) {
+    out += "TOOL PATH/Blade (" + std::to_string(b + 1) + "),TOOL,T3\n";
+    const double turn = b * 2.0 * kPi / count;
+    const auto point = [&](double along, double up, double tilt) {
+      out += "GOTO/" + fixed_text(along * std::cos(turn), 5) + "," + fixed_text(along * std::sin(turn), 5) +
+             "," + fixed_text(up, 5) + "," + fixed_text(std::sin(tilt) * std::cos(turn), 8) + "," +
+             fixed_text(std::sin(tilt) * std::sin(turn), 8) + "," + fixed_text(std::cos(tilt), 8) + "\n";
+    };
+    out += "RAPID\n";
+    point(30.0, 60.0, 0.5);
+    for (int i = 0; i <= 20; ++i) point(30.0 + i, 10.0, 0.5 + (turning ? 0.03 * i : 0.0));
+    out += "RAPID\n";
+    point(50.0, 60.0, 0.5 + (turning ? 0.6 : 0.0));
+    out += "END-OF-PATH\n";
+  }
+  return out + "FINI\n";
+}
+
+thermal::OffsetTable offsets(const std::string& csv) {
+  Diagnostics d;
+  auto table = thermal::parse_offsets(csv, "o.csv", d);
+  if (!table) throw std::runtime_error(table.error().text());
+  return *table;
+}
+
+std::string by_blade(const std::string& frame = "machine") {
+  std::string out = "operation,dx_um,dy_um,dz_um,frame\n";
+  for (int b = 1; b <= 4; ++b) {
+    out += "Blade (" + std::to_string(b) + ")," + std::to_string(10 + b) + "," + std::to_string(-5 * b) +
+           "," + std::to_string(2 * b) + "," + frame + "\n";
+  }
+  return out;
+}
+
+struct Posted {
+  Result<PostReport> report;
+  std::string nc;
+  Diagnostics diagnostics;
+};
+
+struct Setting {
+  std::string control = "linuxcnc";
+  bool rtcp = false;
+  OffsetOutput output = OffsetOutput::work_offset;
+  double tolerance_mm = 0.003;
+  thermal::OffsetLimits limits = {};
+};
+
+Posted posted(const std::string& cl, Machine machine, const thermal::OffsetTable* table,
+              const Setting& setting = {}) {
+  const nc::Controller c = test::shipped_controller(setting.control);
+  PostJob job;
+  job.cl_file = "part.cls";
+  job.machine = &machine;
+  job.controller = &c;
+  job.offsets = table;
+  job.offset_output = setting.output;
+  job.offset_limits = setting.limits;
+  PostOptions options;
+  options.tolerance_mm = setting.tolerance_mm;
+  options.rtcp = setting.rtcp;
+  if (setting.rtcp) options.feed = FeedOutput::tip;
+  if (!c.has_inverse_time()) options.feed = FeedOutput::per_minute;
+  Posted out;
+  out.report = post(
+      std::make_unique<Text>(cl), job, options,
+      [&](std::string_view text) {
+        out.nc += text;
+        return Result<void>{};
+      },
+      out.diagnostics);
+  return out;
+}
+
+Machine machine_with_offset() {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.work_offset_mm = Vec3(5.0, -3.0, 20.0);
+  return machine;
+}
+
+// A step at a blade's start is not cut: the limit is that of the time since the last one.
+thermal::OffsetLimits quick() {
+  thermal::OffsetLimits limits;
+  limits.slew_mm_s = 1.0;
+  return limits;
+}
+
+std::vector<nc::AxisWords> motions(const nc::Controller& c, const std::string& text) {
+  std::vector<nc::AxisWords> out;
+  for (const auto& block : test::nc_blocks(c, text)) {
+    if (const auto* m = std::get_if<nc::Motion>(&block)) out.push_back(m->words);
+  }
+  return out;
+}
+
+std::string warnings(const Diagnostics& d) {
+  std::string out;
+  for (const auto& f : d.findings()) out += f.text() + "\n";
+  return out;
+}
+
+// The program's own coordinates are those of the cold machine, and the shifts are minus the table's rows.
+TEST(OffsetOutput, OneShiftForEachBladeLeavesTheProgramAsItIs) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  Setting setting;
+  setting.limits = quick();
+  const Posted cold = posted(blades(4, true), machine, nullptr);
+  const Posted p = posted(blades(4, true), machine, &table, setting);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
+  EXPECT_EQ(p.report->offset_shifts, 4U);
+  EXPECT_LT(p.report->shift_error_mm, 1e-4);
+  const auto c = test::shipped_controller("linuxcnc");
+  EXPECT_EQ(motions(c, p.nc), motions(c, cold.nc));
+  // 5 mm less 11 um, -3 mm plus 5 um, 20 mm less 2 um; and the offset itself in the end.
+  EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X4.9890 Y-2.9950 Z19.9980\n"));
+  EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X4.9860 Y-2.9800 Z19.9920\n"));
+  EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000\nG94\nM2"));
+  // On a machine without the drift it is off by it.
+  EXPECT_GT(p.report->nominal_verification->certified_tip_deviation_mm, 0.02);
+}
+
+// A wrong shift is a wrong program: the verification reads it.
+TEST(OffsetOutput, AWrongShiftIsFound) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  Setting setting;
+  setting.limits = quick();
+  Posted p = posted(blades(4, true), machine, &table, setting);
+  const auto c = test::shipped_controller("linuxcnc");
+  VerifyOptions options;
+  options.tolerance_mm = 0.003;
+  options.offsets = &table;
+  const auto verified = [&](const std::string& nc) {
+    Diagnostics d;
+    return verify(std::make_unique<Text>(blades(4, true)), "part.cls", std::make_unique<Text>(nc), "p.nc",
+                  machine, c, {}, options, d);
+  };
+  EXPECT_TRUE(verified(p.nc)->passed());
+  const auto at = p.nc.find("Y-2.9800");
+  ASSERT_NE(at, std::string::npos);
+  p.nc.replace(at, 8, "Y-3.0200");  // the sign of the shift
+  EXPECT_NEAR(verified(p.nc)->certified_tip_deviation_mm, 0.04, 0.003);
+}
+
+TEST(OffsetOutput, EveryControlWithWordsForItIsReadBack) {
+  const auto table = offsets(by_blade());
+  for (const std::string& name : test::shipped_controllers()) {
+    const auto c = test::shipped_controller(name);
+    for (const auto output : {OffsetOutput::work_offset, OffsetOutput::local_shift}) {
+      const Machine machine = machine_with_offset();
+      Setting setting;
+      setting.output = output;
+      setting.control = name;
+      setting.tolerance_mm = 0.005;
+      setting.limits = quick();
+      const Posted p = posted(blades(4, true), machine, &table, setting);
+      if (c.offset_shift.set.empty() && c.offset_shift.add.empty()) {
+        EXPECT_THAT(p.report.error().message, HasSubstr("no words for this shift")) << name;
+        continue;
+      }
+      ASSERT_TRUE(p.report) << name << " " << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed())
+          << name << " " << p.report->verification->certified_tip_deviation_mm;
+      EXPECT_EQ(p.report->offset_shifts, 4U) << name;
+      if (output == OffsetOutput::local_shift) {
+        EXPECT_THAT(p.nc, Not(HasSubstr("G10"))) << name;
+      }
+    }
+  }
+}
+
+// What was probed at the machine is not overwritten.
+TEST(OffsetOutput, AProbedWorkOffsetIsNotSet) {
+  Machine machine = machine_with_offset();
+  machine.probed_at = JointVector{};
+  const auto table = offsets(by_blade());
+  Setting setting;
+  setting.limits = quick();
+  EXPECT_THAT(posted(blades(4, true), machine, &table, setting).report.error().message,
+              HasSubstr("must not be set anew"));
+  setting.output = OffsetOutput::local_shift;
+  const Posted p = posted(blades(4, true), machine, &table, setting);
+  EXPECT_TRUE(p.report->verification->passed());
+  EXPECT_THAT(p.nc, HasSubstr("G52 X-0.0110 Y0.0050 Z-0.0020\n"));
+  EXPECT_THAT(p.nc, HasSubstr("G52 X0.0000 Y0.0000 Z0.0000\nG94\nM2"));
+}
+
+// The frame trap: under tool-centre-point control the offset turns with the table. A drift in the machine is
+// taken out by one shift where the table stands still, and is not where it turns; a drift that rides with the
+// part is the other way round.
+TEST(OffsetOutput, TheFrameTrapIsSeen) {
+  const Machine machine = machine_with_offset();
+  const auto in_machine = offsets(by_blade());
+  const auto in_part = offsets(by_blade("part"));
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "haas_ngc"}) {
+    SCOPED_TRACE(control);
+    Setting tcp;
+    tcp.control = control;
+    tcp.rtcp = true;
+    tcp.limits = quick();
+    Setting joints = tcp;
+    joints.rtcp = false;
+    if (!test::shipped_controller(control).has_tcp()) continue;
+    const auto passed = [&](bool turning, const thermal::OffsetTable& table, const Setting& setting) {
+      const Posted p = posted(blades(4, turning), machine, &table, setting);
+      EXPECT_TRUE(p.report) << p.report.error().text();
+      if (!p.report) return false;
+      const bool warned = warnings(p.diagnostics).find("turn with") != std::string::npos ||
+                          warnings(p.diagnostics).find("turns with") != std::string::npos;
+      EXPECT_EQ(warned, p.report->shift_error_mm > 0.5e-3);
+      const VerifyReport& v = *p.report->verification;
+      SCOPED_TRACE(v.certified_tip_deviation_mm);
+      return v.passed();
+    };
+    EXPECT_TRUE(passed(false, in_machine, tcp));
+    EXPECT_FALSE(passed(true, in_machine, tcp));
+    EXPECT_TRUE(passed(true, in_part, tcp));
+    EXPECT_TRUE(passed(true, in_machine, joints));
+    EXPECT_TRUE(passed(false, in_part, joints));
+    EXPECT_FALSE(passed(true, in_part, joints));
+  }
+}
+
+// Blades of minutes while the machine drifts: one shift each, and what drifts during a blade stays.
+TEST(OffsetOutput, ATableOverTimeIsTakenAtEachBlade) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets("time_s,dx_um,dy_um,dz_um\n0,5,0,0\n40,45,0,0\n");
+  Setting setting;
+  setting.tolerance_mm = 0.02;
+  const Posted p = posted(blades(4, true), machine, &table, setting);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_GE(p.report->offset_shifts, 4U);
+  EXPECT_TRUE(p.report->verification->passed());
+  EXPECT_GT(p.report->verification->certified_tip_deviation_mm, 0.001);
+}
+
+TEST(OffsetOutput, ClampSlewAndDeadBandHoldForShifts) {
+  const Machine machine = machine_with_offset();
+  Setting setting;
+  setting.limits = quick();
+  setting.limits.clamp_mm = 0.012;
+  const auto table = offsets(by_blade());
+  const Posted clamped = posted(blades(4, true), machine, &table, setting);
+  ASSERT_TRUE(clamped.report);
+  EXPECT_THAT(warnings(clamped.diagnostics), HasSubstr("beyond the clamp of 12.0 um"));
+  EXPECT_THAT(clamped.nc, HasSubstr("G10 L2 P1 X4.9880 Y-2.9880"));
+  EXPECT_FALSE(clamped.report->verification->passed());  // the machine drifts all the same, and it is told
+
+  setting.limits = {};
+  setting.limits.slew_mm_s = 1e-5;
+  const Posted slow = posted(blades(4, true), machine, &table, setting);
+  EXPECT_THAT(warnings(slow.diagnostics), HasSubstr("are followed late"));
+  EXPECT_FALSE(slow.report->verification->passed());
+
+  setting.limits = quick();
+  setting.limits.dead_band_mm = 0.1;
+  const Posted still = posted(blades(4, true), machine, &table, setting);
+  EXPECT_EQ(still.report->offset_shifts, 1U);
+
+  setting.limits.enabled = false;
+  const Posted off = posted(blades(4, true), machine, &table, setting);
+  EXPECT_THAT(off.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000"));
+}
+
+TEST(OffsetOutput, OperationsThatTheProgramLacksAreAnError) {
+  const auto table = offsets("operation,dx_um\nBLADE_1,10\n");
+  const Posted p = posted(blades(2, false), machine_with_offset(), &table);
+  ASSERT_FALSE(p.report);
+  EXPECT_THAT(p.report.error().text(), HasSubstr("none of the operations of the offsets stands in part.cls"));
+}
+
+// The same limits count when every point is corrected: a blade that asks for more than the clamp fails.
+TEST(OffsetOutput, AxisValuesBeyondTheClampFailTheVerification) {
+  const auto table = offsets(by_blade());
+  Setting setting;
+  setting.output = OffsetOutput::axis_values;
+  setting.limits = quick();
+  EXPECT_TRUE(posted(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
+  setting.limits.clamp_mm = 0.012;
+  EXPECT_FALSE(
+      posted(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
+}
+
+}  // namespace
+}  // namespace trunnion::post
