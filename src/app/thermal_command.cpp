@@ -7,6 +7,7 @@
 #include "trunnion/report/result_page.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
+#include "trunnion/thermal/location.hpp"
 
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
@@ -29,6 +30,7 @@ struct Options {
   std::string model;
   std::string run;
   bool open_loop = false;
+  std::string mapping = "chain";
 };
 
 struct Prepared {
@@ -134,8 +136,13 @@ ExitCode run_predict(const Options& options) {
   if (runs.empty())
     return print_error(
         {ErrorCode::wrong_input, "the log has no run '" + options.run + "'", prepared->log.file, {}});
-  const std::string text = prediction_text(
-      *model, runs, {" deviation of the tool relative to the part, machine axes; model " + options.model});
+  const bool paper = options.mapping == "paper";
+  if (paper) spdlog::warn("warning: --mapping paper: {}", paper_mapping_warning);
+  const std::string text =
+      paper ? paper_angles_text(*model, runs, {std::string(" ") + paper_mapping_warning})
+            : prediction_text(
+                  *model, runs,
+                  {" deviation of the tool relative to the part, machine axes; model " + options.model});
   if (const ExitCode code = write_output(options.output.value_or("-"), text); code != kDone) return code;
   return options.json ? write_output(*options.json, report::thermal_predict_json(*model, runs)) : kDone;
 }
@@ -224,10 +231,17 @@ void add_thermal_command(CLI::App& root, int& exit) {
   sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)");
   sub->add_option("--run", predicting->run, "one run of the log");
   sub->add_flag("--open-loop", predicting->open_loop, "do not use the measurements of the log");
+  sub->add_option(
+         "--mapping", predicting->mapping,
+         "offsets as X, Y, Z of the chain, or the thermal paper's table angles (no physical ground: for "
+         "comparison only, post does not take them)")
+      ->check(CLI::IsMember({"chain", "paper"}))
+      ->capture_default_str();
   sub->add_option("--json", predicting->json, "write a summary as JSON");
   sub->callback([predicting, &exit] { exit = run_predict(*predicting); });
 
   add_import(*command, exit);
+  add_thermal_split_command(*command, exit);
   add_thermal_serve_command(*command, exit);
   add_thermal_sample_commands(*command, exit);
 }

@@ -62,7 +62,10 @@ ExitCode run_assess(const AssessOptions& options) {
   }
   text += std::to_string(blades->size()) + " blades, within " + shortest_text(options.tolerance_mm) +
           " mm: " + fixed_text(100.0 * before, 2) + " % uncorrected, " + fixed_text(100.0 * after, 2) +
-          " % corrected\n";
+          " % corrected; RMS of X and Y each " +
+          fixed_text(rms_mm(*blades, &BladeResult::before_rms_mm) / kMmPerUm, 2) + " um uncorrected, " +
+          fixed_text(rms_mm(*blades, &BladeResult::after_rms_mm) / kMmPerUm, 2) +
+          " um corrected (one measurement: " + fixed_text(kMeasurementFloor_mm / kMmPerUm, 2) + " um)\n";
   if (const ExitCode code = write_output("-", text); code != kDone) return code;
   return after >= options.least_share ? kDone : kCheckFailed;
 }

@@ -9,6 +9,9 @@
 #include <optional>
 #include <spdlog/spdlog.h>
 #include <sstream>
+#include <sys/file.h>
+#include <unistd.h>
+#include <utility>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/units.hpp"
@@ -32,7 +35,8 @@ struct Options {
   double dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
 };
 
-// Every accepted line, appended before its answer goes out: what was answered is never lost.
+// Every accepted line, on the disk before its answer goes out: what was answered is never lost, not even when
+// the power fails.
 class Journal {
  public:
   static Result<Journal> open(const std::string& path) {
@@ -42,13 +46,21 @@ class Journal {
     Journal out;
     out.file_.reset(std::fopen(path.c_str(), "ab"));
     if (!out.file_) return fail(ErrorCode::io_failed, "cannot write the journal", path);
+    // Two services would mix their readings.
+    if (::flock(::fileno(out.file_.get()), LOCK_EX | LOCK_NB) != 0)
+      return fail(ErrorCode::io_failed, "another service writes this journal", path);
     if (!before->empty() && before->back() != '\n') out.write("");
     return out;
   }
   bool write(const std::string& line) {
     const std::string text = line + "\n";
+    waits_ = true;
     return std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size() &&
            std::fflush(file_.get()) == 0;
+  }
+  bool sync() {
+    if (!std::exchange(waits_, false)) return true;
+    return ::fsync(::fileno(file_.get())) == 0;
   }
 
  private:
@@ -56,6 +68,7 @@ class Journal {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   std::unique_ptr<std::FILE, Close> file_;
+  bool waits_ = false;  // something was written since the last sync
 };
 
 // The state as it was when the service stopped.
@@ -84,18 +97,24 @@ ExitCode serve(const Options& options) {
   report::ThermalService service(std::move(*model), limits);
   std::optional<Journal> journal;
   if (options.journal) {
-    if (const auto replayed = replay(*options.journal, service); !replayed)
-      return print_error(replayed.error());
     auto opened = Journal::open(*options.journal);
     if (!opened) return print_error(opened.error());
     journal = std::move(*opened);
+    if (const auto replayed = replay(*options.journal, service); !replayed)
+      return print_error(replayed.error());
   }
   bool journal_failed = false;
-  auto server = thermal::LineServer::listen(options.port, [&](const std::string& line) {
-    std::string answer = service.handle(line);
-    if (journal && service.changed() && !journal->write(line)) journal_failed = true;
-    return answer;
-  });
+  auto server = thermal::LineServer::listen(
+      options.port,
+      [&](const std::string& line) {
+        std::string answer = service.handle(line);
+        if (journal && service.changed() && !journal->write(line)) journal_failed = true;
+        return answer;
+      },
+      [&] {
+        if (journal && (journal_failed || !journal->sync())) journal_failed = true;
+        return !journal_failed;
+      });
   if (!server) return print_error(server.error());
   std::signal(SIGINT, [](int) { stop_asked = 1; });
   std::signal(SIGTERM, [](int) { stop_asked = 1; });

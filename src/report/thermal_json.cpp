@@ -135,4 +135,24 @@ std::string thermal_predict_json(const ThermalModel& model, const std::vector<Ru
   return out.dump(2) + "\n";
 }
 
+std::string thermal_split_json(const DriftSplit& split, const std::vector<std::string>& refused) {
+  ordered_json out;
+  out["rank"] = split.rank;
+  out["parameters_count"] = split.parameters.size();
+  out["condition"] = split.condition;
+  out["rms_um"] = um(split.rms_mm);
+  for (const DriftParameter& p : split.parameters) {
+    ordered_json j;
+    j["identifiable"] = p.identifiable;
+    if (p.identifiable) {
+      j["value_um"] = um(p.value_mm);
+      j["sigma_um"] = um(p.sigma_mm);
+    }
+    out["parameters"][p.name] = std::move(j);
+  }
+  out["null_directions"] = split.null_directions;
+  out["refused"] = refused;
+  return out.dump(2) + "\n";
+}
+
 }  // namespace trunnion::report

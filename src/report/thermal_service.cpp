@@ -223,8 +223,12 @@ Result<void> ThermalService::take_reading(const Message& message, Answer& answer
       temperature[i] = it->second;
   }
   const double feed = message.feed_mm_min ? *message.feed_mm_min / kSecondsPerMinute : kNothing;
-  const auto read =
-      predictor_.read(*message.time_s, temperature, message.spindle_rpm.value_or(kNothing), feed);
+  // Loggers that post beside each other are a little late at times: their values count as of now.
+  constexpr double kLate_s = 60.0;
+  double time_s = *message.time_s;
+  if (predictor_.started() && time_s > predictor_.time_s() - kLate_s)
+    time_s = std::max(time_s, predictor_.time_s());
+  const auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNothing), feed);
   if (!read) return read;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const auto it = message.measured_um.find(model_.channels[c].channel);

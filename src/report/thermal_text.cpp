@@ -76,4 +76,18 @@ std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
   return out;
 }
 
+std::string thermal_split_text(const DriftSplit& split) {
+  std::string out = left("shift", 10) + right("um", 10) + right("sigma", 10) + "\n";
+  for (const DriftParameter& p : split.parameters) {
+    out += left(p.name, 10);
+    out += p.identifiable ? um(p.value_mm) + um(p.sigma_mm) : right("not told", 20);
+    out += "\n";
+  }
+  out += "rank " + std::to_string(split.rank) + " of " + std::to_string(split.parameters.size()) +
+         ", condition " + plain(split.condition, 1, 0) + ", residual " +
+         fixed_text(split.rms_mm / kMmPerUm, 2) + " um RMS\n";
+  for (const auto& direction : split.null_directions) out += direction + "\n";
+  return out;
+}
+
 }  // namespace trunnion::report

@@ -69,12 +69,11 @@ Result<std::vector<BladeResult>> assess_files(std::string_view truth, const std:
     const Vec3 drift = vector_of(rows, *columns, 3);
     if (blade == 0) continue;
     const bool begins = out.empty() || out.back().run != run || out.back().blade != blade;
-    if (begins) out.push_back({run, blade});
+    if (begins) out.emplace_back(run, blade);
     const auto table = tables.contains(run) ? tables.find(run) : tables.find("");
     if (begins || sending == Sending::always)
       sent = table == tables.end() ? Vec3::Zero() : table->second.at_time(time_s);
-    out.back().before_mm = std::max(out.back().before_mm, drift.head<2>().norm());
-    out.back().after_mm = std::max(out.back().after_mm, (drift - sent).head<2>().norm());
+    out.back().take(drift, drift - sent);
   }
   if (out.empty() && !own.has_errors()) own.error(truth_file, {1, 1}, "no blades");
   diagnostics.append(own);

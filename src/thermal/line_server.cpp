@@ -22,7 +22,7 @@ tl::unexpected<Error> failure(const char* action, std::uint16_t port) {
 
 }  // namespace
 
-Result<LineServer> LineServer::listen(std::uint16_t port, Handler handler) {
+Result<LineServer> LineServer::listen(std::uint16_t port, Handler handler, Commit commit) {
   const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return failure("listen on", port);
   const int yes = 1;
@@ -39,16 +39,17 @@ Result<LineServer> LineServer::listen(std::uint16_t port, Handler handler) {
     ::close(descriptor);
     return error;
   }
-  return LineServer(descriptor, ntohs(address.sin_port), std::move(handler));
+  return LineServer(descriptor, ntohs(address.sin_port), std::move(handler), std::move(commit));
 }
 
-LineServer::LineServer(int descriptor, std::uint16_t port, Handler handler)
-    : listener_(descriptor), port_(port), handler_(std::move(handler)) {}
+LineServer::LineServer(int descriptor, std::uint16_t port, Handler handler, Commit commit)
+    : listener_(descriptor), port_(port), handler_(std::move(handler)), commit_(std::move(commit)) {}
 
 LineServer::LineServer(LineServer&& other) noexcept
     : listener_(std::exchange(other.listener_, -1)),
       port_(other.port_),
       handler_(std::move(other.handler_)),
+      commit_(std::move(other.commit_)),
       clients_(std::exchange(other.clients_, {})) {}
 
 LineServer::~LineServer() {
@@ -70,7 +71,8 @@ bool LineServer::step(int timeout_ms) {
     Client& client = clients_.at(waiting[i].fd);
     if ((waiting[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0 && !client.closed)
       receive(waiting[i].fd, client);
-    const bool alive = send(waiting[i].fd, client);
+    const bool lasting = client.out.empty() || !commit_ || commit_();
+    const bool alive = lasting && send(waiting[i].fd, client);
     if (alive && !(client.closed && client.out.empty())) continue;
     ::close(waiting[i].fd);
     clients_.erase(waiting[i].fd);

@@ -8,6 +8,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
+#include "trunnion/thermal/location.hpp"
 
 #include "thermal/bench.hpp"
 
@@ -214,6 +215,27 @@ std::string prediction_text(const ThermalModel& model, const std::vector<RunPred
         out += um(run.channel[c][row].value_mm) + um(run.channel[c][row].sigma_mm);
       }
       out += "\n";
+    }
+  }
+  return out;
+}
+
+std::string paper_angles_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
+                              const std::vector<std::string>& comments) {
+  std::string out;
+  for (const auto& comment : comments) out.append("#").append(comment).append("\n");
+  const bool several = runs.size() > 1;
+  out += several ? "run_id,time_s,paper_A_deg,paper_C_deg\n" : "time_s,paper_A_deg,paper_C_deg\n";
+  for (const RunPrediction& run : runs) {
+    for (Offset& offset : offsets_of(model, run).rows) {
+      offset.deviation_mm.z() = kPaperZ_mm;
+      const PaperAngles angles = paper_offset_to_angles(offset.deviation_mm);
+      if (several) out.append(config::csv_field(run.run)).append(",");
+      out.append(shortest_text(offset.time_s)).append(",");
+      out.append(fixed_text(angles.A.deg(), 4))
+          .append(",")
+          .append(fixed_text(angles.C.deg(), 4))
+          .append("\n");
     }
   }
   return out;

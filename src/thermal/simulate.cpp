@@ -169,7 +169,7 @@ class Day {
     const double at = days_.blade_s + 20.0;
     const bool measured = load.measuring && in_cycle >= at && in_cycle < at + days_.step_s;
     for (std::size_t i = 0; i < 3; ++i) {
-      const double noise = 1.8 * kMmPerUm * normal(random_);
+      const double noise = kMeasurementFloor_mm * normal(random_);
       run.channel_mm[i].push_back(measured ? drift[static_cast<Eigen::Index>(i)] + noise : kNothing);
     }
   }
@@ -223,17 +223,33 @@ std::vector<BladeResult> assess(const SimulatedDays& days, const Correction& cor
   std::vector<BladeResult> out;
   for (const BladeTruth& blade : days.blades) {
     const LogRun& run = days.log.runs[blade.run];
-    BladeResult result{run.id, blade.blade};
+    BladeResult result(run.id, blade.blade);
     for (std::size_t row = 0; row < run.rows(); ++row) {
       if (run.time_s[row] < blade.begin_s || run.time_s[row] > blade.end_s) continue;
       const Vec3& drift = days.drift_mm[blade.run][row];
       const Vec3 left = drift - correction(blade.run, row);
-      result.before_mm = std::max(result.before_mm, drift.head<2>().norm());
-      result.after_mm = std::max(result.after_mm, left.head<2>().norm());
+      result.take(drift, left);
     }
     out.push_back(std::move(result));
   }
   return out;
+}
+
+void BladeResult::take(const Vec3& drift_mm, const Vec3& left_mm) {
+  before_mm = std::max(before_mm, drift_mm.head<2>().norm());
+  after_mm = std::max(after_mm, left_mm.head<2>().norm());
+  moments_ += 1.0;
+  const auto grow = [&](double& rms, const Vec3& d) {
+    rms = std::sqrt(rms * rms + (0.5 * d.head<2>().squaredNorm() - rms * rms) / moments_);
+  };
+  grow(before_rms_mm, drift_mm);
+  grow(after_rms_mm, left_mm);
+}
+
+double rms_mm(const std::vector<BladeResult>& blades, double BladeResult::*deviation) {
+  double sum = 0.0;
+  for (const BladeResult& b : blades) sum += b.*deviation * b.*deviation;
+  return blades.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(blades.size()));
 }
 
 double share_within(const std::vector<BladeResult>& blades, double BladeResult::*deviation,

@@ -71,8 +71,9 @@ TEST(LongImpellerDays, SevenImpellersAreWithinATenthAfterCompensation) {
   EXPECT_GE(before, 0.55);
   EXPECT_LE(before, 0.65);
   EXPECT_EQ(after, 1.0);
-  // Sensor noise 1 um and repeatability 1.5 um of the measurement that the correction starts from.
-  EXPECT_LT(rms_um, 2.0 * std::hypot(1.0, 1.5));
+  // Of the measurement that the correction starts from; the drift within a blade adds to it.
+  std::printf("one measurement: %.2f um\n", kMeasurementFloor_mm / kMmPerUm);
+  EXPECT_LT(rms_um, 2.0 * kMeasurementFloor_mm / kMmPerUm);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "trunnion/thermal/condition.hpp"
+#include "trunnion/thermal/location.hpp"
 #include "trunnion/thermal/predictor.hpp"
 #include "trunnion/thermal/screening.hpp"
 #include "trunnion/thermal/validation.hpp"
@@ -18,7 +19,12 @@ std::string thermal_screen_json(const std::vector<thermal::ChannelScreen>& chann
 std::string thermal_predict_json(const thermal::ThermalModel& model,
                                  const std::vector<thermal::RunPrediction>& runs);
 
+/// {"rank", "parameters_count", "condition", "rms_um", "parameters": {"X0C": {"value_um", "sigma_um",
+/// "identifiable"}}, "null_directions": [..], "refused": [..]}; no value where it is not identifiable.
+std::string thermal_split_json(const thermal::DriftSplit& split, const std::vector<std::string>& refused);
+
 /// The same as tables for people.
+std::string thermal_split_text(const thermal::DriftSplit& split);
 std::string thermal_fit_text(const thermal::FitResult& result, const thermal::FitOptions& options);
 std::string thermal_screen_text(const std::vector<thermal::ChannelScreen>& channels);
 

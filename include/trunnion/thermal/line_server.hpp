@@ -15,12 +15,15 @@ class LineServer {
  public:
   /// Answer to one line (both without line end); an empty answer sends nothing.
   using Handler = std::function<std::string(const std::string& line)>;
+  /// Called after the lines that came together were handled and before their answers go out: makes lasting
+  /// what was answered. When it gives false the answers are not sent and the client is closed.
+  using Commit = std::function<bool()>;
   static constexpr std::size_t kLongestLine = 1U << 16U;
   static constexpr std::size_t kUnreadAnswers =
       1U << 20U;  // bytes that wait for a client before it is no longer read from
 
   /// Listens on 127.0.0.1; port 0 is any free one. Fails with io_failed.
-  static Result<LineServer> listen(std::uint16_t port, Handler handler);
+  static Result<LineServer> listen(std::uint16_t port, Handler handler, Commit commit = {});
   LineServer(LineServer&& other) noexcept;
   LineServer& operator=(LineServer&&) = delete;
   LineServer(const LineServer&) = delete;
@@ -38,7 +41,7 @@ class LineServer {
     bool too_long = false;  // the rest of the line is being skipped
     bool closed = false;    // the peer sends no more
   };
-  LineServer(int descriptor, std::uint16_t port, Handler handler);
+  LineServer(int descriptor, std::uint16_t port, Handler handler, Commit commit);
   void accept_clients();
   void receive(int descriptor, Client& client);
   void take_lines(Client& client);
@@ -46,6 +49,7 @@ class LineServer {
   int listener_ = -1;
   std::uint16_t port_ = 0;
   Handler handler_;
+  Commit commit_;
   std::map<int, Client> clients_;  // by descriptor
 };
 

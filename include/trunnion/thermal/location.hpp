@@ -57,6 +57,8 @@ struct PaperAngles {
   Angle A, C;
 };
 PaperAngles paper_offset_to_angles(const Vec3& offset_mm);
+/// The z that the paper assumes, since it measured X and Y only.
+inline constexpr double kPaperZ_mm = 0.010;
 inline constexpr const char* paper_mapping_warning =
     "the paper's mapping of an offset to table angles has no physical ground: a translation has no "
     "orientation; use X, Y, Z "

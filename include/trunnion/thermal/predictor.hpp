@@ -85,4 +85,9 @@ OffsetTable offsets_of(const ThermalModel& model, const RunPrediction& predictio
 std::string prediction_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
                             const std::vector<std::string>& comments);
 
+/// CSV text of the paper's mode: `run_id` when there are several, `time_s`, `paper_A_deg`, `paper_C_deg`
+/// (location.hpp). Its columns are none that an offset file has: no program is made of them.
+std::string paper_angles_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
+                              const std::vector<std::string>& comments);
+
 }  // namespace trunnion::thermal

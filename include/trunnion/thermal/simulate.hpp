@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "trunnion/geom/vec.hpp"
@@ -25,6 +26,10 @@ struct ImpellerDays {
       true;  // axial jump with the speed, coolant that nobody logged, one loose sensor, a bias of the day
 };
 
+/// Standard uncertainty of one simulated measurement: sensor noise of 1 um and the repeatability of probing
+/// and of the machine, 1.5 um. A correction that starts from measurements cannot be much below.
+inline constexpr double kMeasurementFloor_mm = 0.0018;
+
 /// What really happened; a program under test never reads it.
 struct BladeTruth {
   std::size_t run = 0;
@@ -46,11 +51,22 @@ std::string truth_text(const SimulatedDays& days);
 /// How a blade came out: the largest distance in X and Y of the drift from the correction over its cut (the
 /// paper's profile deviation; it took Z as constant).
 struct BladeResult {
+  BladeResult(std::string run_id, int blade_number) : run(std::move(run_id)), blade(blade_number) {}
   std::string run;
   int blade = 0;
   double before_mm = 0.0;  // uncorrected
   double after_mm = 0.0;
+  double before_rms_mm = 0.0;  // of one component, over the cut
+  double after_rms_mm = 0.0;
+
+  /// Takes one moment of the cut: the drift and what of it is left.
+  void take(const Vec3& drift_mm, const Vec3& left_mm);
+
+ private:
+  double moments_ = 0.0;
 };
+/// Root mean square of one component over all blades.
+double rms_mm(const std::vector<BladeResult>& blades, double BladeResult::*deviation);
 
 /// Deviation that is corrected at a row of a run, mm.
 using Correction = std::function<Vec3(std::size_t run, std::size_t row)>;
