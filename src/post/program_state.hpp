@@ -24,21 +24,19 @@ class ProgramState {
 
   /// The machine moves to `q` in `seconds` (0: not known).
   void move_to(const JointVector& q, double seconds = 0.0) {
-    MachineState moving = towards(q, state_.q, seconds);
-    lags_.hold(moving, seconds);
-    moving.q = q;
-    state_ = moving;
-    pass(seconds);
+    const MachineState moving = towards(q, q, seconds);
+    hold(towards(q, state_.q, seconds), seconds);
+    state_.q = q;
+    state_.velocity = moving.velocity;
+    state_.direction = moving.direction;
     started_ = true;
   }
   /// The machine stands.
   void wait(double seconds) {
-    pass(0.0);
     state_.velocity = {};
-    lags_.hold(state_, seconds);
-    pass(seconds);
+    hold(state_, seconds);
   }
-  /// Values of the lags now.
+  /// Values of the lags now: of a block they are those at its start.
   std::span<const double> lagged() const { return lags_.values(); }
   /// At `at`, on the way to `q`.
   MachineState towards(const JointVector& q, const JointVector& at, double seconds = 0.0) const {
@@ -56,8 +54,17 @@ class ProgramState {
   const MachineState& now() const { return state_; }
 
  private:
-  void pass(double seconds) {
-    state_.time_s += seconds;
+  // Temperatures change while a state is held.
+  void hold(MachineState during, double seconds) {
+    constexpr double kStep_s = 10.0;  // far below any time constant of a thermal effect
+    double left_s = seconds;
+    do {
+      const double step_s = temperatures_ != nullptr ? std::min(left_s, kStep_s) : left_s;
+      if (temperatures_ != nullptr) during.temperature_K = temperatures_->at(state_.time_s);
+      lags_.hold(during, step_s);
+      state_.time_s += step_s;
+      left_s -= step_s;
+    } while (left_s > 0.0);
     if (temperatures_ != nullptr) state_.temperature_K = temperatures_->at(state_.time_s);
   }
 
