@@ -208,6 +208,7 @@ Result<ThermalService::Message> ThermalService::parse_xml(const std::string& lin
 
 Result<void> ThermalService::take_reading(const Message& message, Answer& answer) {
   if (!message.time_s) return wrong("a reading needs 'time_s'");
+  if (*message.time_s < 0.0) return wrong("'time_s' counts from the run's start and must not be below zero");
   for (const auto& [name, value] : message.measured_um) {
     const bool known = std::any_of(model_.channels.begin(), model_.channels.end(),
                                    [&](const ChannelModel& c) { return c.channel == name; });
