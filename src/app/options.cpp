@@ -106,6 +106,26 @@ void ClCliOptions::add_to(CLI::App& c) {
       ->capture_default_str();
 }
 
+void PoleCliOptions::add_to(CLI::App& c) {
+  c.add_option(
+       "--pole-tolerance-deg", tolerance_deg,
+       "largest tilt of the tool axis near the pole, tip unchanged, so that the inner rotary axis turns "
+       "less (0: none)")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  c.add_option("--pole-cone-deg", cone_deg, "only where the tool axis is within this angle of the pole")
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  c.add_option("--pole-min-turn-deg", min_turn_deg,
+               "only where the inner rotary axis would turn by more than this between two points")
+      ->check(CLI::Range(0.0, 180.0))
+      ->capture_default_str();
+}
+
+path::PoleOptions PoleCliOptions::resolve() const {
+  return {Angle::degrees(cone_deg), Angle::degrees(min_turn_deg), Angle::degrees(tolerance_deg)};
+}
+
 cl::ReaderOptions ClCliOptions::resolve() const {
   cl::ReaderOptions out;
   if (msys == "apply") out.frames = cl::ReaderOptions::Frames::apply;
@@ -171,6 +191,8 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--thermal-dead-band-um", thermal_dead_band_um, "smallest change that is followed")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  c.add_flag("--tilted-plane", tilted_plane,
+             "write motions of one tool axis (3+2) in a tilted plane of the control");
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
@@ -182,6 +204,7 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_flag("--no-verify", no_verify, "do not read the program back");
   c.add_flag("--accept-deviation", accept_deviation,
              "write a program that misses the tolerance all the same (marked, exit code 1)");
+  pole.add_to(c);
   reading.add_to(c);
 }
 
@@ -202,6 +225,13 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
     return fail(ErrorCode::wrong_use, std::string(one_sided ? "--one-sided" : "--move-programmed-points") +
                                           " belongs to --nonlinear adaptive");
   }
+  if (thermal_output != "axis-values") {
+    if (offsets.empty() && thermal_model.empty())
+      return fail(ErrorCode::wrong_use, "--thermal-output needs --offsets or --thermal");
+    // A shift of the work offset turns with the plane in some controls and not in others.
+    if (tilted_plane)
+      return fail(ErrorCode::wrong_use, "--thermal-output " + thermal_output + " excludes --tilted-plane");
+  }
   using path::ChoiceMethod;
   if (choice.starts_with("axis:")) {
     out.choice = ChoiceMethod::axis;
@@ -219,6 +249,8 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
              : feed == "inverse" ? post::FeedOutput::inverse
                                  : post::FeedOutput::per_minute;
   out.rtcp = rtcp;
+  out.tilted_plane = tilted_plane;
+  out.pole = pole.resolve();
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
   out.retract_mm = retract_mm;
   out.verify = !no_verify;
@@ -232,10 +264,11 @@ std::string PostCliOptions::text() const {
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
                     feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
                     shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm) + " " +
-                    thermal_output;
+                    thermal_output + " " + shortest_text(pole.cone_deg) + " " +
+                    shortest_text(pole.min_turn_deg) + " " + shortest_text(pole.tolerance_deg);
   for (const double limit : {thermal_clamp_um, thermal_slew_um_s, thermal_dead_band_um})
     out += " " + shortest_text(limit);
-  for (const bool flag : {rtcp, one_sided, thin, move_programmed_points, no_certify, no_verify,
+  for (const bool flag : {rtcp, tilted_plane, one_sided, thin, move_programmed_points, no_certify, no_verify,
                           accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
   }

@@ -53,6 +53,15 @@ struct ClCliOptions {
 /// Warns, once, of sensors and states of `model` that `data` does not have.
 void warn_of_missing_sensors(const Model& model, const EffectContext& data, Diagnostics& diagnostics);
 
+/// The pole's cone: shared by `post`, `batch` and `verify`.
+struct PoleCliOptions {
+  double cone_deg = 5.0;
+  double min_turn_deg = 10.0;
+  double tolerance_deg = 0.0;
+  void add_to(CLI::App& command);
+  path::PoleOptions resolve() const;
+};
+
 /// `--json` and `--report`.
 struct ResultOptions {
   std::string json;
@@ -79,6 +88,8 @@ struct PostCliOptions {
   double thermal_dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
+  PoleCliOptions pole;
+  bool tilted_plane = false;
   bool rtcp = false;
   bool one_sided = false;
   bool thin = false;

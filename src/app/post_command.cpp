@@ -54,7 +54,19 @@ void print_summary(const post::PostReport& r) {
                 r.worst_predicted_mm, r.largest_correction_mm);
   if (r.feed_time_lost_s > 0.05)
     spdlog::info("axis speeds cost {:.1f} s against the programmed feed", r.feed_time_lost_s);
+  if (r.blocks_held > 0) {
+    spdlog::info("{} blocks turn the rotary axes alone: digits of X Y Z that rounding put there are left out",
+                 r.blocks_held);
+  }
   if (r.choice.branch_changes > 0) spdlog::info("{} branch changes", r.choice.branch_changes);
+  if (r.rewinds_at_rapids > 0) spdlog::info("{} rewinds at rapids", r.rewinds_at_rapids);
+  if (r.choice.reconfigurations > 0)
+    spdlog::info("{} times the tool leaves the part to turn", r.choice.reconfigurations);
+  if (r.pole_stretches > 0) {
+    spdlog::info("{} stretches near the pole with the tool axis tilted, by {:.4f} deg at most",
+                 r.pole_stretches, r.largest_pole_tilt.deg());
+  }
+  if (r.tilted_planes > 0) spdlog::info("{} tilted planes", r.tilted_planes);
   if (r.choice.pole_points > 0) spdlog::info("{} points at the pole", r.choice.pole_points);
   if (r.largest_error_mm > 0.0) {
     spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
@@ -83,6 +95,10 @@ void print_failed_check(const post::VerifyReport& v, const std::string& cl_file)
     spdlog::error("error: the tool axis deviates by {:.4f} deg, the tolerance is {:.4f} deg",
                   v.max_axis_deviation.deg(), v.axis_tolerance.deg());
   }
+  if (v.max_pole_axis_deviation > v.axis_tolerance + v.pole_tolerance) {
+    spdlog::error("error: the tool axis deviates by {:.4f} deg near the pole, the tolerance is {:.4f} deg",
+                  v.max_pole_axis_deviation.deg(), v.axis_tolerance.deg() + v.pole_tolerance.deg());
+  }
   if (v.rapid_tolerance_mm && v.max_rapid_deviation_mm > *v.rapid_tolerance_mm) {
     spdlog::error("error: rapids deviate by {:.6f} mm, their tolerance is {} mm", v.max_rapid_deviation_mm,
                   *v.rapid_tolerance_mm);
@@ -91,6 +107,10 @@ void print_failed_check(const post::VerifyReport& v, const std::string& cl_file)
     spdlog::error("error: {} CL points are not on the program's path", v.points_missed);
   for (const auto& b : v.beyond_limits) {
     spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
+  }
+  for (const auto& f : v.too_fast) {
+    spdlog::error("error: NC line {} moves axis {} at {:.4f} times its largest speed", f.nc_line, f.axis,
+                  f.ratio);
   }
 }
 

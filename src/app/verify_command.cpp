@@ -20,6 +20,7 @@ struct VerifyCommand {
   std::optional<double> rapid_tolerance_mm;
   std::optional<double> axis_tolerance_deg;
   bool no_certify = false;
+  PoleCliOptions pole;
   ClCliOptions reading;
 };
 
@@ -36,9 +37,18 @@ void print_report(const post::VerifyReport& v) {
   spdlog::info("CL points met within {:.6f} mm, {} missed", v.max_point_deviation_mm, v.points_missed);
   spdlog::info("tool axis deviation {:.4f} deg, tolerance {:.4f} deg", v.max_axis_deviation.deg(),
                v.axis_tolerance.deg());
+  if (v.pole_tolerance > Angle{}) {
+    spdlog::info("tool axis deviation near the pole {:.4f} deg, tolerance {:.4f} deg more",
+                 v.max_pole_axis_deviation.deg(), v.pole_tolerance.deg());
+  }
   spdlog::info("rapids deviate by {:.4f} mm", v.max_rapid_deviation_mm);
   for (const auto& b : v.beyond_limits)
     spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
+  spdlog::info("axes at {:.3f} of their largest speed at most", v.max_speed_ratio);
+  for (const auto& f : v.too_fast) {
+    spdlog::error("error: NC line {} moves axis {} at {:.4f} times its largest speed", f.nc_line, f.axis,
+                  f.ratio);
+  }
   if (v.passed()) {
     spdlog::info("passed");
   } else {
@@ -69,6 +79,7 @@ ExitCode run(const VerifyCommand& command) {
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine.axis_tolerance;
   options.certify = !command.no_certify;
+  options.pole = command.pole.resolve();
   options.truth = *truth ? &**truth : nullptr;
   options.collect = !command.result.report.empty();
   const cl::ReaderOptions reading = command.reading.resolve();
@@ -115,6 +126,7 @@ void add_verify_command(CLI::App& root, int& exit) {
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
       ->check(above_zero());
   c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
+  command->pole.add_to(*c);
   command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

@@ -208,6 +208,42 @@ void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
   modal.rapid_next = false;
 }
 
+void Context::take_clear_plane(const PostWord& word) {
+  modal.clear_plane.reset();
+  std::array<double, 4> value{};
+  const auto& f = word.fields;
+  if (f.size() == 2) {
+    const auto distance = parse_number(f[1]);
+    const bool named = f[0] == "XYPLAN" || f[0] == "YZPLAN" || f[0] == "ZXPLAN";
+    if (!named || !distance) return;
+    const Vec3 normal = f[0] == "XYPLAN" ? Vec3::UnitZ() : f[0] == "YZPLAN" ? Vec3::UnitX() : Vec3::UnitY();
+    modal.clear_plane = ClearPlane{normal, distance.value};
+    return;
+  }
+  if (f.size() != 4) return;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto number = parse_number(f[i]);
+    if (!number) return;
+    value[i] = number.value;
+  }
+  const Vec3 normal(value[0], value[1], value[2]);
+  if (normal.norm() > 1e-6) modal.clear_plane = ClearPlane{normal.normalized(), value[3] / normal.norm()};
+}
+
+void Context::retract(SourceRef where) {
+  if (!modal.clear_plane) return error(where, "RETRCT: there is no clearance plane (CLEARP) before it");
+  if (!modal.has_position) return error(where, "RETRCT before any position");
+  const double rises = modal.axis_A.dot(modal.clear_plane->normal_A);
+  const double missing = modal.clear_plane->distance_mm - modal.tip_A.dot(modal.clear_plane->normal_A);
+  if (missing <= 0.0) return;
+  constexpr double kAlong = 1e-3;  // flatter, the tool would travel a thousand times the height
+  const Vec3 to = modal.tip_A + modal.axis_A * (missing / std::max(rises, kAlong));
+  if (rises <= kAlong || !(to.cwiseAbs().maxCoeff() <= kLongest_mm))
+    return error(where, "RETRCT: the tool axis does not lead to the clearance plane");
+  add_motion(where, to, modal.axis_A, modal.feed, true);
+  modal.rapid_next = false;
+}
+
 void Context::start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
   if (modal.new_msys) settle_msys(axis_A);
   modal.tip_A = tip_A;

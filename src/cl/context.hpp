@@ -40,6 +40,12 @@ struct Cycle {
   std::optional<Feed> feed;
 };
 
+/// CLEARP: the plane `normal . p = distance` in the file's coordinates.
+struct ClearPlane {
+  Vec3 normal_A = Vec3::UnitZ();  // unit
+  double distance_mm = 0.0;
+};
+
 /// MSYS of NX as it was read: how its points are meant is settled with the first tool axis.
 struct PendingMsys {
   SourceRef where;
@@ -75,6 +81,7 @@ struct Modal {
   std::optional<PendingArc> pending_arc;
   std::optional<Cycle> cycle;
   std::optional<Cycle> last_cycle;
+  std::optional<ClearPlane> clear_plane;
   bool points_on_center = false;  // the file says that its points are those of the tool's center (Creo)
 
   /// CSYS (SolidWorks) with a Z axis other than the file's: a GOTO without an axis is ambiguous then.
@@ -133,6 +140,11 @@ class Context {
   /// An arc from the position to `end_A`, or the motions that stand for it. `sweep` > 0 about `normal_A`.
   /// Takes RAPID.
   void add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, const Vec3& normal_A, Angle sweep);
+  /// CLEARP, its lengths in mm.
+  void take_clear_plane(const PostWord& word);
+  /// RETRCT: a rapid along the tool axis to the clearance plane; none when the tool is beyond it. An error
+  /// without a plane, or when the tool axis does not lead there.
+  void retract(SourceRef where);
   /// A position without a motion.
   void start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by

@@ -53,6 +53,45 @@ void read_post_word(Context& context, const Statement& statement) {
   context.emit(statement.where, std::move(word));
 }
 
+// Lengths among the fields in mm: the post knows nothing of the file's unit.
+void read_post_lengths(Context& context, const Statement& statement) {
+  PostWord word{std::string(statement.word), {}};
+  const bool clears = statement.word == "CLEARP";
+  bool rotary = false;
+  std::size_t numbers = 0;
+  for (const Field& field : statement.fields) {
+    const auto number = parse_number(field.text);
+    if (!number) {
+      rotary = field.text == "AAXIS" || field.text == "BAXIS" || field.text == "CAXIS";
+      word.fields.emplace_back(field.text);
+      continue;
+    }
+    ++numbers;
+    // The first three of CLEARP/a,b,c,d are a direction.
+    const bool length = clears ? statement.fields.size() == 2 || numbers == 4 : !rotary;
+    word.fields.push_back(shortest_text(number.value * (length ? context.modal.mm_per_unit : 1.0)));
+  }
+  if (clears) context.take_clear_plane(word);
+  context.emit(statement.where, std::move(word));
+}
+
+// ROTATE turns a rotary axis (PostWorks), or geometry (other systems).
+void read_rotate(Context& context, const Statement& statement) {
+  const std::string_view first = statement.has_fields() ? statement.fields[0].text : std::string_view{};
+  if (first == "TABLE" || first == "AXIS" || (first.size() == 5 && first.substr(1) == "AXIS"))
+    return read_post_word(context, statement);
+  context.error(statement.where, "ROTATE changes the geometry and is not understood by this program");
+}
+
+// RETRCT: rapid along the tool axis to the clearance plane.
+void read_retrct(Context& context, const Statement& statement) {
+  if (statement.has_fields() && !statement.fields[0].text.empty()) {
+    return context.error(statement.where, "RETRCT/" + std::string(statement.fields[0].text.substr(0, 40)) +
+                                              " changes the geometry and is not understood by this program");
+  }
+  context.retract(statement.where);
+}
+
 // FEDRAT/v  FEDRAT/v,unit  FEDRAT/unit,v. Without a unit: per minute, in the file's unit of length.
 void read_fedrat(Context& context, const Statement& statement) {
   std::optional<std::size_t> value_at;
@@ -236,11 +275,12 @@ void read_cutcom(Context& context, const Statement& statement) {
 }
 
 constexpr WordReading kWords[] = {
-    {"CUTCOM", read_cutcom},    {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},
-    {"COOLNT", read_coolnt},    {"DELAY", read_delay},      {"DWELL", read_delay},
-    {"STOP", read_stop},        {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},
-    {"FINI", read_fini},        {"ROTABL", read_post_word}, {"LIMITS", read_post_word},
-    {"CLEARP", read_post_word}, {"MAXDPM", read_post_word}};
+    {"CUTCOM", read_cutcom},       {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},
+    {"COOLNT", read_coolnt},       {"DELAY", read_delay},      {"DWELL", read_delay},
+    {"STOP", read_stop},           {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},
+    {"FINI", read_fini},           {"ROTABL", read_post_word}, {"LIMITS", read_post_lengths},
+    {"CLEARP", read_post_lengths}, {"MAXDPM", read_post_word}, {"ROTATE", read_rotate},
+    {"RETRCT", read_retrct}};
 
 }  // namespace
 

@@ -14,10 +14,10 @@ constexpr std::string_view kRefused[] = {
     "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRP", "ARCSLP", "ARCDAT",
     // motion along part, drive and check surfaces, and motions whose end the file does not say
     "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLONPS",
-    "TLOFPS", "RETRCT", "THREAD", "TURN", "POCKET", "HEAD",
+    "TLOFPS", "THREAD", "TURN", "POCKET", "HEAD",
     // frames and copies
-    "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS",
-    "MODE", "MATRIX", "SETANG", "POSTN",
+    "TRACUT", "TRANS", "ORIGIN", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS", "MODE",
+    "MATRIX", "SETANG", "POSTN",
     // programs that call themselves
     "CALSUB", "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD"};
 

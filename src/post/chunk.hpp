@@ -5,14 +5,16 @@
 
 #include "trunnion/cl/record.hpp"
 #include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
 namespace trunnion::post {
 
 /// A motion of the CL file that waits for the choice of its joints.
 struct Pending {
-  path::ChoicePoint point;
+  path::ChoicePoint point;  // near the pole its tool axis may be tilted
   cl::Feed feed;
+  Vec3 programmed_axis_P = Vec3::UnitZ();
 };
 
 /// What is said before a motion.
@@ -41,9 +43,10 @@ struct Chunk {
   std::vector<Event> events;
   std::vector<ToleranceFrom> tolerances;  // the first one holds from motion 0 on
   std::vector<path::ChosenPoint> chosen;
-  InverseOptions inverse;        // with which they were chosen
-  std::optional<Error> failure;  // no way was found through these motions
-  path::Point before;            // where the chunk before ends
+  std::vector<path::PoleStretch> pole;  // where tool axes are tilted
+  InverseOptions inverse;               // with which they were chosen
+  std::optional<Error> failure;         // no way was found through these motions
+  path::Point before;                   // where the chunk before ends
   bool has_before = false;
 
   std::vector<path::Point> points;  // of the motions, on the word grid

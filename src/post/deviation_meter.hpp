@@ -28,6 +28,8 @@ struct Vertex {
   std::int64_t feed = 0;  // quanta
   bool tcp =
       false;  // reached under tool-centre-point control: the control moves the tip on a straight line in P
+  Vec3 word_tip_P = Vec3::Zero();  // under it: X Y Z as the words have them
+  bool from_unknown = false;       // the position before it is not known
 };
 
 /// A point of the CL path.

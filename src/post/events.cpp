@@ -50,11 +50,7 @@ Result<void> Pipeline::emit_event(const cl::Record& record) {
                           return write(nc::Comment{o.name});
                         },
                         [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
-                        [&](const cl::PostWord& w) {
-                          diagnostics_.warning_once("post word " + w.word, job_.cl_file, record.where,
-                                                    w.word + " is not acted on");
-                          return Result<void>{};
-                        },
+                        [&](const cl::PostWord& w) { return take_post_word(w, record.where); },
                         [](const auto&) { return Result<void>{}; },
                     },
                     record.data);
@@ -92,6 +88,7 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
 
 Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t) {
   approach_ = true;
+  if (auto r = leave_plane(); !r) return r;
   nc::ToolCall call;
   call.tool = t.number;
   call.length_offset = t.length_register.value_or(t.number);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trunnion::post {
 namespace {
@@ -22,7 +23,8 @@ FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controlle
   for (AxisId id = 0; id < count_; ++id) {
     const Axis& axis = machine.axes[id];
     const double rapid = rapid_rate(axis);
-    axes_[id] = {axis.kind == AxisKind::linear, rapid, axis.max_feed.value_or(rapid)};
+    const double feed = axis.max_feed.value_or(rapid);
+    axes_[id] = {axis.kind == AxisKind::linear, rapid, feed, feed};
   }
 }
 
@@ -34,6 +36,32 @@ double FeedPlanner::slowest_axis_s(const JointVector& a, const JointVector& b) c
   return seconds;
 }
 
+AxisId FeedPlanner::slowest_axis(const JointVector& a, const JointVector& b) const {
+  AxisId slowest = 0;
+  double seconds = -1.0;
+  for (AxisId id = 0; id < count_; ++id) {
+    const double needs = std::abs(b[id] - a[id]) / axes_[id].feed;
+    if (needs <= seconds) continue;
+    seconds = needs;
+    slowest = id;
+  }
+  return slowest;
+}
+
+double FeedPlanner::linear_rate_mm_s() const {
+  double rate = std::numeric_limits<double>::infinity();
+  for (AxisId id = 0; id < count_; ++id) {
+    if (axes_[id].linear) rate = std::min(rate, axes_[id].feed);
+  }
+  return rate;
+}
+
+void FeedPlanner::limit_rotary(double rad_s) {
+  for (AxisId id = 0; id < count_; ++id) {
+    if (!axes_[id].linear) axes_[id].feed = std::min(axes_[id].most, rad_s);
+  }
+}
+
 double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) const {
   double seconds = 0.0;
   for (AxisId id = 0; id < count_; ++id) {
@@ -42,69 +70,85 @@ double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) co
   return seconds;
 }
 
-double FeedPlanner::control_path(const JointVector& a, const JointVector& b, bool& rotary_only) const {
+FeedPlanner::ControlPath FeedPlanner::control_path(const JointVector& a, const JointVector& b,
+                                                   std::optional<double> tcp_way_mm) const {
   double linear = 0.0;
   double rotary = 0.0;
   for (AxisId id = 0; id < count_; ++id) {
     const double d = b[id] - a[id];
     (axes_[id].linear ? linear : rotary) += d * d;
   }
-  rotary_only = linear == 0.0;
-  if (rotary_only) return std::sqrt(rotary);
-  if (controller_.feed.path == nc::FeedPath::linear_first) return std::sqrt(linear);
-  return std::sqrt(linear + rotary * kDegreePerRad * kDegreePerRad);  // one degree counts as one millimetre
+  if (tcp_way_mm) linear = *tcp_way_mm * *tcp_way_mm;
+  if (linear == 0.0) return {std::sqrt(rotary), true};
+  // F is the feed of the tip under tool-centre-point control.
+  if (tcp_way_mm || controller_.feed.path == nc::FeedPath::linear_first) return {std::sqrt(linear), false};
+  // One degree counts as one millimetre.
+  return {std::sqrt(linear + rotary * kDegreePerRad * kDegreePerRad), false};
 }
 
-double FeedPlanner::seconds_of(const JointVector& a, const JointVector& b, double tip_mm, nc::FeedMode mode,
-                               std::int64_t feed) const {
+double FeedPlanner::seconds_of(const JointVector& a, const JointVector& b, std::optional<double> tcp_way_mm,
+                               nc::FeedMode mode, std::int64_t feed) const {
   const nc::FeedFormat& format = controller_.numbers.feed;
   if (feed <= 0) return 0.0;
-  if (mode == nc::FeedMode::inverse_time) return 1.0 / format.internal(mode, feed);
-  if (tip_mm > 0.0) return tip_mm / format.internal(mode, feed);
-  bool rotary_only = false;
-  const double path = control_path(a, b, rotary_only);
-  return path / (rotary_only ? format.rotary_internal(feed) : format.internal(mode, feed));
+  const ControlPath path = control_path(a, b, tcp_way_mm);
+  if (mode == nc::FeedMode::per_minute) {
+    return path.length / (path.rotary_only ? format.rotary_internal(feed) : format.internal(mode, feed));
+  }
+  const double seconds = 1.0 / format.internal(mode, feed);
+  if (!controller_.feed.min_linear_rate_mm_s) return seconds;
+  // The control knows one lowest number for both: mm/min and degrees/min.
+  const double length = path.rotary_only ? path.length * kDegreePerRad : path.length;
+  return length > 0.0 ? std::min(seconds, length / *controller_.feed.min_linear_rate_mm_s) : seconds;
 }
 
-BlockFeed FeedPlanner::plan(const JointVector& a, const JointVector& b, double tip_mm,
-                            double feed_mm_s) const {
+// The largest F of this mode with which the block does not last less than `seconds` but for half a digit, and
+// never less than the axes need.
+BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const Move& move, double seconds) const {
+  const nc::FeedFormat& format = controller_.numbers.feed;
+  const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
+  BlockFeed out;
+  out.mode = mode;
+  out.wanted_s = seconds;
+  if (mode == nc::FeedMode::inverse_time) {
+    if (controller_.feed.max_inverse_time)
+      out.wanted_s = std::max(seconds, kSecondsPerMinute / *controller_.feed.max_inverse_time);
+    out.quanta = format.quanta(mode, 1.0 / out.wanted_s);
+  } else if (path.rotary_only) {
+    out.quanta = format.rotary_quanta(path.length / seconds);
+  } else {
+    double rate = path.length / seconds;
+    if (controller_.feed.max_per_minute)
+      rate = std::min(rate, *controller_.feed.max_per_minute / kSecondsPerMinute);
+    out.quanta = format.quanta(mode, rate);
+  }
+  const auto lasts = [&] { return seconds_of(move.a, move.b, move.tcp_way_mm, mode, out.quanta); };
+  out.seconds = lasts();
+  if (out.seconds < move.axes_s && out.quanta > 1) {
+    --out.quanta;
+    out.seconds = lasts();
+  }
+  return out;
+}
+
+BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   bool turns = false;
   for (AxisId id = 0; id < count_; ++id) {
-    turns = turns || (!axes_[id].linear && a[id] != b[id]);
+    turns = turns || (!axes_[id].linear && move.a[id] != move.b[id]);
   }
-  const double tip_s = tip_mm / feed_mm_s;
-  const double axes_s = slowest_axis_s(a, b);
-  double seconds = std::max(tip_s, axes_s);
-  BlockFeed out;
+  const double tip_s = move.tip_mm / feed_mm_s;
+  const double seconds = std::max(tip_s, move.axes_s);
+  const bool inverse = turns && output_ == FeedOutput::inverse && controller_.has_inverse_time();
+  BlockFeed out = in_mode(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute, move, seconds);
+  if (inverse && out.runs_away()) {
+    // Below the lowest rate of inverse time; a feed per minute has none.
+    const BlockFeed other = in_mode(nc::FeedMode::per_minute, move, seconds);
+    if (other.seconds > out.seconds) out = other;
+    out.other_mode = true;
+  }
   // Where the tip's own time is below a thousandth of the axes' it is no measure of a feed: nothing is "lost"
   // then.
   constexpr double kTipMoves = 1e-3;
-  if (tip_s > kTipMoves * axes_s) out.lost_s = seconds - tip_s;
-  const nc::FeedFormat& format = controller_.numbers.feed;
-  if (turns && output_ == FeedOutput::inverse && controller_.has_inverse_time()) {
-    out.mode = nc::FeedMode::inverse_time;
-    if (controller_.feed.max_inverse_time)
-      seconds = std::max(seconds, kSecondsPerMinute / *controller_.feed.max_inverse_time);
-    out.quanta = format.quanta(out.mode, 1.0 / seconds);
-    out.seconds = 1.0 / format.internal(out.mode, out.quanta);
-    return out;
-  }
-  bool rotary_only = false;
-  double path = control_path(a, b, rotary_only);
-  if (output_ == FeedOutput::tip && tip_mm > 0.0) {
-    path = tip_mm;
-    rotary_only = false;
-  }
-  double rate = path / seconds;
-  if (rotary_only && turns) {
-    out.quanta = format.rotary_quanta(rate);
-    out.seconds = path / format.rotary_internal(out.quanta);
-    return out;
-  }
-  if (controller_.feed.max_per_minute)
-    rate = std::min(rate, *controller_.feed.max_per_minute / kSecondsPerMinute);
-  out.quanta = format.quanta(out.mode, rate);
-  out.seconds = path / format.internal(out.mode, out.quanta);
+  if (tip_s > kTipMoves * move.axes_s) out.lost_s = seconds - tip_s;
   return out;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <limits>
-#include <vector>
+#include <optional>
 
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
@@ -13,8 +14,16 @@ namespace trunnion::post {
 struct BlockFeed {
   nc::FeedMode mode = nc::FeedMode::per_minute;
   std::int64_t quanta = 0;
-  double seconds = 0.0;  // as the control will run it, F rounded
-  double lost_s = 0.0;   // more than the programmed feed asks for, since an axis is not faster
+  double seconds = 0.0;     // as the control will run it, F rounded
+  double wanted_s = 0.0;    // what the feed and the axes ask for; more than `seconds` where no F can say it
+  double lost_s = 0.0;      // more than the programmed feed asks for, since an axis is not faster
+  bool other_mode = false;  // per minute, since inverse time cannot say it
+
+  /// The control will run the block clearly faster than it is meant to: no F says its duration.
+  bool runs_away() const {
+    constexpr double kClearly = 0.95;  // above the rounding of any F that is worth writing
+    return seconds < kClearly * wanted_s;
+  }
 };
 
 /// Plans the feed of one block after the other.
@@ -22,26 +31,65 @@ class FeedPlanner {
  public:
   FeedPlanner(const Machine& machine, const nc::Controller& controller, FeedOutput output);
 
-  /// Feed of the linear joint motion a -> b, in which the tip moves `tip_mm` relative to the part at
-  /// `feed_mm_s`. Duration: the tip's, or that of the slowest axis; where the tip hardly moves it is the axes
-  /// that need time.
-  BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const;
+  /// A motion to be planned. Without tool-centre-point control the joints move linearly from `a` to `b`; with
+  /// it the tip's words move by `tcp_way_mm` (nothing else is a path to the control), and the joints as they
+  /// must: `axes_s` says how long they need.
+  struct Move {
+    JointVector a;
+    JointVector b;
+    double tip_mm = 0.0;  // way of the tip relative to the part
+    std::optional<double> tcp_way_mm;
+    double axes_s = 0.0;  // see slowest_axis_s
+  };
+  /// Duration: the tip's at `feed_mm_s`, or that of the slowest axis; where the tip hardly moves it is the
+  /// axes that need time. F is rounded so that no axis exceeds its speed.
+  BlockFeed plan(const Move& move, double feed_mm_s) const;
+  BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const {
+    return plan({a, b, tip_mm, std::nullopt, slowest_axis_s(a, b)}, feed_mm_s);
+  }
   /// Time of a rapid: the slowest axis at its rapid rate.
   double rapid_seconds(const JointVector& a, const JointVector& b) const;
-  /// Time of a block with this F; `tip_mm` > 0: F is the feed of the tip (tool-centre-point control).
-  double seconds_of(const JointVector& a, const JointVector& b, double tip_mm, nc::FeedMode mode,
-                    std::int64_t feed) const;
-  /// The least time in which the axes can do it.
+  /// Time of a block with this F as the control runs it; `tcp_way_mm`: see Move. Includes the lowest rate
+  /// that the control keeps in inverse time (Controller::FeedRules::min_linear_rate_mm_s).
+  double seconds_of(const JointVector& a, const JointVector& b, std::optional<double> tcp_way_mm,
+                    nc::FeedMode mode, std::int64_t feed) const;
+  /// The least time in which the axes can do it, moving linearly.
   double slowest_axis_s(const JointVector& a, const JointVector& b) const;
+  /// The axis that needs it.
+  AxisId slowest_axis(const JointVector& a, const JointVector& b) const;
+  /// The same where the joints do not move linearly: `joints(t)` at the fraction t of the block's time.
+  template <class Joints>
+  double slowest_along_s(const Joints& joints) const {
+    constexpr int kPieces = 16;
+    double seconds = 0.0;
+    JointVector before = joints(0.0);
+    for (int i = 1; i <= kPieces; ++i) {
+      const JointVector q = joints(static_cast<double>(i) / kPieces);
+      seconds = std::max(seconds, kPieces * slowest_axis_s(before, q));
+      before = q;
+    }
+    return seconds;
+  }
+  /// MAXDPM: no rotary axis is faster than this while cutting.
+  void limit_rotary(double rad_s);
+  /// A rate that no linear axis exceeds in any direction, mm/s.
+  double linear_rate_mm_s() const;
 
  private:
   /// Length by which the control divides a per-minute F: mm, or rad where only rotary axes move.
-  double control_path(const JointVector& a, const JointVector& b, bool& rotary_only) const;
+  struct ControlPath {
+    double length = 0.0;
+    bool rotary_only = false;
+  };
+  ControlPath control_path(const JointVector& a, const JointVector& b,
+                           std::optional<double> tcp_way_mm) const;
+  BlockFeed in_mode(nc::FeedMode mode, const Move& move, double seconds) const;
 
   struct PlannedAxis {
     bool linear = true;
     double rapid = 1.0;  // mm/s, rad/s
     double feed = 1.0;
+    double most = 1.0;  // what the machine file gives
   };
   std::size_t count_;
   std::array<PlannedAxis, kMaxAxes> axes_;

@@ -4,6 +4,8 @@
 #include <utility>
 #include <variant>
 
+#include "post/post_words.hpp"
+
 namespace trunnion::post {
 namespace {
 
@@ -50,6 +52,8 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_
       rounding_(rounding),
       kinematics_(machine_, tool_mm),
       tolerances_(options, machine_),
+      method_(options.choice),
+      axis_(options.choice_axis),
       chunk_(fresh()) {}
 
 std::unique_ptr<Chunk> Intake::fresh() const {
@@ -62,8 +66,8 @@ std::unique_ptr<Chunk> Intake::fresh() const {
 
 path::ChoiceOptions Intake::choice_options() const {
   path::ChoiceOptions out;
-  out.method = options_.choice;
-  out.axis = options_.choice_axis;
+  out.method = method_;
+  out.axis = axis_;
   out.inverse = inverse_;
   out.tool_mm = tool_mm_;
   return out;
@@ -73,7 +77,7 @@ path::ChoiceOptions Intake::choice_options() const {
 bool Intake::may_cut(const ToolPose& pose) const {
   const std::size_t count = chunk_->motions.size();
   if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
-  if (options_.choice != path::ChoiceMethod::global) return count >= kLocalRun;
+  if (method_ != path::ChoiceMethod::global) return count >= kLocalRun;
   return count >= kLongRun && count % kLookEvery == 0 &&
          path::settles_choice(machine_, pose, choice_options());
 }
@@ -87,6 +91,12 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
       tolerances_.take(*word);
       chunk_->tolerances.push_back({chunk_->motions.size(), tolerances_.cutting()});
     }
+    if (const auto* word = std::get_if<cl::PostWord>(&record.data)) {
+      auto before = flush();
+      summary_.goes_on = true;
+      take_post_word(*word);
+      return before;
+    }
     // The machine stands still for a tool change: what comes before is one thing, what comes after another.
     if (!std::holds_alternative<cl::ToolChange>(record.data)) return nullptr;
     auto done = flush();
@@ -96,7 +106,10 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   }
   ++points_;
   std::unique_ptr<Chunk> done;
-  if (motion->rapid && feed_seen_) {
+  // A plane holds one tool axis: a rapid to another one begins a new run.
+  const bool leaves_plane = options_.tilted_plane && motion->rapid && !chunk_->motions.empty() &&
+                            (chunk_->motions.back().programmed_axis_P - motion->axis_P).norm() > 1e-9;
+  if (motion->rapid && (feed_seen_ || leaves_plane)) {
     done = flush();
     feed_seen_ = false;
     summary_.goes_on = false;
@@ -105,18 +118,56 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     summary_.goes_on = true;
   }
   feed_seen_ = feed_seen_ || !motion->rapid;
-  chunk_->motions.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed});
+  chunk_->motions.push_back(
+      {{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed, motion->axis_P});
   return done;
+}
+
+Result<void> Intake::choose(Chunk& chunk) {
+  choice_points_.clear();
+  for (const Pending& p : chunk.motions) choice_points_.push_back(p.point);
+  const path::ChoiceSummary so_far = summary_;
+  const auto choice = [&] {
+    return path::choose_solutions(machine_, choice_points_, last_.q, choice_options(), job_.cl_file,
+                                  chunk.chosen, summary_);
+  };
+  if (auto done = choice(); !done) return done;
+  const path::PoleOptions& pole = options_.pole;
+  if (pole.tolerance.rad() <= 0.0 || !path::turns_near_pole(machine_, pole, choice_points_, chunk.chosen))
+    return {};
+  // Again, with the tool axes that may be led through the pole.
+  const std::vector<path::ChoicePoint> programmed = choice_points_;
+  const std::vector<path::ChosenPoint> before = std::exchange(chunk.chosen, {});
+  choice_points_ = path::put_on_pole(machine_, pole, programmed);
+  summary_ = so_far;
+  if (auto done = choice(); !done) return done;
+  chunk.pole =
+      path::tilt_near_pole(machine_, tool_mm_, pole, programmed, before, choice_points_, chunk.chosen);
+  for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = choice_points_[i];
+  return {};
+}
+
+// What the word changes for the motions behind it; the pipeline does the rest, and tells what it cannot do.
+void Intake::take_post_word(const cl::PostWord& word) {
+  std::string cut;
+  if (word.word == "LIMITS") {
+    take_limits(word, *job_.machine, machine_, cut);
+  } else if (const auto measure = measure_of(word, machine_)) {
+    method_ = measure->method;
+    axis_ = measure->axis;
+  } else if (const auto turn = table_turn_of(word, machine_, last_.q);
+             turn && machine_.axes[turn->axis].within_limits(turn->angle)) {
+    last_.q[turn->axis] = rounding_.rounded(turn->axis, turn->angle);
+    chunk_->has_before = false;
+    feed_seen_ = false;
+  }
 }
 
 std::unique_ptr<Chunk> Intake::flush() {
   Chunk& chunk = *chunk_;
   chunk.inverse = inverse_;
   if (!chunk.motions.empty()) {
-    choice_points_.clear();
-    for (const Pending& p : chunk.motions) choice_points_.push_back(p.point);
-    const auto done = path::choose_solutions(machine_, choice_points_, last_.q, choice_options(),
-                                             job_.cl_file, chunk.chosen, summary_);
+    const auto done = choose(chunk);
     if (!done) {
       chunk.failure = done.error();
     } else {

@@ -41,16 +41,20 @@ class Intake {
  private:
   std::unique_ptr<Chunk> flush();
   std::unique_ptr<Chunk> fresh() const;
+  Result<void> choose(Chunk& chunk);
+  void take_post_word(const cl::PostWord& word);
   bool may_cut(const ToolPose& pose) const;
   path::ChoiceOptions choice_options() const;
 
   const PostJob& job_;
   const PostOptions& options_;
-  const Machine& machine_;
+  Machine machine_;  // as LIMITS leaves it
   Vec3 tool_mm_;
   path::Rounding rounding_;
   TableKinematics kinematics_;
   PathTolerances tolerances_;
+  path::ChoiceMethod method_;  // as ROTABL/SHORT leaves it
+  std::string axis_;
   InverseOptions inverse_;
   path::Point last_;  // the last point handed on
   bool has_last_ = false;

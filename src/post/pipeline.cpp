@@ -32,6 +32,7 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.tolerance_mm = options.tolerance_mm;
   v.rapid_tolerance_mm = options.rapid_tolerance_mm;
   v.axis_tolerance = options.axis_tolerance.value_or(machine.axis_tolerance);
+  v.pole = options.pole;
   v.certify = options.nonlinear.certify;
   v.truth = truth;
   v.temperatures = job.temperatures;
@@ -77,14 +78,15 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
   }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
-  verifier_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_,
-                                         verify_options(job, options, machine_, evaluator_.get()), nc_file,
-                                         verification_);
+  verifier_ = std::make_unique<Verifier>(*job.machine, controller_, tool_mm_,
+                                         verify_options(job, options, *job.machine, evaluator_.get()),
+                                         nc_file, verification_);
   if (evaluator_ || offsets_) {
-    VerifyOptions nominal = verify_options(job, options, machine_, nullptr);
+    VerifyOptions nominal = verify_options(job, options, *job.machine, nullptr);
     nominal.collect = false;
     nominal.offsets = nullptr;
-    nominal_ = std::make_unique<Verifier>(machine_, controller_, tool_mm_, nominal, nc_file, verification_);
+    nominal_ =
+        std::make_unique<Verifier>(*job.machine, controller_, tool_mm_, nominal, nc_file, verification_);
   }
 }
 
@@ -106,6 +108,8 @@ Result<void> Pipeline::begin() {
 Result<void> Pipeline::emit(Chunk& chunk) {
   if (chunk.failure) return tl::unexpected(*chunk.failure);
   chunk_ = &chunk;
+  tell_notes();
+  if (options_.tilted_plane && !chunk.motions.empty()) choose_plane();
   auto done = emit_run();
   chunk_ = nullptr;
   chunk.text.swap(text_);
@@ -116,7 +120,7 @@ Result<void> Pipeline::pass_on(Chunk& chunk) {
   for (Verifier* verifier : {verifier_.get(), nominal_.get()}) {
     if (verifier == nullptr) continue;
     for (const Pending& p : chunk.motions) {
-      verifier->expect({p.point.pose.tip_P, p.point.pose.axis_P, p.feed, p.point.rapid}, p.point.where);
+      verifier->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid}, p.point.where);
     }
     verifier->text(chunk.text);
   }
@@ -130,10 +134,13 @@ void Pipeline::tell_findings() {
 
 // From an unknown or safe position: up, the rotary axes, then over the part, then down.
 Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
-  auto found = corrected(to, 0.0);
+  const auto first = corrected(to, 0.0);
+  if (!first) return tl::unexpected(first.error());
+  if (auto r = emit_safe_turn(*first, motion.point.where); !r) return r;
+  // In a plane that was entered on the way the words are others.
+  const auto found = plane_ ? corrected(to, 0.0) : first;
   if (!found) return tl::unexpected(found.error());
   const JointVector q = *found;
-  if (auto r = emit_safe_turn(q, motion.point.where); !r) return r;
   last_ = to;
   last_emitted_ = q;
   if (motion.point.rapid) return emit_motion(q, nc::MotionKind::rapid, {}, motion.point.where);
@@ -151,6 +158,7 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
       rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(letters_[id]));
     }
   }
+  if (auto r = leave_plane(); !r) return r;
   if (!controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
     if (auto r = write(nc::Retract{z}); !r) return r;
   }
@@ -158,6 +166,12 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   // Where the machine comes from is known from the second time on.
   moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
   if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
+  if (next_plane_) {
+    // The rotary axes stand where the plane wants them: the control has nothing to turn.
+    if (auto r = write(next_plane_block_); !r) return r;
+    plane_ = std::exchange(next_plane_, std::nullopt);
+    ++report_.tilted_planes;
+  }
   if (!options_.rtcp)
     return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~z));
   // Under tool-centre-point control a linear move needs all of X Y Z: to a point straight above, at the end
@@ -172,8 +186,11 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
 
 // A motion whose length the post does not know or that only leaves or enters: F per minute.
 Result<void> Pipeline::emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where) {
+  const nc::FeedFormat& format = controller_.numbers.feed;
+  const double rate = std::min(rate_mm_s, planner_.linear_rate_mm_s());
   BlockFeed feed;
-  feed.quanta = controller_.numbers.feed.quanta(nc::FeedMode::per_minute, rate_mm_s);
+  feed.quanta = format.quanta(nc::FeedMode::per_minute, rate);
+  if (format.internal(nc::FeedMode::per_minute, feed.quanta) > rate && feed.quanta > 1) --feed.quanta;
   return emit_motion(q, nc::MotionKind::feed, feed, where);
 }
 
@@ -192,9 +209,10 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
         "the rotary axes must turn back here and the controller file has no safe position ([retract] Z)",
         job_.cl_file, motion.point.where);
   }
+  const double way_mm = retract_way_mm(last_, motion.point.where);
   const auto away = [&](const path::Point& point) {
     path::Point out = point;
-    out.tip_P += options_.retract_mm * point.axis_P;
+    out.tip_P += way_mm * point.axis_P;
     path::round_to_words(machine_, kinematics_, rounding_, out.tip_P, out.q);
     return out;
   };
@@ -215,17 +233,37 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   last_ = back;
   last_emitted_ = *at;
   state_.move_to(last_emitted_);
-  pause(options_.retract_mm / options_.retract_feed_mm_s + options_.retract_mm / *rate);
+  pause(way_mm / options_.retract_feed_mm_s + way_mm / *rate);
   diagnostics_.note(job_.cl_file, motion.point.where,
                     "the tool leaves the part here: the rotary axes turn back or change the branch");
   return emit_feed_per_minute(last_emitted_, *rate, motion.point.where);
 }
 
+// From the last position to `q` a rotary axis turns by more than half a turn.
+bool Pipeline::rewinds(const JointVector& q) const {
+  constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::rotary && std::abs(q[id] - last_emitted_[id]) > kHalfTurn)
+      return true;
+  }
+  return false;
+}
+
 Result<void> Pipeline::emit_rapid(const path::Point& to) {
   const auto q = corrected(to, 0.0);
   if (!q) return tl::unexpected(q.error());
+  const double seconds = planner_.rapid_seconds(last_emitted_, *q);
+  if (rewinds(*q) && !controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    // On a straight rapid the tip would circle the part: up, turn, and back down.
+    ++report_.rewinds_at_rapids;
+    diagnostics_.note(job_.cl_file, to.where,
+                      "a rotary axis turns back by more than half a turn at this rapid: at the safe height");
+    if (auto r = emit_safe_turn(*q, to.where); !r) return r;
+    last_emitted_ = *q;
+    return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
+  }
   if (auto r = emit_shift(); !r) return r;
-  moved(*q, planner_.rapid_seconds(last_emitted_, *q));
+  moved(*q, seconds);
   last_emitted_ = *q;
   return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
 }
@@ -237,7 +275,7 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   if (auto r = emit_take_up(to, where); !r) return r;
   const auto found = corrected(to, tip_mm / *rate);
   if (!found) return tl::unexpected(found.error());
-  const JointVector q = *found;
+  JointVector q = *found;
   if (q == last_emitted_) return {};
   if (compensator_ && depth < kMaxBends && bends(to, q)) {
     // The errors bend the path between the two: a point on the chord between them, compensated itself.
@@ -252,7 +290,14 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     last_ = middle;
     return emit_feed(to, feed, where, depth + 1);
   }
-  const BlockFeed block = planner_.plan(last_emitted_, q, tip_mm, *rate);
+  BlockFeed block = planner_.plan(move_to(q, tip_mm), *rate);
+  if (block.other_mode || block.runs_away()) {
+    if (const auto held = without_idle_digits(to, q)) {
+      q = *held;
+      ++report_.blocks_held;
+      block = planner_.plan(move_to(q, tip_mm), *rate);
+    }
+  }
   moved(q, block.seconds);
   report_.feed_time_lost_s += block.lost_s;
   last_emitted_ = q;
@@ -271,10 +316,19 @@ Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
   JointVector q = found->q;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
   if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
-  const BlockFeed block = planner_.plan(last_emitted_, q, 0.0, options_.default_feed_mm_s);
+  const BlockFeed block = planner_.plan(move_to(q, 0.0), options_.default_feed_mm_s);
   moved(q, block.seconds);
   last_emitted_ = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
+}
+
+// Distance of the tip from the chord that ends at `to`, at the fraction t of the block to `q`.
+double Pipeline::strays_mm(const path::Point& to, const JointVector& q, double t) const {
+  const JointVector at = JointVector::interpolate(last_emitted_, q, t);
+  Vec3 tip_P =
+      compensator_ ? compensator_->actual(state_.towards(q, at)).tip_P : Vec3(kinematics_.pose(at).tip_P);
+  if (offsets_) tip_P += offsets_->deviation_P(part_in_machine(machine_, at).R);
+  return distance_to_segment(tip_P, last_.tip_P, to.tip_P);
 }
 
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave the chord
@@ -294,6 +348,72 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
       certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
   if (2.0 * (nominal + middle) <= limit_mm) return false;
   return off_chord(0.25) > limit_mm || off_chord(0.75) > limit_mm;
+}
+
+// In a block in which the rotary axes turn, X Y Z words that only rounding changes are no path, but the
+// control takes them for the whole of it: F then means next to nothing (LinuxCNC issue 2410: G93 keeps a
+// lowest rate, and the rotary axes run away). Such words stay what they were, where the tip stays within the
+// tolerance; what is left out comes with the next block that moves.
+std::optional<JointVector> Pipeline::without_idle_digits(const path::Point& to, const JointVector& q) const {
+  constexpr std::int64_t kIdleQuanta = 2;  // the rounding of both ends, twice
+  constexpr double kMargin = 0.9;          // of the tolerance: these are samples, the verification proves
+  const JointVector before = words(last_emitted_);
+  const JointVector after = words(q);
+  JointVector held = q;
+  bool turns = false;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::rotary) {
+      turns = turns || q[id] != last_emitted_[id];
+      continue;
+    }
+    const auto quanta = [&](double word) { return controller_.numbers.axes.quanta(letters_[id], word); };
+    if (std::abs(quanta(after[id]) - quanta(before[id])) > kIdleQuanta) return std::nullopt;
+    held[id] = last_emitted_[id];
+  }
+  if (!turns) return std::nullopt;
+  if (options_.rtcp) {
+    kinematics_.solve_linear(word_tip_P(last_emitted_), kinematics_.sines(held), held);
+    return strays_mm(to, held, 1.0) > kMargin * options_.tolerance_mm ? std::nullopt : std::optional(held);
+  }
+  for (const double t : {0.25, 0.5, 0.75, 1.0}) {
+    if (strays_mm(to, held, t) > kMargin * options_.tolerance_mm) return std::nullopt;
+  }
+  return held;
+}
+
+Vec3 Pipeline::word_tip_P(const JointVector& q) const {
+  const JointVector at = part_words(q);
+  Vec3 tip = Vec3::Zero();
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::linear)
+      tip[static_cast<Eigen::Index>(nc::index(letters_[id]))] =
+          controller_.numbers.axes.rounded(letters_[id], at[id]);
+  }
+  return plane_ ? plane_->X_PF * tip : tip;
+}
+
+JointVector Pipeline::words(const JointVector& q) const {
+  if (in_part()) return part_words(q);
+  JointVector out = q;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) out[id] += word_offsets_[id];
+  return out;
+}
+
+FeedPlanner::Move Pipeline::move_to(const JointVector& q, double tip_mm) const {
+  FeedPlanner::Move move{last_emitted_, q, tip_mm, std::nullopt, 0.0};
+  if (!options_.rtcp) {
+    move.axes_s = planner_.slowest_axis_s(last_emitted_, q);
+    return move;
+  }
+  const Vec3 from_P = word_tip_P(last_emitted_);
+  const Vec3 to_P = word_tip_P(q);
+  move.tcp_way_mm = (to_P - from_P).norm();
+  move.axes_s = planner_.slowest_along_s([&](double t) {
+    JointVector at = JointVector::interpolate(last_emitted_, q, t);
+    kinematics_.solve_linear(from_P + t * (to_P - from_P), kinematics_.sines(at), at);
+    return at;
+  });
+  return move;
 }
 
 Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {
@@ -324,12 +444,14 @@ void Pipeline::moved(const JointVector& q, double seconds) {
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
   Vec3 tip_P = point.tip_P + point.beside_P;
+  // The grid of a plane's words is not that of the joints.
+  if (plane_) kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
   if (offsets_ && !shifts()) {
     // A deviation of the tool is answered by its opposite.
     const Vec3 deviation_P = offsets_->deviation_P(part_in_machine(machine_, q).R);
     tip_P -= deviation_P;
     kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+    round_joints(q);
     report_.largest_error_mm = std::max(report_.largest_error_mm, deviation_P.norm());
   }
   if (compensator_) {
@@ -358,10 +480,19 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     report_.largest_correction_mm = std::max(report_.largest_correction_mm, correction);
     report_.largest_error_mm = std::max(report_.largest_error_mm, found->before_mm);
     q = found->q;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+    round_joints(q);
   }
+  // What the axes do follows from the words, and those are rounded.
+  if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
   check_limits(point, shifted(q));
   return q;
+}
+
+void Pipeline::round_joints(JointVector& q) const {
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (plane_ && machine_.axes[id].kind == AxisKind::linear) continue;
+    q[id] = rounding_.rounded(id, q[id]);
+  }
 }
 
 // Where a nominal position will be sent to, as far as it can be told before: shifted as the last one was.
@@ -389,20 +520,22 @@ void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
   }
 }
 
-// Words under tool-centre-point control: the tip in P, for linear axes named X, Y and Z.
+// Words under tool-centre-point control and in a tilted plane: the tip in P or in the plane, for linear axes
+// named X, Y and Z.
 JointVector Pipeline::part_words(const JointVector& q) const {
   JointVector words = q;
-  const Vec3 tip_P = kinematics_.pose(q).tip_P;
+  Vec3 tip = kinematics_.pose(q).tip_P;
+  if (plane_) tip = plane_->X_PF.inverse() * tip;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if (machine_.axes[id].kind == AxisKind::linear)
-      words[id] = tip_P[static_cast<Eigen::Index>(nc::index(letters_[id]))];
+      words[id] = tip[static_cast<Eigen::Index>(nc::index(letters_[id]))];
   }
   return words;
 }
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                    SourceRef where, std::uint16_t only) {
-  const JointVector words = options_.rtcp ? part_words(q) : q;
+  const JointVector words = this->words(q);
   nc::Motion motion;
   motion.kind = kind;
   motion.feed_mode = feed.mode;
@@ -410,8 +543,8 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
   motion.source = where;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if ((only & nc::AxisWords::bit(letters_[id])) == 0) continue;
-    const double offset = options_.rtcp ? 0.0 : word_offsets_[id];
-    motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id] + offset));
+    if (plane_ && machine_.axes[id].kind == AxisKind::rotary) continue;  // the control keeps them
+    motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id]));
   }
   if (motion.words.mask == 0) return {};
   return writer_.write(motion);
@@ -420,6 +553,7 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
 Result<PostReport> Pipeline::finish(const Intake& intake) {
   report_.points_in = intake.points();
   report_.choice = intake.choice();
+  if (auto r = leave_plane(); !r) return tl::unexpected(r.error());
   if (auto r = finish_offsets(); !r) return tl::unexpected(r.error());
   if (auto r = write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
   Chunk end;

@@ -6,12 +6,14 @@
 
 #include "trunnion/nc/writer.hpp"
 #include "trunnion/path/compensation.hpp"
+#include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "post/chunk.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
 #include "post/offset_tracker.hpp"
+#include "post/post_words.hpp"
 #include "post/program_state.hpp"
 #include "post/work_shift.hpp"
 
@@ -61,6 +63,15 @@ class Pipeline {
   void pause(double seconds);
 
   Result<void> emit_run();
+  /// The tilted plane in which the chunk is to be written, when it is one of its kind.
+  void choose_plane();
+  Result<void> leave_plane();
+  void tell_notes();
+  /// Words for the post-processor that the intake does not act on alone.
+  Result<void> take_post_word(const cl::PostWord& word, SourceRef where);
+  Result<void> turn_table(AxisId id, double angle, bool now, SourceRef where);
+  /// How far the tool leaves the part along its axis from `point`.
+  double retract_way_mm(const path::Point& point, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
   Result<void> emit_to(const path::Point& point, const Pending& motion);
   /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
@@ -82,10 +93,21 @@ class Pipeline {
   Result<void> emit_rapid(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
   Result<void> emit_take_up(const path::Point& to, SourceRef where);
+  bool rewinds(const JointVector& q) const;
   bool bends(const path::Point& to, const JointVector& q) const;
+  double strays_mm(const path::Point& to, const JointVector& q, double t) const;
+  std::optional<JointVector> without_idle_digits(const path::Point& to, const JointVector& q) const;
+  /// The motion from the last emitted position to `q`, for the planner.
+  FeedPlanner::Move move_to(const JointVector& q, double tip_mm) const;
+  /// X Y Z words of `q` under tool-centre-point control, rounded: the tip in P, mm.
+  Vec3 word_tip_P(const JointVector& q) const;
+  JointVector words(const JointVector& q) const;
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = 0xFFFF);
+  /// Words are coordinates of the part or of a plane on it, not of the machine.
+  bool in_part() const { return options_.rtcp || plane_.has_value(); }
   JointVector part_words(const JointVector& q) const;
+  void round_joints(JointVector& q) const;
   Result<void> write(const nc::Block& block);
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
   Result<double> feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where);
@@ -108,7 +130,7 @@ class Pipeline {
   Diagnostics& all_findings_;
   Diagnostics diagnostics_;   // of the text's making
   Diagnostics verification_;  // of reading it back
-  const Machine& machine_;
+  Machine machine_;           // as LIMITS leaves it; the verification has the one that was given
   const nc::Controller& controller_;
   Vec3 tool_mm_;
   std::string text_;
@@ -124,6 +146,11 @@ class Pipeline {
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
   std::int64_t length_offset_ = 1;
+
+  std::optional<ClearPlane> clear_plane_;  // CLEARP
+  std::optional<PlaneFrame> plane_;        // in which words are written
+  std::optional<PlaneFrame> next_plane_;   // to be entered by the next approach
+  nc::TiltedPlane next_plane_block_;
 
   Chunk* chunk_ = nullptr;  // that is emitted
 

@@ -36,6 +36,12 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
     return fail(ErrorCode::wrong_use,
                 "--rtcp: the control '" + job.controller->name + "' has no tool-centre-point control");
   }
+  if (options.tilted_plane && options.rtcp)
+    return fail(ErrorCode::wrong_use, "--tilted-plane and --rtcp: a program is written in one of the two");
+  if (options.tilted_plane && !job.controller->has_tilted_plane()) {
+    return fail(ErrorCode::wrong_use,
+                "--tilted-plane: the control '" + job.controller->name + "' has no tilted plane");
+  }
   Program program(std::move(source), job, options, sink, diagnostics);
   return program.run();
 }

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "trunnion/nc/reader.hpp"
+#include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/deviation_meter.hpp"
@@ -51,6 +52,7 @@ bool VerifyReport::within_tolerance() const {
   return certified_tip_deviation_mm <= tolerance_mm + kRounding_mm &&
          max_point_deviation_mm <= tolerance_mm + kRounding_mm &&
          max_axis_deviation.rad() <= axis_tolerance.rad() + kRounding_rad &&
+         max_pole_axis_deviation.rad() <= axis_tolerance.rad() + pole_tolerance.rad() + kRounding_rad &&
          (!rapid_tolerance_mm || max_rapid_deviation_mm <= *rapid_tolerance_mm + kRounding_mm);
 }
 
@@ -74,12 +76,15 @@ struct Verifier::State {
             reader_options(o)) {
     report.tolerance_mm = o.tolerance_mm;
     report.axis_tolerance = o.axis_tolerance;
+    report.pole_tolerance = o.pole.tolerance;
     report.rapid_tolerance_mm = o.rapid_tolerance_mm;
     report.on_truth = o.truth != nullptr || o.offsets != nullptr;
     report.certified = meter.proves();
     for (AxisId id = 0; id < m.axes.size(); ++id) {
       letters[id] = *nc::axis_letter(m.axes[id].name);
       needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
+      if (m.axes[id].kind == AxisKind::linear)
+        linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
     }
   }
 
@@ -99,6 +104,7 @@ struct Verifier::State {
       waiting.emplace_back(*comment);
     if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
     if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
+    if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
   }
 
   void step(const nc::Comment& comment) { offsets->comment(comment.text); }
@@ -114,14 +120,25 @@ struct Verifier::State {
     const bool rapid = motion.kind == nc::MotionKind::rapid;
     ++(rapid ? report.rapid_blocks : report.feed_blocks);
     // Positions are not all known at the start of a program and after a retract to machine coordinates.
-    if ((motion.words.mask & needed) != needed) return;
     JointVector words;
     for (AxisId id = 0; id < machine.axes.size(); ++id) {
       words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
+      if (machine.axes[id].kind == AxisKind::rotary && motion.words.has(letters[id])) rotary[id] = words[id];
+    }
+    const std::uint16_t wanted = plane ? linear : needed;
+    // In a tilted plane the control keeps the rotary axes: words for them leave it.
+    const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
+    if ((motion.words.mask & wanted) != wanted || leaves_plane) {
+      from_unknown = true;
+      return;
     }
     Vertex v;
-    v.tcp = tcp;
-    v.q = shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm), tcp);
+    v.tcp = tcp && !plane;
+    v.from_unknown = std::exchange(from_unknown, false);
+    if (tcp && !plane) v.word_tip_P = tip_of(words);
+    v.q = plane ? joints_of_plane_words(words)
+                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm),
+                               tcp);
     v.nc_line = motion.source.line;
     v.feed_mode = motion.feed_mode;
     v.feed = motion.feed;
@@ -130,15 +147,34 @@ struct Verifier::State {
     work();
   }
 
+  // The control turns its rotary axes until the tool stands along Z of the plane: the solution nearest to
+  // where they stand.
+  void take(const nc::TiltedPlane& block) {
+    plane.reset();
+    from_unknown = true;
+    if (!block.on) return;
+    plane = PlaneFrame::of(controller, block);
+    const auto found = inverse(machine, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
+    plane_q = found.empty() ? rotary : found[0].q;
+  }
+  JointVector joints_of_plane_words(const JointVector& words) const {
+    JointVector q = plane_q;
+    meter.kinematics().solve_linear(plane->X_PF * tip_of(words), meter.kinematics().sines(q), q);
+    return q;
+  }
+
   // Under tool-centre-point control X Y Z are the tip in P.
-  JointVector joints_of_part_words(const JointVector& words) const {
-    JointVector q = words;
-    Vec3 tip_P;
+  Vec3 tip_of(const JointVector& words) const {
+    Vec3 tip_P = Vec3::Zero();
     for (AxisId id = 0; id < machine.axes.size(); ++id) {
       if (machine.axes[id].kind == AxisKind::linear)
         tip_P[static_cast<Eigen::Index>(nc::index(letters[id]))] = words[id];
     }
-    meter.kinematics().solve_linear(tip_P, meter.kinematics().sines(q), q);
+    return tip_P;
+  }
+  JointVector joints_of_part_words(const JointVector& words) const {
+    JointVector q = words;
+    meter.kinematics().solve_linear(tip_of(words), meter.kinematics().sines(q), q);
     return q;
   }
 
@@ -183,13 +219,27 @@ struct Verifier::State {
   double block_seconds(const Vertex& v) {
     if (!have_previous) return 0.0;
     if (v.rapid) return planner.rapid_seconds(previous.q, v.q);
-    const double seconds = planner.seconds_of(
-        previous.q, v.q, v.tcp ? (v.tip_P - previous.tip_P).norm() : 0.0, v.feed_mode, v.feed);
-    if (seconds > 0.0) {
-      report.max_speed_ratio =
-          std::max(report.max_speed_ratio, planner.slowest_axis_s(previous.q, v.q) / seconds);
-    }
+    const bool under_tcp = v.tcp && previous.tcp;
+    const auto way = under_tcp ? std::optional((v.word_tip_P - previous.word_tip_P).norm()) : std::nullopt;
+    const double seconds = planner.seconds_of(previous.q, v.q, way, v.feed_mode, v.feed);
+    // Where it came from is not known: neither is its speed.
+    if (seconds > 0.0 && !v.from_unknown && v.tcp == previous.tcp) check_speed(v, seconds);
     return seconds;
+  }
+
+  void check_speed(const Vertex& v, double seconds) {
+    const double needed_s =
+        v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(previous, v, t); })
+              : planner.slowest_axis_s(previous.q, v.q);
+    const double ratio = needed_s / seconds;
+    report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
+    constexpr double kRounding = 1e-6;  // of the evaluation itself
+    if (ratio <= 1.0 + kRounding) return;
+    ++report.too_fast_count;
+    if (report.too_fast.size() >= options.worst_count) return;
+    const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+    report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                               machine.axes[planner.slowest_axis(previous.q, v.q)].name, ratio});
   }
 
   // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
@@ -204,7 +254,7 @@ struct Verifier::State {
     if (targets.empty()) return;
     const Target& first = targets[0];
     // The program may first go to a safe height: the path begins where the first CL point is met.
-    const bool met = combined_distance(v, first.tip_P, first.axis_P) <= hit_tolerance() || !v.rapid;
+    const bool met = distance_to(v, first.tip_P, first.axis_P) <= hit_tolerance() || !v.rapid;
     if (met) {
       started = true;
       point_hit((v.tip_P - first.tip_P).norm());
@@ -222,7 +272,7 @@ struct Verifier::State {
     const std::size_t next = at.segment + 1;
     const Target* target = next < targets.size() ? &targets[next] : nullptr;
     const bool met = target != nullptr && target->rapid &&
-                     combined_distance(v, target->tip_P, target->axis_P) <= hit_tolerance();
+                     distance_to(v, target->tip_P, target->axis_P) <= hit_tolerance();
     if (met) {
       point_hit((v.tip_P - target->tip_P).norm());
       const auto d = meter.sampled(previous, v, targets[next - 1], *target, program);
@@ -235,7 +285,7 @@ struct Verifier::State {
   // CL points at which the tool stands already ask for no block.
   void pass_repeated_points() {
     for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
-      const double d = combined_distance(previous, targets[next].tip_P, targets[next].axis_P);
+      const double d = distance_to(previous, targets[next].tip_P, targets[next].axis_P);
       if (d > kSamePoint_mm) return;
       mark_programmed();
       point_hit((previous.tip_P - targets[next].tip_P).norm());
@@ -248,7 +298,7 @@ struct Verifier::State {
     const std::size_t next = at.segment + 1;
     if (next >= targets.size() || targets[next].rapid) return;
     const Target& end = targets[next];
-    if (combined_distance(previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
+    if (distance_to(previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
     mark_programmed();
     point_hit((previous.tip_P - end.tip_P).norm());
     at = {next, 0.0, 0.0};
@@ -270,13 +320,15 @@ struct Verifier::State {
     for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
       const Vertex to = meter.nearest_between(from, v, targets[j + 1], program);
       point_hit((to.tip_P - targets[j + 1].tip_P).norm());
-      take_deviation(meter.of(from, to, targets[j], targets[j + 1], program, uninteresting()));
+      take_deviation(meter.of(from, to, targets[j], targets[j + 1], program, uninteresting()),
+                     near_pole(targets[j], targets[j + 1]));
       passed_point |= mark_nearer(v, targets[j + 1]);
       from = to;
     }
     const Target& end = targets[place.segment + 1];
-    take_deviation(meter.of(from, v, targets[place.segment], end, program, uninteresting()));
-    const bool programmed = place.t >= 1.0 || combined_distance(v, end.tip_P, end.axis_P) < kSamePoint_mm;
+    take_deviation(meter.of(from, v, targets[place.segment], end, program, uninteresting()),
+                   near_pole(targets[place.segment], end));
+    const bool programmed = place.t >= 1.0 || distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm;
     if (programmed) point_hit((v.tip_P - end.tip_P).norm());
     at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
     record_feed(v, end.line, programmed || passed_point);
@@ -286,8 +338,8 @@ struct Verifier::State {
   // compensation, tolerance or the machine's errors explain. True when it is the end `v`.
   bool mark_nearer(const Vertex& v, const Target& target) {
     const double near_mm = near_point_mm();
-    const double before = combined_distance(previous, target.tip_P, target.axis_P);
-    const double after = combined_distance(v, target.tip_P, target.axis_P);
+    const double before = distance_to(previous, target.tip_P, target.axis_P);
+    const double after = distance_to(v, target.tip_P, target.axis_P);
     if (std::min(before, after) > near_mm) return false;
     if (before < after) mark_programmed();
     return after <= before;
@@ -327,7 +379,7 @@ struct Verifier::State {
     away = false;
     const Target place = present();
     const Vec3 way = previous.tip_P - v.tip_P;
-    if (combined_distance(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
+    if (distance_to(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
     if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
     const Target out{place.tip_P + way.norm() * place.axis_P, place.axis_P, place.line, false};
     take_deviation(meter.of(previous, v, out, place, program, uninteresting()));
@@ -340,7 +392,7 @@ struct Verifier::State {
   Place find(const Vertex& v) const {
     // Nearly every block of a dense path ends at the next CL point.
     const Target& next = targets[at.segment + 1];
-    const double to_next = combined_distance(v, next.tip_P, next.axis_P);
+    const double to_next = distance_to(v, next.tip_P, next.axis_P);
     if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
     const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;
     const double reach_rad =
@@ -355,7 +407,7 @@ struct Verifier::State {
       if (j > at.segment && b.rapid) break;
       double t = parameter_of(v, a, b);
       if (j == at.segment) t = std::max(t, at.t);
-      const double d = combined_distance(v, a.tip_P + t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, t));
+      const double d = distance_to(v, a.tip_P + t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, t));
       // A later place must be nearer by more than rounding, else the first one is it.
       if (d < best.distance - 1e-7) best = {j, t, d};
       const double rest = j == at.segment ? 1.0 - at.t : 1.0;
@@ -373,7 +425,21 @@ struct Verifier::State {
     return {{0.0, report.worst.back().tip_mm}, {0.0, report.max_axis_deviation.rad()}};
   }
 
-  void take_deviation(const DeviationMeter::Deviation& d) {
+  // Between these two the tool axis may be off by the pole's tolerance more.
+  bool near_pole(const Target& a, const Target& b) const { return in_cone(a.axis_P) || in_cone(b.axis_P); }
+  bool in_cone(const Vec3& axis_P) const {
+    if (options.pole.tolerance.rad() <= 0.0 || meter.kinematics().rotary_count() < 2) return false;
+    const double cosine = std::abs(meter.kinematics().direction(1).dot(axis_P));
+    return cosine >= std::cos(options.pole.cone.rad());
+  }
+  // Combined measure of how far `v` is from a place of the path; what the pole allows is no distance.
+  double distance_to(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) const {
+    if (!in_cone(axis_P)) return combined_distance(v, tip_P, axis_P);
+    const double angle = angle_between(v.axis_P, axis_P).rad() - options.pole.tolerance.rad();
+    return std::hypot((v.tip_P - tip_P).norm(), kAxisWeight_mm * std::max(0.0, angle));
+  }
+
+  void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false) {
     block_proved = block_proved && d.proved;
     if (d.unbounded != nullptr) {
       auto& ids = report.unproved_effects;
@@ -384,7 +450,8 @@ struct Verifier::State {
     block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
     report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
     report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
-    report.max_axis_deviation = std::max(report.max_axis_deviation, Angle::radians(d.axis_rad.upper));
+    Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
+    largest = std::max(largest, Angle::radians(d.axis_rad.upper));
   }
 
   void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
@@ -434,7 +501,12 @@ struct Verifier::State {
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
   std::uint16_t needed = 0;
+  std::uint16_t linear = 0;  // of those
   bool tcp = false;
+  std::optional<PlaneFrame> plane;
+  JointVector rotary;         // as the last words had them
+  JointVector plane_q;        // where the control has the rotary axes in the plane
+  bool from_unknown = false;  // a motion of which not all positions were known was left out
 
   std::vector<Target> targets;
   Place at;
@@ -480,10 +552,11 @@ Result<VerifyReport> Verifier::finish() {
   // missed.
   for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets.size(); ++i) {
     const Target& target = s.targets[i];
+    const Angle allowed =
+        s.options.axis_tolerance + (s.in_cone(target.axis_P) ? s.options.pole.tolerance : Angle{});
     const double d =
         s.started ? (s.previous.tip_P - target.tip_P).norm() : std::numeric_limits<double>::infinity();
-    if (d <= s.options.tolerance_mm &&
-        angle_between(s.previous.axis_P, target.axis_P) <= s.options.axis_tolerance) {
+    if (d <= s.options.tolerance_mm && angle_between(s.previous.axis_P, target.axis_P) <= allowed) {
       s.point_hit(d);
     } else {
       ++s.report.points_missed;

@@ -19,6 +19,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["sampled_blocks"] = r.sampled_blocks;
   out["unproved_effects"] = r.unproved_effects;
   out["max_axis_deviation_deg"] = r.max_axis_deviation.deg();
+  out["max_pole_axis_deviation_deg"] = r.max_pole_axis_deviation.deg();
+  out["pole_tolerance_deg"] = r.pole_tolerance.deg();
   out["max_point_deviation_mm"] = r.max_point_deviation_mm;
   out["max_rapid_deviation_mm"] = r.max_rapid_deviation_mm;
   out["tolerance_mm"] = r.tolerance_mm;
@@ -31,6 +33,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["rapid_blocks"] = r.rapid_blocks;
   out["duration_s"] = r.duration_s;
   out["max_axis_speed_ratio"] = r.max_speed_ratio;
+  out["axis_speeds_ok"] = r.speeds_ok();
+  out["blocks_too_fast"] = r.too_fast_count;
   out["limits_ok"] = r.limits_ok();
   out["within_tolerance"] = r.within_tolerance();
   out["passed"] = r.passed();
@@ -44,6 +48,11 @@ ordered_json verify_object(const post::VerifyReport& r) {
                       {"cl_line", b.cl_line},
                       {rotary ? "value_deg" : "value_mm", b.value * factor},
                       {rotary ? "by_deg" : "by_mm", b.by * factor}});
+  }
+  auto& fast = out["too_fast"] = ordered_json::array();
+  for (const auto& f : r.too_fast) {
+    fast.push_back(
+        {{"axis", f.axis}, {"nc_line", f.nc_line}, {"cl_line", f.cl_line}, {"speed_ratio", f.ratio}});
   }
   auto& worst = out["worst"] = ordered_json::array();
   for (const auto& w : r.worst) {
@@ -75,9 +84,19 @@ std::string post_json(const post::PostReport& r) {
   out["worst_programmed_mm"] = r.worst_programmed_mm;
   out["branch_changes"] = r.choice.branch_changes;
   out["pole_points"] = r.choice.pole_points;
+  out["reconfigurations"] = r.choice.reconfigurations;
+  out["turns_in_place"] = r.choice.turns_in_place;
+  out["rewinds_at_rapids"] = r.rewinds_at_rapids;
+  out["pole_stretches_tilted"] = r.pole_stretches;
+  out["largest_pole_tilt_deg"] = r.largest_pole_tilt.deg();
+  out["pole_turns_early"] = r.pole_turns_early;
+  out["pole_turns_cutting"] = r.pole_turns_cutting;
+  out["tilted_planes"] = r.tilted_planes;
+  out["axis_time_s"] = r.choice.axis_time_s;
   out["rotary_travel_deg"] = r.choice.rotary_travel_rad * kDegreePerRad;
   out["duration_s"] = r.duration_s;
   out["feed_time_lost_s"] = r.feed_time_lost_s;
+  out["blocks_held"] = r.blocks_held;
   out["largest_error_mm"] = r.largest_error_mm;
   out["largest_correction_mm"] = r.largest_correction_mm;
   out["nc_lines"] = r.nc_lines;

@@ -278,6 +278,23 @@ TEST(Rs274, AddsTheShiftsOfTheWorkOffset) {
   }
 }
 
+// Issue 2410: below 0.1 a minute, G93 runs at 0.1, in millimetres or degrees. The controller file says so,
+// and the verification counts with it.
+TEST(Rs274, KeepsTheLowestRateThatTheControllerFileStates) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  ASSERT_TRUE(controller.feed.min_linear_rate_mm_s);
+  const auto theirs = interpret(
+      "G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93\nG1 A178.6 F5\nG1 A0 Z-0.0002 F5\nG1 A0.5 F0.01\nG1 Z1 F0.2\nM2\n");
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
+  ASSERT_EQ(theirs.motions.size(), 5U);
+  const double lowest = 60.0 * *controller.feed.min_linear_rate_mm_s;
+  EXPECT_NEAR(theirs.motions[1].feed_rate, 893.0, 1e-4);
+  EXPECT_NEAR(theirs.motions[2].feed_rate, lowest, 1e-9);
+  EXPECT_NEAR(theirs.motions[3].feed_rate, lowest, 1e-9);
+  EXPECT_NEAR(theirs.motions[4].feed_rate, 0.2 * 1.0002, 1e-4);
+}
+
 // The programs that the samples wrote; ctest runs this after them.
 TEST(Rs274, ReadsEveryProgramOfTheSamples) {
   if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";

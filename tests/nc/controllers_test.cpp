@@ -113,7 +113,7 @@ TEST(HeidenhainTnc640, TiltsThePlaneWithSpatialAngles) {
       c, {nc::ProgramStart{}, nc::TiltedPlane{true, {10000, 0, 0}, {300000, 0, -50000}}, nc::TiltedPlane{}});
   EXPECT_THAT(text, HasSubstr("CYCL DEF 7.1 X+1\n"));
   EXPECT_THAT(text, HasSubstr("PLANE SPATIAL SPA+30 SPB+0 SPC-5 TURN FMAX\n"));
-  EXPECT_THAT(text, HasSubstr("PLANE RESET TURN FMAX\n"));
+  EXPECT_THAT(text, HasSubstr("PLANE RESET STAY\n"));
 }
 
 TEST(HaasNgc, GivesFInEveryInverseTimeBlockAndUsesG234) {

@@ -7,76 +7,16 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 
-#include "support/cl_text.hpp"
-#include "support/machines.hpp"
+#include "post/posting.hpp"
 
 namespace trunnion::post {
 namespace {
 
+using test::Posted;
+using test::posted;
+using test::sample_path;
+using test::verified;
 using Text = test::TextOf;
-
-nc::Controller controller(const std::string& name) {
-  Diagnostics d;
-  auto c =
-      nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/" + name + ".toml", d);
-  if (!c) throw std::runtime_error(c.error().text());
-  return *c;
-}
-
-struct Posted {
-  Result<PostReport> report;
-  std::string nc;
-  Diagnostics diagnostics;
-};
-
-Posted posted(const std::string& cl, const Machine& machine, const PostOptions& options = {},
-              const std::string& control = "linuxcnc", const Model* model = nullptr) {
-  const nc::Controller c = controller(control);
-  PostJob job;
-  job.cl_file = "part.cls";
-  job.machine = &machine;
-  job.controller = &c;
-  job.model = model;
-  Posted out;
-  out.report = post(
-      std::make_unique<Text>(cl), job, options,
-      [&](std::string_view text) {
-        out.nc += text;
-        return Result<void>{};
-      },
-      out.diagnostics);
-  return out;
-}
-
-Result<VerifyReport> verified(const std::string& nc_text, const std::string& cl, const Machine& machine,
-                              double tolerance_mm) {
-  const nc::Controller c = controller("linuxcnc");
-  VerifyOptions options;
-  options.tolerance_mm = tolerance_mm;
-  Diagnostics d;
-  return verify(std::make_unique<Text>(cl), "part.cls", std::make_unique<Text>(nc_text), "part.nc", machine,
-                c, {}, options, d);
-}
-
-// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.
-std::string sample_path(unsigned seed, int points = 60) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> u(0.0, 1.0);
-  const double a = u(random) * 6.0;
-  const double b = u(random) * 6.0;
-  std::string out =
-      "PARTNO TEST\nMULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nCOOLNT/ON\nFEDRAT/MMPM,1200\nRAPID\n";
-  for (int i = 0; i < points; ++i) {
-    const double t = static_cast<double>(i) / points;
-    const double tilt = 0.6 + 0.4 * std::sin(5.0 * t + a);
-    const double turn = 3.0 * t + b;
-    if (i == points / 2) out += "RAPID\n";
-    out += "GOTO/" + fixed_text(40.0 * std::cos(3.0 * t), 4) + "," + fixed_text(40.0 * std::sin(3.0 * t), 4) +
-           "," + fixed_text(20.0 * t, 4) + "," + fixed_text(std::sin(tilt) * std::cos(turn), 7) + "," +
-           fixed_text(std::sin(tilt) * std::sin(turn), 7) + "," + fixed_text(std::cos(tilt), 7) + "\n";
-  }
-  return out + "FINI\n";
-}
 
 TEST(Post, ProgramsAreWithinToleranceOnEveryMachine) {
   for (const std::string& name : test::shipped_machines()) {
@@ -337,7 +277,7 @@ TEST(Post, ThermalOffsetsAreTakenOutAlongTheProgram) {
   const auto table = thermal::parse_offsets(
       "time_s,dx_um,dy_um,dz_um\n0,20,-10,5\n20,28,-16,-12\n1000,28,-16,-12\n", "o.csv", d);
   ASSERT_TRUE(table) << table.error().text();
-  const nc::Controller c = controller("linuxcnc");
+  const nc::Controller c = test::shipped_controller("linuxcnc");
   PostJob job;
   job.cl_file = "part.cls";
   job.machine = &machine;

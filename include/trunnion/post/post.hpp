@@ -13,6 +13,7 @@
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
 #include "trunnion/post/verify.hpp"
 
@@ -38,6 +39,11 @@ struct PostOptions {
   /// fast.
   double retract_mm = 50.0;
   double retract_feed_mm_s = 5000.0 / kSecondsPerMinute;
+  /// Near the pole; without a tolerance no tool axis is changed.
+  path::PoleOptions pole;
+  /// 3+2: a run of motions with one tool axis is written in a tilted plane of the control (G68.2, CYCLE800,
+  /// PLANE SPATIAL): words are the tip in the plane's frame, the control keeps the rotary axes.
+  bool tilted_plane = false;
   /// Tool-centre-point control: words are the tip in P, the control moves it on a straight line.
   bool rtcp = false;
   bool verify = true;
@@ -78,7 +84,17 @@ struct PostReport {
   double worst_programmed_mm = 0.0;  // midpoint error of the path as programmed
   path::ChoiceSummary choice;
   double duration_s = 0.0;
-  double feed_time_lost_s = 0.0;       // by axis speed limits
+  double feed_time_lost_s = 0.0;  // by axis speed limits
+  /// Blocks in which rotary axes turn and from which X Y Z words were left out that only rounding had
+  /// changed: no F of the control says the duration of such a path.
+  std::size_t blocks_held = 0;
+  /// Rapids in which a rotary axis turns by more than half a turn: made at the safe height.
+  std::size_t rewinds_at_rapids = 0;
+  std::size_t pole_stretches = 0;  // in which tool axes near the pole were tilted
+  Angle largest_pole_tilt;
+  std::size_t pole_turns_early = 0;    // C turned at a rapid that leads to the pole
+  std::size_t pole_turns_cutting = 0;  // C turns by more than the least turn in the cone, while cutting
+  std::size_t tilted_planes = 0;       // switched on
   double largest_error_mm = 0.0;       // of the machine at the points of the path, before compensation
   double largest_correction_mm = 0.0;  // of the linear axes
   std::size_t offset_shifts = 0;  // blocks that shift the work offset, without the last one that ends them

@@ -15,6 +15,7 @@
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/controller.hpp"
+#include "trunnion/path/pole.hpp"
 #include "trunnion/thermal/offsets.hpp"
 
 namespace trunnion::post {
@@ -35,6 +36,8 @@ struct VerifyOptions {
   double tolerance_mm = 0.01;
   std::optional<double> rapid_tolerance_mm;  // nothing: rapids are reported only
   Angle axis_tolerance = Angle::degrees(0.05);
+  /// Tool axes inside this cone may be off by its tolerance more (PostOptions::pole).
+  path::PoleOptions pole;
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
@@ -80,6 +83,14 @@ struct BeyondLimit {
   double by = 0.0;
 };
 
+/// A feed block in which an axis would have to be faster than it can.
+struct TooFast {
+  std::uint32_t nc_line = 0;
+  std::uint32_t cl_line = 0;
+  std::string axis;
+  double ratio = 0.0;  // of its largest velocity, > 1
+};
+
 struct VerifyReport {
   std::size_t points_in = 0;   // motions of the CL file
   std::size_t points_out = 0;  // motion blocks of the NC program
@@ -92,7 +103,8 @@ struct VerifyReport {
   std::size_t sampled_blocks = 0;  // feed blocks whose deviation was sampled
   /// Effects of the model that know no bound on their course: ids, each once.
   std::vector<std::string> unproved_effects;
-  Angle max_axis_deviation;             // feed moves
+  Angle max_axis_deviation;             // feed moves outside the pole's cone
+  Angle max_pole_axis_deviation;        // inside it, where a tolerance for it was given
   double max_rapid_deviation_mm = 0.0;  // of rapids between CL points
   double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
   std::size_t points_missed = 0;        // CL points that the program never comes to
@@ -102,16 +114,20 @@ struct VerifyReport {
   std::vector<VerifiedBlock> blocks;
   bool on_truth = false;    // evaluated on a machine with errors
   double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
-  /// Largest axis velocity of a block over what the axis can (1 is its limit); blocks beyond it run slower
-  /// than programmed.
+  /// Largest axis velocity of a feed block over what the axis can (1 is its limit), from the words and F as
+  /// the control runs them. At most 1 is asked for: beyond it a control stops, or runs slower than it says.
   double max_speed_ratio = 0.0;
+  std::vector<TooFast> too_fast;  // the first of them
+  std::size_t too_fast_count = 0;
   double tolerance_mm = 0.0;
   Angle axis_tolerance;
+  Angle pole_tolerance;  // what the pole's cone allows beyond it
   std::optional<double> rapid_tolerance_mm;
 
   bool limits_ok() const { return beyond_limits_count == 0; }
+  bool speeds_ok() const { return too_fast_count == 0; }
   bool within_tolerance() const;
-  bool passed() const { return within_tolerance() && limits_ok() && points_missed == 0; }
+  bool passed() const { return within_tolerance() && limits_ok() && speeds_ok() && points_missed == 0; }
 };
 
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing

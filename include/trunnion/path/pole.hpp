@@ -1,0 +1,51 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "trunnion/path/solution_choice.hpp"
+
+namespace trunnion::path {
+
+/// What is done where the tool stands nearly along the inner rotary axis (C) and small changes of the tool
+/// axis ask for large turns of it.
+struct PoleOptions {
+  Angle cone = Angle::degrees(5.0);       // tilt below which the tool axis may be changed
+  Angle min_turn = Angle::degrees(10.0);  // C must turn by more between two points for that
+  Angle tolerance;  // largest change of the tool axis, the tip unchanged; 0: none is changed
+};
+
+/// A stretch of points inside the cone whose tool axes were changed.
+struct PoleStretch {
+  std::size_t first = 0;  // index of its first and last point
+  std::size_t last = 0;
+  Angle tilted_by;    // largest change of a tool axis
+  Angle turn_before;  // largest turn of C between two points of the stretch and its neighbours
+  Angle turn_after;
+  bool early = false;  // C stands for what comes at the rapid that leads to the stretch
+};
+
+/// Angle of `axis_P` from the direction in which the inner rotary axis is free; nothing for a machine without
+/// two rotary axes.
+Angle tilt_from_pole(const Machine& machine, const Vec3& axis_P);
+
+/// True when C turns by more than `min_turn` between two points of one cut inside the cone.
+bool turns_near_pole(const Machine& machine, const PoleOptions& options, std::span<const ChoicePoint> points,
+                     std::span<const ChosenPoint> chosen);
+
+/// The points with tool axes that pass the pole within the tolerance led straight through it: there a choice
+/// may go through the pole (the outer axis to the other side) instead of round it.
+std::vector<ChoicePoint> put_on_pole(const Machine& machine, const PoleOptions& options,
+                                     std::span<const ChoicePoint> points);
+
+/// Makes C turn less in the cone. At every point C may leave its place as far as the tool axis, with the best
+/// outer angle there, stays within the tolerance of `programmed`; through these windows C takes the
+/// straightest way (a string pulled tight over the length of the path). Changes `points[i].pose.axis_P` and
+/// `chosen[i].q` (linear axes solved for the tip, which stays); `programmed` are the points as the CL file
+/// gives them.
+std::vector<PoleStretch> tilt_near_pole(const Machine& machine, const Vec3& tool_mm,
+                                        const PoleOptions& options, std::span<const ChoicePoint> programmed,
+                                        std::span<const ChosenPoint> before, std::span<ChoicePoint> points,
+                                        std::span<ChosenPoint> chosen);
+
+}  // namespace trunnion::path

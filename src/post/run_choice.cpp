@@ -1,0 +1,97 @@
+// What is said of the pole, and the tilted planes.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+namespace {
+
+std::string degrees_text(Angle angle) {
+  return fixed_text(angle.deg(), 4) + " deg";
+}
+
+constexpr std::size_t kMostNotes = 20;
+
+}  // namespace
+
+void Pipeline::tell_notes() {
+  const auto& motions = chunk_->motions;
+  const auto& chosen = chunk_->chosen;
+  for (const path::PoleStretch& s : chunk_->pole) {
+    ++report_.pole_stretches;
+    report_.largest_pole_tilt = std::max(report_.largest_pole_tilt, s.tilted_by);
+    if (report_.pole_stretches > kMostNotes) continue;
+    diagnostics_.note(job_.cl_file, motions[s.first].point.where,
+                      "pole: up to line " + std::to_string(motions[s.last].point.where.line) +
+                          " the tool axis is tilted by up to " + degrees_text(s.tilted_by) +
+                          ", the tip unchanged: the inner rotary axis turns by at most " +
+                          degrees_text(s.turn_after) + " between two points instead of " +
+                          degrees_text(s.turn_before) + (s.early ? "; it turns early, at the rapid" : ""));
+  }
+  // What is left of large turns near the pole while cutting, and C that a rapid turned early.
+  if (kinematics_.rotary_count() < 2) return;
+  const AxisId inner = kinematics_.rotary(1);
+  const double upright = std::cos(options_.pole.cone.rad());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (i == 0 && !placed_) continue;
+    const double before = i > 0 ? chosen[i - 1].q_leave[inner] : last_.q[inner];
+    const double turn = std::abs(chosen[i].q[inner] - before);
+    if (turn <= options_.pole.min_turn.rad() || chosen[i].reconfigure) continue;
+    if (std::abs(kinematics_.direction(1).dot(motions[i].point.pose.axis_P)) < upright) continue;
+    const bool rapid = motions[i].point.rapid;
+    if (rapid && !chosen[i].singular) continue;
+    std::size_t& count = rapid ? report_.pole_turns_early : report_.pole_turns_cutting;
+    if (++count > kMostNotes) continue;
+    diagnostics_.note(job_.cl_file, motions[i].point.where,
+                      "pole: axis " + machine_.axes[inner].name + " turns by " +
+                          degrees_text(Angle::radians(turn)) +
+                          (rapid ? " early, at this rapid" : " while cutting; points are inserted"));
+  }
+}
+
+// 3+2: all motions of the run have one tool axis and one position of the rotary axes. Planes are entered
+// where the run begins with a rapid or from a safe position.
+void Pipeline::choose_plane() {
+  const auto& chosen = chunk_->chosen;
+  const auto& motions = chunk_->motions;
+  constexpr double kSameAxis = 1e-9;
+  next_plane_.reset();
+  const Vec3& axis_P = motions[0].point.pose.axis_P;
+  bool wanted = true;
+  for (std::size_t i = 0; i < chosen.size() && wanted; ++i) {
+    wanted = (motions[i].point.pose.axis_P - axis_P).norm() < kSameAxis && !chosen[i].reconfigure;
+    for (const AxisId id : machine_.rotary_axes()) {
+      wanted = wanted && std::abs(chosen[i].q[id] - chosen[0].q[id]) < kSameAxis &&
+               std::abs(chosen[i].q_leave[id] - chosen[0].q[id]) < kSameAxis;
+    }
+  }
+  JointVector q = chosen[0].q;
+  for (const AxisId id : machine_.rotary_axes()) q[id] = rounding_.rounded(id, q[id]);
+  const Mat3 axes_P = part_in_machine(machine_, q).R.transpose();
+  // Where the part is not turned there is nothing to tilt.
+  wanted = wanted && (axes_P - Mat3::Identity()).norm() > kSameAxis;
+  nc::TiltedPlane block;
+  const PlaneFrame frame = PlaneFrame::of(controller_, axes_P, Vec3::Zero(), block);
+  const bool same = plane_ && block.angles == next_plane_block_.angles && wanted;
+  if (same && !approach_) return;
+  const bool can_enter = approach_ || !placed_ || motions[0].point.rapid;
+  if (wanted && can_enter) {
+    next_plane_ = frame;
+    next_plane_block_ = block;
+    approach_ = true;
+  } else if (plane_) {
+    approach_ = true;  // from a safe position, out of the plane
+  }
+}
+
+Result<void> Pipeline::leave_plane() {
+  if (!plane_) return {};
+  plane_.reset();
+  return write(nc::TiltedPlane{});
+}
+
+}  // namespace trunnion::post

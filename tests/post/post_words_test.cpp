@@ -1,0 +1,169 @@
+// ROTABL, ROTATE, LIMITS, MAXDPM, CLEARP, RETRCT and LINTOL in the CL file.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "post/posting.hpp"
+
+namespace trunnion::post {
+namespace {
+
+using test::posted;
+
+// Round the table at 30 deg of tilt, from `from_deg` to `to_deg`.
+std::string arc_of_points(double from_deg, double to_deg, int count) {
+  std::string cl;
+  for (int i = 0; i <= count; ++i) {
+    const double turn = (from_deg + (to_deg - from_deg) * i / count) * kRadPerDegree;
+    cl += "GOTO/" + fixed_text(30 * std::cos(turn), 5) + "," + fixed_text(30 * std::sin(turn), 5) + ",0," +
+          fixed_text(0.5 * std::cos(turn), 9) + "," + fixed_text(0.5 * std::sin(turn), 9) + "," +
+          fixed_text(std::sqrt(0.75), 9) + "\n";
+  }
+  return cl;
+}
+
+double extreme_c(const Machine& machine, const VerifyReport& v, double sign) {
+  double out = -1e9;
+  for (const auto& block : v.blocks) out = std::max(out, sign * block.q[*machine.axis("C")]);
+  return sign * out * kDegreePerRad;
+}
+
+bool warned(const test::Posted& p, const std::string& text) {
+  for (const auto& finding : p.diagnostics.findings()) {
+    if (finding.text().find(text) != std::string::npos) return true;
+  }
+  return false;
+}
+
+TEST(PostWords, LimitsNarrowTheTravelFromThereOn) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.axes[3].min = 0.0;
+  PostOptions options;
+  options.collect = true;
+  const std::string path = "FEDRAT/MMPM,900\nRAPID\n" + arc_of_points(-90, 300, 130);
+  const auto free = posted(path, machine, options);
+  ASSERT_TRUE(free.report) << free.report.error().text();
+  EXPECT_EQ(free.report->choice.reconfigurations, 0U);
+  const auto p = posted("LIMITS/CAXIS,-200.,200.\n" + path, machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(p.report->choice.reconfigurations, 1U);
+  EXPECT_GE(extreme_c(machine, *p.report->verification, -1.0), -200.0001);
+  EXPECT_LE(extreme_c(machine, *p.report->verification, 1.0), 200.0001);
+  EXPECT_TRUE(p.report->verification->passed());
+  // Linear travel in the file's unit, and a limit that no path keeps is an error with the axis and the line.
+  const auto inch =
+      posted("UNITS/INCHES\nLIMITS/XAXIS,-1.,1.\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine);
+  ASSERT_FALSE(inch.report);
+  EXPECT_EQ(
+      inch.report.error().text(),
+      "part.cls:5:1: error: axis X would stand at 38.1000 mm, 12.7000 mm beyond its limits of -25.4000 mm to "
+      "25.4000 mm");
+  EXPECT_TRUE(
+      posted("LIMITS/XAXIS,-1.,1.\nLIMITS/OFF\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine).report);
+  EXPECT_TRUE(
+      warned(posted("LIMITS/XAXIS\nFEDRAT/9,MMPM\nGOTO/0,0,0\n", machine), "LIMITS/XAXIS is not acted on"));
+}
+
+TEST(PostWords, MaxdpmHoldsTheRotaryAxesBack) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string path = "FEDRAT/MMPM,5000\nRAPID\n" + arc_of_points(0, 90, 45);
+  const auto free = posted(path, machine);
+  const auto p = posted("MAXDPM/300\n" + path, machine);
+  ASSERT_TRUE(free.report && p.report);
+  EXPECT_GT(p.report->feed_time_lost_s, 10.0);
+  EXPECT_LT(free.report->feed_time_lost_s, 1.0);
+  EXPECT_TRUE(p.report->verification->passed());
+  // 90 degrees of C at 300 a minute: read back from the text.
+  EXPECT_GT(p.report->verification->duration_s, 18.0 - 0.01);
+}
+
+TEST(PostWords, MeasureIsSwitchedInTheFile) {
+  // PostWorks' example: {50, 90} against {110, 0}: the largest travel prefers the one, the sum the other.
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string head = "FEDRAT/MMPM,900\n";
+  for (const char* form : {"COMBIN", "LARGE", "PLUS", "AXIS,1", "AXIS,2"}) {
+    const auto p = posted("ROTABL/SHORT," + std::string(form) + "\n" + head + test::sample_path(3), machine);
+    ASSERT_TRUE(p.report) << form << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << form;
+    EXPECT_FALSE(warned(p, "not acted on")) << form;
+    PostOptions options;
+    options.choice = std::string(form) == "COMBIN"  ? path::ChoiceMethod::combined
+                     : std::string(form) == "LARGE" ? path::ChoiceMethod::largest
+                     : std::string(form) == "PLUS"  ? path::ChoiceMethod::sum
+                                                    : path::ChoiceMethod::axis;
+    options.choice_axis = std::string(form) == "AXIS,1" ? "A" : "C";
+    EXPECT_EQ(p.nc, posted(head + test::sample_path(3), machine, options).nc) << form;
+  }
+  EXPECT_TRUE(warned(posted("ROTABL/SHORT,WIDE\n" + head + "GOTO/0,0,0\n", machine), "not acted on"));
+}
+
+TEST(PostWords, TableTurnsAtTheSafeHeightAndStaysAtThePole) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.collect = true;
+  const std::string cut = "RAPID\nGOTO/10,0,30\nGOTO/10,0,0\nGOTO/20,0,0\nRAPID\nGOTO/20,0,30\n";
+  for (const auto& [word, angle] :
+       std::vector<std::pair<std::string, double>>{{"ROTABL/ATANGL,90.", 90.0},
+                                                   {"ROTABL/AXIS,2,ATANGL,90.,CLW", 90.0},
+                                                   {"ROTABL/90.,,TABLE,CCLW", -270.0},
+                                                   {"ROTATE/CAXIS,ATANGL,-30,INCR", -30.0}}) {
+    const auto p = posted("FEDRAT/MMPM,900\n" + cut + word + "\n" + cut, machine, options);
+    ASSERT_TRUE(p.report) << word << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << word << " " << p.nc;
+    EXPECT_NEAR(p.report->verification->blocks.back().q[*machine.axis("C")] * kDegreePerRad, angle, 1e-3)
+        << word;
+    EXPECT_NE(p.nc.find("G53"), p.nc.rfind("G53")) << word;
+  }
+}
+
+TEST(PostWords, ClearancePlaneIsWhereTheToolLeavesTo) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.axes[4].cyclic = false;
+  machine.axes[4].min = -200.0 * kRadPerDegree;
+  machine.axes[4].max = 200.0 * kRadPerDegree;
+  machine.axes[3].min = 0.0;
+  PostOptions options;
+  options.collect = true;
+  const auto p =
+      posted("CLEARP/XYPLAN,70\nFEDRAT/MMPM,900\nRAPID\n" + arc_of_points(0, 420, 140), machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(p.report->choice.reconfigurations, 1U);
+  EXPECT_TRUE(p.report->verification->passed());
+  std::size_t there = 0;
+  for (const auto& block : p.report->verification->blocks)
+    there += std::abs(block.tip_P.z() - 70.0) < 1e-3 ? 1 : 0;
+  EXPECT_GE(there, 2U);  // out, and back in
+}
+
+TEST(PostWords, RetractGoesAlongTheToolAxisToThePlane) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.collect = true;
+  const auto p = posted(
+      "CLEARP/XYPLAN,50\nFEDRAT/MMPM,900\nRAPID\nGOTO/10,0,30,0.6,0,0.8\nGOTO/"
+      "10,0,2,0.6,0,0.8\nRETRCT\nRAPID\n"
+      "GOTO/90,0,50,0.6,0,0.8\n",
+      machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+  const auto& blocks = p.report->verification->blocks;
+  EXPECT_LT((blocks[blocks.size() - 2].tip_P - Vec3(46, 0, 50)).norm(), 1e-3);
+  EXPECT_EQ(posted("FEDRAT/9,MMPM\nGOTO/0,0,0\nRETRCT\n", machine).report.error().text(),
+            "part.cls:3:1: error: RETRCT: there is no clearance plane (CLEARP) before it");
+}
+
+TEST(PostWords, ToleranceInTheFileIsActedOnAndNeverLoosens) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.tolerance_mm = 0.02;
+  const std::string path = test::sample_path(3);
+  const auto loose = posted(path, machine, options);
+  const auto tight = posted("LINTOL/0.001\n" + path, machine, options);
+  const auto wide = posted("LINTOL/0.5\n" + path, machine, options);
+  ASSERT_TRUE(loose.report && tight.report && wide.report);
+  EXPECT_LE(tight.report->verification->certified_tip_deviation_mm, 0.001 + 1e-9);
+  EXPECT_GT(loose.report->verification->certified_tip_deviation_mm, 0.001);
+  EXPECT_EQ(wide.report->points_inserted, loose.report->points_inserted);
+}
+
+}  // namespace
+}  // namespace trunnion::post

@@ -1,0 +1,75 @@
+#pragma once
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/post.hpp"
+
+#include "support/cl_text.hpp"
+#include "support/controllers.hpp"
+#include "support/machines.hpp"
+
+namespace trunnion::test {
+
+struct Posted {
+  Result<post::PostReport> report;
+  std::string nc;
+  Diagnostics diagnostics;
+};
+
+/// CL text posted into memory.
+inline Posted posted(const std::string& cl, const Machine& machine, const post::PostOptions& options = {},
+                     const std::string& control = "linuxcnc", const Model* model = nullptr) {
+  const nc::Controller c = shipped_controller(control);
+  post::PostJob job;
+  job.cl_file = "part.cls";
+  job.machine = &machine;
+  job.controller = &c;
+  job.model = model;
+  Posted out;
+  out.report = post::post(
+      std::make_unique<TextOf>(cl), job, options,
+      [&](std::string_view text) {
+        out.nc += text;
+        return Result<void>{};
+      },
+      out.diagnostics);
+  return out;
+}
+
+/// A program read back against its CL text.
+inline Result<post::VerifyReport> verified(const std::string& nc_text, const std::string& cl,
+                                           const Machine& machine, double tolerance_mm,
+                                           const std::string& control = "linuxcnc", bool collect = false) {
+  const nc::Controller c = shipped_controller(control);
+  post::VerifyOptions options;
+  options.tolerance_mm = tolerance_mm;
+  options.collect = collect;
+  Diagnostics d;
+  return post::verify(std::make_unique<TextOf>(cl), "part.cls", std::make_unique<TextOf>(nc_text), "part.nc",
+                      machine, c, {}, options, d);
+}
+
+/// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.
+inline std::string sample_path(unsigned seed, int points = 60) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  const double a = u(random) * 6.0;
+  const double b = u(random) * 6.0;
+  std::string out =
+      "PARTNO TEST\nMULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nCOOLNT/ON\nFEDRAT/MMPM,1200\nRAPID\n";
+  for (int i = 0; i < points; ++i) {
+    const double t = static_cast<double>(i) / points;
+    const double tilt = 0.6 + 0.4 * std::sin(5.0 * t + a);
+    const double turn = 3.0 * t + b;
+    if (i == points / 2) out += "RAPID\n";
+    out += "GOTO/" + fixed_text(40.0 * std::cos(3.0 * t), 4) + "," + fixed_text(40.0 * std::sin(3.0 * t), 4) +
+           "," + fixed_text(20.0 * t, 4) + "," + fixed_text(std::sin(tilt) * std::cos(turn), 7) + "," +
+           fixed_text(std::sin(tilt) * std::sin(turn), 7) + "," + fixed_text(std::cos(tilt), 7) + "\n";
+  }
+  return out + "FINI\n";
+}
+
+}  // namespace trunnion::test
