@@ -188,8 +188,8 @@ RotarySolutions rotary_solutions(const Machine& machine, const Vec3& axis_P, dou
     if (machine.axes[id].kind == AxisKind::rotary) rotary[count++] = id;
   }
   if (count == 2) {
-    return two_rotary(machine.axes[rotary[0]].direction, machine.axes[rotary[1]].direction, axis_P, seed_inner,
-                      options);
+    return two_rotary(machine.axes[rotary[0]].direction, machine.axes[rotary[1]].direction, axis_P,
+                      seed_inner, options);
   }
   const Vec3* n = count == 1 ? &machine.axes[rotary[0]].direction : nullptr;
   return single_rotary(n, axis_P, options.axis_resolution, seed_inner);

@@ -148,7 +148,7 @@ TEST(TableModels, RemovedLinesAreRecorded) {
   EXPECT_NEAR(ends->components[0].values[2], -0.002, 1e-15);
   EXPECT_TRUE(ends->comments.back().starts_with(" end-point line removed from EYX: slope 30"))
       << ends->comments.back();
-  EXPECT_TRUE(ends->comments.back().ends_with(" um/m, offset at 0 1 um")) << ends->comments.back();
+  EXPECT_TRUE(ends->comments.back().ends_with("um/m, offset at 0 1.000000 um")) << ends->comments.back();
   // Minimum zone: the points at 100 and 300 and the one at 200 between them: half a width of 1 um.
   const auto zone = without_line(table, ReferenceLine::minimum_zone);
   double most = 0.0;

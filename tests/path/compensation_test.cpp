@@ -292,7 +292,9 @@ TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
         EXPECT_LT(left, 1e-9) << sin_tilt;
       }
       if (sin_tilt < 0.09) {
-        for (const AxisId id : machine.rotary_axes()) { EXPECT_EQ(c->q[id], p.state.q[id]); }
+        for (const AxisId id : machine.rotary_axes()) {
+          EXPECT_EQ(c->q[id], p.state.q[id]);
+        }
         EXPECT_GT(left, 1e-6);
       }
     }

@@ -60,7 +60,7 @@ TEST(Verify, KnowsTheBlocksThatEndAtClPoints) {
     EXPECT_GT(nominal.report->points_inserted, 0U);
     EXPECT_EQ(blocks_at_cl_points(*nominal.report->verification), 60U) << seed;
     EXPECT_EQ(blocks_at_cl_points(*compensated.report->verification), 60U) << seed;
-    const nc::Controller c = controller("linuxcnc");
+    const nc::Controller c = test::shipped_controller("linuxcnc");
     VerifyOptions beside;
     beside.truth = &errors;
     beside.collect = true;

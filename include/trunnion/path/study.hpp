@@ -65,7 +65,7 @@ struct SegmentStudy {
   Angle largest_turn;
   double certified_mm = 0.0;         // bound, within 5 % of the truth
   std::vector<double> predicted_mm;  // by the predictors, in the order of StudyResult::predictors
-  bool harmonic_fails = false;  // an error above kStudiedError_mm of another shape
+  bool harmonic_fails = false;       // an error above kStudiedError_mm of another shape
 };
 
 struct StudyResult {
