@@ -1,0 +1,353 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "trunnion/nc/reader.hpp"
+#include "trunnion/post/plane_frame.hpp"
+#include "trunnion/post/verify.hpp"
+
+#include "post/deviation_meter.hpp"
+#include "post/feed_plan.hpp"
+#include "post/work_shift.hpp"
+
+// Private to the verifier: where the program read back stands, and how far the CL path has been followed.
+
+namespace trunnion::post {
+
+// A place on the CL path: segment `segment` runs from target `segment` to target `segment + 1`.
+struct Place {
+  std::size_t segment = 0;
+  double t = 0.0;
+  double distance = std::numeric_limits<double>::infinity();  // combined measure, mm
+};
+
+// Far more CL points than one block of a thinned program passes.
+inline constexpr std::size_t kLookAhead = 1024;
+
+struct Verifier::State {
+  State(const Machine& m, const nc::Controller& c, const Vec3& tool, const VerifyOptions& o,
+        std::string nc_file, Diagnostics& diagnostics)
+      : machine(m),
+        controller(c),
+        tool_mm(tool),
+        options(o),
+        offsets(o.offsets != nullptr
+                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
+                    : std::nullopt),
+        meter(m, tool, o.truth, offsets ? &*offsets : nullptr, o.certify, o.tolerance_mm, o.axis_tolerance),
+        planner(m, c, FeedOutput::inverse),
+        shift(m, c, tool),
+        program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
+                o.temperatures),
+        reader(
+            c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
+            reader_options(o)) {
+    report.tolerance_mm = o.tolerance_mm;
+    report.axis_tolerance = o.axis_tolerance;
+    report.pole_tolerance = o.pole.tolerance;
+    report.rapid_tolerance_mm = o.rapid_tolerance_mm;
+    report.on_truth = o.truth != nullptr || o.offsets != nullptr;
+    report.certified = meter.proves();
+    for (AxisId id = 0; id < m.axes.size(); ++id) {
+      letters[id] = *nc::axis_letter(m.axes[id].name);
+      needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
+      if (m.axes[id].kind == AxisKind::linear)
+        linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
+    }
+  }
+
+  static nc::ReaderOptions reader_options(const VerifyOptions& o) {
+    nc::ReaderOptions r;
+    r.raw_lines = o.raw_lines;
+    return r;
+  }
+
+  void take(const nc::Block& block) {
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
+    if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
+    if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
+    if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
+    // What the machine does takes its turn among the motions, which may have to wait for theirs.
+    if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
+      waiting.emplace_back(*comment);
+    if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
+    if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
+    if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
+  }
+
+  void step(const nc::Comment& comment) { offsets->comment(comment.text); }
+  void step(const nc::Dwell& dwell) {
+    const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
+    program.wait(seconds);
+    elapse(seconds);
+  }
+  void step(const nc::Spindle& spindle) { program.spindle(static_cast<double>(spindle.rpm)); }
+
+  void take(const nc::Motion& motion) {
+    ++report.points_out;
+    const bool rapid = motion.kind == nc::MotionKind::rapid;
+    ++(rapid ? report.rapid_blocks : report.feed_blocks);
+    // Positions are not all known at the start of a program and after a retract to machine coordinates.
+    JointVector words;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
+      if (machine.axes[id].kind == AxisKind::rotary && motion.words.has(letters[id])) rotary[id] = words[id];
+    }
+    const std::uint16_t wanted = plane ? linear : needed;
+    // In a tilted plane the control keeps the rotary axes: words for them leave it.
+    const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
+    if ((motion.words.mask & wanted) != wanted || leaves_plane) {
+      from_unknown = true;
+      return;
+    }
+    Vertex v;
+    v.tcp = tcp && !plane;
+    v.from_unknown = std::exchange(from_unknown, false);
+    if (tcp && !plane) v.word_tip_P = tip_of(words);
+    v.q = plane ? joints_of_plane_words(words)
+                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm),
+                               tcp);
+    v.nc_line = motion.source.line;
+    v.feed_mode = motion.feed_mode;
+    v.feed = motion.feed;
+    v.rapid = rapid;
+    waiting.emplace_back(v);
+    work();
+  }
+
+  // The control turns its rotary axes until the tool stands along Z of the plane: the solution nearest to
+  // where they stand.
+  void take(const nc::TiltedPlane& block) {
+    plane.reset();
+    from_unknown = true;
+    if (!block.on) return;
+    plane = PlaneFrame::of(controller, block);
+    const auto found = inverse(machine, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
+    plane_q = found.empty() ? rotary : found[0].q;
+  }
+  JointVector joints_of_plane_words(const JointVector& words) const {
+    JointVector q = plane_q;
+    meter.kinematics().solve_linear(plane->X_PF * tip_of(words), meter.kinematics().sines(q), q);
+    return q;
+  }
+
+  // Under tool-centre-point control X Y Z are the tip in P.
+  Vec3 tip_of(const JointVector& words) const {
+    Vec3 tip_P = Vec3::Zero();
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      if (machine.axes[id].kind == AxisKind::linear)
+        tip_P[static_cast<Eigen::Index>(nc::index(letters[id]))] = words[id];
+    }
+    return tip_P;
+  }
+  JointVector joints_of_part_words(const JointVector& words) const {
+    JointVector q = words;
+    meter.kinematics().solve_linear(tip_of(words), meter.kinematics().sines(q), q);
+    return q;
+  }
+
+  // A block can be judged when the CL motions are known up to well beyond it.
+  void work() {
+    while (!waiting.empty() && (all_expected || targets.size() > at.segment + kLookAhead)) {
+      const auto next = std::move(waiting.front());
+      waiting.pop_front();
+      std::visit([this](const auto& what) { step(what); }, next);
+    }
+    if (at.segment > kLookAhead) {
+      targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
+      at.segment = 0;
+    }
+  }
+
+  void step(Vertex v) {
+    check_limits(v);
+    meter.place(v, program.towards(v.q, v.q), program.lagged());
+    if (have_previous) path_mm += (v.tip_P - previous.tip_P).norm();
+    if (!started) {
+      start(v);
+    } else if (v.rapid) {
+      rapid(v);
+    } else {
+      feed(v);
+    }
+    const double seconds = block_seconds(v);
+    if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
+    program.move_to(v.q, seconds);
+    elapse(seconds);
+    previous = v;
+    have_previous = true;
+  }
+
+  void elapse(double seconds) {
+    report.duration_s += seconds;
+    if (offsets) offsets->advance(seconds);
+  }
+
+  // Time of the block as the control runs it.
+  double block_seconds(const Vertex& v) {
+    if (!have_previous) return 0.0;
+    if (v.rapid) return planner.rapid_seconds(previous.q, v.q);
+    const bool under_tcp = v.tcp && previous.tcp;
+    const auto way = under_tcp ? std::optional((v.word_tip_P - previous.word_tip_P).norm()) : std::nullopt;
+    const double seconds = planner.seconds_of(previous.q, v.q, way, v.feed_mode, v.feed);
+    // Where it came from is not known: neither is its speed.
+    if (seconds > 0.0 && !v.from_unknown && v.tcp == previous.tcp) check_speed(v, seconds);
+    return seconds;
+  }
+
+  void check_speed(const Vertex& v, double seconds) {
+    const double needed_s =
+        v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(previous, v, t); })
+              : planner.slowest_axis_s(previous.q, v.q);
+    const double ratio = needed_s / seconds;
+    report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
+    constexpr double kRounding = 1e-6;  // of the evaluation itself
+    if (ratio <= 1.0 + kRounding) return;
+    ++report.too_fast_count;
+    if (report.too_fast.size() >= options.worst_count) return;
+    const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+    report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                               machine.axes[planner.slowest_axis(previous.q, v.q)].name, ratio});
+  }
+
+  // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
+  // may be anywhere. Above compensation and rounding, on a machine with errors above those; below the length
+  // of rapids.
+  double hit_tolerance() const;
+
+  void start(const Vertex& v);
+
+  void point_hit(double tip_mm);
+
+  void rapid(const Vertex& v);
+
+  // CL points at which the tool stands already ask for no block.
+  void pass_repeated_points();
+
+  // A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
+  void pass_end_of_cut();
+
+  void feed(const Vertex& v);
+
+  // A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
+  // compensation, tolerance or the machine's errors explain. True when it is the end `v`.
+  bool mark_nearer(const Vertex& v, const Target& target);
+  double near_point_mm() const;
+  void mark_programmed();
+
+  Target present() const;
+
+  // The tool leaves the path along its axis, away from the part, to turn elsewhere (wind-up, limits).
+  bool leaves(const Vertex& v);
+
+  // Back along the tool axis to the place that was left. Whatever else a feed move does out there is judged
+  // as a motion of the path.
+  bool comes_back(const Vertex& v);
+
+  // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
+  // block can have come.
+  Place find(const Vertex& v) const;
+
+  // Deviations that change no figure of the report: below the last of the worst places, and below the largest
+  // of the axis.
+  DeviationMeter::Deviation uninteresting() const;
+
+  // Between these two the tool axis may be off by the pole's tolerance more.
+  bool near_pole(const Target& a, const Target& b) const;
+  bool in_cone(const Vec3& axis_P) const;
+  // Combined measure of how far `v` is from a place of the path; what the pole allows is no distance.
+  double distance_to(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) const;
+
+  void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false) {
+    block_proved = block_proved && d.proved;
+    if (d.unbounded != nullptr) {
+      auto& ids = report.unproved_effects;
+      const std::string& id = d.unbounded->info().id;
+      if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+    }
+    block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
+    block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
+    report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
+    report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
+    Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
+    largest = std::max(largest, Angle::radians(d.axis_rad.upper));
+  }
+
+  void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
+    auto& worst = report.worst;
+    if (worst.size() < options.worst_count || (!worst.empty() && block_tip_mm > worst.back().tip_mm)) {
+      const WorstPlace place{v.nc_line, cl_line, block_tip_mm, Angle::radians(block_axis_rad), v.tip_P};
+      const auto by_tip = [](const WorstPlace& x, const WorstPlace& y) { return x.tip_mm > y.tip_mm; };
+      worst.insert(std::upper_bound(worst.begin(), worst.end(), place, by_tip), place);
+      if (worst.size() > options.worst_count) worst.pop_back();
+    }
+    record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
+    if (!block_proved) {
+      ++report.sampled_blocks;
+      report.certified = false;
+    }
+    block_proved = true;
+    block_tip_mm = 0.0;
+    block_axis_rad = 0.0;
+  }
+
+  void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed) {
+    if (!options.collect) return;
+    report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
+                             0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
+  }
+
+  void check_limits(const Vertex& v) {
+    for (const LimitViolation& violation : limit_violations(machine, v.q)) {
+      // Half a quantum beyond is the rounding of a position at the limit.
+      if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
+      ++report.beyond_limits_count;
+      if (report.beyond_limits.size() >= options.worst_count) continue;
+      const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+      report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                                      machine.axes[violation.axis].name, violation.value, violation.by});
+    }
+  }
+
+  const Machine& machine;
+  const nc::Controller& controller;
+  Vec3 tool_mm;
+  VerifyOptions options;
+  std::optional<OffsetTracker> offsets;
+  DeviationMeter meter;
+  FeedPlanner planner;
+  WorkShift shift;
+  ProgramState program;
+  std::array<nc::AxisLetter, kMaxAxes> letters{};
+  std::uint16_t needed = 0;
+  std::uint16_t linear = 0;  // of those
+  bool tcp = false;
+  std::optional<PlaneFrame> plane;
+  JointVector rotary;         // as the last words had them
+  JointVector plane_q;        // where the control has the rotary axes in the plane
+  bool from_unknown = false;  // a motion of which not all positions were known was left out
+
+  std::vector<Target> targets;
+  Place at;
+  bool started = false;
+  bool all_expected = false;
+  bool away = false;  // the tool has left the path along its axis
+  std::deque<std::variant<Vertex, nc::Comment, nc::Dwell, nc::Spindle>> waiting;
+  Vertex previous;
+  bool have_previous = false;
+  double path_mm = 0.0;
+  double block_tip_mm = 0.0;
+  double block_axis_rad = 0.0;
+  bool block_proved = true;
+  VerifyReport report;
+  nc::Reader reader;
+};
+
+}  // namespace trunnion::post
