@@ -95,9 +95,10 @@ Interpreted interpret(const std::string& program) {
   std::ofstream tools(folder.path / "tool.tbl");
   for (int t = 1; t <= 99; ++t) tools << "T" << t << " P" << t << " Z" << t / 10.0 << " D0.25\n";
   tools.close();
+  // Its tool table is mapped from HOME: two interpreters at a time would cut off each other's file.
   const std::string command =
       "cd " + folder.path.string() +
-      " && timeout 120 rs274 -g -n 2 -t tool.tbl -v new.var p.ngc out.txt > log.txt 2>&1";
+      " && HOME=$PWD timeout 120 rs274 -g -n 2 -t tool.tbl -v new.var p.ngc out.txt > log.txt 2>&1";
   const int status = std::system(command.c_str());
   Interpreted out = parse(read_file((folder.path / "out.txt").string()).value_or(""));
   out.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
