@@ -56,13 +56,13 @@ Interpreted parse(const std::string& calls) {
   double feed_rate = 0.0;
   std::array<double, 3> work_offset{};
   std::array<double, 3> added{};
-  const auto take_offset = [](const std::string& line, const char* call, std::array<double, 3>& out) {
+  const auto take_offset = [](const std::string& line, const char* call, std::array<double, 3>& offset) {
     const auto at = line.find(call);
     if (at == std::string::npos) return;
     std::string numbers = line.substr(at + std::string(call).size());
     std::replace(numbers.begin(), numbers.end(), ',', ' ');
     std::istringstream values(numbers);
-    for (double& v : out) values >> v;
+    for (double& v : offset) values >> v;
   };
   for (std::string line; std::getline(lines, line);) {
     if (const auto at = line.find("SET_FEED_RATE("); at != std::string::npos) {

@@ -130,7 +130,7 @@ TEST(PostWords, ClearancePlaneIsWhereTheToolLeavesTo) {
   EXPECT_TRUE(p.report->verification->passed());
   std::size_t there = 0;
   for (const auto& block : p.report->verification->blocks)
-    there += std::abs(block.tip_P.z() - 70.0) < 1e-3 ? 1 : 0;
+    there += std::abs(block.tip_P.z() - 70.0) < 1e-3 ? 1U : 0U;
   EXPECT_GE(there, 2U);  // out, and back in
 }
 
