@@ -11,7 +11,8 @@ namespace trunnion::diagnosis {
 
 Svd thin_svd(const MatrixXd& a) {
   if (a.rows() == 0 || a.cols() == 0) return {MatrixXd(a.rows(), 0), MatrixXd(a.cols(), 0), VectorXd(0)};
-  const Eigen::BDCSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  // Not BDCSVD: that of Eigen 3.4 reads beyond its permutation when a column is all but zero.
+  const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {svd.matrixU(), svd.matrixV(), svd.singularValues()};
 }
 
