@@ -14,7 +14,7 @@ namespace {
 
 using namespace iso230;
 
-struct Options {
+struct Iso230Options {
   std::vector<std::string> data;
   std::optional<std::string> json;
   std::string report;
@@ -44,7 +44,7 @@ Result<Readings> read_all(const std::vector<std::string>& files, Diagnostics& di
 }
 
 // Motion logs hold one line each; everything else is a measurement file.
-Result<std::vector<LineTest>> read_lines(const Options& options, Diagnostics& diagnostics) {
+Result<std::vector<LineTest>> read_lines(const Iso230Options& options, Diagnostics& diagnostics) {
   std::vector<LineTest> lines;
   std::vector<std::string> rest;
   for (const std::string& file : options.data) {
@@ -69,7 +69,7 @@ Result<std::vector<LineTest>> read_lines(const Options& options, Diagnostics& di
   return lines;
 }
 
-Result<Output> positioning(const Options& options, Diagnostics& diagnostics) {
+Result<Output> positioning(const Iso230Options& options, Diagnostics& diagnostics) {
   const auto lines = read_lines(options, diagnostics);
   if (!lines) return tl::unexpected(lines.error());
   std::vector<Positioning> axes;
@@ -81,7 +81,7 @@ Result<Output> positioning(const Options& options, Diagnostics& diagnostics) {
   return Output{report::iso230_2_text(axes), report::iso230_2_json(axes)};
 }
 
-Result<Output> diagonals(const Options& options, Diagnostics& diagnostics) {
+Result<Output> diagonals(const Iso230Options& options, Diagnostics& diagnostics) {
   const auto readings = read_all(options.data, diagnostics);
   if (!readings) return tl::unexpected(readings.error());
   const auto lines = diagonal_lines(*readings);
@@ -91,7 +91,7 @@ Result<Output> diagonals(const Options& options, Diagnostics& diagnostics) {
   return Output{report::iso230_6_text(*result), report::iso230_6_json(*result)};
 }
 
-Result<Output> circles(const Options& options, Diagnostics& diagnostics) {
+Result<Output> circles(const Iso230Options& options, Diagnostics& diagnostics) {
   const auto readings = read_all(options.data, diagnostics);
   if (!readings) return tl::unexpected(readings.error());
   const auto paths = circular_paths(*readings);
@@ -101,7 +101,7 @@ Result<Output> circles(const Options& options, Diagnostics& diagnostics) {
   return Output{report::iso230_4_text(*tests), report::iso230_4_json(*tests)};
 }
 
-Result<Output> rotation(const Options& options, Diagnostics& diagnostics) {
+Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) {
   const auto readings = read_all(options.data, diagnostics);
   if (!readings) return tl::unexpected(readings.error());
   const auto motions = error_motions(*readings);
@@ -119,9 +119,9 @@ Result<Output> rotation(const Options& options, Diagnostics& diagnostics) {
   return Output{report::iso230_7_text(evaluated), report::iso230_7_json(evaluated)};
 }
 
-using Evaluate = std::function<Result<Output>(const Options&, Diagnostics&)>;
+using Evaluate = std::function<Result<Output>(const Iso230Options&, Diagnostics&)>;
 
-ExitCode run(const Options& options, const Evaluate& evaluate) {
+ExitCode run(const Iso230Options& options, const Evaluate& evaluate) {
   Diagnostics diagnostics;
   const auto output = evaluate(options, diagnostics);
   if (!output) return print_failure(diagnostics, output.error());
@@ -146,7 +146,7 @@ void add_iso230_command(CLI::App& root, int& exit) {
   command->require_subcommand(1);
   const auto add = [&](const char* part, const char* what, const Evaluate& evaluate) {
     CLI::App* sub = command->add_subcommand(part, what);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<Iso230Options>();
     sub->add_option("data", options->data,
                     "measurement files (part 2 also reads the raw data of a motion logger)")
         ->required();

@@ -8,14 +8,14 @@
 namespace trunnion::app {
 namespace {
 
-struct Options {
+struct MeasurementsOptions {
   std::string file, out;
   diagnosis::MapImport map;
   diagnosis::LogImport log;
 };
 
 template <class Import>
-int run(const Options& options, const Import& import) {
+int run(const MeasurementsOptions& options, const Import& import) {
   const auto text = read_file(options.file);
   if (!text) return print_error(text.error());
   Diagnostics diagnostics;
@@ -25,7 +25,7 @@ int run(const Options& options, const Import& import) {
   return write_output(options.out, *imported);
 }
 
-void add_files(CLI::App& command, Options& options) {
+void add_files(CLI::App& command, MeasurementsOptions& options) {
   command.add_option("file", options.file, "file to read")->required();
   command.add_option("-o,--output", options.out, "measurement file to write")->required();
 }
@@ -38,7 +38,7 @@ void add_measurements_command(CLI::App& root, int& exit) {
   measurements->require_subcommand(1);
   auto* import = measurements->add_subcommand("import", "read another format");
   import->require_subcommand(1);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeasurementsOptions>();
 
   auto* map =
       import->add_subcommand("map", "two-dimensional map: x, y, error along X, error along Y (mm, um)");

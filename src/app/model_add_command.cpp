@@ -10,7 +10,7 @@
 namespace trunnion::app {
 namespace {
 
-struct Options {
+struct ModelAddOptions {
   ModelFiles files;
   std::string effect, out;
   std::vector<std::string> with;  // key=value of a variant
@@ -31,8 +31,8 @@ std::optional<std::vector<std::pair<std::string, std::string>>> variant(
 }
 
 // Where the effect has variants and none is asked for, the data choose.
-Result<std::shared_ptr<const Effect>> chosen(const Options& options, const Machine& machine, Model& model,
-                                             const diagnosis::Diagnosis* diagnosis,
+Result<std::shared_ptr<const Effect>> chosen(const ModelAddOptions& options, const Machine& machine,
+                                             Model& model, const diagnosis::Diagnosis* diagnosis,
                                              const std::vector<std::pair<std::string, std::string>>& keys) {
   if (keys.empty() && diagnosis != nullptr) {
     for (const auto& ranked : diagnosis->ranking)
@@ -42,7 +42,7 @@ Result<std::shared_ptr<const Effect>> chosen(const Options& options, const Machi
   return make_effect(machine, model.context, options.effect, keys);
 }
 
-int run(const Options& options) {
+int run(const ModelAddOptions& options) {
   int exit = kDone;
   const auto keys = variant(options.with);
   if (!keys) return kWrongUse;
@@ -81,7 +81,7 @@ int run(const Options& options) {
 
 void add_model_add_command(CLI::App& model, int& exit) {
   auto* command = model.add_subcommand("add", "add an effect to a model, and fit it if data are given");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModelAddOptions>();
   command
       ->add_option("effect", options->effect,
                    "identifier, as in location:C (`trunnion model effects` lists them)")

@@ -11,7 +11,7 @@
 namespace trunnion::app {
 namespace {
 
-struct Options {
+struct ModelEffectsOptions {
   std::optional<std::string> machine;
   std::vector<std::string> only;
   std::optional<std::string> json;
@@ -56,7 +56,7 @@ tool = ["X", "Y", "Z"]
 part = ["A", "C"]
 )";
 
-Result<Machine> machine_of(const Options& options, Diagnostics& diagnostics) {
+Result<Machine> machine_of(const ModelEffectsOptions& options, Diagnostics& diagnostics) {
   return options.machine ? load_machine_or_named(*options.machine, diagnostics)
                          : parse_machine(kTrunnion, "(built in)", diagnostics);
 }
@@ -75,7 +75,7 @@ EffectContext context_of(Machine& machine) {
   return context;
 }
 
-ExitCode run(const Options& options) {
+ExitCode run(const ModelEffectsOptions& options) {
   Diagnostics diagnostics;
   auto machine = machine_of(options, diagnostics);
   if (!machine) return print_failure(diagnostics, machine.error());
@@ -101,7 +101,7 @@ ExitCode run(const Options& options) {
 }  // namespace
 
 void add_model_effects_command(CLI::App& model, int& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModelEffectsOptions>();
   auto* command = model.add_subcommand(
       "effects", "the library: what each effect is, what causes it, parameters, usual range");
   command->add_option("effect", options->only,

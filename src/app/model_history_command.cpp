@@ -12,7 +12,7 @@
 namespace trunnion::app {
 namespace {
 
-struct Options {
+struct ModelHistoryOptions {
   std::vector<std::string> files;  // models (.toml) and data
   std::string machine;
   std::optional<std::string> json;
@@ -27,13 +27,13 @@ std::string number(const std::optional<double>& value) {
   return {buffer.data(), r.ptr};
 }
 
-std::string joined(const std::vector<std::string>& items) {
+std::string effects_text(const std::vector<std::string>& items) {
   std::string out;
   for (const auto& item : items) out += (out.empty() ? "" : " + ") + item;
   return out.empty() ? "(no effect)" : out;
 }
 
-int run(const Options& options) {
+int run(const ModelHistoryOptions& options) {
   int exit = kDone;
   ModelFiles files;
   std::vector<std::string> models;
@@ -73,7 +73,7 @@ int run(const Options& options) {
       text += number(entry.rms_um) + " um RMS, held out " + number(entry.heldout_um) + " um, noise " +
               number(entry.noise_floor_um) + " um, chi-square " + number(entry.chi2) + " for " +
               number(entry.dof) + "; ";
-    text += joined(entry.effects) + "\n";
+    text += effects_text(entry.effects) + "\n";
     entries.push_back(std::move(entry));
   }
   const std::string json = report::history_json(entries);
@@ -87,7 +87,7 @@ int run(const Options& options) {
 
 void add_model_history_command(CLI::App& model, int& exit) {
   auto* command = model.add_subcommand("history", "how the error fell, model by model");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModelHistoryOptions>();
   command
       ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
       ->required();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
@@ -310,12 +311,6 @@ post::TemperatureHistory history_of(const thermal::Log& log, const Model& model,
   return out;
 }
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string out;
-  for (const auto& name : names) out.append(out.empty() ? "" : ", ").append(name);
-  return out;
-}
-
 Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics) {
   std::vector<thermal::SensorFault> faults;
   auto log = thermal::load_conditioned_logs({path}, diagnostics, faults);
@@ -352,8 +347,9 @@ void warn_of_missing_sensors(const Model& model, const EffectContext& data, Diag
   const auto missing = missing_sensors(model, data);
   if (missing.empty()) return;
   diagnostics.warning(model.file, {},
-                      "the model needs " + joined(missing) +
-                          ", which nothing gives: temperatures count as at reference, states as 0");
+                      fmt::format("the model needs {}, which nothing gives: temperatures count as at "
+                                  "reference, states as 0",
+                                  fmt::join(missing, ", ")));
 }
 
 Result<std::optional<Model>> PostCliOptions::load_errors(

@@ -10,12 +10,12 @@
 namespace trunnion::app {
 namespace {
 
-struct Options {
+struct SimulateFlags {
   std::string plan, machine, truth, out, json, report;
   std::uint64_t seed = 1;
 };
 
-int run(const Options& options) {
+int run(const SimulateFlags& options) {
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return exit;
@@ -49,7 +49,7 @@ int run(const Options& options) {
 void add_simulate_command(CLI::App& root, int& exit) {
   auto* command =
       root.add_subcommand("simulate", "virtual measurements: what a machine with known errors would show");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateFlags>();
   command->add_option("plan", options->plan, "plan file (TOML)")->required();
   command->add_option("-m,--machine", options->machine, "machine file (TOML)")->required();
   command->add_option("--truth", options->truth, "model file of the true errors")->required();

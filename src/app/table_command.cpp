@@ -17,7 +17,7 @@ namespace {
 
 using namespace diagnosis;
 
-struct Options {
+struct TableOptions {
   std::string format;
   std::vector<std::string> files;  // data, tables
   std::string machine, output, truth;
@@ -34,12 +34,12 @@ struct Options {
   FormatOptions of_format;
 };
 
-Result<Machine> read_machine(const Options& options, Diagnostics& diagnostics) {
+Result<Machine> table_machine(const TableOptions& options, Diagnostics& diagnostics) {
   return load_machine_or_named(options.machine, diagnostics);
 }
 
 // OUT.csv for one table; OUT_<arguments>.csv for each of several.
-std::string name_of(const Options& options, const std::vector<ErrorTable>& tables, std::size_t i) {
+std::string name_of(const TableOptions& options, const std::vector<ErrorTable>& tables, std::size_t i) {
   if (tables.size() == 1) return options.output;
   const std::filesystem::path path(options.output);
   std::string arguments;
@@ -58,7 +58,7 @@ std::string interpolation_keys(const ErrorTable& table, const InterpolationOptio
 }
 
 // `two`: how a table over two axes is meant to be interpolated.
-Result<void> write_tables(const Options& options, const std::vector<ErrorTable>& tables,
+Result<void> write_tables(const TableOptions& options, const std::vector<ErrorTable>& tables,
                           const Machine& machine, std::string& said, const InterpolationOptions& two = {}) {
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const std::string name = name_of(options, tables, i);
@@ -73,8 +73,8 @@ Result<void> write_tables(const Options& options, const std::vector<ErrorTable>&
   return {};
 }
 
-Result<std::string> import(const Options& options, Diagnostics& diagnostics) {
-  const auto machine = read_machine(options, diagnostics);
+Result<std::string> import(const TableOptions& options, Diagnostics& diagnostics) {
+  const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   std::vector<ErrorTable> tables;
   std::string said;
@@ -121,7 +121,7 @@ Result<std::string> import(const Options& options, Diagnostics& diagnostics) {
 }
 
 // `X=..,Y=..`: where the axes stand that the export does not move.
-Result<JointVector> rest_of(const Options& options, const Machine& machine) {
+Result<JointVector> rest_of(const TableOptions& options, const Machine& machine) {
   JointVector rest;
   for (const std::string& entry : options.at) {
     const auto equals = entry.find('=');
@@ -135,7 +135,7 @@ Result<JointVector> rest_of(const Options& options, const Machine& machine) {
 }
 
 // One map per set of arguments of the tables (or the one that is asked for).
-Result<std::vector<CorrectionMap>> corrections(const Options& options, const Machine& machine,
+Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, const Machine& machine,
                                                const std::vector<ErrorTable>& tables) {
   const auto rest = rest_of(options, machine);
   if (!rest) return tl::unexpected(rest.error());
@@ -195,8 +195,8 @@ Result<std::vector<NamedLine>> read_lines(const std::vector<std::string>& files,
   return named_lines(*data);
 }
 
-Result<std::string> export_tables(const Options& options, Diagnostics& diagnostics) {
-  const auto machine = read_machine(options, diagnostics);
+Result<std::string> export_tables(const TableOptions& options, Diagnostics& diagnostics) {
+  const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   ControlTables tables;
   for (const std::string& file : options.files) {
@@ -231,7 +231,7 @@ Result<std::string> export_tables(const Options& options, Diagnostics& diagnosti
 }
 
 // `--json` and `--report`.
-Result<void> write_results(const Options& options, const std::string& title, const std::string& verdict,
+Result<void> write_results(const TableOptions& options, const std::string& title, const std::string& verdict,
                            const std::string& json) {
   if (options.json) {
     if (const auto written = write_file(*options.json, json); !written) return written;
@@ -240,8 +240,8 @@ Result<void> write_results(const Options& options, const std::string& title, con
   return write_file(options.report, report::page_html(report::result_page(title, verdict, json, made_by())));
 }
 
-Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
-  const auto machine = read_machine(options, diagnostics);
+Result<std::string> evaluate(const TableOptions& options, Diagnostics& diagnostics) {
+  const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   const auto data = load_measurements(options.files, *machine, diagnostics);
   if (!data) return tl::unexpected(data.error());
@@ -281,8 +281,8 @@ Result<std::string> evaluate(const Options& options, Diagnostics& diagnostics) {
   return options.json == "-" ? std::string() : report::table_choice_text(*choice, verdict) + said;
 }
 
-Result<std::string> study(const Options& options, Diagnostics& diagnostics) {
-  const auto machine = read_machine(options, diagnostics);
+Result<std::string> study(const TableOptions& options, Diagnostics& diagnostics) {
+  const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   const auto truth = load_model(options.truth, *machine, {}, diagnostics);
   if (!truth) return tl::unexpected(truth.error());
@@ -301,9 +301,9 @@ Result<std::string> study(const Options& options, Diagnostics& diagnostics) {
   return options.json == "-" ? std::string() : report::cross_talk_text(*result);
 }
 
-using Work = Result<std::string> (*)(const Options&, Diagnostics&);
+using Work = Result<std::string> (*)(const TableOptions&, Diagnostics&);
 
-ExitCode run(const Options& options, Work work) {
+ExitCode run(const TableOptions& options, Work work) {
   Diagnostics diagnostics;
   const auto said = work(options, diagnostics);
   if (!said) return print_failure(diagnostics, said.error());
@@ -311,7 +311,7 @@ ExitCode run(const Options& options, Work work) {
   return said->empty() ? kDone : write_output("-", *said);
 }
 
-void add_format_options(CLI::App& command, Options& options) {
+void add_format_options(CLI::App& command, TableOptions& options) {
   command
       .add_option("--axes", options.of_format.axis_numbers,
                   "names of the control's axes 1, 2, 3, ... (else the machine file's)")
@@ -331,7 +331,7 @@ void add_format_options(CLI::App& command, Options& options) {
 void add_table_command(CLI::App& root, int& exit) {
   CLI::App* command = root.add_subcommand("table", "error tables of controls and of measuring systems");
   command->require_subcommand(1);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TableOptions>();
   const auto add = [&](const char* name, const char* what, Work work) {
     CLI::App* sub = command->add_subcommand(name, what);
     sub->add_option("-m,--machine", options->machine, "machine file")->required();

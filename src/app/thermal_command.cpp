@@ -17,7 +17,7 @@ namespace {
 
 using namespace thermal;
 
-struct Options {
+struct ThermalOptions {
   std::vector<std::string> logs;
   std::vector<std::string> targets;
   double measure_every_min = 30.0;
@@ -53,7 +53,7 @@ Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_f
 }
 
 // JSON and text of a result: `--json -` takes standard output for itself.
-ExitCode write_result(const Options& options, const std::string& json, const std::string& text) {
+ExitCode write_result(const ThermalOptions& options, const std::string& json, const std::string& text) {
   if (options.json) {
     if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
   }
@@ -70,7 +70,7 @@ ExitCode write_result(const Options& options, const std::string& json, const std
   return write_output("-", text);
 }
 
-ExitCode run_screen(const Options& options) {
+ExitCode run_screen(const ThermalOptions& options) {
   Diagnostics diagnostics;
   const auto prepared = prepare(options.logs, false, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
@@ -95,11 +95,11 @@ Result<void> set_axes(const std::vector<std::string>& axes, ThermalModel& model)
   return {};
 }
 
-ExitCode run_fit(const Options& options) {
+ExitCode run_fit(const ThermalOptions& options) {
   Diagnostics diagnostics;
   const auto prepared = prepare(options.logs, true, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
-  FitOptions fit;
+  thermal::FitOptions fit;
   fit.targets = options.targets;
   fit.measure_every_s = options.measure_every_min * kSecondsPerMinute;
   fit.window_s = options.window_h * kSecondsPerMinute * kSecondsPerMinute;
@@ -118,7 +118,7 @@ ExitCode run_fit(const Options& options) {
                       report::thermal_fit_text(*result, fit));
 }
 
-ExitCode run_predict(const Options& options) {
+ExitCode run_predict(const ThermalOptions& options) {
   Diagnostics diagnostics;
   const auto model = load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
@@ -184,7 +184,7 @@ void add_import(CLI::App& command, int& exit) {
   sub->callback([words, &exit] { exit = run_import(*words); });
 }
 
-void add_log_options(CLI::App& sub, Options& options) {
+void add_log_options(CLI::App& sub, ThermalOptions& options) {
   sub.add_option("log", options.logs, "temperature logs; the same run_id in several files is joined")
       ->required();
   sub.add_option("--target", options.targets, "measured channels, without _um (default: all)")
@@ -202,13 +202,13 @@ void add_thermal_command(CLI::App& root, int& exit) {
   CLI::App* command = root.add_subcommand("thermal", "thermal errors: from temperature logs to offsets");
   command->require_subcommand(1);
 
-  auto screening = std::make_shared<Options>();
+  auto screening = std::make_shared<ThermalOptions>();
   CLI::App* sub =
       command->add_subcommand("screen", "which sensors matter: the paper's way beside held-out runs");
   add_log_options(*sub, *screening);
   sub->callback([screening, &exit] { exit = run_screen(*screening); });
 
-  auto fitting = std::make_shared<Options>();
+  auto fitting = std::make_shared<ThermalOptions>();
   sub = command->add_subcommand(
       "fit", "fit and validate, run by run, against none and holding the last measurement");
   add_log_options(*sub, *fitting);
@@ -224,7 +224,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
   sub->add_option("-o,--output", fitting->output, "thermal model to write");
   sub->callback([fitting, &exit] { exit = run_fit(*fitting); });
 
-  auto predicting = std::make_shared<Options>();
+  auto predicting = std::make_shared<ThermalOptions>();
   sub = command->add_subcommand("predict", "offsets over time, with sigma");
   sub->add_option("model", predicting->model, "thermal model")->required();
   sub->add_option("log", predicting->logs, "temperature logs")->required();

@@ -15,14 +15,14 @@ namespace {
 
 using namespace thermal;
 
-struct SimulateOptions {
+struct ThermalSampleFlags {
   ImpellerDays days;
   bool no_hidden = false;
   std::string output;
   std::string truth;
 };
 
-ExitCode run_simulate(const SimulateOptions& options) {
+ExitCode run_simulate(const ThermalSampleFlags& options) {
   ImpellerDays days = options.days;
   days.hidden_effects = !options.no_hidden;
   const SimulatedDays made = simulate(days);
@@ -73,7 +73,7 @@ ExitCode run_assess(const AssessOptions& options) {
 }  // namespace
 
 void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
-  auto making = std::make_shared<SimulateOptions>();
+  auto making = std::make_shared<ThermalSampleFlags>();
   CLI::App* sub =
       thermal.add_subcommand("simulate", "impeller days of a simulated machine, with their truth");
   sub->add_option("-o,--output", making->output, "temperature log to write")->required();

@@ -25,7 +25,7 @@ namespace {
 
 volatile std::sig_atomic_t stop_asked = 0;  // the only thing a signal handler may touch
 
-struct Options {
+struct ThermalServeOptions {
   std::string model;
   std::uint16_t port = 0;
   std::optional<std::string> journal;
@@ -85,7 +85,7 @@ Result<void> replay(const std::string& path, report::ThermalService& service) {
   return {};
 }
 
-ExitCode serve(const Options& options) {
+ExitCode serve(const ThermalServeOptions& options) {
   Diagnostics diagnostics;
   auto model = thermal::load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
@@ -136,7 +136,7 @@ ExitCode serve(const Options& options) {
 }  // namespace
 
 void add_thermal_serve_command(CLI::App& thermal, int& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ThermalServeOptions>();
   CLI::App* sub = thermal.add_subcommand(
       "serve", "live loop on the loopback: readings in, corrections out (JSON lines, XML strings)");
   sub->add_option("model", options->model, "thermal model")->required();

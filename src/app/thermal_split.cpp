@@ -18,7 +18,7 @@ namespace {
 
 using namespace thermal;
 
-struct Options {
+struct ThermalSplitOptions {
   std::vector<std::string> files;
   std::string machine;
   std::vector<std::string> probed_at;  // "A=0", "C=0"
@@ -27,7 +27,7 @@ struct Options {
   std::string json;
 };
 
-Result<std::optional<JointVector>> datum_of(const Options& options, const Machine& machine) {
+Result<std::optional<JointVector>> datum_of(const ThermalSplitOptions& options, const Machine& machine) {
   if (options.rides) return std::optional<JointVector>{};
   if (options.probed_at.empty()) return machine.probed_at;
   JointVector q;
@@ -58,7 +58,7 @@ std::vector<DriftReading> readings_of(const diagnosis::Dataset& data, const Mach
 }
 
 // What the sample's question needs by default: the tool across its axis, and the axis that the part sits on.
-std::vector<std::string> needed(const Options& options, const Machine& machine) {
+std::vector<std::string> needed(const ThermalSplitOptions& options, const Machine& machine) {
   if (!options.need.empty()) return options.need;
   const auto rotary = machine.rotary_axes();
   std::vector<std::string> out = {"tool_x", "tool_y"};
@@ -72,7 +72,7 @@ std::vector<std::string> needed(const Options& options, const Machine& machine) 
   return out;
 }
 
-ExitCode run_split(const Options& options) {
+ExitCode run_split(const ThermalSplitOptions& options) {
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return static_cast<ExitCode>(exit);
@@ -108,7 +108,7 @@ ExitCode run_split(const Options& options) {
 }  // namespace
 
 void add_thermal_split_command(CLI::App& thermal, int& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ThermalSplitOptions>();
   CLI::App* sub = thermal.add_subcommand(
       "split", "drift measured at several poses: what the tool, the A axis and the C axis have moved");
   sub->add_option("data", options->files, "measurement files (CSV): displacements since the datum")

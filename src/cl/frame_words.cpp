@@ -99,13 +99,13 @@ void read_syn(Context& context, const Statement& statement) {
   }
 }
 
-constexpr WordReading kWords[] = {
+constexpr WordReading kFrameWords[] = {
     {"MSYS", read_msys}, {"CSYS", read_csys}, {"TRNTYP", read_trntyp}, {"SYN", read_syn}};
 
 }  // namespace
 
 std::span<const WordReading> frame_words() {
-  return kWords;
+  return kFrameWords;
 }
 
 // Creo: `$$-> CSYS / 12 values`. Points are in the machine coordinate system already (the default of

@@ -123,14 +123,14 @@ void read_units(Context& context, const Statement& statement) {
   context.modal.mm_per_unit = factor;
 }
 
-constexpr WordReading kWords[] = {{"GOTO", read_goto},   {"GODLTA", read_godlta}, {"FROM", read_from},
-                                  {"RAPID", read_rapid}, {"MULTAX", read_multax}, {"TLAXIS", read_tlaxis},
-                                  {"UNITS", read_units}, {"UNIT", read_units}};
+constexpr WordReading kMotionWords[] = {
+    {"GOTO", read_goto},     {"GODLTA", read_godlta}, {"FROM", read_from},   {"RAPID", read_rapid},
+    {"MULTAX", read_multax}, {"TLAXIS", read_tlaxis}, {"UNITS", read_units}, {"UNIT", read_units}};
 
 }  // namespace
 
 std::span<const WordReading> motion_words() {
-  return kWords;
+  return kMotionWords;
 }
 
 }  // namespace trunnion::cl

@@ -274,7 +274,7 @@ void read_cutcom(Context& context, const Statement& statement) {
                        "CUTCOM is left out: the points are those of the tool's center");
 }
 
-constexpr WordReading kWords[] = {
+constexpr WordReading kProcessWords[] = {
     {"CUTCOM", read_cutcom},       {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},
     {"COOLNT", read_coolnt},       {"DELAY", read_delay},      {"DWELL", read_delay},
     {"STOP", read_stop},           {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},
@@ -285,7 +285,7 @@ constexpr WordReading kWords[] = {
 }  // namespace
 
 std::span<const WordReading> process_words() {
-  return kWords;
+  return kProcessWords;
 }
 
 }  // namespace trunnion::cl

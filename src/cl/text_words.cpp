@@ -32,7 +32,7 @@ void read_end_of_path(Context& context, const Statement& statement) {
   context.emit(statement.where, OperationEnd{});
 }
 
-constexpr WordReading kWords[] = {
+constexpr WordReading kTextWordReadings[] = {
     {"PARTNO", read_partno},          {"PPRINT", read_pprint}, {"INSERT", read_insert},
     {"TPRINT", read_other},           {"LETTER", read_other},  {"TITLES", read_other},
     {"TOOLPATH", read_toolpath},      {"REMARK", skip},        {"HEADER", skip},
@@ -41,7 +41,7 @@ constexpr WordReading kWords[] = {
 }  // namespace
 
 std::span<const WordReading> text_words() {
-  return kWords;
+  return kTextWordReadings;
 }
 
 }  // namespace trunnion::cl

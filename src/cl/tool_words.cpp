@@ -84,16 +84,16 @@ void read_tldata(Context& context, const Statement& statement) {
   }
 }
 
-void skip(Context&, const Statement&) {}
+void skip_tool_word(Context&, const Statement&) {}
 
-constexpr WordReading kWords[] = {{"LOADTL", read_loadtl}, {"LOAD", read_load},     {"SELECT", read_select},
-                                  {"SELCTL", read_select}, {"CUTTER", read_cutter}, {"TLDATA", read_tldata},
-                                  {"TOOLNO", skip},        {"UNLOAD", skip}};
+constexpr WordReading kToolWords[] = {
+    {"LOADTL", read_loadtl}, {"LOAD", read_load},     {"SELECT", read_select},    {"SELCTL", read_select},
+    {"CUTTER", read_cutter}, {"TLDATA", read_tldata}, {"TOOLNO", skip_tool_word}, {"UNLOAD", skip_tool_word}};
 
 }  // namespace
 
 std::span<const WordReading> tool_words() {
-  return kWords;
+  return kToolWords;
 }
 
 }  // namespace trunnion::cl

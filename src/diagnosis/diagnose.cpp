@@ -21,8 +21,7 @@ constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise i
 constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
 constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
-    4e8;                                // products per simulation round: keeps 10 000 readings within seconds
-constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
+    4e8;  // products per simulation round: keeps 10 000 readings within seconds
 constexpr std::size_t kFewestSimulations = 40;
 
 struct Outcome {

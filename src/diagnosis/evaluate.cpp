@@ -13,8 +13,6 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
-
 double unit_of(const Reading& r) {
   return r.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
 }

@@ -9,13 +9,13 @@
 namespace trunnion::diagnosis {
 namespace {
 
-struct Normal {
+struct NormalEquations {
   MatrixXd a;
   VectorXd b;
 };
 
 // Least squares with the directions that the data do not see left at 0.
-VectorXd solve(const Normal& n) {
+VectorXd solve(const NormalEquations& n) {
   if (n.b.size() == 0) return n.b;
   VectorXd scale = n.a.diagonal();
   for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
@@ -53,7 +53,7 @@ std::optional<HeldOut> held_out(const Atoms& atoms, const std::vector<Atom>& set
   if (o.runs().size() < 2) return std::nullopt;
   const MatrixXd x = design(atoms, set);
   const auto& noise = base.whitening->noise();
-  Normal all{x.transpose() * x, x.transpose() * base.white};
+  NormalEquations all{x.transpose() * x, x.transpose() * base.white};
   HeldOut out;
   double sum = 0.0, count = 0.0;
   for (const auto& rows : o.runs()) {

@@ -10,10 +10,10 @@
 namespace trunnion::diagnosis {
 namespace {
 
-config::Value text(std::string value) {
+config::Value text_value(std::string value) {
   return {std::move(value), {}};
 }
-config::Value real(double value) {
+config::Value real_value(double value) {
   return {value, {}};
 }
 
@@ -37,15 +37,15 @@ double floor_um(const Dataset& data) {
 
 config::Table evidence(const Diagnosis& d, const std::string& id) {
   config::Table out;
-  out.emplace_back("verdict", text(std::string(text_of(d.verdict))));
-  out.emplace_back("confidence", real(d.confidence));
+  out.emplace_back("verdict", text_value(std::string(text_of(d.verdict))));
+  out.emplace_back("confidence", real_value(d.confidence));
   for (const RankedEffect& r : d.ranking) {
     if (r.id != id) continue;
-    out.emplace_back("chi2_drop", real(r.chi2_drop));
-    out.emplace_back("dof", real(r.dof));
-    out.emplace_back("p_value", real(r.p_value));
-    if (r.heldout_before_um) out.emplace_back("heldout_rms_before_um", real(*r.heldout_before_um));
-    if (r.heldout_after_um) out.emplace_back("heldout_rms_after_um", real(*r.heldout_after_um));
+    out.emplace_back("chi2_drop", real_value(r.chi2_drop));
+    out.emplace_back("dof", real_value(r.dof));
+    out.emplace_back("p_value", real_value(r.p_value));
+    if (r.heldout_before_um) out.emplace_back("heldout_rms_before_um", real_value(*r.heldout_before_um));
+    if (r.heldout_after_um) out.emplace_back("heldout_rms_after_um", real_value(*r.heldout_after_um));
   }
   return out;
 }

@@ -18,7 +18,8 @@ constexpr double kStatedDof = 1e4;     // the stated uncertainty, taken at its w
 constexpr double kClear = 0.01;        // level from which structure stands beside the noise
 constexpr std::size_t kMostTaken = 3;  // blocks of it: more would take noise for structure
 constexpr double kMostOfDof = 0.35;    // columns beside which the noise is judged, of the degrees of freedom
-constexpr double kImitated = 1e-3;  // smooth functions overlap much; what is left below this is nothing new
+constexpr double kImitatedLeftover =
+    1e-3;  // smooth functions overlap much; what is left below this is nothing new
 
 Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
                     const NoiseScale& noise) {
@@ -41,7 +42,7 @@ Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlo
     const VectorXd along = eigen.vectors.transpose() * (white.transpose() * set.residual.head(rows));
     Leftover::Test out{block.covariate, 1.0, 0.0, 0};
     for (Eigen::Index k = 0; k < along.size(); ++k) {
-      if (!(eigen.values[k] > kImitated * kImitated)) continue;
+      if (!(eigen.values[k] > kImitatedLeftover * kImitatedLeftover)) continue;
       out.drop += along[k] * along[k] / eigen.values[k] / noise.variance;
       ++out.rank;
     }
@@ -50,7 +51,7 @@ Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlo
   MatrixXd u = base.projected(raw);
   u -= set.basis * (set.basis.transpose() * u);
   for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
-  u = pivoted_qr(u, kImitated).Q;
+  u = pivoted_qr(u, kImitatedLeftover).Q;
   return {block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
 }
 

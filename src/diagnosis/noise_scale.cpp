@@ -13,7 +13,7 @@ namespace {
 // The stated uncertainty is trusted as if it came from this many readings: a standard deviation known to
 // about 20 %.
 constexpr double kPriorDof = 12.0;
-constexpr int kSeries = 24;              // simulated series for each correlation
+constexpr int kScaleSeries = 24;         // simulated series for each correlation
 constexpr double kSureDeviations = 3.0;  // of the lag-1 correlation of white noise
 constexpr std::array kPhi = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9};
 
@@ -46,9 +46,9 @@ Moments simulated(const Atoms& atoms, const MatrixXd& basis, const Sequences& se
   const auto& noise = atoms.base().whitening->noise();
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;
-  MatrixXd e = MatrixXd::Zero(o.size(), kSeries);
+  MatrixXd e = MatrixXd::Zero(o.size(), kScaleSeries);
   for (const auto& s : sequences)
-    for (int c = 0; c < kSeries; ++c) {
+    for (int c = 0; c < kScaleSeries; ++c) {
       double last = normal(engine);
       for (std::size_t i = 0; i < s.size(); ++i) {
         if (i > 0) last = phi * last + std::sqrt(1.0 - phi * phi) * normal(engine);
@@ -59,11 +59,11 @@ Moments simulated(const Atoms& atoms, const MatrixXd& basis, const Sequences& se
   p -= basis * (basis.transpose() * p);
   Moments out;
   double square = 0.0, power = 0.0;
-  for (int c = 0; c < kSeries; ++c) {
+  for (int c = 0; c < kScaleSeries; ++c) {
     const double r = lag_one(p.col(c), sequences);
-    out.correlation += r / kSeries;
-    square += r * r / kSeries;
-    power += p.col(c).squaredNorm() / kSeries;
+    out.correlation += r / kScaleSeries;
+    square += r * r / kScaleSeries;
+    power += p.col(c).squaredNorm() / kScaleSeries;
   }
   out.spread = std::sqrt(std::max(square - out.correlation * out.correlation, 0.0));
   out.variance = power;

@@ -3,6 +3,8 @@
 
 namespace trunnion::diagnosis {
 
+inline constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
+
 /// What the residual says of the noise beside the base, a set of effects and a smooth surrogate for all else.
 struct NoiseScale {
   double variance = 1.0;  // of whitened readings, drawn towards 1 (the stated one) by kPriorDof

@@ -8,7 +8,7 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr Eigen::Index kMostSurrogate = 90;  // columns; time goes with their square
+constexpr Eigen::Index kMostOutlierColumns = 90;  // columns; time goes with their square
 
 constexpr double kHuber = 1.5;             // 96 % efficiency at the Gaussian
 constexpr double kMadToSigma = 1.4826;     // of a Gaussian
@@ -55,7 +55,7 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   const auto& used = fit.whitening->noise().used;
   const Eigen::Index rank = fit.basis.cols();
   const MatrixXd surrogate =
-      fit.projected(smooth_surrogate(o, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostSurrogate)))
+      fit.projected(smooth_surrogate(o, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostOutlierColumns)))
           .topRows(n);
   MatrixXd z(n, rank + surrogate.cols());
   z << fit.basis.topRows(n), surrogate;

@@ -10,9 +10,9 @@ namespace trunnion::diagnosis {
 namespace {
 
 // std::normal_distribution may differ between libraries; the same seed must give the same bytes everywhere.
-class Normal {
+class NormalDraws {
  public:
-  explicit Normal(std::uint64_t seed) : engine_(seed) {}
+  explicit NormalDraws(std::uint64_t seed) : engine_(seed) {}
   double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }  // in (0, 1), 53 bits
   double operator()() {
     const double r = std::sqrt(-2.0 * std::log(uniform()));
@@ -52,7 +52,7 @@ std::vector<double> true_values(const Dataset& data, const Machine& machine, con
 void simulate(Dataset& data, const Plan& plan, const Machine& machine, const Model& truth,
               std::uint64_t seed) {
   TRUNNION_EXPECTS(plan.runs.size() == data.context.runs.size());
-  Normal normal(seed);
+  NormalDraws normal(seed);
   const SimulationNoise& noise = plan.noise;
   std::vector<Vec3> setup_P;
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {

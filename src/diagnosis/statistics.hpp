@@ -1,6 +1,14 @@
 #pragma once
+#include <algorithm>
+#include <vector>
 
 namespace trunnion::diagnosis {
+
+/// Largest minus smallest value; `values` is not empty.
+inline double peak_to_valley(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low;
+}
 
 /// P(chi-square with k degrees of freedom >= x); 1 for k = 0.
 double chi2_tail(double x, double k);

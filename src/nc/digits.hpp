@@ -31,7 +31,7 @@ inline constexpr auto kDigitPairs = [] {
 }();
 
 inline char* put_pair(char* p, std::uint32_t value) {
-  std::memcpy(p, &kDigitPairs[2 * value], 2);
+  std::memcpy(p, &kDigitPairs[std::size_t{2} * value], 2);
   return p + 2;
 }
 
@@ -66,7 +66,7 @@ struct NumberStyle {
 template <int Decimals>
 inline char* put_fraction(char* p, std::uint32_t fraction) {
   for (int i = Decimals - 2; i >= 0; i -= 2) {
-    std::memcpy(p + i, &kDigitPairs[2 * (fraction % 100)], 2);
+    std::memcpy(p + i, &kDigitPairs[std::size_t{2} * (fraction % 100)], 2);
     fraction /= 100;
   }
   if constexpr (Decimals % 2 == 1) *p = static_cast<char>('0' + fraction);

@@ -12,7 +12,7 @@ namespace {
 const std::array kPredictors{Predictor{Predictor::Kind::harmonic, 1}, Predictor{Predictor::Kind::harmonic, 3},
                              Predictor{Predictor::Kind::parabola, 1}, Predictor{Predictor::Kind::skew, 1},
                              Predictor{Predictor::Kind::quartic, 1}};
-constexpr int kSamples = 32;         // of the truth along a segment
+constexpr int kTruthSamples = 32;    // of the truth along a segment
 constexpr std::size_t kMany = 8;     // pieces on the chord from which counts follow the law
 constexpr int kGreedyHalvings = 40;  // of the longest step: to the last digit
 
@@ -42,8 +42,8 @@ PredictorStudy study_predictor(const TableKinematics& kinematics, std::span<cons
     const ErrorModel model(kinematics, a, b, predictor);
     double error = 0.0;
     double left = 0.0;
-    for (int i = 1; i < kSamples; ++i) {
-      const double k = static_cast<double>(i) / kSamples;
+    for (int i = 1; i < kTruthSamples; ++i) {
+      const double k = static_cast<double>(i) / kTruthSamples;
       const Vec3 e = exact.at(k);
       error = std::max(error, e.norm());
       left = std::max(left, (e - model.at(k)).norm());
@@ -194,7 +194,7 @@ class Tolerances {
     const double pieces = std::ceil((length + 2.0 * (2.0 - std::sqrt(2.0))) / 4.0);
     out_.two_sided_law += static_cast<std::size_t>(std::max(2.0, pieces)) - 1;
     const NodeAxis how = chord.linear_nodes ? NodeAxis::joint_linear : NodeAxis::great_circle;
-    out_.greedy += greedy_points(on_chord_.segment(), a, b, how, 4 * (chord.inserted + 2));
+    out_.greedy += greedy_points(on_chord_.segment(), a, b, how, std::size_t{4} * (chord.inserted + 2));
   }
 
   void move(std::span<const Point> run) {

@@ -81,7 +81,7 @@ void Program::run_in_parallel() {
     preparers.local().prepare(*chunk);
     return chunk;
   };
-  const auto make_text = [&](Held chunk) {
+  const auto make_text = [&](const Held& chunk) {
     emit(*chunk);
     return emit_failure_ ? Held{} : chunk;
   };

@@ -14,7 +14,6 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 // Twice the rounding of angles to 4 decimals of a degree: nearer to the pole the words say nothing.
 constexpr double kAtPole_rad = 2e-4 * kRadPerDegree;
 

@@ -3,6 +3,9 @@
 
 #include "trunnion/report/diagnosis_json.hpp"
 
+#include "report/columns.hpp"
+#include "report/texts.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -19,23 +22,16 @@ std::string number(const std::optional<double>& value) {
 }
 
 std::string padded(std::string text, std::size_t width) {
-  if (text.size() < width) text.resize(width, ' ');
-  return text + " ";
-}
-
-std::string joined(const std::vector<std::string>& items) {
-  std::string out;
-  for (const auto& item : items) out += (out.empty() ? "" : " + ") + item;
-  return out;
+  return left(std::move(text), width) + " ";
 }
 
 }  // namespace
 
 std::string diagnosis_text(const Diagnosis& d) {
   std::string out = "verdict     " + std::string(text_of(d.verdict));
-  if (!d.effects.empty()) out += ": " + joined(d.effects);
+  if (!d.effects.empty()) out += ": " + joined(d.effects, " + ");
   out += "   (confidence " + number(d.confidence) + ")\n";
-  for (std::size_t k = 1; k < d.sets.size(); ++k) out += "or          " + joined(d.sets[k]) + "\n";
+  for (std::size_t k = 1; k < d.sets.size(); ++k) out += "or          " + joined(d.sets[k], " + ") + "\n";
   out += "residual    " + number(d.rms_um) + " um RMS, noise " + number(d.noise_floor_um) +
          " um, chi-square " + number(d.chi2) + " for " + number(d.dof) + "\n\n" + d.paragraph + "\n\n";
   out += padded("effect", 22) + padded("p", 11) + padded("chi2 drop", 10) + padded("dof", 5) +

@@ -5,18 +5,15 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/iso230_json.hpp"
 
+#include "report/columns.hpp"
+
 namespace trunnion::report {
 namespace {
 
 using namespace iso230;
 
-std::string padded(std::string text, std::size_t width) {
-  if (text.size() < width) text.insert(0, width - text.size(), ' ');
-  return text;
-}
-
 std::string cell(const std::optional<double>& value, double factor) {
-  return padded(value ? fixed_text(*value * factor, 2) : "-", 10);
+  return right(value ? fixed_text(*value * factor, 2) : "-", 10);
 }
 
 std::string line_text(const Positioning& line) {

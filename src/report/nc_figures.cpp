@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "trunnion/machine/table_kinematics.hpp"
 
+#include "report/svg.hpp"
+
 namespace trunnion::report {
-namespace {
-
-constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 SpacePlot path_plot(const post::VerifyReport& report, double max_um) {
   SpacePlot plot;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -13,7 +12,6 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastDrawn_um = 0.01;  // of a logarithmic scale: what is below stands at its foot
 constexpr const char* kPathFigure = "deviation";
 constexpr const char* kSpaceFigure = "path";
@@ -22,16 +20,17 @@ constexpr const char* kSpaceFigure = "path";
 constexpr std::size_t kArrayValues = 700'000;
 
 // Micrometres below a millimetre, millimetres from there on.
-std::string um(double mm) {
+std::string length_text(double mm) {
   return mm < 1.0 ? short_number(mm * kUmPerMm, 4) + " µm" : short_number(mm, 4) + " mm";
 }
 
 std::string verdict_of(const post::VerifyReport& r) {
   const double tip = std::max(r.certified_tip_deviation_mm, r.max_point_deviation_mm);
-  const std::string figures = "the tip stays within " + um(tip) + " of its path (" +
-                              (r.certified ? "proved" : "sampled") + "; tolerance " + um(r.tolerance_mm) +
-                              "), the tool axis within " + short_number(r.max_axis_deviation.deg(), 3) +
-                              "° (tolerance " + short_number(r.axis_tolerance.deg(), 3) + "°).";
+  const std::string figures = "the tip stays within " + length_text(tip) + " of its path (" +
+                              (r.certified ? "proved" : "sampled") + "; tolerance " +
+                              length_text(r.tolerance_mm) + "), the tool axis within " +
+                              short_number(r.max_axis_deviation.deg(), 3) + "° (tolerance " +
+                              short_number(r.axis_tolerance.deg(), 3) + "°).";
   const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
   if (r.passed()) return "Verified: " + figures + machine;
   std::string why;
@@ -43,16 +42,16 @@ std::string verdict_of(const post::VerifyReport& r) {
 
 std::vector<Fact> facts_of(const post::VerifyReport& r) {
   const auto count = [](std::size_t n) { return static_cast<double>(n); };
-  return {{"max_tip_deviation_mm", "largest tip deviation found", um(r.max_tip_deviation_mm),
+  return {{"max_tip_deviation_mm", "largest tip deviation found", length_text(r.max_tip_deviation_mm),
            r.max_tip_deviation_mm},
           {"certified_tip_deviation_mm", r.certified ? "proved bound" : "sampled bound",
-           um(r.certified_tip_deviation_mm), r.certified_tip_deviation_mm},
-          {"tolerance_mm", "tolerance", um(r.tolerance_mm), r.tolerance_mm},
+           length_text(r.certified_tip_deviation_mm), r.certified_tip_deviation_mm},
+          {"tolerance_mm", "tolerance", length_text(r.tolerance_mm), r.tolerance_mm},
           {"max_axis_deviation_deg", "largest tool axis deviation",
            short_number(r.max_axis_deviation.deg(), 4) + "°", r.max_axis_deviation.deg()},
           {"points_in", "CL points", std::to_string(r.points_in), count(r.points_in)},
           {"points_out", "NC motion blocks", std::to_string(r.points_out), count(r.points_out)},
-          {"max_rapid_deviation_mm", "largest deviation of rapids", um(r.max_rapid_deviation_mm),
+          {"max_rapid_deviation_mm", "largest deviation of rapids", length_text(r.max_rapid_deviation_mm),
            r.max_rapid_deviation_mm}};
 }
 
@@ -242,15 +241,17 @@ Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& m
     const DeviationFigures f = deviation_figures(p.verification);
     largest = std::max(largest, p.verification.max_tip_deviation_mm);
     page.facts.push_back({"max_tip_deviation_mm:" + p.file, p.file + ": largest tip deviation",
-                          um(p.verification.max_tip_deviation_mm), p.verification.max_tip_deviation_mm});
+                          length_text(p.verification.max_tip_deviation_mm),
+                          p.verification.max_tip_deviation_mm});
     plot.series.push_back(deviation_series(p.verification, p.file));
     const auto text = [](double mm) { return fixed_text(mm * kUmPerMm, 3); };
     table.rows.push_back({p.file, text(f.mean), text(f.rms), text(f.p95), text(f.max),
                           std::to_string(p.verification.points_out)});
   }
   page.verdict =
-      best->file + " stays nearest to the path: within " + um(best->verification.max_tip_deviation_mm) +
-      "; the largest deviation of all is " + um(largest) + "." +
+      best->file + " stays nearest to the path: within " +
+      length_text(best->verification.max_tip_deviation_mm) + "; the largest deviation of all is " +
+      length_text(largest) + "." +
       (best->verification.on_truth ? " Evaluated on the machine with its errors." : " Nominal machine.");
   page.sections.push_back(
       {"Deviation",

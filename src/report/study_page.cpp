@@ -15,7 +15,7 @@ std::string count(std::size_t n) {
   return std::to_string(n);
 }
 
-std::string um(double mm) {
+std::string um_number(double mm) {
   return short_number(mm * kUmPerMm, 4);
 }
 
@@ -48,11 +48,11 @@ Table counts_table(const path::StudyResult& result) {
     double largest = 0.0;
     for (const auto& p : t.placements) largest = std::max(largest, p.largest_certified_mm);
     out.rows.push_back(
-        {um(t.tolerance_mm), t.links ? "links" : "cutting", count(t.segments), count(t.over), count(t.greedy),
-         count(chord.inserted), ratio(chord.inserted, t.greedy), count(sides.inserted),
+        {um_number(t.tolerance_mm), t.links ? "links" : "cutting", count(t.segments), count(t.over),
+         count(t.greedy), count(chord.inserted), ratio(chord.inserted, t.greedy), count(sides.inserted),
          ratio(sides.inserted, t.two_sided_law), ratio(sides.inserted_many, chord.inserted_many),
          t.links ? "–" : count(moved.inserted), t.links ? "–" : ratio(moved.inserted, chord.inserted),
-         count(chord.unconverged + sides.unconverged + moved.unconverged), um(largest)});
+         count(chord.unconverged + sides.unconverged + moved.unconverged), um_number(largest)});
   }
   return out;
 }
@@ -96,7 +96,7 @@ Table predictors_table(const path::StudyResult& result) {
   for (const path::PredictorStudy& p : result.predictors) {
     out.rows.push_back({path::predictor_text(p.predictor), count(p.segments), short_number(p.rms, 3),
                         short_number(p.median, 3), short_number(p.p99, 3), short_number(p.worst, 3),
-                        std::to_string(p.worst_line), um(p.worst_left_mm)});
+                        std::to_string(p.worst_line), um_number(p.worst_left_mm)});
   }
   return out;
 }
@@ -138,8 +138,8 @@ Table worst_table(const path::StudyResult& result) {
   out.numeric.back() = false;
   for (const path::SegmentStudy& s : result.worst) {
     std::vector<std::string> row{std::to_string(s.where.line), short_number(s.largest_turn.deg(), 4),
-                                 um(s.certified_mm)};
-    for (const double mm : s.predicted_mm) row.push_back(um(mm));
+                                 um_number(s.certified_mm)};
+    for (const double mm : s.predicted_mm) row.push_back(um_number(mm));
     row.emplace_back(s.harmonic_fails ? "fails" : "");
     out.rows.push_back(std::move(row));
   }
@@ -162,12 +162,12 @@ Page study_page(const path::StudyResult& result, const std::string& cl_file, con
     page.verdict = "No segment of this path has a nonlinear error.";
   } else {
     const path::SegmentStudy& worst = result.worst.front();
-    page.verdict = "As programmed the tip strays by up to " + um(worst.certified_mm) +
+    page.verdict = "As programmed the tip strays by up to " + um_number(worst.certified_mm) +
                    " µm (proved; CL line " + std::to_string(worst.where.line) + "). " +
                    (unmet == 0 ? "Every placement meets every tolerance, proved on every piece."
                                : count(unmet) + " segments did not meet their tolerance.");
-    page.facts.push_back({"largest_error_mm", "largest error as programmed", um(worst.certified_mm) + " µm",
-                          worst.certified_mm});
+    page.facts.push_back({"largest_error_mm", "largest error as programmed",
+                          um_number(worst.certified_mm) + " µm", worst.certified_mm});
   }
   page.sections.push_back({"Points by placement", {counts_figure(result), counts_table(result)}});
   page.sections.push_back({"Predictors", {predictors_figure(result), predictors_table(result)}});

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,6 +8,9 @@
 #include "trunnion/report/page.hpp"
 
 namespace trunnion::report {
+
+/// A place where a line is interrupted.
+inline constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
 /// `&`, `<`, `>` and quotes as entities.
 std::string escaped(std::string_view text);

@@ -11,10 +11,10 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kWidth = 760;
-constexpr double kHeight = 460;
+constexpr double kSpaceWidth = 760;
+constexpr double kSpaceHeight = 460;
 constexpr double kScaleBar = 90;  // room for the colour scale on the right
-constexpr std::size_t kDrawnPoints = 4000;
+constexpr std::size_t kDrawnSpacePoints = 4000;
 constexpr int kColours = 24;
 
 struct Projection {
@@ -56,18 +56,18 @@ Fit fit_into(const std::vector<std::array<double, 2>>& points, double width, dou
 }
 
 void colour_bar(Svg& svg, const Scale& scale, double value_max) {
-  constexpr double kTop = 60;
+  constexpr double kSpaceTop = 60;
   constexpr double kBar = 320;
-  const double left = kWidth - kScaleBar + 20;
+  const double left = kSpaceWidth - kScaleBar + 20;
   for (int i = 0; i < kColours; ++i) {
     const double t = (i + 0.5) / kColours;
-    svg.rect(left, kTop + kBar * (1 - (i + 1.0) / kColours), 14, kBar / kColours + 0.5,
+    svg.rect(left, kSpaceTop + kBar * (1 - (i + 1.0) / kColours), 14, kBar / kColours + 0.5,
              "fill=\"" + scale_colour(t) + "\"");
   }
   for (const double part : {0.0, 0.5, 1.0}) {
-    svg.text(left + 20, kTop + kBar * (1 - part) + 4, short_number(part * value_max, 3), "class=\"tick\"");
+    svg.text(left + 20, kSpaceTop + kBar * (1 - part) + 4, short_number(part * value_max, 3), "class=\"tick\"");
   }
-  svg.text(kWidth - 8, kTop - 14, scale_text(scale), "class=\"label\" text-anchor=\"end\"");
+  svg.text(kSpaceWidth - 8, kSpaceTop - 14, scale_text(scale), "class=\"label\" text-anchor=\"end\"");
 }
 
 // A length of 1, 2 or 5 times a power of ten, and the directions of the axes.
@@ -75,13 +75,14 @@ void scale_bar(Svg& svg, const Projection& project, const Fit& fit, const std::s
   const double raw = 90.0 / fit.scale;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
   const double length = power * (raw / power >= 5 ? 5 : raw / power >= 2 ? 2 : 1);
-  svg.line(20, kHeight - 14, 20 + length * fit.scale, kHeight - 14, "class=\"axis\" stroke-width=\"2\"");
-  svg.text(20, kHeight - 20, short_number(length) + " " + unit, "class=\"tick\"");
+  svg.line(20, kSpaceHeight - 14, 20 + length * fit.scale, kSpaceHeight - 14,
+           "class=\"axis\" stroke-width=\"2\"");
+  svg.text(20, kSpaceHeight - 20, short_number(length) + " " + unit, "class=\"tick\"");
   constexpr double kArrow = 30;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto tip = project(k == 0 ? kArrow : 0, k == 1 ? kArrow : 0, k == 2 ? kArrow : 0);
     const double x = 50;
-    const double y = kHeight - 76;
+    const double y = kSpaceHeight - 76;
     svg.line(x, y, x + tip[0], y + tip[1], "class=\"axis\"");
     svg.text(x + 1.25 * tip[0] - 3, y + 1.25 * tip[1] + 4, std::string(1, "XYZ"[k]), "class=\"tick\"");
   }
@@ -122,13 +123,13 @@ void draw_path(Svg& svg, const SpacePlot& plot, const std::vector<std::size_t>& 
 }  // namespace
 
 std::string svg_of(const SpacePlot& plot, std::string_view title) {
-  Svg svg(kWidth, kHeight, title);
+  Svg svg(kSpaceWidth, kSpaceHeight, title);
   const Projection project = view();
-  const std::vector<std::size_t> kept = thinned(plot.value, kDrawnPoints);
+  const std::vector<std::size_t> kept = thinned(plot.value, kDrawnSpacePoints);
   std::vector<std::array<double, 2>> points;
   for (const std::size_t i : kept) points.push_back(project(plot.x[i], plot.y[i], plot.z[i]));
   if (points.empty()) return svg.done();
-  const Fit fit = fit_into(points, kWidth - kScaleBar, kHeight);
+  const Fit fit = fit_into(points, kSpaceWidth - kScaleBar, kSpaceHeight);
   const double value_max = largest(plot);
   if (plot.kind == SpacePlot::Kind::path) {
     draw_path(svg, plot, kept, points, fit, value_max);

@@ -9,21 +9,21 @@ namespace {
 using nlohmann::ordered_json;
 using namespace thermal;
 
-double um(double mm) {
+double in_um(double mm) {
   return mm / kMmPerUm;
 }
 
 ordered_json score_json(const Score& score) {
   ordered_json out;
   out["name"] = score.name;
-  out["rmse_um"] = um(score.rmse_mm);
-  out["p95_um"] = um(score.p95_mm);
-  out["worst_run_rmse_um"] = um(score.worst_run_rmse_mm);
-  out["mean_run_rmse_um"] = um(score.mean_run_rmse_mm);
-  out["median_run_rmse_um"] = um(score.median_run_rmse_mm);
-  out["window_rmse_um"] = um(score.window_rmse_mm);
-  out["window_worst_rmse_um"] = um(score.window_worst_rmse_mm);
-  for (const double rmse : score.run_rmse_mm) out["run_rmse_um"].push_back(um(rmse));
+  out["rmse_um"] = in_um(score.rmse_mm);
+  out["p95_um"] = in_um(score.p95_mm);
+  out["worst_run_rmse_um"] = in_um(score.worst_run_rmse_mm);
+  out["mean_run_rmse_um"] = in_um(score.mean_run_rmse_mm);
+  out["median_run_rmse_um"] = in_um(score.median_run_rmse_mm);
+  out["window_rmse_um"] = in_um(score.window_rmse_mm);
+  out["window_worst_rmse_um"] = in_um(score.window_worst_rmse_mm);
+  for (const double rmse : score.run_rmse_mm) out["run_rmse_um"].push_back(in_um(rmse));
   return out;
 }
 
@@ -42,7 +42,7 @@ ordered_json faults_json(const std::vector<SensorFault>& faults) {
 
 }  // namespace
 
-std::string thermal_fit_json(const FitResult& result, const FitOptions& options,
+std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions& options,
                              const std::vector<SensorFault>& faults) {
   ordered_json out;
   out["measure_every_min"] = options.measure_every_s / kSecondsPerMinute;
@@ -59,8 +59,9 @@ std::string thermal_fit_json(const FitResult& result, const FitOptions& options,
     j["models"] = ordered_json::array();
     for (const Score& score : channel.models) j["models"].push_back(score_json(score));
     j["nested"] = channel.nested ? score_json(*channel.nested) : ordered_json(nullptr);
-    j["sigma_floor_um"] = um(model.sigma_floor_mm);
-    j["sigma_growth_um_per_sqrt_min"] = um(model.sigma_growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
+    j["sigma_floor_um"] = in_um(model.sigma_floor_mm);
+    j["sigma_growth_um_per_sqrt_min"] =
+        in_um(model.sigma_growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
     j["axis"] = model.axis.empty() ? ordered_json(nullptr) : ordered_json(model.axis);
     j["notes"] = channel.notes;
     out["channels"][channel.channel] = std::move(j);
@@ -94,9 +95,9 @@ std::string thermal_screen_json(const std::vector<ChannelScreen>& channels,
       j["sensors"].push_back(std::move(sensor));
     }
     j["jaccard_of_p"] = channel.p_jaccard;
-    j["heldout_rmse_um"] = {{"all", um(channel.heldout_all_mm)},
-                            {"chosen_by_p", um(channel.heldout_p_mm)},
-                            {"chosen_by_held_out_runs", um(channel.heldout_runs_mm)}};
+    j["heldout_rmse_um"] = {{"all", in_um(channel.heldout_all_mm)},
+                            {"chosen_by_p", in_um(channel.heldout_p_mm)},
+                            {"chosen_by_held_out_runs", in_um(channel.heldout_runs_mm)}};
     j["warnings"] = channel.warnings;
     out["channels"][channel.channel] = std::move(j);
   }
@@ -123,9 +124,9 @@ std::string thermal_predict_json(const ThermalModel& model, const std::vector<Ru
       ordered_json channel;
       channel["axis"] = model.channels[c].axis;
       channel["method"] = model.channels[c].candidate.name();
-      channel["last_um"] = run.channel[c].empty() ? 0.0 : um(run.channel[c].back().value_mm);
-      channel["last_sigma_um"] = run.channel[c].empty() ? 0.0 : um(run.channel[c].back().sigma_mm);
-      channel["largest_um"] = um(largest);
+      channel["last_um"] = run.channel[c].empty() ? 0.0 : in_um(run.channel[c].back().value_mm);
+      channel["last_sigma_um"] = run.channel[c].empty() ? 0.0 : in_um(run.channel[c].back().sigma_mm);
+      channel["largest_um"] = in_um(largest);
       channel["rows_outside_training"] = outside;
       channel["rows_with_stale_sensor"] = stale;
       j["channels"][model.channels[c].channel] = std::move(channel);
@@ -140,13 +141,13 @@ std::string thermal_split_json(const DriftSplit& split, const std::vector<std::s
   out["rank"] = split.rank;
   out["parameters_count"] = split.parameters.size();
   out["condition"] = split.condition;
-  out["rms_um"] = um(split.rms_mm);
+  out["rms_um"] = in_um(split.rms_mm);
   for (const DriftParameter& p : split.parameters) {
     ordered_json j;
     j["identifiable"] = p.identifiable;
     if (p.identifiable) {
-      j["value_um"] = um(p.value_mm);
-      j["sigma_um"] = um(p.sigma_mm);
+      j["value_um"] = in_um(p.value_mm);
+      j["sigma_um"] = in_um(p.sigma_mm);
     }
     out["parameters"][p.name] = std::move(j);
   }

@@ -4,7 +4,6 @@
 #include <boost/property_tree/ptree.hpp>
 #include <boost/property_tree/xml_parser.hpp>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -34,8 +33,6 @@ struct ThermalService::Answer {
 };
 
 namespace {
-
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 tl::unexpected<Error> wrong(const std::string& message) {
   return fail(ErrorCode::wrong_input, message);
@@ -130,7 +127,7 @@ void ThermalService::start_run() {
   predictor_ = Predictor(model_);
   follower_ = OffsetFollower(limits_);
   followed_s_.reset();
-  temperature_degC_.assign(predictor_.sensors().size(), kNothing);
+  temperature_degC_.assign(predictor_.sensors().size(), kNotRead);
 }
 
 Result<ThermalService::Message> ThermalService::parse_json(const std::string& line) {
@@ -214,7 +211,7 @@ Result<void> ThermalService::take_reading(const Message& message, Answer& answer
                                    [&](const ChannelModel& c) { return c.channel == name; });
     if (!known) return wrong("the model has no channel '" + name + "'");
   }
-  std::vector<double> temperature(predictor_.sensors().size(), kNothing);
+  std::vector<double> temperature(predictor_.sensors().size(), kNotRead);
   for (std::size_t i = 0; i < temperature.size(); ++i) {
     const auto it = message.temperature_degC.find(predictor_.sensors()[i]);
     if (it == message.temperature_degC.end()) continue;
@@ -223,13 +220,13 @@ Result<void> ThermalService::take_reading(const Message& message, Answer& answer
     else
       temperature[i] = it->second;
   }
-  const double feed = message.feed_mm_min ? *message.feed_mm_min / kSecondsPerMinute : kNothing;
+  const double feed = message.feed_mm_min ? *message.feed_mm_min / kSecondsPerMinute : kNotRead;
   // Loggers that post beside each other are a little late at times: their values count as of now.
   constexpr double kLate_s = 60.0;
   double time_s = *message.time_s;
   if (predictor_.started() && time_s > predictor_.time_s() - kLate_s)
     time_s = std::max(time_s, predictor_.time_s());
-  const auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNothing), feed);
+  const auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNotRead), feed);
   if (!read) return read;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const auto it = message.measured_um.find(model_.channels[c].channel);

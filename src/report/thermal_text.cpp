@@ -5,19 +5,14 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/thermal_report.hpp"
 
+#include "report/columns.hpp"
+
 namespace trunnion::report {
 namespace {
 
 using namespace thermal;
 
-std::string right(std::string text, std::size_t width) {
-  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
-}
-std::string left(std::string text, std::size_t width) {
-  if (text.size() < width) text.append(width - text.size(), ' ');
-  return text;
-}
-std::string um(double mm) {
+std::string um_cell(double mm) {
   return right(fixed_text(mm / kMmPerUm, 2), 10);
 }
 std::string plain(double value, int decimals, std::size_t width) {
@@ -25,16 +20,16 @@ std::string plain(double value, int decimals, std::size_t width) {
 }
 
 std::string score_line(const Score& s, bool chosen) {
-  return std::string(chosen ? "* " : "  ") + left(s.name, 16) + um(s.rmse_mm) + um(s.p95_mm) +
-         um(s.worst_run_rmse_mm) + um(s.window_rmse_mm) + um(s.window_worst_rmse_mm) + "\n";
+  return std::string(chosen ? "* " : "  ") + left(s.name, 16) + um_cell(s.rmse_mm) + um_cell(s.p95_mm) +
+         um_cell(s.worst_run_rmse_mm) + um_cell(s.window_rmse_mm) + um_cell(s.window_worst_rmse_mm) + "\n";
 }
 
 }  // namespace
 
-std::string thermal_fit_text(const FitResult& result, const FitOptions& options) {
+std::string thermal_fit_text(const FitResult& result, const thermal::FitOptions& options) {
   const std::string minutes = shortest_text(options.measure_every_s / kSecondsPerMinute);
   const std::string hours = shortest_text(options.window_s / (kSecondsPerMinute * kSecondsPerMinute));
-  std::string out = "Held-out errors in um, leave-one-run-out, measured each " + minutes + " min.\n";
+  std::string out = "Held-out errors in um_cell, leave-one-run-out, measured each " + minutes + " min.\n";
   for (std::size_t c = 0; c < result.channels.size(); ++c) {
     const ChannelReport& channel = result.channels[c];
     out += "\n" + left(channel.channel, 18) + right("rmse", 10) + right("p95", 10) + right("worst run", 10) +
@@ -67,8 +62,8 @@ std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
              right(s.chosen_by_p ? "yes" : "", 8) + plain(100.0 * s.share_of_folds, 0, 8) + " %" +
              right(s.chosen_by_runs ? "yes" : "", 10) + "\n";
     }
-    out += "  held-out RMSE, um: all sensors" + um(channel.heldout_all_mm) + ", p < 0.05" +
-           um(channel.heldout_p_mm) + ", held-out runs" + um(channel.heldout_runs_mm) +
+    out += "  held-out RMSE, um_cell: all sensors" + um_cell(channel.heldout_all_mm) + ", p < 0.05" +
+           um_cell(channel.heldout_p_mm) + ", held-out runs" + um_cell(channel.heldout_runs_mm) +
            "; overlap of the p-sets " + plain(channel.p_jaccard, 2, 0) + "\n";
     for (const auto& warning : channel.warnings) out += "  warning: " + warning + "\n";
     out += "\n";
@@ -77,15 +72,15 @@ std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
 }
 
 std::string thermal_split_text(const DriftSplit& split) {
-  std::string out = left("shift", 10) + right("um", 10) + right("sigma", 10) + "\n";
+  std::string out = left("shift", 10) + right("um_cell", 10) + right("sigma", 10) + "\n";
   for (const DriftParameter& p : split.parameters) {
     out += left(p.name, 10);
-    out += p.identifiable ? um(p.value_mm) + um(p.sigma_mm) : right("not told", 20);
+    out += p.identifiable ? um_cell(p.value_mm) + um_cell(p.sigma_mm) : right("not told", 20);
     out += "\n";
   }
   out += "rank " + std::to_string(split.rank) + " of " + std::to_string(split.parameters.size()) +
          ", condition " + plain(split.condition, 1, 0) + ", residual " +
-         fixed_text(split.rms_mm / kMmPerUm, 2) + " um RMS\n";
+         fixed_text(split.rms_mm / kMmPerUm, 2) + " um_cell RMS\n";
   for (const auto& direction : split.null_directions) out += direction + "\n";
   return out;
 }

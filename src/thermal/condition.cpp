@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "trunnion/base/number_text.hpp"
 
 namespace trunnion::thermal {
 namespace {
-
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 // Rows at which a column has a reading.
 std::vector<std::size_t> readings_of(const std::vector<double>& column) {
@@ -49,7 +46,7 @@ class Checker {
         continue;
       if (count++ == 0) first = i;
       last = i;
-      column[i] = kNothing;
+      column[i] = kNotRead;
     }
     if (count > 0) report(FaultKind::out_of_range, first, last, count);
   }
@@ -75,7 +72,7 @@ class Checker {
       const bool spike = back < rows.size() && back <= k + kSpike;
       const std::size_t end = spike ? back : rows.size();
       report(spike ? FaultKind::spike : FaultKind::jump, rows[k], rows[end - 1], end - k);
-      for (std::size_t i = k; i < end; ++i) column[rows[i]] = kNothing;
+      for (std::size_t i = k; i < end; ++i) column[rows[i]] = kNotRead;
       if (!spike) return;
       good = back;
       k = back;
@@ -148,7 +145,7 @@ std::vector<double> means(const std::vector<double>& column, const std::vector<s
       sum += column[row];
       count += 1.0;
     }
-    out.push_back(count > 0.0 ? sum / count : kNothing);
+    out.push_back(count > 0.0 ? sum / count : kNotRead);
   }
   return out;
 }

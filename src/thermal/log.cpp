@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "trunnion/base/files.hpp"
@@ -13,8 +12,6 @@
 namespace trunnion::thermal {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-
 // `T_front_degC` with prefix `T_` and suffix `_degC` is `front`; empty when the name has another form.
 std::string_view between(std::string_view name, std::string_view prefix, std::string_view suffix) {
   if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix))
@@ -23,30 +20,30 @@ std::string_view between(std::string_view name, std::string_view prefix, std::st
 }
 
 enum class Role { run, time, temperature, speed, feed, channel };
-struct Column {
+struct LogColumn {
   Role role = Role::channel;
   std::size_t index = 0;  // of the sensor or channel
   double factor = 1.0;    // to internal units
 };
 
-std::optional<Column> classify(const std::string& name, Log& log) {
-  if (name == "run_id") return Column{Role::run};
-  if (name == "time_s") return Column{Role::time};
+std::optional<LogColumn> classify(const std::string& name, Log& log) {
+  if (name == "run_id") return LogColumn{Role::run};
+  if (name == "time_s") return LogColumn{Role::time};
   if (name == "spindle_rpm") {
     log.has_speed = true;
-    return Column{Role::speed};
+    return LogColumn{Role::speed};
   }
   if (name == "feed_mm_min") {
     log.has_feed = true;
-    return Column{Role::feed, 0, 1.0 / kSecondsPerMinute};
+    return LogColumn{Role::feed, 0, 1.0 / kSecondsPerMinute};
   }
   if (const auto sensor = between(name, "T_", "_degC"); !sensor.empty()) {
     log.sensors.emplace_back(sensor);
-    return Column{Role::temperature, log.sensors.size() - 1};
+    return LogColumn{Role::temperature, log.sensors.size() - 1};
   }
   if (const auto channel = between(name, "", "_um"); !channel.empty()) {
     log.channels.emplace_back(channel);
-    return Column{Role::channel, log.channels.size() - 1, kMmPerUm};
+    return LogColumn{Role::channel, log.channels.size() - 1, kMmPerUm};
   }
   return std::nullopt;
 }
@@ -99,9 +96,9 @@ class LogReader {
     }
     run.time_s.push_back(*time_s);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const Column& column = columns_[i];
+      const LogColumn& column = columns_[i];
       if (column.role == Role::run || column.role == Role::time) continue;
-      const double value = rows_.number_or_nan(i).value_or(kNothing) * column.factor;
+      const double value = rows_.number_or_nan(i).value_or(kNotRead) * column.factor;
       switch (column.role) {
         case Role::temperature:
           run.temperature_degC[column.index].push_back(value);
@@ -137,7 +134,7 @@ class LogReader {
   config::CsvRows rows_;
   Diagnostics* diagnostics_;
   Log log_;
-  std::vector<Column> columns_;
+  std::vector<LogColumn> columns_;
   std::optional<std::size_t> time_column_, run_column_;
   std::unordered_map<std::string, std::size_t> index_;
   std::size_t current_ = 0;
@@ -165,7 +162,7 @@ LogRun spread(const LogRun& run, const std::vector<double>& time_s,
   LogRun out;
   out.id = run.id;
   out.time_s = time_s;
-  const std::vector<double> empty(time_s.size(), kNothing);
+  const std::vector<double> empty(time_s.size(), kNotRead);
   out.temperature_degC.assign(names.sensors.size(), empty);
   out.channel_mm.assign(names.channels.size(), empty);
   if (names.has_speed) out.spindle_rpm = empty;

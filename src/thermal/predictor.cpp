@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -17,7 +16,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 // A temperature of a structure that is older than this says nothing of what goes on now.
 constexpr double kStale_s = 900.0;
 // A first measurement so early (in units of the interval) is the reference itself; the same rule as in the
@@ -159,8 +157,8 @@ Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::si
   for (std::size_t row = 0; row < run.rows(); ++row) {
     for (std::size_t i = 0; i < columns.size(); ++i) temperature[i] = (*columns[i])[row];
     const auto read = predictor.read(run.time_s[row], temperature,
-                                     run.spindle_rpm.empty() ? kNothing : run.spindle_rpm[row],
-                                     run.feed_mm_s.empty() ? kNothing : run.feed_mm_s[row]);
+                                     run.spindle_rpm.empty() ? kNotRead : run.spindle_rpm[row],
+                                     run.feed_mm_s.empty() ? kNotRead : run.feed_mm_s[row]);
     if (!read) return tl::unexpected(read.error());
     out.time_s.push_back(run.time_s[row]);
     for (std::size_t c = 0; c < known.size(); ++c) {

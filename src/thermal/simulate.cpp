@@ -13,7 +13,6 @@
 namespace trunnion::thermal {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHour_s = 3600.0;
 constexpr std::size_t kSensors = 8;
 constexpr std::array kSensorNames = {"spindle_front", "spindle_rear", "head", "column",
@@ -170,7 +169,7 @@ class Day {
     const bool measured = load.measuring && in_cycle >= at && in_cycle < at + days_.step_s;
     for (std::size_t i = 0; i < 3; ++i) {
       const double noise = kMeasurementFloor_mm * normal(random_);
-      run.channel_mm[i].push_back(measured ? drift[static_cast<Eigen::Index>(i)] + noise : kNothing);
+      run.channel_mm[i].push_back(measured ? drift[static_cast<Eigen::Index>(i)] + noise : kNotRead);
     }
   }
 

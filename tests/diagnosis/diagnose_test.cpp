@@ -13,8 +13,8 @@ namespace {
 
 using test::Campaign;
 
-const std::string kBase = "[model]\nname = \"base\"\n[[effect]]\nid = \"location:A\"\n";
-const std::string kTruth =
+const std::string kDiagnoseBase = "[model]\nname = \"base\"\n[[effect]]\nid = \"location:A\"\n";
+const std::string kDiagnoseTruth =
     "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 8\nZ0A_um = "
     "-5\nB0A_urad = 20\nC0A_urad = -15\n";
 
@@ -87,10 +87,10 @@ const std::vector<Case>& hidden() {
 
 const std::string& base_of(const Case& c) {
   static const std::string nothing = "[model]\nname = \"base\"\n";
-  return c.location_known ? kBase : nothing;
+  return c.location_known ? kDiagnoseBase : nothing;
 }
 std::string truth_without(const Case& c) {
-  return c.location_known ? kTruth : "[model]\nname = \"truth\"\n";
+  return c.location_known ? kDiagnoseTruth : "[model]\nname = \"truth\"\n";
 }
 
 // The truth with the case's effect scaled to the noncentrality `lambda`: the squared length, in standard
@@ -119,7 +119,8 @@ Diagnosis diagnosed(const Case& c, double lambda, std::uint64_t seed) {
 }
 
 Diagnosis diagnosed(const std::string& truth, const Campaign& campaign, std::uint64_t seed,
-                    const std::string& base = kBase, const std::string& machine_name = "trunnion_offset") {
+                    const std::string& base = kDiagnoseBase,
+                    const std::string& machine_name = "trunnion_offset") {
   const Machine machine = test::thermal_machine(machine_name);
   const Dataset data = test::measured(machine, test::plan_text(campaign), truth, seed);
   return diagnose(machine, data, test::model_for(machine, data, base));
@@ -181,7 +182,7 @@ TEST_P(Null, NamesNothing) {
     c.simulation = GetParam();
     c.angles = seed % 2 == 0;
     c.u_common_um = seed % 3 == 0 ? 0.8 : 0.3;
-    const Diagnosis d = diagnosed(kTruth, c, 100 + seed);
+    const Diagnosis d = diagnosed(kDiagnoseTruth, c, 100 + seed);
     ++verdicts[said(d)];
     alarms += d.verdict != Verdict::nothing_to_find && d.verdict != Verdict::data_problem;
   }
@@ -199,7 +200,7 @@ Campaign table_only() {
 }
 
 TEST(Diagnose, NamesALocationErrorAndRecoversItsParameters) {
-  const Diagnosis d = diagnosed(kTruth + hidden()[0].toml, table_only(), 7);
+  const Diagnosis d = diagnosed(kDiagnoseTruth + hidden()[0].toml, table_only(), 7);
   EXPECT_EQ(d.verdict, Verdict::named) << said(d);
   ASSERT_EQ(d.effects, std::vector<std::string>{"location:C"});
   for (const auto& [key, truth] :
@@ -223,21 +224,21 @@ const RankedEffect& ranked(const Diagnosis& d, const std::string& id) {
 
 // A longer tool and a trunnion that sits higher (Z0A) move the tool against the part alike, at every pose.
 TEST(Diagnose, AToolLengthIsNoneBesideALocationError) {
-  const Diagnosis d = diagnosed(kTruth + effect("tool_length", "Z0S_um = 20\n"), table_only(), 3);
+  const Diagnosis d = diagnosed(kDiagnoseTruth + effect("tool_length", "Z0S_um = 20\n"), table_only(), 3);
   EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
   EXPECT_FALSE(ranked(d, "tool_length").excited);
 }
 
 // Of one ball, that is one point of the part, a tilt of the part is a translation: the free set-up.
 TEST(Diagnose, ATiltOfOneBallIsItsPosition) {
-  const Diagnosis d =
-      diagnosed(kTruth + effect("setup_tilt", "A_ball_1_urad = 90\nB_ball_2_urad = -80\n"), table_only(), 3);
+  const Diagnosis d = diagnosed(
+      kDiagnoseTruth + effect("setup_tilt", "A_ball_1_urad = 90\nB_ball_2_urad = -80\n"), table_only(), 3);
   EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
   EXPECT_FALSE(ranked(d, "setup_tilt").excited);
 }
 
 TEST(Diagnose, FindsNothingWhereNothingIs) {
-  const Diagnosis d = diagnosed(kTruth, table_only(), 8);
+  const Diagnosis d = diagnosed(kDiagnoseTruth, table_only(), 8);
   EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
   EXPECT_TRUE(d.effects.empty());
 }
@@ -245,18 +246,19 @@ TEST(Diagnose, FindsNothingWhereNothingIs) {
 TEST(Diagnose, AWrongUncertaintyIsADataProblem) {
   Campaign c = table_only();
   c.simulation = "noise_factor = 1.5\n";
-  EXPECT_EQ(diagnosed(kTruth, c, 9).verdict, Verdict::data_problem);
+  EXPECT_EQ(diagnosed(kDiagnoseTruth, c, 9).verdict, Verdict::data_problem);
 }
 
 TEST(Diagnose, TheSameRunTwiceIsADataProblem) {
   const Machine machine = test::thermal_machine("trunnion_offset");
-  Dataset data = test::measured(machine, test::plan_text(table_only()), kTruth, 1);
+  Dataset data = test::measured(machine, test::plan_text(table_only()), kDiagnoseTruth, 1);
   const std::string text = measurements_text(data, machine);
   const std::vector<NamedText> files = {{"a.csv", text}, {"b.csv", text}};
   Diagnostics diagnostics;
   const auto both = parse_measurements(files, machine, diagnostics);
   ASSERT_TRUE(both);
-  EXPECT_EQ(diagnose(machine, *both, test::model_for(machine, *both, kBase)).verdict, Verdict::data_problem);
+  EXPECT_EQ(diagnose(machine, *both, test::model_for(machine, *both, kDiagnoseBase)).verdict,
+            Verdict::data_problem);
 }
 
 }  // namespace

@@ -34,12 +34,13 @@ Model model(const std::string& text, const Machine& machine, const EffectContext
   return *out;
 }
 
-struct Posted {
+struct MemoryPost {
   Result<PostReport> report;
   std::vector<double> z_of_cuts;  // end of each feed block
 };
 
-Posted posted(const Machine& machine, const Model& model, const TemperatureHistory* temperatures = nullptr) {
+MemoryPost posted(const Machine& machine, const Model& model,
+                  const TemperatureHistory* temperatures = nullptr) {
   const nc::Controller c = test::shipped_controller("linuxcnc");
   PostJob job;
   job.cl_file = "part.cls";
@@ -51,14 +52,14 @@ Posted posted(const Machine& machine, const Model& model, const TemperatureHisto
   options.tolerance_mm = 0.001;
   Diagnostics d;
   std::string nc;
-  Posted out{post(
-                 std::make_unique<Text>(kTwice), job, options,
-                 [&](std::string_view text) {
-                   nc += text;
-                   return Result<void>{};
-                 },
-                 d),
-             {}};
+  MemoryPost out{post(
+                     std::make_unique<Text>(kTwice), job, options,
+                     [&](std::string_view text) {
+                       nc += text;
+                       return Result<void>{};
+                     },
+                     d),
+                 {}};
   for (const auto& block : test::nc_blocks(c, nc)) {
     const auto* m = std::get_if<nc::Motion>(&block);
     if (m != nullptr && m->kind == nc::MotionKind::feed)
@@ -78,7 +79,7 @@ TEST(Memory, TheSpindleGrowsWhileTheProgramRuns) {
           fixed_text(kTau_s, 1) + "\n",
       machine);
   ASSERT_TRUE(growing.has_memory());
-  const Posted p = posted(machine, growing);
+  const MemoryPost p = posted(machine, growing);
   ASSERT_TRUE(p.report) << p.report.error().text();
   EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
   ASSERT_GE(p.z_of_cuts.size(), 4U);
@@ -144,7 +145,7 @@ TEST(Memory, TemperaturesOfTheProgramCount) {
   TemperatureHistory history;
   history.time_s = {0.0, 300.0};
   history.temperature_K = {{0.0, 0.0}, {50.0, 10.0}};
-  const Posted p = posted(machine, moving, &history);
+  const MemoryPost p = posted(machine, moving, &history);
   ASSERT_TRUE(p.report) << p.report.error().text();
   EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
   // The last block begins after 665 s, 365 s of them at 10 K, with a lag of 300 s.

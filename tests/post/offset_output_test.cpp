@@ -55,7 +55,7 @@ std::string by_blade(const std::string& frame = "machine") {
   return out;
 }
 
-struct Posted {
+struct OffsetPost {
   Result<PostReport> report;
   std::string nc;
   Diagnostics diagnostics;
@@ -69,8 +69,8 @@ struct Setting {
   thermal::OffsetLimits limits = {};
 };
 
-Posted posted(const std::string& cl, Machine machine, const thermal::OffsetTable* table,
-              const Setting& setting = {}) {
+OffsetPost offset_post(const std::string& cl, Machine machine, const thermal::OffsetTable* table,
+                       const Setting& setting = {}) {
   const nc::Controller c = test::shipped_controller(setting.control);
   PostJob job;
   job.cl_file = "part.cls";
@@ -84,7 +84,7 @@ Posted posted(const std::string& cl, Machine machine, const thermal::OffsetTable
   options.rtcp = setting.rtcp;
   if (setting.rtcp) options.feed = FeedOutput::tip;
   if (!c.has_inverse_time()) options.feed = FeedOutput::per_minute;
-  Posted out;
+  OffsetPost out;
   out.report = post(
       std::make_unique<Text>(cl), job, options,
       [&](std::string_view text) {
@@ -128,8 +128,8 @@ TEST(OffsetOutput, OneShiftForEachBladeLeavesTheProgramAsItIs) {
   const auto table = offsets(by_blade());
   Setting setting;
   setting.limits = quick();
-  const Posted cold = posted(blades(4, true), machine, nullptr);
-  const Posted p = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost cold = offset_post(blades(4, true), machine, nullptr);
+  const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
   ASSERT_TRUE(p.report) << p.report.error().text();
   EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
   EXPECT_EQ(p.report->offset_shifts, 4U);
@@ -150,7 +150,7 @@ TEST(OffsetOutput, AWrongShiftIsFound) {
   const auto table = offsets(by_blade());
   Setting setting;
   setting.limits = quick();
-  Posted p = posted(blades(4, true), machine, &table, setting);
+  OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
   const auto c = test::shipped_controller("linuxcnc");
   VerifyOptions options;
   options.tolerance_mm = 0.003;
@@ -178,7 +178,7 @@ TEST(OffsetOutput, EveryControlWithWordsForItIsReadBack) {
       setting.control = name;
       setting.tolerance_mm = 0.005;
       setting.limits = quick();
-      const Posted p = posted(blades(4, true), machine, &table, setting);
+      const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
       if (c.offset_shift.set.empty() && c.offset_shift.add.empty()) {
         EXPECT_THAT(p.report.error().message, HasSubstr("no words for this shift")) << name;
         continue;
@@ -201,10 +201,10 @@ TEST(OffsetOutput, AProbedWorkOffsetIsNotSet) {
   const auto table = offsets(by_blade());
   Setting setting;
   setting.limits = quick();
-  EXPECT_THAT(posted(blades(4, true), machine, &table, setting).report.error().message,
+  EXPECT_THAT(offset_post(blades(4, true), machine, &table, setting).report.error().message,
               HasSubstr("must not be set anew"));
   setting.output = OffsetOutput::local_shift;
-  const Posted p = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_TRUE(p.report->verification->passed());
   EXPECT_THAT(p.nc, HasSubstr("G52 X-0.0110 Y0.0050 Z-0.0020\n"));
   EXPECT_THAT(p.nc, HasSubstr("G52 X0.0000 Y0.0000 Z0.0000\nG94\nM2"));
@@ -227,7 +227,7 @@ TEST(OffsetOutput, TheFrameTrapIsSeen) {
     joints.rtcp = false;
     if (!test::shipped_controller(control).has_tcp()) continue;
     const auto passed = [&](bool turning, const thermal::OffsetTable& table, const Setting& setting) {
-      const Posted p = posted(blades(4, turning), machine, &table, setting);
+      const OffsetPost p = offset_post(blades(4, turning), machine, &table, setting);
       EXPECT_TRUE(p.report) << p.report.error().text();
       if (!p.report) return false;
       const bool warned = warnings(p.diagnostics).find("turn with") != std::string::npos ||
@@ -252,7 +252,7 @@ TEST(OffsetOutput, ATableOverTimeIsTakenAtEachBlade) {
   const auto table = offsets("time_s,dx_um,dy_um,dz_um\n0,5,0,0\n40,45,0,0\n");
   Setting setting;
   setting.tolerance_mm = 0.02;
-  const Posted p = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
   ASSERT_TRUE(p.report) << p.report.error().text();
   EXPECT_GE(p.report->offset_shifts, 4U);
   EXPECT_TRUE(p.report->verification->passed());
@@ -265,7 +265,7 @@ TEST(OffsetOutput, ClampSlewAndDeadBandHoldForShifts) {
   setting.limits = quick();
   setting.limits.clamp_mm = 0.012;
   const auto table = offsets(by_blade());
-  const Posted clamped = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost clamped = offset_post(blades(4, true), machine, &table, setting);
   ASSERT_TRUE(clamped.report);
   EXPECT_THAT(warnings(clamped.diagnostics), HasSubstr("beyond the clamp of 12.0 um"));
   EXPECT_THAT(clamped.nc, HasSubstr("G10 L2 P1 X4.9880 Y-2.9880"));
@@ -273,23 +273,23 @@ TEST(OffsetOutput, ClampSlewAndDeadBandHoldForShifts) {
 
   setting.limits = {};
   setting.limits.slew_mm_s = 1e-5;
-  const Posted slow = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost slow = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_THAT(warnings(slow.diagnostics), HasSubstr("are followed late"));
   EXPECT_FALSE(slow.report->verification->passed());
 
   setting.limits = quick();
   setting.limits.dead_band_mm = 0.1;
-  const Posted still = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost still = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_EQ(still.report->offset_shifts, 1U);
 
   setting.limits.enabled = false;
-  const Posted off = posted(blades(4, true), machine, &table, setting);
+  const OffsetPost off = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_THAT(off.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000"));
 }
 
 TEST(OffsetOutput, OperationsThatTheProgramLacksAreAnError) {
   const auto table = offsets("operation,dx_um\nBLADE_1,10\n");
-  const Posted p = posted(blades(2, false), machine_with_offset(), &table);
+  const OffsetPost p = offset_post(blades(2, false), machine_with_offset(), &table);
   ASSERT_FALSE(p.report);
   EXPECT_THAT(p.report.error().text(), HasSubstr("none of the operations of the offsets stands in part.cls"));
 }
@@ -300,10 +300,11 @@ TEST(OffsetOutput, AxisValuesBeyondTheClampFailTheVerification) {
   Setting setting;
   setting.output = OffsetOutput::axis_values;
   setting.limits = quick();
-  EXPECT_TRUE(posted(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
+  EXPECT_TRUE(
+      offset_post(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
   setting.limits.clamp_mm = 0.012;
   EXPECT_FALSE(
-      posted(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
+      offset_post(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ std::string cl_text(const std::vector<ClPoint>& points) {
 }
 
 // A smooth five-axis path, tilt 10 to 60 deg.
-std::vector<ClPoint> sample_path(unsigned seed, int count) {
+std::vector<ClPoint> placed_path(unsigned seed, int count) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(0.0, 6.0);
   const double a = u(random);
@@ -49,7 +49,7 @@ std::vector<ClPoint> sample_path(unsigned seed, int count) {
   return out;
 }
 
-struct Posted {
+struct Placed {
   PostReport report;
   std::string nc;
 };
@@ -64,7 +64,7 @@ class Poster {
   const Machine& machine() const { return machine_; }
   Machine& machine() { return machine_; }
 
-  Posted post(const std::vector<ClPoint>& points, PostOptions options, const Model* model = nullptr) const {
+  Placed post(const std::vector<ClPoint>& points, PostOptions options, const Model* model = nullptr) const {
     options.collect = true;
     PostJob job;
     job.cl_file = "part.cls";
@@ -72,7 +72,7 @@ class Poster {
     job.controller = &controller_;
     job.model = model;
     Diagnostics d;
-    Posted out;
+    Placed out;
     auto report = post::post(
         std::make_unique<test::TextOf>(cl_text(points)), job, options,
         [&](std::string_view text) {
@@ -85,7 +85,7 @@ class Poster {
     return out;
   }
 
-  VerifyReport verify(const Posted& posted, const std::vector<ClPoint>& points,
+  VerifyReport verify(const Placed& posted, const std::vector<ClPoint>& points,
                       const VerifyOptions& options) const {
     Diagnostics d;
     auto report = post::verify(std::make_unique<test::TextOf>(cl_text(points)), "part.cls",
@@ -108,7 +108,7 @@ PostOptions options_of(path::Method method, double tolerance_mm) {
 }
 
 // Largest distance of the ends of cutting blocks from the programmed path.
-double farthest_block_end(const Posted& p, const std::vector<ClPoint>& points) {
+double farthest_block_end(const Placed& p, const std::vector<ClPoint>& points) {
   double largest = 0.0;
   for (const VerifiedBlock& block : p.report.verification->blocks) {
     if (block.rapid) continue;
@@ -127,14 +127,14 @@ TEST(Placement, EveryPlacementIsProvedWithinItsTolerance) {
   for (const char* name : {"trunnion_offset", "paper"}) {
     const Poster poster(name);
     for (const unsigned seed : {1U, 2U}) {
-      const auto path = sample_path(seed, 60);
+      const auto path = placed_path(seed, 60);
       std::size_t reinserted = 0;
       for (const path::Method method :
            {path::Method::reinsert, path::Method::subtract, path::Method::adaptive}) {
         for (const char* predictor : {"harmonic", "harmonic3", "quartic"}) {
           PostOptions options = options_of(method, 0.002);
           options.nonlinear.predictor = *path::predictor_from_text(predictor);
-          const Posted p = poster.post(path, options);
+          const Placed p = poster.post(path, options);
           const VerifyReport& v = *p.report.verification;
           EXPECT_TRUE(v.passed()) << name << " " << seed << " " << predictor << " "
                                   << v.certified_tip_deviation_mm;
@@ -155,11 +155,11 @@ TEST(Placement, EveryPlacementIsProvedWithinItsTolerance) {
 
 TEST(Placement, TwoSidedSavesPointsAndOneSidedStaysOnTheChord) {
   const Poster poster("trunnion_offset");
-  const auto path = sample_path(3, 60);
+  const auto path = placed_path(3, 60);
   PostOptions options = options_of(path::Method::adaptive, 0.0005);
-  const Posted both = poster.post(path, options);
+  const Placed both = poster.post(path, options);
   options.nonlinear.one_sided = true;
-  const Posted chord = poster.post(path, options);
+  const Placed chord = poster.post(path, options);
   EXPECT_TRUE(both.report.verification->passed());
   EXPECT_TRUE(chord.report.verification->passed());
   EXPECT_LT(both.report.points_inserted, chord.report.points_inserted);
@@ -171,13 +171,13 @@ TEST(Placement, TwoSidedSavesPointsAndOneSidedStaysOnTheChord) {
 TEST(Placement, MovedPointsSavePointsAndStayInTheTube) {
   const Poster poster("trunnion_offset");
   for (const unsigned seed : {4U, 5U}) {
-    const auto path = sample_path(seed, 80);
+    const auto path = placed_path(seed, 80);
     // Segments as programmed stray by up to worst: most then need one point, which displaced ends save.
     const double worst = poster.post(path, options_of(path::Method::none, 0.01)).report.worst_predicted_mm;
     PostOptions options = options_of(path::Method::adaptive, 0.6 * worst);
-    const Posted fixed = poster.post(path, options);
+    const Placed fixed = poster.post(path, options);
     options.nonlinear.move_programmed_points = true;
-    const Posted moved = poster.post(path, options);
+    const Placed moved = poster.post(path, options);
     const VerifyReport& v = *moved.report.verification;
     EXPECT_TRUE(v.passed()) << v.certified_tip_deviation_mm;
     EXPECT_TRUE(v.certified);
@@ -190,12 +190,12 @@ TEST(Placement, MovedPointsSavePointsAndStayInTheTube) {
 
 TEST(Placement, ThinningLeavesPointsOutOfADensePathOnly) {
   const Poster poster("trunnion_offset");
-  const auto dense = sample_path(6, 3000);
+  const auto dense = placed_path(6, 3000);
   for (const path::Method method : {path::Method::adaptive, path::Method::reinsert}) {
     PostOptions options = options_of(method, 0.01);
-    const Posted all = poster.post(dense, options);
+    const Placed all = poster.post(dense, options);
     options.nonlinear.thin = true;
-    const Posted thinned = poster.post(dense, options);
+    const Placed thinned = poster.post(dense, options);
     const VerifyReport& v = *thinned.report.verification;
     EXPECT_TRUE(v.passed()) << v.certified_tip_deviation_mm << " missed " << v.points_missed;
     EXPECT_TRUE(v.certified);
@@ -220,7 +220,7 @@ TEST(Placement, HalfTurnOfCAtThePoleMeetsItsToleranceWithTwentyPoints) {
     PostOptions options = options_of(path::Method::adaptive, 0.01);
     options.axis_tolerance = Angle::degrees(0.1);
     options.nonlinear.one_sided = one_sided;
-    const Posted p = poster.post(path, options);
+    const Placed p = poster.post(path, options);
     const VerifyReport& v = *p.report.verification;
     EXPECT_TRUE(v.passed()) << v.certified_tip_deviation_mm << " mm " << v.max_axis_deviation.deg() << " deg";
     EXPECT_TRUE(v.certified);
@@ -258,8 +258,8 @@ TEST(Placement, BoundOnTheMachineWithErrorsIsProved) {
     const Model model = errors_of(poster.machine(), "", "m.toml");
     const ModelEvaluator truth(model);
     for (const unsigned seed : {7U, 8U, 9U}) {
-      const auto path = sample_path(seed, 60);
-      const Posted p = poster.post(path, options_of(path::Method::reinsert, 0.004), &model);
+      const auto path = placed_path(seed, 60);
+      const Placed p = poster.post(path, options_of(path::Method::reinsert, 0.004), &model);
       const VerifyReport& proved = *p.report.verification;
       EXPECT_TRUE(proved.passed()) << name << " " << seed << " " << proved.certified_tip_deviation_mm;
       EXPECT_TRUE(proved.on_truth);
@@ -276,7 +276,7 @@ TEST(Placement, BoundOnTheMachineWithErrorsIsProved) {
       EXPECT_LE(sampled.certified_tip_deviation_mm, proved.certified_tip_deviation_mm + 1e-9);
       EXPECT_GE(1.05 * sampled.certified_tip_deviation_mm + 4e-5, proved.certified_tip_deviation_mm);
       // The uncorrected program on the same machine: large errors, the same two ways.
-      const Posted plain = poster.post(path, options_of(path::Method::reinsert, 0.004));
+      const Placed plain = poster.post(path, options_of(path::Method::reinsert, 0.004));
       const VerifyReport wrong_sampled = poster.verify(plain, path, options);
       options.certify = true;
       const VerifyReport wrong_proved = poster.verify(plain, path, options);
@@ -297,14 +297,14 @@ TEST(Placement, AnEffectWithoutABoundIsSampledAndNamed) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "trunnion_placement";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "eyy.csv") << "Y_mm,EYY_um\n-300,2\n-100,-3\n100,4\n300,-1\n";
-  const auto path = sample_path(10, 40);
+  const auto path = placed_path(10, 40);
   for (const bool nurbs : {false, true}) {
     const Model model =
         errors_of(poster.machine(),
                   std::string("[[effect]]\nid = \"component:EYY\"\ntable = \"eyy.csv\"\ninterpolation = \"") +
                       (nurbs ? "nurbs" : "linear") + "\"\n",
                   (folder / "m.toml").string());
-    const Posted p = poster.post(path, options_of(path::Method::reinsert, 0.004), &model);
+    const Placed p = poster.post(path, options_of(path::Method::reinsert, 0.004), &model);
     const VerifyReport& v = *p.report.verification;
     EXPECT_TRUE(v.passed()) << v.certified_tip_deviation_mm;
     EXPECT_EQ(v.certified, !nurbs);

@@ -21,12 +21,12 @@ Machine roomy_machine() {
   return machine;
 }
 
-struct Outcome {
+struct ReferenceOutcome {
   Result<PostReport> report;
   Diagnostics diagnostics;
 };
 
-Outcome posted(const std::string& name, const PostOptions& options) {
+ReferenceOutcome reference_post(const std::string& name, const PostOptions& options) {
   const Machine machine = roomy_machine();
   Diagnostics d;
   const auto controller =
@@ -36,7 +36,7 @@ Outcome posted(const std::string& name, const PostOptions& options) {
   job.cl_file = name;
   job.machine = &machine;
   job.controller = &*controller;
-  Outcome out;
+  ReferenceOutcome out;
   auto source = cl::open_source(std::string(std::getenv("TRUNNION_REFERENCE_DATA")) + "/cl/" + name);
   if (!source) {
     out.report = tl::unexpected(source.error());
@@ -58,7 +58,7 @@ class RealClFiles : public testing::Test {
 TEST_F(RealClFiles, ImpellerCreoSolidworksAndNxPostWithinTolerance) {
   for (const char* name : {"impeller_yelun_goto6.cls", "creo9_proclfile_5x_multax_cut.ncl",
                            "solidworkscam_3plus2_tilt.apt", "nx_clsf_5x_variable_contour_large.cls"}) {
-    const Outcome p = posted(name, {});
+    const ReferenceOutcome p = reference_post(name, {});
     ASSERT_TRUE(p.report) << name << ": " << p.report.error().text();
     const VerifyReport& v = *p.report->verification;
     EXPECT_TRUE(v.passed()) << name << ": tip " << v.certified_tip_deviation_mm << " mm, missed "
@@ -69,7 +69,7 @@ TEST_F(RealClFiles, ImpellerCreoSolidworksAndNxPostWithinTolerance) {
 TEST_F(RealClFiles, NxContourIsOutOfReachWithoutItsMsys) {
   PostOptions options;
   options.cl.frames = cl::ReaderOptions::Frames::ignore;
-  const Outcome p = posted("nx_clsf_5x_variable_contour_large.cls", options);
+  const ReferenceOutcome p = reference_post("nx_clsf_5x_variable_contour_large.cls", options);
   ASSERT_FALSE(p.report);
   EXPECT_EQ(p.report.error().code, ErrorCode::check_failed);
   EXPECT_NE(p.report.error().message.find("cannot be reached"), std::string::npos);
@@ -78,7 +78,7 @@ TEST_F(RealClFiles, NxContourIsOutOfReachWithoutItsMsys) {
 // A file whose geometry is not fully understood must say which word it is.
 TEST_F(RealClFiles, TheOthersPostOrNameTheWord) {
   for (const char* name : {"nx_clsf_cutcom_circle.clsf", "catia_v5_icam_pptable_turn_cycle.aptsource"}) {
-    const Outcome p = posted(name, {});
+    const ReferenceOutcome p = reference_post(name, {});
     if (p.report) {
       EXPECT_TRUE(p.report->verification->passed()) << name;
     } else {

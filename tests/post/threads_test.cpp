@@ -39,13 +39,13 @@ std::string program(const std::string& body) {
          spiral(500, 0.5, 0.9, 0.2) + "FINI\n";
 }
 
-struct Outcome {
+struct ThreadsOutcome {
   std::string nc;
   std::string said;
 };
 
-Outcome outcome(const std::string& cl, const std::string& machine_name, PostOptions options,
-                std::size_t threads, const std::string& model_toml = {}) {
+ThreadsOutcome outcome(const std::string& cl, const std::string& machine_name, PostOptions options,
+                       std::size_t threads, const std::string& model_toml = {}) {
   const Machine machine = test::shipped_machine(machine_name);
   Diagnostics loading;
   const auto control = nc::load_controller(
@@ -58,7 +58,7 @@ Outcome outcome(const std::string& cl, const std::string& machine_name, PostOpti
   job.controller = &*control;
   job.model = model ? &*model : nullptr;
   options.threads = threads;
-  Outcome out;
+  ThreadsOutcome out;
   Diagnostics diagnostics;
   const auto report = post(
       std::make_unique<test::TextOf>(cl), job, options,
@@ -80,10 +80,10 @@ Outcome outcome(const std::string& cl, const std::string& machine_name, PostOpti
 
 void expect_the_same(const std::string& cl, const std::string& machine, const PostOptions& options = {},
                      const std::string& model = {}, const std::string& must_say = {}) {
-  const Outcome one = outcome(cl, machine, options, 1, model);
+  const ThreadsOutcome one = outcome(cl, machine, options, 1, model);
   EXPECT_NE(one.said.find(must_say), std::string::npos) << one.said;
   for (const std::size_t threads : {2U, 3U, 7U}) {
-    const Outcome more = outcome(cl, machine, options, threads, model);
+    const ThreadsOutcome more = outcome(cl, machine, options, threads, model);
     EXPECT_EQ(more.said, one.said) << threads << " threads";
     EXPECT_TRUE(more.nc == one.nc) << threads << " threads";
   }

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,8 +10,11 @@
 
 namespace trunnion::thermal {
 
-/// One warm-up, day or impeller: the unit that is held out. Columns have one value per entry of `time_s`; NaN
-/// where nothing was read (rates may differ).
+/// In a column: nothing was read at that time.
+inline constexpr double kNotRead = std::numeric_limits<double>::quiet_NaN();
+
+/// One warm-up, day or impeller: the unit that is held out. Columns have one value per entry of `time_s`;
+/// kNotRead where nothing was read (rates may differ).
 struct LogRun {
   std::string id;
   std::vector<double> time_s;                         // strictly increasing

@@ -17,7 +17,7 @@ namespace trunnion::cl {
 
 namespace {
 
-constexpr double kSamePoint_mm = 5e-3;  // three decimals
+constexpr double kSameCatiaPoint_mm = 5e-3;  // three decimals
 constexpr double kAcross =
     1e-3;  // sine: a start direction that is more than this off the radius tells the sense
 
@@ -47,7 +47,7 @@ void take_matrix(Context& context) {
   }
   for (std::size_t i = 0; i < m.size(); ++i) {
     const bool length = i % 4 == 3;
-    if (std::abs(m[i] - (*modal.catia_system)[i]) > (length ? kSamePoint_mm : kAcross)) {
+    if (std::abs(m[i] - (*modal.catia_system)[i]) > (length ? kSameCatiaPoint_mm : kAcross)) {
       return context.error(where,
                            "$$*CATIA0: a second machining axis system changes the geometry and is not "
                            "understood by this program");
@@ -116,13 +116,13 @@ void read_tlon(Context& context, const Statement& statement) {
   const Vec3 center(v[0], v[1], v[2]);
   const Vec3 line_start(v[4], v[5], v[6]);
   const Vec3 end(v[7], v[8], v[9]);
-  if ((line_start - center).norm() > kSamePoint_mm) {
+  if ((line_start - center).norm() > kSameCatiaPoint_mm) {
     return context.error(statement.where,
                          "TLON: the line does not begin at the circle's center: the end is not known");
   }
   const Vec3 radial = modal.tip_A - center;
   const double across =
-      modal.axis_A.dot(radial.cross(*modal.start_direction_A)) / std::max(radial.norm(), kSamePoint_mm);
+      modal.axis_A.dot(radial.cross(*modal.start_direction_A)) / std::max(radial.norm(), kSameCatiaPoint_mm);
   if (std::abs(across) < kAcross) {
     return context.error(statement.where, "TLON: INDIRV points along the radius: the sense is not known");
   }
@@ -143,12 +143,12 @@ void read_turret(Context& context, const Statement& statement) {
       "TURRET changes the geometry and is not understood by this program: turning has no tool axis");
 }
 
-constexpr WordReading kWords[] = {{"INDIRV", read_indirv}, {"TLON", read_tlon}, {"TURRET", read_turret}};
+constexpr WordReading kCatiaWords[] = {{"INDIRV", read_indirv}, {"TLON", read_tlon}, {"TURRET", read_turret}};
 
 }  // namespace
 
 std::span<const WordReading> catia_words() {
-  return kWords;
+  return kCatiaWords;
 }
 
 // CATIA names its operations in comments, `$$ OPERATION NAME : x`, `$$  End of generation of : x`, and gives

@@ -19,11 +19,11 @@ namespace trunnion::cl {
 
 namespace {
 
-constexpr double kUnitLength = 1e-3;  // the axis of an arc is a rounded unit vector
+constexpr double kUnitNormal = 1e-3;  // the axis of an arc is a rounded unit vector
 // How far the two radii may differ, mm: the rounding of center and ends, each at most half of the third
 // decimal.
 constexpr double kSameRadius_mm = 5e-3;
-constexpr double kSamePoint_mm = 1e-6;
+constexpr double kClosed_mm = 1e-6;
 constexpr double kSmallestRadius_mm = 1e-4;
 
 void read_circle(Context& context, const Statement& statement) {
@@ -51,7 +51,7 @@ void read_circle(Context& context, const Statement& statement) {
   double axis[3];
   if (!context.numbers(statement, 3, 3, axis) || !center_A) return;
   Vec3 normal_A(axis[0], axis[1], axis[2]);
-  if (!(std::abs(normal_A.norm() - 1.0) <= kUnitLength)) {
+  if (!(std::abs(normal_A.norm() - 1.0) <= kUnitNormal)) {
     return context.error(statement.fields[3].where, "CIRCLE: its axis is no unit vector");
   }
   normal_A.normalize();
@@ -74,7 +74,7 @@ void read_circle(Context& context, const Statement& statement) {
   context.modal.pending_arc = arc;
 }
 
-constexpr WordReading kWords[] = {{"CIRCLE", read_circle}};
+constexpr WordReading kCircleWords[] = {{"CIRCLE", read_circle}};
 
 std::string radii_text(double start, double end) {
   return "radius to its start " + short_text(start, 9) + " mm, to its end " + short_text(end, 9) + " mm";
@@ -83,7 +83,7 @@ std::string radii_text(double start, double end) {
 }  // namespace
 
 std::span<const WordReading> circle_words() {
-  return kWords;
+  return kCircleWords;
 }
 
 void finish_arc(Context& context, SourceRef where, const Vec3& end_A, const Vec3& axis_A) {
@@ -100,10 +100,10 @@ void finish_arc(Context& context, SourceRef where, const Vec3& end_A, const Vec3
     if (pending.radius_mm != 0.0) message += ", as given " + short_text(pending.radius_mm, 9) + " mm";
     return context.error(pending.where, message);
   }
-  if ((axis_A - context.modal.axis_A).norm() > kUnitLength) {
+  if ((axis_A - context.modal.axis_A).norm() > kUnitNormal) {
     return context.error(where, "the tool axis turns along a CIRCLE: only the tip's way is known");
   }
-  const bool closed = (to - from).norm() <= kSamePoint_mm;
+  const bool closed = (to - from).norm() <= kClosed_mm;
   if (closed && !pending.full_when_closed) {
     return context.error(pending.where, "CIRCLE: it ends where it starts: a full circle or none?");
   }

@@ -20,7 +20,7 @@ namespace {
 constexpr double kPeckGap_mm = 1.0;
 // A rapid to where the tool stands already, to the digits of a CL file, is none.
 constexpr double kSamePlace_mm = 1e-3;
-constexpr double kSameAxis = 1e-6;
+constexpr double kSameCycleAxis = 1e-6;
 constexpr std::size_t kMostPecks = 10000;
 
 // Not by the first character: 1STPECK is a word.
@@ -182,12 +182,12 @@ void read_cycle(Context& context, const Statement& statement) {
   }
 }
 
-constexpr WordReading kWords[] = {{"CYCLE", read_cycle}};
+constexpr WordReading kCycleWords[] = {{"CYCLE", read_cycle}};
 
 }  // namespace
 
 std::span<const WordReading> cycle_words() {
-  return kWords;
+  return kCycleWords;
 }
 
 void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
@@ -196,7 +196,7 @@ void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3
   const Feed feed = cycle.feed.value_or(modal.feed);
   const auto rapid_to = [&](const Vec3& point, const Vec3& axis) {
     if (modal.has_position && (point - modal.tip_A).norm() < kSamePlace_mm &&
-        (axis - modal.axis_A).norm() < kSameAxis)
+        (axis - modal.axis_A).norm() < kSameCycleAxis)
       return;
 
     context.add_motion(where, point, axis, feed, true);

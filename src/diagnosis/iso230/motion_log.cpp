@@ -84,6 +84,7 @@ Result<LineTest> parse_motion_log(std::string_view text, const std::string& file
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
 
   std::vector<std::pair<double, std::uint64_t>> order;
+  order.reserve(targets.size());
   for (const auto& [i, target] : targets) order.emplace_back(target, i);
   std::sort(order.begin(), order.end());
   LineTest test;

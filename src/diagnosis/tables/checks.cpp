@@ -7,13 +7,10 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/table_models.hpp"
 
+#include "diagnosis/statistics.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
-
-double peak_to_valley(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return *high - *low;
-}
 
 std::vector<double> values_of(const std::vector<CheckReading>& readings) {
   std::vector<double> out;

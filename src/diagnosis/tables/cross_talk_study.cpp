@@ -11,6 +11,8 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/statistics.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -331,11 +333,6 @@ std::vector<Diagonal> diagonals(Campaign& campaign) {
     for (const double sz : {1.0, -1.0})
       add(std::string("body +X") + (sy > 0 ? "+Y" : "-Y") + (sz > 0 ? "+Z" : "-Z"), sy, sz);
   return out;
-}
-
-double peak_to_valley(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return *high - *low;
 }
 
 struct Checks {
