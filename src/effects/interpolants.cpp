@@ -57,7 +57,10 @@ class Bilinear final : public Interpolant {
   double value(double u, double v) const override {
     const auto [i, s] = place_of(grid_.u, u);
     const auto [j, t] = place_of(grid_.v, v);
-    const auto row = [&](std::size_t k) { return (1.0 - t) * grid_.at(k, j) + t * grid_.at(k, j + 1); };
+    // Initialised: clang before 16 captures no structured bindings.
+    const auto row = [this, j = j, t = t](std::size_t k) {
+      return (1.0 - t) * grid_.at(k, j) + t * grid_.at(k, j + 1);
+    };
     return (1.0 - s) * row(i) + s * row(i + 1);
   }
   // Between the grid lines that the motion crosses the value is a quadratic of second derivative 2 c du dv, c
