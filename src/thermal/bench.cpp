@@ -55,14 +55,11 @@ std::optional<BenchRun> prepare(const LogRun& run, std::size_t index, const std:
   return out;
 }
 
-// Mean of what the measurements up to each anchor differ from the level; nothing known at the reference,
-// where both are zero.
-std::vector<double> biases(const BenchRun& run, const std::vector<double>& anchor_level_mm) {
+// Bias after each anchor; nothing known at the reference, where both are zero.
+std::vector<double> biases(Anchor anchor, const BenchRun& run, const std::vector<double>& anchor_level_mm) {
   std::vector<double> out(run.anchors.size(), 0.0);
-  double sum = 0.0;
   for (std::size_t k = 1; k < run.anchors.size(); ++k) {
-    sum += run.anchor_mm[k] - anchor_level_mm[k];
-    out[k] = sum / static_cast<double>(k);
+    out[k] = next_bias(anchor, out[k - 1], static_cast<int>(k), run.anchor_mm[k] - anchor_level_mm[k]);
   }
   return out;
 }
@@ -147,8 +144,17 @@ Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
   if (candidate.method == Method::none || candidate.method == Method::hold_last) return Fitted{};
   const auto regressor = bench.regressor(candidate.method, ChannelBench::learns_increments(candidate), runs);
   if (!regressor) return tl::unexpected(regressor.error());
-  return Fitted{*regressor,
-                Guard(bench.training(candidate.method, candidate.anchor == Anchor::update, runs))};
+  const TrainingSet changes = bench.training(candidate.method, candidate.anchor == Anchor::update, runs);
+  const double rms_mm = std::sqrt(changes.change_mm.squaredNorm() /
+                                  static_cast<double>(std::max<Index>(1, changes.change_mm.size())));
+  return Fitted{*regressor, Guard(changes), rms_mm};
+}
+
+double next_bias(Anchor anchor, double bias_mm, int count, double difference_mm) {
+  // Half is where the noise of a measurement is as large as what the model's error moves in 1.4 intervals.
+  constexpr double kFollow = 0.5;
+  const double share = anchor == Anchor::filter ? std::max(kFollow, 1.0 / count) : 1.0 / count;
+  return bias_mm + share * (difference_mm - bias_mm);
 }
 
 double combine(const Candidate& candidate, double level_mm, double change_mm, double last_mm,
@@ -159,6 +165,7 @@ double combine(const Candidate& candidate, double level_mm, double change_mm, do
     case Anchor::open:
       return level_mm;
     case Anchor::bias:
+    case Anchor::filter:
       return level_mm + bias_mm;
     case Anchor::update:
       return last_mm + change_mm;
@@ -173,23 +180,33 @@ std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candid
   const MatrixXd* X = fitted.regressor ? &bench.features(candidate.method, run) : nullptr;
   const auto trusted_level = [&](Index row) {
     const VectorXd x = X->row(row).transpose();
-    return Guard::trust(fitted.guard.distance(x)) * fitted.regressor->level_mm(x);
+    return fitted.guard.weight(x) * fitted.regressor->level_mm(x);
   };
   std::vector<double> bias(r.anchors.size(), 0.0);
-  if (X != nullptr && candidate.anchor == Anchor::bias) {
+  if (X != nullptr && (candidate.anchor == Anchor::bias || candidate.anchor == Anchor::filter)) {
     std::vector<double> level;
     for (const Index row : r.anchors) level.push_back(trusted_level(row));
-    bias = biases(r, level);
+    bias = biases(candidate.anchor, r, level);
   }
+  TrackRecord record;
+  std::size_t told = 0;  // the anchor up to which the record knows
   std::vector<double> out;
   for (std::size_t i = 0; i < r.rows.size(); i += stride) {
     const std::size_t k = r.anchor_of_row[i];
     double level = 0.0;
     double change = 0.0;
     if (X != nullptr && candidate.anchor == Anchor::update) {
+      for (; told < k; ++told) {
+        const VectorXd from = X->row(r.anchors[told]).transpose();
+        const VectorXd to = X->row(r.anchors[told + 1]).transpose();
+        record.add(fitted.guard.scaled(to - from), fitted.regressor->change_mm(from, to),
+                   r.anchor_mm[told + 1] - r.anchor_mm[told]);
+      }
       const VectorXd from = X->row(r.anchors[k]).transpose();
       const VectorXd to = X->row(r.rows[i]).transpose();
-      change = Guard::trust(fitted.guard.distance(to - from)) * fitted.regressor->change_mm(from, to);
+      change = record.trust(fitted.guard.scaled(to - from), fitted.guard.weight(to - from),
+                            fitted.typical_change_mm) *
+               fitted.regressor->change_mm(from, to);
     } else if (X != nullptr) {
       level = trusted_level(r.rows[i]);
     }

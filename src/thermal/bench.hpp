@@ -53,6 +53,7 @@ std::vector<std::size_t> known_measurements(const LogRun& run, const std::vector
 struct Fitted {
   std::shared_ptr<const Regressor> regressor;  // null for none and hold_last
   Guard guard;
+  double typical_change_mm = 0.0;
 };
 Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
                              const std::vector<std::size_t>& runs);
@@ -65,5 +66,7 @@ std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candid
 /// @param level_mm     f(x);  @param change_mm  f(x) - f(x at the last measurement)
 /// @param last_mm      last measurement;  @param bias_mm  mean of what the measurements so far differ from f
 double combine(const Candidate& candidate, double level_mm, double change_mm, double last_mm, double bias_mm);
+/// The bias after measurement number `count` (from 1) that differs from f by `difference_mm`.
+double next_bias(Anchor anchor, double bias_mm, int count, double difference_mm);
 
 }  // namespace trunnion::thermal

@@ -18,6 +18,7 @@ class Linear final : public Regressor {
  public:
   Linear(double intercept_mm, VectorXd weight) : intercept_mm_(intercept_mm), weight_(std::move(weight)) {}
   double level_mm(const VectorXd& x) const override { return intercept_mm_ + weight_.dot(x); }
+  std::optional<VectorXd> weights_mm() const override { return weight_; }
   config::Table table() const override {
     config::Table out;
     if (intercept_mm_ != 0.0) out.emplace_back("intercept_um", number_value(intercept_mm_ / kMmPerUm));

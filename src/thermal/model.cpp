@@ -21,16 +21,30 @@ struct NamedMethod {
   Method method;
   const char* name;
 };
-constexpr std::array kMethods = {NamedMethod{Method::none, "none"},
-                                 NamedMethod{Method::hold_last, "hold_last"},
-                                 NamedMethod{Method::ols, "ols"},
-                                 NamedMethod{Method::svr, "svr"},
-                                 NamedMethod{Method::svr_all, "svr_all"},
-                                 NamedMethod{Method::ridge, "ridge"},
-                                 NamedMethod{Method::lag, "lag"},
-                                 NamedMethod{Method::combined, "combined"},
-                                 NamedMethod{Method::gp, "gp"}};
-constexpr std::array kAnchorSuffix = {"", "+bias", "+update"};
+constexpr std::array kMethods = {
+    NamedMethod{Method::none, "none"},         NamedMethod{Method::hold_last, "hold_last"},
+    NamedMethod{Method::ols, "ols"},           NamedMethod{Method::svr, "svr"},
+    NamedMethod{Method::svr_all, "svr_all"},   NamedMethod{Method::rises, "rises"},
+    NamedMethod{Method::ridge, "ridge"},       NamedMethod{Method::lag, "lag"},
+    NamedMethod{Method::combined, "combined"}, NamedMethod{Method::gp, "gp"}};
+// Unit vectors of the rows, without those that are nearly the one of a row before.
+MatrixXd unlike(const MatrixXd& rows) {
+  constexpr double kSame = 0.95;
+  std::vector<VectorXd> kept;
+  for (Index i = 0; i < rows.rows(); ++i) {
+    const double length = rows.row(i).norm();
+    if (!(length > 0.0)) continue;
+    const VectorXd unit = rows.row(i).transpose() / length;
+    const bool known =
+        std::any_of(kept.begin(), kept.end(), [&](const VectorXd& k) { return k.dot(unit) > kSame; });
+    if (!known) kept.push_back(unit);
+  }
+  MatrixXd out(static_cast<Index>(kept.size()), rows.cols());
+  for (std::size_t i = 0; i < kept.size(); ++i) out.row(static_cast<Index>(i)) = kept[i].transpose();
+  return out;
+}
+
+constexpr std::array kAnchorSuffix = {"", "+bias", "+filter", "+update"};
 
 }  // namespace
 
@@ -98,6 +112,7 @@ Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const Trai
       return fit_svr(training, true);
     case Method::svr_all:
       return fit_svr(training, false);
+    case Method::rises:
     case Method::ridge:
     case Method::lag:
     case Method::combined:
@@ -130,14 +145,53 @@ Guard::Guard(const TrainingSet& training) {
   double largest = 0.0;
   for (Index i = 0; i < X.rows(); ++i) largest = std::max(largest, distance(X.row(i).transpose()));
   largest_ = largest > 0.0 ? largest : 1.0;
+  seen_ = unlike(Z);
 }
 
-Guard::Guard(VectorXd scale, MatrixXd directions, VectorXd spread, double floor, double largest)
+Guard::Guard(VectorXd scale, MatrixXd directions, VectorXd spread, double floor, double largest,
+             MatrixXd seen)
     : scale_(std::move(scale)),
       directions_(std::move(directions)),
       spread_(std::move(spread)),
       floor_(floor),
-      largest_(largest) {}
+      largest_(largest),
+      seen_(std::move(seen)) {}
+
+VectorXd Guard::scaled(const VectorXd& x) const {
+  return scale_.size() == 0 ? x : VectorXd(x.cwiseProduct(scale_));
+}
+
+double Guard::weight(const VectorXd& x) const {
+  if (scale_.size() == 0) return 1.0;
+  const double out = trust(distance(x));
+  const VectorXd z = scaled(x);
+  if (seen_.rows() == 0 || !(z.norm() > 0.0)) return out;
+  // Within 30 deg of a change of the training the model knows what it says; from 63 deg on it does not.
+  constexpr double kKnown = 0.85;
+  constexpr double kUnknown = 0.45;
+  const double likest = (seen_ * z).maxCoeff() / z.norm();
+  return out * std::clamp((likest - kUnknown) / (kKnown - kUnknown), 0.0, 1.0);
+}
+
+void TrackRecord::add(const VectorXd& change, double predicted_mm, double measured_mm) {
+  past_.push_back({change, predicted_mm, measured_mm});
+}
+
+double TrackRecord::trust(const VectorXd& change, double prior_weight, double typical_change_mm) const {
+  constexpr double kMemory = 0.8;  // of each interval: heating and cooling of a structure change within hours
+  const double prior = typical_change_mm * typical_change_mm;
+  double gm = prior * prior_weight;
+  double gg = prior;
+  double memory = 1.0;
+  for (auto kept = past_.rbegin(); kept != past_.rend(); ++kept, memory *= kMemory) {
+    const double length = change.norm() * kept->change.norm();
+    if (!(length > 0.0)) continue;
+    const double like = memory * std::max(0.0, change.dot(kept->change) / length);
+    gm += like * kept->predicted_mm * kept->measured_mm;
+    gg += like * kept->predicted_mm * kept->predicted_mm;
+  }
+  return gg > 0.0 ? std::clamp(gm / gg, 0.0, 1.0) : prior_weight;
+}
 
 double Guard::distance(const VectorXd& x) const {
   if (scale_.size() == 0) return 0.0;
@@ -153,7 +207,35 @@ config::Table Guard::table() const {
   out.emplace_back("spread", numbers(spread_));
   out.emplace_back("floor", number_value(floor_));
   out.emplace_back("largest", number_value(largest_));
+  out.emplace_back("seen", matrix_value(seen_));
   out.emplace_back("directions", matrix_value(directions_.transpose()));
+  return out;
+}
+
+Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::vector<std::string>& sensors) {
+  Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, static_cast<Index>(sensors.size()));
+  for (const ChannelModel& channel : model.channels) {
+    if (channel.axis.empty() || !channel.regressor) continue;
+    const auto weights = channel.regressor->weights_mm();
+    const bool of_the_moment = channel.features.size() == channel.features.sensors.size() &&
+                               channel.features.temperature_taus_s == std::vector{0.0};
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Index>(channel.features.size()));
+    const bool begins_at_zero =
+        channel.candidate.anchor == Anchor::update ||
+        (channel.candidate.anchor == Anchor::open && channel.regressor->level_mm(zero) == 0.0);
+    if (!weights || !of_the_moment || !begins_at_zero) {
+      return fail(ErrorCode::wrong_use,
+                  "channel '" + channel.channel + "' uses " + channel.candidate.name() +
+                      ", which a control cannot calculate: it knows the temperatures of the moment only "
+                      "(thermal fit --method rises)");
+    }
+    const Index row = channel.axis == "dx" ? 0 : channel.axis == "dy" ? 1 : 2;
+    for (std::size_t i = 0; i < channel.features.sensors.size(); ++i) {
+      const auto it = std::find(sensors.begin(), sensors.end(), channel.features.sensors[i]);
+      TRUNNION_EXPECTS(it != sensors.end());
+      out(row, it - sensors.begin()) += (*weights)[static_cast<Index>(i)];
+    }
+  }
   return out;
 }
 

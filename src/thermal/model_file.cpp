@@ -44,6 +44,7 @@ Table channel_table(const ChannelModel& channel) {
   out.emplace_back("sigma_growth_um_per_sqrt_min",
                    number_value(channel.sigma_growth_mm_per_sqrt_s / kGrowthUnit_mm_per_sqrt_s));
   out.emplace_back("largest_um", number_value(channel.largest_mm / kMmPerUm));
+  out.emplace_back("typical_change_um", number_value(channel.typical_change_mm / kMmPerUm));
   if (!channel.regressor) return out;
   out.emplace_back("sensors", texts(channel.features.sensors));
   out.emplace_back("median_s", number_value(channel.features.median_s));
@@ -67,10 +68,14 @@ Guard read_guard(Section section, std::size_t features) {
   }
   const MatrixXd directions = read_matrix(section, "directions", spread.size(), features).transpose();
   const Eigen::VectorXd scale = read_numbers(section, "scale", features);
+  const Value* listed = section.has("seen") ? section.raw("seen") : nullptr;
+  const auto* rows = listed != nullptr ? listed->as_array() : nullptr;
+  const MatrixXd seen = rows != nullptr ? read_matrix(section, "seen", rows->size(), features)
+                                        : MatrixXd(0, static_cast<Index>(features));
   section.finish();
-  return {scale, directions,
-          Eigen::Map<const Eigen::VectorXd>(spread.data(), static_cast<Index>(spread.size())), floor,
-          largest};
+  return {
+      scale, directions, Eigen::Map<const Eigen::VectorXd>(spread.data(), static_cast<Index>(spread.size())),
+      floor, largest,    seen};
 }
 
 void read_parts(Section& section, ChannelModel& channel) {
@@ -121,6 +126,7 @@ ChannelModel read_channel(Section section) {
   out.sigma_growth_mm_per_sqrt_s =
       section.find_number("sigma_growth_um_per_sqrt_min").value_or(0.0) * kGrowthUnit_mm_per_sqrt_s;
   out.largest_mm = section.quantity_or("largest_um", 0.0);
+  out.typical_change_mm = section.quantity_or("typical_change_um", 0.0);
   if (candidate && candidate->method != Method::none && candidate->method != Method::hold_last)
     read_parts(section, out);
   section.finish();

@@ -72,7 +72,7 @@ VectorXd Predictor::relative(const Channel& channel) const {
 }
 
 double Predictor::trusted_level(const ChannelModel& model, const VectorXd& x) const {
-  return model.regressor ? Guard::trust(model.guard.distance(x)) * model.regressor->level_mm(x) : 0.0;
+  return model.regressor ? model.guard.weight(x) * model.regressor->level_mm(x) : 0.0;
 }
 
 void Predictor::measure(std::size_t index, double value_mm) {
@@ -83,12 +83,21 @@ void Predictor::measure(std::size_t index, double value_mm) {
     channel.reference_mm = value_mm;
     if (channel.reference) channel.reference = channel.state.values();
   }
-  channel.last_mm = value_mm - channel.reference_mm;
-  channel.anchor = relative(channel);
+  const ChannelModel& model = model_.channels[index];
+  const VectorXd x = relative(channel);
+  const double measured_mm = value_mm - channel.reference_mm;
+  const bool drifted = channel.measurements > 0 || !early;  // else it is the zero
+  if (drifted && model.regressor) {
+    channel.record.add(model.guard.scaled(x - channel.anchor), model.regressor->change_mm(channel.anchor, x),
+                       measured_mm - channel.last_mm);
+  }
+  channel.last_mm = measured_mm;
+  channel.anchor = x;
   channel.anchor_s = time_s_;
-  if (channel.measurements == 0 && early) return;  // the zero, not yet a measurement of the drift
-  channel.bias_sum_mm += channel.last_mm - trusted_level(model_.channels[index], channel.anchor);
+  if (!drifted) return;
   ++channel.measurements;
+  channel.bias_mm = next_bias(model.candidate.anchor, channel.bias_mm, channel.measurements,
+                              channel.last_mm - trusted_level(model, x));
 }
 
 Estimate Predictor::estimate(std::size_t index) const {
@@ -105,15 +114,17 @@ Estimate Predictor::estimate(std::size_t index) const {
     const bool incremental = model.candidate.anchor == Anchor::update;
     out.distance = model.guard.distance(incremental ? VectorXd(x - channel.anchor) : x);
     if (incremental) {
-      change = Guard::trust(out.distance) * model.regressor->change_mm(channel.anchor, x);
+      const VectorXd since = x - channel.anchor;
+      change = channel.record.trust(model.guard.scaled(since), model.guard.weight(since),
+                                    model.typical_change_mm) *
+               model.regressor->change_mm(channel.anchor, x);
     } else {
       level = trusted_level(model, x);
     }
   }
-  const double bias = channel.measurements > 0 ? channel.bias_sum_mm / channel.measurements : 0.0;
   // Without its sensors every model falls back on the last measurement.
   const Candidate candidate = out.stale ? Candidate{Method::hold_last, Anchor::open} : model.candidate;
-  out.value_mm = combine(candidate, level, change, channel.last_mm, bias);
+  out.value_mm = combine(candidate, level, change, channel.last_mm, channel.bias_mm);
   const double growth = model.sigma_growth_mm_per_sqrt_s;
   out.sigma_mm =
       std::sqrt(model.sigma_floor_mm * model.sigma_floor_mm + growth * growth * out.since_measured_s);

@@ -145,12 +145,13 @@ void fit_sigma(const ChannelBench& bench, const Errors& errors, bool grows, Chan
 
 std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   std::vector<Candidate> out = {{Method::none, Anchor::open}, {Method::hold_last, Anchor::open}};
-  std::vector<Method> methods = {Method::ols, Method::svr, Method::svr_all, Method::ridge};
+  std::vector<Method> methods = {Method::ols, Method::svr, Method::svr_all, Method::rises, Method::ridge};
   if (log.has_speed || log.has_feed) methods.insert(methods.end(), {Method::lag, Method::combined});
   methods.push_back(Method::gp);
   for (const Method method : methods) {
     if (options.method && *options.method != method) continue;
-    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::update}) out.push_back({method, anchor});
+    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update})
+      out.push_back({method, anchor});
   }
   return out;
 }
@@ -164,10 +165,13 @@ std::string axis_of(const std::string& channel) {
 }
 
 Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
-                                       const FitOptions& options, std::vector<Tried>& tried) {
+                                       const FitOptions& options, std::size_t channels,
+                                       std::vector<Tried>& tried) {
   ChannelReport out;
   out.channel = channel;
-  for (const Candidate& candidate : candidates(log, options)) {
+  const auto all = candidates(log, options);
+  for (const Candidate& candidate : all) {
+    if (options.progress) options.progress(channels * all.size());
     auto errors = leave_one_out(bench, candidate);
     if (!errors) {
       const std::string note = method_name(candidate.method) + ": " + errors.error().message;
@@ -208,6 +212,7 @@ Result<ChannelModel> final_model(ChannelBench& bench, const ChannelReport& repor
   out.features = features_of(best->candidate.method, log);
   out.regressor = fitted->regressor;
   out.guard = fitted->guard;
+  out.typical_change_mm = fitted->typical_change_mm;
   const bool anchored =
       best->candidate.anchor == Anchor::update || best->candidate.method == Method::hold_last;
   fit_sigma(bench, best->errors, anchored, out);
@@ -249,7 +254,7 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
                   log.file);
     }
     std::vector<Tried> tried;
-    auto report = validate_channel(bench, target, log, options, tried);
+    auto report = validate_channel(bench, target, log, options, targets.size(), tried);
     if (!report) return tl::unexpected(report.error());
     for (const auto& note : report->notes)
       diagnostics.note(log.file, {}, "channel '" + target + "': " + note);

@@ -34,8 +34,8 @@ TEST(ThermalPredictor, SaysWhatTheValidationSays) {
   const SimulatedDays days = few_days();
   const std::size_t channel = *days.log.channel("dy");
   for (const Method method :
-       {Method::ols, Method::svr, Method::ridge, Method::lag, Method::combined, Method::gp}) {
-    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::update}) {
+       {Method::ols, Method::svr, Method::rises, Method::ridge, Method::lag, Method::combined, Method::gp}) {
+    for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update}) {
       const Candidate candidate{method, anchor};
       ChannelBench bench(days.log, channel, 1800.0);
       const auto fit = fit_candidate(bench, candidate, {0, 1, 2});
@@ -47,6 +47,7 @@ TEST(ThermalPredictor, SaysWhatTheValidationSays) {
       c.features = features_of(method, days.log);
       c.regressor = fit->regressor;
       c.guard = fit->guard;
+      c.typical_change_mm = fit->typical_change_mm;
       model.channels.push_back(std::move(c));
       const auto errors = held_out_errors(bench, candidate, *fit, 3, 1);
       // Before each measurement: predict without it, from what was known.

@@ -17,6 +17,7 @@ enum class Method {
   ols,        // the paper's regression: temperatures with p < 0.05, with a constant
   svr,  // the paper's model: support vector regression with an RBF kernel on the temperatures with p < 0.05
   svr_all,   // the same on all temperatures
+  rises,     // ridge without intercept on the temperature rises of the moment: what a control can calculate
   ridge,     // ridge without intercept on temperature rises and their first-order lags
   lag,       // first-order-lag sums on spindle speed and feed
   combined,  // ridge on the features of both
@@ -25,9 +26,10 @@ enum class Method {
 
 /// What measurements within the run do for the prediction.
 enum class Anchor {
-  open,   // nothing: y = f(x)
-  bias,   // the mean of what the measurements so far differ from f is added (a bias of the run)
-  update  // incremental: the last measurement plus the change of f since then
+  open,    // nothing: y = f(x)
+  bias,    // the mean of what the measurements so far differ from f is added (a bias of the run)
+  filter,  // the same bias, but following: each measurement moves it half of the way
+  update   // incremental: the last measurement plus the change of f since then, as far as f kept its word
 };
 
 struct Candidate {
@@ -64,6 +66,8 @@ class Regressor {
   }
   /// Standard deviation of the change, where the method has one.
   virtual std::optional<double> change_sd_mm(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+  /// Where f(x) = constant + w . x: w, mm per unit of each feature.
+  virtual std::optional<Eigen::VectorXd> weights_mm() const { return std::nullopt; }
   /// For the model file.
   virtual config::Table table() const = 0;
 };
@@ -82,9 +86,15 @@ class Guard {
   Guard() = default;
   explicit Guard(const TrainingSet& training);
   Guard(Eigen::VectorXd scale, Eigen::MatrixXd directions, Eigen::VectorXd spread, double floor,
-        double largest);
+        double largest, Eigen::MatrixXd seen);
   /// Distance in units of the largest of the training: below 1 inside.
   double distance(const Eigen::VectorXd& x) const;
+  /// Weight of the model at `x`, 1 inside. Beside the distance it knows directions: a training that never
+  /// cooled says little of cooling, however slow, and a model that is linear would say the reverse of
+  /// heating.
+  double weight(const Eigen::VectorXd& x) const;
+  /// `x` in units of the training's spread of each feature.
+  Eigen::VectorXd scaled(const Eigen::VectorXd& x) const;
   /// Weight of the model, 1 inside.
   static double trust(double distance) { return distance > kMargin ? kMargin / distance : 1.0; }
   static constexpr double kMargin =
@@ -97,6 +107,27 @@ class Guard {
   Eigen::VectorXd spread_;      // variance along each kept direction
   double floor_ = 1.0;          // variance of the directions that are not kept
   double largest_ = 1.0;        // largest distance of the training
+  Eigen::MatrixXd seen_;        // unit vectors of the training, one row each, far enough apart; may be empty
+};
+
+/// How far a model that is used incrementally kept its word in this run. Predicted changes g and measured
+/// changes m of the past count as much as their features resemble the present ones (the cosine between them:
+/// cooling says nothing of heating); with the prior weight w of the guard, worth one typical change,
+///     trust = (lambda w + sum s g m) / (lambda + sum s g^2), within 0 and 1,
+/// the least-squares factor of g. At 0 the last measurement is held: a model that does worse than that is
+/// found out after one interval.
+class TrackRecord {
+ public:
+  /// @param change  features: present minus those at the measurement before, scaled (Guard::scaled)
+  void add(const Eigen::VectorXd& change, double predicted_mm, double measured_mm);
+  double trust(const Eigen::VectorXd& change, double prior_weight, double typical_change_mm) const;
+
+ private:
+  struct Kept {
+    Eigen::VectorXd change;
+    double predicted_mm, measured_mm;
+  };
+  std::vector<Kept> past_;
 };
 
 /// The model of one channel.
@@ -107,6 +138,7 @@ struct ChannelModel {
   FeatureSpec features;
   std::shared_ptr<const Regressor> regressor;  // null for none and hold_last
   Guard guard;
+  double typical_change_mm = 0.0;  // root mean square of the training's changes between measurements
   /// Held-out standard deviation of the prediction `age` after the last measurement: sqrt(floor^2 + growth^2
   /// age).
   double sigma_floor_mm = 0.0;
@@ -124,6 +156,11 @@ struct ThermalModel {
   double measure_every_s = 1800.0;
   std::vector<ChannelModel> channels;
 };
+
+/// The model as the sum of weights times the rises of these sensors since the last measurement (or, of a
+/// model that is used open, since the reference state): mm/K, a row for each of dx, dy, dz. Fails for a
+/// channel whose model is another function, naming it.
+Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::vector<std::string>& sensors);
 
 std::string model_text(const ThermalModel& model);
 Result<ThermalModel> parse_model(std::string_view toml, const std::string& file, Diagnostics& diagnostics);

@@ -51,7 +51,8 @@ class Predictor {
     double reference_mm = 0.0;
     double last_mm = 0.0;  // last measurement, relative to the reference
     double anchor_s = 0.0;
-    double bias_sum_mm = 0.0;
+    double bias_mm = 0.0;
+    TrackRecord record = {};
     int measurements = 0;  // after the reference
   };
   Eigen::VectorXd relative(const Channel& channel) const;

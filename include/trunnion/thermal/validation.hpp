@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@ struct FitOptions {
   std::optional<Method> method;      // nothing: the one with the smallest held-out error
   double window_s = 3.0 * 3600.0;    // the beginning of a run that is scored on its own
   std::string name;                  // of the model
+  /// Called before each of the candidates of all channels, with how many there are.
+  std::function<void(std::size_t total)> progress;
 };
 
 /// Held-out errors of one candidate: each run predicted by a model that was fitted to the other runs.
