@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
@@ -178,10 +177,13 @@ void PostCliOptions::add_to(CLI::App& c) {
   thermal_option->excludes(offsets_option);
   c.add_option("--temperatures", temperatures,
                "temperature log (CSV) of the run: for --thermal, and for the sensors of --model");
-  c.add_option("--thermal-output", thermal_output,
-               "thermal offsets as corrected axis values at every point, or one shift for each operation: of "
-               "the work offset (G10 L2; TRANS) or beside it (G52, TRANS)")
-      ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift"}))
+  c.add_option(
+       "--thermal-output", thermal_output,
+       "thermal offsets as corrected axis values at every point; as one shift for each operation, of "
+       "the work offset (G10 L2; TRANS) or beside it (G52, TRANS); or as coefficients of variables that "
+       "the control holds at run time (--offsets then only serves the verification; with --thermal the "
+       "program calculates them from the control's temperatures")
+      ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift", "variables"}))
       ->capture_default_str();
   c.add_option("--thermal-clamp-um", thermal_clamp_um, "largest thermal correction of an axis")
       ->check(above_zero())
@@ -279,105 +281,11 @@ std::string PostCliOptions::text() const {
 void PostCliOptions::set_offset_output(post::PostJob& job) const {
   job.offset_output = thermal_output == "work-offset"   ? post::OffsetOutput::work_offset
                       : thermal_output == "local-shift" ? post::OffsetOutput::local_shift
+                      : thermal_output == "variables"   ? post::OffsetOutput::variables
                                                         : post::OffsetOutput::axis_values;
   job.offset_limits.clamp_mm = thermal_clamp_um * kMmPerUm;
   job.offset_limits.slew_mm_s = thermal_slew_um_s * kMmPerUm;
   job.offset_limits.dead_band_mm = thermal_dead_band_um * kMmPerUm;
-}
-
-namespace {
-
-// Temperatures of the one run of a log by the sensors of the model, above reference; a value holds until the
-// next one.
-post::TemperatureHistory history_of(const thermal::Log& log, const Model& model, double reference_degC) {
-  const thermal::LogRun& run = log.runs.front();
-  post::TemperatureHistory out;
-  out.time_s = run.time_s;
-  const auto& names = model.context.names.temperatures;
-  std::vector<double> now(names.size(), 0.0);
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto& column = run.temperature_degC[*log.sensor(names[k])];
-    const auto first = std::find_if(column.begin(), column.end(), [](double t) { return std::isfinite(t); });
-    if (first != column.end()) now[k] = *first - reference_degC;
-  }
-  out.temperature_K.reserve(run.rows());
-  for (std::size_t row = 0; row < run.rows(); ++row) {
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      const double t = run.temperature_degC[*log.sensor(names[k])][row];
-      if (std::isfinite(t)) now[k] = t - reference_degC;
-    }
-    out.temperature_K.push_back(now);
-  }
-  return out;
-}
-
-Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics) {
-  std::vector<thermal::SensorFault> faults;
-  auto log = thermal::load_conditioned_logs({path}, diagnostics, faults);
-  if (!log) return log;
-  if (log->runs.size() != 1) {
-    return fail(ErrorCode::wrong_input,
-                "the temperature log must hold one run, not " + std::to_string(log->runs.size()), path);
-  }
-  return log;
-}
-
-}  // namespace
-
-Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(Diagnostics& diagnostics) const {
-  if (!temperatures.empty() && thermal_model.empty() && model.empty())
-    return fail(ErrorCode::wrong_use, "--temperatures belongs to --thermal or --model");
-  if (no_thermal || (offsets.empty() && thermal_model.empty())) return std::optional<thermal::OffsetTable>{};
-  if (!offsets.empty()) {
-    auto table = thermal::load_offsets(offsets, diagnostics);
-    if (!table) return tl::unexpected(table.error());
-    return std::optional<thermal::OffsetTable>(std::move(*table));
-  }
-  if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
-  const auto loaded = thermal::load_model(thermal_model, diagnostics);
-  if (!loaded) return tl::unexpected(loaded.error());
-  auto log = one_run_log(temperatures, diagnostics);
-  if (!log) return tl::unexpected(log.error());
-  const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
-  if (!prediction) return tl::unexpected(prediction.error());
-  return std::optional<thermal::OffsetTable>(thermal::offsets_of(*loaded, *prediction));
-}
-
-void warn_of_missing_sensors(const Model& model, const EffectContext& data, Diagnostics& diagnostics) {
-  const auto missing = missing_sensors(model, data);
-  if (missing.empty()) return;
-  diagnostics.warning(model.file, {},
-                      fmt::format("the model needs {}, which nothing gives: temperatures count as at "
-                                  "reference, states as 0",
-                                  fmt::join(missing, ", ")));
-}
-
-Result<std::optional<Model>> PostCliOptions::load_errors(
-    const Machine& machine, Diagnostics& diagnostics,
-    std::optional<post::TemperatureHistory>* history) const {
-  if (model.empty()) return std::optional<Model>{};
-  std::optional<thermal::Log> log;
-  EffectContext context;
-  if (history != nullptr && !temperatures.empty() && !no_thermal) {
-    auto read = one_run_log(temperatures, diagnostics);
-    if (!read) return tl::unexpected(read.error());
-    log = std::move(*read);
-    context.names.temperatures = log->sensors;
-  }
-  auto loaded = load_model(model, machine, context, diagnostics);
-  if (!loaded) return tl::unexpected(loaded.error());
-  if (!no_thermal) {
-    for (const std::string& name : missing_sensors(*loaded, context)) {
-      if (!log || !name.starts_with("T_")) continue;
-      return fail(ErrorCode::wrong_input,
-                  "the log has no column " + name + "_degC, which " + model + " needs", temperatures);
-    }
-    warn_of_missing_sensors(*loaded, context, diagnostics);
-  }
-  if (log) *history = history_of(*log, *loaded, machine.reference_degC);
-  return std::optional<Model>(filtered(*loaded, [&](const EffectInfo& info) {
-    return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
-  }));
 }
 
 }  // namespace trunnion::app

@@ -110,7 +110,12 @@ struct PostCliOptions {
   void set_offset_output(post::PostJob& job) const;
   /// Thermal offsets: of a file, or predicted from a thermal model and a temperature log; nothing without
   /// either.
-  Result<std::optional<thermal::OffsetTable>> load_offsets(Diagnostics& diagnostics) const;
+  /// With `drift`: those that it means.
+  Result<std::optional<thermal::OffsetTable>> load_offsets(
+      Diagnostics& diagnostics, const std::optional<post::RunTimeDrift>& drift = std::nullopt) const;
+  /// What the control is to calculate its offsets from (`--thermal-output variables` with `--thermal`);
+  /// nothing otherwise. Without `--temperatures` it is verified with rises of some size.
+  Result<std::optional<post::RunTimeDrift>> load_run_time_drift(Diagnostics& diagnostics) const;
   /// The model of the file with the classes that are switched off left out; nothing without `--model`.
   /// With `temperatures` the sensors of the model are read from `--temperatures`, where one that is missing
   /// is an error; without, or without the option, they count as at reference, which is warned about.

@@ -7,6 +7,7 @@
 #include "trunnion/report/post_json.hpp"
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -20,8 +21,34 @@ struct PostCommand {
   std::size_t threads = 1;
 };
 
+// Who is to write which variable of the control.
+void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
+                    const post::RunTimeDrift* drift, std::vector<std::string>& out) {
+  const auto& r = controller.run_time;
+  const auto name = [&](std::int64_t number) { return r.variable + std::to_string(number); };
+  const auto three = [&](const std::array<std::int64_t, 3>& v) {
+    return name(v[0]) + ", " + name(v[1]) + ", " + name(v[2]);
+  };
+  const std::string what = "deviation of the tool from the part in mm, machine X, Y, Z";
+  out.push_back("thermal drift at run time, at most " + shortest_text(o.thermal_clamp_um) +
+                " um an axis, followed at rapids by at most " + shortest_text(o.thermal_slew_um_s) + " um/s");
+  if (drift == nullptr) {
+    out.push_back(three(r.source) + ": " + what + " unless the offsets were those of the part, 0 is off");
+    return;
+  }
+  const auto& t = controller.run_time_temperatures;
+  out.push_back("calculated from the rises since this program began, by " + o.thermal_model);
+  for (std::size_t i = 0; i < drift->sensors.size(); ++i) {
+    out.push_back(name(t.first + static_cast<std::int64_t>(i)) + ": temperature " + drift->sensors[i] +
+                  " in degC, settled over 5 min");
+  }
+  out.push_back("after a measurement: " + three(t.measured) + " get the " + what + ", " +
+                name(t.first_reference) + " and on the temperatures of then");
+}
+
 std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
-                                      const post::PostOptions& options, const nc::Controller& controller) {
+                                      const post::PostOptions& options, const nc::Controller& controller,
+                                      const post::RunTimeDrift* drift) {
   std::vector<std::string> out;
   out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
   out.push_back("CL file " + command.cl_file);
@@ -29,16 +56,19 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   out.push_back("errors " + (command.options.model.empty() ? std::string("none compensated")
                                                            : "compensated: " + command.options.model));
   const PostCliOptions& o = command.options;
-  if (!o.no_thermal && (!o.offsets.empty() || !o.thermal_model.empty())) {
+  const bool at_run_time = o.thermal_output == "variables";
+  if (!o.no_thermal && !at_run_time && (!o.offsets.empty() || !o.thermal_model.empty())) {
     out.push_back("thermal offsets " +
                   (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
                   ": valid for that thermal history only, from the first block on");
-    if (o.thermal_output != "axis-values") {
+    if (o.thermal_output == "work-offset" || o.thermal_output == "local-shift") {
       const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
       out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS WORK OFFSET 1"
                          : "one shift beside the work offset for each operation");
     }
   }
+  if (!o.no_thermal && at_run_time && controller.has_run_time_values())
+    run_time_lines(o, controller, drift, out);
   out.push_back("nonlinear error " + command.options.nonlinear + ", tolerance " +
                 shortest_text(options.tolerance_mm) + " mm");
   return out;
@@ -71,7 +101,9 @@ void print_summary(const post::PostReport& r) {
   if (r.largest_error_mm > 0.0) {
     spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
   }
-  if (r.offset_shifts > 0) spdlog::info("{} shifts of the work offset", r.offset_shifts);
+  if (r.offset_shifts > 0) spdlog::info("thermal offsets taken {} times", r.offset_shifts);
+  if (r.run_time_bend_mm > 0.0)
+    spdlog::info("drift up to the clamp adds at most {:.6f} mm between blocks", r.run_time_bend_mm);
   if (!r.verification) {
     spdlog::warn("warning: not verified");
     return;
@@ -175,13 +207,19 @@ ExitCode run(const PostCommand& command) {
   job.controller = &controller;
   job.model = *model ? &**model : nullptr;
   job.temperatures = temperatures ? &*temperatures : nullptr;
-  const auto offsets = command.options.load_offsets(diagnostics);
+  const auto drift = command.options.load_run_time_drift(diagnostics);
+  if (!drift) return print_failure(diagnostics, drift.error());
+  job.run_time_drift = *drift ? &**drift : nullptr;
+  const auto offsets = command.options.load_offsets(diagnostics, *drift);
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
   command.options.set_offset_output(job);
-  job.header = header_lines(command, machine, *options, controller);
+  job.header = header_lines(command, machine, *options, controller, job.run_time_drift);
   options->threads = command.threads;
-  const auto outcome = post::post_file(job, *options, command.output, command.options.accept_deviation);
+  const auto outcome = [&] {
+    const Activity activity("posting");
+    return post::post_file(job, *options, command.output, command.options.accept_deviation);
+  }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
   return finish(command, machine, outcome);

@@ -1,10 +1,13 @@
 #pragma once
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <mutex>
 #include <spdlog/spdlog.h>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <unistd.h>
 
 namespace trunnion::app {
@@ -43,6 +46,37 @@ class ProgressLine {
   std::string unit_;
   bool on_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The same for work whose length is not known before: a mark that runs to and fro and the seconds so far,
+/// from half a second on. Nothing else may write to standard error while it lives.
+class Activity {
+ public:
+  explicit Activity(std::string what) {
+    if (::isatty(STDERR_FILENO) != 1 || !spdlog::should_log(spdlog::level::info)) return;
+    thread_ = std::jthread([what = std::move(what)](const std::stop_token& stop) { show(what, stop); });
+  }
+
+ private:
+  static void show(const std::string& what, const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kStep(100);
+    constexpr int kWidth = 30;
+    std::mutex mutex;
+    std::condition_variable_any wake;
+    std::unique_lock lock(mutex);
+    bool shown = false;
+    for (int step = 1; !wake.wait_for(lock, stop, kStep, [&] { return stop.stop_requested(); }); ++step) {
+      if (step < 5) continue;
+      const int at = step % (2 * kWidth - 2) < kWidth ? step % (2 * kWidth - 2)
+                                                      : 2 * kWidth - 2 - step % (2 * kWidth - 2);
+      std::string bar(kWidth, '.');
+      bar[static_cast<std::size_t>(at)] = '#';
+      std::fprintf(stderr, "\r[%s] %s, %d s\x1b[K", bar.c_str(), what.c_str(), step / 10);
+      shown = true;
+    }
+    if (shown) std::fputs("\r\x1b[K", stderr);
+  }
+  std::jthread thread_;
 };
 
 }  // namespace trunnion::app

@@ -65,6 +65,22 @@ struct Describe {
     for (const auto value : b.offset) out += " " + std::to_string(value);
     return out;
   }
+  std::string operator()(const VariableMotion& b) const {
+    std::string out = (*this)(b.motion) + " | values";
+    for (const auto& row : b.coefficient) {
+      for (const auto value : row) out.append(" ").append(std::to_string(value));
+    }
+    return out;
+  }
+  std::string operator()(const LatchValues& b) const {
+    return std::string(b.first ? "first latch " : "latch ") + std::to_string(b.clamp) + " " +
+           std::to_string(b.step) + " " + std::to_string(b.dead_band);
+  }
+  std::string operator()(const RunTimeStep& b) const {
+    static constexpr std::array kKinds = {"reset", "read", "reference", "start", "add"};
+    return std::string(kKinds[static_cast<std::size_t>(b.kind)]) + " " + std::to_string(b.axis) + " " +
+           std::to_string(b.sensor) + " " + std::to_string(b.factor);
+  }
   std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
 };
 

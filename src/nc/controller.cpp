@@ -199,6 +199,8 @@ void read_program(Section& root, Controller& c) {
   });
   in_section(root, "tool", [&](Section& s) {
     read_template(s, "change", {P::tool, P::length_offset}, c.tool_change);
+    c.tool_change_s = s.quantity_or("change_s", 0.0);
+    if (c.tool_change_s < 0.0) s.error("change_s", "'change_s' must not be negative");
   });
   in_section(root, "spindle", [&](Section& s) {
     read_template(s, "clockwise", {P::rpm}, c.spindle_clockwise);
@@ -252,6 +254,19 @@ void read_work_offsets(Section& s, Controller& c) {
   }
 }
 
+void read_variables(Section& s, const char* key, std::array<std::int64_t, 3>& out) {
+  const Value* value = s.raw(key);
+  if (value == nullptr) return;
+  const auto* items = value->as_array();
+  bool ok = items != nullptr && items->size() == out.size();
+  for (std::size_t i = 0; ok && i < out.size(); ++i) {
+    const auto* number = std::get_if<std::int64_t>(&(*items)[i].data);
+    ok = number != nullptr && *number > 0;
+    if (ok) out[i] = *number;
+  }
+  if (!ok) s.error(key, std::string("'") + key + "' must be three numbers of variables");
+}
+
 void read_modes(Section& root, Controller& c) {
   in_section(root, "work_offset", [&](Section& s) { read_work_offsets(s, c); });
   in_section(root, "offset_shift", [&](Section& s) {
@@ -259,6 +274,39 @@ void read_modes(Section& root, Controller& c) {
     read_template(s, "set", {P::index, P::x, P::y, P::z}, c.offset_shift.set);
     read_template(s, "add", {P::x, P::y, P::z}, c.offset_shift.add);
     read_into(s, "not_under_tcp", c.offset_shift.not_under_tcp);
+  });
+  in_section(root, "run_time", [&](Section& s) {
+    using P = Placeholder;
+    auto& r = c.run_time;
+    read_into(s, "open", r.open);
+    read_into(s, "close", r.close);
+    read_into(s, "variable", r.variable);
+    read_variables(s, "source", r.source);
+    read_variables(s, "latched", r.latched);
+    read_template(s, "begin", {}, r.begin);
+    read_template(s, "latch", {P::clamp, P::step, P::dead_band}, r.latch);
+    if (!r.latch.empty() && (r.open.empty() || r.variable.empty()))
+      s.error("latch", "'latch' needs 'open' and 'variable' too");
+  });
+  in_section(root, "run_time_temperatures", [&](Section& s) {
+    using P = Placeholder;
+    auto& t = c.run_time_temperatures;
+    read_integer(s, "first", t.first, 1, 99999);
+    read_integer(s, "first_reference", t.first_reference, 1, 99999);
+    read_integer(s, "count", t.count, 1, 999);
+    read_variables(s, "measured", t.measured);
+    read_template(s, "reset", {}, t.reset);
+    read_template(s, "read", {P::channel, P::temperature}, t.read);
+    read_template(s, "reference", {P::reference, P::temperature}, t.reference);
+    read_template(s, "start", {P::target, P::measured}, t.start);
+    read_template(s, "add", {P::target, P::temperature, P::reference, P::factor}, t.add);
+    read_template(s, "subtract", {P::target, P::temperature, P::reference, P::factor}, t.subtract);
+    const bool whole = !t.reset.empty() && !t.reference.empty() && !t.start.empty() && !t.subtract.empty();
+    if (!t.add.empty() && !(whole && t.first > 0 && t.first_reference > 0 && t.count > 0)) {
+      s.error(
+          "add",
+          "'add' needs 'first', 'first_reference', 'count', 'reset', 'reference', 'start' and 'subtract'");
+    }
   });
   in_section(root, "path_mode", [&](Section& s) {
     static constexpr std::array kKeys = {"exact_path", "exact_stop", "continuous"};

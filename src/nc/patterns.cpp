@@ -86,6 +86,14 @@ bool is_symbols_only(const std::vector<PatternToken>& tokens) {
                      [](const PatternToken& t) { return t.type == Type::symbol; });
 }
 
+std::vector<Placeholder> placeholders_of(const std::vector<PatternToken>& tokens) {
+  std::vector<Placeholder> out;
+  for (const auto& t : tokens) {
+    if (t.type == Type::placeholder) out.push_back(t.placeholder);
+  }
+  return out;
+}
+
 bool has_placeholder(const std::vector<PatternToken>& tokens) {
   return std::any_of(tokens.begin(), tokens.end(),
                      [](const PatternToken& t) { return t.type == Type::placeholder; });
@@ -172,7 +180,14 @@ class Compiler {
     const bool remembers = has_placeholder(tokens);
     const auto words = words_of(tokens);
     if (remembers || words.empty()) {
-      if (found_.contains(key_of(tokens))) return;
+      if (const auto same = found_.find(key_of(tokens)); same != found_.end()) {
+        if (placeholders_of(tokens) != placeholders_of(same->second.tokens))
+          diagnostics_.error(controller_.file, {},
+                             "'" + origin + "' and '" + same->second.origin +
+                                 "' have lines of the same shape for different values: '" + same->first +
+                                 "'");
+        return;
+      }
       put(std::move(tokens), {remembers ? EventKind::remember : EventKind::silent}, origin);
       return;
     }
@@ -225,6 +240,16 @@ void add_state(Compiler& compiler, const Controller& c) {
                "[offset_shift] set");
   compiler.add(c.offset_shift.add, {EventKind::offset_shift, static_cast<int>(OffsetShift::Kind::add)},
                "[offset_shift] add");
+  compiler.add(c.run_time.latch, {EventKind::latch}, "[run_time] latch");
+  using Step = RunTimeStep::Kind;
+  const auto step = [](Step kind) { return Event{EventKind::run_time_step, static_cast<int>(kind)}; };
+  const auto& t = c.run_time_temperatures;
+  compiler.add(t.reset, step(Step::reset), "[run_time_temperatures] reset");
+  compiler.add(t.read, step(Step::read), "[run_time_temperatures] read");
+  compiler.add(t.reference, step(Step::reference), "[run_time_temperatures] reference");
+  compiler.add(t.start, step(Step::start), "[run_time_temperatures] start");
+  compiler.add(t.add, step(Step::add), "[run_time_temperatures] add");
+  compiler.add(t.subtract, {EventKind::run_time_step, kSubtract}, "[run_time_temperatures] subtract");
   for (std::size_t i = 0; i < c.path_modes.size(); ++i) {
     compiler.add(c.path_modes[i], {EventKind::path_mode, static_cast<int>(i)}, "[path_mode]");
   }
@@ -250,6 +275,7 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   }
   compiler.add(c.stop, {EventKind::stop, 0}, "[stop] program");
   compiler.add(c.optional_stop, {EventKind::stop, 1}, "[stop] optional");
+  compiler.add_silent(c.run_time.begin, "[run_time] begin");
   compiler.add_silent(c.program.setup, "[program] setup");
   compiler.add_silent(c.silent, "[read] silent");
   return compiler.finish();

@@ -11,6 +11,9 @@
 // The templates of a controller file turned round: what the reader looks for in a line.
 namespace trunnion::nc {
 
+/// Argument of run_time_step: `add` with a negative factor.
+inline constexpr int kSubtract = static_cast<int>(RunTimeStep::Kind::add) + 1;
+
 /// What a pattern means. The order is the order in which the events of one line take place.
 enum class EventKind : std::uint8_t {
   silent,        // no effect
@@ -29,7 +32,9 @@ enum class EventKind : std::uint8_t {
   length_or_tcp_off,  // one word ends both
   work_offset,        // argument: index
   offset_shift,       // argument: OffsetShift::Kind
-  path_mode,          // argument: PathModeKind
+  latch,
+  run_time_step,  // argument: RunTimeStep::Kind, or kSubtract
+  path_mode,      // argument: PathModeKind
   plane_on,
   plane_off,
   dwell,

@@ -216,7 +216,9 @@ void Reader::State::run_motion(LineMotion& m) {
   }
   motion.words = position;
   motion.source = {line, m.column};
-  emit(motion_block);
+  if (!parsed.has_values) return emit(motion_block);
+  emit(VariableMotion{motion, parsed.coefficient});
+  position.forget(kLinearAxes);  // where they stand depends on the values
 }
 
 void Reader::State::read_line(std::string_view text) {

@@ -96,8 +96,8 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
 
 bool Reader::State::excludes_motion(EventKind kind) {
   return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
-         kind == EventKind::offset_shift || kind == EventKind::plane_on || kind == EventKind::plane_off ||
-         kind == EventKind::program_start;
+         kind == EventKind::offset_shift || kind == EventKind::latch || kind == EventKind::run_time_step ||
+         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
 }
 
 std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
@@ -154,6 +154,10 @@ void Reader::State::run_event(const FoundEvent& found) {
       return run_work_offset(found.event.argument);
     case EventKind::offset_shift:
       return run_offset_shift(found);
+    case EventKind::latch:
+      return run_latch(found);
+    case EventKind::run_time_step:
+      return run_run_time_step(found);
     case EventKind::path_mode:
       return run_path_mode(found);
     case EventKind::plane_on:
@@ -246,6 +250,45 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
     now.offset[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
   position.forget(kLinearAxes);
   emit(now);
+}
+
+void Reader::State::run_latch(const FoundEvent& found) {
+  const int decimals = format.decimals(AxisLetter::X);
+  LatchValues now;
+  now.first = !std::exchange(latched, true);
+  now.clamp = scaled(found, Placeholder::clamp, decimals);
+  now.step = scaled(found, Placeholder::step, decimals);
+  now.dead_band = scaled(found, Placeholder::dead_band, decimals);
+  emit(now);
+}
+
+void Reader::State::run_run_time_step(const FoundEvent& found) {
+  using Kind = RunTimeStep::Kind;
+  const auto& t = c.run_time_temperatures;
+  RunTimeStep step;
+  const bool subtracts = found.event.argument == kSubtract;
+  step.kind = subtracts ? Kind::add : static_cast<Kind>(found.event.argument);
+  const auto fault = [&] { error(found.column, "a variable that the controller file does not name"); };
+  const auto axis_of = [&](const std::array<std::int64_t, 3>& known, Placeholder p) {
+    return static_cast<std::size_t>(std::find(known.begin(), known.end(), whole(found, p, 0)) -
+                                    known.begin());
+  };
+  if (step.kind == Kind::start || step.kind == Kind::add) {
+    step.axis = axis_of(c.run_time.source, Placeholder::target);
+    if (step.axis > 2) return fault();
+  }
+  if (step.kind == Kind::start && axis_of(t.measured, Placeholder::measured) != step.axis) return fault();
+  if (step.kind == Kind::read || step.kind == Kind::reference || step.kind == Kind::add) {
+    const std::int64_t sensor = whole(found, Placeholder::temperature, 0) - t.first;
+    if (sensor < 0 || sensor >= t.count) return fault();
+    step.sensor = static_cast<std::size_t>(sensor);
+    if (step.kind == Kind::read && whole(found, Placeholder::channel, sensor) != sensor) return fault();
+    if (step.kind != Kind::read && whole(found, Placeholder::reference, 0) != t.first_reference + sensor)
+      return fault();
+  }
+  if (step.kind == Kind::add)
+    step.factor = (subtracts ? -1 : 1) * scaled(found, Placeholder::factor, kFactorDecimals);
+  emit(step);
 }
 
 void Reader::State::run_path_mode(const FoundEvent& found) {

@@ -1,5 +1,7 @@
 #include "nc/reader_line.hpp"
 
+#include <algorithm>
+
 namespace trunnion::nc {
 namespace {
 
@@ -60,6 +62,8 @@ bool match_token(const char*& p, const char* end, const PatternToken& token, Cap
   }
   if (token.placeholder == Placeholder::name) return match_name(p, end, captures.name);
   if (!scan_number(p, end, number)) return false;
+  // A placeholder that stands twice in a line is one value.
+  if (captures.has(token.placeholder) && !equal(captures[token.placeholder], number)) return false;
   captures.set(token.placeholder, number);
   return true;
 }
@@ -108,6 +112,55 @@ bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, 
   }
   word.length = static_cast<std::uint32_t>(s - p);
   ++out.word_count;
+  p = s;
+  return true;
+}
+
+// +#511*0.5 or -#511
+bool LineScanner::scan_term(const char*& p, const char* end, std::array<std::int64_t, 3>& coefficient) const {
+  const std::int64_t sign = *p == '-' ? -1 : 1;
+  const char* s = p + 1;
+  if (!starts_with(s, end, c_.run_time.variable)) return false;
+  s += c_.run_time.variable.size();
+  Number variable;
+  if (s == end || !is_digit(*s) || !scan_number(s, end, variable) || variable.has_point) return false;
+  const auto& known = c_.run_time.latched;
+  const auto it = std::find(known.begin(), known.end(), variable.mantissa);
+  if (it == known.end()) return false;
+  std::int64_t value = kPowersOfTen[kCoefficientDecimals];
+  if (s != end && *s == '*') {
+    Number factor;
+    ++s;
+    if (s == end || !(is_digit(*s) || *s == '.') || !scan_number(s, end, factor) ||
+        !to_quanta(factor, kCoefficientDecimals, value))
+      return false;
+  }
+  coefficient[static_cast<std::size_t>(it - known.begin())] += sign * value;
+  p = s;
+  return true;
+}
+
+// X[12.3-#511*0.5+#512]: a number and terms.
+bool LineScanner::scan_expression(const char* begin, const char*& p, const char* end, ParsedLine& out) const {
+  const auto& r = c_.run_time;
+  const auto axis = static_cast<std::size_t>(upper(*p) - 'X');
+  if (r.open.empty() || axis > 2 || !starts_with(p + 1, end, r.open) || out.word_count == kMaxWords)
+    return false;
+  const char* s = p + 1 + r.open.size();
+  Word word;
+  word.letter = upper(*p);
+  word.column = static_cast<std::uint32_t>(p - begin) + 1;
+  if (s == end || !scan_number(s, end, word.number)) return false;
+  std::array<std::int64_t, 3> coefficient{};
+  while (s != end && (*s == '+' || *s == '-')) {
+    if (!scan_term(s, end, coefficient)) return false;
+  }
+  if (!starts_with(s, end, r.close)) return false;
+  s += r.close.size();
+  word.length = static_cast<std::uint32_t>(s - p);
+  out.words[out.word_count++] = word;
+  out.coefficient[axis] = coefficient;
+  out.has_values = true;
   p = s;
   return true;
 }
@@ -170,6 +223,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       ++p;
       continue;
     }
+    if (c >= 'X' && scan_expression(begin, p, end, out)) continue;
     if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;
     if (!out.error.empty()) return;
     if (scan_comment(p, end, out)) continue;

@@ -47,12 +47,17 @@ struct ParsedLine {
   std::array<Word, kMaxWords> words;
   std::size_t word_count = 0;
   std::vector<FoundEvent> phrases;
+  /// Of words that are expressions: coefficients of the run-time values for X, Y and Z.
+  std::array<std::array<std::int64_t, 3>, 3> coefficient{};
+  bool has_values = false;
   std::vector<std::string> comments;
   std::uint32_t error_column = 0;
   std::string error;  // empty: understood so far
 
   void clear() {
     word_count = 0;
+    if (has_values) coefficient = {};
+    has_values = false;
     phrases.clear();
     comments.clear();
     error.clear();
@@ -72,6 +77,8 @@ class LineScanner {
 
  private:
   bool scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_expression(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_term(const char*& p, const char* end, std::array<std::int64_t, 3>& coefficient) const;
   bool scan_comment(const char*& p, const char* end, ParsedLine& out) const;
   bool scan_phrase(const char*& p, const char* end, FoundEvent& out) const;
   const Controller& c_;

@@ -56,6 +56,7 @@ struct Reader::State {
   std::int64_t work_offset = 0;
   std::optional<PathMode> path_mode;
   bool plane = false;
+  bool latched = false;
   Captures kept;
   bool started = false;
   bool ended = false;
@@ -115,6 +116,8 @@ struct Reader::State {
   void run_tcp(bool on, std::int64_t offset);
   void run_work_offset(std::int64_t index);
   void run_offset_shift(const FoundEvent& found);
+  void run_latch(const FoundEvent& found);
+  void run_run_time_step(const FoundEvent& found);
   void run_path_mode(const FoundEvent& found);
   void run_plane(const FoundEvent& found);
   void run_dwell(const FoundEvent& found);

@@ -19,7 +19,16 @@ constexpr std::array<std::string_view, kPlaceholders> kNames = {"tool",
                                                                 "a",
                                                                 "b",
                                                                 "c",
-                                                                "index"};
+                                                                "index",
+                                                                "clamp",
+                                                                "step",
+                                                                "dead_band",
+                                                                "channel",
+                                                                "target",
+                                                                "measured",
+                                                                "temperature",
+                                                                "reference",
+                                                                "factor"};
 
 }  // namespace
 

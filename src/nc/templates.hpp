@@ -23,9 +23,18 @@ enum class Placeholder : std::uint8_t {
   a,
   b,
   c,
-  index
+  index,
+  clamp,
+  step,
+  dead_band,
+  channel,
+  target,
+  measured,
+  temperature,
+  reference,
+  factor
 };
-inline constexpr std::size_t kPlaceholders = 15;
+inline constexpr std::size_t kPlaceholders = 24;
 
 std::string_view name_of(Placeholder placeholder);
 std::optional<Placeholder> placeholder_of(std::string_view name);

@@ -159,7 +159,7 @@ Result<void> Writer::State::refuse_feed(const Motion& m) const {
                 m.source);
 }
 
-inline char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
+char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
   const AxisLetter letter = kAllAxisLetters[i];
   if (c.rotary.is_modulo(letter)) {
     quanta %= turn;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "trunnion/base/contract.hpp"
@@ -199,6 +200,105 @@ Result<void> Writer::State::write(const OffsetShift& b) {
   return b.kind == OffsetShift::Kind::set
              ? put_words(c.offset_shift.set, values, "setting a work offset")
              : put_words(c.offset_shift.add, values, "a shift beside the work offset");
+}
+
+Result<void> Writer::State::write(const LatchValues& b) {
+  if (!c.has_run_time_values()) return refuse("the controller file has no words for values at run time");
+  if (b.first) {
+    if (auto done = put_template(c.run_time.begin, {}); !done) return done;
+  }
+  NumberStyle style = linear;
+  style.plus_sign = false;
+  const auto values = Values()
+                          .set(Placeholder::clamp, number_text(b.clamp, style))
+                          .set(Placeholder::step, number_text(b.step, style))
+                          .set(Placeholder::dead_band, number_text(b.dead_band, style));
+  return put_template(c.run_time.latch, values);
+}
+
+Result<void> Writer::State::write(const RunTimeStep& b) {
+  using Kind = RunTimeStep::Kind;
+  const auto& t = c.run_time_temperatures;
+  if (!c.has_run_time_temperatures())
+    return refuse("the controller file has no words for calculating with temperatures");
+  TRUNNION_EXPECTS(b.axis < 3);
+  const auto sensor = static_cast<std::int64_t>(b.sensor);
+  if (sensor >= t.count)
+    return refuse("the control has variables for " + std::to_string(t.count) + " temperatures only");
+  NumberStyle style = linear;
+  style.plus_sign = false;
+  style.decimals = kFactorDecimals;
+  const auto values = Values()
+                          .set(Placeholder::channel, std::to_string(sensor))
+                          .set(Placeholder::target, std::to_string(c.run_time.source[b.axis]))
+                          .set(Placeholder::measured, std::to_string(t.measured[b.axis]))
+                          .set(Placeholder::temperature, std::to_string(t.first + sensor))
+                          .set(Placeholder::reference, std::to_string(t.first_reference + sensor))
+                          .set(Placeholder::factor, number_text(std::abs(b.factor), style));
+  switch (b.kind) {
+    case Kind::reset:
+      return put_template(t.reset, values);
+    case Kind::read:
+      return t.read.empty() ? Result<void>{} : put_template(t.read, values);
+    case Kind::reference:
+      return put_template(t.reference, values);
+    case Kind::start:
+      return put_template(t.start, values);
+    case Kind::add:
+      return put_template(b.factor < 0 ? t.subtract : t.add, values);
+  }
+  TRUNNION_EXPECTS(false);
+  return {};
+}
+
+std::string Writer::State::variable_word(AxisLetter letter, std::int64_t quanta,
+                                         const std::array<std::int64_t, 3>& coefficient) const {
+  NumberStyle style = linear;
+  style.plus_sign = false;
+  NumberStyle factor = style;
+  factor.decimals = kCoefficientDecimals;
+  std::string out(1, letter_of(letter));
+  out.append(c.run_time.open).append(number_text(quanta, style));
+  for (std::size_t k = 0; k < coefficient.size(); ++k) {
+    const std::int64_t value = coefficient[k];
+    if (value == 0) continue;
+    out.append(value < 0 ? "-" : "+").append(c.run_time.variable);
+    out.append(std::to_string(c.run_time.latched[k]));
+    if (std::abs(value) != kPowersOfTen[kCoefficientDecimals])
+      out.append("*").append(number_text(std::abs(value), factor));
+  }
+  return out.append(c.run_time.close);
+}
+
+Result<void> Writer::State::write(const VariableMotion& b) {
+  const Motion& m = b.motion;
+  if (!c.has_run_time_values()) return refuse("the controller file has no words for values at run time");
+  if ((m.words.mask & kXyz) != kXyz) return refuse("a motion with run-time values must name X, Y and Z");
+  if (auto done = restore_after_retract(kLinearAxes); !done) return done;
+  const auto mode = static_cast<std::size_t>(m.feed_mode);
+  if (m.kind == MotionKind::feed && (m.feed <= 0 || m.feed > feed_limit[mode])) return refuse_feed(m);
+  std::array<char, 1024> buffer;
+  std::string line(buffer.data(), put_leading(buffer.data(), m, !pending_words.empty()));
+  for (const AxisLetter letter : kAllAxisLetters) {
+    const auto i = index(letter);
+    if (!m.words.has(letter)) continue;
+    if (i >= 3 && position.has(letter) && position[letter] == m.words[letter]) continue;
+    if (i < 3)
+      line += variable_word(letter, m.words[letter], b.coefficient[i]);
+    else
+      line.append(buffer.data(), put_axis(buffer.data(), i, m.words[letter]));
+    position.set(letter, m.words[letter]);
+    line += c.line.separator;
+  }
+  if (m.kind == MotionKind::feed)
+    line.append(buffer.data(), put_feed(buffer.data(), m));
+  else
+    line.append(c.motion.rapid_suffix).append(c.line.separator);
+  while (!c.line.separator.empty() && line.ends_with(c.line.separator))
+    line.resize(line.size() - c.line.separator.size());
+  position.forget(kLinearAxes);  // where they stand depends on the values
+  ++motions;
+  return put_line(line);
 }
 
 Result<void> Writer::State::write(const PathMode& b) {

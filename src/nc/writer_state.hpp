@@ -106,6 +106,11 @@ struct Writer::State {
   Result<void> write(const TiltedPlane& b);
   Result<void> write(const Stop& b);
   Result<void> write(const OffsetShift& b);
+  Result<void> write(const VariableMotion& b);
+  Result<void> write(const LatchValues& b);
+  Result<void> write(const RunTimeStep& b);
+  std::string variable_word(AxisLetter letter, std::int64_t quanta,
+                            const std::array<std::int64_t, 3>& coefficient) const;
   Result<void> write_block(const Block& block);
 };
 

@@ -94,6 +94,7 @@ Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t) {
   call.length_offset = t.length_register.value_or(t.number);
   length_offset_ = call.length_offset;
   if (auto r = write(call); !r) return r;
+  pause(controller_.tool_change_s);
   if (options_.rtcp && controller_.tcp.replaces_length) return {};
   // The spindle's position is what the words say where the output point is S: then the control must not add a
   // length.

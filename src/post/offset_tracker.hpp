@@ -33,7 +33,7 @@ class OffsetTracker {
   void advance(double seconds) {
     time_s_ += seconds;
     since_s_ += seconds;
-    if (follow_ == Follow::always) hold();
+    if (follow_ == Follow::always && (over_time() || begun_)) hold();
   }
   /// An operation begins; one that the table does not name leaves the offset as it is. While it runs the
   /// table by operation wants what it wanted: the slew limit counts the time since the operation before.
@@ -58,6 +58,7 @@ class OffsetTracker {
   bool over_time() const { return table_.key == thermal::OffsetTable::Key::time; }
   void begin(const thermal::Offset* row) {
     if (row == nullptr) return;
+    begun_ = true;
     operation_mm_ = row->deviation_mm;
     if (follow_ == Follow::operations) return;
     since_s_ = time_s_ - operation_s_;
@@ -71,6 +72,7 @@ class OffsetTracker {
   double time_s_ = 0.0;
   double since_s_ = 0.0;  // since the offset was last taken
   double operation_s_ = 0.0;
+  bool begun_ = false;  // an operation of the table
   Vec3 operation_mm_ = Vec3::Zero();
   Vec3 now_mm_ = Vec3::Zero();
 };

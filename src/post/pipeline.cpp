@@ -34,6 +34,7 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.temperatures = job.temperatures;
   v.offsets = job.offsets;
   v.offset_limits = job.offset_limits;
+  if (job.run_time_drift != nullptr) v.run_time_temperatures = &job.run_time_drift->history;
   v.collect = options.collect;
   return v;
 }
@@ -81,6 +82,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     VerifyOptions nominal = verify_options(job, options, *job.machine, nullptr);
     nominal.collect = false;
     nominal.offsets = nullptr;
+    nominal.run_time_temperatures = nullptr;
     nominal_ =
         std::make_unique<Verifier>(*job.machine, controller_, tool_mm_, nominal, nc_file, verification_);
   }
@@ -258,6 +260,9 @@ Result<void> Pipeline::emit_rapid(const path::Point& to) {
     last_emitted_ = *q;
     return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
   }
+  // Nothing is being cut: a good moment to follow the drift.
+  constexpr double kLatchAgain_s = 60.0;
+  if (variables() && latched_s_ >= 0.0 && report_.duration_s - latched_s_ > kLatchAgain_s) shift_due_ = true;
   if (auto r = emit_shift(); !r) return r;
   moved(*q, seconds);
   last_emitted_ = *q;
@@ -273,7 +278,8 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   if (!found) return tl::unexpected(found.error());
   JointVector q = *found;
   if (q == last_emitted_) return {};
-  if ((compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q)) {
+  const bool bent = (compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q);
+  if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, *rate))) {
     // The errors bend the path between the two: a point on the chord between them, compensated itself.
     path::Point middle = to;
     middle.tip_P = 0.5 * (last_.tip_P + to.tip_P);
@@ -300,24 +306,6 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   return emit_motion(q, nc::MotionKind::feed, block, where);
 }
 
-// Where an axis is about to reverse, its lost motion is taken up before the cut goes on: a block to the same
-// place, corrected for the new sense of motion.
-Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
-  if (!compensator_) return {};
-  const MachineState after = state_.towards(expected(to.q), last_.q);
-  if (after.direction == state_.now().direction) return {};
-  const auto found =
-      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
-  if (!found) return {};  // the same failure comes with its place for the point itself
-  JointVector q = found->q;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
-  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
-  const BlockFeed block = planner_.plan(move_to(q, 0.0), options_.default_feed_mm_s);
-  moved(q, block.seconds);
-  last_emitted_ = q;
-  return emit_motion(q, nc::MotionKind::feed, block, where);
-}
-
 Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where) {
   switch (feed.mode) {
     case cl::FeedMode::per_minute:
@@ -339,8 +327,14 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 }
 
 void Pipeline::moved(const JointVector& q, double seconds) {
+  const auto lagged = state_.lagged();
+  const std::vector<double> before(lagged.begin(), lagged.end());
   if (compensator_) state_.move_to(q, seconds);
   elapse(seconds);
+  if (!compensator_ || before.empty()) return;
+  const Vec3 then = compensator_->actual(state_.now(), before).tip_P;
+  const Vec3 now = compensator_->actual(state_.now(), state_.lagged()).tip_P;
+  report_.lag_step_mm = std::max(report_.lag_step_mm, (now - then).norm());
 }
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
@@ -436,7 +430,10 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
     motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id]));
   }
   if (motion.words.mask == 0) return {};
-  return writer_.write(motion);
+  if (!variables() || (motion.words.mask & nc::kXyz) != nc::kXyz) return writer_.write(motion);
+  const nc::VariableMotion with = with_terms(motion, q);
+  note_terms(with, q, kind == nc::MotionKind::feed);
+  return write(with);
 }
 
 Result<PostReport> Pipeline::finish(const Intake& intake) {

@@ -50,11 +50,18 @@ class Pipeline {
 
   Result<void> begin_offsets();
   Result<void> finish_offsets();
+  bool variables() const { return offsets_ && job_.offset_output == OffsetOutput::variables; }
+  /// The motion with its terms, where it names X, Y and Z.
+  nc::VariableMotion with_terms(const nc::Motion& motion, const JointVector& q) const;
   bool shifts() const { return job_.offset_output != OffsetOutput::axis_values; }
   /// Before the first motion at `q` of an operation: the shift that it is to have, to be written by
   /// `emit_shift`.
   void prepare_shift(const JointVector& q);
   Result<void> emit_shift();
+  Result<void> emit_latch();
+  Result<void> emit_calculation(bool first);
+  /// The most that the terms of a motion can do, for the report.
+  void note_terms(const nc::VariableMotion& motion, const JointVector& q, bool feed);
   /// What the machine's position is while a shift is in force, for the limits; notes the shift's error there.
   JointVector shifted(const JointVector& q);
   void begin_operation(const std::string& name);
@@ -95,6 +102,7 @@ class Pipeline {
   Result<void> emit_take_up(const path::Point& to, SourceRef where);
   bool rewinds(const JointVector& q) const;
   bool bends(const path::Point& to, const JointVector& q) const;
+  bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
   double strays_mm(const path::Point& to, const JointVector& q, double t) const;
   std::optional<JointVector> without_idle_digits(const path::Point& to, const JointVector& q) const;
   /// The motion from the last emitted position to `q`, for the planner.
@@ -168,6 +176,9 @@ class Pipeline {
   WorkShift shift_;
   nc::OffsetShift::Kind shift_kind_ = nc::OffsetShift::Kind::add;
   bool shift_due_ = false;
+  double latched_s_ = -1.0;         // when the run-time values were last latched; below zero: never
+  std::optional<Mat3> terms_R_MP_;  // where the last motion with terms ended
+  bool terms_beyond_ = false;       // with drift as large as the clamp an axis leaves its travel
   std::optional<nc::OffsetShift> shift_waits_;  // to be written
   std::optional<nc::OffsetShift> shift_now_;    // last one written
   std::string operation_;

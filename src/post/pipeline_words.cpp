@@ -22,6 +22,30 @@ double Pipeline::strays_mm(const path::Point& to, const JointVector& q, double t
   return distance_to_segment(tip_P, last_.tip_P, to.tip_P);
 }
 
+// What is lagged counts as it was when the block began.
+bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) const {
+  constexpr double kLongest_s = 10.0;  // a thirtieth of the shortest time constant that effects have
+  return !state_.lagged().empty() && planner_.plan(move_to(q, tip_mm), rate).seconds > kLongest_s;
+}
+
+// Where an axis is about to reverse, its lost motion is taken up before the cut goes on: a block to the same
+// place, corrected for the new sense of motion.
+Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
+  if (!compensator_) return {};
+  const MachineState after = state_.towards(expected(to.q), last_.q);
+  if (after.direction == state_.now().direction) return {};
+  const auto found =
+      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
+  if (!found) return {};  // the same failure comes with its place for the point itself
+  JointVector q = found->q;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
+  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
+  const BlockFeed block = planner_.plan(move_to(q, 0.0), options_.default_feed_mm_s);
+  moved(q, block.seconds);
+  last_emitted_ = q;
+  return emit_motion(q, nc::MotionKind::feed, block, where);
+}
+
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave the chord
 // by more than the tolerance?
 bool Pipeline::bends(const path::Point& to, const JointVector& q) const {

@@ -15,6 +15,7 @@
 
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
+#include "post/run_time_values.hpp"
 #include "post/work_shift.hpp"
 
 // Private to the verifier: where the program read back stands, and how far the CL path has been followed.
@@ -44,6 +45,7 @@ struct Verifier::State {
         meter(m, tool, o.truth, offsets ? &*offsets : nullptr, o.certify, o.tolerance_mm, o.axis_tolerance),
         planner(m, c, FeedOutput::inverse),
         shift(m, c, tool),
+        values(c),
         program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
                 o.temperatures),
         reader(
@@ -70,7 +72,10 @@ struct Verifier::State {
   }
 
   void take(const nc::Block& block) {
-    if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion);
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion, nullptr);
+    if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
+    if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
+    if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
     if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
     if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
     if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
@@ -78,10 +83,28 @@ struct Verifier::State {
     if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
       waiting.emplace_back(*comment);
     if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
+    if (std::holds_alternative<nc::ToolCall>(block) && controller.tool_change_s > 0.0)
+      waiting.emplace_back(nc::Dwell{std::llround(controller.tool_change_s * 1000.0)});
     if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
     if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
   }
 
+  struct WithTerms {
+    Vertex vertex;
+    nc::VariableMotion terms;
+  };
+
+  void step(const nc::RunTimeStep& line) {
+    const auto* temperatures = options.run_time_temperatures;
+    if (temperatures == nullptr) return values.take(line, {}, {});
+    values.take(line, temperatures->at(report.duration_s), temperatures->temperature_K.front());
+  }
+  // The control holds the drift as it is.
+  void step(const nc::LatchValues& latch) { values.latch(latch, offsets ? offsets->now() : Vec3::Zero()); }
+  void step(WithTerms motion) {
+    motion.vertex.q = shift.moved(motion.vertex.q, values.change(motion.terms), motion.vertex.tcp);
+    step(motion.vertex);
+  }
   void step(const nc::Comment& comment) { offsets->comment(comment.text); }
   void step(const nc::Dwell& dwell) {
     const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
@@ -90,7 +113,8 @@ struct Verifier::State {
   }
   void step(const nc::Spindle& spindle) { program.spindle(static_cast<double>(spindle.rpm)); }
 
-  void take(const nc::Motion& motion) {
+  /// `terms`: the motion with what it adds at run time, or null.
+  void take(const nc::Motion& motion, const nc::VariableMotion* terms) {
     ++report.points_out;
     const bool rapid = motion.kind == nc::MotionKind::rapid;
     ++(rapid ? report.rapid_blocks : report.feed_blocks);
@@ -118,7 +142,10 @@ struct Verifier::State {
     v.feed_mode = motion.feed_mode;
     v.feed = motion.feed;
     v.rapid = rapid;
-    waiting.emplace_back(v);
+    if (terms != nullptr)
+      waiting.emplace_back(WithTerms{v, *terms});
+    else
+      waiting.emplace_back(v);
     work();
   }
 
@@ -324,6 +351,7 @@ struct Verifier::State {
   DeviationMeter meter;
   FeedPlanner planner;
   WorkShift shift;
+  RunTimeValues values;
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
   std::uint16_t needed = 0;
@@ -339,7 +367,9 @@ struct Verifier::State {
   bool started = false;
   bool all_expected = false;
   bool away = false;  // the tool has left the path along its axis
-  std::deque<std::variant<Vertex, nc::Comment, nc::Dwell, nc::Spindle>> waiting;
+  std::deque<
+      std::variant<Vertex, WithTerms, nc::LatchValues, nc::RunTimeStep, nc::Comment, nc::Dwell, nc::Spindle>>
+      waiting;
   Vertex previous;
   bool have_previous = false;
   double path_mm = 0.0;

@@ -56,16 +56,18 @@ nc::OffsetShift WorkShift::block(const ShiftWords& words, bool tcp, nc::OffsetSh
   return out;
 }
 
+ShiftWords WorkShift::words_against(const Vec3& deviation_P, const JointVector& q, bool tcp) const {
+  if (tcp) return -deviation_P;
+  JointVector shifted = q;
+  kinematics_.solve_linear(kinematics_.pose(q).tip_P - deviation_P, kinematics_.sines(q), shifted);
+  ShiftWords words = ShiftWords::Zero();
+  for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { words[i] = shifted[id] - q[id]; });
+  return words;
+}
+
 nc::OffsetShift WorkShift::take_out(const Vec3& deviation_P, const JointVector& q, bool tcp,
                                     nc::OffsetShift::Kind kind) {
-  ShiftWords words = -deviation_P;
-  if (!tcp) {
-    JointVector shifted = q;
-    kinematics_.solve_linear(kinematics_.pose(q).tip_P - deviation_P, kinematics_.sines(q), shifted);
-    words = ShiftWords::Zero();
-    for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { words[i] = shifted[id] - q[id]; });
-  }
-  const nc::OffsetShift out = block(words, tcp, kind);
+  const nc::OffsetShift out = block(words_against(deviation_P, q, tcp), tcp, kind);
   read(out);
   return out;
 }
@@ -93,15 +95,18 @@ ShiftWords WorkShift::words(bool tcp) const {
   return it == set_.end() ? added_ : ShiftWords(added_ + it->second - work_offset_words(machine_, tcp));
 }
 
-JointVector WorkShift::joints(const JointVector& q, bool tcp) const {
-  const ShiftWords shift = words(tcp);
+JointVector WorkShift::moved(const JointVector& q, const ShiftWords& change, bool tcp) const {
   JointVector out = q;
   if (tcp) {
-    kinematics_.solve_linear(kinematics_.pose(q).tip_P + shift, kinematics_.sines(q), out);
+    kinematics_.solve_linear(kinematics_.pose(q).tip_P + change, kinematics_.sines(q), out);
   } else {
-    for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { out[id] += shift[i]; });
+    for_linear_axes(machine_, [&](Eigen::Index i, AxisId id) { out[id] += change[i]; });
   }
   return out;
+}
+
+JointVector WorkShift::joints(const JointVector& q, bool tcp) const {
+  return moved(q, words(tcp), tcp);
 }
 
 Vec3 WorkShift::effect_P(const JointVector& q, bool tcp) const {

@@ -31,6 +31,10 @@ class WorkShift {
   /// The block that takes out `deviation_P` at joint positions `q`; from then on `words` are its own.
   nc::OffsetShift take_out(const Vec3& deviation_P, const JointVector& q, bool tcp,
                            nc::OffsetShift::Kind kind);
+  /// Change of the words of X, Y and Z that takes out `deviation_P` at `q`.
+  ShiftWords words_against(const Vec3& deviation_P, const JointVector& q, bool tcp) const;
+  /// The joint positions that words with this change mean, where those without it mean `q`.
+  JointVector moved(const JointVector& q, const ShiftWords& change, bool tcp) const;
   /// The block that leaves the work offset as it was.
   nc::OffsetShift none(bool tcp, nc::OffsetShift::Kind kind) const;
 

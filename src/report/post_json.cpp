@@ -76,6 +76,8 @@ std::string post_json(const post::PostReport& r) {
   out["verified"] = r.verification.has_value();
   out["offset_shifts"] = r.offset_shifts;
   out["shift_error_mm"] = r.shift_error_mm;
+  out["lag_step_mm"] = r.lag_step_mm;
+  out["run_time_bend_mm"] = r.run_time_bend_mm;
   out["points_in"] = r.points_in;
   out["points_inserted"] = r.points_inserted;
   out["segments_with_points"] = r.segments_with_points;

@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 
 #include "nc/random_program.hpp"
 #include "support/controllers.hpp"
@@ -277,6 +278,126 @@ TEST(Rs274, AddsTheShiftsOfTheWorkOffset) {
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_NEAR(theirs.motions[i].machine_xyz[k], expected[i][k], 1e-9) << "motion " << i;
   }
+}
+
+// Terms of run-time values: what the interpreter makes of expression and latch is what the words say.
+TEST(Rs274, EvaluatesTermsAndLatchesOfRunTimeValues) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  std::mt19937_64 random(6);
+  std::uniform_int_distribution<std::int64_t> position(-1000000, 1000000);
+  std::uniform_int_distribution<std::int64_t> factor(-10000, 10000);
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}};
+  // 30 um is clamped to 20 um, then followed by 5 um a latch; -1 um and 0.4 um stand.
+  std::vector<std::array<double, 3>> expected;
+  std::array<double, 3> latched{};
+  for (int i = 0; i < 40; ++i) {
+    if (i % 5 == 0) {
+      blocks.push_back(nc::LatchValues{i == 0, 200, 50, 5});
+      latched[0] = std::min(0.020, latched[0] + 0.005);
+      latched[1] = -0.001;
+      latched[2] = 0.0;
+    }
+    nc::VariableMotion m;
+    for (const auto letter :
+         {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::A, nc::AxisLetter::C})
+      m.motion.words.set(letter, position(random));
+    m.motion.kind = i == 0 ? nc::MotionKind::rapid : nc::MotionKind::feed;
+    m.motion.feed = i == 0 ? 0 : 500000;
+    std::array<double, 3> at{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      at[k] = static_cast<double>(m.motion.words.quanta[k]) / 1e4;
+      for (std::size_t v = 0; v < 3; ++v) {
+        m.coefficient[k][v] = (i + static_cast<int>(k + v)) % 4 == 0 ? 10000 : factor(random);
+        at[k] += static_cast<double>(m.coefficient[k][v]) / 1e4 * latched[v];
+      }
+    }
+    expected.push_back(at);
+    blocks.push_back(m);
+  }
+  blocks.push_back(nc::ProgramEnd{});
+  const auto text = test::nc_text(controller, blocks);
+  const auto again = test::nc_blocks(controller, text);
+  EXPECT_EQ(test::nc_text(controller, again), text);
+  const auto theirs = interpret("#501=0.030\n#502=-0.001\n#503=0.0004\n" + text);
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
+  ASSERT_EQ(theirs.motions.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      ASSERT_NEAR(theirs.motions[i].machine_xyz[k], expected[i][k], 0.6e-4) << "motion " << i;
+  }
+}
+
+// A program that calculates its offsets from temperatures: the sums that the interpreter makes of the lines
+// are those of the words, and our reader reads the same lines as the same words.
+TEST(Rs274, CalculatesOffsetsFromTemperatures) {
+  if (!has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  auto controller = test::shipped_controller("linuxcnc");
+  controller.run_time_temperatures.read.clear();  // here the temperatures are written below
+  using Kind = nc::RunTimeStep::Kind;
+  std::mt19937_64 random(7);
+  std::uniform_int_distribution<std::int64_t> factor(-6000000, 6000000);  // up to 0.6 mm/K: large beside the digits that are printed
+  std::uniform_real_distribution<double> kelvin(-4.0, 6.0);
+  constexpr std::size_t kSensors = 3;
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}};
+  std::string given;  // before the program: the cold machine
+  std::array<double, kSensors> cold{};
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    cold[s] = 20.0 + std::round(kelvin(random) * 10.0) / 10.0;
+    given += "#" + std::to_string(531 + s) + "=" + fixed_text(cold[s], 1) + "\n";
+  }
+  blocks.push_back(nc::RunTimeStep{Kind::reset, 0, 0, 0});
+  for (std::size_t s = 0; s < kSensors; ++s) blocks.push_back(nc::RunTimeStep{Kind::reference, 0, s, 0});
+  std::vector<std::array<double, 3>> expected;
+  std::array<double, 3> latched{};
+  constexpr double kClamp_mm = 1.2;
+  for (int operation = 0; operation < 12; ++operation) {
+    std::array<double, kSensors> now{};
+    for (std::size_t s = 0; s < kSensors; ++s) {
+      now[s] = cold[s] + std::round(kelvin(random) * 10.0) / 10.0;
+      blocks.push_back(nc::Raw{"#" + std::to_string(531 + s) + "=" + fixed_text(now[s], 1)});
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      double sum_mm = 0.0;
+      blocks.push_back(nc::RunTimeStep{Kind::start, axis, 0, 0});
+      for (std::size_t s = 0; s < kSensors; ++s) {
+        const std::int64_t f = factor(random);
+        blocks.push_back(nc::RunTimeStep{Kind::add, axis, s, f});
+        sum_mm += static_cast<double>(f) * 1e-7 * (now[s] - cold[s]);
+      }
+      latched[axis] = std::clamp(sum_mm, -kClamp_mm, kClamp_mm);
+    }
+    blocks.push_back(nc::LatchValues{operation == 0, 12000, 1000000, 0});
+    nc::VariableMotion m;
+    for (const auto letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z})
+      m.motion.words.set(letter, operation * 10000);
+    m.motion.kind = nc::MotionKind::rapid;
+    std::array<double, 3> at{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      m.coefficient[k][k] = -10000;
+      at[k] = operation - latched[k];
+    }
+    expected.push_back(at);
+    blocks.push_back(m);
+  }
+  blocks.push_back(nc::ProgramEnd{});
+  const auto text = test::nc_text(controller, blocks);
+  const auto theirs = interpret(given + text);
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
+  ASSERT_EQ(theirs.motions.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      ASSERT_NEAR(theirs.motions[i].machine_xyz[k], expected[i][k], 0.6e-4) << "motion " << i;
+  }
+  std::erase_if(blocks, [](const nc::Block& b) { return std::holds_alternative<nc::Raw>(b); });
+  const auto plain = test::nc_text(controller, blocks);
+  EXPECT_EQ(test::nc_text(controller, test::nc_blocks(controller, plain)), plain);
+  // The shipped file reads analog inputs; the interpreter alone, without a machine, takes the words.
+  const auto shipped = test::shipped_controller("linuxcnc");
+  const auto reading =
+      test::nc_text(shipped, {nc::ProgramStart{}, nc::RunTimeStep{Kind::read, 0, 2, 0}, nc::ProgramEnd{}});
+  EXPECT_NE(reading.find("M66 E2 L0"), std::string::npos) << reading;
+  EXPECT_EQ(interpret(reading).exit_code, 0) << interpret(reading).messages;
 }
 
 // Issue 2410: below 0.1 a minute, G93 runs at 0.1, in millimetres or degrees. The controller file says so,

@@ -62,6 +62,7 @@ struct OffsetPost {
 };
 
 struct Setting {
+  const RunTimeDrift* drift = nullptr;
   std::string control = "linuxcnc";
   bool rtcp = false;
   OffsetOutput output = OffsetOutput::work_offset;
@@ -79,6 +80,7 @@ OffsetPost offset_post(const std::string& cl, Machine machine, const thermal::Of
   job.offsets = table;
   job.offset_output = setting.output;
   job.offset_limits = setting.limits;
+  job.run_time_drift = setting.drift;
   PostOptions options;
   options.tolerance_mm = setting.tolerance_mm;
   options.rtcp = setting.rtcp;
@@ -285,6 +287,131 @@ TEST(OffsetOutput, ClampSlewAndDeadBandHoldForShifts) {
   setting.limits.enabled = false;
   const OffsetPost off = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_THAT(off.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000"));
+}
+
+// Terms of values that the control holds at run time: right at every pose in every frame, since their
+// coefficients are those of the pose; and the same program is right on the cold machine, where they hold
+// zero.
+TEST(OffsetOutput, VariablesAreRightAtEveryPose) {
+  const Machine machine = machine_with_offset();
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl"}) {
+    for (const bool rtcp : {false, true}) {
+      for (const char* frame : {"machine", "part"}) {
+        SCOPED_TRACE(std::string(control) + (rtcp ? " tcp " : " ") + frame);
+        Setting setting;
+        setting.control = control;
+        setting.rtcp = rtcp;
+        setting.output = OffsetOutput::variables;
+        setting.limits = quick();
+        const auto table = offsets(by_blade(frame));
+        const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
+        // Nine terms are more than a line of some controls takes: refused, not cut.
+        if (!p.report) {
+          EXPECT_STREQ(control, "fanuc_30i");
+          EXPECT_THAT(p.report.error().message, HasSubstr("is longer than the 128 that the control takes"));
+          continue;
+        }
+        EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
+        EXPECT_TRUE(p.report->nominal_verification->passed());
+        EXPECT_EQ(p.report->offset_shifts, 4U);
+      }
+    }
+  }
+  Setting setting;
+  setting.control = "heidenhain_tnc640";
+  setting.output = OffsetOutput::variables;
+  const auto table = offsets(by_blade());
+  EXPECT_THAT(offset_post(blades(2, false), machine, &table, setting).report.error().message,
+              HasSubstr("no words for values at run time"));
+}
+
+TEST(OffsetOutput, VariablesAreClampedAndSlewedByTheProgram) {
+  const Machine machine = machine_with_offset();
+  Setting setting;
+  setting.output = OffsetOutput::variables;
+  const auto table = offsets(by_blade());
+  setting.limits = quick();
+  setting.limits.clamp_mm = 0.012;
+  EXPECT_FALSE(offset_post(blades(4, true), machine, &table, setting).report->verification->passed());
+  setting.limits = {};
+  setting.limits.slew_mm_s = 1e-5;
+  EXPECT_FALSE(offset_post(blades(4, true), machine, &table, setting).report->verification->passed());
+}
+
+// Two sensors; `kelvin_per_hour` of each since the part's zero was taken, over ten hours.
+RunTimeDrift warming(double first, double second) {
+  RunTimeDrift out;
+  out.sensors = {"spindle", "column"};
+  out.mm_per_K.resize(3, 2);
+  out.mm_per_K << 0.0031, -0.0012, -0.0008, 0.0025, 0.0040, 0.0006;
+  for (int minute = -60; minute <= 600; ++minute) {
+    const double hours = (minute + 60) / 60.0;
+    out.history.time_s.push_back(60.0 * minute);
+    out.history.temperature_K.push_back({first * hours, second * hours});
+  }
+  return out;
+}
+
+thermal::OffsetTable drift_of(const RunTimeDrift& d) {
+  thermal::OffsetTable table;
+  table.file = "drift";
+  for (std::size_t row = 0; row < d.history.time_s.size(); ++row) {
+    const auto& K = d.history.temperature_K[row];
+    table.rows.push_back({d.history.time_s[row], {}, d.mm_per_K * Eigen::Vector2d(K[0], K[1]), 0.0});
+  }
+  return table;
+}
+
+// The program calculates its own offsets. An hour of warming before it begins and slow warming while it runs
+// are taken out, and on the cold machine the same text cuts the nominal path.
+TEST(OffsetOutput, CalculatesOffsetsFromTheControlsTemperatures) {
+  const Machine machine = machine_with_offset();
+  const RunTimeDrift drift = warming(1.5, -0.7);
+  const auto table = drift_of(drift);
+  for (const char* control : {"linuxcnc", "siemens_840d_sl"}) {
+    for (const bool rtcp : {false, true}) {
+      SCOPED_TRACE(std::string(control) + (rtcp ? " tcp" : ""));
+      Setting setting;
+      setting.control = control;
+      setting.rtcp = rtcp;
+      setting.output = OffsetOutput::variables;
+      setting.limits = quick();
+      setting.drift = &drift;
+      const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
+      ASSERT_TRUE(p.report) << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed()) << p.report->verification->certified_tip_deviation_mm;
+      EXPECT_TRUE(p.report->nominal_verification->passed());
+      EXPECT_GE(p.report->offset_shifts, 4U);
+      EXPECT_LT(p.report->run_time_bend_mm, 1e-3);
+      EXPECT_EQ(p.report->run_time_bend_mm > 0.0, rtcp);  // without it a shift in M is one of the axes
+      // A program with one wrong factor misses the tolerance.
+      RunTimeDrift wrong = drift;
+      wrong.mm_per_K(2, 0) = -wrong.mm_per_K(2, 0);
+      setting.drift = &wrong;
+      EXPECT_FALSE(offset_post(blades(4, true), machine, &table, setting).report->verification->passed());
+    }
+  }
+}
+
+// Whatever the sensors say, no axis moves by more than the clamp: here one reads 1000 K.
+TEST(OffsetOutput, ABrokenSensorMovesNoAxisByMoreThanTheClamp) {
+  const Machine machine = machine_with_offset();
+  RunTimeDrift drift = warming(0.0, 0.0);
+  drift.history.time_s = {-1.0, 0.0};
+  drift.history.temperature_K = {{0.0, 0.0}, {1000.0, 0.0}};
+  thermal::OffsetTable cold;
+  cold.file = "none";
+  cold.rows.push_back({0.0, {}, Vec3::Zero(), 0.0});
+  Setting setting;
+  setting.output = OffsetOutput::variables;
+  setting.limits = quick();
+  setting.limits.clamp_mm = 0.010;
+  setting.drift = &drift;
+  const OffsetPost p = offset_post(blades(2, true), machine, &cold, setting);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const double left = p.report->verification->max_tip_deviation_mm;
+  EXPECT_GT(left, 0.010);
+  EXPECT_LT(left, std::sqrt(3.0) * 0.010 + setting.tolerance_mm);
 }
 
 TEST(OffsetOutput, OperationsThatTheProgramLacksAreAnError) {

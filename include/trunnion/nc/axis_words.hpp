@@ -26,6 +26,7 @@ constexpr bool is_rotary(AxisLetter letter) {
 /// Bits of AxisWords::mask.
 inline constexpr std::uint16_t kAllAxes = 0b111111111;
 inline constexpr std::uint16_t kRotaryAxes = 0b000111000;
+inline constexpr std::uint16_t kXyz = 0b111;  // bits of X, Y and Z
 inline constexpr std::uint16_t kLinearAxes = kAllAxes & ~kRotaryAxes;
 /// The letter that `name` ("X", "A", ...) is; nothing for any other text.
 std::optional<AxisLetter> axis_letter(std::string_view name);

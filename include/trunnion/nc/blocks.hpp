@@ -84,6 +84,39 @@ struct OffsetShift {
   std::int64_t index = 0;                // of `set`: 1 (G54), 2, ...; 0 for `add`
   std::array<std::int64_t, 3> offset{};  // X Y Z, quanta of the linear format
 };
+/// A motion whose X, Y and Z depend on values that the control holds at run time: word i is the motion's own
+/// plus the sum of coefficient[i][k] times the k-th latched value (LatchValues), in units of
+/// 10^-kCoefficientDecimals. X, Y and Z must be among the motion's words.
+inline constexpr int kCoefficientDecimals = 4;  // half a unit of 0.2 mm is 10 nm
+struct VariableMotion {
+  Motion motion;
+  std::array<std::array<std::int64_t, 3>, 3> coefficient{};
+};
+/// The control takes the three run-time values anew, under limits (quanta of the linear format): at most
+/// `clamp` each, changed by at most `step`, and not at all by `dead_band` or less.
+struct LatchValues {
+  bool first = false;  // of the program: what was latched before counts as zero
+  std::int64_t clamp = 0;
+  std::int64_t step = 0;
+  std::int64_t dead_band = 0;
+};
+/// One line of the calculation that makes the three values before they are latched, from temperatures that
+/// the control holds: value k is what was measured last plus the sum of factor times rise of each sensor
+/// since.
+struct RunTimeStep {
+  enum class Kind : std::uint8_t {
+    reset,      // nothing was measured yet: the three measured values are zero
+    read,       // the control takes the temperature of `sensor`
+    reference,  // rises of `sensor` count from what it is now
+    start,      // value `axis` begins as what was measured
+    add         // ... and gets `factor` times the rise of `sensor`
+  };
+  Kind kind = Kind::reset;
+  std::size_t axis = 0;     // 0, 1, 2
+  std::size_t sensor = 0;   // from 0 on
+  std::int64_t factor = 0;  // 10^-kFactorDecimals mm/K
+};
+inline constexpr int kFactorDecimals = 7;  // half a unit times 100 K is 5 nm
 enum class PathModeKind : std::uint8_t { exact_path, exact_stop, continuous };
 struct PathMode {
   PathModeKind kind = PathModeKind::exact_path;
@@ -109,7 +142,7 @@ struct Stop {
 
 using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
                            LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
-                           OffsetShift>;
+                           OffsetShift, VariableMotion, LatchValues, RunTimeStep>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -139,6 +139,7 @@ struct Controller {
   } program;
 
   Template tool_change;                                               // {tool} {length_offset}
+  double tool_change_s = 0.0;  // that a change takes: for what follows the time (thermal effects)
   Template spindle_clockwise, spindle_counterclockwise, spindle_off;  // {rpm}
   std::array<Template, 5> coolant;                                    // by CoolantKind
   Template dwell;                                                     // {seconds} or {milliseconds}
@@ -152,6 +153,27 @@ struct Controller {
     /// motion.
     bool not_under_tcp = true;
   } offset_shift;
+  /// Values that the control holds while the program runs, in words such as X[12.3-#511*.5].
+  struct RunTime {
+    std::string open, close;                // round an expression; `close` may be empty
+    std::string variable;                   // before its number: "#", "R"
+    std::array<std::int64_t, 3> source{};   // written by whoever measures: deviations, mm
+    std::array<std::int64_t, 3> latched{};  // what the program uses
+    Template begin;                         // once, before the first latch
+    Template latch;                         // {clamp} {step} {dead_band}
+  } run_time;
+  /// How `source` is calculated from temperatures (RunTimeStep).
+  struct RunTimeTemperatures {
+    std::int64_t first = 0;                  // variable of the first sensor, the next ones after it
+    std::int64_t first_reference = 0;        // the same of what they were at the last measurement
+    std::int64_t count = 0;                  // sensors at most
+    std::array<std::int64_t, 3> measured{};  // deviations as measured last, mm
+    Template reset;
+    Template read;           // {channel} {temperature}; may be empty: somebody else writes them
+    Template reference;      // {reference} {temperature}
+    Template start;          // {target} {measured}
+    Template add, subtract;  // {target} {temperature} {reference} {factor}
+  } run_time_temperatures;
   std::array<Template, 3> path_modes;             // by PathModeKind
   Template continuous_within;                     // {tolerance}
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
@@ -165,6 +187,8 @@ struct Controller {
 
   bool has_inverse_time() const { return !feed.inverse_time.empty(); }
   bool has_tcp() const { return !tcp.on.empty(); }
+  bool has_run_time_values() const { return !run_time.latch.empty(); }
+  bool has_run_time_temperatures() const { return !run_time_temperatures.add.empty(); }
   bool has_tilted_plane() const { return !tilted_plane.on.empty(); }
 };
 

@@ -58,7 +58,16 @@ enum class OffsetOutput : std::uint8_t {
   axis_values,  // corrected at every point, as time goes on
   work_offset,  // one shift of the work offset for each operation, taken when it begins: the offset is set
                 // anew (it must be the machine file's), or, where the control has no words for that, added to
-  local_shift   // the same, always beside the work offset
+  local_shift,  // the same, always beside the work offset
+  variables  // coefficients of values that the control holds at run time and takes when an operation begins
+};
+
+/// What a control calculates the drift from (OffsetOutput::variables): mm of deviation in the frame of the
+/// offsets for each K that a sensor has risen since the last measurement.
+struct RunTimeDrift {
+  std::vector<std::string> sensors;
+  Eigen::Matrix3Xd mm_per_K;
+  TemperatureHistory history;  // with which the program is verified; the first row: when the zero was taken
 };
 
 /// What is posted with what. Pointers must outlive the call.
@@ -72,6 +81,8 @@ struct PostJob {
   const thermal::OffsetTable* offsets = nullptr;
   thermal::OffsetLimits offset_limits;
   OffsetOutput offset_output = OffsetOutput::axis_values;
+  /// Only with OffsetOutput::variables; nothing: somebody else writes the three values.
+  const RunTimeDrift* run_time_drift = nullptr;
   std::vector<std::string> header;  // further comment lines (command, versions)
 };
 
@@ -99,6 +110,12 @@ struct PostReport {
   double largest_correction_mm = 0.0;  // of the linear axes
   std::size_t offset_shifts = 0;  // blocks that shift the work offset, without the last one that ends them
   double shift_error_mm = 0.0;    // largest error of a shift at poses other than the one it was made for
+  /// What any drift within the clamp adds to the deviations that were verified: the terms of two blocks are
+  /// those of their poses, and between them the control goes straight.
+  double run_time_bend_mm = 0.0;
+  /// Largest motion of the tip, while a block lasts, by effects that are lagged: they count as they were at
+  /// its beginning.
+  double lag_step_mm = 0.0;
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for
   std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied

@@ -45,6 +45,9 @@ struct VerifyOptions {
   const TemperatureHistory* temperatures = nullptr;
   /// Thermal offsets that the machine has while the program runs; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;
+  /// Of the sensors from which a program calculates its own offsets, the first row when the part's zero was
+  /// taken; nothing: they stand still.
+  const TemperatureHistory* run_time_temperatures = nullptr;
   thermal::OffsetLimits offset_limits;  // only the dead band matters: a machine's drift knows no clamp
   std::vector<std::string> raw_lines;   // lines that the controller's templates did not make
   std::size_t worst_count = 10;         // places listed in the report
