@@ -10,20 +10,11 @@ namespace {
 
 // Rotary step that one cell may span: sqrt of the curvature changes by a few per cent within it.
 const Angle kCellTurn = Angle::degrees(3.0);
-constexpr std::size_t kFewestCells = 4;
 constexpr std::size_t kMostCells = 128;
-// Below this the straight joint path and the great circle need the same number of points.
-const Angle kSmallTurn = Angle::degrees(5.0);
 // Nodes on the great circle are given up when they need so many times the points of joint-linear ones.
 constexpr double kCheaper = 1.1;
-// Plans anew from the pieces of the last attempt before one more piece is tried.
-constexpr int kRefits = 2;
-// Attempts, each with more pieces, before a segment is left unconverged.
-constexpr int kAttempts = 40;
 // A cell of the great circle that turns so many times its share is at the pole.
 constexpr double kFlip = 4.0;
-// So many times the pieces that the integral asks for, and still not within: more will not help.
-constexpr std::size_t kHopeless = 8;
 // A bound this far below the tolerance is reported as the cheap form gives it.
 constexpr double kWellBelow = 0.25;
 // Interior samples of a piece when proof was declined.
@@ -242,9 +233,8 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   }
   const NodeAxis how = choose_axis(axis_holds);
   report.linear_nodes = how == NodeAxis::joint_linear;
-  const bool both_sides = options_.method == Method::adaptive && !options_.one_sided;
-  if (both_sides && insert_two_sided(how)) return true;
-  return insert_on_chord(how);
+  if (how == NodeAxis::great_circle && !axis_holds && insert_around_pole()) return true;
+  return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
 }
 
 // The great circle, unless joint-linear nodes (which hold the axis tolerance as they are) need fewer points:
@@ -269,6 +259,7 @@ void SegmentRefiner::cells_along(NodeAxis how, std::size_t least) {
   const auto by_turn = static_cast<std::size_t>(std::ceil(largest_turn() / kCellTurn.rad()));
   const std::size_t count = std::clamp(by_turn, least, kMostCells);
   cells_.clear();
+  crowded_ = false;
   largest_cell_turn_ = 0.0;
   Station before = maker_.node(0.0, Vec3::Zero(), NodeAxis::joint_linear, false).station;
   for (std::size_t i = 1; i <= count; ++i) {
@@ -324,14 +315,16 @@ void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, dou
 
 // A bow without its part along the programmed segment, where that leads nowhere beyond the segment's ends: of
 // a piece that bows by one tolerance across it, the middle of which is the fraction `t` of the way.
-Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) const {
+Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) {
   const Vec3 whole = reference_.tip1_P - reference_.tip0_P;
   const double length = whole.norm();
   if (!(length > 0.0)) return bow;
   const double along = bow.dot(whole) / length;
   const Vec3 across = bow - (along / length) * whole;
   const double room = (along > 0.0 ? 1.0 - t : t) * length;
-  return std::abs(along) * tube_mm(tolerance_) <= room * across.norm() ? across : bow;
+  if (std::abs(along) * tube_mm(tolerance_) <= room * across.norm()) return across;
+  crowded_ = true;
+  return bow;
 }
 
 void SegmentRefiner::use_cells(NodeAxis how) {
@@ -386,44 +379,6 @@ bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
   nodes_.clear();
   for (const Place& place : places_) nodes_.push_back(maker_.node(place.t, place.displacement_P, how, true));
   return all_within();
-}
-
-// Attempts with `least` to `most` pieces; each count is planned from the cells, then anew from what the
-// attempt came to.
-bool SegmentRefiner::insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most) {
-  std::size_t pieces = std::max<std::size_t>(2, least);
-  for (int attempt = 0; attempt < kAttempts && pieces <= most; ++attempt) {
-    for (int fit = 0; fit <= kRefits; ++fit) {
-      if (try_pieces(pieces, how, side)) return true;
-      cells_of_nodes(kFewestCells);
-      use_cells(how);
-    }
-    // One more while that is likely to do; faster where the plan is far off.
-    const std::size_t asked =
-        side == Side::on_chord ? spacing_.on_chord_pieces() : spacing_.two_sided_pieces(end0_, end1_);
-    const std::size_t step = 1 + (attempt < 3 ? 0 : pieces / 4);
-    pieces = std::max(pieces + step, std::min(asked, 2 * pieces));
-  }
-  return false;
-}
-
-bool SegmentRefiner::insert_two_sided(NodeAxis how) {
-  use_cells(how);
-  if (!spacing_.tip_leads()) return false;
-  const std::vector<Cell> planned = cells_;
-  const std::size_t on_chord = spacing_.on_chord_pieces();
-  if (insert_nodes(how, Side::two_sided, spacing_.two_sided_pieces(end0_, end1_),
-                   std::max<std::size_t>(2, on_chord))) {
-    return true;
-  }
-  cells_ = planned;
-  return false;
-}
-
-bool SegmentRefiner::insert_on_chord(NodeAxis how) {
-  use_cells(how);
-  const std::size_t least = std::max<std::size_t>(2, spacing_.on_chord_pieces());
-  return insert_nodes(how, Side::on_chord, least, std::min(options_.max_inserted + 1, kHopeless * least));
 }
 
 // Intermediate points of the linear interpolation, linear axes moved by -R_MP e(t) (paper 001, Eq. 3.4),

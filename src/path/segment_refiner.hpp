@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "trunnion/path/nonlinear.hpp"
@@ -45,6 +46,9 @@ class SegmentRefiner {
 
  private:
   enum class Side : std::uint8_t { on_chord, two_sided };
+  static constexpr std::size_t kFewestCells = 4;
+  /// Below this the straight joint path and the great circle need the same number of points.
+  static constexpr Angle kSmallTurn = Angle::degrees(5.0);
 
   bool needs_points(SegmentReport& report);
   bool predictor_is_below_truth() const;
@@ -52,7 +56,13 @@ class SegmentRefiner {
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
+  bool insert_planned(NodeAxis how, Side side, std::size_t pieces);
+  bool insert_longest_steps(NodeAxis how, Side side, std::size_t most);
+  std::optional<Node> longest_step(const Station& at, double t, double first, NodeAxis how, Side side) const;
   bool insert_on_chord(NodeAxis how);
+  bool insert_around_pole();
+  std::optional<Point> turned_at_pole(const Point& end, const Station& at) const;
+  bool both_sides() const { return options_.method == Method::adaptive && !options_.one_sided; }
   bool insert_two_sided(NodeAxis how);
   bool try_pieces(std::size_t pieces, NodeAxis how, Side side);
   bool all_within() const;
@@ -61,7 +71,7 @@ class SegmentRefiner {
   void cells_of_nodes(std::size_t least);
   void add_cell(const Station& a, const Station& b, double t0, double t1);
   void use_cells(NodeAxis how);
-  Vec3 within_reference(const Vec3& bow, double t) const;
+  Vec3 within_reference(const Vec3& bow, double t);
   bool subtract(const Station& a, const Station& b, double t0, double t1, int halvings);
   bool subtract_evenly(const Station& a, const Station& b, double t0, double t1, const ErrorModel& model);
   void judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const;
@@ -83,6 +93,7 @@ class SegmentRefiner {
   double end1_ = 0.0;
   std::vector<Cell> cells_;
   double largest_cell_turn_ = 0.0;
+  bool crowded_ = false;  // motion along the segment reaches its ends: the cells ask for more than is needed
   Spacing spacing_;
   std::vector<Place> places_;
   std::vector<Node> nodes_;

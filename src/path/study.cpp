@@ -107,9 +107,9 @@ NonlinearOptions placement_options(bool one_sided, bool moves) {
 }
 
 // Points of the longest steps on the chord, each proved: no placement on the chord with the same kind of
-// nodes needs fewer.
-std::size_t greedy_points(SegmentRefiner& segment, const Point& from, const Point& to, NodeAxis how,
-                          std::size_t limit) {
+// nodes needs fewer. Nothing where no step leads on, at a pole that C has to be turned at first.
+std::optional<std::size_t> greedy_points(SegmentRefiner& segment, const Point& from, const Point& to,
+                                         NodeAxis how, std::size_t limit) {
   const NodeMaker& maker = segment.maker();
   const Station end = station(segment.kinematics(), to.q);
   Station at = station(segment.kinematics(), from.q);
@@ -126,7 +126,7 @@ std::size_t greedy_points(SegmentRefiner& segment, const Point& from, const Poin
       const double middle = 0.5 * (good + bad);
       (within(middle) ? good : bad) = middle;
     }
-    if (!(good > t)) return limit;
+    if (!(good > t)) return std::nullopt;
     step = good - t;
     t = good;
     at = maker.node(t, Vec3::Zero(), how, false).station;
@@ -187,14 +187,16 @@ class Tolerances {
       out_.placements[0].inserted_many += chord.inserted;
       out_.placements[1].inserted_many += sides.inserted;
     }
+    const NodeAxis how = chord.linear_nodes ? NodeAxis::joint_linear : NodeAxis::great_circle;
+    const auto greedy = greedy_points(on_chord_.segment(), a, b, how, std::size_t{4} * (chord.inserted + 2));
+    out_.greedy += greedy.value_or(chord.inserted);
     const Station at_a = station(on_chord_.segment().kinematics(), a.q);
     const Station at_b = station(on_chord_.segment().kinematics(), b.q);
     const double length = on_chord_.segment().spacing_of({&a, &b, &at_a, &at_b, false}, tolerance_).total();
     // Fixed ends: each costs 4 - (2 + sqrt 2) of I-length.
     const double pieces = std::ceil((length + 2.0 * (2.0 - std::sqrt(2.0))) / 4.0);
-    out_.two_sided_law += static_cast<std::size_t>(std::max(2.0, pieces)) - 1;
-    const NodeAxis how = chord.linear_nodes ? NodeAxis::joint_linear : NodeAxis::great_circle;
-    out_.greedy += greedy_points(on_chord_.segment(), a, b, how, std::size_t{4} * (chord.inserted + 2));
+    // The law knows no turn at the pole either.
+    out_.two_sided_law += greedy ? static_cast<std::size_t>(std::max(2.0, pieces)) - 1 : sides.inserted;
   }
 
   void move(std::span<const Point> run) {

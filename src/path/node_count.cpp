@@ -1,0 +1,188 @@
+// How many points a segment gets: the count that the integral asks for, or what the longest steps need.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "path/segment_refiner.hpp"
+
+namespace trunnion::path {
+namespace {
+
+// Plans anew from the pieces of the last attempt before the count is given up.
+constexpr int kRefits = 2;
+// Attempts, each with more pieces, before a segment is left unconverged.
+constexpr int kAttempts = 40;
+// So many times the pieces that the integral asks for, and still not within: more will not help.
+constexpr std::size_t kHopeless = 8;
+// A step is the longest one but for this share of it: 50 of them lose a fortieth of a piece.
+constexpr double kStepShare = 1e-3;
+// Nodes stand so much of the tube beside the chord: at its very edge rounding decides.
+constexpr double kEdge = 0.9995;
+// Steps grow and shrink by this until the longest one lies between two of them.
+constexpr double kStepRatio = 1.25;
+// Tilt of a tool axis that stands at the pole, of the axis tolerance: turning the inner axis moves it by
+// twice that at most.
+constexpr double kPoleShare = 0.25;
+// Below this share of the segment no step helps: the ends of the step are too far apart in themselves.
+constexpr double kShortestStep = 1e-9;
+
+}  // namespace
+
+// One count, planned from the cells, then anew from what the attempt came to.
+bool SegmentRefiner::insert_planned(NodeAxis how, Side side, std::size_t pieces) {
+  for (int fit = 0; fit <= kRefits; ++fit) {
+    if (try_pieces(pieces, how, side)) return true;
+    cells_of_nodes(kFewestCells);
+    use_cells(how);
+  }
+  return false;
+}
+
+// `least` to `most` pieces. Where the plan does not hold, or asks for more than is needed, the longest steps
+// decide.
+bool SegmentRefiner::insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most) {
+  std::size_t pieces = std::max<std::size_t>(2, least);
+  if (pieces > most) return false;
+  const std::vector<Cell> planned = cells_;
+  if (crowded_ && insert_longest_steps(how, side, pieces)) return true;
+  if (insert_planned(how, side, pieces)) return true;
+  const std::vector<Cell> found = std::exchange(cells_, planned);
+  use_cells(how);
+  if (insert_longest_steps(how, side, most)) return true;
+  cells_ = found;
+  use_cells(how);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    // One more while that is likely to do; faster where the plan is far off.
+    const std::size_t asked =
+        side == Side::on_chord ? spacing_.on_chord_pieces() : spacing_.two_sided_pieces(end0_, end1_);
+    const std::size_t step = 1 + (attempt < 3 ? 0 : pieces / 4);
+    pieces = std::max(pieces + step, std::min(asked, 2 * pieces));
+    if (pieces > most) return false;
+    if (insert_planned(how, side, pieces)) return true;
+  }
+  return false;
+}
+
+// From node to node as far as a piece keeps within the tolerance: no placement on the chord with the same
+// kind of nodes has fewer points. Two-sided nodes stand at the edge of the tube.
+bool SegmentRefiner::insert_longest_steps(NodeAxis how, Side side, std::size_t most) {
+  nodes_.clear();
+  Station at = *ends_.at_a;
+  double t = 0.0;
+  double step = 1.0 / static_cast<double>(most);
+  while (!piece_within(at, *ends_.at_b)) {
+    if (nodes_.size() + 1 >= most) return false;
+    const auto node = longest_step(at, t, step, how, side);
+    if (!node) return false;
+    step = node->t - t;
+    t = node->t;
+    at = node->station;
+    nodes_.push_back(*node);
+  }
+  return true;
+}
+
+std::optional<Node> SegmentRefiner::longest_step(const Station& at, double t, double first, NodeAxis how,
+                                                 Side side) const {
+  const double beside = kEdge * tube_mm(tolerance_);
+  std::optional<Node> good;
+  double bad = 1.0;
+  const auto holds = [&](double to) {
+    const Vec3 displacement = side == Side::on_chord ? Vec3::Zero() : Vec3(beside * spacing_.against(to));
+    Node node = maker_.node(to, displacement, how, true);
+    if (!piece_within(at, node.station)) {
+      bad = to;
+      return false;
+    }
+    good = node;
+    return true;
+  };
+  double step = first;
+  if (t + step < bad && holds(t + step)) {
+    while (t + kStepRatio * step < bad && holds(t + kStepRatio * step)) step *= kStepRatio;
+  } else {
+    do {
+      step /= kStepRatio;
+    } while (step > kShortestStep && !holds(t + step));
+  }
+  while (good && bad - good->t > kStepShare * (good->t - t)) holds(0.5 * (good->t + bad));
+  return good;
+}
+
+bool SegmentRefiner::insert_two_sided(NodeAxis how) {
+  use_cells(how);
+  if (!spacing_.tip_leads()) return false;
+  const std::vector<Cell> planned = cells_;
+  const bool crowded = crowded_;
+  const std::size_t on_chord = spacing_.on_chord_pieces();
+  const bool found = insert_nodes(how, Side::two_sided, spacing_.two_sided_pieces(end0_, end1_),
+                                  std::max<std::size_t>(2, on_chord));
+  cells_ = planned;
+  if (!found || !crowded) return found;
+  // The cells do not tell which of the two is better.
+  const std::vector<Node> both_sides = nodes_;
+  if (!insert_longest_steps(how, Side::on_chord, both_sides.size())) nodes_ = both_sides;
+  return true;
+}
+
+bool SegmentRefiner::insert_on_chord(NodeAxis how) {
+  use_cells(how);
+  const std::size_t least = std::max<std::size_t>(2, spacing_.on_chord_pieces());
+  return insert_nodes(how, Side::on_chord, least, std::min(options_.max_inserted + 1, kHopeless * least));
+}
+
+// Where a segment leaves the pole, or comes to it, the inner axis has to stand as the great circle wants it
+// there, whatever the point says: at the pole it turns about the tool axis.
+std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Station& at) const {
+  if (kinematics().rotary_count() < 2) return std::nullopt;
+  const double tilt = at.axis_P.cross(kinematics().direction(1)).norm();
+  if (tilt > kPoleShare * tolerance_.axis.rad()) return std::nullopt;
+  const AxisId inner = kinematics().rotary(1);
+  const Node middle = maker_.node(0.5, Vec3::Zero(), NodeAxis::great_circle, true);
+  Point turned = end;
+  turned.q[inner] = middle.station.q[inner];
+  if (std::abs(turned.q[inner] - at.q[inner]) < kSmallTurn.rad()) return std::nullopt;
+  kinematics().solve_linear(at.tip_P, kinematics().sines(turned.q), turned.q);
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) turned.q[id] = rounding_.rounded(id, turned.q[id]);
+  return turned;
+}
+
+bool SegmentRefiner::insert_around_pole() {
+  const SegmentEnds whole = ends_;
+  const auto leaves = turned_at_pole(*whole.a, *whole.at_a);
+  const auto comes = turned_at_pole(*whole.b, *whole.at_b);
+  if (!leaves && !comes) return false;
+  std::vector<Point> points{*whole.a};
+  std::vector<Station> stations{*whole.at_a};
+  const auto add = [&](const Point& p, const Station& at) {
+    points.push_back(p);
+    stations.push_back(at);
+  };
+  if (leaves) add(*leaves, station(kinematics(), leaves->q));
+  if (comes) add(*comes, station(kinematics(), comes->q));
+  add(*whole.b, *whole.at_b);
+  std::vector<Node> nodes;
+  bool converged = true;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    ends_ = {&points[i], &points[i + 1], &stations[i], &stations[i + 1], false};
+    maker_.start(points[i], points[i + 1]);
+    nodes_.clear();
+    if (!piece_within(stations[i], stations[i + 1])) {
+      const bool in_place = (leaves && i == 0) || (comes && i + 2 == points.size());
+      const NodeAxis how = in_place ? NodeAxis::joint_linear : NodeAxis::great_circle;
+      cells_along(how, kFewestCells);
+      const bool found = (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
+      converged = converged && found;
+    }
+    nodes.insert(nodes.end(), nodes_.begin(), nodes_.end());
+    if (i + 2 < points.size())
+      nodes.push_back({i == 0 && leaves ? 0.0 : 1.0, points[i + 1].tip_P, points[i + 1].axis_P, Vec3::Zero(),
+                       stations[i + 1]});
+  }
+  ends_ = whole;
+  maker_.start(*whole.a, *whole.b);
+  nodes_ = std::move(nodes);
+  return converged;
+}
+
+}  // namespace trunnion::path
