@@ -41,11 +41,6 @@ void displace(const Twist& twist, double sign, Carried& at) {
   at = {turned(at.p) + t + b * Kt + c * w.cross(Kt), turned(at.u)};
 }
 
-// Rot(n, -q).
-Vec3 turned_back(const Vec3& n, double sin, double cos, const Vec3& v) {
-  return cos * v - sin * n.cross(v) + ((1.0 - cos) * n.dot(v)) * n;
-}
-
 }  // namespace
 
 std::vector<ErrorKinematics::Joint> ErrorKinematics::joints_of(const Machine& machine,
@@ -54,7 +49,7 @@ std::vector<ErrorKinematics::Joint> ErrorKinematics::joints_of(const Machine& ma
   out.reserve(chain.size());
   for (const AxisId id : chain) {
     const Axis& axis = machine.axes[id];
-    out.push_back({id, axis.kind == AxisKind::rotary, axis.direction, axis.point_mm});
+    out.push_back({id, axis.kind == AxisKind::rotary, AxisTurn(axis.direction), axis.point_mm});
   }
   return out;
 }
@@ -71,22 +66,34 @@ ErrorKinematics::ErrorKinematics(const Machine& machine, const Vec3& tool_mm)
 // The joint poses of `forward` (kinematics.cpp): Trans(q e) Trans(o) Exp(xi) Trans(-o) for a linear axis,
 // Trans(a) Exp(xi) Rot(n, q) Trans(-a) for a rotary one; the part's chain is undone from the bed outwards.
 ToolPose ErrorKinematics::pose(const JointVector& q, const ChainErrors& errors) const {
+  RotarySines sines;
+  std::size_t k = 0;
+  for (const Joint& joint : part_chain_) {
+    if (!joint.rotary) continue;
+    sines.sin[k] = std::sin(q[joint.id]);
+    sines.cos[k++] = std::cos(q[joint.id]);
+  }
+  return pose(q, sines, errors);
+}
+
+ToolPose ErrorKinematics::pose(const JointVector& q, const RotarySines& sines,
+                               const ChainErrors& errors) const {
   Carried at{tool_mm_, Vec3::UnitZ()};
   displace(errors.spindle, 1.0, at);
   for (const Joint& joint : tool_chain_) {
     at.p -= joint.point_mm;
     displace(errors.joint[joint.id], 1.0, at);
-    at.p += joint.point_mm + q[joint.id] * joint.direction;
+    at.p += joint.point_mm + q[joint.id] * joint.turn.direction();
   }
+  std::size_t k = 0;
   for (const Joint& joint : part_chain_) {
     at.p -= joint.point_mm;
-    if (!joint.rotary) at.p -= q[joint.id] * joint.direction;
+    if (!joint.rotary) at.p -= q[joint.id] * joint.turn.direction();
     displace(errors.joint[joint.id], -1.0, at);
     if (joint.rotary) {
-      const double sin = std::sin(q[joint.id]);
-      const double cos = std::cos(q[joint.id]);
-      at.p = turned_back(joint.direction, sin, cos, at.p);
-      at.u = turned_back(joint.direction, sin, cos, at.u);
+      at.p = joint.turn.turned(at.p, -sines.sin[k], sines.cos[k]);
+      at.u = joint.turn.turned(at.u, -sines.sin[k], sines.cos[k]);
+      ++k;
     }
     at.p += joint.point_mm;
   }

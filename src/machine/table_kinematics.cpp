@@ -30,7 +30,7 @@ TableKinematics::TableKinematics(const Machine& machine, const Vec3& tool_mm) {
     }
     TRUNNION_EXPECTS(rotary_count_ < 2);
     constant_[rotary_count_] -= axis.point_mm;
-    n_[rotary_count_] = axis.direction;
+    turn_[rotary_count_] = AxisTurn(axis.direction);
     rotary_[rotary_count_] = id;
     constant_[++rotary_count_] += axis.point_mm;
   }
@@ -40,6 +40,7 @@ TableKinematics::TableKinematics(const Machine& machine, const Vec3& tool_mm) {
     Mat3 motion;
     for (Eigen::Index i = 0; i < 3; ++i) motion.col(i) = linear_[static_cast<std::size_t>(i)].motion;
     unmix_ = motion.inverse();
+    along_xyz_ = motion == Mat3::Identity();
   }
 }
 

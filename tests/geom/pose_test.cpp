@@ -68,6 +68,29 @@ TEST(Pose, SlerpStaysOnTheGreatCircle) {
   EXPECT_EQ(slerp(u0, u0, 0.3), u0);
 }
 
+// Small arcs go by series; long doubles have three digits more than these need.
+TEST(Pose, AnglesAndArcsOfAnySizeAgreeWithLongDoubles) {
+  using Long = Eigen::Matrix<long double, 3, 1>;
+  std::mt19937_64 random(3);
+  for (const double size : {1e-11, 1e-8, 1e-5, 1e-3, 9e-3, 1.1e-2, 3.1e-2, 3.3e-2, 0.5, 3.0}) {
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 u0 = random_vector(random, 1.0).normalized();
+      const Vec3 side = u0.cross(random_vector(random, 1.0)).normalized();
+      const Vec3 u1 = (std::cos(size) * u0 + std::sin(size) * side).normalized();
+      const Long a = u0.cast<long double>();
+      const Long b = u1.cast<long double>();
+      const long double angle = std::atan2(a.cross(b).norm(), a.dot(b));
+      // The rounding of the cross product in doubles.
+      EXPECT_NEAR(angle_between(u0, u1).rad(), static_cast<double>(angle), 4e-16 + 4e-16 * size);
+      for (const double t : {0.0, 0.125, 0.5, 0.8, 1.0}) {
+        const auto share = [&](long double part) { return std::sin(part * angle) / std::sin(angle); };
+        const Long expected = share(1.0L - static_cast<long double>(t)) * a + share(t) * b;
+        EXPECT_LT((slerp(u0, u1, t).cast<long double>() - expected).norm(), 4e-15L) << size << ' ' << t;
+      }
+    }
+  }
+}
+
 TEST(Direction, TakesFourDecimalsAndRefusesMore) {
   EXPECT_TRUE(Direction::from(Vec3(0.8259, -0.0720, 0.5592)));
   EXPECT_FALSE(Direction::from(Vec3(0.006393, -0.068922, 0.99960)));  // length 1.0020: the paper's misprint

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "trunnion/machine/axis_turn.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
 namespace trunnion {
@@ -15,12 +16,14 @@ class ErrorKinematics {
 
   /// Where the tool really is in P at the joint positions `q` (mm, rad) of the chain with `errors`.
   ToolPose pose(const JointVector& q, const ChainErrors& errors) const;
+  /// The same where the sines of the rotary positions are known.
+  ToolPose pose(const JointVector& q, const RotarySines& sines, const ChainErrors& errors) const;
 
  private:
   struct Joint {
     AxisId id = 0;
     bool rotary = false;
-    Vec3 direction = Vec3::UnitX();
+    AxisTurn turn;  // its direction, for a linear joint too
     Vec3 point_mm = Vec3::Zero();
   };
   static std::vector<Joint> joints_of(const Machine& machine, const std::vector<AxisId>& chain);

@@ -43,10 +43,29 @@ inline ToolPose tool_pose(const Pose& X_PT) {
   return {X_PT.p, X_PT.R.col(2)};
 }
 
+/// Sine and cosine of the outer [0] and inner [1] rotary axis.
+struct RotarySines {
+  std::array<double, 2> sin{0.0, 0.0};
+  std::array<double, 2> cos{1.0, 1.0};
+
+  /// Largest turn for `turn`.
+  static constexpr double kSmallTurn_rad = 1e-4;
+  /// Axis k goes on by a small angle: the first term left out is 4e-18.
+  void turn(std::size_t k, double by) {
+    const double d = by - by * by * by / 6.0;
+    const double e = 0.5 * by * by;
+    const double s = sin[k];
+    sin[k] = s - e * s + d * cos[k];
+    cos[k] = cos[k] - e * cos[k] - d * s;
+  }
+};
+
 /// Positions of the two (one, no) rotary axes that turn `axis_P` into the spindle's direction, in (-pi, pi].
 /// `singular`: the inner axis (C) has no direction of its own there.
 struct RotarySolution {
   std::array<double, 2> angle{};  // outer (A), inner (C), rad
+  RotarySines sines;              // of the angles, where `sines_known`
+  bool sines_known = false;
   std::uint8_t branch = 0;
   bool singular = false;
 };

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "trunnion/machine/axis_turn.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
 namespace trunnion {
@@ -19,11 +20,7 @@ class TableKinematics {
  public:
   TableKinematics(const Machine& machine, const Vec3& tool_mm);
 
-  /// Sine and cosine of the outer [0] and inner [1] rotary axis.
-  struct Sines {
-    std::array<double, 2> sin{0.0, 0.0};
-    std::array<double, 2> cos{1.0, 1.0};
-  };
+  using Sines = RotarySines;
   Sines sines(const JointVector& q) const {
     Sines s;
     for (std::size_t k = 0; k < rotary_count_; ++k) {
@@ -44,18 +41,24 @@ class TableKinematics {
   /// Turns a vector of P into M: R_MP.
   Vec3 to_machine(const Vec3& v_P, const Sines& s) const { return turn(0, turn(1, v_P, s), s); }
 
-  /// As the free function `solve_linear` for the tool given at construction.
-  void solve_linear(const Vec3& tip_P, const Sines& s, JointVector& q) const {
+  /// Positions of the linear axes `linear(0)` to `linear(2)` that put the tip at `tip_P`, mm.
+  Vec3 linear_positions(const Vec3& tip_P, const Sines& s) const {
     // With the linear axes at zero the tip misses by `gap`, in the axes of w.
     const Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
-    const Vec3 solved = linear_first_ ? Vec3(unmix_ * gap) : solve_between(gap, s);
+    if (along_xyz_) return gap;
+    return linear_first_ ? Vec3(unmix_ * gap) : solve_between(gap, s);
+  }
+  AxisId linear(std::size_t i) const { return linear_[i].id; }
+  /// As the free function `solve_linear` for the tool given at construction.
+  void solve_linear(const Vec3& tip_P, const Sines& s, JointVector& q) const {
+    const Vec3 solved = linear_positions(tip_P, s);
     for (std::size_t i = 0; i < 3; ++i) q[linear_[i].id] = solved[static_cast<Eigen::Index>(i)];
   }
 
   std::size_t rotary_count() const { return rotary_count_; }
   AxisId rotary(std::size_t k) const { return rotary_[k]; }  // 0 outer, 1 inner; k < rotary_count()
   double angle(const JointVector& q, std::size_t k) const { return k < rotary_count_ ? q[rotary_[k]] : 0.0; }
-  const Vec3& direction(std::size_t k) const { return n_[k]; }
+  const Vec3& direction(std::size_t k) const { return turn_[k].direction(); }
 
   /// w, b, g at q, mm (see above).
   Vec3 w(const JointVector& q) const { return affine(0, q); }
@@ -66,15 +69,19 @@ class TableKinematics {
   bool linear_axes_first() const { return linear_first_; }
 
   /// v turned by +angle (`turn`) or -angle (`turn_back`) about n_k.
-  Vec3 turn(std::size_t k, const Vec3& v, const Sines& s) const { return turned(k, v, s.sin[k], s.cos[k]); }
+  Vec3 turn(std::size_t k, const Vec3& v, const Sines& s) const {
+    return turn_[k].turned(v, s.sin[k], s.cos[k]);
+  }
   Vec3 turn_back(std::size_t k, const Vec3& v, const Sines& s) const {
-    return turned(k, v, -s.sin[k], s.cos[k]);
+    return turn_[k].turned(v, -s.sin[k], s.cos[k]);
   }
 
  private:
   Vec3 affine(std::size_t slot, const JointVector& q) const {
-    Vec3 sum = constant_[slot];
-    if (linear_first_ && slot != 0) return sum;
+    const Vec3& constant = constant_[slot];
+    if (linear_first_ && slot != 0) return constant;
+    if (along_xyz_) return constant + Vec3(q[linear_[0].id], q[linear_[1].id], q[linear_[2].id]);
+    Vec3 sum = constant;
     for (const LinearAxis& axis : linear_) {
       if (axis.slot == slot) sum += q[axis.id] * axis.motion;
     }
@@ -82,11 +89,6 @@ class TableKinematics {
   }
   /// Linear axes between or beyond the rotary ones: their motion turns with those.
   Vec3 solve_between(const Vec3& gap, const Sines& sines) const;
-  Vec3 turned(std::size_t k, const Vec3& v, double sin, double cos) const {
-    const Vec3& n = n_[k];
-    return cos * v + sin * n.cross(v) + ((1.0 - cos) * n.dot(v)) * n;
-  }
-
   struct LinearAxis {
     AxisId id = 0;
     std::size_t slot = 0;
@@ -94,12 +96,13 @@ class TableKinematics {
   };
   std::size_t rotary_count_ = 0;
   std::array<AxisId, 2> rotary_{};
-  std::array<Vec3, 2> n_{Vec3::UnitX(), Vec3::UnitZ()};
+  std::array<AxisTurn, 2> turn_{AxisTurn(Vec3::UnitX()), AxisTurn(Vec3::UnitZ())};
   std::array<LinearAxis, 3> linear_;
   std::array<Vec3, 3> constant_{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   Vec3 k_ = Vec3::UnitZ();
   Mat3 unmix_ = Mat3::Identity();  // inverse of the motion columns when linear_first_
   bool linear_first_ = true;
+  bool along_xyz_ = false;  // linear_first_, and the linear axes are those of M, in this order
 };
 
 }  // namespace trunnion
