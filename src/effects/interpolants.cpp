@@ -35,10 +35,11 @@ class Linear final : public Interpolant {
   }
   // Straight between the nodes: farthest off at one of them.
   std::optional<double> bend(double u0, double, double u1, double) const override {
+    const auto first = std::upper_bound(grid_.u.begin(), grid_.u.end(), std::min(u0, u1));
+    if (first == grid_.u.end() || !(*first < std::max(u0, u1))) return 0.0;
     const double at0 = value(u0, 0.0);
     const double at1 = value(u1, 0.0);
     double largest = 0.0;
-    const auto first = std::upper_bound(grid_.u.begin(), grid_.u.end(), std::min(u0, u1));
     for (auto node = first; node != grid_.u.end() && *node < std::max(u0, u1); ++node) {
       const double t = (*node - u0) / (u1 - u0);
       largest = std::max(largest, std::abs(value(*node, 0.0) - ((1.0 - t) * at0 + t * at1)));

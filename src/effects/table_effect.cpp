@@ -143,6 +143,14 @@ void TableEffect::Argument::add_seams(double q0, double q1, std::vector<double>&
 // Cut where the table's turn begins anew: between the cuts the interpolant sees one straight line.
 std::optional<TwistBend> TableEffect::bend(const MachineState& from, const MachineState& to,
                                            std::span<const double>) const {
+  if (std::none_of(arguments_.begin(), arguments_.end(), [](const Argument& a) { return a.rotary; })) {
+    // No seams: the whole motion is one straight line to the interpolant.
+    const auto at = [&](const MachineState& state, std::size_t i) {
+      return i < arguments_.size() ? state.q[arguments_[i].axis] : 0.0;
+    };
+    const auto bend = function_->bend(at(from, 0), at(from, 1), at(to, 0), at(to, 1));
+    return bend ? std::optional(bend_along(unit_, *bend)) : std::nullopt;
+  }
   std::vector<double> cuts{0.0, 1.0};
   for (const Argument& a : arguments_) a.add_seams(from.q[a.axis], to.q[a.axis], cuts);
   std::sort(cuts.begin(), cuts.end());

@@ -1,9 +1,6 @@
 #include "trunnion/nc/axis_words.hpp"
 
-#include <cmath>
-
-#include "trunnion/base/contract.hpp"
-#include "trunnion/base/units.hpp"
+#include <algorithm>
 
 #include "nc/digits.hpp"
 
@@ -23,19 +20,6 @@ AxisFormat::AxisFormat(int linear_decimals, int rotary_decimals)
   TRUNNION_EXPECTS(rotary_decimals >= 0 && rotary_decimals <= kMaxDecimals);
   linear_scale_ = static_cast<double>(power_of_ten(linear_decimals));
   rotary_scale_ = static_cast<double>(power_of_ten(rotary_decimals));
-}
-
-std::int64_t AxisFormat::quanta(AxisLetter letter, double internal) const {
-  const double scaled =
-      is_rotary(letter) ? internal * kDegreePerRad * rotary_scale_ : internal * linear_scale_;
-  TRUNNION_EXPECTS(std::abs(scaled) < 9e18);  // fits in 64 bits; also false for NaN
-  return std::llround(scaled);
-}
-
-double AxisFormat::internal(AxisLetter letter, std::int64_t quanta) const {
-  const auto value = static_cast<double>(quanta);
-  // Divided, not multiplied: the quotient of a decimal number is the double nearest to it.
-  return is_rotary(letter) ? value / rotary_scale_ * kRadPerDegree : value / linear_scale_;
 }
 
 std::int64_t AxisFormat::turn() const {

@@ -408,14 +408,10 @@ void check(const Controller& c, Diagnostics& diagnostics) {
 }  // namespace
 
 std::int64_t FeedFormat::quanta(FeedMode mode, double internal) const {
-  const double scaled = internal * kSecondsPerMinute * static_cast<double>(power_of_ten(decimals(mode)));
+  const double scaled = internal * kSecondsPerMinute * scale(mode);
   TRUNNION_EXPECTS(scaled < 9e18);
-  const std::int64_t quanta = std::llround(scaled);
+  const std::int64_t quanta = AxisFormat::nearest(scaled);
   return scaled > 0.0 ? std::max<std::int64_t>(quanta, 1) : quanta;
-}
-
-double FeedFormat::internal(FeedMode mode, std::int64_t quanta) const {
-  return static_cast<double>(quanta) / static_cast<double>(power_of_ten(decimals(mode))) / kSecondsPerMinute;
 }
 
 std::int64_t FeedFormat::rotary_quanta(double rad_s) const {

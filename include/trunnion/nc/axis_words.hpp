@@ -1,9 +1,13 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
+
+#include "trunnion/base/contract.hpp"
+#include "trunnion/base/units.hpp"
 
 namespace trunnion::nc {
 
@@ -43,9 +47,24 @@ class AxisFormat {
   int decimals(AxisLetter letter) const { return is_rotary(letter) ? rotary_decimals_ : linear_decimals_; }
   /// Nearest whole number of quanta (halves away from zero) of `internal`: mm for linear axes, rad for rotary
   /// axes.
-  std::int64_t quanta(AxisLetter letter, double internal) const;
+  std::int64_t quanta(AxisLetter letter, double internal) const {
+    const double scaled =
+        is_rotary(letter) ? internal * kDegreePerRad * rotary_scale_ : internal * linear_scale_;
+    TRUNNION_EXPECTS(std::abs(scaled) < 9e18);  // fits in 64 bits; also false for NaN
+    return nearest(scaled);
+  }
   /// mm or rad of that many quanta.
-  double internal(AxisLetter letter, std::int64_t quanta) const;
+  double internal(AxisLetter letter, std::int64_t quanta) const {
+    const auto value = static_cast<double>(quanta);
+    // Divided, not multiplied: the quotient of a decimal number is the double nearest to it.
+    return is_rotary(letter) ? value / rotary_scale_ * kRadPerDegree : value / linear_scale_;
+  }
+  /// As std::llround, without the call, for |value| < 9e18.
+  static std::int64_t nearest(double value) {
+    const auto whole = static_cast<std::int64_t>(value);
+    const double rest = value - static_cast<double>(whole);
+    return whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0);
+  }
   /// `internal` rounded to what the word can say.
   double rounded(AxisLetter letter, double internal_value) const {
     return internal(letter, quanta(letter, internal_value));

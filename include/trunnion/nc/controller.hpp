@@ -23,12 +23,19 @@ struct FeedFormat {
 
   /// `internal`: mm/s in mode per_minute, 1/s in mode inverse_time.
   std::int64_t quanta(FeedMode mode, double internal) const;
-  double internal(FeedMode mode, std::int64_t quanta) const;
+  double internal(FeedMode mode, std::int64_t quanta) const {
+    return static_cast<double>(quanta) / scale(mode) / kSecondsPerMinute;
+  }
   /// The same for a per-minute feed of rotary axes alone: rad/s <-> degrees/min.
   std::int64_t rotary_quanta(double rad_s) const;
   double rotary_internal(std::int64_t quanta) const;
   int decimals(FeedMode mode) const {
     return mode == FeedMode::inverse_time ? inverse_time_decimals : per_minute_decimals;
+  }
+  /// Quanta of one unit.
+  double scale(FeedMode mode) const {
+    constexpr std::array<double, 10> kPowers = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+    return kPowers[static_cast<std::size_t>(decimals(mode))];
   }
 };
 
