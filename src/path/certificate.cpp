@@ -180,9 +180,14 @@ bool opposite(const Reference& reference) {
 }  // namespace
 
 Station station(const TableKinematics& kinematics, const JointVector& q) {
+  return station(kinematics, q, kinematics.sines(q));
+}
+
+Station station(const TableKinematics& kinematics, const JointVector& q,
+                const TableKinematics::Sines& sines) {
   Station s;
   s.q = q;
-  s.sines = kinematics.sines(q);
+  s.sines = sines;
   s.w = kinematics.w(q);
   const Vec3 b = kinematics.b(q);
   const Vec3 g = kinematics.g(q);
@@ -269,6 +274,16 @@ Within Certifier::tip_within(const Station& a, const Station& b, const Reference
 Within Certifier::axis_within(const Station& a, const Station& b, const Reference& reference,
                               Angle tolerance) const {
   if (opposite(reference)) return Within::unknown;
+  // |u''| <= (|dA| + |dC|)^2: a unit vector turned about two axes.
+  const double turn = std::abs(kinematics_.angle(b.q, 0) - kinematics_.angle(a.q, 0)) +
+                      std::abs(kinematics_.angle(b.q, 1) - kinematics_.angle(a.q, 1));
+  const double bow = turn * turn / 8.0;
+  const double rounding = axis_rounding(kinematics_, a, b);
+  // The arc's ends are no nearer than the arc itself, and sin x >= 2x/pi up to a right angle.
+  const double left = std::min(tolerance.rad(), 0.5 * kPi) * 2.0 / kPi - bow - rounding;
+  const double ends2 =
+      std::max((a.axis_P - reference.axis0_P).squaredNorm(), (b.axis_P - reference.axis1_P).squaredNorm());
+  if (left >= 0.0 && ends2 <= left * left) return Within::yes;
   const ArcShape shape(reference.axis0_P, reference.axis1_P);
   // The cone's distance is a sine and says nothing beyond a right angle: wider tolerances are taken as just
   // below it.
@@ -276,12 +291,8 @@ Within Certifier::axis_within(const Station& a, const Station& b, const Referenc
   const double sine = tolerance.rad() < 0.5 * kPi ? std::sin(tolerance.rad()) : kBelowRightAngle;
   const double ends =
       std::max(ArcShape::distance(shape.foot(a.axis_P)), ArcShape::distance(shape.foot(b.axis_P)));
-  const double rounding = axis_rounding(kinematics_, a, b);
   if (ends - rounding > sine) return Within::no;
-  // |u''| <= (|dA| + |dC|)^2: a unit vector turned about two axes.
-  const double turn = std::abs(kinematics_.angle(b.q, 0) - kinematics_.angle(a.q, 0)) +
-                      std::abs(kinematics_.angle(b.q, 1) - kinematics_.angle(a.q, 1));
-  if (ends + turn * turn / 8.0 + rounding <= sine) return Within::yes;
+  if (ends + bow + rounding <= sine) return Within::yes;
   Search<AxisRole> search(kinematics_, shape, Goal{sine, 1.0, 0.0}, rounding);
   search.piece(a, b);
   return search.verdict();

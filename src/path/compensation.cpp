@@ -13,11 +13,17 @@ Compensator::Compensator(const Machine& machine, const Model& model, const Vec3&
       evaluator_(model),
       options_(options),
       kinematics_(machine, tool_mm),
+      solver_(machine),
       with_errors_(machine, tool_mm),
       datum_shift_P_(datum_shift_P(machine, evaluator_)) {}
 
 ToolPose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
-  ToolPose pose = with_errors_.pose(at.q, evaluator_.errors(at, lagged));
+  return actual(at, kinematics_.sines(at.q), lagged);
+}
+
+ToolPose Compensator::actual(const MachineState& at, const RotarySines& sines,
+                             std::span<const double> lagged) const {
+  ToolPose pose = with_errors_.pose(at.q, sines, evaluator_.errors(at, lagged));
   pose.tip_P -= datum_shift_P_;
   return pose;
 }
@@ -30,7 +36,7 @@ bool Compensator::turn_rotaries(const Vec3& axis_P, JointVector& q) const {
   const AxisId outer = kinematics_.rotary(0);
   const AxisId inner = kinematics_.rotary(1);
   if (axis_P.cross(kinematics_.direction(1)).norm() < options_.min_sin_tilt) return false;
-  const RotarySolutions solutions = rotary_solutions(machine_, axis_P, q[inner]);
+  const RotarySolutions solutions = solver_.solve(axis_P, q[inner]);
   double nearest = std::numeric_limits<double>::infinity();
   JointVector best = q;
   for (std::size_t i = 0; i < solutions.count; ++i) {
@@ -64,7 +70,7 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
   ToolPose actual_pose;
   for (;; ++out.steps) {
     kinematics_.solve_linear(target_P, sines, state.q);
-    actual_pose = actual(state, lagged);
+    actual_pose = actual(state, sines, lagged);
     const Vec3 error_P = actual_pose.tip_P - tip_P;
     const Vec3 axis_error_P = actual_pose.axis_P - axis_P;
     out.left_mm = error_P.norm();

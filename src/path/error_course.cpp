@@ -3,8 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/machine/axis_turn.hpp"
+
 namespace trunnion::path {
 namespace {
+
+// What a rotary axis does over the motion.
+struct Turn {
+  Turn(const Vec3& direction, double from, double to)
+      : axis(direction),
+        by(std::abs(to - from)),
+        sin0(std::sin(from)),
+        cos0(std::cos(from)),
+        sin1(std::sin(to)),
+        cos1(std::cos(to)) {}
+  Vec3 back(const Vec3& v, double sin, double cos) const { return axis.turned(v, -sin, cos); }
+  AxisTurn axis;
+  double by;
+  double sin0, cos0, sin1, cos1;
+};
 
 // A nominal vector that the chain carries: its values at the ends of the motion, and bounds on its first and
 // second derivative over it.
@@ -23,13 +40,12 @@ struct Carried {
     at1 += to * direction;
     slope += std::abs(to - from);
   }
-  void turn(const Vec3& direction, double from, double to) {
-    const double g = std::abs(to - from);
+  void turn_back(const Turn& turn) {
     const double arm = largest();
-    bend += g * (2.0 * slope + g * arm);
-    slope += g * arm;
-    at0 = rotation_about(direction, Angle::radians(from)) * at0;
-    at1 = rotation_about(direction, Angle::radians(to)) * at1;
+    bend += turn.by * (2.0 * slope + turn.by * arm);
+    slope += turn.by * arm;
+    at0 = turn.back(at0, turn.sin0, turn.cos0);
+    at1 = turn.back(at1, turn.sin1, turn.cos1);
   }
 };
 
@@ -117,10 +133,11 @@ ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState
     tip.shift(-joint.point_mm);
     link(opposite(e0.joint[id]), opposite(e1.joint[id]), bends.joint[id]);
     if (rotary) {
-      tip.turn(joint.direction, -from.q[id], -to.q[id]);
-      axis.turn(joint.direction, -from.q[id], -to.q[id]);
-      tips.turn(std::abs(to.q[id] - from.q[id]));
-      axes.turn(std::abs(to.q[id] - from.q[id]));
+      const Turn turn(joint.direction, from.q[id], to.q[id]);
+      tip.turn_back(turn);
+      axis.turn_back(turn);
+      tips.turn(turn.by);
+      axes.turn(turn.by);
     }
     tip.shift(joint.point_mm);
   }

@@ -44,8 +44,14 @@ std::size_t turns_within(const Axis& axis, double angle, double near, std::array
     out[0] = *nearest_turn(axis, angle, near);
     return 1;
   }
-  std::size_t count = 0;
   constexpr double kAtLimit = 1e-12;
+  // Nearly always one turn is within the limits, and no other.
+  if (axis.within_limits(angle) && angle - kTwoPi < axis.min - kAtLimit &&
+      angle + kTwoPi > axis.max + kAtLimit) {
+    out[0] = angle;
+    return 1;
+  }
+  std::size_t count = 0;
   for (double k = std::ceil((axis.min - angle - kAtLimit) / kTwoPi);
        angle + k * kTwoPi <= axis.max + kAtLimit; ++k) {
     if (count == out.size()) break;
@@ -58,22 +64,23 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     : machine_(machine),
       options_(options),
       kinematics_(machine, options.tool_mm),
+      solver_(machine),
       rotary_(machine.rotary_axes()) {
-  std::size_t count = 0;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (machine.axes[id].kind != AxisKind::linear) continue;
-    linear_[count] = id;
-    linear_seconds_[count++] = seconds_per_unit(machine.axes[id]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    linear_[k] = kinematics_.linear(k);
+    linear_seconds_[k] = seconds_per_unit(machine.axes[linear_[k]]);
   }
   for (std::size_t k = 0; k < rotary_.size(); ++k)
     rotary_seconds_[k] = seconds_per_unit(machine.axes[rotary_[k]]);
 }
 
-void GlobalChoice::start(const JointVector& seed) {
+void GlobalChoice::start(const JointVector& seed, std::size_t count) {
   seed_ = seed;
   axis_before_ = kinematics_.axis_P(kinematics_.sines(seed));
   traces_.clear();
   first_.clear();
+  traces_.reserve(count);
+  first_.reserve(count);
   Layer& layer = layers_[now_];
   layer.count = 1;
   Candidate& c = layer.at[0];
@@ -134,25 +141,26 @@ bool GlobalChoice::reconfigures(const ChoicePoint& point, const Candidate& a, co
 void GlobalChoice::candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const {
   out.count = 0;
   const double seed_inner = rotary_.empty() ? 0.0 : seed.angle[rotary_.size() - 1];
-  const RotarySolutions solutions = rotary_solutions(machine_, pose.axis_P, seed_inner, options_.inverse);
+  const RotarySolutions solutions = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
   for (std::size_t i = 0; i < solutions.count; ++i) {
-    Candidate solved;
-    solved.angle = solutions.at[i].angle;
-    solved.branch = solutions.at[i].branch;
-    solved.singular = solutions.at[i].singular;
-    add_turns(solved, seed, out);
-    if (out.count == 0 || out.at[out.count - 1].branch != solved.branch) continue;
-    // The linear axes are the same for every turn.
-    JointVector q = joints(solved.angle, Vec3::Zero());
-    kinematics_.solve_linear(pose.tip_P, kinematics_.sines(q), q);
-    const Vec3 linear(q[linear_[0]], q[linear_[1]], q[linear_[2]]);
-    for (std::size_t c = 0; c < out.count; ++c) {
-      if (out.at[c].branch == solved.branch) out.at[c].linear = linear;
+    const RotarySolution& solution = solutions.at[i];
+    // The linear axes and the sines are the same for every turn.
+    const RotarySines sines =
+        solution.sines_known ? solution.sines : kinematics_.sines(joints(solution.angle, Vec3::Zero()));
+    const Vec3 linear = kinematics_.linear_positions(pose.tip_P, sines);
+    const std::size_t first = out.count;
+    add_turns(solution, seed, out);
+    for (std::size_t c = first; c < out.count; ++c) {
+      Candidate& at = out.at[c];
+      at.linear = linear;
+      at.sines = sines;
+      at.branch = solution.branch;
+      at.singular = solution.singular;
     }
   }
 }
 
-void GlobalChoice::add_turns(const Candidate& solved, const Candidate& seed, Layer& out) const {
+void GlobalChoice::add_turns(const RotarySolution& solved, const Candidate& seed, Layer& out) const {
   std::array<std::array<double, 8>, 2> angles;
   std::array<std::size_t, 2> counts = {1, 1};
   for (std::size_t k = 0; k < rotary_.size(); ++k) {
@@ -162,7 +170,7 @@ void GlobalChoice::add_turns(const Candidate& solved, const Candidate& seed, Lay
     for (std::size_t j = 0; j < counts[1]; ++j) {
       if (out.count == kMaxCandidates) return;
       Candidate& c = out.at[out.count++];
-      c = solved;
+      c.angle = solved.angle;
       if (!rotary_.empty()) c.angle[0] = angles[0][i];
       if (rotary_.size() > 1) c.angle[1] = angles[1][j];
     }
@@ -198,13 +206,22 @@ bool GlobalChoice::add(const ChoicePoint& point) {
   after.count = 0;
   for (std::size_t p = 0; p < before.count; ++p) {
     candidates(point.pose, before.at[p], reached_);
+    if (before.count == 1 && reached_.count == 1) {
+      // The only way: what it costs decides nothing.
+      Candidate& next = after.at[after.count++];
+      next = reached_.at[0];
+      next.reconfigure = reconfigures(point, before.at[0], next);
+      next.from = 0;
+      next.cost = 0.0;
+      break;
+    }
     for (std::size_t c = 0; c < reached_.count; ++c) reach(point, p, reached_.at[c]);
   }
   if (after.count == 0) return false;
   first_.push_back(static_cast<std::uint32_t>(traces_.size()));
   for (std::size_t c = 0; c < after.count; ++c) {
     const Candidate& x = after.at[c];
-    traces_.push_back({x.angle, x.linear, x.from, x.branch, x.singular, x.reconfigure});
+    traces_.push_back({x.angle, x.linear, x.sines, x.from, x.branch, x.singular, x.reconfigure});
   }
   now_ = 1 - now_;
   axis_before_ = point.pose.axis_P;
@@ -226,6 +243,7 @@ void GlobalChoice::take(std::vector<ChosenPoint>& out) const {
     chosen.branch = t.branch;
     chosen.singular = t.singular;
     chosen.reconfigure = t.reconfigure;
+    chosen.sines = {t.sines, t.angle};
     best = t.from;
   }
 }

@@ -2,6 +2,7 @@
 #include <array>
 #include <vector>
 
+#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
@@ -24,7 +25,8 @@ class GlobalChoice {
  public:
   GlobalChoice(const Machine& machine, const ChoiceOptions& options);
 
-  void start(const JointVector& seed);
+  /// `count`: of the points that will come, for the memory.
+  void start(const JointVector& seed, std::size_t count);
   /// False when nothing reaches the point.
   bool add(const ChoicePoint& point);
   /// Walks back from the cheapest end and appends one ChosenPoint (without q_leave) per point.
@@ -36,6 +38,7 @@ class GlobalChoice {
   struct Candidate {
     std::array<double, 2> angle{};
     Vec3 linear = Vec3::Zero();  // positions of the linear axes, by linear_
+    RotarySines sines;           // of the angles
     double cost = 0.0;
     std::uint8_t from = 0;  // index of the best predecessor
     std::uint8_t branch = 0;
@@ -50,6 +53,7 @@ class GlobalChoice {
   struct Trace {
     std::array<double, 2> angle;
     Vec3 linear;
+    RotarySines sines;
     std::uint8_t from;
     std::uint8_t branch;
     bool singular;
@@ -57,7 +61,7 @@ class GlobalChoice {
   };
 
   void candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const;
-  void add_turns(const Candidate& solved, const Candidate& seed, Layer& out) const;
+  void add_turns(const RotarySolution& solved, const Candidate& seed, Layer& out) const;
   void reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate);
   double step_cost(const Candidate& a, const Candidate& b) const;
   double centre_preference(const Candidate& c) const;
@@ -68,6 +72,7 @@ class GlobalChoice {
   const Machine& machine_;
   const ChoiceOptions& options_;
   TableKinematics kinematics_;
+  RotarySolver solver_;
   std::vector<AxisId> rotary_;
   std::array<AxisId, 3> linear_{};
   std::array<double, 2> rotary_seconds_{};

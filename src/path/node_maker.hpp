@@ -1,4 +1,5 @@
 #pragma once
+#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/point.hpp"
 
@@ -23,7 +24,7 @@ struct Node {
 class NodeMaker {
  public:
   NodeMaker(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding)
-      : machine_(&machine), kinematics_(&kinematics), rounding_(&rounding) {}
+      : machine_(&machine), kinematics_(&kinematics), rounding_(&rounding), solver_(machine) {}
 
   void start(const Point& a, const Point& b) {
     a_ = &a;
@@ -32,14 +33,20 @@ class NodeMaker {
   /// The node at `t`, its tip beside the chord by `displacement_P` (mm).
   Node node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const;
   /// A node that stands at rotary positions and tip as given.
-  Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const;
+  Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const {
+    return node_at(t, q, tip_P, axis_at(t), rounded, {});
+  }
 
  private:
-  void set_rotary(const Vec3& axis_P, JointVector& q) const;
+  Vec3 axis_at(double t) const { return slerp(a_->axis_P, b_->axis_P, t); }
+  Node node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
+               const KnownSines& known) const;
+  void set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const;
 
   const Machine* machine_;
   const TableKinematics* kinematics_;
   const Rounding* rounding_;
+  RotarySolver solver_;
   const Point* a_ = nullptr;
   const Point* b_ = nullptr;
 };

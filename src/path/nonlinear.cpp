@@ -25,11 +25,12 @@ struct Refiner::Work {
   std::size_t end = 0;
   bool known = false;
 
-  SegmentEnds ends(const Point& from, const Point& to) {
+  SegmentEnds ends(const Point& from, const Point& to, const TableKinematics::Sines* sines = nullptr) {
     const std::size_t start = end;
     if (!known || !(stations[start].q == from.q)) stations[start] = station(segment.kinematics(), from.q);
     end = 1 - start;
-    stations[end] = station(segment.kinematics(), to.q);
+    stations[end] =
+        sines != nullptr ? station(segment.kinematics(), to.q, *sines) : station(segment.kinematics(), to.q);
     known = true;
     return {&from, &to, &stations[start], &stations[end], false};
   }
@@ -48,8 +49,8 @@ SegmentReport Refiner::refine(const Point& a, const Point& b, const Tolerance& t
 }
 
 SegmentReport Refiner::decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
-                              std::vector<Point>& out) {
-  return work_->segment.decide(work_->ends(a, b), tolerance, known_mm, out);
+                              std::vector<Point>& out, const TableKinematics::Sines* sines_b) {
+  return work_->segment.decide(work_->ends(a, b, sines_b), tolerance, known_mm, out);
 }
 
 SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& tolerance) {

@@ -15,16 +15,17 @@ Rounding Rounding::of(const Machine& machine, const Vec3& tool_mm, const JointVe
   return {quantum, words_of(machine, JointVector(), tool_mm)};
 }
 
-void round_to_words(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
-                    const Vec3& tip_P, JointVector& q) {
+RotarySines round_to_words(const TableKinematics& kinematics, const Rounding& rounding, const Vec3& tip_P,
+                           JointVector& q, const KnownSines& known) {
   for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
     const AxisId id = kinematics.rotary(k);
     q[id] = rounding.rounded(id, q[id]);
   }
-  kinematics.solve_linear(tip_P, kinematics.sines(q), q);
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (machine.axes[id].kind == AxisKind::linear) q[id] = rounding.rounded(id, q[id]);
-  }
+  const RotarySines sines = known.at(kinematics, q);
+  kinematics.solve_linear(tip_P, sines, q);
+  for (std::size_t i = 0; i < 3; ++i)
+    q[kinematics.linear(i)] = rounding.rounded(kinematics.linear(i), q[kinematics.linear(i)]);
+  return sines;
 }
 
 }  // namespace trunnion::path

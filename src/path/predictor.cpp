@@ -5,6 +5,7 @@
 
 #include "trunnion/base/contract.hpp"
 
+#include "path/closed_forms.hpp"
 #include "path/expansion.hpp"
 
 namespace trunnion::path {
@@ -47,7 +48,11 @@ std::string predictor_text(const Predictor& predictor) {
 
 ErrorModel::ErrorModel(const TableKinematics& kinematics, const Station& a, const Station& b,
                        const Predictor& predictor)
-    : kinematics_(&kinematics), a_(&a), b_(&b), predictor_(predictor), midpoint_(exact(0.5)) {
+    : kinematics_(&kinematics),
+      a_(&a),
+      b_(&b),
+      predictor_(predictor),
+      midpoint_(middle_tip(kinematics, a, b) - 0.5 * (a.tip_P + b.tip_P)) {
   if (predictor.kind == Predictor::Kind::skew || predictor.kind == Predictor::Kind::quartic) {
     const Vec3 chord = b.tip_P - a.tip_P;
     const Vec3 slope0 = tip_slope(kinematics, a, a.q, b.q) - chord;

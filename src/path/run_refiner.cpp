@@ -66,7 +66,7 @@ void RunRefiner::place(std::span<const Point> run, std::size_t i) {
     return;
   }
   JointVector q = run[i].q;
-  round_to_words(machine_, segment_.kinematics(), rounding_, run[i].tip_P + moves_[i], q);
+  round_to_words(segment_.kinematics(), rounding_, run[i].tip_P + moves_[i], q);
   stations_[i] = station(segment_.kinematics(), q);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "path/closed_forms.hpp"
 #include "path/convex.hpp"
 
 namespace trunnion::path {
@@ -43,7 +44,10 @@ SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, cons
       options_(options),
       certifier_(TableKinematics(machine, tool_mm)),
       maker_(machine_, certifier_.kinematics(), rounding_),
-      word_error_mm_(word_error(machine, rounding)) {}
+      word_error_mm_(word_error(machine, rounding)),
+      predictor_is_below_truth_(options.predictor.kind == Predictor::Kind::exact ||
+                                options.predictor.kind == Predictor::Kind::parabola ||
+                                options.predictor == Predictor{}) {}
 
 void SegmentRefiner::start(const SegmentEnds& ends, const Tolerance& tolerance) {
   ends_ = ends;
@@ -63,27 +67,29 @@ double SegmentRefiner::largest_turn() const {
   return turn;
 }
 
-bool SegmentRefiner::piece_within(const Station& a, const Station& b) const {
+SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b) const {
   if (options_.certify) {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
-           certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes;
+                   certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes
+               ? Verdict::proved
+               : Verdict::beyond;
   }
   // Sampled, where the cheap proofs and the middle do not answer.
   const auto off = [&](const Vec3& p) {
     return distance_to_segment(p, reference_.tip0_P, reference_.tip1_P);
   };
   const double ends = std::max(off(a.tip_P), off(b.tip_P));
-  if (ends > tolerance_.tip_mm) return false;
+  if (ends > tolerance_.tip_mm) return Verdict::beyond;
   if (axis_surely_within(a, b)) {
-    if (ends + certifier_.bow_from_norms(a, b) <= tolerance_.tip_mm) return true;
-    const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
-    if (off(kinematics().tip_P(q, kinematics().sines(q))) > tolerance_.tip_mm) return false;
-    if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return true;
+    if (ends + certifier_.bow_from_norms(a, b) <= tolerance_.tip_mm) return Verdict::proved;
+    if (off(middle_tip(kinematics(), a, b)) > tolerance_.tip_mm) return Verdict::beyond;
+    if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return Verdict::proved;
   }
   double tip_mm = 0.0;
   double axis_rad = 0.0;
   judge(a, b, tip_mm, axis_rad);
-  return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad();
+  return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
+                                                                          : Verdict::beyond;
 }
 
 // A unit vector turned about two axes bends by at most (|dA| + |dC|)^2 / 8 off its chord; a chord is no
@@ -100,36 +106,39 @@ bool SegmentRefiner::axis_surely_within(const Station& a, const Station& b) cons
          limit;
 }
 
-// The predictions that are a value of the curve itself.
-bool SegmentRefiner::predictor_is_below_truth() const {
-  const Predictor& p = options_.predictor;
-  return p.kind == Predictor::Kind::exact || p.kind == Predictor::Kind::parabola || p == Predictor{};
-}
-
 SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& tolerance, double known_mm,
                                      std::vector<Point>& out) {
-  start(ends, tolerance);
   SegmentReport report;
   report.certified = options_.certify;
   const Station& a = *ends.at_a;
   const Station& b = *ends.at_b;
   const double bow = certifier_.bow_from_norms(a, b);
   // Any point of the reference is at least as far as the nearest one: its ends serve.
-  const double off_mm =
-      std::sqrt(std::max((a.tip_P - ends.a->tip_P).squaredNorm(), (b.tip_P - ends.b->tip_P).squaredNorm()));
-  const double off_axis = std::sqrt(
-      std::max((a.axis_P - ends.a->axis_P).squaredNorm(), (b.axis_P - ends.b->axis_P).squaredNorm()));
+  const double off2 =
+      std::max((a.tip_P - ends.a->tip_P).squaredNorm(), (b.tip_P - ends.b->tip_P).squaredNorm());
+  const double off2_axis =
+      std::max((a.axis_P - ends.a->axis_P).squaredNorm(), (b.axis_P - ends.b->axis_P).squaredNorm());
   double turn = 0.0;
   for (std::size_t k = 0; k < 2; ++k)
     turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
-  const bool surely = predictor_is_below_truth() && off_mm + bow <= tolerance.tip_mm &&
-                      off_axis + turn * turn / 8.0 <= tolerance.axis.rad() * 2.0 / kPi;
+  const double left = tolerance.tip_mm - bow;
+  const double left_axis = tolerance.axis.rad() * 2.0 / kPi - turn * turn / 8.0;
+  const bool surely = predictor_is_below_truth_ && left >= 0.0 && off2 <= left * left && left_axis >= 0.0 &&
+                      off2_axis <= left_axis * left_axis;
   if (surely && bow <= known_mm) return report;
-  const ErrorModel model(kinematics(), a, b, options_.predictor);
-  report.midpoint_mm = model.midpoint().norm();
-  report.predicted_mm = model.largest_distance();
+  start(ends, tolerance);
+  const auto predict = [&] {
+    const ErrorModel model(kinematics(), a, b, options_.predictor);
+    report.midpoint_mm = model.midpoint().norm();
+    report.predicted_mm = model.largest_distance();
+  };
+  // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add.
+  const bool judged_by_itself = options_.predictor.kind == Predictor::Kind::exact && bow <= known_mm;
+  if (!judged_by_itself) predict();
   if (surely) return report;
-  report.converged = piece_within(a, b);
+  const Verdict verdict = piece_verdict(a, b);
+  report.converged = verdict != Verdict::beyond;
+  if (judged_by_itself && verdict == Verdict::sampled) predict();
   const bool asked = options_.method != Method::adaptive && report.predicted_mm > tolerance.tip_mm;
   if ((report.converged && !asked) || options_.method == Method::none) return report;
   report.converged = insert(report);
@@ -297,10 +306,10 @@ void SegmentRefiner::cells_of_nodes(std::size_t least) {
 }
 
 void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, double t1) {
-  const Station middle = station(kinematics(), JointVector::interpolate(a.q, b.q, 0.5));
+  const RotarySines middle = middle_sines(kinematics(), a, b);
   const Vec3 chord = b.tip_P - a.tip_P;
   const double length = chord.norm();
-  Vec3 bow = middle.tip_P - 0.5 * (a.tip_P + b.tip_P);
+  Vec3 bow = kinematics().tip_P(JointVector::interpolate(a.q, b.q, 0.5), middle) - 0.5 * (a.tip_P + b.tip_P);
   const double along = length > 0.0 ? bow.dot(chord) / length : 0.0;
   // While the foot stays on the chord, motion along it is no error.
   if (4.0 * std::abs(along) < length) {
@@ -309,7 +318,7 @@ void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, dou
     bow = within_reference(bow, 0.5 * (t0 + t1));
   }
   const ArcShape arc(a.axis_P, b.axis_P);
-  const double axis = ArcShape::measure(ArcShape::distance(arc.foot(middle.axis_P)));
+  const double axis = ArcShape::measure(ArcShape::distance(arc.foot(kinematics().axis_P(middle))));
   cells_.push_back({t0, t1, bow, axis});
 }
 

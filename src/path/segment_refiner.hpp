@@ -41,17 +41,21 @@ class SegmentRefiner {
                             const Station& b);
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
   const NodeMaker& maker() const { return maker_; }
-  bool piece_within(const Station& a, const Station& b) const;
+  bool piece_within(const Station& a, const Station& b) const {
+    return piece_verdict(a, b) != Verdict::beyond;
+  }
   void start(const SegmentEnds& ends, const Tolerance& tolerance);
 
  private:
+  /// `sampled`: within, as far as samples can tell.
+  enum class Verdict : std::uint8_t { beyond, sampled, proved };
+  Verdict piece_verdict(const Station& a, const Station& b) const;
   enum class Side : std::uint8_t { on_chord, two_sided };
   static constexpr std::size_t kFewestCells = 4;
   /// Below this the straight joint path and the great circle need the same number of points.
   static constexpr Angle kSmallTurn = Angle::degrees(5.0);
 
   bool needs_points(SegmentReport& report);
-  bool predictor_is_below_truth() const;
   bool axis_surely_within(const Station& a, const Station& b) const;
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
@@ -84,7 +88,8 @@ class SegmentRefiner {
   NonlinearOptions options_;
   Certifier certifier_;
   NodeMaker maker_;
-  double word_error_mm_ = 0.0;  // largest distance of the tip that rounding of the linear words makes
+  double word_error_mm_ = 0.0;     // largest distance of the tip that rounding of the linear words makes
+  bool predictor_is_below_truth_;  // it is a value of the curve itself
 
   SegmentEnds ends_;
   Tolerance tolerance_;

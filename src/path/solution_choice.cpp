@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
 #include "path/global_choice.hpp"
@@ -32,7 +33,8 @@ class Chooser {
       : machine_(machine),
         options_(options),
         rotary_(machine.rotary_axes()),
-        kinematics_(machine, options.tool_mm) {
+        kinematics_(machine, options.tool_mm),
+        solver_(machine) {
     if (const auto id = machine.axis(options.axis)) named_axis_ = *id;
   }
 
@@ -64,7 +66,7 @@ class Chooser {
   void candidates(const ToolPose& pose, const JointVector& seed, Layer& out) const {
     out.count = 0;
     const double seed_inner = rotary_.empty() ? 0.0 : seed[rotary_.back()];
-    const RotarySolutions solutions = rotary_solutions(machine_, pose.axis_P, seed_inner, options_.inverse);
+    const RotarySolutions solutions = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
     for (std::size_t i = 0; i < solutions.count; ++i) add_turns(pose, seed, solutions.at[i], out);
   }
 
@@ -98,6 +100,7 @@ class Chooser {
   const ChoiceOptions& options_;
   std::vector<AxisId> rotary_;
   TableKinematics kinematics_;
+  RotarySolver solver_;
   AxisId named_axis_ = 0;
 };
 
@@ -161,7 +164,7 @@ struct Run {
 Result<void> choose_global(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
                            std::vector<ChosenPoint>& out) {
   GlobalChoice choice(run.machine, run.options);
-  choice.start(seed);
+  choice.start(seed, points.size());
   for (const ChoicePoint& point : points) {
     if (!choice.add(point)) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
   }
@@ -189,7 +192,7 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
     const Candidate& c = layer.at[best];
     const bool leave = !point.rapid && needs_reconfiguration(run.chooser.kinematics(), q, c.q, axis_before,
                                                              point.pose.axis_P);
-    out.push_back({c.q, c.branch, c.singular, leave, c.q});
+    out.push_back({c.q, c.branch, c.singular, leave, c.q, {}});
     q = c.q;
     axis_before = point.pose.axis_P;
   }
@@ -282,7 +285,8 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
 }
 
 bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options) {
-  const RotarySolutions solutions = rotary_solutions(machine, pose.axis_P, 0.0, options.inverse);
+  const RotarySolutions solutions =
+      RotarySolver(machine).solve_within_limits(pose.axis_P, 0.0, options.inverse);
   const std::vector<AxisId> rotary = machine.rotary_axes();
   std::size_t count = 0;
   for (std::size_t i = 0; i < solutions.count; ++i) {

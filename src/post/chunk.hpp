@@ -1,4 +1,6 @@
 #pragma once
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,18 +56,52 @@ struct Chunk {
   std::vector<path::Point> inserted;
 
   std::string text;  // the NC text of these motions
+
+  /// Empty, with the memory that it has.
+  void clear() {
+    motions.clear();
+    events.clear();
+    tolerances.clear();
+    chosen.clear();
+    pole.clear();
+    failure.reset();
+    points.clear();
+    segments.clear();
+    inserted.clear();
+    text.clear();
+  }
+};
+
+/// Chunks that have gone through all stages, for the intake to fill again.
+class ChunkStore {
+ public:
+  std::unique_ptr<Chunk> take() {
+    const std::lock_guard lock(mutex_);
+    if (chunks_.empty()) return std::make_unique<Chunk>();
+    auto out = std::move(chunks_.back());
+    chunks_.pop_back();
+    return out;
+  }
+  void give_back(std::unique_ptr<Chunk> chunk) {
+    chunk->clear();
+    const std::lock_guard lock(mutex_);
+    chunks_.push_back(std::move(chunk));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Chunk>> chunks_;
 };
 
 /// The chosen joint position of a point of the CL file, on the word grid.
-inline path::Point rounded_point(const Machine& machine, const TableKinematics& kinematics,
-                                 const path::Rounding& rounding, const path::ChoicePoint& point,
-                                 const JointVector& q) {
+inline path::Point rounded_point(const TableKinematics& kinematics, const path::Rounding& rounding,
+                                 const path::ChoicePoint& point, const JointVector& q) {
   path::Point out;
   out.q = q;
   out.tip_P = point.pose.tip_P;
   out.axis_P = point.pose.axis_P;
   out.where = point.where;
-  path::round_to_words(machine, kinematics, rounding, out.tip_P, out.q);
+  path::round_to_words(kinematics, rounding, out.tip_P, out.q);
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <boost/math/tools/minima.hpp>
+#include <utility>
 
 namespace trunnion::post {
 namespace {
@@ -22,28 +23,29 @@ double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-ToolPose DeviationMeter::pose_with_errors(const MachineState& state, std::span<const double> lagged) const {
-  ToolPose pose = with_errors_.pose(state.q, truth_->errors(state, lagged));
+ToolPose DeviationMeter::pose_with_errors(const MachineState& state, const RotarySines& sines,
+                                          std::span<const double> lagged) const {
+  ToolPose pose = with_errors_.pose(state.q, sines, truth_->errors(state, lagged));
   pose.tip_P -= datum_P_;
   return pose;
 }
 
-ToolPose DeviationMeter::pose(const MachineState& state, std::span<const double> lagged) const {
-  ToolPose pose = truth_ == nullptr ? kinematics().pose(state.q) : pose_with_errors(state, lagged);
+ToolPose DeviationMeter::pose(const MachineState& state, const RotarySines& sines,
+                              std::span<const double> lagged) const {
+  ToolPose pose = truth_ == nullptr ? ToolPose{kinematics().tip_P(state.q, sines), kinematics().axis_P(sines)}
+                                    : pose_with_errors(state, sines, lagged);
   if (offsets_ != nullptr) pose.tip_P += offsets_->deviation_P(part_in_machine(machine_, state.q).R);
   return pose;
 }
 
-void DeviationMeter::place(Vertex& vertex, const MachineState& state, std::span<const double> lagged) const {
-  vertex.q = state.q;
-  vertex.time_s = state.time_s;
-  if (certify_ || truth_ != nullptr) vertex.station = path::station(kinematics(), state.q);
+void DeviationMeter::place(Vertex& vertex, const JointVector& to, const ProgramState& program) const {
+  vertex.station = path::station(kinematics(), vertex.q);
   if (certify_) {
     vertex.tip_P = vertex.station.tip_P;
     vertex.axis_P = vertex.station.axis_P;
     return;
   }
-  const ToolPose at = pose(state, lagged);
+  const ToolPose at = pose(program.towards(to, vertex.q), vertex.station.sines, program.lagged());
   vertex.tip_P = at.tip_P;
   vertex.axis_P = at.axis_P;
 }
@@ -61,28 +63,43 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
                                        const ProgramState& program) const {
   const auto at = [&](double t) {
     Vertex x = to;
-    place(x, program.towards(to.q, between(from, to, t)), program.lagged());
+    x.q = between(from, to, t);
+    place(x, to.q, program);
     return x;
   };
   // The tip decides, and where it stands still the tool axis: a heavier axis would pull the place along the
   // path, away from where the tip is nearest. mm per rad.
   constexpr double kAxisBesideTip_mm = 1.0;
-  const auto distance = [&](double t) {
-    const Vertex x = at(t);
-    return std::hypot((x.tip_P - corner.tip_P).norm(),
-                      kAxisBesideTip_mm * angle_between(x.axis_P, corner.axis_P).rad());
-  };
+  // Gauss and Newton: the place where what is left stands across the way. The way turns little on a piece
+  // that keeps to its path, so that a chord of it serves as the slope, the shorter the better.
+  constexpr int kMostSteps = 8;
+  constexpr double kEnough = 1e-8;  // of the block: what a minimum can be told by
+  Vertex before = from;
+  Vertex x = to;
+  double t_before = 0.0;
+  double t = 1.0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vec3 tip = (x.tip_P - before.tip_P) / (t - t_before);
+    const Vec3 axis = (kAxisBesideTip_mm / (t - t_before)) * (x.axis_P - before.axis_P);
+    const double slope2 = tip.squaredNorm() + axis.squaredNorm();
+    if (!(slope2 > 0.0)) break;
+    const double step =
+        ((corner.tip_P - x.tip_P).dot(tip) + kAxisBesideTip_mm * (corner.axis_P - x.axis_P).dot(axis)) /
+        slope2;
+    const double next = std::clamp(t + step, 0.0, 1.0);
+    if (std::abs(next - t) <= kEnough) return x;
+    before = std::exchange(x, at(next));
+    t_before = std::exchange(t, next);
+  }
   // On a nearly straight piece the distance has one minimum, and its square is nearly a parabola.
-  constexpr int kBits = 26;  // half the digits of a double: what a minimum can be told by
+  constexpr int kBits = 26;  // half the digits of a double
   std::uintmax_t most = 64;
-  const double t = boost::math::tools::brent_find_minima(
-                       [&](double x) {
-                         const double d = distance(x);
-                         return d * d;
-                       },
-                       0.0, 1.0, kBits, most)
-                       .first;
-  return at(t);
+  const auto distance2 = [&](double place) {
+    const Vertex v = at(place);
+    const double turned_mm = kAxisBesideTip_mm * angle_between(v.axis_P, corner.axis_P).rad();
+    return (v.tip_P - corner.tip_P).squaredNorm() + turned_mm * turned_mm;
+  };
+  return at(boost::math::tools::brent_find_minima(distance2, 0.0, 1.0, kBits, most).first);
 }
 
 DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,
@@ -108,17 +125,22 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
   const MachineState s0 = program.towards(to.q, from.q);
   const MachineState s1 = program.towards(to.q, to.q);
   const auto lagged = program.lagged();
-  between_stations(s0, actual(s0, lagged), s1, actual(s1, lagged), lagged, reference, uninteresting, 0, out);
+  between_stations(s0, actual(from.station, s0, lagged), s1, actual(to), lagged, reference, uninteresting, 0,
+                   out);
   if (out.unbounded == nullptr) return out;
   Deviation samples = sampled(from, to, a, b, program);
   samples.unbounded = out.unbounded;
   return samples;
 }
 
-path::Station DeviationMeter::actual(const MachineState& state, std::span<const double> lagged) const {
-  const path::Station nominal = path::station(kinematics(), state.q);
-  const ToolPose at = pose(state, lagged);
+path::Station DeviationMeter::actual(const path::Station& nominal, const MachineState& state,
+                                     std::span<const double> lagged) const {
+  const ToolPose at = pose(state, nominal.sines, lagged);
   return path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
+}
+
+path::Station DeviationMeter::actual(const Vertex& x) {
+  return path::shifted(x.station, x.tip_P - x.station.tip_P, x.axis_P - x.station.axis_P);
 }
 
 path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const MachineState& to,
@@ -152,7 +174,7 @@ void DeviationMeter::between_stations(const MachineState& s0, const path::Statio
   if (loose && depth < kMostHalvings) {
     MachineState middle = s1;
     middle.q = JointVector::interpolate(s0.q, s1.q, 0.5);
-    const path::Station x = actual(middle, lagged);
+    const path::Station x = actual(path::station(kinematics(), middle.q), middle, lagged);
     between_stations(s0, x0, middle, x, lagged, reference, uninteresting, depth + 1, sum);
     if (sum.unbounded == nullptr)
       between_stations(middle, x, s1, x1, lagged, reference, uninteresting, depth + 1, sum);
@@ -189,9 +211,11 @@ DeviationMeter::Interval DeviationMeter::axis_interval(const path::Station& from
                                                        double uninteresting_rad) const {
   // The slack is one of the axis vector, so of the angle's sine.
   const auto wider = [&](double angle) {
+    if (slack_rad == 0.0) return angle;
     return angle < 0.5 * kPi ? std::asin(std::min(1.0, std::sin(angle) + slack_rad)) : kPi;
   };
   const auto narrower = [&](double angle) {
+    if (slack_rad == 0.0) return std::min(angle, 0.5 * kPi);
     return std::asin(std::max(0.0, std::sin(std::min(angle, 0.5 * kPi)) - slack_rad));
   };
   const auto within = [&](double limit_rad) {
@@ -221,7 +245,7 @@ DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vert
   const bool end_only = takes_up(from, to, program);
   for (int i = end_only ? kSamples : 0; i <= kSamples; ++i) {
     const JointVector q = between(from, to, static_cast<double>(i) / kSamples);
-    const ToolPose pose = this->pose(program.towards(to.q, q), program.lagged());
+    const ToolPose pose = this->pose(program.towards(to.q, q), kinematics().sines(q), program.lagged());
     tip = std::max(tip, distance_to_segment(pose.tip_P, a.tip_P, b.tip_P));
     axis = std::max(axis, angle_to_arc(pose.axis_P, a.axis_P, b.axis_P));
   }

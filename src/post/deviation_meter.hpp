@@ -15,13 +15,9 @@
 
 namespace trunnion::post {
 
-/// A position of the program, evaluated.
-struct Vertex {
+/// The end of a motion block as it was read.
+struct BlockEnd {
   JointVector q;
-  path::Station station;  // of q on the nominal machine, where bounds are proved
-  double time_s = 0.0;    // of the program, when the errors were evaluated
-  Vec3 tip_P = Vec3::Zero();
-  Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t nc_line = 0;
   bool rapid = false;
   nc::FeedMode feed_mode = nc::FeedMode::per_minute;
@@ -30,6 +26,13 @@ struct Vertex {
       false;  // reached under tool-centre-point control: the control moves the tip on a straight line in P
   Vec3 word_tip_P = Vec3::Zero();  // under it: X Y Z as the words have them
   bool from_unknown = false;       // the position before it is not known
+};
+
+/// A position of the program, evaluated.
+struct Vertex : BlockEnd {
+  path::Station station;  // of q on the nominal machine, where bounds are proved
+  Vec3 tip_P = Vec3::Zero();
+  Vec3 axis_P = Vec3::UnitZ();
 };
 
 /// A point of the CL path.
@@ -45,7 +48,8 @@ struct Target {
 inline constexpr double kAxisWeight_mm = 50.0;
 
 inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) {
-  return std::hypot((v.tip_P - tip_P).norm(), kAxisWeight_mm * angle_between(v.axis_P, axis_P).rad());
+  const double turned_mm = kAxisWeight_mm * angle_between(v.axis_P, axis_P).rad();
+  return std::sqrt((v.tip_P - tip_P).squaredNorm() + turned_mm * turned_mm);
 }
 
 /// Deviation of motions on the machine that is verified, the nominal one or one with errors: proved bounds,
@@ -87,9 +91,8 @@ class DeviationMeter {
   /// Proofs were asked for.
   bool proves() const { return asked_; }
 
-  /// Fills in where the tool stands at `state.q`.
-  /// `lagged`: values of the lags of the machine's errors then.
-  void place(Vertex& vertex, const MachineState& state, std::span<const double> lagged) const;
+  /// Fills in where the tool stands at `vertex.q`, on the way to `to`.
+  void place(Vertex& vertex, const JointVector& to, const ProgramState& program) const;
   /// The position between two vertices of a block that comes nearest to a CL point.
   Vertex nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                          const ProgramState& program) const;
@@ -106,14 +109,19 @@ class DeviationMeter {
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
 
  private:
-  ToolPose pose(const MachineState& state, std::span<const double> lagged) const;
-  ToolPose pose_with_errors(const MachineState& state, std::span<const double> lagged) const;
+  ToolPose pose(const MachineState& state, const RotarySines& sines, std::span<const double> lagged) const;
+  ToolPose pose_with_errors(const MachineState& state, const RotarySines& sines,
+                            std::span<const double> lagged) const;
   /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;
-  path::Station actual(const MachineState& state, std::span<const double> lagged) const;
+  /// The position `x` as the program stands at `state`.
+  path::Station actual(const path::Station& nominal, const MachineState& state,
+                       std::span<const double> lagged) const;
+  /// The position as it was placed.
+  static path::Station actual(const Vertex& x);
   path::ErrorCourse::Bend bend(const MachineState& from, const MachineState& to,
                                std::span<const double> lagged) const;
   void between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,

@@ -88,9 +88,12 @@ FeedPlanner::ControlPath FeedPlanner::control_path(const JointVector& a, const J
 
 double FeedPlanner::seconds_of(const JointVector& a, const JointVector& b, std::optional<double> tcp_way_mm,
                                nc::FeedMode mode, std::int64_t feed) const {
+  return seconds_of(control_path(a, b, tcp_way_mm), mode, feed);
+}
+
+double FeedPlanner::seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const {
   const nc::FeedFormat& format = controller_.numbers.feed;
   if (feed <= 0) return 0.0;
-  const ControlPath path = control_path(a, b, tcp_way_mm);
   if (mode == nc::FeedMode::per_minute) {
     return path.length / (path.rotary_only ? format.rotary_internal(feed) : format.internal(mode, feed));
   }
@@ -121,7 +124,7 @@ BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const Move& move, double secon
       rate = std::min(rate, *controller_.feed.max_per_minute / kSecondsPerMinute);
     out.quanta = format.quanta(mode, rate);
   }
-  const auto lasts = [&] { return seconds_of(move.a, move.b, move.tcp_way_mm, mode, out.quanta); };
+  const auto lasts = [&] { return seconds_of(path, mode, out.quanta); };
   out.seconds = lasts();
   if (out.seconds < move.axes_s && out.quanta > 1) {
     --out.quanta;

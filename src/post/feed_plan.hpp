@@ -35,8 +35,8 @@ class FeedPlanner {
   /// it the tip's words move by `tcp_way_mm` (nothing else is a path to the control), and the joints as they
   /// must: `axes_s` says how long they need.
   struct Move {
-    JointVector a;
-    JointVector b;
+    const JointVector& a;
+    const JointVector& b;
     double tip_mm = 0.0;  // way of the tip relative to the part
     std::optional<double> tcp_way_mm;
     double axes_s = 0.0;  // see slowest_axis_s
@@ -83,6 +83,7 @@ class FeedPlanner {
   };
   ControlPath control_path(const JointVector& a, const JointVector& b,
                            std::optional<double> tcp_way_mm) const;
+  double seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const;
   BlockFeed in_mode(nc::FeedMode mode, const Move& move, double seconds) const;
 
   struct PlannedAxis {

@@ -44,20 +44,21 @@ void PathTolerances::take(const cl::Tolerance& t) {
 }
 
 Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm,
-               const path::Rounding& rounding)
+               const path::Rounding& rounding, ChunkStore& store)
     : job_(job),
       options_(options),
       machine_(*job.machine),
       tool_mm_(tool_mm),
       rounding_(rounding),
+      store_(store),
       kinematics_(machine_, tool_mm),
       tolerances_(options, machine_),
       method_(options.choice),
       axis_(options.choice_axis),
       chunk_(fresh()) {}
 
-std::unique_ptr<Chunk> Intake::fresh() const {
-  auto chunk = std::make_unique<Chunk>();
+std::unique_ptr<Chunk> Intake::fresh() {
+  auto chunk = store_.take();
   chunk->tolerances.push_back({0, tolerances_.cutting()});
   chunk->before = last_;
   chunk->has_before = has_last_;
@@ -171,8 +172,7 @@ std::unique_ptr<Chunk> Intake::flush() {
     if (!done) {
       chunk.failure = done.error();
     } else {
-      last_ = rounded_point(machine_, kinematics_, rounding_, chunk.motions.back().point,
-                            chunk.chosen.back().q_leave);
+      last_ = rounded_point(kinematics_, rounding_, chunk.motions.back().point, chunk.chosen.back().q_leave);
       has_last_ = true;
     }
   }

@@ -28,7 +28,9 @@ class PathTolerances {
 /// tool change, and within a long run behind a point that one position only reaches.
 class Intake {
  public:
-  Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm, const path::Rounding& rounding);
+  /// `store` must outlive the intake.
+  Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm, const path::Rounding& rounding,
+         ChunkStore& store);
 
   /// Takes the next record; gives a chunk when one is complete.
   std::unique_ptr<Chunk> take(const cl::Record& record, const cl::Resolution& resolution);
@@ -40,7 +42,7 @@ class Intake {
 
  private:
   std::unique_ptr<Chunk> flush();
-  std::unique_ptr<Chunk> fresh() const;
+  std::unique_ptr<Chunk> fresh();
   Result<void> choose(Chunk& chunk);
   void take_post_word(const cl::PostWord& word);
   bool may_cut(const ToolPose& pose) const;
@@ -51,6 +53,7 @@ class Intake {
   Machine machine_;  // as LIMITS leaves it
   Vec3 tool_mm_;
   path::Rounding rounding_;
+  ChunkStore& store_;
   TableKinematics kinematics_;
   PathTolerances tolerances_;
   path::ChoiceMethod method_;  // as ROTABL/SHORT leaves it

@@ -211,7 +211,7 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   const auto away = [&](const path::Point& point) {
     path::Point out = point;
     out.tip_P += way_mm * point.axis_P;
-    path::round_to_words(machine_, kinematics_, rounding_, out.tip_P, out.q);
+    path::round_to_words(kinematics_, rounding_, out.tip_P, out.q);
     return out;
   };
   const auto rate =
@@ -222,7 +222,7 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   if (auto r = emit_feed_per_minute(*up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
   path::Point back = last_;
   back.q = solutions[0].q;
-  path::round_to_words(machine_, kinematics_, rounding_, back.tip_P, back.q);
+  path::round_to_words(kinematics_, rounding_, back.tip_P, back.q);
   const auto above = corrected(away(back), 0.0);
   const auto at = corrected(back, 0.0);
   if (!above || !at) return tl::unexpected(!above ? above.error() : at.error());
@@ -286,7 +286,7 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     middle.axis_P = slerp(last_.axis_P, to.axis_P, 0.5);
     middle.q = JointVector::interpolate(last_.q, to.q, 0.5);
     middle.inserted = true;
-    path::round_to_words(machine_, kinematics_, rounding_, middle.tip_P, middle.q);
+    path::round_to_words(kinematics_, rounding_, middle.tip_P, middle.q);
     ++report_.points_inserted;
     if (auto r = emit_feed(middle, feed, where, depth + 1); !r) return r;
     last_ = middle;

@@ -128,7 +128,7 @@ class Pipeline {
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
-    return rounded_point(machine_, kinematics_, rounding_, point, q);
+    return rounded_point(kinematics_, rounding_, point, q);
   }
   std::string limit_text(AxisId id) const;
 

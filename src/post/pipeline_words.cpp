@@ -134,9 +134,13 @@ JointVector Pipeline::part_words(const JointVector& q) const {
   JointVector words = q;
   Vec3 tip = kinematics_.pose(q).tip_P;
   if (plane_) tip = plane_->X_PF.inverse() * tip;
+  // A CL file of more digits has points half way between two words: away from zero then, however the
+  // evaluation of the tip was rounded.
+  constexpr double kHalfWay_mm = 1e-9;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::linear)
-      words[id] = tip[static_cast<Eigen::Index>(nc::index(letters_[id]))];
+    if (machine_.axes[id].kind != AxisKind::linear) continue;
+    const double word = tip[static_cast<Eigen::Index>(nc::index(letters_[id]))];
+    words[id] = word + std::copysign(kHalfWay_mm, word);
   }
   return words;
 }

@@ -1,5 +1,6 @@
 #include "trunnion/post/post.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "trunnion/base/number_text.hpp"
@@ -11,9 +12,10 @@ namespace {
 
 constexpr std::size_t kVerdictLength = 56;  // below the shortest comment that a controller file allows
 
-std::string padded(std::string text) {
-  text.resize(kVerdictLength, '.');
-  return text;
+std::string padded(const std::string& text) {
+  std::string out(kVerdictLength, '.');
+  out.replace(0, std::min(text.size(), out.size()), text, 0, out.size());
+  return out;
 }
 
 }  // namespace

@@ -6,8 +6,7 @@ namespace trunnion::post {
 
 Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
                    const PostOptions& options)
-    : machine_(machine),
-      rounding_(rounding),
+    : rounding_(rounding),
       kinematics_(machine, tool_mm),
       refiner_(machine, tool_mm, rounding, options.nonlinear),
       whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {}
@@ -17,9 +16,16 @@ void Preparer::prepare(Chunk& chunk) {
   const std::size_t count = chunk.motions.size();
   chunk.points.clear();
   chunk.points.reserve(count);
+  sines_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    chunk.points.push_back(
-        rounded_point(machine_, kinematics_, rounding_, chunk.motions[i].point, chunk.chosen[i].q));
+    const path::ChoicePoint& programmed = chunk.motions[i].point;
+    const path::ChosenPoint& chosen = chunk.chosen[i];
+    path::Point& point = chunk.points.emplace_back();
+    point.q = chosen.q;
+    point.tip_P = programmed.pose.tip_P;
+    point.axis_P = programmed.pose.axis_P;
+    point.where = programmed.where;
+    sines_[i] = path::round_to_words(kinematics_, rounding_, point.tip_P, point.q, chosen.sines);
   }
   chunk.segments.assign(count, {});
   if (whole_runs_) return;
@@ -38,7 +44,7 @@ void Preparer::prepare(Chunk& chunk) {
     segment.tolerance = tolerance;
     segment.first = chunk.inserted.size();
     segment.report = refiner_.decide(i == 0 ? chunk.before : chunk.points[i - 1], chunk.points[i], tolerance,
-                                     known_mm, chunk.inserted);
+                                     known_mm, chunk.inserted, &sines_[i]);
     known_mm = std::max(known_mm, std::min(segment.report.predicted_mm, segment.report.midpoint_mm));
   }
 }

@@ -17,10 +17,10 @@ class Preparer {
   void prepare(Chunk& chunk);
 
  private:
-  const Machine& machine_;
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;
+  std::vector<TableKinematics::Sines> sines_;  // of the chunk's points
   bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare
 };
 

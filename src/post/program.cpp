@@ -17,7 +17,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       diagnostics_(diagnostics),
       errors_before_(diagnostics.error_count()),
       pipeline_(job, options, sink, diagnostics),
-      intake_(job, options, pipeline_.tool_mm(), pipeline_.rounding()),
+      intake_(job, options, pipeline_.tool_mm(), pipeline_.rounding(), store_),
       reader_(std::move(source), job.cl_file, options.cl, diagnostics) {}
 
 std::unique_ptr<Chunk> Program::next() {
@@ -41,11 +41,10 @@ std::unique_ptr<Chunk> Program::next() {
 }
 
 void Program::emit(Chunk& chunk) {
-  if (emit_failure_) return;
-  if (auto done = pipeline_.emit(chunk); !done) {
-    emit_failure_ = done.error();
-    chunk.text.clear();
+  if (!emit_failure_) {
+    if (auto done = pipeline_.emit(chunk); !done) emit_failure_ = done.error();
   }
+  if (emit_failure_) chunk.clear();  // nothing of it goes on
 }
 
 void Program::pass_on(Chunk& chunk) {
@@ -55,11 +54,12 @@ void Program::pass_on(Chunk& chunk) {
 
 void Program::run_in_turn() {
   Preparer preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_);
-  while (const auto chunk = next()) {
+  while (auto chunk = next()) {
     if (emit_failure_ || pass_on_failure_) continue;
     preparer.prepare(*chunk);
     emit(*chunk);
     if (!emit_failure_) pass_on(*chunk);
+    store_.give_back(std::move(chunk));
   }
 }
 
@@ -71,11 +71,11 @@ void Program::run_in_parallel() {
   tbb::task_arena arena(static_cast<int>(threads));
   tbb::enumerable_thread_specific<Preparer> preparers(
       [&] { return Preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_); });
-  using Held = std::shared_ptr<Chunk>;
+  using Held = Chunk*;  // owned by whichever stage has it: the pipeline's items must be copied
   const auto read = [&](tbb::flow_control& control_of_flow) -> Held {
-    Held chunk = next();
+    auto chunk = next();
     if (!chunk) control_of_flow.stop();
-    return chunk;
+    return chunk.release();
   };
   const auto prepare = [&](Held chunk) {
     preparers.local().prepare(*chunk);
@@ -83,10 +83,11 @@ void Program::run_in_parallel() {
   };
   const auto make_text = [&](const Held& chunk) {
     emit(*chunk);
-    return emit_failure_ ? Held{} : chunk;
+    return chunk;
   };
-  const auto verify = [&](const Held& chunk) {
-    if (chunk) pass_on(*chunk);
+  const auto verify = [&](Held chunk) {
+    if (!chunk->text.empty() || !chunk->motions.empty()) pass_on(*chunk);
+    store_.give_back(std::unique_ptr<Chunk>(chunk));
   };
   arena.execute([&] {
     tbb::parallel_pipeline(tokens,

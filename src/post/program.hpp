@@ -34,6 +34,7 @@ class Program {
   Diagnostics& diagnostics_;
   std::size_t errors_before_;
   Pipeline pipeline_;
+  ChunkStore store_;
   Intake intake_;
   cl::Reader reader_;
   cl::Record record_;

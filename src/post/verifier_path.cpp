@@ -63,6 +63,7 @@ void Verifier::State::rapid(const Vertex& v) {
 
 void Verifier::State::pass_repeated_points() {
   for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
+    if ((previous.tip_P - targets[next].tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
     const double d = distance_to(previous, targets[next].tip_P, targets[next].axis_P);
     if (d > kSamePoint_mm) return;
     mark_programmed();
@@ -92,18 +93,20 @@ void Verifier::State::feed(const Vertex& v) {
   }
   if (away ? comes_back(v) : leaves(v)) return;
   const Place place = find(v);
-  Vertex from = previous;
+  const Vertex* from = &previous;
+  Vertex passed;
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
-    const Vertex to = meter.nearest_between(from, v, targets[j + 1], program);
+    const Vertex to = meter.nearest_between(*from, v, targets[j + 1], program);
     point_hit((to.tip_P - targets[j + 1].tip_P).norm());
-    take_deviation(meter.of(from, to, targets[j], targets[j + 1], program, uninteresting()),
+    take_deviation(meter.of(*from, to, targets[j], targets[j + 1], program, uninteresting()),
                    near_pole(targets[j], targets[j + 1]));
     passed_point |= mark_nearer(v, targets[j + 1]);
-    from = to;
+    passed = to;
+    from = &passed;
   }
   const Target& end = targets[place.segment + 1];
-  take_deviation(meter.of(from, v, targets[place.segment], end, program, uninteresting()),
+  take_deviation(meter.of(*from, v, targets[place.segment], end, program, uninteresting()),
                  near_pole(targets[place.segment], end));
   const bool programmed = place.t >= 1.0 || distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm;
   if (programmed) point_hit((v.tip_P - end.tip_P).norm());
@@ -164,6 +167,10 @@ bool Verifier::State::comes_back(const Vertex& v) {
 Place Verifier::State::find(const Vertex& v) const {
   // Nearly every block of a dense path ends at the next CL point.
   const Target& next = targets[at.segment + 1];
+  // The chord of an angle is not below 2/pi of it.
+  const double turned_mm = 0.5 * kPi * kAxisWeight_mm * (v.axis_P - next.axis_P).norm();
+  const double at_most2 = (v.tip_P - next.tip_P).squaredNorm() + turned_mm * turned_mm;
+  if (at_most2 < kSamePoint_mm * kSamePoint_mm) return {at.segment, 1.0, std::sqrt(at_most2)};
   const double to_next = distance_to(v, next.tip_P, next.axis_P);
   if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
   const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "trunnion/nc/reader.hpp"
 #include "trunnion/post/plane_frame.hpp"
@@ -48,6 +49,7 @@ struct Verifier::State {
         values(c),
         program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
                 o.temperatures),
+        word_offsets(words_of(m, JointVector(), tool)),
         reader(
             c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
             reader_options(o)) {
@@ -62,6 +64,8 @@ struct Verifier::State {
       needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
       if (m.axes[id].kind == AxisKind::linear)
         linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
+      least[id] = m.axes[id].min;
+      most[id] = m.axes[id].max;
     }
   }
 
@@ -90,7 +94,7 @@ struct Verifier::State {
   }
 
   struct WithTerms {
-    Vertex vertex;
+    BlockEnd end;
     nc::VariableMotion terms;
   };
 
@@ -101,9 +105,10 @@ struct Verifier::State {
   }
   // The control holds the drift as it is.
   void step(const nc::LatchValues& latch) { values.latch(latch, offsets ? offsets->now() : Vec3::Zero()); }
-  void step(WithTerms motion) {
-    motion.vertex.q = shift.moved(motion.vertex.q, values.change(motion.terms), motion.vertex.tcp);
-    step(motion.vertex);
+  void step(const std::unique_ptr<WithTerms>& motion) {
+    BlockEnd end = motion->end;
+    end.q = shift.moved(end.q, values.change(motion->terms), end.tcp);
+    step(end);
   }
   void step(const nc::Comment& comment) { offsets->comment(comment.text); }
   void step(const nc::Dwell& dwell) {
@@ -131,19 +136,18 @@ struct Verifier::State {
       from_unknown = true;
       return;
     }
-    Vertex v;
+    BlockEnd v;
     v.tcp = tcp && !plane;
     v.from_unknown = std::exchange(from_unknown, false);
     if (tcp && !plane) v.word_tip_P = tip_of(words);
     v.q = plane ? joints_of_plane_words(words)
-                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(machine, words, tool_mm),
-                               tcp);
+                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(words), tcp);
     v.nc_line = motion.source.line;
     v.feed_mode = motion.feed_mode;
     v.feed = motion.feed;
     v.rapid = rapid;
     if (terms != nullptr)
-      waiting.emplace_back(WithTerms{v, *terms});
+      waiting.emplace_back(std::make_unique<WithTerms>(WithTerms{v, *terms}));
     else
       waiting.emplace_back(v);
     work();
@@ -165,6 +169,12 @@ struct Verifier::State {
     return q;
   }
 
+  JointVector joints_of_words(const JointVector& words) const {
+    JointVector q;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) q[id] = words[id] - word_offsets[id];
+    return q;
+  }
+
   // Under tool-centre-point control X Y Z are the tip in P.
   Vec3 tip_of(const JointVector& words) const {
     Vec3 tip_P = Vec3::Zero();
@@ -182,20 +192,26 @@ struct Verifier::State {
 
   // A block can be judged when the CL motions are known up to well beyond it.
   void work() {
-    while (!waiting.empty() && (all_expected || targets.size() > at.segment + kLookAhead)) {
-      const auto next = std::move(waiting.front());
-      waiting.pop_front();
-      std::visit([this](const auto& what) { step(what); }, next);
+    while (next_waiting < waiting.size() && (all_expected || targets.size() > at.segment + kLookAhead)) {
+      std::visit([this](const auto& what) { step(what); }, waiting[next_waiting++]);
     }
-    if (at.segment > kLookAhead) {
+    // Half at a time: what is left is moved, and in a program that had to wait for its end that may be all of
+    // it.
+    if (next_waiting > std::max(kLookAhead, waiting.size() / 2)) {
+      waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(next_waiting));
+      next_waiting = 0;
+    }
+    if (at.segment > std::max(kLookAhead, targets.size() / 2)) {
       targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
       at.segment = 0;
     }
   }
 
-  void step(Vertex v) {
+  void step(const BlockEnd& end) {
+    Vertex& v = present_vertex;
+    static_cast<BlockEnd&>(v) = end;
     check_limits(v);
-    meter.place(v, program.towards(v.q, v.q), program.lagged());
+    meter.place(v, v.q, program);
     if (have_previous) path_mm += (v.tip_P - previous.tip_P).norm();
     if (!started) {
       start(v);
@@ -206,9 +222,9 @@ struct Verifier::State {
     }
     const double seconds = block_seconds(v);
     if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
-    program.move_to(v.q, seconds);
+    if (options.truth != nullptr) program.move_to(v.q, seconds);  // nothing else asks for it
     elapse(seconds);
-    previous = v;
+    std::swap(previous, v);
     have_previous = true;
   }
 
@@ -332,6 +348,10 @@ struct Verifier::State {
   }
 
   void check_limits(const Vertex& v) {
+    bool beyond_any = false;
+    for (AxisId id = 0; id < machine.axes.size(); ++id)
+      beyond_any = beyond_any || !(v.q[id] >= least[id] && v.q[id] <= most[id]);
+    if (!beyond_any) return;
     for (const LimitViolation& violation : limit_violations(machine, v.q)) {
       // Half a quantum beyond is the rounding of a position at the limit.
       if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
@@ -354,6 +374,8 @@ struct Verifier::State {
   RunTimeValues values;
   ProgramState program;
   std::array<nc::AxisLetter, kMaxAxes> letters{};
+  JointVector least, most;   // travel of the axes
+  JointVector word_offsets;  // word minus joint position
   std::uint16_t needed = 0;
   std::uint16_t linear = 0;  // of those
   bool tcp = false;
@@ -367,10 +389,13 @@ struct Verifier::State {
   bool started = false;
   bool all_expected = false;
   bool away = false;  // the tool has left the path along its axis
-  std::deque<
-      std::variant<Vertex, WithTerms, nc::LatchValues, nc::RunTimeStep, nc::Comment, nc::Dwell, nc::Spindle>>
+  // A block with terms of its own is large and rare: the others keep their size.
+  std::vector<std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep,
+                           nc::Comment, nc::Dwell, nc::Spindle>>
       waiting;
+  std::size_t next_waiting = 0;
   Vertex previous;
+  Vertex present_vertex;
   bool have_previous = false;
   double path_mm = 0.0;
   double block_tip_mm = 0.0;

@@ -96,6 +96,7 @@ ShiftWords WorkShift::words(bool tcp) const {
 }
 
 JointVector WorkShift::moved(const JointVector& q, const ShiftWords& change, bool tcp) const {
+  if (change.isZero(0.0)) return q;
   JointVector out = q;
   if (tcp) {
     kinematics_.solve_linear(kinematics_.pose(q).tip_P + change, kinematics_.sines(q), out);

@@ -21,7 +21,7 @@ Rounding four_decimals(const Machine& machine) {
 
 void put_on_words(const Machine& machine, const Rounding& rounding, std::vector<Point>& path) {
   const TableKinematics kinematics(machine, machine.tool_vector());
-  for (Point& p : path) round_to_words(machine, kinematics, rounding, p.tip_P, p.q);
+  for (Point& p : path) round_to_words(kinematics, rounding, p.tip_P, p.q);
 }
 
 // Largest sampled deviations of the whole path a, inserted..., b from the segment a b, by the one forward
@@ -136,8 +136,8 @@ TEST_P(RefinerOf, ConvergesOnRandomSegments) {
       if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
       Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
       Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
-      round_to_words(machine, random.kinematics(), rounding, a.tip_P, a.q);
-      round_to_words(machine, random.kinematics(), rounding, b.tip_P, b.q);
+      round_to_words(random.kinematics(), rounding, a.tip_P, a.q);
+      round_to_words(random.kinematics(), rounding, b.tip_P, b.q);
       std::vector<Point> out;
       const SegmentReport report = refiner.refine(a, b, tolerance, out);
       unconverged += !report.converged;

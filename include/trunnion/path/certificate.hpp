@@ -21,6 +21,8 @@ struct Station {
   double size_mm = 0.0;  // sum of the coordinates' magnitudes: measure of rounding
 };
 Station station(const TableKinematics& kinematics, const JointVector& q);
+/// The same where the sines are known.
+Station station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines);
 /// The station moved by what errors add to the nominal tip and axis. What a motion between two such stations
 /// leaves of a straight course of these shifts must be added to its bounds (ErrorCourse).
 Station shifted(Station nominal, const Vec3& tip_shift_P, const Vec3& axis_shift_P);

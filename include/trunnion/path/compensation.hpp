@@ -5,6 +5,7 @@
 #include "trunnion/base/result.hpp"
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/error_kinematics.hpp"
+#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
@@ -67,10 +68,12 @@ class Compensator {
 
  private:
   bool turn_rotaries(const Vec3& axis_P, JointVector& q) const;
+  ToolPose actual(const MachineState& at, const RotarySines& sines, std::span<const double> lagged) const;
   Machine machine_;
   ModelEvaluator evaluator_;
   CompensationOptions options_;
   TableKinematics kinematics_;
+  RotarySolver solver_;
   ErrorKinematics with_errors_;
   Vec3 datum_shift_P_;
 };

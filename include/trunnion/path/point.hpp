@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "trunnion/base/source_ref.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
@@ -44,10 +46,28 @@ struct Rounding {
   }
 };
 
+/// Sines of rotary positions that somebody knew already, and of which.
+struct KnownSines {
+  RotarySines sines;
+  std::array<double, 2> angle{std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::quiet_NaN()};
+
+  /// Of the rotary positions of `q`: turned on from the known ones where these are near.
+  RotarySines at(const TableKinematics& kinematics, const JointVector& q) const {
+    RotarySines out = sines;
+    for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
+      const double by = q[kinematics.rotary(k)] - angle[k];
+      if (!(std::abs(by) <= RotarySines::kSmallTurn_rad)) return kinematics.sines(q);
+      out.turn(k, by);
+    }
+    return out;
+  }
+};
+
 /// Puts `q` on the word grid as the NC writer does: rotary axes first, then the linear axes such that the tip
 /// stands at `tip_P` with the rounded angles, then those rounded too. The tip is then within half a linear
-/// quantum in each word.
-void round_to_words(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
-                    const Vec3& tip_P, JointVector& q);
+/// quantum in each word. Gives the sines of the rounded angles.
+RotarySines round_to_words(const TableKinematics& kinematics, const Rounding& rounding, const Vec3& tip_P,
+                           JointVector& q, const KnownSines& known = {});
 
 }  // namespace trunnion::path

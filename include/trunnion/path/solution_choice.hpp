@@ -6,6 +6,7 @@
 
 #include "trunnion/base/result.hpp"
 #include "trunnion/machine/kinematics.hpp"
+#include "trunnion/path/point.hpp"
 
 namespace trunnion::path {
 
@@ -43,6 +44,7 @@ struct ChosenPoint {
   /// At the pole: where C must stand before the path goes on. The same as `q` but where C has to turn in
   /// place (the tool stands along C, so that the part's surface is not touched): X and Y follow the turn.
   JointVector q_leave;
+  KnownSines sines;
 };
 
 /// What a choice did, for the report.
