@@ -1,7 +1,10 @@
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <exception>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <string_view>
 
 #include "trunnion/base/contract.hpp"
 
@@ -19,20 +22,36 @@ void set_up_log(bool quiet, bool verbose) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+struct Command {
+  std::string_view name;
+  void (*add)(CLI::App& root, int& exit);
+};
+
 // Each command stands in its own file; the order here is the order of the help.
-void register_commands(CLI::App& root, int& exit) {
-  app::add_post_command(root, exit);
-  app::add_batch_command(root, exit);
-  app::add_verify_command(root, exit);
-  app::add_compare_command(root, exit);
-  app::add_machine_command(root, exit);
-  app::add_iso230_command(root, exit);
-  app::add_model_command(root, exit);
-  app::add_simulate_command(root, exit);
-  app::add_measurements_command(root, exit);
-  app::add_thermal_command(root, exit);
-  app::add_table_command(root, exit);
-  app::add_study_command(root, exit);
+constexpr std::array<Command, 12> kCommands = {{{"post", app::add_post_command},
+                                                {"batch", app::add_batch_command},
+                                                {"verify", app::add_verify_command},
+                                                {"compare", app::add_compare_command},
+                                                {"machine", app::add_machine_command},
+                                                {"iso230", app::add_iso230_command},
+                                                {"model", app::add_model_command},
+                                                {"simulate", app::add_simulate_command},
+                                                {"measurements", app::add_measurements_command},
+                                                {"thermal", app::add_thermal_command},
+                                                {"table", app::add_table_command},
+                                                {"study", app::add_study_command}}};
+
+// Where there is no doubt which command is called it is set up alone: all of them take as long as a small
+// file.
+void register_commands(CLI::App& root, int& exit, int argc, char** argv) {
+  const auto called =
+      std::find_if(argv + 1, argv + argc, [](std::string_view word) { return !word.starts_with('-'); });
+  const auto command = called == argv + argc
+                           ? kCommands.end()
+                           : std::find_if(kCommands.begin(), kCommands.end(),
+                                          [&](const Command& c) { return c.name == *called; });
+  if (command != kCommands.end()) return command->add(root, exit);
+  for (const Command& c : kCommands) c.add(root, exit);
 }
 
 int run(int argc, char** argv) {
@@ -46,7 +65,7 @@ int run(int argc, char** argv) {
   root.add_flag("-v,--verbose", verbose, "more detail");
   root.parse_complete_callback([&] { set_up_log(quiet, verbose); });
   int exit = app::kDone;
-  register_commands(root, exit);
+  register_commands(root, exit, argc, argv);
   try {
     root.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
