@@ -127,18 +127,17 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
                       off2_axis <= left_axis * left_axis;
   if (surely && bow <= known_mm) return report;
   start(ends, tolerance);
-  const auto predict = [&] {
-    const ErrorModel model(kinematics(), a, b, options_.predictor);
-    report.midpoint_mm = model.midpoint().norm();
-    report.predicted_mm = model.largest_distance();
-  };
-  // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add.
-  const bool judged_by_itself = options_.predictor.kind == Predictor::Kind::exact && bow <= known_mm;
-  if (!judged_by_itself) predict();
+  const ErrorModel model(kinematics(), a, b, options_.predictor);
+  report.midpoint_mm = model.midpoint().norm();
+  // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add, and to
+  // look for its largest value takes longer than a sharper bound.
+  const bool judged_by_itself = options_.predictor.kind == Predictor::Kind::exact &&
+                                (bow <= known_mm || certifier_.bow_from_cubic(a, b) <= known_mm);
+  if (!judged_by_itself) report.predicted_mm = model.largest_distance();
   if (surely) return report;
   const Verdict verdict = piece_verdict(a, b);
   report.converged = verdict != Verdict::beyond;
-  if (judged_by_itself && verdict == Verdict::sampled) predict();
+  if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = model.largest_distance();
   const bool asked = options_.method != Method::adaptive && report.predicted_mm > tolerance.tip_mm;
   if ((report.converged && !asked) || options_.method == Method::none) return report;
   report.converged = insert(report);
