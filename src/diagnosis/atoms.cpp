@@ -19,7 +19,9 @@ namespace {
 // Part of a column (of its whitened length) below which the base imitates it: rounding stays at 1e-12, and an
 // effect that must be 100 000 times its visible part is not tested but guessed.
 constexpr double kImitated = 1e-5;
-constexpr double kTaken = 1e-3;  // part of a direction (squared) that a set must leave for it to be scored
+constexpr double kTaken = 1e-3;     // part of a direction (squared) that a set must leave for it to be scored
+constexpr double kBound = 2.5;      // standard deviations: 99 % of good readings lie within
+constexpr int kFewestForRough = 4;  // outliers: fewer say nothing of those below the limit
 constexpr std::size_t kChunk = 64;
 constexpr double kMostSteps = 1.5;  // of the grid of periods, that a refinement may go
 
@@ -43,6 +45,8 @@ bool shown_by(const Observations& o, const EffectInfo& info) {
 
 Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<EffectFamily> library)
     : o_(observations), base_(base), library_(std::move(library)) {
+  const auto& used = base.whitening->noise().used;
+  rough_ = std::count(used.begin(), used.end(), false) >= kFewestForRough;
   struct Task {
     std::size_t family, variant;
     std::vector<std::vector<double>> shapes;
@@ -86,6 +90,17 @@ std::vector<Atom> Atoms::make_atoms(std::size_t family, std::size_t variant,
     out.push_back({family, variant, shapes[s], pivoted_qr(block, kImitated).Q.cast<float>()});
   }
   return out;
+}
+
+Remainder Atoms::bounded(Remainder set, double variance) const {
+  if (!rough_) return set;
+  const double most = kBound * std::sqrt(variance);
+  MatrixXd r = set.residual.cwiseMax(-most).cwiseMin(most);
+  base_.whitening->take_setups(r.topRows(o_.size()));
+  r -= base_.basis * (base_.basis.transpose() * r);
+  r -= set.basis * (set.basis.transpose() * r);
+  set.residual = r.col(0);
+  return set;
 }
 
 Atom Atoms::make_atom(std::size_t family, std::size_t variant, const std::vector<double>& shape) const {

@@ -37,6 +37,10 @@ class Atoms {
   const Observations& observations() const { return o_; }
 
   Remainder remainder(const std::vector<const Atom*>& set) const;
+  /// The same where single readings weigh at most 2.5 standard deviations, when there were outliers (those
+  /// that were not found are there too): for tests whose answer must not hang on a few readings.
+  Remainder bounded(Remainder set, double variance) const;
+  bool rough() const { return rough_; }
   Score score(const Atom& atom, const Remainder& given) const;
   /// The best atom of each family given a set (null where no direction of it is left).
   struct Best {
@@ -65,6 +69,7 @@ class Atoms {
   const FitCore& base_;
   std::vector<EffectFamily> library_;
   std::vector<Atom> atoms_;
+  bool rough_ = false;
 };
 
 }  // namespace trunnion::diagnosis

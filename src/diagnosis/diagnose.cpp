@@ -8,6 +8,7 @@
 #include "diagnosis/data_check.hpp"
 #include "diagnosis/fit_core.hpp"
 #include "diagnosis/leftover.hpp"
+#include "diagnosis/neighbours.hpp"
 #include "diagnosis/next_measurement.hpp"
 #include "diagnosis/ranking.hpp"
 #include "diagnosis/statistics.hpp"
@@ -23,6 +24,11 @@ constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
     4e8;  // products per simulation round: keeps 10 000 readings within seconds
 constexpr std::size_t kFewestSimulations = 40;
+constexpr int kMostRounds = 3;      // of the judgement of outliers
+constexpr int kFewestTogether = 8;  // readings that stand out, from which on a common cause is looked for
+constexpr double kInCompany = 4.0;  // standard deviations: their neighbours stand out too
+constexpr double kTogether = 0.5;   // of their excess chi-square that one function of the state explains
+constexpr double kAsSimple = 6.8;   // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
   EffectSet found;
@@ -35,11 +41,7 @@ class Engine {
  public:
   Engine(const Machine& machine, const Dataset& data, const Model& model, const DiagnoseOptions& options,
          std::vector<EffectFamily> library)
-      : o_(machine, data),
-        model_(model),
-        options_(options),
-        library_(std::move(library)),
-        blocks_(structure_blocks(o_)) {}
+      : o_(machine, data), model_(model), options_(options), library_(std::move(library)), structures_(o_) {}
 
   Diagnosis run() {
     FitCore base = fit_core(o_, model_, {});
@@ -47,11 +49,17 @@ class Engine {
     // Outliers are judged beside what was found; a second round with them settles the verdict.
     for (int round = 0;; ++round) {
       const Atoms atoms(o_, base, library_);
+      structures_.fit_to(base);
       const Outcome outcome = search(atoms);
-      if (round < 2 && !outcome.found.members.empty()) {
-        const auto flags = outliers_beside(atoms, outcome.found);
+      if (round < kMostRounds) {
         std::vector<bool> now = base.whitening->noise().used;
         now.flip();
+        auto flags = now;
+        if (!keep_all_) {
+          if (!outcome.found.members.empty()) flags = outliers_beside(atoms, outcome.found);
+          keep_all_ = structured(atoms, outcome.found, flags);
+          if (keep_all_) flags.assign(flags.size(), false);
+        }
         if (flags != now) {
           base = fit_core(o_, model_, {.robust = false}, flags);
           continue;
@@ -77,22 +85,24 @@ class Engine {
     const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
     const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
     const Remainder nothing = atoms.remainder({});
-    const Judgement of_base = judge(atoms, nothing, blocks_, surrogate, options_.seed);
+    const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
     const EffectSet first =
         Search(atoms, multiplicity_, of_base.noise, kLooseAlpha, options_.max_effects).best();
-    const Judgement judged =
-        first.members.empty() ? of_base : judge(atoms, first.remainder, blocks_, surrogate, options_.seed);
+    const Judgement judged = first.members.empty()
+                                 ? of_base
+                                 : judge(atoms, first.remainder, structures_, surrogate, options_.seed);
     noise_ = out.noise = judged.noise;
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
-    out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0 ? rescaled(of_base.left, of_base.noise, noise_)
-                                                               : leftover(atoms, nothing, blocks_, noise_);
+    out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0
+                     ? rescaled(of_base.left, of_base.noise, noise_)
+                     : leftover(atoms, nothing, structures_, noise_);
     const bool same = out.found.ids(atoms) == first.ids(atoms);
     if (out.found.members.empty())
       out.after = out.before;
     else
-      out.after = same ? judged.left : leftover(atoms, out.found.remainder, blocks_, noise_);
+      out.after = same ? judged.left : leftover(atoms, out.found.remainder, structures_, noise_);
     return out;
   }
 
@@ -113,6 +123,24 @@ class Engine {
   }
   std::vector<bool> outliers_beside(const Atoms& atoms, const EffectSet& set) const {
     return find_outliers(o_, fit_core(o_, with(atoms, set), {.robust = false}));
+  }
+
+  // Readings that stand out together are no outliers: they are neighbours and stand out to the same side, or
+  // one function of the state explains most of what they are off by.
+  bool structured(const Atoms& atoms, const EffectSet& set, const std::vector<bool>& flags) {
+    const auto far = std::count(flags.begin(), flags.end(), true);
+    if (far < 2) return false;
+    const FitCore all = fit_core(o_, with(atoms, set), {.robust = false});
+    if (company(o_, flags, all.white) > kInCompany) return true;
+    if (far < kFewestTogether) return false;
+    const Atoms nothing(o_, all, {});
+    structures_.fit_to(all);
+    NoiseScale stated;
+    stated.dof = all.dof();
+    double most = 0.0;
+    for (const TwistBank::Hit& hit : structures_.twists.best(nothing, nothing.remainder({}), stated))
+      most = std::max(most, hit.drop);
+    return most > kTogether * (all.chi2() - all.dof());
   }
 
   void fill(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
@@ -216,7 +244,13 @@ class Engine {
                                                       chi2_is_off(x.found.remainder.rss(), after_dof));
     if (rest && d.explained < kMostlyExplained) {
       d.verdict = Verdict::not_in_library;
-      d.confidence = 0.95;
+      d.confidence = 0.97;
+      return;
+    }
+    if (simpler_than(x, atoms)) {
+      d.verdict = Verdict::not_in_library;
+      d.imitators = x.found.ids(atoms);
+      d.confidence = 0.97;
       return;
     }
     d.effects = x.found.ids(atoms);
@@ -224,20 +258,33 @@ class Engine {
     d.confidence = posterior(x);
     if (rest || unknown_period(atoms, x.found)) {
       d.verdict = Verdict::named_but_incomplete;
-      d.confidence *= 0.95;
+      d.confidence = std::min(d.confidence, 0.97);
     } else if (!x.rivals.empty()) {
       d.verdict = Verdict::ambiguous;
       d.confidence = 0.96;  // that the truth is among the sets: they hold all within an evidence ratio of 100
       for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
     } else {
       d.verdict = Verdict::named;
+      if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
     }
+  }
+
+  // One function of the state that does what two or three effects are needed for: they imitate it.
+  bool simpler_than(const Outcome& x, const Atoms& atoms) const {
+    if (x.found.members.size() < 2) return false;
+    double best = INFINITY;
+    for (const auto& t : x.before.tests) {
+      if (t.neighbours || t.rank == 0) continue;
+      best = std::min(best, occam(t.drop, static_cast<double>(t.rank)) - t.drop);
+    }
+    best += base_rss(atoms) / noise_.variance + 2.0 * std::log(x.before.tried);
+    return best < x.found.criterion + kAsSimple;
   }
 
   void decide_without_effect(Diagnosis& d, const Outcome& x) const {
     if (x.before.found(half_alpha())) {
       d.verdict = Verdict::not_in_library;
-      d.confidence = x.before.p < 1e-4 ? 0.97 : 0.8;
+      d.confidence = x.before.p < 1e-4 ? 0.98 : 0.85;
     } else if (chi2_is_off(d.chi2, d.dof)) {
       d.verdict = Verdict::data_problem;
       d.confidence = 0.97;
@@ -248,7 +295,7 @@ class Engine {
       d.verdict = Verdict::nothing_to_find;
       double smallest = x.before.p;
       for (const RankedEffect& r : d.ranking) smallest = std::min(smallest, r.p_value);
-      d.confidence = smallest > 0.2 ? 0.97 : smallest > 0.05 ? 0.9 : 0.7;
+      d.confidence = smallest > 0.2 ? 0.985 : smallest > 0.05 ? 0.95 : 0.85;
     }
   }
 
@@ -289,10 +336,11 @@ class Engine {
   const Model& model_;
   DiagnoseOptions options_;
   std::vector<EffectFamily> library_;
-  std::vector<StructureBlock> blocks_;
+  Structures structures_;
   Atoms::Multiplicity multiplicity_;
   NoiseScale noise_;
   std::unique_ptr<Search> search_;
+  bool keep_all_ = false;  // no reading is an outlier
 };
 
 }  // namespace

@@ -93,7 +93,9 @@ Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& mo
   const Remainder all = nothing.remainder({});
   const auto room = static_cast<Eigen::Index>(std::clamp(core.dof() / 5.0, 0.0, kMostSurrogate));
   const NoiseScale noise = noise_scale(nothing, all, core.projected(smooth_surrogate(o, room)), 1);
-  for (const auto& t : leftover(nothing, all, structure_blocks(o), noise).tests)
+  Structures structures(o);
+  structures.fit_to(core);
+  for (const auto& t : leftover(nothing, all, structures, noise).tests)
     if (t.rank > 0 && std::none_of(out.by_covariate.begin(), out.by_covariate.end(),
                                    [&](const Dependence& d) { return d.covariate == t.covariate; }))
       out.by_covariate.push_back({t.covariate, t.p});

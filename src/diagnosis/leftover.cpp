@@ -18,8 +18,11 @@ constexpr double kStatedDof = 1e4;     // the stated uncertainty, taken at its w
 constexpr double kClear = 0.01;        // level from which structure stands beside the noise
 constexpr std::size_t kMostTaken = 3;  // blocks of it: more would take noise for structure
 constexpr double kMostOfDof = 0.35;    // columns beside which the noise is judged, of the degrees of freedom
-constexpr double kImitatedLeftover =
-    1e-3;  // smooth functions overlap much; what is left below this is nothing new
+// Blocks of one covariate lie within each other: two tests of it count as one and a half. Twists overlap
+// more.
+constexpr double kShareOfBlocks = 0.75, kShareOfTwists = 0.4;
+// Smooth functions overlap much; what is left below this is nothing new.
+constexpr double kImitatedLeftover = 1e-3;
 
 Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
                     const NoiseScale& noise) {
@@ -55,18 +58,15 @@ Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlo
   return {block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
 }
 
-// p-values over all blocks, in order.
+// p-values over all tests, in order.
 void finish(Leftover& out, const NoiseScale& noise) {
-  // Blocks of one covariate lie within each other: two tests of it count as one and a half.
-  std::size_t tested = 0;
-  for (const auto& t : out.tests) tested += t.rank > 0 ? 1 : 0;
   for (auto& t : out.tests) {
     const auto k = static_cast<double>(t.rank);
     if (t.neighbours)
       t.p = normal_cdf(-t.z);
     else
       t.p = t.rank > 0 ? f_tail(t.drop / k, k, noise.test_dof()) : 1.0;
-    t.p = smallest_of(t.p, 0.75 * static_cast<double>(tested));
+    t.p = smallest_of(t.p, out.tried);
   }
   std::stable_sort(out.tests.begin(), out.tests.end(),
                    [](const auto& a, const auto& b) { return a.p < b.p; });
@@ -75,9 +75,11 @@ void finish(Leftover& out, const NoiseScale& noise) {
 
 }  // namespace
 
-Leftover leftover(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+Leftover leftover(const Atoms& atoms, const Remainder& left, const Structures& structures,
                   const NoiseScale& noise) {
+  const Remainder set = atoms.bounded(left, noise.variance);
   Leftover out;
+  const auto& blocks = structures.blocks;
   out.tests.resize(blocks.size());
   oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
     out.tests[i] = test(atoms, set, blocks[i], noise);
@@ -90,6 +92,15 @@ Leftover leftover(const Atoms& atoms, const Remainder& set, const std::vector<St
     t.z = n.z * kSpreadMargin;
     out.tests.push_back(std::move(t));
   }
+  for (const TwistBank::Hit& hit : structures.twists.best(atoms, set, noise)) {
+    Leftover::Test t{structures.twists.covariate(hit), 1.0, hit.drop, hit.rank};
+    t.twist = hit;
+    out.tests.push_back(std::move(t));
+  }
+  const auto tested =
+      std::count_if(out.tests.begin(), out.tests.end(), [](const auto& t) { return t.rank > 0 && !t.twist; });
+  out.tried = kShareOfBlocks * static_cast<double>(tested) +
+              kShareOfTwists * static_cast<double>(structures.twists.count());
   finish(out, noise);
   return out;
 }
@@ -101,27 +112,35 @@ Leftover rescaled(Leftover tests, const NoiseScale& from, const NoiseScale& to) 
   return tests;
 }
 
-Judgement judge(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+Judgement judge(const Atoms& atoms, const Remainder& set, const Structures& structures,
                 const MatrixXd& surrogate, std::uint64_t seed) {
   NoiseScale stated;
   stated.dof = kStatedDof;
-  const Leftover raw = leftover(atoms, set, blocks, stated);
+  const Leftover raw = leftover(atoms, set, structures, stated);
+  // Clear against the scatter itself too: where the stated uncertainty is too small everything looks clear.
+  const NoiseScale plain = noise_scale(atoms, set, surrogate, seed);
+  const double scatter = std::max(1.0, plain.raw_variance);
+  const auto clear = [&](const Leftover::Test& t) {
+    const auto k = static_cast<double>(t.rank);
+    return smallest_of(f_tail(t.drop / scatter / k, k, plain.dof), raw.tried) < kClear;
+  };
   MatrixXd beside = surrogate;
   const double room = kMostOfDof * atoms.base().dof();
   for (std::size_t k = 0, taken = 0; k < raw.tests.size() && taken < kMostTaken; ++k) {
     if (!(raw.tests[k].p < kClear)) break;
-    if (raw.tests[k].neighbours) continue;
-    const StructureBlock& block = blocks[raw.tests[k].block];
-    if (static_cast<double>(beside.cols() + block.width()) > room) continue;
+    if (raw.tests[k].neighbours || !clear(raw.tests[k])) continue;
+    const MatrixXd columns = raw.tests[k].twist ? structures.twists.columns(*raw.tests[k].twist)
+                                                : structures.blocks[raw.tests[k].block].columns();
+    if (static_cast<double>(beside.cols() + columns.cols()) > room) continue;
     const Eigen::Index at = beside.cols();
-    beside.conservativeResize(Eigen::NoChange, at + block.width());
-    beside.rightCols(block.width()) = atoms.base().projected(block.columns());
+    beside.conservativeResize(Eigen::NoChange, at + columns.cols());
+    beside.rightCols(columns.cols()) = atoms.base().projected(columns);
     ++taken;
   }
   Judgement out;
-  out.noise = noise_scale(atoms, set, beside, seed);
+  out.noise = beside.cols() == surrogate.cols() ? plain : noise_scale(atoms, set, beside, seed);
   out.left =
-      out.noise.phi == 0.0 ? rescaled(raw, stated, out.noise) : leftover(atoms, set, blocks, out.noise);
+      out.noise.phi == 0.0 ? rescaled(raw, stated, out.noise) : leftover(atoms, set, structures, out.noise);
   return out;
 }
 

@@ -1,6 +1,9 @@
 #pragma once
+#include <optional>
+
 #include "diagnosis/noise_scale.hpp"
 #include "diagnosis/structure.hpp"
+#include "diagnosis/twist_bank.hpp"
 
 namespace trunnion::diagnosis {
 
@@ -14,15 +17,26 @@ struct Leftover {
     std::size_t block = 0;    // of those tested
     bool neighbours = false;  // a test of neighbouring readings along an axis, by `z`
     double z = 0.0;
+    std::optional<TwistBank::Hit> twist = {};  // a test of the bank
   };
   std::vector<Test> tests;  // smallest p first
   double p = 1.0;           // smallest
   double drop = 0.0;        // of the block with the smallest p
+  double tried = 1.0;       // independent tests that all of these amount to
   bool found(double alpha) const { return p < alpha; }
 };
 
-/// Tests every block on what a set leaves; the blocks are freed of base and set before.
-Leftover leftover(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+/// What a leftover is tested for.
+struct Structures {
+  std::vector<StructureBlock> blocks;
+  TwistBank twists;
+  explicit Structures(const Observations& o) : blocks(structure_blocks(o)), twists(o) {}
+  /// To be called before tests on another base; it must outlive them.
+  void fit_to(const FitCore& base) { twists.fit_to(base); }
+};
+
+/// Tests every block and twist on what a set leaves; they are freed of base and set before.
+Leftover leftover(const Atoms& atoms, const Remainder& set, const Structures& structures,
                   const NoiseScale& noise);
 
 /// The same tests against another scale of the noise; both must be free of correlation.
@@ -34,7 +48,7 @@ struct Judgement {
   NoiseScale noise;
   Leftover left;  // against `noise`
 };
-Judgement judge(const Atoms& atoms, const Remainder& set, const std::vector<StructureBlock>& blocks,
+Judgement judge(const Atoms& atoms, const Remainder& set, const Structures& structures,
                 const MatrixXd& surrogate, std::uint64_t seed);
 
 /// Lack of fit against repeated readings (same pose, direction of sensitivity and directions of motion):

@@ -36,6 +36,7 @@ PivotedQr pivoted_qr(const MatrixXd& a, double threshold) {
 }
 
 SymmetricEigen symmetric_eigen(const MatrixXd& a) {
+  if (a.rows() == 0) return {VectorXd(0), MatrixXd(0, 0)};  // Eigen's solver wants a row
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(a);
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }

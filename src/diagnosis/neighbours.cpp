@@ -66,6 +66,37 @@ MatrixXd simulated(const Atoms& atoms, const NoiseScale& noise, std::uint64_t se
 
 }  // namespace
 
+double company(const Observations& o, const std::vector<bool>& outliers, const VectorXd& white) {
+  constexpr double kMost = 3.0;       // of one neighbour: it may be an outlier by chance
+  constexpr double kTimeless = 1e-4;  // time decides between equal poses only
+  const std::size_t axes = o.machine().axes.size();
+  std::vector<double> low(axes, INFINITY), high(axes, -INFINITY);
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    for (AxisId a = 0; a < axes; ++a) {
+      low[a] = std::min(low[a], o.state(i).q[a]);
+      high[a] = std::max(high[a], o.state(i).q[a]);
+    }
+  double sum = 0.0, count = 0.0;
+  for (const auto& group : o.groups())
+    for (const Eigen::Index i : group) {
+      if (!outliers[static_cast<std::size_t>(i)]) continue;
+      const MachineState& s = o.state(i);
+      const double duration = std::max(o.data().context.runs[s.run].duration_s, 1e-9);
+      double nearest = INFINITY, beside = 0.0;
+      for (const Eigen::Index k : group) {
+        if (k == i) continue;
+        double distance = kTimeless * std::pow((o.state(k).time_s - s.time_s) / duration, 2);
+        for (AxisId a = 0; a < axes; ++a)
+          if (high[a] > low[a]) distance += std::pow((o.state(k).q[a] - s.q[a]) / (high[a] - low[a]), 2);
+        if (distance < nearest) nearest = distance, beside = white[k];
+      }
+      if (!(nearest < INFINITY)) continue;
+      sum += std::clamp(white[i] > 0.0 ? beside : -beside, -kMost, kMost);
+      count += 1.0;
+    }
+  return count > 0.0 ? sum / std::sqrt(count) : 0.0;
+}
+
 std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& set, const NoiseScale& noise,
                                            std::uint64_t seed) {
   const Observations& o = atoms.observations();

@@ -17,4 +17,8 @@ struct NeighbourTest {
 std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& set, const NoiseScale& noise,
                                            std::uint64_t seed);
 
+/// How far the nearest neighbours (in pose, then in time, within the group) of readings that stand out stand
+/// out to the same side: standard normal when those readings are outliers.
+double company(const Observations& observations, const std::vector<bool>& outliers, const VectorXd& white);
+
 }  // namespace trunnion::diagnosis

@@ -37,6 +37,10 @@ class Observations {
   /// Derivative in all parameters of a model's effect, linear ones first (shape parameters by central
   /// differences).
   MatrixXd columns(const ModelEffect& effect) const;
+  /// The joints in the order of the machine's axes, then spindle and part.
+  std::size_t link_count() const { return response_.size(); }
+  /// Derivative of the readings in the six components of a link's twist; N x 6.
+  const MatrixXd& response(std::size_t link) const { return response_[link]; }
   /// Derivative in the set-up translation of the reading's run (x, y, z of P); zero for rotations.
   Vec3 setup_row(Eigen::Index i) const;
 

@@ -27,12 +27,14 @@ std::optional<double> detectable(const Atoms& atoms, const Atom& atom, const Noi
   MatrixXd raw = atoms.observations().linear_columns(atoms.effect(atom), atom.shape);
   for (Eigen::Index k = 0; k < raw.cols(); ++k)
     raw.col(k) *= info.parameters[static_cast<std::size_t>(k)].usual;
-  const Svd svd = thin_svd(atoms.base().projected(raw));
-  if (svd.s.size() == 0 || !(svd.s[0] > 0.0)) return std::nullopt;
+  const MatrixXd seen = atoms.base().projected(raw);
+  const SymmetricEigen eigen = symmetric_eigen(seen.transpose() * seen);
+  const Eigen::Index best = eigen.values.size() - 1;  // in ascending order
+  if (best < 0 || !(eigen.values[best] > 0.0)) return std::nullopt;
   const double level = alpha / std::max(1.0, shapes * families);
   const double lambda =
       needed_noncentrality(static_cast<double>(atom.rank()), level, kPower) * noise.variance;
-  VectorXd change = raw * svd.V.col(0) * (std::sqrt(lambda) / svd.s[0]);
+  VectorXd change = raw * eigen.vectors.col(best) * std::sqrt(lambda / eigen.values[best]);
   for (Eigen::Index i = 0; i < change.size(); ++i)
     change[i] /= atoms.observations().reading(i).quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
   const double rms = std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));

@@ -20,13 +20,9 @@ constexpr double kUndecided = 9.2;
 constexpr double kUndecidedLarger = 6.8;
 constexpr double kKnownPeriod =
     6.0;  // chi-square that a known period may be worse than the best one and still be meant
-constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
-
-// -2 ln of the Occam factor of k columns that drop chi-square by s, prior width fitted to the data (local
-// empirical Bayes; George and Foster 2000).
-double occam(double s, double k) {
-  return k <= 0.0 ? 0.0 : s > k ? k * (1.0 + std::log(s / k)) : s;
-}
+constexpr double kUndetermined = 1e-10;  // square of a singular value of columns of length 1
+constexpr double kSureAnyhow = 1e-6;     // p-value below which a few readings cannot be the reason
+constexpr double kFarFromUsual = 10.0;   // times its usual magnitude: an effect there costs evidence, slowly
 
 std::multiset<std::size_t> families(const std::vector<Atom>& members) {
   std::multiset<std::size_t> out;
@@ -35,6 +31,10 @@ std::multiset<std::size_t> families(const std::vector<Atom>& members) {
 }
 
 }  // namespace
+
+double occam(double s, double k) {
+  return k <= 0.0 ? 0.0 : s > k ? k * (1.0 + std::log(s / k)) : s;
+}
 
 std::vector<std::string> EffectSet::ids(const Atoms& atoms) const {
   std::vector<std::string> out;
@@ -95,6 +95,10 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
     out.drop.push_back(corrected_drop(u, given.residual, noise_));
     out.rank.push_back(u.cols());
     out.p.push_back(global_p(out.members[k].family, out.drop.back(), u.cols()));
+    if (atoms_.rough() && out.p.back() > kSureAnyhow) {
+      const double bounded = corrected_drop(u, atoms_.bounded(given, noise_.variance).residual, noise_);
+      out.p.back() = std::max(out.p.back(), global_p(out.members[k].family, bounded, u.cols()));
+    }
     out.criterion += occam(out.drop.back(), static_cast<double>(u.cols())) +
                      2.0 * std::log(multiplicity_.shapes[out.members[k].family]) +
                      2.0 * std::log(multiplicity_.families);
@@ -246,12 +250,14 @@ SetEstimate estimate(const Atoms& atoms, const std::vector<Atom>& members) {
     scale[k] = scale[k] > 0.0 ? 1.0 / scale[k] : 0.0;
     all.col(k) *= scale[k];
   }
-  const Svd svd = thin_svd(all);
-  Eigen::Index rank = 0;
-  while (rank < svd.s.size() && svd.s[rank] > 1e-5) ++rank;
-  const MatrixXd half =
-      scale.asDiagonal() * svd.V.leftCols(rank) * svd.s.head(rank).cwiseInverse().asDiagonal();
-  const VectorXd value = half * (svd.U.leftCols(rank).transpose() * atoms.base().white);
+  const SymmetricEigen eigen = symmetric_eigen(all.transpose() * all);
+  VectorXd inverse = eigen.values;
+  for (double& v : inverse) v = v > kUndetermined ? 1.0 / v : 0.0;
+  const MatrixXd half = scale.asDiagonal() * eigen.vectors * inverse.cwiseSqrt().asDiagonal();
+  const VectorXd value =
+      scale.asDiagonal() *
+      (eigen.vectors *
+       (inverse.asDiagonal() * (eigen.vectors.transpose() * (all.transpose() * atoms.base().white))));
   at = 0;
   for (const MatrixXd& block : blocks) {
     out.values.emplace_back();

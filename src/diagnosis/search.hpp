@@ -19,6 +19,10 @@ struct EffectSet {
   Eigen::Index columns() const;
 };
 
+/// -2 ln of the Occam factor of k columns that drop chi-square by s, prior width fitted to the data (local
+/// empirical Bayes; George and Foster 2000).
+double occam(double s, double k);
+
 /// Forward search with swaps and drops over sets of effects (README of this layer, "Search").
 class Search {
  public:

@@ -3,85 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <numeric>
 #include <set>
 
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/covariates.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr int kFullDegree = 6;  // a bump a sixth of the range wide is still seen
-constexpr int kHarmonics = 4;   // of a rotary axis
 constexpr int kCoarseDegree = 2;
-constexpr int kRoughDegree = 24;                     // 12 waves along the range: steps, kinks, saw teeth
-constexpr int kPairDegree = 4;                       // of each of two axes; two harmonics of a rotary one
-constexpr double kFullTurn = 200.0 * kRadPerDegree;  // range beyond which a rotary axis gets harmonics
-
-struct Covariate {
-  std::string name;
-  VectorXd values;
-  bool periodic = false;
-  std::size_t distinct = 0;
-};
-
-std::size_t distinct_values(const VectorXd& v, std::size_t limit) {
-  const double low = v.minCoeff(), range = v.maxCoeff() - low;
-  std::set<std::int64_t> seen;
-  if (!(range > 1e-9)) return 1;
-  for (const double x : v) {
-    seen.insert(std::llround((x - low) / range * 1e6));
-    if (seen.size() > limit) break;
-  }
-  return seen.size();
-}
-
-// Functions of one covariate, without the constant: harmonics, or Legendre polynomials on its range.
-MatrixXd functions(const Covariate& c, int degree) {
-  const int count = std::min<int>(degree, static_cast<int>(c.distinct) - 1);
-  const double low = c.values.minCoeff(), high = c.values.maxCoeff();
-  if (c.periodic) {
-    const int harmonics =
-        std::min(std::max(1, degree * kHarmonics / kFullDegree), static_cast<int>(c.distinct) / 2);
-    MatrixXd out(c.values.size(), 2 * harmonics);
-    for (int k = 0; k < harmonics; ++k) {
-      out.col(2 * k) = ((k + 1) * c.values.array()).cos();
-      out.col(2 * k + 1) = ((k + 1) * c.values.array()).sin();
-    }
-    return out;
-  }
-  MatrixXd out(c.values.size(), std::max(count, 0));
-  const VectorXd x = (2.0 * (c.values.array() - low) / (high - low) - 1.0).matrix();
-  VectorXd before = VectorXd::Ones(x.size()), now = x;
-  for (int k = 0; k < count; ++k) {
-    out.col(k) = now;
-    const double n = k + 1;
-    const VectorXd next =
-        ((2.0 * n + 1.0) * x.cwiseProduct(now) - n * before) / (n + 1.0);  // Bonnet's recursion
-    before = now;
-    now = next;
-  }
-  return out;
-}
-
-// One harmonic alone, for power: components of the library hold the first two.
-MatrixXd harmonic(const Covariate& c, int k) {
-  MatrixXd out(c.values.size(), 2);
-  out.col(0) = (k * c.values.array()).cos();
-  out.col(1) = (k * c.values.array()).sin();
-  return out;
-}
-
-// Waves of up to `count` half cycles along the range, or harmonics: what polynomials of a low degree miss.
-MatrixXd waves(const Covariate& c, int count) {
-  if (c.periodic) return functions(c, count);
-  const int most = std::min(count, static_cast<int>(c.distinct) - 1);
-  const double low = c.values.minCoeff(), range = c.values.maxCoeff() - low;
-  MatrixXd out(c.values.size(), std::max(most, 0));
-  for (int k = 0; k < most; ++k) out.col(k) = ((k + 1) * kPi / range * (c.values.array() - low)).cos();
-  return out;
-}
+constexpr int kRoughDegree = 24;  // 12 waves along the range: steps, kinks, saw teeth
+constexpr int kPairDegree = 4;    // of each of two axes; two harmonics of a rotary one
 
 // The components of the deviation that the readings see, machine axes: displacement x y z or rotation x y z.
 std::shared_ptr<const MatrixXd> components(const Observations& o, Quantity quantity) {
@@ -98,49 +32,6 @@ MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
   MatrixXd out(a.rows(), a.cols() * b.cols());
   for (Eigen::Index i = 0; i < a.cols(); ++i)
     for (Eigen::Index k = 0; k < b.cols(); ++k) out.col(i * b.cols() + k) = a.col(i).cwiseProduct(b.col(k));
-  return out;
-}
-
-Covariate covariate(const Observations& o, std::string name,
-                    const std::function<double(const MachineState&)>& value) {
-  Covariate c{std::move(name), VectorXd(o.size()), false, 0};
-  for (Eigen::Index i = 0; i < o.size(); ++i) c.values[i] = value(o.state(i));
-  c.distinct = distinct_values(c.values, 40);
-  return c;
-}
-
-std::vector<Covariate> axis_covariates(const Observations& o) {
-  std::vector<Covariate> out;
-  const auto& axes = o.machine().axes;
-  for (AxisId a = 0; a < axes.size(); ++a) {
-    out.push_back(covariate(o, axes[a].name, [a](const MachineState& s) { return s.q[a]; }));
-    Covariate& c = out.back();
-    c.periodic = axes[a].kind == AxisKind::rotary && c.values.maxCoeff() - c.values.minCoeff() > kFullTurn;
-  }
-  std::erase_if(out, [](const Covariate& c) { return c.distinct < 2; });
-  return out;
-}
-
-std::vector<Covariate> state_covariates(const Observations& o) {
-  std::vector<Covariate> out;
-  out.push_back(covariate(o, "time", [](const MachineState& s) { return s.time_s; }));
-  out.push_back(covariate(o, "spindle speed", [](const MachineState& s) { return s.spindle_rpm; }));
-  const auto& names = o.data().context.names;
-  for (std::size_t k = 0; k < names.temperatures.size(); ++k)
-    out.push_back(
-        covariate(o, "T_" + names.temperatures[k], [k](const MachineState& s) { return s.temperature(k); }));
-  for (std::size_t k = 0; k < names.states.size(); ++k)
-    out.push_back(
-        covariate(o, "s_" + names.states[k], [k](const MachineState& s) { return s.free_state(k); }));
-  const auto& axes = o.machine().axes;
-  for (AxisId a = 0; a < axes.size(); ++a)
-    out.push_back(
-        covariate(o, "velocity of " + axes[a].name, [a](const MachineState& s) { return s.velocity[a]; }));
-  Covariate tool{"tool length", VectorXd(o.size()), false, 0};
-  for (Eigen::Index i = 0; i < o.size(); ++i) tool.values[i] = o.data().rows[o.reading(i).row].tool_mm.z();
-  tool.distinct = distinct_values(tool.values, 40);
-  out.push_back(std::move(tool));
-  std::erase_if(out, [](const Covariate& c) { return c.distinct < 2; });
   return out;
 }
 

@@ -68,10 +68,10 @@ std::string limits(const Diagnosis& d) {
   return out.empty() ? out : out + ".";
 }
 
-std::string where(const std::vector<Dependence>& tests) {
+std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
   std::vector<std::string> names;
   for (const auto& t : tests) {
-    if (names.size() == 3 || t.p_value > 0.01) break;
+    if (names.size() == most || t.p_value > 0.01) break;
     names.push_back(t.covariate);
   }
   return names.empty() ? "no single covariate" : listed(names, " and ");
@@ -117,6 +117,15 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
       break;
     }
     case Verdict::not_in_library:
+      if (!d.imitators.empty()) {
+        out = "The model misses something real that is none of the effects known here: the residual of " +
+              short_number(d.rms_um) + " um RMS depends on " + where(d.depends_on) + ". " +
+              listed(d.imitators, " and ") + " together can imitate it, but one function of " +
+              where(d.depends_on, 1) +
+              " does so with fewer parameters. Look at the residual against it, and write the effect as a "
+              "formula in the model file.";
+        break;
+      }
       out = "The model misses something real that is none of the effects known here: the residual of " +
             short_number(d.rms_um) + " um RMS depends on " + where(d.depends_on) +
             ", and the best match of the library explains only " + percent(d.explained) +

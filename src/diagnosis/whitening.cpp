@@ -73,6 +73,10 @@ void Whitening::make_setup_bases() {
 
 void Whitening::whiten(Eigen::Ref<MatrixXd> x) const {
   x = inverse_u_.asDiagonal() * x;
+  mix(x);
+}
+
+void Whitening::mix(Eigen::Ref<MatrixXd> x) const {
   Eigen::RowVectorXd sum(x.cols());
   for (std::size_t g = 0; g < shrink_.size(); ++g) {
     if (shrink_[g] == 0.0) continue;
@@ -84,6 +88,10 @@ void Whitening::whiten(Eigen::Ref<MatrixXd> x) const {
 
 void Whitening::apply(Eigen::Ref<MatrixXd> x) const {
   whiten(x);
+  take_setups(x);
+}
+
+void Whitening::take_setups(Eigen::Ref<MatrixXd> x) const {
   for (std::size_t run = 0; run < runs_.size(); ++run) {
     const MatrixXd& basis = runs_[run].basis;
     if (basis.cols() == 0) continue;

@@ -31,8 +31,19 @@ class Whitening {
     apply(x);
     return x;
   }
+  /// Q only: takes the set-ups out of what is whitened already.
+  void take_setups(Eigen::Ref<MatrixXd> whitened) const;
   /// C^-1/2 only.
   void whiten(Eigen::Ref<MatrixXd> columns) const;
+  /// The same in two steps: rows divided by u (0 where a reading has no weight), then `mix`, which is
+  /// symmetric.
+  const VectorXd& inverse_u() const { return inverse_u_; }
+  void mix(Eigen::Ref<MatrixXd> columns) const;
+  /// Of each reading: its share in the offset of its group, after division by u.
+  const VectorXd& shared() const { return shared_; }
+  /// Orthonormal basis of a run's set-up in the whitened rows of that run.
+  const MatrixXd& setup_basis(std::size_t run) const { return runs_[run].basis; }
+  bool free_setup() const { return !runs_.empty(); }
   /// Dimensions that the set-ups take, all runs together.
   Eigen::Index setup_rank() const { return setup_rank_; }
   /// ln |C| + ln |S' C^-1 S| (of the readings with weight): for the restricted likelihood.

@@ -74,6 +74,7 @@ struct Diagnosis {
   double rms_um = 0.0, chi2 = 0.0, dof = 0.0, noise_floor_um = 0.0;
   std::vector<Dependence> depends_on;  // of the residual of the model as it was given
   std::vector<Dependence> leftover;    // of the residual after adding `effects`
+  std::vector<std::string> imitators;  // effects that together imitate what one unknown function does
   double explained = 0.0;              // share of the structure that `effects` explain
   double autocorrelation = 0.0;        // of the noise, along the runs
   double noise_factor = 1.0;           // true over stated uncertainty, as far as the residual tells

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import campaigns, foreign, machines, physics
+from . import campaigns, foreign, machines, physics, unseen
 from .chain import readings
 from .oracle import Oracle, rescaled, strength
 
 LAMBDAS = (20, 50, 100, 400)
-FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240}
+FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160}
 NULLS = ["clean"] * 4 + ["offsets"] * 2 + ["drifting", "outliers", "unequal", "wrong_sigma"]
 ROUGH = ["outliers", "unequal", "few", "common_empty", "part_frame", "state_only"]
 SUBJECTS = {
@@ -39,6 +39,7 @@ class Case:
     outside: dict = field(default_factory=dict)  # twists of physics that the library lacks
     about: dict = field(default_factory=dict)  # stratum, strength, rivals: for the score only
     rng: object = None
+    silent: tuple = ()  # beginnings of the names of columns that the file leaves out
 
     @property
     def truth(self):
@@ -59,7 +60,7 @@ class Case:
         machines.write_machine(folder / "machine.toml", self.machine)
         machines.write_model(folder / "known.toml", "known", self.base, values=False)
         from .rows import write_rows
-        write_rows(folder / "data.csv", self.machine, self.rows, self.values, self.stated_random, self.stated_common)
+        write_rows(folder / "data.csv", self.machine, self.rows, self.values, self.stated_random, self.stated_common, self.silent)
 
 
 def generator_of(name):
@@ -241,20 +242,50 @@ def two_hidden(name, index, rng):
     return finished(name, machine, rows, base, hidden, rng, about)
 
 
-def outside_library(name, index, rng):
+def outside_library(name, index, rng, source=foreign, stratum="X"):
     """A foreign effect, its amplitude such that three library effects cannot hide it: leftover chi-square 60 to 250."""
-    which = list(foreign.EFFECTS)[index % len(foreign.EFFECTS)]
-    machine, rows = campaign_for(rng, foreign.NEEDS[which])
+    which = list(source.EFFECTS)[index % len(source.EFFECTS)]
+    machine, rows = campaign_for(rng, source.NEEDS[which])
+    if which == "coolant":
+        rows = unseen.with_coolant(rows, rng)
     base = known_base(machine, rows, rng, [])
     oracle = Oracle(machine, rows, base)
-    twists = foreign.EFFECTS[which](machine, rows, rng)
+    twists = source.EFFECTS[which](machine, rows, rng)
     signal = oracle.exact_signal(twists, {})
     left, chosen = oracle.leftover(signal, 3)
     wanted = float(np.exp(rng.uniform(math.log(60), math.log(250))))
     factor = rescaled(max(left, 1e-9), wanted)
     outside = {j: t * factor for j, t in twists.items()}
-    about = {"stratum": "X", "kind": which, "leftover": wanted, "lambda": strength(signal) * factor**2, "imitators": chosen}
+    about = {"stratum": stratum, "kind": which, "leftover": wanted, "lambda": strength(signal) * factor**2, "imitators": chosen}
     return finished(name, machine, rows, base, [], rng, about, outside=outside)
+
+
+def unusual_design(name, index, rng):
+    """A campaign of an uncommon kind, with nothing hidden or one effect: what the diagnosis must take as it comes."""
+    which = list(unseen.DESIGNS)[index % len(unseen.DESIGNS)]
+    hide = (index // len(unseen.DESIGNS)) % 2 == 1
+    while True:
+        effect = identifier(KINDS[int(rng.integers(len(KINDS)))], rng)
+        machine, rows = campaign_for(rng, [effect] if hide else [], small=False)
+        rows = unseen.prepared(which, rows, rng)
+        base = known_base(machine, rows, rng, [effect])
+        if not hide:
+            break
+        oracle = Oracle(machine, rows, base)
+        drawn = drawn_effect(effect, machine, rows, rng)
+        if np.linalg.norm(oracle.project(oracle.raw_columns(*drawn))) > 1e-2:  # else these readings do not see it
+            break
+    about = {"stratum": f"D {which}", "kind": which, "null": not hide}
+    if not hide:
+        case = finished(name, machine, rows, base, [], rng, about)
+    else:
+        hidden, signal = scaled_to(oracle, base, drawn, 150)
+        columns = oracle.project(oracle.raw_columns(*hidden))
+        rivals = oracle.rivals(signal, {effect}, columns, hidden)
+        about |= {"lambda": 150, "rho": max(rivals.values(), default=0.0), "rivals": dict(list(rivals.items())[:4])}
+        case = finished(name, machine, rows, base, [hidden], rng, about)
+    case.silent = unseen.SILENT.get(which, ())
+    return case
 
 
 def case(name):
@@ -275,4 +306,8 @@ def case(name):
         rough = ROUGH[index % len(ROUGH)]
         kind = KINDS[(index // len(ROUGH)) % len(KINDS)]
         return one_hidden(name, index, rng, kind, 150 if index % 2 else 60, f"R {rough}", rough=rough)
+    if stratum == "F":
+        return outside_library(name, index, rng, unseen, "F")
+    if stratum == "D":
+        return unusual_design(name, index, rng)
     raise ValueError(f"no such case: {name}")

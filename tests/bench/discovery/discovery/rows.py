@@ -82,8 +82,8 @@ def join(parts):
     return type(first)(**arrays, **tables)
 
 
-def write_rows(path, machine, rows, values, stated_random=None, stated_common=None):
-    """The measurement file. `stated_common` None in an entry: the column is left empty there."""
+def write_rows(path, machine, rows, values, stated_random=None, stated_common=None, silent=()):
+    """The measurement file. NaN in `stated_common`: the column is left empty there. `silent`: columns left out, by their beginnings."""
     stated_random = rows.u_random if stated_random is None else stated_random
     stated_common = rows.u_common if stated_common is None else stated_common
     names = [a.name for a in machine.axes]
@@ -94,9 +94,10 @@ def write_rows(path, machine, rows, values, stated_random=None, stated_common=No
     header += ["spindle_rpm"] + [f"T_{s}_degC" for s in sensors] + [f"s_{s}" for s in sorted(rows.state)]
     header += ["tool_x_mm", "tool_y_mm", "tool_z_mm", "quantity", "n_x", "n_y", "n_z", "frame", "value", "unit"]
     header += ["u_random", "u_common"]
+    kept = [k for k, name in enumerate(header) if not name.startswith(tuple(silent))] if silent else range(len(header))
     with open(path, "w", newline="") as file:
         out = csv.writer(file)
-        out.writerow(header)
+        out.writerow([header[k] for k in kept])
         for i in range(len(rows)):
             line = [rows.run[i], f"{rows.time[i]:.9g}"]
             line += [repr(float(np.degrees(rows.q[a][i]) if a in rotary else rows.q[a][i])) for a in names]
@@ -111,7 +112,7 @@ def write_rows(path, machine, rows, values, stated_random=None, stated_common=No
             value = repr(float(values[i])) if rows.measured[i] else ""
             common = "" if np.isnan(stated_common[i]) else f"{stated_common[i]:.6g}"
             line += [rows.frame[i], value, QUANTITY_UNIT[rows.quantity[i]], f"{stated_random[i]:.6g}", common]
-            out.writerow(line)
+            out.writerow([line[k] for k in kept])
 
 
 def read_rows(path, machine):

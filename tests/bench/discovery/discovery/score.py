@@ -56,8 +56,12 @@ def in_a_set(r):
 def false_alarm(r):
     """A name or a structure where there is none. That the stated noise is wrong is no alarm where it is wrong."""
     if r["verdict"] == "data_problem":
-        return stratum(r) in ("H0 clean", "H0 offsets", "H0 unequal")
+        return stratum(r) in ("H0 clean", "H0 offsets", "H0 unequal") or stratum(r).startswith("D ")
     return r["verdict"] not in ("nothing_to_find", "not_testable")
+
+
+def is_null(r):
+    return stratum(r).startswith("H0") or r["about"].get("null", False)
 
 
 def right(r):
@@ -65,9 +69,9 @@ def right(r):
     kind = stratum(r)
     if r["verdict"] == "error":
         return False
-    if kind.startswith("H0"):
+    if is_null(r):
         return not false_alarm(r)
-    if kind == "X":
+    if kind in ("X", "F"):
         return r["verdict"] in ("not_in_library", "named_but_incomplete")
     if r["verdict"] == "named":
         return sorted(r["effects"]) == r["truth"]
@@ -93,7 +97,7 @@ def rates(records):
                         lambda r: r["verdict"] == "named" and r["effects"] == r["truth"]))
     out.append(rate(f"right effect first, a rival above {SEPARATE}, lambda 100 or more",
                     (r for r in one if not separable(r) and r["about"]["lambda"] >= 100), first_right))
-    said = [r for r in records if stratum(r)[:2] in ("H1", "R ") and r["verdict"] in NAMING]
+    said = [r for r in records if (stratum(r)[:2] in ("H1", "R ", "D ") and not is_null(r)) and r["verdict"] in NAMING]
     out.append(rate("reported set contains the truth", said, in_a_set, 0.95))
     two = [r for r in records if stratum(r) == "H2"]
     out.append(rate("two at once: both found", two, in_a_set, 0.90))
@@ -102,6 +106,15 @@ def rates(records):
     out.append(rate("outside the library: said so", outside,
                     lambda r: r["verdict"] in ("not_in_library", "named_but_incomplete"), 0.95))
     out.append(rate("outside the library: a confident wrong name", outside, lambda r: r["verdict"] == "named", 0.03, False))
+    unseen = [r for r in records if stratum(r) == "F"]
+    out.append(rate("unseen physics: said so", unseen, right, 0.95))
+    out.append(rate("unseen physics: a confident wrong name", unseen, lambda r: r["verdict"] == "named", 0.03, False))
+    for kind in sorted({r["about"]["kind"] for r in unseen}):
+        out.append(rate(f"unseen physics, {kind}: said so", (r for r in unseen if r["about"]["kind"] == kind), right))
+    designs = [r for r in records if stratum(r).startswith("D ")]
+    out.append(rate("uncommon campaigns: false alarms", filter(is_null, designs), false_alarm, 0.03, False))
+    shown = [r for r in designs if not is_null(r) and separable(r)]
+    out.append(rate(f"uncommon campaigns: right effect first, rivals below {SEPARATE}", shown, first_right, 0.95))
     pairs = [r for r in records if stratum(r) == "C"]
     out.append(rate("confounded pairs: ambiguous", pairs, lambda r: r["verdict"] == "ambiguous", 0.95))
     out.append(rate("confounded pairs: the truth in a set", pairs, in_a_set, 0.95))
@@ -165,9 +178,9 @@ def reason(r):
     kind = stratum(r)
     if r["verdict"] == "error":
         return r.get("message", "error")
-    if kind.startswith("H0"):
+    if is_null(r):
         return "false alarm" if false_alarm(r) else ""
-    if kind == "X":
+    if kind in ("X", "F"):
         return "" if right(r) else "not said to be outside the library"
     if kind == "C":
         if r["verdict"] != "ambiguous" or not in_a_set(r):
