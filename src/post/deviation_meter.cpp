@@ -201,9 +201,12 @@ DeviationMeter::Interval DeviationMeter::tip_interval(const path::Station& from,
   const path::Bound bound = certifier_.tip(from, to, reference);
   const double lower = std::max(0.0, bound.lower - slack_mm);
   const double upper = bound.upper + slack_mm;
-  // A proved bound is a little above the truth; where it straddles the tolerance the question is decided.
-  const bool straddles = lower <= tolerance_mm_ && upper > tolerance_mm_;
-  return {lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : upper};
+  // A proved bound is a little above the truth; where it straddles the tolerance the question is decided, and
+  // the figure is worth a sharper bound.
+  if (lower > tolerance_mm_ || upper <= tolerance_mm_ || !within(tolerance_mm_)) return {lower, upper};
+  constexpr double kSharp = 1.001;
+  const path::Bound sharp = certifier_.tip(from, to, reference, kSharp);
+  return {std::max(lower, sharp.lower - slack_mm), std::min(tolerance_mm_, sharp.upper + slack_mm)};
 }
 
 DeviationMeter::Interval DeviationMeter::axis_interval(const path::Station& from, const path::Station& to,

@@ -73,6 +73,11 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     offsets_.emplace(*job.offsets, job.offset_limits,
                      shifts() ? OffsetTracker::Follow::operations : OffsetTracker::Follow::always);
   }
+  if (compensator_ || offsets_) {
+    meter_.emplace(machine_, tool_mm_, evaluator_.get(), offsets_ && !shifts() ? &*offsets_ : nullptr,
+                   options.nonlinear.certify, options.tolerance_mm,
+                   options.axis_tolerance.value_or(machine_.axis_tolerance));
+  }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
   verifier_ = std::make_unique<Verifier>(*job.machine, controller_, tool_mm_,
@@ -273,20 +278,20 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   const double tip_mm = (to.tip_P - last_.tip_P).norm();
   const auto rate = feed_rate(feed, tip_mm, where);
   if (!rate) return tl::unexpected(rate.error());
-  if (auto r = emit_take_up(to, where); !r) return r;
-  const auto found = corrected(to, tip_mm / *rate);
+  auto found = corrected(to, tip_mm / *rate);
   if (!found) return tl::unexpected(found.error());
+  if (compensator_) {
+    const auto taken_up = emit_take_up(*found, where);
+    if (!taken_up) return tl::unexpected(taken_up.error());
+    if (*taken_up) found = corrected(to, tip_mm / *rate);
+    if (!found) return tl::unexpected(found.error());
+  }
   JointVector q = *found;
   if (q == last_emitted_) return {};
   const bool bent = (compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q);
   if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, *rate))) {
-    // The errors bend the path between the two: a point on the chord between them, compensated itself.
-    path::Point middle = to;
-    middle.tip_P = 0.5 * (last_.tip_P + to.tip_P);
-    middle.axis_P = slerp(last_.axis_P, to.axis_P, 0.5);
-    middle.q = JointVector::interpolate(last_.q, to.q, 0.5);
-    middle.inserted = true;
-    path::round_to_words(kinematics_, rounding_, middle.tip_P, middle.q);
+    // The errors bend the path between the two: a point between them, compensated itself.
+    const path::Point middle = middle_before(to);
     ++report_.points_inserted;
     if (auto r = emit_feed(middle, feed, where, depth + 1); !r) return r;
     last_ = middle;
@@ -339,6 +344,7 @@ void Pipeline::moved(const JointVector& q, double seconds) {
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
+  if (compensator_) hold_idle_turns(q);
   Vec3 tip_P = point.tip_P + point.beside_P;
   // The grid of a plane's words is not that of the joints.
   if (plane_) kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
@@ -351,14 +357,8 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     report_.largest_error_mm = std::max(report_.largest_error_mm, deviation_P.norm());
   }
   if (compensator_) {
-    MachineState at = state_.towards(expected(q), q, seconds);
-    auto found = compensator_->corrected(tip_P, point.axis_P, at, state_.lagged());
-    // The corrected motion may go the other way in an axis that hardly moves: then that sense counts.
-    const MachineState as_sent = found ? state_.towards(found->q, q, seconds) : at;
-    if (as_sent.direction != at.direction) {
-      at = as_sent;
-      found = compensator_->corrected(tip_P, point.axis_P, at, state_.lagged());
-    }
+    const MachineState at = state_.towards(expected(q), q, seconds);
+    const auto found = compensated(tip_P, point.axis_P, at);
     if (!found) {
       Error error = found.error();
       error.file = job_.cl_file;

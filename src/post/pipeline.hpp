@@ -10,6 +10,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/chunk.hpp"
+#include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
 #include "post/offset_tracker.hpp"
@@ -80,6 +81,7 @@ class Pipeline {
   /// How far the tool leaves the part along its axis from `point`.
   double retract_way_mm(const path::Point& point, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
+  void begin_segment(const path::Point& from, const path::Point& to);
   Result<void> emit_to(const path::Point& point, const Pending& motion);
   /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
   const PreparedSegment* prepared(std::size_t i) const;
@@ -99,11 +101,20 @@ class Pipeline {
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
-  Result<void> emit_take_up(const path::Point& to, SourceRef where);
+  double lost_turn(const MachineState& at, AxisId id, std::int8_t sense) const;
+  void hold_idle_turns(JointVector& q) const;
+  /// Before the motion to `q`: true when a block went out that takes up lost motion.
+  Result<bool> emit_take_up(const JointVector& q, SourceRef where);
   bool rewinds(const JointVector& q) const;
   bool bends(const path::Point& to, const JointVector& q) const;
   bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
+  bool span_bends(const path::Point& to, const JointVector& q) const;
+  /// What a piece over several segments leaves of the tolerance to the errors.
+  path::Tolerance span_tolerance() const;
+  path::Point middle_before(const path::Point& to) const;
   double strays_mm(const path::Point& to, const JointVector& q, double t) const;
+  /// With the machine's errors, at the fraction t of the block to `q`.
+  Vec3 actual_tip_P(const JointVector& q, double t) const;
   std::optional<JointVector> without_idle_digits(const path::Point& to, const JointVector& q) const;
   /// The motion from the last emitted position to `q`, for the planner.
   FeedPlanner::Move move_to(const JointVector& q, double tip_mm) const;
@@ -124,6 +135,8 @@ class Pipeline {
   /// The machine has moved to `q` in `seconds`.
   void moved(const JointVector& q, double seconds);
   Result<JointVector> corrected(const path::Point& point, double seconds);
+  /// The correction with the senses of motion that it leads to itself; those of `at` do not count.
+  Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
   JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
@@ -173,6 +186,9 @@ class Pipeline {
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
   std::optional<OffsetTracker> offsets_;
+  std::optional<DeviationMeter> meter_;  // of the machine with its errors
+  std::optional<std::pair<Target, Target>>
+      segment_;  // of the CL path, on which blocks are now; where it is known
   WorkShift shift_;
   nc::OffsetShift::Kind shift_kind_ = nc::OffsetShift::Kind::add;
   bool shift_due_ = false;

@@ -56,6 +56,7 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
     placed_ = true;
     return done;
   }
+  begin_segment(last_, to);
   if (prepared != nullptr) {
     note(prepared->report);
     for (std::size_t k = 0; k < prepared->report.inserted; ++k) {
@@ -74,6 +75,11 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
     if (auto done = emit_to(point, motion); !done) return done;
   }
   return emit_to(to, motion);
+}
+
+void Pipeline::begin_segment(const path::Point& from, const path::Point& to) {
+  const auto target = [](const path::Point& p) { return Target{p.tip_P, p.axis_P, p.where.line, false}; };
+  segment_ = {target(from), target(to)};
 }
 
 Result<void> Pipeline::emit_to(const path::Point& point, const Pending& motion) {
@@ -113,9 +119,17 @@ Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->points[i]);
   inserted_.clear();
   reports_.clear();
-  refiner_.refine_run(run_, tolerances_.cutting(), inserted_, reports_);
+  const bool leaves_room = options_.nonlinear.thin && meter_;
+  refiner_.refine_run(run_, leaves_room ? span_tolerance() : tolerances_.cutting(), inserted_, reports_);
   for (const path::SegmentReport& report : reports_) note(report);
+  // Pieces that pass programmed points are on more than one segment.
+  segment_.reset();
   for (std::size_t i = 1; i < inserted_.size(); ++i) {
+    if (!options_.nonlinear.thin && !inserted_[i - 1].inserted) {
+      const auto end = std::find_if(inserted_.begin() + static_cast<std::ptrdiff_t>(i), inserted_.end(),
+                                    [](const path::Point& p) { return !p.inserted; });
+      begin_segment(inserted_[i - 1], *end);
+    }
     if (auto done = emit_feed(inserted_[i], chunk_->motions[first].feed, inserted_[i].where, 0); !done)
       return done;
     last_ = inserted_[i];

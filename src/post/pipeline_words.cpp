@@ -8,18 +8,22 @@ namespace trunnion::post {
 namespace {
 
 // Share of the tolerance that a piece may take at the samples of `bends`: the rest is left to what lies
-// between them and to the proof of the verification.
+// between them.
 constexpr double kBentWithErrors = 0.98;
 
 }  // namespace
 
 // Distance of the tip from the chord that ends at `to`, at the fraction t of the block to `q`.
 double Pipeline::strays_mm(const path::Point& to, const JointVector& q, double t) const {
+  return distance_to_segment(actual_tip_P(q, t), last_.tip_P, to.tip_P);
+}
+
+Vec3 Pipeline::actual_tip_P(const JointVector& q, double t) const {
   const JointVector at = JointVector::interpolate(last_emitted_, q, t);
   Vec3 tip_P = compensator_ ? compensator_->actual(state_.towards(q, at), state_.lagged()).tip_P
                             : Vec3(kinematics_.pose(at).tip_P);
   if (offsets_) tip_P += offsets_->deviation_P(part_in_machine(machine_, at).R);
-  return distance_to_segment(tip_P, last_.tip_P, to.tip_P);
+  return tip_P;
 }
 
 // What is lagged counts as it was when the block began.
@@ -28,38 +32,71 @@ bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) cons
   return !state_.lagged().empty() && planner_.plan(move_to(q, tip_mm), rate).seconds > kLongest_s;
 }
 
-// Where an axis is about to reverse, its lost motion is taken up before the cut goes on: a block to the same
-// place, corrected for the new sense of motion.
-Result<void> Pipeline::emit_take_up(const path::Point& to, SourceRef where) {
-  if (!compensator_) return {};
-  const MachineState after = state_.towards(expected(to.q), last_.q);
-  if (after.direction == state_.now().direction) return {};
-  const auto found =
-      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
-  if (!found) return {};  // the same failure comes with its place for the point itself
-  JointVector q = found->q;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) q[id] = rounding_.rounded(id, q[id]);
-  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return {};
-  const BlockFeed block = planner_.plan(move_to(q, 0.0), options_.default_feed_mm_s);
-  moved(q, block.seconds);
-  last_emitted_ = q;
-  return emit_motion(q, nc::MotionKind::feed, block, where);
-}
-
-// The nonlinear test on the machine with errors: does the tip between the last block and `q` leave the chord
-// by more than the tolerance?
+// The nonlinear test on the machine with errors: does the tip between the last block and `q` leave its
+// segment of the path by more than the tolerance?
 bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
-  const auto off_chord = [&](double t) { return strays_mm(to, q, t); };
-  const double limit_mm = kBentWithErrors * tolerances_.cutting().tip_mm;
-  const double middle = off_chord(0.5);
-  if (middle > limit_mm) return true;
+  if (!segment_) return span_bends(to, q);
+  const double limit_mm = tolerances_.cutting().tip_mm;
+  const double middle = strays_mm(to, q, 0.5);
   // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
   // way.
   const path::Certifier certifier(kinematics_);
   const double nominal =
       certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
-  if (2.0 * (nominal + middle) <= limit_mm) return false;
-  return off_chord(0.25) > limit_mm || off_chord(0.75) > limit_mm;
+  if (2.0 * (nominal + middle) <= kBentWithErrors * limit_mm) return false;
+  Vertex from;
+  Vertex at;
+  from.q = last_emitted_;
+  at.q = q;
+  from.tcp = at.tcp = options_.rtcp;
+  const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
+  const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
+  return found.tip_mm.upper > (found.proved && !found.unbounded ? limit_mm : kBentWithErrors * limit_mm);
+}
+
+// A piece that passes programmed points keeps to the path as the nominal machine runs it: the refinement saw
+// to that. What is left to the errors is how far they take it off that course.
+bool Pipeline::span_bends(const path::Point& to, const JointVector& q) const {
+  const double limit_mm = kBentWithErrors * (tolerances_.cutting().tip_mm - span_tolerance().tip_mm);
+  for (const double t : {0.25, 0.5, 0.75}) {
+    const Vec3 nominal_P = kinematics_.pose(JointVector::interpolate(last_.q, to.q, t)).tip_P;
+    if ((actual_tip_P(q, t) - nominal_P).norm() > limit_mm) return true;
+  }
+  return false;
+}
+
+path::Tolerance Pipeline::span_tolerance() const {
+  constexpr double kTipShare = 0.1;   // left to the errors between the blocks
+  constexpr double kAxisShare = 0.2;  // to those of the tool axis, which are not corrected
+  constexpr double kRoundings = 4.0;  // nominal and corrected words, at both ends
+  double quanta2 = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::linear) quanta2 += rounding_.quantum[id] * rounding_.quantum[id];
+  }
+  path::Tolerance out = tolerances_.cutting();
+  const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
+  out.tip_mm -= std::min(left_mm, 0.5 * out.tip_mm);
+  out.axis = out.axis * (1.0 - kAxisShare);
+  return out;
+}
+
+// Half way from the last point to `to`: on the chord within a segment, on the nominal course of a piece that
+// passes programmed points.
+path::Point Pipeline::middle_before(const path::Point& to) const {
+  path::Point middle = to;
+  middle.q = JointVector::interpolate(last_.q, to.q, 0.5);
+  middle.inserted = true;
+  middle.beside_P = Vec3::Zero();
+  if (segment_) {
+    middle.tip_P = 0.5 * (last_.tip_P + to.tip_P);
+    middle.axis_P = slerp(last_.axis_P, to.axis_P, 0.5);
+  } else {
+    const ToolPose nominal = kinematics_.pose(middle.q);
+    middle.tip_P = nominal.tip_P;
+    middle.axis_P = nominal.axis_P;
+  }
+  path::round_to_words(kinematics_, rounding_, middle.tip_P, middle.q);
+  return middle;
 }
 
 // In a block in which the rotary axes turn, X Y Z words that only rounding changes are no path, but the

@@ -1,0 +1,92 @@
+// Lost motion: which way the axes go on, and the block that takes it up where one of them reverses.
+#include <cmath>
+
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+namespace {
+
+// Lost motion of rotary axes is below this.
+const Angle kIdleTurn = Angle::degrees(0.02);
+// What a block lasts that takes up lost motion.
+constexpr double kTakeUp_s = 0.01;
+
+}  // namespace
+
+// The correction decides which way an axis goes that hardly moves, and that decides about its lost motion.
+// First as the axes move already, since every reversal costs a block; then as the motion so found goes.
+Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const {
+  constexpr int kTries = 3;  // each turns an axis; more than one at a time is rare
+  at.direction = state_.now().direction;
+  for (int i = 1;; ++i) {
+    auto found = compensator_->corrected(tip_P, axis_P, at, state_.lagged());
+    if (!found) return found;
+    JointVector sent = found->q;
+    round_joints(sent);
+    const auto senses = state_.towards(sent, sent).direction;
+    if (senses == at.direction || i == kTries) return found;
+    at.direction = senses;
+  }
+}
+
+// By how much a rotary axis has to turn until the part follows, when it goes on from `at` in the sense
+// `sense`.
+double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense) const {
+  MachineState after = at;
+  after.direction[id] = sense;
+  const auto& evaluator = compensator_->evaluator();
+  const Vec3 lost = evaluator.errors(at, state_.lagged()).joint[id].rot_rad -
+                    evaluator.errors(after, state_.lagged()).joint[id].rot_rad;
+  return lost.dot(machine_.axes[id].direction);
+}
+
+// A rotary axis that would turn back by less than it loses stays where it is: the part would not follow, and
+// the linear axes cannot make up for a sense that changes without a motion.
+void Pipeline::hold_idle_turns(JointVector& q) const {
+  const MachineState& now = state_.now();
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const double way = q[id] - last_emitted_[id];
+    const bool back = way * now.direction[id] < 0.0;
+    if (machine_.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad()) continue;
+    const double lost = lost_turn(now, id, static_cast<std::int8_t>(-now.direction[id]));
+    if (lost * way > 0.0 && std::abs(way) < std::abs(lost)) q[id] = last_emitted_[id];
+  }
+}
+
+// Where an axis is about to reverse, its lost motion is taken up before the cut goes on. A linear axis moves
+// to where the new sense has the same place. The part stands still while a rotary axis takes up: so far it
+// turns, and the linear axes stay.
+Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
+  const MachineState& now = state_.now();
+  MachineState after = state_.towards(next, last_.q);
+  if (after.direction == now.direction) return false;
+  const auto reverses = [&](AxisId id) { return after.direction[id] != now.direction[id]; };
+  JointVector q = last_emitted_;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind != AxisKind::rotary || !reverses(id)) continue;
+    const double turn = lost_turn(now, id, after.direction[id]);
+    const double way = next[id] - last_emitted_[id];
+    // Not farther than the motion itself goes.
+    if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = rounding_.rounded(id, q[id] + turn);
+    after.q[id] = q[id];
+  }
+  const auto found =
+      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
+  if (!found) return false;  // the same failure comes with its place for the point itself
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    // Digits of the others that only rounding changes would reverse those.
+    if (machine_.axes[id].kind == AxisKind::linear && reverses(id))
+      q[id] = rounding_.rounded(id, found->q[id]);
+  }
+  if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
+  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return false;
+  // Micrometres, in a time that no axis has to jump for.
+  const double rate_mm_s = options_.default_feed_mm_s;
+  const BlockFeed block = planner_.plan(move_to(q, kTakeUp_s * rate_mm_s), rate_mm_s);
+  moved(q, block.seconds);
+  last_emitted_ = q;
+  if (auto r = emit_motion(q, nc::MotionKind::feed, block, where); !r) return tl::unexpected(r.error());
+  return true;
+}
+
+}  // namespace trunnion::post
