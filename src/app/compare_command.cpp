@@ -4,6 +4,7 @@
 #include "trunnion/report/nc_page.hpp"
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -26,8 +27,11 @@ Result<report::ComparedProgram> evaluate(const CompareCommand& command, const st
   auto nc = cl::open_source(program);
   if (!nc) return tl::unexpected(nc.error());
   const cl::ReaderOptions reading = command.reading.resolve();
-  auto report = post::verify(std::move(*cl), command.against, std::move(*nc), program, machine, controller,
-                             reading, options, diagnostics);
+  auto report = [&] {
+    const Activity activity("verifying");
+    return post::verify(std::move(*cl), command.against, std::move(*nc), program, machine, controller,
+                        reading, options, diagnostics);
+  }();
   if (!report) return tl::unexpected(report.error());
   return report::ComparedProgram{program, std::move(*report)};
 }

@@ -6,6 +6,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -65,7 +66,10 @@ int run(const ModelAddOptions& options) {
   if (!effect) return print_error(effect.error());
   Model added = *model;
   if (data) {
-    auto result = diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &*diagnosis);
+    auto result = [&] {
+      const Activity activity("adding");
+      return diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &*diagnosis);
+    }();
     added = std::move(result.model);
     exit = write_results(options.files, options.out == "-" ? "" : report::fit_text(result.fit),
                          report::fit_json(result.fit, *data));

@@ -5,6 +5,7 @@
 #include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 
@@ -32,7 +33,10 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
       if (!rivals) return;
       extra = competing(*rivals);
     }
-    const auto result = diagnosis::diagnose(in->machine, in->data, in->model, {}, extra);
+    const auto result = [&] {
+      const Activity activity("diagnosing");
+      return diagnosis::diagnose(in->machine, in->data, in->model, {}, extra);
+    }();
     const std::string json = report::diagnosis_json(result, in->machine);
     exit = write_results(*files, report::diagnosis_text(result), json);
     if (exit != kDone || files->report.empty()) return;

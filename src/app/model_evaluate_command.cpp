@@ -5,6 +5,7 @@
 #include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 
@@ -16,7 +17,10 @@ void add_model_evaluate_command(CLI::App& model, int& exit) {
   command->callback([files, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
-    const auto result = diagnosis::evaluate(in->machine, in->data, in->model);
+    const auto result = [&] {
+      const Activity activity("evaluating");
+      return diagnosis::evaluate(in->machine, in->data, in->model);
+    }();
     const std::string json = report::evaluation_json(result, in->machine);
     exit = write_results(*files, report::evaluation_text(result), json);
     if (exit != kDone || files->report.empty()) return;

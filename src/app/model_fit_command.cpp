@@ -5,6 +5,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 
@@ -19,7 +20,10 @@ void add_model_fit_command(CLI::App& model, int& exit) {
   command->callback([files, out, plain, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
-    auto result = diagnosis::fit(in->machine, in->data, in->model, {.robust = !*plain});
+    auto result = [&] {
+      const Activity activity("fitting");
+      return diagnosis::fit(in->machine, in->data, in->model, {.robust = !*plain});
+    }();
     result.model.parent = files->model;
     exit = write_output(*out, model_text(written_to(result.model, *out)));
     if (exit == kDone)

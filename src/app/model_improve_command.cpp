@@ -7,8 +7,10 @@
 #include "trunnion/diagnosis/improve.hpp"
 #include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -37,7 +39,10 @@ int run(const ModelFiles& files, const std::string& folder) {
   std::filesystem::create_directories(folder, failed);
   if (failed)
     return print_error({ErrorCode::io_failed, "cannot make the folder: " + failed.message(), folder, {}});
-  auto steps = diagnosis::improve(in->machine, in->data, in->model);
+  auto steps = [&] {
+    const Activity activity("improving");
+    return diagnosis::improve(in->machine, in->data, in->model);
+  }();
   std::string text, parent = files.model;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const std::string path =
@@ -50,7 +55,11 @@ int run(const ModelFiles& files, const std::string& folder) {
     parent = path;
   }
   text += steps.back().diagnosis.paragraph + "\n";
-  return write_results(files, text, report::improve_json(steps));
+  const std::string json = report::improve_json(steps);
+  const int written = write_results(files, text, json);
+  if (written != kDone || files.report.empty()) return written;
+  const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
+  return write_output(files.report, report::page_html(report::improve_page(page, steps)));
 }
 
 }  // namespace
@@ -61,6 +70,7 @@ void add_model_improve_command(CLI::App& model, int& exit) {
   auto files = std::make_shared<ModelFiles>();
   auto folder = std::make_shared<std::string>();
   files->add_to(*command);
+  files->add_report_to(*command);
   command->add_option("-o,--output", *folder, "folder for the model files")->required();
   command->callback([files, folder, &exit] { exit = run(*files, *folder); });
 }

@@ -4,6 +4,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 
@@ -17,7 +18,10 @@ void add_model_plan_command(CLI::App& model, int& exit) {
   command->callback([files, out, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
-    const auto result = diagnosis::diagnose(in->machine, in->data, in->model);
+    const auto result = [&] {
+      const Activity activity("planning");
+      return diagnosis::diagnose(in->machine, in->data, in->model);
+    }();
     if (!result.next) {
       exit = write_results(*files,
                            "No further measurement is needed for the verdict '" +

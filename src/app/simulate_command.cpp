@@ -6,6 +6,7 @@
 #include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -30,7 +31,10 @@ int run(const SimulateFlags& options) {
   }
   const auto truth = read_model(options.truth, *machine, data->context, exit);
   if (!truth) return exit;
-  diagnosis::simulate(*data, *plan, *machine, *truth, options.seed);
+  {
+    const Activity activity("simulating");
+    diagnosis::simulate(*data, *plan, *machine, *truth, options.seed);
+  }
   exit =
       write_output(options.out, diagnosis::measurements_text(*data, *machine,
                                                              {" virtual measurements of '" + machine->name +

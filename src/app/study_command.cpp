@@ -5,6 +5,7 @@
 #include "trunnion/report/study_page.hpp"
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -38,7 +39,10 @@ ExitCode run(const StudyCommand& command) {
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
   options.listed = static_cast<std::size_t>(command.listed);
-  const auto result = path::study_nonlinear(*machine, machine->tool_vector(), *runs, options);
+  const auto result = [&] {
+    const Activity activity("studying");
+    return path::study_nonlinear(*machine, machine->tool_vector(), *runs, options);
+  }();
   if (!command.result.json.empty()) {
     if (const auto code = write_output(command.result.json, report::study_json(result)); code != kDone)
       return code;

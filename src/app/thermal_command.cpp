@@ -9,6 +9,7 @@
 #include "trunnion/thermal/import_log.hpp"
 #include "trunnion/thermal/location.hpp"
 
+#include "app/progress.hpp"
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
 
@@ -75,7 +76,10 @@ ExitCode run_screen(const ThermalOptions& options) {
   const auto prepared = prepare(options.logs, false, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
   print(diagnostics);
-  const auto screens = screen(prepared->log, options.targets, options.measure_every_min * kSecondsPerMinute);
+  const auto screens = [&] {
+    const Activity activity("screening");
+    return screen(prepared->log, options.targets, options.measure_every_min * kSecondsPerMinute);
+  }();
   if (!screens) return print_error(screens.error());
   return write_result(options, report::thermal_screen_json(*screens, prepared->faults),
                       report::thermal_screen_text(*screens));
@@ -105,7 +109,13 @@ ExitCode run_fit(const ThermalOptions& options) {
   fit.window_s = options.window_h * kSecondsPerMinute * kSecondsPerMinute;
   fit.name = prepared->log.file;
   if (options.method != "auto") fit.method = method_of_name(options.method);
+  std::optional<ProgressLine> progress;
+  fit.progress = [&progress](std::size_t total) {
+    if (!progress) progress.emplace(total, "fits");
+    progress->step();
+  };
   auto result = fit_thermal(prepared->log, fit, diagnostics);
+  progress.reset();
   if (!result) return print_failure(diagnostics, result.error());
   print(diagnostics);
   result->model.files = options.logs;
@@ -144,7 +154,13 @@ ExitCode run_predict(const ThermalOptions& options) {
                   *model, runs,
                   {" deviation of the tool relative to the part, machine axes; model " + options.model});
   if (const ExitCode code = write_output(options.output.value_or("-"), text); code != kDone) return code;
-  return options.json ? write_output(*options.json, report::thermal_predict_json(*model, runs)) : kDone;
+  const std::string json = report::thermal_predict_json(*model, runs);
+  if (options.json) {
+    if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
+  }
+  if (options.report.empty()) return kDone;
+  return write_output(options.report, report::page_html(report::thermal_prediction_page(
+                                          *model, prepared->log, runs, json, made_by())));
 }
 
 struct ImportWords {
@@ -213,7 +229,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
       "fit", "fit and validate, run by run, against none and holding the last measurement");
   add_log_options(*sub, *fitting);
   sub->add_option("--method", fitting->method)
-      ->check(CLI::IsMember({"auto", "ols", "ridge", "svr", "svr_all", "gp", "lag", "combined"}))
+      ->check(CLI::IsMember({"auto", "ols", "rises", "ridge", "svr", "svr_all", "gp", "lag", "combined"}))
       ->capture_default_str();
   sub->add_option("--window-h", fitting->window_h, "beginning of a run that is scored on its own")
       ->check(CLI::PositiveNumber)
@@ -238,6 +254,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
       ->check(CLI::IsMember({"chain", "paper"}))
       ->capture_default_str();
   sub->add_option("--json", predicting->json, "write a summary as JSON");
+  sub->add_option("--report", predicting->report, "write a self-contained HTML page");
   sub->callback([predicting, &exit] { exit = run_predict(*predicting); });
 
   add_import(*command, exit);

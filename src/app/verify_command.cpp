@@ -5,6 +5,7 @@
 #include "trunnion/report/post_json.hpp"
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -87,8 +88,11 @@ ExitCode run(const VerifyCommand& command) {
   if (!cl) return print_error(cl.error());
   auto program = cl::open_source(command.nc_file);
   if (!program) return print_error(program.error());
-  const auto report = post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file,
-                                   machine, controller, reading, options, diagnostics);
+  const auto report = [&] {
+    const Activity activity("verifying");
+    return post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file, machine,
+                        controller, reading, options, diagnostics);
+  }();
   if (!report) return print_failure(diagnostics, report.error());
   print(diagnostics);
   print_report(*report);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "trunnion/base/contract.hpp"
+
 #include "report/effect_tables.hpp"
 #include "report/residual_figures.hpp"
 #include "report/texts.hpp"
@@ -234,6 +236,54 @@ Page history_page(const ModelPageInput& input, const std::vector<diagnosis::Hist
     page.verdict = std::to_string(entries.size()) + " models; without data there is no error to show.";
     page.sections.push_back({"Models", {std::move(table)}});
   }
+  return page;
+}
+
+Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::ImproveStep>& steps) {
+  TRUNNION_EXPECTS(!steps.empty());
+  std::vector<diagnosis::HistoryEntry> entries;
+  Table said{"verdicts",
+             "What was said at each step",
+             "",
+             {"step", "verdict", "missing", "confidence / %"},
+             {true, false, false, true},
+             {},
+             {}};
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const auto& step = steps[k];
+    diagnosis::HistoryEntry entry;
+    entry.name = "step " + std::to_string(k);
+    entry.parent = k == 0 ? "" : "step " + std::to_string(k - 1);
+    for (const ModelEffect& effect : step.model.effects) entry.effects.push_back(effect.id());
+    entry.rms_um = step.rms_um;
+    entry.heldout_um = step.heldout_um;
+    entry.chi2 = step.diagnosis.chi2;
+    entry.dof = step.diagnosis.dof;
+    entry.noise_floor_um = step.noise_floor_um;
+    entries.push_back(std::move(entry));
+    const auto& d = step.diagnosis;
+    said.rows.push_back({std::to_string(k), std::string(diagnosis::text_of(d.verdict)),
+                         d.effects.empty() ? "–" : joined(d.effects, " + "),
+                         short_number(100 * d.confidence, 3)});
+  }
+  const auto& last = steps.back();
+  Page page = history_page(input, entries);
+  page.title = "How the model of " + input.machine->name + " was improved";
+  page.verdict += " " + headline(last.diagnosis);
+  const bool done = last.diagnosis.verdict == diagnosis::Verdict::nothing_to_find;
+  page.tone = done ? Tone::good : Tone::neutral;
+  page.sections.front().items.emplace_back(std::move(said));
+  const Residuals before =
+      residuals_of(*input.machine, *input.data, as_it_stands(input, steps.front().model));
+  const Residuals after = residuals_of(*input.machine, *input.data, as_it_stands(input, last.model));
+  const VectorScale scale = vector_scale(before);
+  page.sections.push_back(
+      {"Before and after",
+       {vectors_figure(before, scale, "vectors-before", "Residual vectors of the first step"),
+        vectors_figure(after, scale, "vectors-after", "Residual vectors of the last step")}});
+  if (!last.model.effects.empty()) page.sections.push_back(model_section(input, last.model));
+  add_residual_sections(page, after, names_of(last.diagnosis.depends_on));
+  if (last.diagnosis.next) page.sections.push_back(next_section(last.diagnosis));
   return page;
 }
 

@@ -144,8 +144,16 @@ std::string page_html(const Page& page) {
       "</style>\n</head>\n<body>\n" + body(page);
   const std::string json_type = " type=\"application/json\" id=\"";
   out += script(json_type + "result\"", script_text(page.result_json.empty() ? "null" : page.result_json));
-  out += script(json_type + "page\"", script_text(page_data(page).dump()));
-  if (has_interactive_charts()) out += script("", chart_library());
+  // In pieces, which the page's script takes when they are needed: a large program's numbers are megabytes.
+  const auto data = page_data(page);
+  const auto put = [&](const std::string& name, const nlohmann::ordered_json& piece) {
+    out += script(json_type + "data-" + name + "\"", script_text(piece.dump()));
+  };
+  for (const auto& [id, figure] : data["figures"].items()) put(id, figure);
+  if (data.contains("machine")) put("machine", data["machine"]);
+  put("arrays", data["arrays"]);
+  // Not run before the first chart is near the window.
+  if (has_interactive_charts()) out += script(" type=\"text/plain\" id=\"charts\"", chart_library());
   out += script("", page_script());
   return out + "</body>\n</html>\n";
 }

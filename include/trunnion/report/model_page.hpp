@@ -28,6 +28,10 @@ Page diagnosis_page(const ModelPageInput& input, const diagnosis::Diagnosis& res
 /// How the error fell, model by model; `input.data` may be absent.
 Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries);
 
+/// `model improve` as a story: the error by step, what was said at each, residual vectors before and after at
+/// one scale, the last model and what its residual depends on. Requires a step.
+Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::ImproveStep>& steps);
+
 /// Virtual measurements: the readings in space, by run, against what was measured at, and which effect of
 /// the truth makes how much of them. `verdict` says how many there are.
 Page simulation_page(const ModelPageInput& input, const Model& truth, const std::string& verdict);

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/report/page.hpp"
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/location.hpp"
 #include "trunnion/thermal/predictor.hpp"
@@ -18,6 +19,12 @@ std::string thermal_screen_json(const std::vector<thermal::ChannelScreen>& chann
                                 const std::vector<thermal::SensorFault>& faults);
 std::string thermal_predict_json(const thermal::ThermalModel& model,
                                  const std::vector<thermal::RunPrediction>& runs);
+
+/// What `thermal predict` says, run by run: each channel over time with twice its sigma, and the measurements
+/// of the log.
+Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::Log& log,
+                             const std::vector<thermal::RunPrediction>& runs, const std::string& result_json,
+                             const std::string& made_by);
 
 /// {"rank", "parameters_count", "condition", "rms_um", "parameters": {"X0C": {"value_um", "sigma_um",
 /// "identifiable"}}, "null_directions": [..], "refused": [..]}; no value where it is not identifiable.

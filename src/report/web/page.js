@@ -1,9 +1,26 @@
 // Makes the page of src/report interactive. Without the chart library (global Plotly) the drawings stay as they are.
 (() => {
   'use strict';
-  const page = JSON.parse(document.getElementById('page').textContent);
   const root = document.documentElement;
-  const charts = typeof Plotly === 'undefined' ? null : Plotly;
+  // Nothing is parsed before it is asked for: a page of a large program answers as soon as its text stands.
+  const parsed = new Map();
+  function data(name) {
+    if (!parsed.has(name)) {
+      const element = document.getElementById(`data-${name}`);
+      parsed.set(name, element ? JSON.parse(element.textContent) : null);
+    }
+    return parsed.get(name);
+  }
+  const library = document.getElementById('charts');
+  let charts = null;
+  function load() {
+    if (charts || !library) return charts;
+    const run = document.createElement('script');
+    run.textContent = library.textContent;
+    document.head.append(run);
+    charts = globalThis.Plotly;
+    return charts;
+  }
   const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
 
   const floats = (text) => {
@@ -157,9 +174,9 @@
 
   const live = new Map();  // figure id -> element that holds the chart
   function activate(element) {
-    const f = page.figures[element.dataset.figure];
+    const f = data(element.dataset.figure);
     const space = f && (f.kind === 'path' || f.kind === 'vectors');
-    if (!charts || !f || live.has(element.dataset.figure) || (space && !hasWebGl)) return;
+    if (!f || !load() || live.has(element.dataset.figure) || (space && !hasWebGl)) return;
     const holder = element.querySelector('.live');
     holder.hidden = false;
     holder.classList.toggle('space', space);
@@ -184,14 +201,17 @@
   }
 
   // ---- the machine
-  const machine = page.machine;
-  const stops = machine && machine.nc_line.length;
   const slider = document.getElementById('stop');
   const decoded = {};
+  let machine = null;
+  let stops = 0;
   let carried = [];
   function prepareMachine() {
+    if (machine) return;
+    machine = data('machine');
+    stops = machine.nc_line.length;
     for (const key of ['pose', 'tip', 'axes', 'path', 'deviation']) decoded[key] = floats(machine[key]);
-    const part = page.figures[machine.space_figure];
+    const part = data(machine.space_figure);
     // The path goes with the table; some hundred points show where it is.
     const x = floats(part.x), y = floats(part.y), z = floats(part.z);
     const step = Math.max(1, Math.floor(x.length / 1500));
@@ -239,6 +259,8 @@
   }
   const machineHolder = document.querySelector('#machine .live');
   function drawMachine() {
+    prepareMachine();
+    load();
     const lines = machineLines(Number(slider.value));
     const names = [...carried.map((o) => o.name), 'tool'];
     const colours = [...carried.map((o, i) => (o.name === 'tool path' ? css('--c0') : css(`--c${7 - (i % 3) * 2}`))), css('--bad')];
@@ -256,6 +278,7 @@
       `deviation ${short(decoded.deviation[s])} µm. ${names.join('  ')}`;
   }
   function moveTo(stop, look) {
+    prepareMachine();
     slider.value = stop;
     document.getElementById('stop-text').textContent = stopText(stop);
     const lines = machineLines(stop);
@@ -271,7 +294,7 @@
       const at = decoded.path[stop];
       const whole = decoded.path[stops - 1] - decoded.path[0];
       const cursor = {type: 'line', yref: 'paper', y0: 0, y1: 1, x0: at, x1: at, line: {color: css('--bad'), width: 1}};
-      const shapes = flatLayout(page.figures[machine.path_figure]).shapes.concat([cursor]);
+      const shapes = flatLayout(data(machine.path_figure)).shapes.concat([cursor]);
       charts.relayout(flat, look ? {shapes, 'xaxis.range': [at - whole / 100, at + whole / 100]} : {shapes});
     }
   }
@@ -285,28 +308,31 @@
                              'scene.camera.eye': {x: c[0] + 0.35, y: c[1] - 0.45, z: c[2] + 0.3}});
   }
   function startMachine() {
-    if (!charts || !machine || !stops || !hasWebGl) return;
-    prepareMachine();
-    document.getElementById('machine').hidden = false;
+    if (!library || !slider || !hasWebGl) return;
+    const figure = document.getElementById('machine');
+    figure.hidden = false;
+    // The words follow the slider at once; the first drawing takes longer.
     slider.addEventListener('input', () => {
-      if (!machineHolder.data) drawMachine();
       moveTo(Number(slider.value), false);
+      if (!machineHolder.data && !waiting.includes(figure)) start(figure);
     });
     document.querySelectorAll('button[data-stop]').forEach((button) => button.addEventListener('click', () => {
       document.querySelectorAll('tr.chosen').forEach((row) => row.classList.remove('chosen'));
       button.closest('tr').classList.add('chosen');
+      prepareMachine();
       const space = document.getElementById(machine.space_figure);
       activate(space);
       moveTo(Number(button.dataset.stop), true);
       space.scrollIntoView({block: 'nearest'});
     }));
-    moveTo(0, false);
+    near.observe(figure);
+    soon(() => moveTo(Number(slider.value), false));
   }
 
   // ---- light and dark
   function redraw() {
     for (const [id, holder] of live) {
-      const f = page.figures[id];
+      const f = data(id);
       charts.react(holder, traces(f), layout(f), config);
     }
     if (machineHolder && machineHolder.data) {
@@ -337,11 +363,13 @@
   const near = new IntersectionObserver((entries) => entries.forEach((entry) => {
     if (!entry.isIntersecting) return;
     near.unobserve(entry.target);
-    waiting.push(entry.target);
-    if (waiting.length === 1) soon(startNext);
+    start(entry.target);
   }), {rootMargin: '200px'});
+  function start(element) {
+    waiting.push(element);
+    if (waiting.length === 1) soon(startNext);
+  }
   document.querySelectorAll('figure[data-figure]').forEach((figure) => near.observe(figure));
   startMachine();
-  if (decoded.pose) near.observe(document.getElementById('machine'));
   root.dataset.ready = 'true';
 })();
