@@ -6,6 +6,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 #include <sstream>
 
 #include "trunnion/base/files.hpp"
@@ -200,22 +201,68 @@ TEST(LongCrossTalk, ModelsOfThePaperAndTheBestByHeldOutData) {
               study->models[study->best].random_after * 1e3, study->floor * 1e3);
   EXPECT_NEAR(study->position_x, 0.047, 0.004);
   EXPECT_NEAR(study->position_y, 0.039, 0.004);
-  const StudiedModel *nurbs = nullptr, *single = nullptr;
+  const StudiedModel *nurbs = nullptr, *single = nullptr, *selected = nullptr, *finer = nullptr;
   for (const StudiedModel& m : study->models) {
     if (m.nodes == 11 && m.name == "nurbs") nurbs = &m;
     if (m.nodes == 11 && m.name == "single") single = &m;
+    if (m.nodes == 11 && m.name == "nurbs selected + periodic") selected = &m;
+    if (m.nodes == 15 && m.name == "nurbs + periodic") finer = &m;
   }
-  ASSERT_TRUE(nurbs && single);
-  EXPECT_NEAR(nurbs->diagonals[0].before, 0.0617, 0.1 * 0.0617);
-  EXPECT_NEAR(nurbs->diagonals[1].before, 0.0677, 0.1 * 0.0677);
+  ASSERT_TRUE(nurbs && single && selected && finer);
+  EXPECT_NEAR(nurbs->diagonals[0].before, 0.0617, 0.02 * 0.0617);
+  EXPECT_NEAR(nurbs->diagonals[1].before, 0.0677, 0.02 * 0.0677);
   EXPECT_GE(1 - nurbs->diagonals[0].measured / nurbs->diagonals[0].before, 0.82);
   EXPECT_GE(1 - nurbs->diagonals[1].measured / nurbs->diagonals[1].before, 0.84);
   EXPECT_LT(nurbs->random_after, 0.5 * single->random_after);
   EXPECT_GE(nurbs->reduction(), 0.84);  // on 1000 random points
+  // The paper's NURBS with the screw's period fitted and lines averaged where there is no cross-talk: its
+  // reductions on the body diagonals too, but for one that the sampling limit (below) leaves at its 82 %.
+  EXPECT_GE(selected->reduction(), 0.84);
+  for (const DiagonalResult& d : selected->diagonals) EXPECT_GE(1 - d.measured / d.before, 0.82) << d.name;
+  for (const DiagonalResult& d : finer->diagonals) EXPECT_GE(1 - d.measured / d.before, 0.84) << d.name;
   const StudiedModel& best = study->models[study->best];
   EXPECT_GE(best.reduction(), 0.95) << best.name << " at " << best.nodes;
   for (const DiagonalResult& d : best.diagonals) EXPECT_GE(1 - d.measured / d.before, 0.84) << d.name;
   EXPECT_LT(nurbs->evaluation_s, 2e-3);  // the control's cycle
+}
+
+// 11 nodes over 850 mm are two to a wave of 170 mm. What of it vanishes at the nodes cannot be seen there: a
+// tenth of this machine's error, so that no method removes more than 90 % from readings on such a grid.
+TEST(TableModels, ElevenNodesCannotSeeATenthOfTheSamplesError) {
+  const std::string folder = std::string(TRUNNION_SOURCE_DIR) + "/samples/04_cross_talk_tables/";
+  const Machine machine = vmc();
+  Diagnostics diagnostics;
+  const auto truth = load_model(folder + "truth.toml", machine, {}, diagnostics);
+  const auto hidden = load_model(folder + "invisible.toml", machine, {}, diagnostics);
+  ASSERT_TRUE(truth && hidden);
+  const ModelEvaluator all(*truth);
+  const ModelEvaluator unseen(*hidden);
+  const AxisId X = *machine.axis("X"), Y = *machine.axis("Y"), Z = *machine.axis("Z");
+  const auto miss = [&](const ModelEvaluator& model, double x, double y, double z) {
+    MachineState state;
+    state.q[X] = x;
+    state.q[Y] = y;
+    state.q[Z] = z;
+    const Vec3 tool = machine.tool_vector();
+    return (forward(machine, state.q, tool, model.errors(state)).p - forward(machine, state.q, tool).p)
+        .norm();
+  };
+  for (int i = 0; i < 11; ++i) {
+    for (int j = 0; j < 11; ++j) EXPECT_LT(miss(unseen, -425 + 85 * i, -250 + 50 * j, 250), 1e-9);
+  }
+  std::mt19937_64 random(1);
+  const auto at = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  double whole = 0.0, part = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = at(-425, 425), y = at(-250, 250), z = at(0, 500);
+    whole += std::pow(miss(all, x, y, z), 2);
+    part += std::pow(miss(unseen, x, y, z), 2);
+  }
+  const double share = std::sqrt(part / whole);
+  std::printf("[ figures  ] %.2f um of %.2f um rms cannot be seen: %.1f %%\n", std::sqrt(part / 4000) * 1e3,
+              std::sqrt(whole / 4000) * 1e3, 100 * share);
+  EXPECT_GT(share, 0.095);
+  EXPECT_LT(share, 0.115);
 }
 
 // A real 500 x 500 mm stage: 11 x 11 of its 51 x 51 nodes make the tables, the other 2480 points and both
