@@ -41,6 +41,13 @@ SymmetricEigen symmetric_eigen(const MatrixXd& a) {
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
+MatrixXd column_products(const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd out(a.rows(), a.cols() * b.cols());
+  for (Eigen::Index i = 0; i < a.cols(); ++i)
+    for (Eigen::Index k = 0; k < b.cols(); ++k) out.col(i * b.cols() + k) = a.col(i).cwiseProduct(b.col(k));
+  return out;
+}
+
 VectorXd solve_positive(const MatrixXd& a, const VectorXd& b) {
   return a.ldlt().solve(b);
 }

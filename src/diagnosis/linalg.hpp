@@ -28,6 +28,9 @@ struct SymmetricEigen {
 };
 SymmetricEigen symmetric_eigen(const MatrixXd& a);
 
+/// Every column of a times every column of b, element by element: column i * b.cols() + k is a_i b_k.
+MatrixXd column_products(const MatrixXd& a, const MatrixXd& b);
+
 /// a^-1 b for a symmetric positive definite a.
 VectorXd solve_positive(const MatrixXd& a, const VectorXd& b);
 

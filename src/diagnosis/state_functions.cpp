@@ -8,6 +8,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/axis_history.hpp"
+#include "diagnosis/linalg.hpp"
 #include "diagnosis/structure.hpp"
 
 namespace trunnion::diagnosis {
@@ -63,13 +64,6 @@ class Collector {
   StateFunctions out_;
   std::vector<VectorXd> columns_;
 };
-
-MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd out(a.rows(), a.cols() * b.cols());
-  for (Eigen::Index i = 0; i < a.cols(); ++i)
-    for (Eigen::Index k = 0; k < b.cols(); ++k) out.col(i * b.cols() + k) = a.col(i).cwiseProduct(b.col(k));
-  return out;
-}
 
 // Places between the values that occur, evenly in rank.
 std::vector<double> places(const VectorXd& v, int most) {
@@ -163,14 +157,14 @@ void add_senses(const Observations& o, AxisId axis, const AxisHistory& history,
   }
   if (at.distinct > 2) {
     Collector out("direction of " + name + " x " + name, o.size(), axis);
-    out.block(product(sense, functions(at, 4)));
+    out.block(column_products(sense, functions(at, 4)));
     add_steps(at.values, sense, out);
     add_waves(at.values, sense, std::min(kFastestWave, 0.5 * static_cast<double>(at.distinct)), out);
     out.finish(to);
   }
   if (feed.distinct > 1) {
     Collector out("direction of " + name + " x velocity", o.size(), axis);
-    const MatrixXd f = product(sense, functions(feed, 3));
+    const MatrixXd f = column_products(sense, functions(feed, 3));
     out.block(f);
     if (f.cols() > 2) out.again(0, 2), out.again(0, 1);
     add_steps(feed.values, sense, out);
@@ -207,7 +201,7 @@ std::vector<MatrixXd> factor(const Covariate& c, bool rotary, int degree) {
 
 MatrixXd with_factors(const MatrixXd& f, const MatrixXd& g) {
   MatrixXd out(f.rows(), f.cols() * g.cols() + f.cols() + g.cols());
-  out << product(f, g), f, g;
+  out << column_products(f, g), f, g;
   return out;
 }
 
@@ -217,7 +211,7 @@ void add_product(const Observations& o, const Covariate& a, bool a_rotary, int a
   Collector out(a.name + " x " + b.name, o.size(), StateFunctions::kAnyLink);
   const auto fa = factor(a, a_rotary, a_degree), fb = factor(b, b_rotary, b_degree);
   for (const MatrixXd& f : fa)
-    for (const MatrixXd& g : fb) out.block(product(f, g));
+    for (const MatrixXd& g : fb) out.block(column_products(f, g));
   if (fa.size() * fb.size() > 1) out.again(0, out.size());
   // With each factor alone, as in t (1 + x): the two together may be much more than either.
   out.block(with_factors(fa.front(), fb.front()));
@@ -267,7 +261,8 @@ void add_products(const Observations& o, const std::vector<Covariate>& positions
     if (!rotary(p)) linear.push_back(&p);
   if (linear.size() == 3) {
     Collector out("X x Y x Z", o.size(), StateFunctions::kAnyLink);
-    out.block(product(product(functions(*linear[0], 1), functions(*linear[1], 1)), functions(*linear[2], 1)));
+    out.block(column_products(column_products(functions(*linear[0], 1), functions(*linear[1], 1)),
+                              functions(*linear[2], 1)));
     out.finish(to);
   }
 }

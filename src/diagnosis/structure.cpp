@@ -9,6 +9,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/covariates.hpp"
+#include "diagnosis/linalg.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -26,13 +27,6 @@ std::shared_ptr<const MatrixXd> components(const Observations& o, Quantity quant
   for (Eigen::Index k = 0; k < 3; ++k)
     if (all.col(k).norm() > 1e-3 * std::sqrt(static_cast<double>(o.size()))) all.col(seen++) = all.col(k);
   return std::make_shared<const MatrixXd>(all.leftCols(seen));
-}
-
-MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd out(a.rows(), a.cols() * b.cols());
-  for (Eigen::Index i = 0; i < a.cols(); ++i)
-    for (Eigen::Index k = 0; k < b.cols(); ++k) out.col(i * b.cols() + k) = a.col(i).cwiseProduct(b.col(k));
-  return out;
 }
 
 MatrixXd direction_column(const Observations& o, AxisId axis) {
@@ -89,11 +83,11 @@ void add_directions(const Observations& o, const std::vector<Covariate>& positio
     const Covariate speed =
         covariate(o, "speed", [a](const MachineState& s) { return std::abs(s.velocity[a]); });
     if (speed.distinct > 1)
-      out.add("direction of " + axes[a].name + " x velocity", product(dir, functions(speed, kCoarseDegree)),
-              kCoarseDegree, true);
+      out.add("direction of " + axes[a].name + " x velocity",
+              column_products(dir, functions(speed, kCoarseDegree)), kCoarseDegree, true);
     for (const Covariate& c : positions)
       if (c.name == axes[a].name)
-        out.add("direction of " + c.name + " x " + c.name, product(dir, functions(c, 2)), 2, true);
+        out.add("direction of " + c.name + " x " + c.name, column_products(dir, functions(c, 2)), 2, true);
   }
 }
 
@@ -155,13 +149,13 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
   for (std::size_t i = 0; i < positions.size(); ++i)
     for (std::size_t k = i + 1; k < positions.size(); ++k)
       out.add(positions[i].name + " x " + positions[k].name,
-              product(functions(positions[i], kCoarseDegree), functions(positions[k], kCoarseDegree)),
+              column_products(functions(positions[i], kCoarseDegree), functions(positions[k], kCoarseDegree)),
               kCoarseDegree, true);
   for (std::size_t i = 0; i < positions.size(); ++i)
     for (std::size_t k = i + 1; k < positions.size(); ++k)
       if (joint_variation(positions[i].values, positions[k].values) >= kPairDegree)
         out.add(positions[i].name + " x " + positions[k].name,
-                product(functions(positions[i], kPairDegree), functions(positions[k], kPairDegree)),
+                column_products(functions(positions[i], kPairDegree), functions(positions[k], kPairDegree)),
                 kPairDegree, true);
   return std::move(out.blocks);
 }
@@ -198,7 +192,7 @@ int joint_variation(const VectorXd& a, const VectorXd& b) {
 }
 
 MatrixXd StructureBlock::columns() const {
-  return product(weights->middleCols(first, count), *functions);
+  return column_products(weights->middleCols(first, count), *functions);
 }
 
 MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
