@@ -44,7 +44,7 @@ class TableKinematics {
   /// Positions of the linear axes `linear(0)` to `linear(2)` that put the tip at `tip_P`, mm.
   Vec3 linear_positions(const Vec3& tip_P, const Sines& s) const {
     // With the linear axes at zero the tip misses by `gap`, in the axes of w.
-    const Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
+    Vec3 gap = turn(0, turn(1, tip_P - constant_[2], s) - constant_[1], s) - constant_[0];
     if (along_xyz_) return gap;
     return linear_first_ ? Vec3(unmix_ * gap) : solve_between(gap, s);
   }
