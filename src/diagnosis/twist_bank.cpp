@@ -13,6 +13,7 @@ namespace {
 
 using RowMajor = TwistBank::RowColumns;
 
+constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
 constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
 constexpr double kLeft =
     0.02;  // part of a column's square that base and set must leave: less is rounding in float
@@ -125,7 +126,7 @@ TwistBank::TwistBank(const Observations& o) : o_(o), functions_(state_functions(
   for (std::size_t link = 0; link < o.link_count(); ++link)
     for (Eigen::Index k = 0; k < 6; ++k) {
       const VectorXd w = o.response(link).col(k);
-      if (!(w.norm() > 0.0)) continue;
+      if (!(w.norm() > kNoAnswer * std::sqrt(static_cast<double>(w.size())))) continue;
       const auto same = std::find_if(found.begin(), found.end(), [&](const VectorXd& v) {
         return std::abs(v.dot(w)) > kSameAnswer * v.norm() * w.norm();
       });
@@ -213,9 +214,11 @@ std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder&
       if (found_here.rank == 0) continue;
       if (noise.phi > 0.0) {
         MatrixXd u = projected.middleCols(first, count);
-        for (Eigen::Index c = 0; c < count; ++c) u.col(c) /= std::max(std::sqrt(before[c]), 1e-300);
+        for (Eigen::Index c = 0; c < count; ++c)
+          u.col(c) *= before[c] > 0.0 ? 1.0 / std::sqrt(before[c]) : 0.0;
         u = pivoted_qr(u, std::sqrt(kLeft)).Q;
         found_here = {corrected_drop(u, set.residual, noise) * noise.variance, u.cols()};
+        if (found_here.rank == 0) continue;
       }
       const Hit hit{task.functions, task.weight, s, found_here.drop / noise.variance, found_here.rank, 1.0};
       const auto [it, fresh] = largest.try_emplace(hit.rank, hit);
