@@ -175,7 +175,8 @@ Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
   const auto& info = effect(atom).info();
   if (info.shape_count() != 1) return atom;
   const Parameter& p = info.parameters.back();
-  if (p.integer || info.id == "step") return atom;
+  if (p.integer) return atom;
+  if (info.id == "step") return refined_step(atom, given);
   // In 1/p for periods, in ln tau for time constants: there the score is a smooth hump.
   const bool period = info.id.starts_with("periodic:");
   const auto to = [&](double x) { return period ? 1.0 / x : std::log(x); };
@@ -215,6 +216,23 @@ Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
       high = b, b = a, fb = fa, a = high - kGolden * (high - low), fa = value(a);
     else
       low = a, a = b, fa = fb, b = low + kGolden * (high - low), fb = value(b);
+  }
+  return best;
+}
+
+Atom Atoms::refined_step(const Atom& atom, const Remainder& given) const {
+  double low = -INFINITY, high = INFINITY;
+  for (const Atom& other : atoms_) {
+    if (other.family != atom.family || other.variant != atom.variant) continue;
+    if (other.shape[0] < atom.shape[0]) low = std::max(low, other.shape[0]);
+    if (other.shape[0] > atom.shape[0]) high = std::min(high, other.shape[0]);
+  }
+  Atom best = atom;
+  double best_drop = score(atom, given).drop;
+  for (const double t : step_moments(o_, effect(atom), low, high)) {
+    Atom trial = make_atom(atom.family, atom.variant, {t});
+    if (const double drop = score(trial, given).drop; drop > best_drop)
+      best_drop = drop, best = std::move(trial);
   }
   return best;
 }

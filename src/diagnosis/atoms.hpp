@@ -63,6 +63,7 @@ class Atoms {
   Multiplicity multiplicity(std::size_t simulations, std::uint64_t seed) const;
 
  private:
+  Atom refined_step(const Atom& atom, const Remainder& given) const;
   std::vector<Atom> make_atoms(std::size_t family, std::size_t variant,
                                const std::vector<std::vector<double>>& shapes) const;
   const Observations& o_;

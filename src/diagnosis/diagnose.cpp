@@ -22,7 +22,7 @@ constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise i
 constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
 constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
-    4e8;  // products per simulation round: keeps 10 000 readings within seconds
+    2e8;  // products per simulation round: keeps 10 000 readings within seconds
 constexpr std::size_t kFewestSimulations = 40;
 constexpr int kMostRounds = 3;      // of the judgement of outliers
 constexpr int kFewestTogether = 8;  // readings that stand out, from which on a common cause is looked for

@@ -52,6 +52,10 @@ inline constexpr double kOutlier = 4.5;  // one false flag in 150 000 readings o
 /// info().shape_count() values; one empty entry for an effect without shape parameters.
 std::vector<std::vector<double>> shape_grid(const Observations& observations, const Effect& effect);
 
+/// All moments between two times (s) at which a step of this effect's run could be told.
+std::vector<double> step_moments(const Observations& observations, const Effect& effect, double low,
+                                 double high);
+
 std::vector<NullDirection> null_directions(const Observations& observations, const FitCore& fit);
 
 }  // namespace trunnion::diagnosis

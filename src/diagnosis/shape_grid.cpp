@@ -17,6 +17,7 @@ constexpr std::size_t kPeriodWork =
     1'500'000;                 // readings times periods: keeps 10 000 readings within seconds
 constexpr int kLagPoints = 9;  // 300 s to 15 000 s by factors of 1.63: 2 % of the signal are lost between two
 constexpr std::size_t kMostMoments = 40;  // of a step within one run
+constexpr std::size_t kAllMoments = 400;  // of all runs together; between two of them the search refines
 constexpr std::size_t kFewestAside = 3;   // moments on each side of a step: what fewer show is an outlier
 
 double range_of(const Observations& o, AxisId axis) {
@@ -86,7 +87,8 @@ std::vector<double> periods(const Parameter& p, double travel, std::size_t most,
   return out;
 }
 
-std::vector<double> moments(const Observations& o, const Effect& effect) {
+// The times of the readings of the effect's run.
+std::vector<double> times_of(const Observations& o, const Effect& effect) {
   // The twist at a row tells whether that row's run is the effect's: the grid is the middle between its
   // successive times.
   std::vector<double> times;
@@ -100,8 +102,15 @@ std::vector<double> moments(const Observations& o, const Effect& effect) {
   }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+std::vector<double> moments(const Observations& o, const Effect& effect) {
+  const std::vector<double> times = times_of(o, effect);
   std::vector<double> out;
-  const std::size_t stride = std::max<std::size_t>(1, times.size() / kMostMoments);
+  const std::size_t most =
+      std::clamp(kAllMoments / std::max<std::size_t>(1, o.runs().size()), kFewestAside, kMostMoments);
+  const std::size_t stride = std::max<std::size_t>(1, times.size() / most);
   for (std::size_t k = kFewestAside; k + kFewestAside <= times.size(); k += stride)
     out.push_back(0.5 * (times[k - 1] + times[k]));
   return out;
@@ -132,6 +141,14 @@ std::vector<double> values(const Observations& o, const Effect& effect, const Pa
 }
 
 }  // namespace
+
+std::vector<double> step_moments(const Observations& o, const Effect& effect, double low, double high) {
+  const std::vector<double> times = times_of(o, effect);
+  std::vector<double> out;
+  for (std::size_t k = kFewestAside; k + kFewestAside <= times.size(); ++k)
+    if (const double t = 0.5 * (times[k - 1] + times[k]); t > low && t < high) out.push_back(t);
+  return out;
+}
 
 std::vector<std::vector<double>> shape_grid(const Observations& o, const Effect& effect) {
   const auto& info = effect.info();
