@@ -9,13 +9,6 @@
 
 namespace trunnion::app {
 
-// Effects of another model file that compete with the library's, one family each.
-std::vector<EffectFamily> competing(const Model& model) {
-  std::vector<EffectFamily> out;
-  for (const ModelEffect& effect : model.effects) out.push_back({{effect.effect}});
-  return out;
-}
-
 void add_model_diagnose_command(CLI::App& model, int& exit) {
   auto* command =
       model.add_subcommand("diagnose", "which effect the model lacks, or that these data cannot tell");
@@ -27,15 +20,11 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   command->callback([files, also, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
-    std::vector<EffectFamily> extra;
-    if (!also->empty()) {
-      const auto rivals = read_model(*also, in->machine, in->model.context, exit);
-      if (!rivals) return;
-      extra = competing(*rivals);
-    }
+    const auto extra = read_competing(*also, *in, exit);
+    if (!extra) return;
     const auto result = [&] {
       const Activity activity("diagnosing");
-      return diagnosis::diagnose(in->machine, in->data, in->model, {}, extra);
+      return diagnosis::diagnose(in->machine, in->data, in->model, {}, *extra);
     }();
     const std::string json = report::diagnosis_json(result, in->machine);
     exit = write_results(*files, report::diagnosis_text(result), json);

@@ -15,6 +15,8 @@
 namespace trunnion::app {
 namespace {
 
+constexpr std::size_t kMostSteps = 12;  // a model that lacks more is better fitted whole
+
 std::string number(double value) {
   std::array<char, 40> buffer;
   const auto r =
@@ -31,17 +33,19 @@ std::string line(const diagnosis::ImproveStep& step, std::size_t k) {
   return out + "\n";
 }
 
-int run(const ModelFiles& files, const std::string& folder) {
+int run(const ModelFiles& files, const std::string& folder, const std::string& also) {
   int exit = kDone;
   const auto in = read_inputs(files, exit);
   if (!in) return exit;
+  const auto extra = read_competing(also, *in, exit);
+  if (!extra) return exit;
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed)
     return print_error({ErrorCode::io_failed, "cannot make the folder: " + failed.message(), folder, {}});
   auto steps = [&] {
     const Activity activity("improving");
-    return diagnosis::improve(in->machine, in->data, in->model);
+    return diagnosis::improve(in->machine, in->data, in->model, {}, kMostSteps, *extra);
   }();
   std::string text, parent = files.model;
   for (std::size_t k = 0; k < steps.size(); ++k) {
@@ -69,10 +73,12 @@ void add_model_improve_command(CLI::App& model, int& exit) {
       model.add_subcommand("improve", "diagnose, add, refit until nothing is left: one model file a step");
   auto files = std::make_shared<ModelFiles>();
   auto folder = std::make_shared<std::string>();
+  auto also = std::make_shared<std::string>();
   files->add_to(*command);
   files->add_report_to(*command);
   command->add_option("-o,--output", *folder, "folder for the model files")->required();
-  command->callback([files, folder, &exit] { exit = run(*files, *folder); });
+  command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
+  command->callback([files, folder, also, &exit] { exit = run(*files, *folder, *also); });
 }
 
 }  // namespace trunnion::app

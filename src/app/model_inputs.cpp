@@ -71,6 +71,16 @@ std::optional<ModelInputs> read_inputs(const ModelFiles& files, int& exit) {
   return ModelInputs{std::move(*machine), std::move(*data), std::move(*model)};
 }
 
+std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const ModelInputs& inputs,
+                                                        int& exit) {
+  std::vector<EffectFamily> out;
+  if (path.empty()) return out;
+  const auto rivals = read_model(path, inputs.machine, inputs.model.context, exit);
+  if (!rivals) return std::nullopt;
+  for (const ModelEffect& effect : rivals->effects) out.push_back({{effect.effect}});
+  return out;
+}
+
 int write_results(const ModelFiles& files, const std::string& text, const std::string& json) {
   if (!files.json_on_stdout() && !text.empty())
     if (const ExitCode code = write_output("-", text); code != kDone) return code;

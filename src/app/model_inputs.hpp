@@ -39,6 +39,11 @@ std::optional<Model> read_model(const std::string& path, const Machine& machine,
 std::optional<diagnosis::Dataset> read_data(const std::vector<std::string>& paths, const Machine& machine,
                                             int& exit);
 
+/// The effects of another model file (formulas, as a rule) that compete with the library's, one family each;
+/// none when `path` is empty, nothing when it cannot be read.
+std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const ModelInputs& inputs,
+                                                        int& exit);
+
 /// Text to standard output unless the JSON goes there; the JSON to its file when asked for.
 int write_results(const ModelFiles& files, const std::string& text, const std::string& json);
 
