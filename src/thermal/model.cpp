@@ -220,9 +220,9 @@ Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::v
     const bool of_the_moment = channel.features.size() == channel.features.sensors.size() &&
                                channel.features.temperature_taus_s == std::vector{0.0};
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Index>(channel.features.size()));
+    // What the run's measurements add (a bias, however it follows them) the control takes from the last one.
     const bool begins_at_zero =
-        channel.candidate.anchor == Anchor::update ||
-        (channel.candidate.anchor == Anchor::open && channel.regressor->level_mm(zero) == 0.0);
+        channel.candidate.anchor == Anchor::update || channel.regressor->level_mm(zero) == 0.0;
     if (!weights || !of_the_moment || !begins_at_zero) {
       return fail(ErrorCode::wrong_use,
                   "channel '" + channel.channel + "' uses " + channel.candidate.name() +

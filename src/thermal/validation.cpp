@@ -76,28 +76,27 @@ Result<Errors> leave_one_out(ChannelBench& bench, const Candidate& candidate) {
   return out;
 }
 
-// Sum of squared errors of a candidate on the runs but `held`, in at most five folds, none of which saw
-// `held`.
-std::optional<double> inner_error(ChannelBench& bench, const Candidate& candidate, std::size_t held) {
+// Mean square errors of a candidate on each of the runs but `held`, in at most five folds, none of which saw
+// `held`; empty when it cannot be fitted.
+std::vector<double> inner_errors(ChannelBench& bench, const Candidate& candidate, std::size_t held) {
   constexpr std::size_t kFolds = 5;
   constexpr std::size_t kStride = 10;  // neighbouring rows say the same
   const auto others = all_but(bench.runs().size(), {held});
   const std::size_t folds = std::min(kFolds, others.size());
-  double sum = 0.0;
+  std::vector<double> mean_squares;
   for (std::size_t fold = 0; fold < folds; ++fold) {
     std::vector<std::size_t> out = {held};
     for (std::size_t i = fold; i < others.size(); i += folds) out.push_back(others[i]);
     const auto fitted = fit_candidate(bench, candidate, all_but(bench.runs().size(), out));
-    if (!fitted) return std::nullopt;
+    if (!fitted) return {};
     for (std::size_t i = 1; i < out.size(); ++i) {
       const std::size_t rows = bench.runs()[out[i]].rows.size();
       const auto errors =
           held_out_errors(bench, candidate, *fitted, out[i], rows > 5 * kStride ? kStride : 1);
-      // Every run counts alike, however often it was measured.
-      sum += std::pow(root_mean_square(errors), 2);
+      mean_squares.push_back(std::pow(root_mean_square(errors), 2));
     }
   }
-  return sum;
+  return mean_squares;
 }
 
 struct Tried {
@@ -105,19 +104,69 @@ struct Tried {
   Errors errors;
 };
 
+// How much a method can make of the same data.
+int freedom(Method method) {
+  switch (method) {
+    case Method::none:
+      return 0;
+    case Method::hold_last:
+      return 1;
+    case Method::rises:
+      return 2;
+    case Method::lag:
+      return 3;
+    case Method::ridge:
+      return 4;
+    case Method::ols:
+      return 5;
+    case Method::combined:
+      return 6;
+    case Method::svr:
+    case Method::svr_all:
+      return 7;
+    case Method::gp:
+      return 8;
+  }
+  return 9;
+}
+
+// The candidate to take, from `first` on, given its mean square errors on the same runs (every run counts
+// alike). Of those that the runs cannot tell from the best one (within one standard error of the difference)
+// the one with the least freedom: what a richer one does between the measurements, no measurement has seen.
+std::size_t choose(const std::vector<Tried>& tried, const std::vector<std::vector<double>>& mean_squares,
+                   std::size_t first) {
+  const auto mean = [](const std::vector<double>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+  };
+  std::size_t best = tried.size();
+  for (std::size_t i = first; i < tried.size(); ++i) {
+    if (mean_squares[i].empty()) continue;
+    if (best == tried.size() || mean(mean_squares[i]) < mean(mean_squares[best])) best = i;
+  }
+  if (best == tried.size()) return first;
+  std::size_t out = best;
+  for (std::size_t i = first; i < tried.size(); ++i) {
+    const std::size_t runs = mean_squares[i].size();
+    if (runs < 3) continue;
+    std::vector<double> difference(runs);
+    for (std::size_t r = 0; r < runs; ++r) difference[r] = mean_squares[i][r] - mean_squares[best][r];
+    const double shift = mean(difference);
+    double spread = 0.0;
+    for (const double d : difference) spread += (d - shift) * (d - shift);
+    const auto n = static_cast<double>(runs);
+    if (shift > std::sqrt(spread / (n - 1.0) / n)) continue;
+    const int more = freedom(tried[i].candidate.method) - freedom(tried[out].candidate.method);
+    if (more < 0 || (more == 0 && mean(mean_squares[i]) < mean(mean_squares[out]))) out = i;
+  }
+  return out;
+}
+
 Errors nested_errors(ChannelBench& bench, const std::vector<Tried>& tried) {
   Errors out;
   for (std::size_t held = 0; held < bench.runs().size(); ++held) {
-    const Tried* best = &tried.front();
-    double least = std::numeric_limits<double>::infinity();
-    for (const Tried& t : tried) {
-      const auto error = inner_error(bench, t.candidate, held);
-      if (error && *error < least) {
-        least = *error;
-        best = &t;
-      }
-    }
-    out.push_back(best->errors[held]);
+    std::vector<std::vector<double>> mean_squares;
+    for (const Tried& t : tried) mean_squares.push_back(inner_errors(bench, t.candidate, held));
+    out.push_back(tried[choose(tried, mean_squares, 0)].errors[held]);
   }
   return out;
 }
@@ -189,10 +238,12 @@ Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& c
                 "channel '" + channel + "': " + (out.notes.empty() ? "no method fits" : out.notes.front()),
                 log.file);
   }
-  const auto best =
-      std::min_element(out.models.begin() + static_cast<std::ptrdiff_t>(first), out.models.end(),
-                       [](const Score& a, const Score& b) { return a.rmse_mm < b.rmse_mm; });
-  out.chosen = best->name;
+  std::vector<std::vector<double>> mean_squares;
+  for (const Tried& t : tried) {
+    mean_squares.emplace_back();
+    for (const auto& errors : t.errors) mean_squares.back().push_back(std::pow(root_mean_square(errors), 2));
+  }
+  out.chosen = tried[choose(tried, mean_squares, first)].candidate.name();
   if (!options.method && bench.runs().size() >= 4) {
     out.nested = score_of("auto (nested)", nested_errors(bench, tried), bench, options.window_s);
   }

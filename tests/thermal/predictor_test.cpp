@@ -111,6 +111,28 @@ TEST(ThermalModelFile, SaysWhereItIsWrong) {
             "no error");
 }
 
+// What a control adds up is what the predictor says of a run without measurements.
+TEST(ThermalModel, WeightsOfTheMomentAreTheModel) {
+  const SimulatedDays days = few_days();
+  ThermalModel model = fitted(days.log, Method::rises, "dx");
+  model.channels[0].features.median_s = 0.0;
+  model.channels[0].guard = Guard();
+  Predictor predictor(model);
+  const auto weights = instant_weights(model, predictor.sensors());
+  ASSERT_TRUE(weights) << weights.error().text();
+  EXPECT_EQ(weights->row(1).norm() + weights->row(2).norm(), 0.0);
+  const Eigen::Index n = weights->cols();
+  const Eigen::VectorXd cold = Eigen::VectorXd::LinSpaced(n, 18.0, 22.0);
+  const Eigen::VectorXd rise = Eigen::VectorXd::LinSpaced(n, -1.0, 6.0);
+  const Eigen::VectorXd warm = cold + rise;
+  ASSERT_TRUE(predictor.read(0.0, {cold.data(), static_cast<std::size_t>(n)}, 0.0, 0.0));
+  ASSERT_TRUE(predictor.read(600.0, {warm.data(), static_cast<std::size_t>(n)}, 0.0, 0.0));
+  EXPECT_NEAR(predictor.estimate(0).value_mm, weights->row(0).dot(rise), 1e-12);
+  const auto lagged = instant_weights(fitted(days.log, Method::ridge, "dx"), predictor.sensors());
+  ASSERT_FALSE(lagged);
+  EXPECT_NE(lagged.error().message.find("which a control cannot calculate"), std::string::npos);
+}
+
 TEST(ThermalPredictor, NamesWhatTheLogLacks) {
   const SimulatedDays days = few_days();
   const ThermalModel model = fitted(days.log, Method::lag, "dx");

@@ -157,8 +157,8 @@ struct ThermalModel {
   std::vector<ChannelModel> channels;
 };
 
-/// The model as the sum of weights times the rises of these sensors since the last measurement (or, of a
-/// model that is used open, since the reference state): mm/K, a row for each of dx, dy, dz. Fails for a
+/// The model as the sum of weights times the rises of these sensors since the last measurement (before it:
+/// since the reference state): mm/K, a row for each of dx, dy, dz. Fails for a
 /// channel whose model is another function, naming it.
 Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::vector<std::string>& sensors);
 
