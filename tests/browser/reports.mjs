@@ -84,11 +84,11 @@ if (process.env.PICTURES) {
 }
 
 const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
-for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'simulate', 'iso230', 'thermal']) {
+for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study']) {
   for (const scheme of ['light', 'dark']) {
     const {page, troubles} = await open(name, scheme);
     const compared = await factsEqualJson(page, name);
-    assert.ok(compared >= ({compare: 0, history: 0, simulate: 1, iso230: 0, thermal: 0}[name] ?? 4), `${name}: only ${compared} facts compared`);
+    assert.ok(compared >= ({compare: 0, history: 0, improve: 0, simulate: 1, iso230: 0, thermal: 0, predict: 0, study: 0}[name] ?? 4), `${name}: only ${compared} facts compared`);
     const figures = await activateAll(page);
     assert.ok(figures >= 1, `${name}: no figure`);
     const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
