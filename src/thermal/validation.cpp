@@ -165,6 +165,7 @@ Errors nested_errors(ChannelBench& bench, const std::vector<Tried>& tried) {
   Errors out;
   for (std::size_t held = 0; held < bench.runs().size(); ++held) {
     std::vector<std::vector<double>> mean_squares;
+    mean_squares.reserve(tried.size());
     for (const Tried& t : tried) mean_squares.push_back(inner_errors(bench, t.candidate, held));
     out.push_back(tried[choose(tried, mean_squares, 0)].errors[held]);
   }
@@ -296,7 +297,12 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
     const auto channel = log.channel(target);
     if (!channel)
       return fail(ErrorCode::wrong_input,
-                  "the log has no channel '" + target + "' (column " + target + "_um)", log.file);
+                  std::string("the log has no channel '")
+                      .append(target)
+                      .append("' (column ")
+                      .append(target)
+                      .append("_um)"),
+                  log.file);
     ChannelBench bench(log, *channel, options.measure_every_s);
     if (bench.runs().size() < 2) {
       return fail(ErrorCode::wrong_input,
@@ -308,7 +314,7 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
     auto report = validate_channel(bench, target, log, options, targets.size(), tried);
     if (!report) return tl::unexpected(report.error());
     for (const auto& note : report->notes)
-      diagnostics.note(log.file, {}, "channel '" + target + "': " + note);
+      diagnostics.note(log.file, {}, std::string("channel '").append(target).append("': ").append(note));
     auto model = final_model(bench, *report, tried, log);
     if (!model) return tl::unexpected(model.error());
     out.model.channels.push_back(std::move(*model));
