@@ -85,7 +85,7 @@ Reader::Reader(std::string_view text, std::string file, const ReaderOptions& opt
 
 Reader::Reader(std::unique_ptr<TextSource> source, std::string file, const ReaderOptions& options,
                Diagnostics& diagnostics)
-    : impl_(std::make_unique<Impl>(std::move(source), file, options, diagnostics)) {}
+    : impl_(std::make_unique<Impl>(std::move(source), std::move(file), options, diagnostics)) {}
 
 Reader::Reader(Reader&&) noexcept = default;
 Reader::~Reader() = default;

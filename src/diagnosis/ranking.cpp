@@ -109,7 +109,7 @@ std::vector<RankedEffect> ranking(const Atoms& atoms, const Search& search, cons
   });
   const auto before = held_out(atoms, {});
   std::vector<RankedEffect> out;
-  const auto multiplicity = search.multiplicity();
+  const auto& multiplicity = search.multiplicity();
   for (std::size_t i = 0; i < all.size(); ++i) {
     auto& [r, atom] = all[i];
     if (atom.rank() > 0) {

@@ -49,10 +49,14 @@ class Aliases {
     for (Eigen::Index k = 0; k < kSmooth; ++k) {
       if (!rotary)
         smooth.col(k) = k < 6 ? VectorXd(t.array().pow(static_cast<double>(k))) : VectorXd::Zero(t.size());
-      else if (k % 2 == 0)
-        smooth.col(k) = (static_cast<double>(k / 2) * x_.array()).cos();
-      else
-        smooth.col(k) = (static_cast<double>(k / 2 + 1) * x_.array()).sin();
+      else {
+        const Eigen::Index order = (k + 1) / 2;
+        const double n = static_cast<double>(order);
+        if (k % 2 == 0)
+          smooth.col(k) = (n * x_.array()).cos();
+        else
+          smooth.col(k) = (n * x_.array()).sin();
+      }
     }
     smooth_ = pivoted_qr(smooth, 1e-6).Q;
   }

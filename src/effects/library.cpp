@@ -28,7 +28,8 @@ std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
 
 // Sensors and runs that the request names become known to the context.
 void extend(const Machine& machine, EffectContext& context, const std::string& id, const Keys& variant) {
-  for (const auto& [key, value] : variant) {
+  for (const auto& entry : variant) {
+    const std::string &key = entry.first, &value = entry.second;
     if (key == "sensor") index_of(context.names.temperatures, value);
     const bool known = std::any_of(context.runs.begin(), context.runs.end(),
                                    [&](const RunInfo& r) { return r.id == value; });

@@ -181,6 +181,7 @@ Result<ErrorTable> parse_error_table(std::string_view text, const std::string& f
   table.comments = csv->comments;
   for (const Column& c : columns.arguments) {
     std::vector<double> values;
+    values.reserve(numbers.size());
     for (const auto& row : numbers) values.push_back(row[c.index]);
     table.arguments.push_back(c.name);
     table.nodes.push_back(distinct(std::move(values)));

@@ -328,7 +328,7 @@ Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) {
   const double length = whole.norm();
   if (!(length > 0.0)) return bow;
   const double along = bow.dot(whole) / length;
-  const Vec3 across = bow - (along / length) * whole;
+  Vec3 across = bow - (along / length) * whole;
   const double room = (along > 0.0 ? 1.0 - t : t) * length;
   if (std::abs(along) * tube_mm(tolerance_) <= room * across.norm()) return across;
   crowded_ = true;

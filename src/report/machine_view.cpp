@@ -82,10 +82,11 @@ MachineView machine_view(const Machine& machine, const post::VerifyReport& repor
     const Pose X_MP = part_in_machine(machine, block.q);
     const JointVector words = words_of(machine, block.q, machine.tool_vector());
     MachineView::Stop stop;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c)
-        stop.part_in_machine.at(static_cast<std::size_t>(4 * r + c)) = static_cast<float>(X_MP.R(r, c));
-      stop.part_in_machine.at(static_cast<std::size_t>(4 * r + 3)) = static_cast<float>(X_MP.p[r]);
+    for (Eigen::Index r = 0; r < 3; ++r) {
+      const auto row = static_cast<std::size_t>(4 * r);
+      for (Eigen::Index c = 0; c < 3; ++c)
+        stop.part_in_machine.at(row + static_cast<std::size_t>(c)) = static_cast<float>(X_MP.R(r, c));
+      stop.part_in_machine.at(row + 3) = static_cast<float>(X_MP.p[r]);
     }
     stop.tip_P = point(block.tip_P);
     for (AxisId id = 0; id < machine.axes.size(); ++id) {

@@ -66,6 +66,7 @@ Section next_section(const Diagnosis& d) {
 
 std::vector<std::string> names_of(const std::vector<diagnosis::Dependence>& all) {
   std::vector<std::string> out;
+  out.reserve(all.size());
   for (const auto& d : all) out.push_back(d.covariate);
   return out;
 }

@@ -164,6 +164,7 @@ void add_arrays(Page& page, const NcPageInput& input) {
   const Machine& machine = *input.machine;
   const std::size_t columns = 4 + machine.axes.size();
   std::vector<double> deviation;
+  deviation.reserve(blocks.size());
   for (const auto& block : blocks) deviation.push_back(block.tip_deviation_mm);
   const auto kept = thinned(deviation, std::max<std::size_t>(kArrayValues / columns, 4));
   const auto fill = [&](const std::string& name, const auto& value) {

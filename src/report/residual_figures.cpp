@@ -302,6 +302,7 @@ std::vector<std::vector<double>> contributions_um(const Machine& machine, const 
     for (const Reading& reading : data.readings) {
       const MachineState state = data.track.state(reading.row);
       std::vector<double> lagged;
+      lagged.reserve(lags.size());
       for (const auto& lag : lags) lagged.push_back(lag[reading.row]);
       const DeviationMap map(machine, state.q, data.rows[reading.row].tool_mm);
       const Deviation d_P = map.exact_P(evaluator.errors(state, lagged));

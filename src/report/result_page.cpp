@@ -127,6 +127,7 @@ class Builder {
     }
     for (const auto& row : rows) {
       std::vector<std::string> cells;
+      cells.reserve(keys.size());
       for (const auto& key : keys) cells.push_back(row.contains(key) ? text_of(row[key]) : "");
       out.rows.push_back(std::move(cells));
     }

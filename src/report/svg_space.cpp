@@ -127,6 +127,7 @@ std::string svg_of(const SpacePlot& plot, std::string_view title) {
   const Projection project = view();
   const std::vector<std::size_t> kept = thinned(plot.value, kDrawnSpacePoints);
   std::vector<std::array<double, 2>> points;
+  points.reserve(kept.size());
   for (const std::size_t i : kept) points.push_back(project(plot.x[i], plot.y[i], plot.z[i]));
   if (points.empty()) return svg.done();
   const Fit fit = fit_into(points, kSpaceWidth - kScaleBar, kSpaceHeight);

@@ -206,7 +206,8 @@ Result<ThermalService::Message> ThermalService::parse_xml(const std::string& lin
 Result<void> ThermalService::take_reading(const Message& message, Answer& answer) {
   if (!message.time_s) return wrong("a reading needs 'time_s'");
   if (*message.time_s < 0.0) return wrong("'time_s' counts from the run's start and must not be below zero");
-  for (const auto& [name, value] : message.measured_um) {
+  for (const auto& measured : message.measured_um) {
+    const std::string& name = measured.first;
     const bool known = std::any_of(model_.channels.begin(), model_.channels.end(),
                                    [&](const ChannelModel& c) { return c.channel == name; });
     if (!known) return wrong("the model has no channel '" + name + "'");
@@ -226,7 +227,7 @@ Result<void> ThermalService::take_reading(const Message& message, Answer& answer
   double time_s = *message.time_s;
   if (predictor_.started() && time_s > predictor_.time_s() - kLate_s)
     time_s = std::max(time_s, predictor_.time_s());
-  const auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNotRead), feed);
+  auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNotRead), feed);
   if (!read) return read;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const auto it = message.measured_um.find(model_.channels[c].channel);

@@ -159,7 +159,7 @@ std::string offsets_text(const OffsetTable& table, const std::vector<std::string
 Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
   if (!limits_.enabled) return Vec3::Zero();
   const Vec3 limit = Vec3::Constant(limits_.clamp_mm);
-  const Vec3 target = wanted_mm.cwiseMax(-limit).cwiseMin(limit);
+  Vec3 target = wanted_mm.cwiseMax(-limit).cwiseMin(limit);
   clamped_ = clamped_ || target != wanted_mm;
   if (!applied_mm_) {
     applied_mm_ = target;

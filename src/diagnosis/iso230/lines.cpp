@@ -231,6 +231,7 @@ Result<std::vector<LineTest>> diagonal_lines(const Readings& readings) {
       if (std::abs(n[k]) > kUnitTolerance && sense == 0) sense = r.direction[k] * (n[k] > 0 ? 1 : -1);
     // Digits of n as printed decide what is one line: four of them.
     std::vector<long long> key;
+    key.reserve(3);
     for (int k = 0; k < 3; ++k) key.push_back(std::llround(n[k] / kUnitTolerance));
     Group& group = groups[key];
     group.n = n;

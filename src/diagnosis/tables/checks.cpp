@@ -14,6 +14,7 @@ namespace {
 
 std::vector<double> values_of(const std::vector<CheckReading>& readings) {
   std::vector<double> out;
+  out.reserve(readings.size());
   for (const CheckReading& reading : readings) out.push_back(reading.value_mm);
   return out;
 }
@@ -191,6 +192,7 @@ std::vector<NamedLine> named_lines(const Dataset& data) {
         {data.track.state(reading.row).q, data.rows[reading.row].tool_mm, reading.n, reading.value});
   }
   std::vector<NamedLine> out;
+  out.reserve(lines.size());
   for (auto& [key, line] : lines) out.push_back(std::move(line));
   return out;
 }

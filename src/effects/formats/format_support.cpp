@@ -97,9 +97,10 @@ double CorrectionMap::value(const std::vector<double>& values, double u, double 
   };
   const auto [i, s] = locate(nodes[0], u);
   if (nodes.size() == 1) return values[i] + s * (values[i + 1] - values[i]);
-  const auto [j, t] = locate(nodes[1], v);
+  const auto second = locate(nodes[1], v);
   const std::size_t width = nodes[1].size();
   const auto row = [&](std::size_t r) {
+    const auto [j, t] = second;
     return values[r * width + j] + t * (values[r * width + j + 1] - values[r * width + j]);
   };
   return row(i) + s * (row(i + 1) - row(i));

@@ -124,6 +124,7 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
       continue;
     }
     std::vector<double> row;
+    row.reserve(words.size());
     for (const auto word : words)
       row.push_back(number_of(word, file, line.number, diagnostics).value_or(0.0));
     block.rows.push_back(std::move(row));
