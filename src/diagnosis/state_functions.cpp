@@ -115,15 +115,15 @@ void add_waves(const VectorXd& v, const VectorXd& weight, double fastest, Collec
 void add_smooth(const Observations& o, const Covariate& c, bool rotary, std::vector<StateFunctions>& to) {
   Collector out(c.name, o.size(), StateFunctions::kAnyLink);
   if (c.periodic) {
-    MatrixXd turns(o.size(), 2 * kTurnHarmonics);
-    for (int k = 0; k < kTurnHarmonics; ++k) turns.middleCols(2 * k, 2) = harmonic(c, k + 1);
+    MatrixXd turns(o.size(), Eigen::Index{2} * kTurnHarmonics);
+    for (int k = 0; k < kTurnHarmonics; ++k) turns.middleCols(Eigen::Index{2} * k, 2) = harmonic(c, k + 1);
     out.block(turns);
-    for (int k = 0; k < kTurnHarmonics; ++k) out.again(2 * k, 2);
+    for (int k = 0; k < kTurnHarmonics; ++k) out.again(Eigen::Index{2} * k, 2);
   } else {
     const MatrixXd f = functions(c, kFullDegree);
     out.block(f);
     if (f.cols() > 2) out.again(0, 2);
-    if (rotary && c.distinct > 2 * kTurnHarmonics)
+    if (rotary && c.distinct > std::size_t{2} * kTurnHarmonics)
       for (int k = 3; k <= kTurnHarmonics; ++k) out.block(harmonic(c, k));
   }
   out.finish(to);

@@ -237,6 +237,7 @@ std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder&
       if (!fresh && hit.p < it->second.p) it->second = hit;
     }
   std::vector<Hit> out;
+  out.reserve(best_of.size());
   for (const auto& [f, hit] : best_of) out.push_back(hit);
   return out;
 }
