@@ -88,7 +88,8 @@ std::optional<Node> SegmentRefiner::longest_step(const Station& at, double t, do
   std::optional<Node> good;
   double bad = 1.0;
   const auto holds = [&](double to) {
-    const Vec3 displacement = side == Side::on_chord ? Vec3::Zero() : Vec3(beside * spacing_.against(to));
+    const Vec3 displacement =
+        side == Side::on_chord ? Vec3::Zero() : between_ends(beside * spacing_.against(to), to);
     Node node = maker_.node(to, displacement, how, true);
     if (!piece_within(at, node.station)) {
       bad = to;

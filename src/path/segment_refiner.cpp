@@ -335,6 +335,17 @@ Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) {
   return bow;
 }
 
+// A displacement of the node at `t` that leaves its foot well between the ends: beyond one of them the
+// control would come to the end and go back.
+Vec3 SegmentRefiner::between_ends(const Vec3& displacement, double t) const {
+  constexpr double kShare = 0.5;  // of the way to the end
+  const Vec3 whole = reference_.tip1_P - reference_.tip0_P;
+  const double length2 = whole.squaredNorm();
+  if (!(length2 > 0.0)) return displacement;
+  const double along = displacement.dot(whole) / length2;
+  return displacement + (std::clamp(along, -kShare * t, kShare * (1.0 - t)) - along) * whole;
+}
+
 void SegmentRefiner::use_cells(NodeAxis how) {
   const double tube = tube_mm(tolerance_);
   spacing_.set(cells_, tube, tolerance_.axis.rad(), how == NodeAxis::great_circle);
@@ -385,7 +396,8 @@ bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
     spacing_.place_two_sided(pieces, end0_, end1_, places_);
   }
   nodes_.clear();
-  for (const Place& place : places_) nodes_.push_back(maker_.node(place.t, place.displacement_P, how, true));
+  for (const Place& place : places_)
+    nodes_.push_back(maker_.node(place.t, between_ends(place.displacement_P, place.t), how, true));
   return all_within();
 }
 

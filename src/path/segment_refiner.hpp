@@ -76,6 +76,7 @@ class SegmentRefiner {
   void add_cell(const Station& a, const Station& b, double t0, double t1);
   void use_cells(NodeAxis how);
   Vec3 within_reference(const Vec3& bow, double t);
+  Vec3 between_ends(const Vec3& displacement, double t) const;
   bool subtract(const Station& a, const Station& b, double t0, double t1, int halvings);
   bool subtract_evenly(const Station& a, const Station& b, double t0, double t1, const ErrorModel& model);
   void judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const;

@@ -173,6 +173,13 @@ Place Verifier::State::find(const Vertex& v) const {
   if (at_most2 < kSamePoint_mm * kSamePoint_mm) return {at.segment, 1.0, std::sqrt(at_most2)};
   const double to_next = distance_to(v, next.tip_P, next.axis_P);
   if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
+  // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
+  // point the next one may be nearer to a displaced node.
+  if (const auto t = still_on(v, targets[at.segment], next)) {
+    const Target& a = targets[at.segment];
+    return {at.segment, *t,
+            distance_to(v, a.tip_P + *t * (next.tip_P - a.tip_P), slerp(a.axis_P, next.axis_P, *t))};
+  }
   const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;
   const double reach_rad =
       1.1 * angle_between(v.axis_P, previous.axis_P).rad() + 4.0 * options.axis_tolerance.rad();
@@ -194,7 +201,30 @@ Place Verifier::State::find(const Vertex& v) const {
     ahead_rad += rest * angle_between(a.axis_P, b.axis_P).rad();
     if (ahead_mm > reach_mm || ahead_rad > reach_rad) break;
   }
+  // The tool axis may have drawn the place over a CL point that the tip has not passed yet.
+  if (best.segment > at.segment) {
+    const Target& a = targets[best.segment - 1];
+    const Target& b = targets[best.segment];
+    const double here = distance_to_segment(v.tip_P, b.tip_P, targets[best.segment + 1].tip_P);
+    if (distance_to_segment(v.tip_P, a.tip_P, b.tip_P) < here - 1e-7) {
+      const double t = parameter_of(v, a, b);
+      const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
+      best = {best.segment - 1, before, best.distance};
+    }
+  }
   return best;
+}
+
+std::optional<double> Verifier::State::still_on(const Vertex& v, const Target& a, const Target& b) const {
+  const Vec3 way = b.tip_P - a.tip_P;
+  const double length2 = way.squaredNorm();
+  const double t = length2 > 0.0 ? (v.tip_P - a.tip_P).dot(way) / length2 : 1.0;
+  if (!(t < 1.0)) return std::nullopt;
+  if ((v.tip_P - a.tip_P - std::max(t, at.t) * way).norm() > options.tolerance_mm) return std::nullopt;
+  const double turn = angle_between(a.axis_P, b.axis_P).rad();
+  const double turned = turn > 0.0 ? std::min(1.0, angle_between(a.axis_P, v.axis_P).rad() / turn) : 0.0;
+  const Angle off = angle_between(v.axis_P, slerp(a.axis_P, b.axis_P, turned));
+  return off <= options.axis_tolerance ? std::optional(std::max(t, at.t)) : std::nullopt;
 }
 
 DeviationMeter::Deviation Verifier::State::uninteresting() const {

@@ -297,6 +297,9 @@ struct Verifier::State {
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& v) const;
+  /// Fraction of the segment a-b at which `v` stands, when its foot is on the way ahead and it is within the
+  /// tolerances.
+  std::optional<double> still_on(const Vertex& v, const Target& a, const Target& b) const;
 
   // Deviations that change no figure of the report: below the last of the worst places, and below the largest
   // of the axis.
