@@ -257,7 +257,7 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   const Run run{machine, chooser, options, cl_file};
   const std::size_t begin = out.size();
   auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
-                                                             : choose_local(run, points, seed, out);
+                                                       : choose_local(run, points, seed, out);
   if (!chosen) return chosen;
   settle_poles(run, points, std::span(out).subspan(begin), summary);
   JointVector before = seed;

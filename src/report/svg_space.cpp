@@ -65,7 +65,8 @@ void colour_bar(Svg& svg, const Scale& scale, double value_max) {
              "fill=\"" + scale_colour(t) + "\"");
   }
   for (const double part : {0.0, 0.5, 1.0}) {
-    svg.text(left + 20, kSpaceTop + kBar * (1 - part) + 4, short_number(part * value_max, 3), "class=\"tick\"");
+    svg.text(left + 20, kSpaceTop + kBar * (1 - part) + 4, short_number(part * value_max, 3),
+             "class=\"tick\"");
   }
   svg.text(kSpaceWidth - 8, kSpaceTop - 14, scale_text(scale), "class=\"label\" text-anchor=\"end\"");
 }

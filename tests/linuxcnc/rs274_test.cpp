@@ -336,7 +336,8 @@ TEST(Rs274, CalculatesOffsetsFromTemperatures) {
   controller.run_time_temperatures.read.clear();  // here the temperatures are written below
   using Kind = nc::RunTimeStep::Kind;
   std::mt19937_64 random(7);
-  std::uniform_int_distribution<std::int64_t> factor(-6000000, 6000000);  // up to 0.6 mm/K: large beside the digits that are printed
+  std::uniform_int_distribution<std::int64_t> factor(
+      -6000000, 6000000);  // up to 0.6 mm/K: large beside the digits that are printed
   std::uniform_real_distribution<double> kelvin(-4.0, 6.0);
   constexpr std::size_t kSensors = 3;
   std::vector<nc::Block> blocks = {nc::ProgramStart{}};

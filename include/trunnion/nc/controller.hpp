@@ -145,7 +145,7 @@ struct Controller {
     Template end;  // {number} {name}
   } program;
 
-  Template tool_change;                                               // {tool} {length_offset}
+  Template tool_change;        // {tool} {length_offset}
   double tool_change_s = 0.0;  // that a change takes: for what follows the time (thermal effects)
   Template spindle_clockwise, spindle_counterclockwise, spindle_off;  // {rpm}
   std::array<Template, 5> coolant;                                    // by CoolantKind
