@@ -49,6 +49,8 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   from.q = last_emitted_;
   at.q = q;
   from.tcp = at.tcp = options_.rtcp;
+  meter_->place(from, q, state_);
+  meter_->place(at, q, state_);
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
   const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
   return found.tip_mm.upper > (found.proved && !found.unbounded ? limit_mm : kBentWithErrors * limit_mm);

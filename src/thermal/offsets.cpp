@@ -165,12 +165,16 @@ Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
     applied_mm_ = target;
     return target;
   }
-  const double step = limits_.slew_mm_s * std::max(0.0, dt_s);
+  const double elapsed_s = std::max(0.0, dt_s);
   for (Eigen::Index i = 0; i < 3; ++i) {
+    stood_s_[i] += elapsed_s;
     const double change = target[i] - (*applied_mm_)[i];
     if (std::abs(change) <= limits_.dead_band_mm) continue;
+    const double now = limits_.slew_mm_s * elapsed_s;
+    const double step = std::max(now, std::min(limits_.slew_mm_s * stood_s_[i], limits_.dead_band_mm + now));
     slew_limited_ = slew_limited_ || std::abs(change) > step;
     (*applied_mm_)[i] += std::clamp(change, -step, step);
+    stood_s_[i] = 0.0;
   }
   return *applied_mm_;
 }

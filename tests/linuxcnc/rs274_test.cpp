@@ -116,10 +116,13 @@ std::string four_decimals(std::int64_t quanta) {
 }
 
 // Nothing stands for a retract: the interpreter shows it in coordinates of its own offsets.
+// Terms of run-time values are left out: the interpreter alone knows no machine, reads zero from it, and they
+// are zero.
 std::vector<std::optional<nc::Motion>> motions_of(const std::vector<nc::Block>& blocks) {
   std::vector<std::optional<nc::Motion>> out;
   for (const auto& block : blocks) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) out.emplace_back(*motion);
+    if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) out.emplace_back(motion->motion);
     if (std::holds_alternative<nc::Retract>(block)) out.emplace_back();
   }
   return out;

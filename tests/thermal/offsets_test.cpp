@@ -1,6 +1,7 @@
 #include "trunnion/thermal/offsets.hpp"
 
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 #include "support/machines.hpp"
@@ -49,6 +50,26 @@ TEST(OffsetFollower, ClampsSlewsAndRests) {
   EXPECT_NEAR(follower.follow(Vec3(0.9, -0.9, 0), 1000.0).x(), 0.05, 1e-15);
   EXPECT_TRUE(follower.clamped());
   EXPECT_NEAR(follower.follow(Vec3(0.9, -0.9, 0), 1000.0).y(), -0.05, 1e-15);
+}
+
+// The dead band makes steps of a slow drift: the slew limit must not take them for fast ones.
+TEST(OffsetFollower, IsNeverLateForADriftBelowTheSlewLimit) {
+  const OffsetLimits limits{.enabled = true, .clamp_mm = 0.05, .slew_mm_s = 0.001, .dead_band_mm = 0.0005};
+  OffsetLimits free = limits;
+  free.slew_mm_s = std::numeric_limits<double>::infinity();
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int drift = 0; drift < 100; ++drift) {
+    OffsetFollower follower(limits), at_once(free);
+    Vec3 wanted = Vec3::Zero();
+    for (int i = 0; i < 1000; ++i) {
+      const double seconds = 2.0 * uniform(random) * uniform(random);
+      for (Eigen::Index k = 0; k < 3; ++k)
+        wanted[k] += (2.0 * uniform(random) - 1.0) * limits.slew_mm_s * seconds;
+      ASSERT_LT((follower.follow(wanted, seconds) - at_once.follow(wanted, seconds)).norm(), 1e-15);
+    }
+    EXPECT_FALSE(follower.slew_limited());
+  }
 }
 
 TEST(OffsetFollower, SwitchedOffIsZero) {

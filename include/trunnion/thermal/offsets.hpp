@@ -60,7 +60,9 @@ class OffsetFollower {
  public:
   explicit OffsetFollower(const OffsetLimits& limits) : limits_(limits) {}
   /// Deviation that may be applied `dt_s` after the previous call when `wanted_mm` is asked for. The first
-  /// call of a program sets it without slew (nothing is being cut yet). Switched off: zero.
+  /// call of a program sets it without slew (nothing is being cut yet). What a component was held back by the
+  /// dead band it may take in one step, so that a drift slower than the slew limit is never followed late.
+  /// Switched off: zero.
   Vec3 follow(const Vec3& wanted_mm, double dt_s);
   bool clamped() const { return clamped_; }            // in any call
   bool slew_limited() const { return slew_limited_; }  // in any call
@@ -68,6 +70,7 @@ class OffsetFollower {
  private:
   OffsetLimits limits_;
   std::optional<Vec3> applied_mm_;
+  Vec3 stood_s_ = Vec3::Zero();  // since the component last moved
   bool clamped_ = false;
   bool slew_limited_ = false;
 };
