@@ -171,7 +171,8 @@ Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
     const double change = target[i] - (*applied_mm_)[i];
     if (std::abs(change) <= limits_.dead_band_mm) continue;
     const double now = limits_.slew_mm_s * elapsed_s;
-    const double step = std::max(now, std::min(limits_.slew_mm_s * stood_s_[i], limits_.dead_band_mm + now));
+    const double gathered = std::min(limits_.slew_mm_s * stood_s_[i], limits_.dead_band_mm + now);
+    const double step = std::abs(change) <= gathered ? gathered : now;
     slew_limited_ = slew_limited_ || std::abs(change) > step;
     (*applied_mm_)[i] += std::clamp(change, -step, step);
     stood_s_[i] = 0.0;

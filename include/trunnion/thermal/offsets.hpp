@@ -60,8 +60,9 @@ class OffsetFollower {
  public:
   explicit OffsetFollower(const OffsetLimits& limits) : limits_(limits) {}
   /// Deviation that may be applied `dt_s` after the previous call when `wanted_mm` is asked for. The first
-  /// call of a program sets it without slew (nothing is being cut yet). What a component was held back by the
-  /// dead band it may take in one step, so that a drift slower than the slew limit is never followed late.
+  /// call of a program sets it without slew (nothing is being cut yet). What a slow drift gathered within the
+  /// dead band is taken in one step, so that a drift slower than the slew limit is never followed late; of a
+  /// jump no more than the slew limit.
   /// Switched off: zero.
   Vec3 follow(const Vec3& wanted_mm, double dt_s);
   bool clamped() const { return clamped_; }            // in any call
