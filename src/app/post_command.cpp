@@ -196,7 +196,8 @@ ExitCode run(const PostCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
-  const auto& [machine, controller] = *files;
+  const Machine& machine = files->machine;
+  const nc::Controller& controller = files->controller;
   std::optional<post::TemperatureHistory> temperatures;
   const auto model = command.options.load_errors(machine, diagnostics, &temperatures);
   if (!model) return print_failure(diagnostics, model.error());

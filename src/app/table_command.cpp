@@ -62,7 +62,7 @@ Result<void> write_tables(const TableOptions& options, const std::vector<ErrorTa
                           const Machine& machine, std::string& said, const InterpolationOptions& two = {}) {
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const std::string name = name_of(options, tables, i);
-    const auto written = write_file(name, error_table_text(tables[i], machine));
+    auto written = write_file(name, error_table_text(tables[i], machine));
     if (!written) return written;
     if (name == "-") continue;
     for (const auto& component : tables[i].components)
@@ -234,7 +234,7 @@ Result<std::string> export_tables(const TableOptions& options, Diagnostics& diag
 Result<void> write_results(const TableOptions& options, const std::string& title, const std::string& verdict,
                            const std::string& json) {
   if (options.json) {
-    if (const auto written = write_file(*options.json, json); !written) return written;
+    if (auto written = write_file(*options.json, json); !written) return written;
   }
   if (options.report.empty()) return {};
   return write_file(options.report, report::page_html(report::result_page(title, verdict, json, made_by())));

@@ -59,11 +59,11 @@ Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
     Diagnostics& diagnostics) const {
   if (no_thermal || thermal_output != "variables" || thermal_model.empty())
     return std::optional<post::RunTimeDrift>{};
-  auto model = thermal::load_model(thermal_model, diagnostics);
-  if (!model) return tl::unexpected(model.error());
+  const auto loaded = thermal::load_model(thermal_model, diagnostics);
+  if (!loaded) return tl::unexpected(loaded.error());
   post::RunTimeDrift out;
-  out.sensors = thermal::Predictor(*model).sensors();
-  const auto weights = thermal::instant_weights(*model, out.sensors);
+  out.sensors = thermal::Predictor(*loaded).sensors();
+  const auto weights = thermal::instant_weights(*loaded, out.sensors);
   if (!weights) return tl::unexpected(weights.error());
   out.mm_per_K = *weights;
   const std::size_t sensors = out.sensors.size();

@@ -64,7 +64,8 @@ ExitCode run(const VerifyCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
-  const auto& [machine, controller] = *files;
+  const Machine& machine = files->machine;
+  const nc::Controller& controller = files->controller;
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
   std::optional<thermal::OffsetTable> offsets;

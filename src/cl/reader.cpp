@@ -79,13 +79,13 @@ class Reader::Impl {
   bool ended_ = false;
 };
 
-Reader::Reader(std::string_view text, std::string file, const ReaderOptions& options,
+Reader::Reader(std::string_view text, const std::string& file, const ReaderOptions& options,
                Diagnostics& diagnostics)
-    : Reader(std::make_unique<MemorySource>(text), std::move(file), options, diagnostics) {}
+    : Reader(std::make_unique<MemorySource>(text), file, options, diagnostics) {}
 
-Reader::Reader(std::unique_ptr<TextSource> source, std::string file, const ReaderOptions& options,
+Reader::Reader(std::unique_ptr<TextSource> source, const std::string& file, const ReaderOptions& options,
                Diagnostics& diagnostics)
-    : impl_(std::make_unique<Impl>(std::move(source), std::move(file), options, diagnostics)) {}
+    : impl_(std::make_unique<Impl>(std::move(source), file, options, diagnostics)) {}
 
 Reader::Reader(Reader&&) noexcept = default;
 Reader::~Reader() = default;

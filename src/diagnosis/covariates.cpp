@@ -30,10 +30,11 @@ MatrixXd functions(const Covariate& c, int degree) {
   if (c.periodic) {
     const int harmonics =
         std::min(std::max(1, degree * kHarmonics / kFullDegree), static_cast<int>(c.distinct) / 2);
-    MatrixXd out(c.values.size(), 2 * harmonics);
+    MatrixXd out(c.values.size(), Eigen::Index{2} * harmonics);
     for (int k = 0; k < harmonics; ++k) {
-      out.col(2 * k) = ((k + 1) * c.values.array()).cos();
-      out.col(2 * k + 1) = ((k + 1) * c.values.array()).sin();
+      const Eigen::Index column = Eigen::Index{2} * k;
+      out.col(column) = ((k + 1) * c.values.array()).cos();
+      out.col(column + 1) = ((k + 1) * c.values.array()).sin();
     }
     return out;
   }

@@ -142,7 +142,7 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
     if (c.periodic && c.distinct > 5)
       for (int k = 3; k <= kHarmonics; ++k) out.add(c.name, harmonic(c, k), k);
   for (const Covariate& c : covariates)
-    if (c.distinct > 2 * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
+    if (c.distinct > std::size_t{2} * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
   add_directions(o, positions, out);
   add_runs(o, out);
   add_lobes(o, out);
@@ -172,7 +172,7 @@ int joint_variation(const VectorXd& a, const VectorXd& b) {
   const std::vector<int> in_a = bins(a), in_b = bins(b);
   // Rows and columns of bins as nodes of a graph, occupied bins as its edges: a sum of one function each has
   // as many free values as nodes less parts; every further edge shows something of a product.
-  std::array<int, 2 * kBins> parent{};
+  std::array<int, std::size_t{2} * kBins> parent{};
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&parent](int k) {
     while (parent[static_cast<std::size_t>(k)] != k) k = parent[static_cast<std::size_t>(k)];

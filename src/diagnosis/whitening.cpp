@@ -86,6 +86,7 @@ void Whitening::mix(Eigen::Ref<MatrixXd> x) const {
   }
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): a Ref by value is how Eigen passes what is written to
 void Whitening::apply(Eigen::Ref<MatrixXd> x) const {
   whiten(x);
   take_setups(x);

@@ -257,17 +257,17 @@ std::string Writer::State::variable_word(AxisLetter letter, std::int64_t quanta,
   style.plus_sign = false;
   NumberStyle factor = style;
   factor.decimals = kCoefficientDecimals;
-  std::string out(1, letter_of(letter));
-  out.append(c.run_time.open).append(number_text(quanta, style));
+  std::string word(1, letter_of(letter));
+  word.append(c.run_time.open).append(number_text(quanta, style));
   for (std::size_t k = 0; k < coefficient.size(); ++k) {
     const std::int64_t value = coefficient[k];
     if (value == 0) continue;
-    out.append(value < 0 ? "-" : "+").append(c.run_time.variable);
-    out.append(std::to_string(c.run_time.latched[k]));
+    word.append(value < 0 ? "-" : "+").append(c.run_time.variable);
+    word.append(std::to_string(c.run_time.latched[k]));
     if (std::abs(value) != kPowersOfTen[kCoefficientDecimals])
-      out.append("*").append(number_text(std::abs(value), factor));
+      word.append("*").append(number_text(std::abs(value), factor));
   }
-  return out.append(c.run_time.close);
+  return word.append(c.run_time.close);
 }
 
 Result<void> Writer::State::write(const VariableMotion& b) {

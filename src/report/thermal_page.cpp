@@ -77,8 +77,8 @@ Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::
     for (std::size_t c = 0; c < model.channels.size(); ++c) {
       const thermal::ChannelModel& channel = model.channels[c];
       for (const Estimate& e : run.channel[c]) {
-        outside += e.outside_training() ? 1 : 0;
-        stale += e.stale ? 1 : 0;
+        if (e.outside_training()) ++outside;
+        if (e.stale) ++stale;
         largest_mm = std::max(largest_mm, std::abs(e.value_mm));
       }
       const auto index = log.channel(channel.channel);

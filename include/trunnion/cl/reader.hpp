@@ -62,8 +62,9 @@ struct Resolution {
 class Reader {
  public:
   /// `text` and `diagnostics` must outlive the reader.
-  Reader(std::string_view text, std::string file, const ReaderOptions& options, Diagnostics& diagnostics);
-  Reader(std::unique_ptr<TextSource> source, std::string file, const ReaderOptions& options,
+  Reader(std::string_view text, const std::string& file, const ReaderOptions& options,
+         Diagnostics& diagnostics);
+  Reader(std::unique_ptr<TextSource> source, const std::string& file, const ReaderOptions& options,
          Diagnostics& diagnostics);
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) = delete;
