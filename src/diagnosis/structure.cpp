@@ -142,7 +142,8 @@ std::vector<StructureBlock> structure_blocks(const Observations& o) {
     if (c.periodic && c.distinct > 5)
       for (int k = 3; k <= kHarmonics; ++k) out.add(c.name, harmonic(c, k), k);
   for (const Covariate& c : covariates)
-    if (c.distinct > std::size_t{2} * kFullDegree) out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
+    if (c.distinct > std::size_t{2} * kFullDegree)
+      out.add_singly(c.name, waves(c, kRoughDegree), kRoughDegree);
   add_directions(o, positions, out);
   add_runs(o, out);
   add_lobes(o, out);
