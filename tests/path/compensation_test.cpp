@@ -159,7 +159,10 @@ class GridMeasurement {
       : machine_(machine),
         draw_(draw),
         planar_(planar),
-        folder_(std::filesystem::temp_directory_path() / "trunnion_compensation_grid") {
+        // Of its own: tests run side by side.
+        folder_(std::filesystem::temp_directory_path() /
+                (std::string("trunnion_compensation_grid_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(folder_);
   }
   ~GridMeasurement() { std::filesystem::remove_all(folder_); }
