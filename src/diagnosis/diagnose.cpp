@@ -86,11 +86,7 @@ class Engine {
     const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(o_, room));
     const Remainder nothing = atoms.remainder({});
     const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
-    const EffectSet first =
-        Search(atoms, multiplicity_, of_base.noise, kLooseAlpha, options_.max_effects).best();
-    const Judgement judged = first.members.empty()
-                                 ? of_base
-                                 : judge(atoms, first.remainder, structures_, surrogate, options_.seed);
+    const auto [first, judged] = beside_what(atoms, of_base, surrogate);
     noise_ = out.noise = judged.noise;
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
     out.found = search_->best();
@@ -104,6 +100,44 @@ class Engine {
     else
       out.after = same ? judged.left : leftover(atoms, out.found.remainder, structures_, noise_);
     return out;
+  }
+
+  struct Beside {
+    EffectSet set;
+    Judgement judged;
+  };
+  // The set beside which the noise is judged. What the surrogate cannot follow looks like scatter that is
+  // large and correlated in time, and against such scatter nothing is significant. So where the scatter is
+  // not as stated, the sets that are clear against the stated uncertainty are an explanation too: the
+  // likelier of the two stands.
+  Beside beside_what(const Atoms& atoms, const Judgement& of_base, const MatrixXd& surrogate) {
+    const auto by = [&](const NoiseScale& noise) {
+      Beside out{Search(atoms, multiplicity_, noise, kLooseAlpha, options_.max_effects).best(), of_base};
+      if (!out.set.members.empty())
+        out.judged = judge(atoms, out.set.remainder, structures_, surrogate, options_.seed);
+      return out;
+    };
+    Beside by_scatter = by(of_base.noise);
+    if (as_stated(by_scatter.judged.noise)) return by_scatter;
+    NoiseScale stated;
+    stated.dof = kStatedDof;
+    Beside by_statement = by(stated);
+    const auto cost = [&](const Beside& b) {
+      return surprise(b.judged.noise, atoms.base().dof()) +
+             2.0 * std::log(multiplicity_.families) * static_cast<double>(b.set.members.size());
+    };
+    return cost(by_statement) + kAsSimple < cost(by_scatter) ? by_statement : by_scatter;
+  }
+  static bool as_stated(const NoiseScale& noise) {
+    return noise.phi == 0.0 && noise.raw_variance <= kHighChi2;
+  }
+  // Bayesian information criterion of readings whose noise is AR(1) of this variance and correlation, beside
+  // as many columns as it has lost degrees of freedom. Scatter below the stated uncertainty is no merit.
+  static double surprise(const NoiseScale& noise, double dof) {
+    double steps = 0.0;
+    for (const auto& s : noise.sequences) steps += s.empty() ? 0.0 : static_cast<double>(s.size() - 1);
+    return dof * std::log(std::max(noise.raw_variance, 1.0)) +
+           std::min(steps, dof) * std::log(1.0 - noise.phi * noise.phi) + (dof - noise.dof) * std::log(dof);
   }
 
   Model with(const Atoms& atoms, const EffectSet& set) const {

@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::uint64_t kNeighbourSeed = 7;
 constexpr double kSpreadMargin = 0.85;
-constexpr double kStatedDof = 1e4;     // the stated uncertainty, taken at its word
 constexpr double kClear = 0.01;        // level from which structure stands beside the noise
 constexpr std::size_t kMostTaken = 3;  // blocks of it: more would take noise for structure
 constexpr double kMostOfDof = 0.35;    // columns beside which the noise is judged, of the degrees of freedom

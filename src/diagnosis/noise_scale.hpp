@@ -4,6 +4,7 @@
 namespace trunnion::diagnosis {
 
 inline constexpr double kMostSurrogate = 150;  // columns beside which noise is judged
+inline constexpr double kStatedDof = 1e4;      // the stated uncertainty, taken at its word
 
 /// What the residual says of the noise beside the base, a set of effects and a smooth surrogate for all else.
 struct NoiseScale {

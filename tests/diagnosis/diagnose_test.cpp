@@ -237,6 +237,29 @@ TEST(Diagnose, ATiltOfOneBallIsItsPosition) {
   EXPECT_FALSE(ranked(d, "setup_tilt").excited);
 }
 
+// A short run with large effects: a few smooth functions cannot follow them, so that they look like scatter
+// that is large and correlated in time. Their explanation is likelier than such scatter.
+TEST(Diagnose, LargeEffectsOfAShortRunAreNoScatter) {
+  const std::string plan =
+      "[[run]]\nid = \"ball\"\nminutes = 10\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, "
+      "1]]\n"
+      "frame = \"machine\"\ntool_z_mm = -150\nu_random = 0.5\nu_common = 0\n"
+      "grid = { A_deg = [0, 45, 90], C_deg = [0, 60, 120, 180, 240, 300] }\nball_mm = [40, 20, 30]\n";
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const std::string nothing = "[model]\nname = \"nothing known\"\n";
+  for (const auto& [id, parameters] : {std::pair{"location:C", "X0C_um = 12\nY0C_um = -7\n"},
+                                       {"component:EZC", "cos1_um = 30\nsin2_um = 25\n"},
+                                       {"sag:A", "A_sin_urad = 150\nY_sin_um = 40\nZ_cos_um = -40\n"}}) {
+    const std::string truth = "[model]\nname = \"truth\"\n" + effect(id, parameters);
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const Dataset data = test::measured(machine, plan, truth, seed);
+      const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, nothing));
+      EXPECT_TRUE(holds(d, id)) << id << ": " << said(d);
+      EXPECT_LT(d.noise_factor, 1.5) << id;  // 54 readings: 1.2 is 3 standard deviations
+    }
+  }
+}
+
 TEST(Diagnose, FindsNothingWhereNothingIs) {
   const Diagnosis d = diagnosed(kDiagnoseTruth, table_only(), 8);
   EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << said(d);
