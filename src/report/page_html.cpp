@@ -44,8 +44,12 @@ std::string html_of(const Paragraph& paragraph) {
 
 std::string html_of(const Figure& figure) {
   const bool space = std::holds_alternative<SpacePlot>(figure.plot);
-  return "<figure id=\"" + figure.id + (space ? "\" class=\"space" : "") + "\" data-figure=\"" + figure.id +
-         "\"><h3>" + escaped(figure.title) +
+  const bool matrix = std::holds_alternative<MatrixPlot>(figure.plot);
+  return "<figure id=\"" + figure.id +
+         (space    ? "\" class=\"space"
+          : matrix ? ""
+                   : "\" class=\"flat") +
+         "\" data-figure=\"" + figure.id + "\"><h3>" + escaped(figure.title) +
          "</h3><div class=\"plot\"><div class=\"live\" hidden></div><div class=\"still\">" + svg_of(figure) +
          "</div></div><figcaption>" + escaped(figure.caption + thinning_note(figure)) +
          "</figcaption></figure>\n";

@@ -8,14 +8,15 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kWidth = 760;
-constexpr double kHeight = 330;
+// As large as the chart that replaces it is in a window of 1280 pixels (web/page.css): letters have one size.
+constexpr double kWidth = 600;
+constexpr double kHeight = 380;
 constexpr double kLeft = 74;
 constexpr double kRight = 16;
 constexpr double kTop = 14;
 constexpr double kBottom = 46;
 constexpr double kLegendRow = 20;
-constexpr std::size_t kDrawnPoints = 1600;  // of a line: about two a drawing unit
+constexpr std::size_t kDrawnPoints = 1600;  // of a line: about three a drawing unit
 
 struct Range {
   double min = std::numeric_limits<double>::infinity();

@@ -11,8 +11,8 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kSpaceWidth = 760;
-constexpr double kSpaceHeight = 460;
+constexpr double kSpaceWidth = 600;  // as the chart, like the flat plots
+constexpr double kSpaceHeight = 520;
 constexpr double kScaleBar = 90;  // room for the colour scale on the right
 constexpr std::size_t kDrawnSpacePoints = 4000;
 constexpr int kColours = 24;

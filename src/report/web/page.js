@@ -366,7 +366,6 @@
     start(entry.target);
   }), {rootMargin: '200px'});
   function start(element) {
-    element.style.contentVisibility = 'visible';  // what was near once is kept drawn
     waiting.push(element);
     if (waiting.length === 1) soon(startNext);
   }
