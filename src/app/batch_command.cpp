@@ -121,10 +121,14 @@ ExitCode run(const BatchCommand& command) {
   print_failures(results);
   const report::BatchCounts counts = report::count(results);
   spdlog::info("{}", report::batch_table(results));
-  if (!command.result.json.empty()) {
-    if (const auto code = write_output(command.result.json, report::batch_json(results)); code != kDone)
-      return code;
-  }
+  const std::string verdict = std::to_string(counts.posted) + " posted and verified, " +
+                              std::to_string(counts.skipped) + " unchanged, " +
+                              std::to_string(counts.failed) + " failed, " + std::to_string(counts.not_run) +
+                              " not run.";
+  if (const auto code =
+          command.result.write(report::batch_json(results), "Batch into " + command.folder, verdict, "");
+      code != kDone)
+    return code;
   return counts.failed + counts.not_run > 0 ? kCheckFailed : kDone;
 }
 

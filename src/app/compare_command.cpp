@@ -56,17 +56,10 @@ ExitCode run(const CompareCommand& command) {
     programs.push_back(std::move(*evaluated));
   }
   print(diagnostics);
-  if (command.result.json != "-") {
-    if (const auto code = write_output("-", report::compare_table(programs)); code != kDone) return code;
-  }
-  if (!command.result.report.empty()) {
-    const auto page =
-        report::compare_page(programs, machine, command.against, report::compare_json(programs), made_by());
-    if (const auto code = write_output(command.result.report, report::page_html(page)); code != kDone)
-      return code;
-  }
-  return command.result.json.empty() ? kDone
-                                     : write_output(command.result.json, report::compare_json(programs));
+  const std::string json = report::compare_json(programs);
+  return command.result.write(
+      json, [&] { return report::compare_page(programs, machine, command.against, json, made_by()); },
+      report::compare_table(programs));
 }
 
 }  // namespace

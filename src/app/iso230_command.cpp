@@ -5,8 +5,8 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/report/iso230_json.hpp"
-#include "trunnion/report/result_page.hpp"
 
+#include "app/results.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -16,8 +16,7 @@ using namespace iso230;
 
 struct Iso230Options {
   std::vector<std::string> data;
-  std::optional<std::string> json;
-  std::string report;
+  ResultOptions result;
   std::string axis;    // name of the line of a motion log, which does not say it
   std::string centre;  // ISO 230-7
 };
@@ -126,17 +125,8 @@ ExitCode run(const Iso230Options& options, const Evaluate& evaluate) {
   const auto output = evaluate(options, diagnostics);
   if (!output) return print_failure(diagnostics, output.error());
   print(diagnostics);
-  if (options.json) {
-    if (const ExitCode code = write_output(*options.json, output->json); code != kDone) return code;
-  }
-  if (!options.report.empty()) {
-    const auto page = report::result_page("ISO 230: " + options.data.front(),
-                                          "Evaluated after the standard; the symbols are the standard's.",
-                                          output->json, made_by());
-    if (const ExitCode code = write_output(options.report, report::page_html(page)); code != kDone)
-      return code;
-  }
-  return options.json == "-" ? kDone : write_output("-", output->text);
+  return options.result.write(output->json, "ISO 230: " + options.data.front(),
+                              "Evaluated after the standard; the symbols are the standard's.", output->text);
 }
 
 }  // namespace
@@ -150,8 +140,7 @@ void add_iso230_command(CLI::App& root, int& exit) {
     sub->add_option("data", options->data,
                     "measurement files (part 2 also reads the raw data of a motion logger)")
         ->required();
-    sub->add_option("--json", options->json, "write the result as JSON (- is standard output)");
-    sub->add_option("--report", options->report, "write a self-contained HTML page");
+    options->result.add_to(*sub);
     sub->callback([options, evaluate, &exit] { exit = run(*options, evaluate); });
     return std::pair(sub, options);
   };

@@ -2,6 +2,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/proving.hpp"
+#include "trunnion/report/machine_json.hpp"
 
 #include "app/options.hpp"
 
@@ -11,6 +12,7 @@ namespace {
 struct MachineCommand {
   MachineOptions machine;
   std::string program;
+  ResultOptions result;
 };
 
 std::string text_of(const Machine& machine) {
@@ -35,6 +37,8 @@ std::string text_of(const Machine& machine) {
 }
 
 ExitCode run(const MachineCommand& command) {
+  if (const auto apart = command.result.apart_from(command.program); !apart)
+    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
@@ -44,11 +48,12 @@ ExitCode run(const MachineCommand& command) {
   print(diagnostics);
   if (!command.program.empty()) {
     if (const auto code = write_output(command.program, *program); code != kDone) return code;
-    if (command.program == "-") return kDone;
   }
   std::string text = text_of(machine);
   if (command.program.empty()) text += "\nProving program (-o FILE writes it):\n\n" + *program;
-  return write_output("-", text);
+  return command.result.write(report::machine_json(machine, *program), machine.name,
+                              "What a positive command of each axis does, and how far it goes.",
+                              command.program == "-" ? "" : text);
 }
 
 }  // namespace
@@ -61,6 +66,7 @@ void add_machine_command(CLI::App& root, int& exit) {
       ->required();
   c->add_option("-c,--controller", command->machine.controller, "controller of the proving program");
   c->add_option("-o,--output", command->program, "write the proving program to this file");
+  command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }
 

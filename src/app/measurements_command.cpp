@@ -2,7 +2,9 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/diagnosis/import.hpp"
+#include "trunnion/report/diagnosis_json.hpp"
 
+#include "app/results.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -12,22 +14,28 @@ struct MeasurementsOptions {
   std::string file, out;
   diagnosis::MapImport map;
   diagnosis::LogImport log;
+  ResultOptions result;
 };
 
 template <class Import>
 int run(const MeasurementsOptions& options, const Import& import) {
+  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   const auto text = read_file(options.file);
   if (!text) return print_error(text.error());
   Diagnostics diagnostics;
   const auto imported = import(*text, diagnostics);
   if (!imported) return print_failure(diagnostics, imported.error());
   print(diagnostics);
-  return write_output(options.out, *imported);
+  if (const auto code = write_output(options.out, *imported); code != kDone) return code;
+  return options.result.write(report::imported_json(options.file, *imported),
+                              "Measurements of " + options.file, "In the measurement format: " + options.out,
+                              "");
 }
 
 void add_files(CLI::App& command, MeasurementsOptions& options) {
   command.add_option("file", options.file, "file to read")->required();
   command.add_option("-o,--output", options.out, "measurement file to write")->required();
+  options.result.add_to(command);
 }
 
 }  // namespace

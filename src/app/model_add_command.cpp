@@ -47,6 +47,8 @@ int run(const ModelAddOptions& options) {
   int exit = kDone;
   const auto keys = variant(options.with);
   if (!keys) return kWrongUse;
+  if (const auto apart = options.files.result.apart_from(options.out); !apart)
+    return print_error(apart.error());
   if (options.files.machine.empty()) {
     spdlog::error("error: model add needs the machine file (-m): effects are those of a machine's axes");
     return kWrongUse;
@@ -65,20 +67,26 @@ int run(const ModelAddOptions& options) {
   auto effect = chosen(options, *machine, *model, diagnosis ? &*diagnosis : nullptr, *keys);
   if (!effect) return print_error(effect.error());
   Model added = *model;
+  std::string json;
+  std::string text;
   if (data) {
     auto result = [&] {
       const Activity activity("adding");
       return diagnosis::add_and_fit(*machine, *data, *model, {model_effect(*effect)}, &*diagnosis);
     }();
     added = std::move(result.model);
-    exit = write_results(options.files, options.out == "-" ? "" : report::fit_text(result.fit),
-                         report::fit_json(result.fit, *data));
-    if (exit != kDone) return exit;
+    json = report::fit_json(result.fit, *data);
+    text = options.out == "-" ? "" : report::fit_text(result.fit);
   } else {
     added.effects.push_back(model_effect(*effect));
+    json = report::model_json(added);
   }
   added.parent = options.files.model;
-  return write_output(options.out, model_text(written_to(added, options.out)));
+  if (const auto code = write_output(options.out, model_text(written_to(added, options.out))); code != kDone)
+    return code;
+  return options.files.result.write(
+      json, options.effect + " added to " + options.files.model,
+      data ? "Fitted with all parameters of the model." : "Without data: no value is known yet.", text);
 }
 
 }  // namespace

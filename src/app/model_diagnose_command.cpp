@@ -15,7 +15,6 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   auto files = std::make_shared<ModelFiles>();
   auto also = std::make_shared<std::string>();
   files->add_to(*command);
-  files->add_report_to(*command);
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
   command->callback([files, also, &exit] {
     const auto in = read_inputs(*files, exit);
@@ -27,10 +26,9 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
       return diagnosis::diagnose(in->machine, in->data, in->model, {}, *extra);
     }();
     const std::string json = report::diagnosis_json(result, in->machine);
-    exit = write_results(*files, report::diagnosis_text(result), json);
-    if (exit != kDone || files->report.empty()) return;
     const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
-    exit = write_output(files->report, report::page_html(report::diagnosis_page(page, result)));
+    exit = files->result.write(
+        json, [&] { return report::diagnosis_page(page, result); }, report::diagnosis_text(result));
   });
 }
 

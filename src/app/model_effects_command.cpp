@@ -14,7 +14,7 @@ namespace {
 struct ModelEffectsOptions {
   std::optional<std::string> machine;
   std::vector<std::string> only;
-  std::optional<std::string> json;
+  ResultOptions result;
 };
 
 // The A-C trunnion that is meant where no machine is named.
@@ -91,11 +91,9 @@ ExitCode run(const ModelEffectsOptions& options) {
     if (library.empty())
       return print_error({ErrorCode::wrong_use, "no such effect; without a name all are listed", {}, {}});
   }
-  if (options.json) {
-    const ExitCode written = write_output(*options.json, report::effects_json(library));
-    if (written != kDone || *options.json == "-") return written;
-  }
-  return write_output("-", report::effects_text(library));
+  return options.result.write(report::effects_json(library), "Effects of " + machine->name,
+                              std::to_string(library.size()) + " effects that a model may hold.",
+                              report::effects_text(library));
 }
 
 }  // namespace
@@ -107,7 +105,7 @@ void add_model_effects_command(CLI::App& model, int& exit) {
   command->add_option("effect", options->only,
                       "ids (location:C) or kinds (location) to show; all when none is given");
   command->add_option("-m,--machine", options->machine, "machine file; an A-C trunnion when none is given");
-  command->add_option("--json", options->json, "write JSON to this file, `-` for standard output");
+  options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }
 

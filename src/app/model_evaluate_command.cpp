@@ -13,7 +13,6 @@ void add_model_evaluate_command(CLI::App& model, int& exit) {
   auto* command = model.add_subcommand("evaluate", "how well a model as it stands explains measurements");
   auto files = std::make_shared<ModelFiles>();
   files->add_to(*command);
-  files->add_report_to(*command);
   command->callback([files, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
@@ -22,10 +21,10 @@ void add_model_evaluate_command(CLI::App& model, int& exit) {
       return diagnosis::evaluate(in->machine, in->data, in->model);
     }();
     const std::string json = report::evaluation_json(result, in->machine);
-    exit = write_results(*files, report::evaluation_text(result), json);
-    if (exit != kDone || files->report.empty()) return;
     const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
-    exit = write_output(files->report, report::page_html(report::evaluation_page(page, in->model, result)));
+    exit = files->result.write(
+        json, [&] { return report::evaluation_page(page, in->model, result); },
+        report::evaluation_text(result));
   });
 }
 

@@ -18,6 +18,10 @@ void add_model_fit_command(CLI::App& model, int& exit) {
   command->add_option("-o,--output", *out, "the fitted model file")->required();
   command->add_flag("--no-robust", *plain, "keep outliers");
   command->callback([files, out, plain, &exit] {
+    if (const auto apart = files->result.apart_from(*out); !apart) {
+      exit = print_error(apart.error());
+      return;
+    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     auto result = [&] {
@@ -27,8 +31,9 @@ void add_model_fit_command(CLI::App& model, int& exit) {
     result.model.parent = files->model;
     exit = write_output(*out, model_text(written_to(result.model, *out)));
     if (exit == kDone)
-      exit = write_results(*files, *out == "-" ? "" : report::fit_text(result),
-                           report::fit_json(result, in->data));
+      exit = files->result.write(report::fit_json(result, in->data), "Fit of " + files->model,
+                                 "Fitted to " + std::to_string(in->data.readings.size()) + " readings.",
+                                 *out == "-" ? "" : report::fit_text(result));
   });
 }
 

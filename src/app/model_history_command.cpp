@@ -15,8 +15,7 @@ namespace {
 struct ModelHistoryOptions {
   std::vector<std::string> files;  // models (.toml) and data
   std::string machine;
-  std::optional<std::string> json;
-  std::string report;
+  ResultOptions result;
 };
 
 std::string number(const std::optional<double>& value) {
@@ -39,7 +38,6 @@ int run(const ModelHistoryOptions& options) {
   std::vector<std::string> models;
   for (const std::string& file : options.files)
     (file.ends_with(".toml") ? models : files.data).push_back(file);
-  files.json = options.json;
   if (models.empty() || (!files.data.empty() && options.machine.empty())) {
     spdlog::error("error: model history wants model files (.toml), and with data the machine file (-m)");
     return kWrongUse;
@@ -77,10 +75,9 @@ int run(const ModelHistoryOptions& options) {
     entries.push_back(std::move(entry));
   }
   const std::string json = report::history_json(entries);
-  const int written = write_results(files, text, json);
-  if (written != kDone || options.report.empty()) return written;
   const report::ModelPageInput page{&*machine, data ? &*data : nullptr, json, made_by()};
-  return write_output(options.report, report::page_html(report::history_page(page, entries)));
+  return options.result.write(
+      json, [&] { return report::history_page(page, entries); }, text);
 }
 
 }  // namespace
@@ -92,8 +89,7 @@ void add_model_history_command(CLI::App& model, int& exit) {
       ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
       ->required();
   command->add_option("-m,--machine", options->machine, "machine file (TOML)");
-  command->add_option("--report", options->report, "write a self-contained HTML page");
-  command->add_option("--json", options->json, "result as JSON to this file; - is standard output");
+  options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }
 

@@ -60,10 +60,9 @@ int run(const ModelFiles& files, const std::string& folder, const std::string& a
   }
   text += steps.back().diagnosis.paragraph + "\n";
   const std::string json = report::improve_json(steps);
-  const int written = write_results(files, text, json);
-  if (written != kDone || files.report.empty()) return written;
   const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
-  return write_output(files.report, report::page_html(report::improve_page(page, steps)));
+  return files.result.write(
+      json, [&] { return report::improve_page(page, steps); }, text);
 }
 
 }  // namespace
@@ -75,7 +74,6 @@ void add_model_improve_command(CLI::App& model, int& exit) {
   auto folder = std::make_shared<std::string>();
   auto also = std::make_shared<std::string>();
   files->add_to(*command);
-  files->add_report_to(*command);
   command->add_option("-o,--output", *folder, "folder for the model files")->required();
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
   command->callback([files, folder, also, &exit] { exit = run(*files, *folder, *also); });

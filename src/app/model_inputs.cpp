@@ -14,11 +14,7 @@ void ModelFiles::add_to(CLI::App& command, bool data_required, bool model_requir
   auto* known =
       command.add_option("--model", model, "model file (TOML): what is known of the machine's errors");
   if (model_required) known->required();
-  command.add_option("--json", json, "result as JSON to this file; - is standard output");
-}
-
-void ModelFiles::add_report_to(CLI::App& command) {
-  command.add_option("--report", report, "write a self-contained HTML page");
+  result.add_to(command);
 }
 
 std::optional<Machine> read_machine(const std::string& path, int& exit) {
@@ -79,12 +75,6 @@ std::optional<std::vector<EffectFamily>> read_competing(const std::string& path,
   if (!rivals) return std::nullopt;
   for (const ModelEffect& effect : rivals->effects) out.push_back({{effect.effect}});
   return out;
-}
-
-int write_results(const ModelFiles& files, const std::string& text, const std::string& json) {
-  if (!files.json_on_stdout() && !text.empty())
-    if (const ExitCode code = write_output("-", text); code != kDone) return code;
-  return files.json ? write_output(*files.json, json) : kDone;
 }
 
 }  // namespace trunnion::app

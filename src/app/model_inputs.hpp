@@ -6,6 +6,7 @@
 #include "trunnion/diagnosis/measurement.hpp"
 #include "trunnion/effects/model.hpp"
 
+#include "app/results.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -14,14 +15,10 @@ namespace trunnion::app {
 struct ModelFiles {
   std::vector<std::string> data;
   std::string machine, model;
-  std::optional<std::string> json;
-  std::string report;  // of the commands that write a page; see add_report_to
+  ResultOptions result;
 
-  /// Adds DATA..., -m, --model and --json to a command.
+  /// Adds DATA..., -m, --model, --json and --report to a command.
   void add_to(CLI::App& command, bool data_required = true, bool model_required = true);
-  /// Adds --report.
-  void add_report_to(CLI::App& command);
-  bool json_on_stdout() const { return json && *json == "-"; }
 };
 
 /// What those files hold; `model` knows the sensors and runs of `data`.
@@ -43,9 +40,6 @@ std::optional<diagnosis::Dataset> read_data(const std::vector<std::string>& path
 /// none when `path` is empty, nothing when it cannot be read.
 std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const ModelInputs& inputs,
                                                         int& exit);
-
-/// Text to standard output unless the JSON goes there; the JSON to its file when asked for.
-int write_results(const ModelFiles& files, const std::string& text, const std::string& json);
 
 /// Members of the group `trunnion model`.
 void add_model_evaluate_command(CLI::App& model, int& exit);

@@ -16,26 +16,27 @@ void add_model_plan_command(CLI::App& model, int& exit) {
   files->add_to(*command);
   command->add_option("-o,--output", *out, "write the runs as a plan file");
   command->callback([files, out, &exit] {
+    if (const auto apart = files->result.apart_from(*out); !apart) {
+      exit = print_error(apart.error());
+      return;
+    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     const auto result = [&] {
       const Activity activity("planning");
       return diagnosis::diagnose(in->machine, in->data, in->model);
     }();
-    if (!result.next) {
-      exit = write_results(*files,
-                           "No further measurement is needed for the verdict '" +
-                               std::string(text_of(result.verdict)) + "'.\n",
-                           "null\n");
-      return;
-    }
-    if (!out->empty()) {
+    if (result.next && !out->empty()) {
       config::Array runs;
       for (const auto& run : result.next->runs) runs.push_back({plan_run_table(run, in->machine), {}});
       exit = write_output(*out, config::toml_text({config::Table{{"run", {std::move(runs), {}}}}, {}}));
       if (exit != kDone) return;
     }
-    exit = write_results(*files, result.next->why + "\n", report::plan_json(*result.next, in->machine));
+    const std::string said = result.next ? result.next->why
+                                         : "No further measurement is needed for the verdict '" +
+                                               std::string(text_of(result.verdict)) + "'.";
+    exit = files->result.write(report::plan_json(result, in->machine), "The next measurement", said,
+                               *out == "-" ? "" : said + "\n");
   });
 }
 

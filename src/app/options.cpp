@@ -82,11 +82,6 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
   return std::optional<ModelEvaluator>(ModelEvaluator(*model));
 }
 
-void ResultOptions::add_to(CLI::App& command) {
-  command.add_option("--json", json, "write the result as JSON to this file (- is standard output)");
-  command.add_option("--report", report, "write a self-contained HTML page");
-}
-
 void ClCliOptions::add_to(CLI::App& c) {
   c.add_option(
        "--msys", msys,

@@ -8,6 +8,7 @@
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/post/post.hpp"
 
+#include "app/results.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -60,13 +61,6 @@ struct PoleCliOptions {
   double tolerance_deg = 0.0;
   void add_to(CLI::App& command);
   path::PoleOptions resolve() const;
-};
-
-/// `--json` and `--report`.
-struct ResultOptions {
-  std::string json;
-  std::string report;
-  void add_to(CLI::App& command);
 };
 
 /// How a CL file is posted: the options that `post` and `batch` share.

@@ -5,6 +5,7 @@
 #include "trunnion/post/post_file.hpp"
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
+#include "trunnion/report/result_page.hpp"
 
 #include "app/options.hpp"
 #include "app/progress.hpp"
@@ -156,7 +157,10 @@ std::vector<report::Fact> facts(const post::PostReport& r) {
           {"duration_s", "machining time", fmt::format("{:.1f} s", r.duration_s), r.duration_s}};
 }
 
-ExitCode write_page(const PostCommand& command, const Machine& machine, const post::PostReport& report) {
+report::Page page_of(const PostCommand& command, const Machine& machine, const post::PostReport& report) {
+  if (!report.verification)
+    return report::result_page(command.output, "Not verified (--no-verify).", report::post_json(report),
+                               made_by());
   report::NcPageInput input;
   input.nc_file = command.output;
   input.cl_file = command.cl_file;
@@ -165,7 +169,7 @@ ExitCode write_page(const PostCommand& command, const Machine& machine, const po
   input.more_facts = facts(report);
   input.result_json = report::post_json(report);
   input.made_by = made_by();
-  return write_output(command.result.report, report::page_html(report::nc_page(input)));
+  return report::nc_page(input);
 }
 
 ExitCode finish(const PostCommand& command, const Machine& machine, const post::FileOutcome& outcome) {
@@ -179,17 +183,14 @@ ExitCode finish(const PostCommand& command, const Machine& machine, const post::
                     outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
     }
   }
-  if (!command.result.json.empty()) {
-    const auto code = write_output(command.result.json, report::post_json(*outcome.report));
-    if (code != kDone) return code;
-  }
-  if (!command.result.report.empty() && outcome.report->verification) {
-    if (const auto code = write_page(command, machine, *outcome.report); code != kDone) return code;
-  }
+  const auto page = [&] { return page_of(command, machine, *outcome.report); };
+  if (const auto code = command.result.write(report::post_json(*outcome.report), page); code != kDone)
+    return code;
   return outcome.passed ? kDone : kCheckFailed;
 }
 
 ExitCode run(const PostCommand& command) {
+  if (const auto apart = command.result.apart_from(command.output); !apart) return print_error(apart.error());
   auto options = command.options.resolve();
   if (!options) return print_error(options.error());
   options->collect = !command.result.report.empty();

@@ -7,16 +7,19 @@
 
 #include "app/model_inputs.hpp"
 #include "app/progress.hpp"
+#include "app/results.hpp"
 
 namespace trunnion::app {
 namespace {
 
 struct SimulateFlags {
-  std::string plan, machine, truth, out, json, report;
+  std::string plan, machine, truth, out;
+  ResultOptions result;
   std::uint64_t seed = 1;
 };
 
 int run(const SimulateFlags& options) {
+  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return exit;
@@ -42,10 +45,9 @@ int run(const SimulateFlags& options) {
   if (exit != kDone) return exit;
   const auto summary = report::summary_of(*data, *plan, options.seed);
   spdlog::info("{}", summary.text);
-  if (!options.json.empty()) exit = write_output(options.json, summary.json);
-  if (exit != kDone || options.report.empty()) return exit;
-  const report::ModelPageInput page{&*machine, &*data, summary.json, made_by()};
-  return write_output(options.report, report::page_html(report::simulation_page(page, *truth, summary.text)));
+  return options.result.write(summary.json, [&] {
+    return report::simulation_page({&*machine, &*data, summary.json, made_by()}, *truth, summary.text);
+  });
 }
 
 }  // namespace
@@ -59,8 +61,7 @@ void add_simulate_command(CLI::App& root, int& exit) {
   command->add_option("--truth", options->truth, "model file of the true errors")->required();
   command->add_option("-o,--output", options->out, "measurement file to write")->required();
   command->add_option("--seed", options->seed, "of the noise; the same seed gives the same file");
-  command->add_option("--json", options->json, "write a summary as JSON (- is standard output)");
-  command->add_option("--report", options->report, "write a self-contained HTML page");
+  options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }
 

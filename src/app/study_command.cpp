@@ -43,16 +43,9 @@ ExitCode run(const StudyCommand& command) {
     const Activity activity("studying");
     return path::study_nonlinear(*machine, machine->tool_vector(), *runs, options);
   }();
-  if (!command.result.json.empty()) {
-    if (const auto code = write_output(command.result.json, report::study_json(result)); code != kDone)
-      return code;
-  }
-  if (!command.result.report.empty()) {
-    const auto page = report::study_page(result, command.cl_file, made_by());
-    if (const auto code = write_output(command.result.report, report::page_html(page)); code != kDone)
-      return code;
-  }
-  return command.result.json == "-" ? kDone : write_output("-", report::study_text(result));
+  return command.result.write(
+      report::study_json(result), [&] { return report::study_page(result, command.cl_file, made_by()); },
+      report::study_text(result));
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
-#include "trunnion/report/result_page.hpp"
 #include "trunnion/report/table_json.hpp"
 
 #include "app/options.hpp"
+#include "app/results.hpp"
 #include "app/support.hpp"
 
 namespace trunnion::app {
@@ -28,10 +28,14 @@ struct TableOptions {
   double step = 0.0;
   double unit_um = 1.0;
   bool force = false;
-  std::optional<std::string> json;
-  std::string report;
+  ResultOptions result;
   std::uint64_t seed = 1;
   FormatOptions of_format;
+};
+
+// What a command has to say, for people and as JSON.
+struct Said {
+  std::string text, json, title, verdict;
 };
 
 Result<Machine> table_machine(const TableOptions& options, Diagnostics& diagnostics) {
@@ -73,7 +77,7 @@ Result<void> write_tables(const TableOptions& options, const std::vector<ErrorTa
   return {};
 }
 
-Result<std::string> import(const TableOptions& options, Diagnostics& diagnostics) {
+Result<Said> import(const TableOptions& options, Diagnostics& diagnostics) {
   const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   std::vector<ErrorTable> tables;
@@ -117,7 +121,8 @@ Result<std::string> import(const TableOptions& options, Diagnostics& diagnostics
   }
   if (const auto written = write_tables(options, tables, *machine, said); !written)
     return tl::unexpected(written.error());
-  return said;
+  return Said{options.output == "-" ? "" : said, report::tables_json(options.format, tables),
+              options.files.front() + " as error tables", std::to_string(tables.size()) + " tables read."};
 }
 
 // `X=..,Y=..`: where the axes stand that the export does not move.
@@ -195,7 +200,7 @@ Result<std::vector<NamedLine>> read_lines(const std::vector<std::string>& files,
   return named_lines(*data);
 }
 
-Result<std::string> export_tables(const TableOptions& options, Diagnostics& diagnostics) {
+Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics) {
   const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   ControlTables tables;
@@ -227,20 +232,11 @@ Result<std::string> export_tables(const TableOptions& options, Diagnostics& diag
   if (!text) return tl::unexpected(text.error());
   if (const auto written = write_file(options.output, *text); !written)
     return tl::unexpected(written.error());
-  return options.output == "-" ? std::string() : said;
+  return Said{options.output == "-" ? "" : said, report::tables_json(options.format, tables.errors),
+              "Error tables for a control", "Written to " + options.output + "."};
 }
 
-// `--json` and `--report`.
-Result<void> write_results(const TableOptions& options, const std::string& title, const std::string& verdict,
-                           const std::string& json) {
-  if (options.json) {
-    if (auto written = write_file(*options.json, json); !written) return written;
-  }
-  if (options.report.empty()) return {};
-  return write_file(options.report, report::page_html(report::result_page(title, verdict, json, made_by())));
-}
-
-Result<std::string> evaluate(const TableOptions& options, Diagnostics& diagnostics) {
+Result<Said> evaluate(const TableOptions& options, Diagnostics& diagnostics) {
   const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   const auto data = load_measurements(options.files, *machine, diagnostics);
@@ -273,15 +269,12 @@ Result<std::string> evaluate(const TableOptions& options, Diagnostics& diagnosti
     if (const auto written = write_tables(options, best.tables, *machine, said, best.two); !written)
       return tl::unexpected(written.error());
   }
-  if (const auto written = write_results(
-          options, "Which table suits " + map->u + map->v + " of " + machine->name,
-          "Best on held-out points: " + best.name + ".", report::table_choice_json(*choice, verdict));
-      !written)
-    return tl::unexpected(written.error());
-  return options.json == "-" ? std::string() : report::table_choice_text(*choice, verdict) + said;
+  return Said{report::table_choice_text(*choice, verdict) + said, report::table_choice_json(*choice, verdict),
+              "Which table suits " + map->u + map->v + " of " + machine->name,
+              "Best on held-out points: " + best.name + "."};
 }
 
-Result<std::string> study(const TableOptions& options, Diagnostics& diagnostics) {
+Result<Said> study(const TableOptions& options, Diagnostics& diagnostics) {
   const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   const auto truth = load_model(options.truth, *machine, {}, diagnostics);
@@ -291,24 +284,22 @@ Result<std::string> study(const TableOptions& options, Diagnostics& diagnostics)
   const auto result = study_cross_talk(*machine, *truth, plan);
   if (!result) return tl::unexpected(result.error());
   const StudiedModel& best = result->models[result->best];
-  if (const auto written = write_results(options, "Cross-talk on " + machine->name,
-                                         "Best by held-out data: " + best.name + " at " +
-                                             std::to_string(best.nodes) + " nodes an axis, which removes " +
-                                             fixed_text(100.0 * best.reduction(), 1) + " % at random points.",
-                                         report::cross_talk_json(*result));
-      !written)
-    return tl::unexpected(written.error());
-  return options.json == "-" ? std::string() : report::cross_talk_text(*result);
+  return Said{report::cross_talk_text(*result), report::cross_talk_json(*result),
+              "Cross-talk on " + machine->name,
+              "Best by held-out data: " + best.name + " at " + std::to_string(best.nodes) +
+                  " nodes an axis, which removes " + fixed_text(100.0 * best.reduction(), 1) +
+                  " % at random points."};
 }
 
-using Work = Result<std::string> (*)(const TableOptions&, Diagnostics&);
+using Work = Result<Said> (*)(const TableOptions&, Diagnostics&);
 
 ExitCode run(const TableOptions& options, Work work) {
+  if (const auto apart = options.result.apart_from(options.output); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto said = work(options, diagnostics);
   if (!said) return print_failure(diagnostics, said.error());
   print(diagnostics);
-  return said->empty() ? kDone : write_output("-", *said);
+  return options.result.write(said->json, said->title, said->verdict, said->text);
 }
 
 void add_format_options(CLI::App& command, TableOptions& options) {
@@ -335,6 +326,7 @@ void add_table_command(CLI::App& root, int& exit) {
   const auto add = [&](const char* name, const char* what, Work work) {
     CLI::App* sub = command->add_subcommand(name, what);
     sub->add_option("-m,--machine", options->machine, "machine file")->required();
+    options->result.add_to(*sub);
     sub->callback([options, work, &exit] {
       options->of_format.unit_mm = options->unit_um * kMmPerUm;
       options->of_format.interval_mm = options->step;
@@ -393,14 +385,10 @@ void add_table_command(CLI::App& root, int& exit) {
   evaluated->add_option("--check", options->checks, "independent lines for the gate");
   evaluated->add_option("-o,--output", options->output, "write the chosen tables");
   evaluated->add_flag("--force", options->force, "write them even if a line gets worse");
-  evaluated->add_option("--json", options->json, "write the result as JSON (- is standard output)");
-  evaluated->add_option("--report", options->report, "write a self-contained HTML page");
 
   CLI::App* studied = add("study", "the study of cross-talk on a simulated three-axis machine", study);
   studied->add_option("--truth", options->truth, "model file with the true errors")->required();
   studied->add_option("--seed", options->seed, "of the noise");
-  studied->add_option("--json", options->json, "write the result as JSON (- is standard output)");
-  studied->add_option("--report", options->report, "write a self-contained HTML page");
 }
 
 }  // namespace trunnion::app

@@ -4,12 +4,12 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/units.hpp"
-#include "trunnion/report/result_page.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
 #include "trunnion/thermal/location.hpp"
 
 #include "app/progress.hpp"
+#include "app/results.hpp"
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
 
@@ -25,8 +25,7 @@ struct ThermalOptions {
   double window_h = 3.0;
   std::string method = "auto";
   std::optional<std::string> output;
-  std::optional<std::string> json;
-  std::string report;
+  ResultOptions result;
   std::vector<std::string> axes;  // channel=dx
   std::string model;
   std::string run;
@@ -53,22 +52,11 @@ Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_f
   return out;
 }
 
-// JSON and text of a result: `--json -` takes standard output for itself.
 ExitCode write_result(const ThermalOptions& options, const std::string& json, const std::string& text) {
-  if (options.json) {
-    if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
-  }
-  if (!options.report.empty()) {
-    const auto page = report::result_page(
-        "Thermal error: " + options.logs.front(),
-        "Screened and fitted; the errors of fits are those of runs that were held out.", json, made_by());
-    if (const ExitCode code = write_output(options.report, report::page_html(page)); code != kDone)
-      return code;
-  }
-  if (options.json == "-") return kDone;
   // A model or table on standard output stands there alone.
-  if (options.output == "-") return kDone;
-  return write_output("-", text);
+  return options.result.write(json, "Thermal error: " + options.logs.front(),
+                              "Screened and fitted; the errors of fits are those of runs that were held out.",
+                              options.output == "-" ? "" : text);
 }
 
 ExitCode run_screen(const ThermalOptions& options) {
@@ -100,6 +88,8 @@ Result<void> set_axes(const std::vector<std::string>& axes, ThermalModel& model)
 }
 
 ExitCode run_fit(const ThermalOptions& options) {
+  if (const auto apart = options.result.apart_from(options.output.value_or("")); !apart)
+    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto prepared = prepare(options.logs, true, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
@@ -129,6 +119,8 @@ ExitCode run_fit(const ThermalOptions& options) {
 }
 
 ExitCode run_predict(const ThermalOptions& options) {
+  if (const auto apart = options.result.apart_from(options.output.value_or("-")); !apart)
+    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto model = load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
@@ -155,21 +147,19 @@ ExitCode run_predict(const ThermalOptions& options) {
                   {" deviation of the tool relative to the part, machine axes; model " + options.model});
   if (const ExitCode code = write_output(options.output.value_or("-"), text); code != kDone) return code;
   const std::string json = report::thermal_predict_json(*model, runs);
-  if (options.json) {
-    if (const ExitCode code = write_output(*options.json, json); code != kDone) return code;
-  }
-  if (options.report.empty()) return kDone;
-  return write_output(options.report, report::page_html(report::thermal_prediction_page(
-                                          *model, prepared->log, runs, json, made_by())));
+  return options.result.write(
+      json, [&] { return report::thermal_prediction_page(*model, prepared->log, runs, json, made_by()); });
 }
 
 struct ImportWords {
   std::string file;
   std::string output = "-";
   ImportOptions options;
+  ResultOptions result;
 };
 
 ExitCode run_import(const ImportWords& words) {
+  if (const auto apart = words.result.apart_from(words.output); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto text = read_file(words.file);
   if (!text) return print_error(text.error());
@@ -178,7 +168,11 @@ ExitCode run_import(const ImportWords& words) {
   print(diagnostics);
   spdlog::info("{} runs, {} sensors, {} channels", log->runs.size(), log->sensors.size(),
                log->channels.size());
-  return write_output(words.output, log_text(*log, {" imported from " + words.file}));
+  if (const auto code = write_output(words.output, log_text(*log, {" imported from " + words.file}));
+      code != kDone)
+    return code;
+  return words.result.write(report::thermal_log_json(*log), "Log " + words.file,
+                            "Imported into " + words.output + ".", "");
 }
 
 void add_import(CLI::App& command, int& exit) {
@@ -197,6 +191,7 @@ void add_import(CLI::App& command, int& exit) {
   sub->add_option("--channel", words->options.channels, "columns of displacements without unit in their name")
       ->delimiter(',');
   sub->add_option("--um-per-count", words->options.um_per_count, "unit of those");
+  words->result.add_to(*sub);
   sub->callback([words, &exit] { exit = run_import(*words); });
 }
 
@@ -208,8 +203,7 @@ void add_log_options(CLI::App& sub, ThermalOptions& options) {
   sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  sub.add_option("--json", options.json, "write the result as JSON (- is standard output)");
-  sub.add_option("--report", options.report, "write a self-contained HTML page");
+  options.result.add_to(sub);
 }
 
 }  // namespace
@@ -253,8 +247,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
          "comparison only, post does not take them)")
       ->check(CLI::IsMember({"chain", "paper"}))
       ->capture_default_str();
-  sub->add_option("--json", predicting->json, "write a summary as JSON");
-  sub->add_option("--report", predicting->report, "write a self-contained HTML page");
+  predicting->result.add_to(*sub);
   sub->callback([predicting, &exit] { exit = run_predict(*predicting); });
 
   add_import(*command, exit);

@@ -1,12 +1,11 @@
 // Simulated impeller days and their assessment: what the sample of the thermal paper is made of.
 #include <memory>
-#include <spdlog/spdlog.h>
 
 #include "trunnion/base/files.hpp"
-#include "trunnion/base/number_text.hpp"
-#include "trunnion/base/units.hpp"
+#include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/assess.hpp"
 
+#include "app/results.hpp"
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
 
@@ -20,20 +19,27 @@ struct ThermalSampleFlags {
   bool no_hidden = false;
   std::string output;
   std::string truth;
+  ResultOptions result;
 };
 
 ExitCode run_simulate(const ThermalSampleFlags& options) {
+  if (const auto apart = options.result.apart_from(options.output); !apart) return print_error(apart.error());
   ImpellerDays days = options.days;
   days.hidden_effects = !options.no_hidden;
   const SimulatedDays made = simulate(days);
   if (const ExitCode code = write_output(options.output, log_text(made.log, {" simulated impeller days"}));
       code != kDone)
     return code;
-  return options.truth.empty() ? kDone : write_output(options.truth, truth_text(made));
+  if (!options.truth.empty()) {
+    if (const ExitCode code = write_output(options.truth, truth_text(made)); code != kDone) return code;
+  }
+  return options.result.write(report::thermal_log_json(made.log), "Simulated impeller days",
+                              std::to_string(made.log.runs.size()) + " days in " + options.output + ".", "");
 }
 
 struct AssessOptions {
-  std::string truth, offsets, json;
+  std::string truth, offsets;
+  ResultOptions result;
   double tolerance_mm = 0.1;
   double least_share = 0.0;
   bool per_blade = false;
@@ -48,25 +54,13 @@ ExitCode run_assess(const AssessOptions& options) {
   const auto blades = assess_files(*truth, options.truth, *offsets, options.offsets,
                                    options.per_blade ? Sending::per_blade : Sending::always, diagnostics);
   if (!blades) return print_failure(diagnostics, blades.error());
-  const double before = share_within(*blades, &BladeResult::before_mm, options.tolerance_mm);
+  if (const auto code = options.result.write(
+          report::thermal_assess_json(*blades, options.tolerance_mm), "Blades of " + options.truth,
+          std::to_string(blades->size()) + " blades, with " + options.offsets + " and without.",
+          report::thermal_assess_text(*blades, options.tolerance_mm));
+      code != kDone)
+    return code;
   const double after = share_within(*blades, &BladeResult::after_mm, options.tolerance_mm);
-  std::string text = "run         blade  uncorrected  corrected   [um]\n";
-  for (const BladeResult& b : *blades) {
-    const auto um = [](double mm, std::size_t width) {
-      std::string s = fixed_text(mm / kMmPerUm, 1);
-      return std::string(s.size() < width ? width - s.size() : 0, ' ') + s;
-    };
-    std::string run = b.run;
-    run.resize(std::max<std::size_t>(12, run.size()), ' ');
-    text += run + "    " + std::to_string(b.blade) + um(b.before_mm, 13) + um(b.after_mm, 11) + "\n";
-  }
-  text += std::to_string(blades->size()) + " blades, within " + shortest_text(options.tolerance_mm) +
-          " mm: " + fixed_text(100.0 * before, 2) + " % uncorrected, " + fixed_text(100.0 * after, 2) +
-          " % corrected; RMS of X and Y each " +
-          fixed_text(rms_mm(*blades, &BladeResult::before_rms_mm) / kMmPerUm, 2) + " um uncorrected, " +
-          fixed_text(rms_mm(*blades, &BladeResult::after_rms_mm) / kMmPerUm, 2) +
-          " um corrected (one measurement: " + fixed_text(kMeasurementFloor_mm / kMmPerUm, 2) + " um)\n";
-  if (const ExitCode code = write_output("-", text); code != kDone) return code;
   return after >= options.least_share ? kDone : kCheckFailed;
 }
 
@@ -86,6 +80,7 @@ void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_flag("--no-hidden", making->no_hidden, "without the effects that no sensor sees");
+  making->result.add_to(*sub);
   sub->callback([making, &exit] { exit = run_simulate(*making); });
 
   auto assessing = std::make_shared<AssessOptions>();
@@ -98,6 +93,7 @@ void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
   sub->add_flag("--per-blade", assessing->per_blade, "the offset is sent once, at the start of each blade");
   sub->add_option("--least-share", assessing->least_share, "exit code 1 when fewer blades are within")
       ->check(CLI::Range(0.0, 1.0));
+  assessing->result.add_to(*sub);
   sub->callback([assessing, &exit] { exit = run_assess(*assessing); });
 }
 

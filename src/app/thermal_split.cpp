@@ -24,7 +24,7 @@ struct ThermalSplitOptions {
   std::vector<std::string> probed_at;  // "A=0", "C=0"
   bool rides = false;
   std::vector<std::string> need;
-  std::string json;
+  ResultOptions result;
 };
 
 Result<std::optional<JointVector>> datum_of(const ThermalSplitOptions& options, const Machine& machine) {
@@ -89,17 +89,15 @@ ExitCode run_split(const ThermalSplitOptions& options) {
       return print_error({ErrorCode::wrong_use, "--need: there is no '" + name + "'", {}, {}});
     if (!p->identifiable) refused.push_back(name);
   }
-  if (!options.json.empty()) {
-    const ExitCode code = write_output(options.json, report::thermal_split_json(*split, refused));
-    if (code != kDone) return code;
-  }
-  if (options.json != "-") {
-    const ExitCode code = write_output("-", report::thermal_split_text(*split));
-    if (code != kDone) return code;
-  }
-  if (refused.empty()) return kDone;
   std::string names;
   for (const auto& name : refused) names += (names.empty() ? "" : ", ") + name;
+  if (const ExitCode code = options.result.write(
+          report::thermal_split_json(*split, refused), "Drift of " + machine->name,
+          refused.empty() ? "These poses tell apart what is asked for." : "Not told apart: " + names + ".",
+          report::thermal_split_text(*split));
+      code != kDone)
+    return code;
+  if (refused.empty()) return kDone;
   spdlog::error("error: not told apart: {}; these poses have rank {} of {}", names, split->rank,
                 split->parameters.size());
   return kCheckFailed;
@@ -126,7 +124,7 @@ void add_thermal_split_command(CLI::App& thermal, int& exit) {
   sub->add_option("--need", options->need,
                   "exit code 1 unless these are told apart (tool_x, tool_y, X0C, Y0C)")
       ->delimiter(',');
-  sub->add_option("--json", options->json, "write the result as JSON (- is standard output)");
+  options->result.add_to(*sub);
   sub->callback([options, &exit] { exit = run_split(*options); });
 }
 

@@ -97,17 +97,11 @@ ExitCode run(const VerifyCommand& command) {
   if (!report) return print_failure(diagnostics, report.error());
   print(diagnostics);
   print_report(*report);
-  if (!command.result.json.empty()) {
-    if (const auto code = write_output(command.result.json, report::verify_json(*report)); code != kDone)
-      return code;
-  }
-  if (!command.result.report.empty()) {
-    report::NcPageInput input{
-        command.nc_file, command.against, &machine, &*report, {}, report::verify_json(*report), made_by()};
-    if (const auto code = write_output(command.result.report, report::page_html(report::nc_page(input)));
-        code != kDone)
-      return code;
-  }
+  const std::string json = report::verify_json(*report);
+  const auto page = [&] {
+    return report::nc_page({command.nc_file, command.against, &machine, &*report, {}, json, made_by()});
+  };
+  if (const auto code = command.result.write(json, page); code != kDone) return code;
   return report->passed() ? kDone : kCheckFailed;
 }
 

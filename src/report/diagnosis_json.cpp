@@ -5,6 +5,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/config/csv.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -86,6 +87,24 @@ ordered_json position(const JointVector& q, const Machine& machine) {
   return out;
 }
 
+ordered_json effects_of(const Model& model) {
+  ordered_json effects = ordered_json::array();
+  for (const ModelEffect& effect : model.effects) {
+    ordered_json parameters = ordered_json::object();
+    const auto& info = effect.effect->info();
+    for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+      const double unit = unit_factor(info.parameters[k].unit);
+      const auto& p = effect.parameters[k];
+      parameters[info.parameters[k].key()] = {
+          {"value", p.value / unit},
+          {"sigma", p.sigma ? ordered_json(*p.sigma / unit) : ordered_json(nullptr)},
+          {"fixed", p.fixed}};
+    }
+    effects.push_back({{"id", effect.id()}, {"parameters", parameters}});
+  }
+  return effects;
+}
+
 std::string text_of_json(const ordered_json& json) {
   return json.dump(2) + "\n";
 }
@@ -146,21 +165,11 @@ std::string evaluation_json(const Evaluation& e, const Machine& machine) {
                        {"by_covariate", dependences(e.by_covariate)}});
 }
 
+std::string model_json(const Model& model) {
+  return text_of_json({{"name", model.name}, {"effects", effects_of(model)}});
+}
+
 std::string fit_json(const Fit& f, const Dataset& data) {
-  ordered_json effects = ordered_json::array();
-  for (const ModelEffect& effect : f.model.effects) {
-    ordered_json parameters = ordered_json::object();
-    const auto& info = effect.effect->info();
-    for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
-      const double unit = unit_factor(info.parameters[k].unit);
-      const auto& p = effect.parameters[k];
-      parameters[info.parameters[k].key()] = {
-          {"value", p.value / unit},
-          {"sigma", p.sigma ? ordered_json(*p.sigma / unit) : ordered_json(nullptr)},
-          {"fixed", p.fixed}};
-    }
-    effects.push_back({{"id", effect.id()}, {"parameters", parameters}});
-  }
   ordered_json setups = ordered_json::array();
   for (std::size_t r = 0; r < f.setup_P.size(); ++r)
     setups.push_back(
@@ -179,13 +188,29 @@ std::string fit_json(const Fit& f, const Dataset& data) {
                        {"outliers", outliers},
                        {"u_common_um", common(f.common.displacement_mm, kMmPerUm)},
                        {"u_common_urad", common(f.common.rotation_rad, kRadPerUrad)},
-                       {"effects", effects},
+                       {"effects", effects_of(f.model)},
                        {"setups", setups},
                        {"null_directions", null_json(f.null_directions)}});
 }
 
-std::string plan_json(const NextMeasurement& next, const Machine& machine) {
-  return text_of_json(next_json(next, machine));
+std::string plan_json(const Diagnosis& diagnosis, const Machine& machine) {
+  const std::string verdict(text_of(diagnosis.verdict));
+  if (!diagnosis.next) {
+    return text_of_json({{"verdict", verdict},
+                         {"why", "no further measurement is needed for this verdict"},
+                         {"runs", ordered_json::array()}});
+  }
+  ordered_json out = {{"verdict", verdict}};
+  out.update(next_json(*diagnosis.next, machine));
+  return text_of_json(out);
+}
+
+std::string imported_json(const std::string& file, const std::string& measurements) {
+  Diagnostics none;  // our own text
+  config::CsvRows rows(measurements, file, none);
+  std::size_t count = 0;
+  while (rows.next()) ++count;
+  return text_of_json({{"file", file}, {"columns", rows.columns()}, {"rows", count}});
 }
 
 std::string improve_json(const std::vector<ImproveStep>& steps) {

@@ -35,6 +35,25 @@ bool is_table(const ordered_json& value) {
   return std::all_of(value.begin(), value.end(), [](const auto& row) { return row.is_object(); });
 }
 
+// {"X0C": {"value": .., "sigma": ..}, ..}: rows with names.
+bool is_named_rows(const ordered_json& value) {
+  if (!value.is_object() || value.empty()) return false;
+  return std::all_of(value.begin(), value.end(), [](const auto& row) {
+    return row.is_object() && !row.empty() &&
+           std::none_of(row.begin(), row.end(), [](const auto& v) { return v.is_structured(); });
+  });
+}
+
+ordered_json rows_of(const ordered_json& named) {
+  ordered_json out = ordered_json::array();
+  for (const auto& [name, row] : named.items()) {
+    ordered_json one = {{"name", name}};
+    one.update(row);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 bool is_series(const ordered_json& value) {
   if (!value.is_array() || value.size() < 3) return false;
   return std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_number() || v.is_null(); });
@@ -48,12 +67,14 @@ class Builder {
     Section section{path.empty() ? "Result" : path, {}};
     plot(path, value, section);
     for (const auto& [key, item] : value.items()) {
-      if (is_table(item)) table(path.empty() ? key : path + ", " + key, item, section);
+      const std::string name = path.empty() ? key : path + ", " + key;
+      if (is_table(item)) table(name, item, section);
+      if (is_named_rows(item)) table(name, rows_of(item), section);
     }
     if (!section.items.empty()) page_.sections.push_back(std::move(section));
     for (const auto& [key, item] : value.items()) {
       const std::string name = path.empty() ? key : path + ", " + key;
-      if (item.is_object()) object(name, item);
+      if (item.is_object() && !is_named_rows(item)) object(name, item);
       if (!item.is_structured()) fact(name, item);
       if (!is_table(item)) continue;
       for (std::size_t i = 0; i < item.size(); ++i) nested(name, item[i], i);
@@ -85,7 +106,10 @@ class Builder {
     plot(title, row, section);
     for (const auto& [key, item] : row.items()) {
       if (is_table(item)) table(title + ", " + key, item, section);
-      if (item.is_object()) plot(title + ", " + key, item, section);
+      if (is_named_rows(item))
+        table(title + ", " + key, rows_of(item), section);
+      else if (item.is_object())
+        plot(title + ", " + key, item, section);
     }
     if (!section.items.empty()) page_.sections.push_back(std::move(section));
   }

@@ -25,6 +25,21 @@ std::string percent(double ratio) {
 
 }  // namespace
 
+std::string tables_json(const std::string& format, const std::vector<ErrorTable>& tables) {
+  ordered_json rows = ordered_json::array();
+  for (const ErrorTable& table : tables) {
+    std::string arguments;
+    for (const std::string& a : table.arguments) arguments += (arguments.empty() ? "" : " ") + a;
+    std::string components;
+    for (const auto& c : table.components) components += (components.empty() ? "" : " ") + c.name;
+    std::size_t points = 1;
+    for (const auto& nodes : table.nodes) points *= nodes.size();
+    rows.push_back({{"arguments", arguments}, {"components", components}, {"points", points}});
+  }
+  const ordered_json out = {{"format", format}, {"tables", rows}};
+  return out.dump(2) + "\n";
+}
+
 std::string table_choice_json(const TableChoice& choice, const std::optional<Gate>& gate) {
   ordered_json out;
   out["chosen"] = choice.rows[choice.best].candidate.name;

@@ -156,4 +156,32 @@ std::string thermal_split_json(const DriftSplit& split, const std::vector<std::s
   return out.dump(2) + "\n";
 }
 
+std::string thermal_log_json(const Log& log) {
+  ordered_json runs = ordered_json::array();
+  for (const LogRun& run : log.runs) {
+    const double duration = run.time_s.empty() ? 0.0 : run.time_s.back() - run.time_s.front();
+    runs.push_back({{"run_id", run.id}, {"rows", run.rows()}, {"duration_s", duration}});
+  }
+  const ordered_json out = {{"runs", runs}, {"sensors", log.sensors}, {"channels", log.channels}};
+  return out.dump(2) + "\n";
+}
+
+std::string thermal_assess_json(const std::vector<BladeResult>& blades, double tolerance_mm) {
+  ordered_json rows = ordered_json::array();
+  for (const BladeResult& b : blades)
+    rows.push_back({{"run_id", b.run},
+                    {"blade", b.blade},
+                    {"before_um", in_um(b.before_mm)},
+                    {"after_um", in_um(b.after_mm)}});
+  const ordered_json out = {
+      {"tolerance_mm", tolerance_mm},
+      {"share_within_before", share_within(blades, &BladeResult::before_mm, tolerance_mm)},
+      {"share_within_after", share_within(blades, &BladeResult::after_mm, tolerance_mm)},
+      {"rms_before_um", in_um(rms_mm(blades, &BladeResult::before_rms_mm))},
+      {"rms_after_um", in_um(rms_mm(blades, &BladeResult::after_rms_mm))},
+      {"measurement_floor_um", in_um(kMeasurementFloor_mm)},
+      {"blades", rows}};
+  return out.dump(2) + "\n";
+}
+
 }  // namespace trunnion::report

@@ -85,4 +85,22 @@ std::string thermal_split_text(const DriftSplit& split) {
   return out;
 }
 
+std::string thermal_assess_text(const std::vector<BladeResult>& blades, double tolerance_mm) {
+  constexpr double kPercent = 100.0;
+  const auto um = [](double mm, int digits) { return fixed_text(mm / kMmPerUm, digits); };
+  std::string out = "run         blade  uncorrected  corrected   [um]\n";
+  for (const BladeResult& b : blades) {
+    out += left(b.run, 12) + "    " + std::to_string(b.blade) + right(um(b.before_mm, 1), 13) +
+           right(um(b.after_mm, 1), 11) + "\n";
+  }
+  const auto share = [&](double BladeResult::*deviation) {
+    return fixed_text(kPercent * share_within(blades, deviation, tolerance_mm), 2) + " %";
+  };
+  return out + std::to_string(blades.size()) + " blades, within " + shortest_text(tolerance_mm) +
+         " mm: " + share(&BladeResult::before_mm) + " uncorrected, " + share(&BladeResult::after_mm) +
+         " corrected; RMS of X and Y each " + um(rms_mm(blades, &BladeResult::before_rms_mm), 2) +
+         " um uncorrected, " + um(rms_mm(blades, &BladeResult::after_rms_mm), 2) +
+         " um corrected (one measurement: " + um(kMeasurementFloor_mm, 2) + " um)\n";
+}
+
 }  // namespace trunnion::report

@@ -11,9 +11,15 @@ namespace trunnion::report {
 std::string diagnosis_json(const diagnosis::Diagnosis& result, const Machine& machine);
 std::string evaluation_json(const diagnosis::Evaluation& result, const Machine& machine);
 std::string fit_json(const diagnosis::Fit& result, const diagnosis::Dataset& data);
-std::string plan_json(const diagnosis::NextMeasurement& next, const Machine& machine);
+/// The next measurement; no runs where the verdict needs none.
+std::string plan_json(const diagnosis::Diagnosis& diagnosis, const Machine& machine);
+/// A model as it stands: its effects with parameters in the units of their keys.
+std::string model_json(const Model& model);
 std::string improve_json(const std::vector<diagnosis::ImproveStep>& steps);
 std::string history_json(const std::vector<diagnosis::HistoryEntry>& entries);
+
+/// What an import has made of `file`: {"file", "columns", "rows"} of the measurement file's text.
+std::string imported_json(const std::string& file, const std::string& measurements);
 
 /// The same for a person.
 std::string diagnosis_text(const diagnosis::Diagnosis& result);

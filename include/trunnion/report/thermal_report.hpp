@@ -7,6 +7,7 @@
 #include "trunnion/thermal/location.hpp"
 #include "trunnion/thermal/predictor.hpp"
 #include "trunnion/thermal/screening.hpp"
+#include "trunnion/thermal/simulate.hpp"
 #include "trunnion/thermal/validation.hpp"
 
 namespace trunnion::report {
@@ -30,8 +31,16 @@ Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::
 /// "identifiable"}}, "null_directions": [..], "refused": [..]}; no value where it is not identifiable.
 std::string thermal_split_json(const thermal::DriftSplit& split, const std::vector<std::string>& refused);
 
+/// {"runs": [{"run_id", "rows", "duration_s"}], "sensors", "channels"} of a log that was imported or
+/// simulated.
+std::string thermal_log_json(const thermal::Log& log);
+
+/// How simulated blades came out, and the share of them within `tolerance_mm`, before and after correction.
+std::string thermal_assess_json(const std::vector<thermal::BladeResult>& blades, double tolerance_mm);
+
 /// The same as tables for people.
 std::string thermal_split_text(const thermal::DriftSplit& split);
+std::string thermal_assess_text(const std::vector<thermal::BladeResult>& blades, double tolerance_mm);
 std::string thermal_fit_text(const thermal::FitResult& result, const thermal::FitOptions& options);
 std::string thermal_screen_text(const std::vector<thermal::ChannelScreen>& channels);
 

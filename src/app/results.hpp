@@ -1,0 +1,30 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "trunnion/report/page.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+
+/// `--json` and `--report` of every command.
+struct ResultOptions {
+  std::string json;
+  std::string report;
+  void add_to(CLI::App& command);
+  /// Standard output belongs to the JSON object.
+  bool json_on_stdout() const { return json == "-"; }
+  /// Fails with wrong_use when the command's own output and its result both go to standard output.
+  Result<void> apart_from(const std::string& output) const;
+  /// Writes what is asked for: the JSON, the page, and `text` (for people, none when empty) to standard
+  /// output unless the JSON stands there. `page` is only made where it is asked for.
+  ExitCode write(const std::string& result_json, const std::function<report::Page()>& page,
+                 const std::string& text = "") const;
+  /// The same with the page that any JSON result has (report::result_page).
+  ExitCode write(const std::string& result_json, const std::string& title, const std::string& verdict,
+                 const std::string& text) const;
+};
+
+}  // namespace trunnion::app
