@@ -146,7 +146,9 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
                "largest angle of the tool axis from its great circle (the machine's)")
       ->check(above_zero());
-  c.add_option("--nonlinear", nonlinear, "what is done about the nonlinear error")
+  c.add_option("--nonlinear", nonlinear,
+               "what is done about the nonlinear error: fewest points on both sides of the path (adaptive), "
+               "points on it (reinsert), moved points of the straight course (subtract), nothing")
       ->check(CLI::IsMember({"none", "reinsert", "subtract", "adaptive"}))
       ->capture_default_str();
   c.add_option("--predictor", predictor, "harmonic, harmonic2..9, parabola, skew, quartic or exact")
@@ -194,7 +196,7 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
   c.add_flag("--no-geometric", no_geometric, "leave the geometric effects of the model out");
   c.add_flag("--no-thermal", no_thermal, "leave the thermal effects of the model out");
-  c.add_flag("--one-sided", one_sided, "adaptive: nodes stay on the chord");
+  c.add_flag("--one-sided", one_sided, "adaptive: inserted points stay on the programmed path");
   c.add_flag("--thin", thin, "drop programmed points that the tolerance does not need");
   c.add_flag("--move-programmed-points", move_programmed_points,
              "adaptive: programmed points may move by up to the tolerance");

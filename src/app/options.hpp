@@ -68,7 +68,7 @@ struct PostCliOptions {
   double tolerance_mm = 0.01;
   std::optional<double> rapid_tolerance_mm;
   std::optional<double> axis_tolerance_deg;
-  std::string nonlinear = "reinsert";
+  std::string nonlinear = "adaptive";
   std::string predictor = "harmonic";
   std::string choice = "global";
   std::string feed = "inverse";

@@ -151,7 +151,9 @@ std::vector<report::Fact> facts(const post::PostReport& r) {
   const auto count = [](const char* id, const char* label, std::size_t n) {
     return report::Fact{id, label, std::to_string(n), static_cast<double>(n)};
   };
-  return {count("points_inserted", "inserted points", r.points_inserted),
+  return {{"worst_predicted_mm", "largest error as programmed, predicted",
+           fmt::format("{:.4g} µm", r.worst_predicted_mm / kMmPerUm), r.worst_predicted_mm},
+          count("points_inserted", "inserted points", r.points_inserted),
           count("branch_changes", "branch changes", r.choice.branch_changes),
           count("pole_points", "points at the pole", r.choice.pole_points),
           {"duration_s", "machining time", fmt::format("{:.1f} s", r.duration_s), r.duration_s}};

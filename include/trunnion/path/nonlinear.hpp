@@ -32,7 +32,7 @@ struct Tolerance {
 };
 
 struct NonlinearOptions {
-  Method method = Method::reinsert;
+  Method method = Method::adaptive;
   Predictor predictor;
   bool one_sided = false;  // adaptive: nodes stay on the chord
   bool thin = false;       // drop CL points that the tolerance does not need (see refine_run)
