@@ -10,6 +10,13 @@ namespace trunnion {
 namespace effects {
 
 Place place_of(std::span<const double> nodes, double x) {
+  // Most tables are evenly spaced.
+  const double span = nodes.back() - nodes.front();
+  const double guess = (x - nodes.front()) / span * static_cast<double>(nodes.size() - 1);
+  if (guess >= 0.0 && guess < static_cast<double>(nodes.size() - 1)) {
+    const auto i = static_cast<std::size_t>(guess);
+    if (nodes[i] <= x && x < nodes[i + 1]) return {i, (x - nodes[i]) / (nodes[i + 1] - nodes[i])};
+  }
   const auto upper = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, x);
   const auto i = static_cast<std::size_t>(upper - nodes.begin()) - 1;
   return {i, std::clamp((x - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)};

@@ -117,7 +117,9 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
   for (const ModelEffect& e : model.effects) {
     const std::size_t count = e.effect->lags(e.shape()).size();
     const Entry entry{e.effect, e.effect->link(), begin, count, e.values(), e.parameters.empty()};
-    if (count == 0 && !e.effect->depends_on_state()) {
+    depends_on_ = std::max(depends_on_, count > 0 ? std::max(e.effect->depends_on(), DependsOn::conditions)
+                                                  : e.effect->depends_on());
+    if (count == 0 && e.effect->depends_on() == DependsOn::nothing) {
       at(constant_, entry.link) += entry.twist({}, {});
     } else {
       entries_.push_back(entry);
@@ -126,12 +128,12 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
   }
 }
 
-ChainErrors ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged) const {
+void ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged,
+                            ChainErrors& out) const {
   if (lagged.empty()) lagged = rest_;
   TRUNNION_EXPECTS(lagged.size() == lags_.size());
-  ChainErrors out = constant_;
+  out = constant_;
   for (const Entry& e : entries_) at(out, e.link) += e.twist(state, lagged);
-  return out;
 }
 
 ChainBends ModelEvaluator::bends(const MachineState& from, const MachineState& to) const {

@@ -23,6 +23,7 @@ class TableEffect final : public Effect {
 
   const EffectInfo& info() const override { return info_; }
   Link link() const override { return link_; }
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState&, std::span<const double>, std::span<const double>,
                std::span<Twist>) const override {}
   Twist fixed_part(const MachineState& state, std::span<const double> lagged,

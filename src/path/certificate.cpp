@@ -257,7 +257,13 @@ Within Certifier::tip_within(const Station& a, const Station& b, const Reference
   const double ends2 =
       std::max((a.tip_P - reference.tip0_P).squaredNorm(), (b.tip_P - reference.tip1_P).squaredNorm());
   const double left = tolerance_mm - norms.M2() / 8.0 - rounding;
-  if (left >= 0.0 && ends2 <= left * left) return Within::yes;
+  if (left >= 0.0) {
+    if (ends2 <= left * left) return Within::yes;
+    const auto off = [&](const Vec3& p) {
+      return distance_to_segment(p, reference.tip0_P, reference.tip1_P);
+    };
+    if (std::max(off(a.tip_P), off(b.tip_P)) <= left) return Within::yes;
+  }
   // One sample beyond the tolerance is a proof too, and most segments that fail fail in the middle.
   const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
   const double beyond = tolerance_mm + rounding;

@@ -23,19 +23,24 @@ double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-ToolPose DeviationMeter::pose_with_errors(const MachineState& state, const RotarySines& sines,
-                                          std::span<const double> lagged) const {
-  ToolPose pose = with_errors_.pose(state.q, sines, truth_->errors(state, lagged));
-  pose.tip_P -= datum_P_;
+ToolPose DeviationMeter::pose(const JointVector& q, const RotarySines& sines,
+                              const ChainErrors& errors) const {
+  ToolPose pose;
+  if (truth_ != nullptr) {
+    pose = with_errors_.pose(q, sines, errors);
+    pose.tip_P -= datum_P_;
+  } else {
+    pose = {kinematics().tip_P(q, sines), kinematics().axis_P(sines)};
+  }
+  if (offsets_ != nullptr) pose.tip_P += offsets_->deviation_P(part_in_machine(machine_, q).R);
   return pose;
 }
 
 ToolPose DeviationMeter::pose(const MachineState& state, const RotarySines& sines,
                               std::span<const double> lagged) const {
-  ToolPose pose = truth_ == nullptr ? ToolPose{kinematics().tip_P(state.q, sines), kinematics().axis_P(sines)}
-                                    : pose_with_errors(state, sines, lagged);
-  if (offsets_ != nullptr) pose.tip_P += offsets_->deviation_P(part_in_machine(machine_, state.q).R);
-  return pose;
+  ChainErrors errors;
+  if (truth_ != nullptr) truth_->errors(state, lagged, errors);
+  return pose(state.q, sines, errors);
 }
 
 void DeviationMeter::place(Vertex& vertex, const JointVector& to, const ProgramState& program) const {
@@ -45,7 +50,8 @@ void DeviationMeter::place(Vertex& vertex, const JointVector& to, const ProgramS
     vertex.axis_P = vertex.station.axis_P;
     return;
   }
-  const ToolPose at = pose(program.towards(to, vertex.q), vertex.station.sines, program.lagged());
+  if (truth_ != nullptr) truth_->errors(program.towards(to, vertex.q), program.lagged(), vertex.errors);
+  const ToolPose at = pose(vertex.q, vertex.station.sines, vertex.errors);
   vertex.tip_P = at.tip_P;
   vertex.axis_P = at.axis_P;
 }
@@ -73,7 +79,8 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
   // Gauss and Newton: the place where what is left stands across the way. The way turns little on a piece
   // that keeps to its path, so that a chord of it serves as the slope, the shorter the better.
   constexpr int kMostSteps = 8;
-  constexpr double kEnough = 1e-8;  // of the block: what a minimum can be told by
+  constexpr double kEnough = 1e-8;     // of the block: what a minimum can be told by
+  constexpr double kEnough_mm = 1e-6;  // of the way: wherever the block is divided, the bounds hold
   Vertex before = from;
   Vertex x = to;
   double t_before = 0.0;
@@ -87,7 +94,8 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
         ((corner.tip_P - x.tip_P).dot(tip) + kAxisBesideTip_mm * (corner.axis_P - x.axis_P).dot(axis)) /
         slope2;
     const double next = std::clamp(t + step, 0.0, 1.0);
-    if (std::abs(next - t) <= kEnough) return x;
+    const double moves = std::abs(next - t);
+    if (moves <= kEnough || moves * moves * slope2 <= kEnough_mm * kEnough_mm) return x;
     before = std::exchange(x, at(next));
     t_before = std::exchange(t, next);
   }
@@ -122,49 +130,52 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
   }
   // Under tool-centre-point control the axes do not run straight, and what the errors then do is sampled.
   if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program)) return sampled(from, to, a, b, program);
-  const MachineState s0 = program.towards(to.q, from.q);
-  const MachineState s1 = program.towards(to.q, to.q);
   const auto lagged = program.lagged();
-  between_stations(s0, actual(from.station, s0, lagged), s1, actual(to), lagged, reference, uninteresting, 0,
-                   out);
+  const MachineState s0 = program.towards(to.q, from.q);
+  const Stop x0 = fixed_ ? Stop{s0, from.errors, actual(from)} : stop(s0, from.station, lagged);
+  const Stop x1{program.towards(to.q, to.q), to.errors, actual(to)};
+  between_stops(x0, x1, lagged, reference, uninteresting, 0, out);
   if (out.unbounded == nullptr) return out;
   Deviation samples = sampled(from, to, a, b, program);
   samples.unbounded = out.unbounded;
   return samples;
 }
 
-path::Station DeviationMeter::actual(const path::Station& nominal, const MachineState& state,
-                                     std::span<const double> lagged) const {
-  const ToolPose at = pose(state, nominal.sines, lagged);
-  return path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
+DeviationMeter::Stop DeviationMeter::stop(const MachineState& state, const path::Station& nominal,
+                                          std::span<const double> lagged) const {
+  Stop out{state, {}, {}};
+  if (truth_ != nullptr) truth_->errors(state, lagged, out.errors);
+  const ToolPose at = pose(state.q, nominal.sines, out.errors);
+  out.actual = path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
+  return out;
 }
 
 path::Station DeviationMeter::actual(const Vertex& x) {
   return path::shifted(x.station, x.tip_P - x.station.tip_P, x.axis_P - x.station.axis_P);
 }
 
-path::ErrorCourse::Bend DeviationMeter::bend(const MachineState& from, const MachineState& to,
-                                             std::span<const double> lagged) const {
+path::ErrorCourse::Bend DeviationMeter::bend(const Stop& from, const Stop& to) const {
   path::ErrorCourse::Bend bend;
-  if (course_) bend = course_->over(from, to, lagged);
+  if (course_)
+    bend =
+        course_->over({from.state, from.actual.sines, from.errors}, {to.state, to.actual.sines, to.errors});
   if (offsets_ != nullptr) {
     // At most a vector of the machine that turns with the part: |d''| <= turn^2 |d|.
     double turn = 0.0;
     for (std::size_t k = 0; k < 2; ++k)
-      turn += std::abs(kinematics().angle(to.q, k) - kinematics().angle(from.q, k));
+      turn += std::abs(kinematics().angle(to.state.q, k) - kinematics().angle(from.state.q, k));
     bend.tip_mm += turn * turn / 8.0 * offsets_->deviation_P(Mat3::Identity()).norm();
   }
   return bend;
 }
 
 // Halved until what the errors leave of a straight course is a small part of the tolerance.
-void DeviationMeter::between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
-                                      const path::Station& x1, std::span<const double> lagged,
-                                      const path::Reference& reference, const Deviation& uninteresting,
-                                      int depth, Deviation& sum) const {
+void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
+                                   const path::Reference& reference, const Deviation& uninteresting,
+                                   int depth, Deviation& sum) const {
   constexpr double kSlackOfTolerance = 0.01;
   constexpr int kMostHalvings = 10;  // at a kink of a table the slack halves with every one
-  const path::ErrorCourse::Bend slack = bend(s0, s1, lagged);
+  const path::ErrorCourse::Bend slack = bend(from, to);
   if (slack.unbounded != nullptr) {
     sum.unbounded = slack.unbounded;
     return;
@@ -172,19 +183,20 @@ void DeviationMeter::between_stations(const MachineState& s0, const path::Statio
   const bool loose = slack.tip_mm > kSlackOfTolerance * tolerance_mm_ ||
                      slack.axis_rad > kSlackOfTolerance * axis_tolerance_.rad();
   if (loose && depth < kMostHalvings) {
-    MachineState middle = s1;
-    middle.q = JointVector::interpolate(s0.q, s1.q, 0.5);
-    const path::Station x = actual(path::station(kinematics(), middle.q), middle, lagged);
-    between_stations(s0, x0, middle, x, lagged, reference, uninteresting, depth + 1, sum);
-    if (sum.unbounded == nullptr)
-      between_stations(middle, x, s1, x1, lagged, reference, uninteresting, depth + 1, sum);
+    MachineState middle = to.state;
+    middle.q = JointVector::interpolate(from.state.q, to.state.q, 0.5);
+    const Stop x = stop(middle, path::station(kinematics(), middle.q), lagged);
+    between_stops(from, x, lagged, reference, uninteresting, depth + 1, sum);
+    if (sum.unbounded == nullptr) between_stops(x, to, lagged, reference, uninteresting, depth + 1, sum);
     return;
   }
-  const Interval tip = tip_interval(x0, x1, reference, slack.tip_mm, uninteresting.tip_mm.upper);
-  const Interval axis = axis_interval(x0, x1, reference, slack.axis_rad, uninteresting.axis_rad.upper);
-  const auto take = [](Interval& to, const Interval& part) {
-    to.lower = std::max(to.lower, part.lower);
-    to.upper = std::max(to.upper, part.upper);
+  const Interval tip =
+      tip_interval(from.actual, to.actual, reference, slack.tip_mm, uninteresting.tip_mm.upper);
+  const Interval axis =
+      axis_interval(from.actual, to.actual, reference, slack.axis_rad, uninteresting.axis_rad.upper);
+  const auto take = [](Interval& largest, const Interval& part) {
+    largest.lower = std::max(largest.lower, part.lower);
+    largest.upper = std::max(largest.upper, part.upper);
   };
   take(sum.tip_mm, tip);
   take(sum.axis_rad, axis);
@@ -237,7 +249,7 @@ DeviationMeter::Interval DeviationMeter::axis_interval(const path::Station& from
 
 // Lost motion that is taken up counts at its end only.
 bool DeviationMeter::takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const {
-  return truth_ != nullptr && is_take_up(machine_, from.q, to.q) &&
+  return knows_motion_ && is_take_up(machine_, from.q, to.q) &&
          program.towards(to.q, to.q).direction != program.now().direction;
 }
 

@@ -33,6 +33,7 @@ struct Vertex : BlockEnd {
   path::Station station;  // of q on the nominal machine, where bounds are proved
   Vec3 tip_P = Vec3::Zero();
   Vec3 axis_P = Vec3::UnitZ();
+  ChainErrors errors;  // of the machine at q, where it is verified on one with errors
 };
 
 /// A point of the CL path.
@@ -82,6 +83,8 @@ class DeviationMeter {
         certifier_(TableKinematics(machine, tool_mm)),
         with_errors_(machine, tool_mm) {
     if (truth == nullptr) return;
+    fixed_ = offsets == nullptr && truth->depends_on() <= DependsOn::position;
+    knows_motion_ = truth->depends_on() >= DependsOn::motion;
     datum_P_ = datum_shift_P(machine, *truth);
     course_.emplace(machine_, tool_mm_, *truth);
   }
@@ -90,6 +93,8 @@ class DeviationMeter {
 
   /// Proofs were asked for.
   bool proves() const { return asked_; }
+  /// What the machine does at a position never changes: no lags, temperatures or senses of motion.
+  bool is_fixed() const { return fixed_; }
 
   /// Fills in where the tool stands at `vertex.q`, on the way to `to`.
   void place(Vertex& vertex, const JointVector& to, const ProgramState& program) const;
@@ -110,31 +115,35 @@ class DeviationMeter {
 
  private:
   ToolPose pose(const MachineState& state, const RotarySines& sines, std::span<const double> lagged) const;
-  ToolPose pose_with_errors(const MachineState& state, const RotarySines& sines,
-                            std::span<const double> lagged) const;
+  /// The same, with the errors of the machine there (not used on the nominal one).
+  ToolPose pose(const JointVector& q, const RotarySines& sines, const ChainErrors& errors) const;
   /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;
-  /// The position `x` as the program stands at `state`.
-  path::Station actual(const path::Station& nominal, const MachineState& state,
-                       std::span<const double> lagged) const;
+  /// A place of a motion on the machine with errors.
+  struct Stop {
+    MachineState state;
+    ChainErrors errors;
+    path::Station actual;
+  };
+  Stop stop(const MachineState& state, const path::Station& nominal, std::span<const double> lagged) const;
   /// The position as it was placed.
   static path::Station actual(const Vertex& x);
-  path::ErrorCourse::Bend bend(const MachineState& from, const MachineState& to,
-                               std::span<const double> lagged) const;
-  void between_stations(const MachineState& s0, const path::Station& x0, const MachineState& s1,
-                        const path::Station& x1, std::span<const double> lagged,
-                        const path::Reference& reference, const Deviation& uninteresting, int depth,
-                        Deviation& sum) const;
+  path::ErrorCourse::Bend bend(const Stop& from, const Stop& to) const;
+  void between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
+                     const path::Reference& reference, const Deviation& uninteresting, int depth,
+                     Deviation& sum) const;
   bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;
   const OffsetTracker* offsets_;
   bool asked_;
-  bool certify_;  // on the nominal machine
+  bool certify_;               // on the nominal machine
+  bool fixed_ = false;         // what the machine does at a position never changes
+  bool knows_motion_ = false;  // there are effects of the sense of motion
   double tolerance_mm_;
   Angle axis_tolerance_;
   path::Certifier certifier_;

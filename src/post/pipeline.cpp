@@ -68,6 +68,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
+    loses_motion_ = evaluator_->depends_on() >= DependsOn::motion;
   }
   if (job.offsets != nullptr) {
     offsets_.emplace(*job.offsets, job.offset_limits,
@@ -77,6 +78,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     meter_.emplace(machine_, tool_mm_, evaluator_.get(), offsets_ && !shifts() ? &*offsets_ : nullptr,
                    options.nonlinear.certify, options.tolerance_mm,
                    options.axis_tolerance.value_or(machine_.axis_tolerance));
+    for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
   }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
@@ -90,6 +92,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     nominal.run_time_temperatures = nullptr;
     nominal_ =
         std::make_unique<Verifier>(*job.machine, controller_, tool_mm_, nominal, nc_file, verification_);
+    verifier_->share_text_with(*nominal_);
   }
 }
 
@@ -125,8 +128,8 @@ Result<void> Pipeline::pass_on(Chunk& chunk) {
     for (const Pending& p : chunk.motions) {
       verifier->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid}, p.point.where);
     }
-    verifier->text(chunk.text);
   }
+  if (verifier_) verifier_->text(chunk.text);
   return chunk.text.empty() ? Result<void>{} : sink_(chunk.text);
 }
 
@@ -280,7 +283,7 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
   if (!rate) return tl::unexpected(rate.error());
   auto found = corrected(to, tip_mm / *rate);
   if (!found) return tl::unexpected(found.error());
-  if (compensator_) {
+  if (loses_motion_) {
     const auto taken_up = emit_take_up(*found, where);
     if (!taken_up) return tl::unexpected(taken_up.error());
     if (*taken_up) found = corrected(to, tip_mm / *rate);
@@ -344,7 +347,7 @@ void Pipeline::moved(const JointVector& q, double seconds) {
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
-  if (compensator_) hold_idle_turns(q);
+  if (loses_motion_) hold_idle_turns(q);
   Vec3 tip_P = point.tip_P + point.beside_P;
   // The grid of a plane's words is not that of the joints.
   if (plane_) kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);

@@ -185,8 +185,10 @@ class Pipeline {
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
+  bool loses_motion_ = false;  // there are errors of the sense of motion
   std::optional<OffsetTracker> offsets_;
-  std::optional<DeviationMeter> meter_;  // of the machine with its errors
+  std::optional<DeviationMeter> meter_;     // of the machine with its errors
+  mutable std::array<Vertex, 2> vertices_;  // the last two places where it was read: ends of a block
   std::optional<std::pair<Target, Target>>
       segment_;  // of the CL path, on which blocks are now; where it is known
   WorkShift shift_;

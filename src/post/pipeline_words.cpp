@@ -37,20 +37,26 @@ bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) cons
 bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   if (!segment_) return span_bends(to, q);
   const double limit_mm = tolerances_.cutting().tip_mm;
-  const double middle = strays_mm(to, q, 0.5);
-  // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
-  // way.
-  const path::Certifier certifier(kinematics_);
-  const double nominal =
-      certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
-  if (2.0 * (nominal + middle) <= kBentWithErrors * limit_mm) return false;
-  Vertex from;
-  Vertex at;
-  from.q = last_emitted_;
+  const bool is_cheap = meter_->is_fixed() && meter_->proves();
+  if (!is_cheap) {
+    // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
+    // way.
+    const double middle = strays_mm(to, q, 0.5);
+    const path::Certifier certifier(kinematics_);
+    const double nominal =
+        certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
+    if (2.0 * (nominal + middle) <= kBentWithErrors * limit_mm) return false;
+  }
+  Vertex& from = vertices_[0];
+  Vertex& at = vertices_[1];
+  if (is_cheap && at.q == last_emitted_) std::swap(from, at);  // it ended the last block
+  if (!is_cheap || from.q != last_emitted_) {
+    from.q = last_emitted_;
+    meter_->place(from, q, state_);
+  }
   at.q = q;
-  from.tcp = at.tcp = options_.rtcp;
-  meter_->place(from, q, state_);
   meter_->place(at, q, state_);
+  from.tcp = at.tcp = options_.rtcp;
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
   const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
   return found.tip_mm.upper > (found.proved && !found.unbounded ? limit_mm : kBentWithErrors * limit_mm);

@@ -30,14 +30,21 @@ void Verifier::text(std::string_view piece) {
   state_->reader.feed(piece);
 }
 
+void Verifier::share_text_with(Verifier& other) {
+  state_->follower = other.state_.get();
+  other.state_->follows = true;
+}
+
 Result<VerifyReport> Verifier::finish() {
   State& s = *state_;
-  if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
+  if (!s.follows) {
+    if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
+  }
   s.all_expected = true;
   s.work();
   if (s.started && s.at.segment + 1 < s.targets.size()) {
     const Target& next = s.targets[s.at.segment + 1];
-    if (combined_distance(s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
+    if (combined_distance(*s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
   }
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
@@ -46,8 +53,8 @@ Result<VerifyReport> Verifier::finish() {
     const Angle allowed =
         s.options.axis_tolerance + (s.in_cone(target.axis_P) ? s.options.pole.tolerance : Angle{});
     const double d =
-        s.started ? (s.previous.tip_P - target.tip_P).norm() : std::numeric_limits<double>::infinity();
-    if (d <= s.options.tolerance_mm && angle_between(s.previous.axis_P, target.axis_P) <= allowed) {
+        s.started ? (s.previous->tip_P - target.tip_P).norm() : std::numeric_limits<double>::infinity();
+    if (d <= s.options.tolerance_mm && angle_between(s.previous->axis_P, target.axis_P) <= allowed) {
       s.point_hit(d);
     } else {
       ++s.report.points_missed;

@@ -54,7 +54,7 @@ void Verifier::State::rapid(const Vertex& v) {
       target != nullptr && target->rapid && distance_to(v, target->tip_P, target->axis_P) <= hit_tolerance();
   if (met) {
     point_hit((v.tip_P - target->tip_P).norm());
-    const auto d = meter.sampled(previous, v, targets[next - 1], *target, program);
+    const auto d = meter.sampled(*previous, v, targets[next - 1], *target, program);
     report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, d.tip_mm.upper);
     at = {next, 0.0, 0.0};
   }
@@ -63,11 +63,11 @@ void Verifier::State::rapid(const Vertex& v) {
 
 void Verifier::State::pass_repeated_points() {
   for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
-    if ((previous.tip_P - targets[next].tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
-    const double d = distance_to(previous, targets[next].tip_P, targets[next].axis_P);
+    if ((previous->tip_P - targets[next].tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
+    const double d = distance_to(*previous, targets[next].tip_P, targets[next].axis_P);
     if (d > kSamePoint_mm) return;
     mark_programmed();
-    point_hit((previous.tip_P - targets[next].tip_P).norm());
+    point_hit((previous->tip_P - targets[next].tip_P).norm());
     at = {next, 0.0, 0.0};
   }
 }
@@ -76,9 +76,9 @@ void Verifier::State::pass_end_of_cut() {
   const std::size_t next = at.segment + 1;
   if (next >= targets.size() || targets[next].rapid) return;
   const Target& end = targets[next];
-  if (distance_to(previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
+  if (distance_to(*previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
   mark_programmed();
-  point_hit((previous.tip_P - end.tip_P).norm());
+  point_hit((previous->tip_P - end.tip_P).norm());
   at = {next, 0.0, 0.0};
 }
 
@@ -93,8 +93,8 @@ void Verifier::State::feed(const Vertex& v) {
   }
   if (away ? comes_back(v) : leaves(v)) return;
   const Place place = find(v);
-  const Vertex* from = &previous;
-  Vertex passed;
+  const Vertex* from = previous;
+  std::optional<Vertex> passed;
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
     const Vertex to = meter.nearest_between(*from, v, targets[j + 1], program);
@@ -103,7 +103,7 @@ void Verifier::State::feed(const Vertex& v) {
                    near_pole(targets[j], targets[j + 1]));
     passed_point |= mark_nearer(v, targets[j + 1]);
     passed = to;
-    from = &passed;
+    from = &*passed;
   }
   const Target& end = targets[place.segment + 1];
   take_deviation(meter.of(*from, v, targets[place.segment], end, program, uninteresting()),
@@ -116,7 +116,7 @@ void Verifier::State::feed(const Vertex& v) {
 
 bool Verifier::State::mark_nearer(const Vertex& v, const Target& target) {
   const double near_mm = near_point_mm();
-  const double before = distance_to(previous, target.tip_P, target.axis_P);
+  const double before = distance_to(*previous, target.tip_P, target.axis_P);
   const double after = distance_to(v, target.tip_P, target.axis_P);
   if (std::min(before, after) > near_mm) return false;
   if (before < after) mark_programmed();
@@ -133,33 +133,33 @@ void Verifier::State::mark_programmed() {
   if (options.collect && !report.blocks.empty()) report.blocks.back().programmed = true;
 }
 
-Target Verifier::State::present() const {
+Target Verifier::State::place_of_path() const {
   const Target& a = targets[at.segment];
   const Target& b = targets[std::min(at.segment + 1, targets.size() - 1)];
   return {a.tip_P + at.t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, at.t), b.line, false};
 }
 
 bool Verifier::State::leaves(const Vertex& v) {
-  const Vec3 way = v.tip_P - previous.tip_P;
-  const bool along_axis = way.dot(previous.axis_P) > (1.0 - 1e-6) * way.norm();
+  const Vec3 way = v.tip_P - previous->tip_P;
+  const bool along_axis = way.dot(previous->axis_P) > (1.0 - 1e-6) * way.norm();
   constexpr double kSameAxis_rad = 1e-5;  // the rounding of the angles
   if (!along_axis || way.norm() < hit_tolerance() ||
-      angle_between(v.axis_P, previous.axis_P).rad() > kSameAxis_rad)
+      angle_between(v.axis_P, previous->axis_P).rad() > kSameAxis_rad)
     return false;
   if (find(v).distance <= hit_tolerance()) return false;  // a motion of the CL file itself
   away = true;
-  record(v, 0.0, 0.0, present().line, false);
+  record(v, 0.0, 0.0, place_of_path().line, false);
   return true;
 }
 
 bool Verifier::State::comes_back(const Vertex& v) {
   away = false;
-  const Target place = present();
-  const Vec3 way = previous.tip_P - v.tip_P;
+  const Target place = place_of_path();
+  const Vec3 way = previous->tip_P - v.tip_P;
   if (distance_to(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
   if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
   const Target out{place.tip_P + way.norm() * place.axis_P, place.axis_P, place.line, false};
-  take_deviation(meter.of(previous, v, out, place, program, uninteresting()));
+  take_deviation(meter.of(*previous, v, out, place, program, uninteresting()));
   record_feed(v, place.line, at.t == 0.0);
   return true;
 }
@@ -172,7 +172,7 @@ Place Verifier::State::find(const Vertex& v) const {
   const double at_most2 = (v.tip_P - next.tip_P).squaredNorm() + turned_mm * turned_mm;
   if (at_most2 < kSamePoint_mm * kSamePoint_mm) return {at.segment, 1.0, std::sqrt(at_most2)};
   const double to_next = distance_to(v, next.tip_P, next.axis_P);
-  if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
+  if (to_next < kSamePoint_mm || is_at_end(v, targets[at.segment], next)) return {at.segment, 1.0, to_next};
   // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
   // point the next one may be nearer to a displaced node.
   if (const auto t = still_on(v, targets[at.segment], next)) {
@@ -180,9 +180,9 @@ Place Verifier::State::find(const Vertex& v) const {
     return {at.segment, *t,
             distance_to(v, a.tip_P + *t * (next.tip_P - a.tip_P), slerp(a.axis_P, next.axis_P, *t))};
   }
-  const double reach_mm = 1.1 * (v.tip_P - previous.tip_P).norm() + 4.0 * options.tolerance_mm;
+  const double reach_mm = 1.1 * (v.tip_P - previous->tip_P).norm() + 4.0 * options.tolerance_mm;
   const double reach_rad =
-      1.1 * angle_between(v.axis_P, previous.axis_P).rad() + 4.0 * options.axis_tolerance.rad();
+      1.1 * angle_between(v.axis_P, previous->axis_P).rad() + 4.0 * options.axis_tolerance.rad();
   Place best;
   best.segment = at.segment;
   double ahead_mm = 0.0;
@@ -213,6 +213,17 @@ Place Verifier::State::find(const Vertex& v) const {
     }
   }
   return best;
+}
+
+// On a machine with errors the tool axis is off its place even where the tip is not. Where the tip tells the
+// place, and the axis is within its tolerance, that is the end of the segment.
+bool Verifier::State::is_at_end(const Vertex& v, const Target& a, const Target& b) const {
+  constexpr double kTells = 20.0;  // of what counts as the same point: a shorter way may be one of the axis
+  if (!report.on_truth) return false;
+  if ((v.tip_P - b.tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return false;
+  if ((b.tip_P - a.tip_P).squaredNorm() < kTells * kTells * kSamePoint_mm * kSamePoint_mm) return false;
+  // The chord of an angle is not below 2/pi of it.
+  return 0.5 * kPi * (v.axis_P - b.axis_P).norm() <= options.axis_tolerance.rad();
 }
 
 std::optional<double> Verifier::State::still_on(const Vertex& v, const Target& a, const Target& b) const {

@@ -51,7 +51,11 @@ struct Verifier::State {
                 o.temperatures),
         word_offsets(words_of(m, JointVector(), tool)),
         reader(
-            c, std::move(nc_file), diagnostics, [this](const nc::Block& block) { take(block); },
+            c, std::move(nc_file), diagnostics,
+            [this](const nc::Block& block) {
+              take(block);
+              if (follower != nullptr) follower->take(block);
+            },
             reader_options(o)) {
     report.tolerance_mm = o.tolerance_mm;
     report.axis_tolerance = o.axis_tolerance;
@@ -208,11 +212,11 @@ struct Verifier::State {
   }
 
   void step(const BlockEnd& end) {
-    Vertex& v = present_vertex;
+    Vertex& v = *present;
     static_cast<BlockEnd&>(v) = end;
     check_limits(v);
     meter.place(v, v.q, program);
-    if (have_previous) path_mm += (v.tip_P - previous.tip_P).norm();
+    if (have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
     if (!started) {
       start(v);
     } else if (v.rapid) {
@@ -224,7 +228,7 @@ struct Verifier::State {
     if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
     if (options.truth != nullptr) program.move_to(v.q, seconds);  // nothing else asks for it
     elapse(seconds);
-    std::swap(previous, v);
+    std::swap(previous, present);
     have_previous = true;
   }
 
@@ -236,19 +240,19 @@ struct Verifier::State {
   // Time of the block as the control runs it.
   double block_seconds(const Vertex& v) {
     if (!have_previous) return 0.0;
-    if (v.rapid) return planner.rapid_seconds(previous.q, v.q);
-    const bool under_tcp = v.tcp && previous.tcp;
-    const auto way = under_tcp ? std::optional((v.word_tip_P - previous.word_tip_P).norm()) : std::nullopt;
-    const double seconds = planner.seconds_of(previous.q, v.q, way, v.feed_mode, v.feed);
+    if (v.rapid) return planner.rapid_seconds(previous->q, v.q);
+    const bool under_tcp = v.tcp && previous->tcp;
+    const auto way = under_tcp ? std::optional((v.word_tip_P - previous->word_tip_P).norm()) : std::nullopt;
+    const double seconds = planner.seconds_of(previous->q, v.q, way, v.feed_mode, v.feed);
     // Where it came from is not known: neither is its speed.
-    if (seconds > 0.0 && !v.from_unknown && v.tcp == previous.tcp) check_speed(v, seconds);
+    if (seconds > 0.0 && !v.from_unknown && v.tcp == previous->tcp) check_speed(v, seconds);
     return seconds;
   }
 
   void check_speed(const Vertex& v, double seconds) {
     const double needed_s =
-        v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(previous, v, t); })
-              : planner.slowest_axis_s(previous.q, v.q);
+        v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(*previous, v, t); })
+              : planner.slowest_axis_s(previous->q, v.q);
     const double ratio = needed_s / seconds;
     report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
     constexpr double kRounding = 1e-6;  // of the evaluation itself
@@ -257,7 +261,7 @@ struct Verifier::State {
     if (report.too_fast.size() >= options.worst_count) return;
     const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
     report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
-                               machine.axes[planner.slowest_axis(previous.q, v.q)].name, ratio});
+                               machine.axes[planner.slowest_axis(previous->q, v.q)].name, ratio});
   }
 
   // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
@@ -285,7 +289,7 @@ struct Verifier::State {
   double near_point_mm() const;
   void mark_programmed();
 
-  Target present() const;
+  Target place_of_path() const;
 
   // The tool leaves the path along its axis, away from the part, to turn elsewhere (wind-up, limits).
   bool leaves(const Vertex& v);
@@ -297,6 +301,7 @@ struct Verifier::State {
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& v) const;
+  bool is_at_end(const Vertex& v, const Target& a, const Target& b) const;
   /// Fraction of the segment a-b at which `v` stands, when its foot is on the way ahead and it is within the
   /// tolerances.
   std::optional<double> still_on(const Vertex& v, const Target& a, const Target& b) const;
@@ -397,14 +402,17 @@ struct Verifier::State {
                            nc::Comment, nc::Dwell, nc::Spindle>>
       waiting;
   std::size_t next_waiting = 0;
-  Vertex previous;
-  Vertex present_vertex;
+  std::array<Vertex, 2> vertices;
+  Vertex* previous = &vertices[0];
+  Vertex* present = &vertices[1];
   bool have_previous = false;
   double path_mm = 0.0;
   double block_tip_mm = 0.0;
   double block_axis_rad = 0.0;
   bool block_proved = true;
   VerifyReport report;
+  State* follower = nullptr;  // takes the blocks that `reader` reads, too
+  bool follows = false;       // takes those of another one's
   nc::Reader reader;
 };
 

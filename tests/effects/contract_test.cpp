@@ -102,6 +102,48 @@ TEST_P(EveryEffect, SaysWhatItIs) {
   });
 }
 
+// What an effect says it does not depend on may change: the twist stays, bit by bit. A motion may depend on
+// all.
+TEST_P(EveryEffect, DependsOnNoMoreThanItSays) {
+  on_all_machines([&](const EffectFamily& family) {
+    test::RandomStates random(machine_, 12);
+    for (const auto& effect : family.variants) {
+      if (effect->depends_on() == DependsOn::motion) continue;
+      for (int i = 0; i < 20; ++i) {
+        const MachineState state = random.next();
+        const auto shape = random_shape(*effect, random);
+        const auto lagged = random_lags(*effect, shape, random);
+        std::vector<double> p(effect->info().linear_count());
+        for (double& v : p) v = random.uniform(-1.0, 1.0);
+        p.insert(p.end(), shape.begin(), shape.end());
+        if (effect->depends_on() < DependsOn::conditions) {
+          EXPECT_TRUE(lagged.empty());
+        }
+        const Twist twist = effect->twist(state, lagged, p);
+        MachineState other = state;
+        for (AxisId id = 0; id < kMaxAxes; ++id) {
+          other.direction[id] = static_cast<std::int8_t>(-state.direction[id]);
+          other.velocity[id] = -3.0 * state.velocity[id];
+          if (effect->depends_on() == DependsOn::nothing) other.q[id] += random.uniform(-1.0, 1.0);
+        }
+        std::vector<double> temperatures(state.temperature_K.begin(), state.temperature_K.end());
+        std::vector<double> states(state.state.begin(), state.state.end());
+        if (effect->depends_on() < DependsOn::conditions) {
+          for (double& T : temperatures) T += 1.0;
+          for (double& s : states) s = 1.0 - s;
+          other.temperature_K = temperatures;
+          other.state = states;
+          other.spindle_rpm += 1000.0;
+          other.time_s += 500.0;
+          other.run = 1 - state.run;
+        }
+        const Twist again = effect->twist(other, lagged, p);
+        EXPECT_TRUE(again.trans_mm == twist.trans_mm && again.rot_rad == twist.rot_rad);
+      }
+    }
+  });
+}
+
 TEST_P(EveryEffect, ZeroParametersGiveNoErrorAndTheTwistIsLinear) {
   on_all_machines([&](const EffectFamily& family) {
     test::RandomStates random(machine_, 11);

@@ -139,6 +139,14 @@ struct RangeCheck {
   std::string message;  // which axis, its value and the range; empty when inside
 };
 
+/// What of a state decides a twist; each contains the ones before it.
+enum class DependsOn : std::uint8_t {
+  nothing,     // the same in every state
+  position,    // MachineState::q
+  conditions,  // lags, temperatures, free states, spindle speed, time and run too
+  motion       // sense of motion and velocity too
+};
+
 /// Bound on how far a twist leaves its straight course over a motion (see Effect::bend).
 struct TwistBend {
   double trans_mm = 0.0;
@@ -186,8 +194,8 @@ class Effect {
   virtual std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
                                         std::span<const double> parameters) const;
   virtual RangeCheck check_range(const MachineState& state) const;
-  /// False when the twist is the same in every state (a location error): then it is evaluated once.
-  virtual bool depends_on_state() const { return true; }
+  /// At least what the twist depends on: what does not is evaluated less often.
+  virtual DependsOn depends_on() const { return DependsOn::motion; }
   /// Quantities that people know better than the linear parameters they follow from (the fixed point of a
   /// screw).
   struct Derived {

@@ -99,7 +99,14 @@ class ModelEvaluator {
   const std::vector<LagRequest>& lags() const { return lags_; }
   /// Errors of the whole chain. `lagged` are the values of lags(); empty for a model without memory or for
   /// lags at rest (all 0).
-  ChainErrors errors(const MachineState& state, std::span<const double> lagged = {}) const;
+  ChainErrors errors(const MachineState& state, std::span<const double> lagged = {}) const {
+    ChainErrors out;
+    errors(state, lagged, out);
+    return out;
+  }
+  void errors(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
+  /// The most that any of its effects depends on.
+  DependsOn depends_on() const { return depends_on_; }
   /// Sums of Effect::bend over the effects of each link.
   ChainBends bends(const MachineState& from, const MachineState& to) const;
   /// The worst range check of its effects at `state`.
@@ -117,6 +124,7 @@ class ModelEvaluator {
   };
   static Twist& at(ChainErrors& errors, const Link& link);
 
+  DependsOn depends_on_ = DependsOn::nothing;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
   std::vector<Entry> entries_;  // the others
   std::vector<LagRequest> lags_;

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "trunnion/effects/model.hpp"
+#include "trunnion/machine/axis_turn.hpp"
 #include "trunnion/machine/machine.hpp"
 
 namespace trunnion::path {
@@ -18,8 +19,7 @@ namespace trunnion::path {
 class ErrorCourse {
  public:
   /// References must outlive the object. `tool_mm`: vector from S to the tip.
-  ErrorCourse(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator& model)
-      : machine_(machine), tool_mm_(tool_mm), model_(model) {}
+  ErrorCourse(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator& model);
 
   struct Bend {
     double tip_mm = 0.0;
@@ -30,10 +30,19 @@ class ErrorCourse {
   /// @param lagged  values of the model's lags on the way; empty for a model without memory, or at rest
   Bend over(const MachineState& from, const MachineState& to, std::span<const double> lagged = {}) const;
 
+  /// An end of a motion with what is known there: sines of the rotary positions and the model's errors.
+  struct End {
+    const MachineState& state;
+    const RotarySines& sines;
+    const ChainErrors& errors;
+  };
+  Bend over(const End& from, const End& to) const;
+
  private:
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator& model_;
+  std::vector<AxisTurn> turns_;  // of the part's rotary axes, from the bed outwards
 };
 
 }  // namespace trunnion::path

@@ -13,6 +13,7 @@ class AmbientDrift final : public StraightEffect {
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
     return {{{Signal::Kind::temperature, sensor_}, shape[0]}};
   }
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState&, std::span<const double> lagged, std::span<const double>,
                std::span<Twist> out) const override {
     for (std::size_t k = 0; k < 3; ++k) out[k] = unit_twist("XYZ"[k]) * lagged[0];

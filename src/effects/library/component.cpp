@@ -14,6 +14,7 @@ class Component final : public LibraryEffect {
   Component(EffectInfo info, Link link, const Axis& axis, char letter)
       : LibraryEffect(std::move(info), link), axis_(axis), unit_(unit_twist(letter)) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     const double x = state.q[link().axis];

@@ -15,6 +15,7 @@ class Crosstalk final : public LibraryEffect {
         axes_{machine.axes[pair[0]], machine.axes[pair[1]]},
         unit_(unit_twist(letter)) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     const double s = normalised_position(axes_[0], state.q[pair_[0]]);

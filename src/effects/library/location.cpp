@@ -14,7 +14,7 @@ class Location final : public StraightEffect {
                std::span<Twist> out) const override {
     for (std::size_t k = 0; k < letters_.size(); ++k) out[k] = unit_twist(letters_[k]);
   }
-  bool depends_on_state() const override { return false; }
+  DependsOn depends_on() const override { return DependsOn::nothing; }
 
  private:
   std::string letters_;

@@ -9,6 +9,7 @@ class Overhang final : public StraightEffect {
  public:
   Overhang(EffectInfo info, Link link, double z_max) : StraightEffect(std::move(info), link), z_max_(z_max) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     const double out_by = z_max_ - state.q[link().axis];

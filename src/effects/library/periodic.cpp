@@ -15,6 +15,7 @@ class Periodic final : public LibraryEffect {
   Periodic(EffectInfo info, Link link, const Vec3& along)
       : LibraryEffect(std::move(info), link), along_(along) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double> shape,
                std::span<Twist> out) const override {
     const double phase = kTwoPi * state.q[link().axis] / shape[0];

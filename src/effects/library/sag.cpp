@@ -11,6 +11,7 @@ class Sag final : public LibraryEffect {
  public:
   using LibraryEffect::LibraryEffect;
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     const double A = state.q[link().axis];

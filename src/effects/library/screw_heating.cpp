@@ -13,6 +13,7 @@ class ScrewHeating final : public StraightEffect {
   ScrewHeating(EffectInfo info, Link link, const Vec3& along, std::size_t sensor)
       : StraightEffect(std::move(info), link), along_(along), sensor_(sensor) {}
 
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     const double dT = state.temperature(sensor_);

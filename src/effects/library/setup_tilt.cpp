@@ -10,6 +10,7 @@ class SetupTilt final : public StraightEffect {
  public:
   using StraightEffect::StraightEffect;
 
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     std::fill(out.begin(), out.end(), Twist{});

@@ -12,6 +12,7 @@ class SpindleGrowth final : public StraightEffect {
   std::vector<LagRequest> lags(std::span<const double> shape) const override {
     return {{{Signal::Kind::spindle_rpm, 0}, shape[0]}};
   }
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState&, std::span<const double> lagged, std::span<const double>,
                std::span<Twist> out) const override {
     out[0] = unit_twist('Z') * lagged[0];

@@ -10,6 +10,7 @@ class Squareness final : public StraightEffect {
   Squareness(EffectInfo info, Link link, const Vec3& per_mm)
       : StraightEffect(std::move(info), link), per_mm_(per_mm) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     out[0] = {per_mm_ * state.q[link().axis], Vec3::Zero()};

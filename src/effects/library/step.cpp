@@ -9,6 +9,7 @@ class Step final : public StraightEffect {
  public:
   Step(EffectInfo info, std::size_t run) : StraightEffect(std::move(info), kPartLink), run_(run) {}
 
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double> shape,
                std::span<Twist> out) const override {
     const double on = state.run == run_ && state.time_s >= shape[0] ? 1.0 : 0.0;

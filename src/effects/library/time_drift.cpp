@@ -9,6 +9,7 @@ class TimeDrift final : public StraightEffect {
  public:
   using StraightEffect::StraightEffect;
 
+  DependsOn depends_on() const override { return DependsOn::conditions; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     for (std::size_t k = 0; k < 3; ++k) out[k] = unit_twist("XYZ"[k]) * state.time_s;

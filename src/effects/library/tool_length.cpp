@@ -8,6 +8,7 @@ class ToolLength final : public StraightEffect {
  public:
   using StraightEffect::StraightEffect;
 
+  DependsOn depends_on() const override { return DependsOn::nothing; }
   void columns(const MachineState&, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     out[0] = unit_twist('Z');

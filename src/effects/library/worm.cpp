@@ -11,6 +11,7 @@ class Worm final : public LibraryEffect {
  public:
   Worm(EffectInfo info, Link link, const Vec3& about) : LibraryEffect(std::move(info), link), about_(about) {}
 
+  DependsOn depends_on() const override { return DependsOn::position; }
   void columns(const MachineState& state, std::span<const double>, std::span<const double> shape,
                std::span<Twist> out) const override {
     const double phase = shape[0] * state.q[link().axis];
