@@ -118,6 +118,10 @@ std::optional<TwistBend> Effect::bend(const MachineState&, const MachineState&,
   return std::nullopt;
 }
 
+std::optional<TwistRange> Effect::range(std::span<const double>, std::span<const Axis>) const {
+  return std::nullopt;
+}
+
 RangeCheck Effect::check_range(const MachineState&) const {
   return {};
 }

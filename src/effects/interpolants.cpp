@@ -32,6 +32,22 @@ void add_crossings(const std::vector<double>& nodes, double x0, double x1, std::
   }
 }
 
+// Of a function that is straight along each argument between the nodes: both are met at nodes.
+Interpolant::Range range_of(const Grid& grid) {
+  Interpolant::Range out;
+  for (std::size_t i = 0; i < grid.u.size(); ++i) {
+    for (std::size_t j = 0; j < grid.columns(); ++j) {
+      const double here = grid.at(i, j);
+      out.largest = std::max(out.largest, std::abs(here));
+      if (i > 0)
+        out.slope_u = std::max(out.slope_u, std::abs(here - grid.at(i - 1, j)) / (grid.u[i] - grid.u[i - 1]));
+      if (j > 0)
+        out.slope_v = std::max(out.slope_v, std::abs(here - grid.at(i, j - 1)) / (grid.v[j] - grid.v[j - 1]));
+    }
+  }
+  return out;
+}
+
 // Paper 000, Eq. (1)-(2): e = (1 - t) e_i + t e_i+1.
 class Linear final : public Interpolant {
  public:
@@ -40,14 +56,18 @@ class Linear final : public Interpolant {
     const auto [i, t] = place_of(grid_.u, u);
     return (1.0 - t) * grid_.values[i] + t * grid_.values[i + 1];
   }
+  std::optional<Range> range() const override { return range_of(grid_); }
   // Straight between the nodes: farthest off at one of them.
   std::optional<double> bend(double u0, double, double u1, double) const override {
-    const auto first = std::upper_bound(grid_.u.begin(), grid_.u.end(), std::min(u0, u1));
-    if (first == grid_.u.end() || !(*first < std::max(u0, u1))) return 0.0;
+    const auto [low, high] = std::minmax(u0, u1);
+    const std::size_t cell = place_of(grid_.u, low).index;
+    if (grid_.u[cell] <= low && high <= grid_.u[cell + 1]) return 0.0;
+    const auto first = std::upper_bound(grid_.u.begin(), grid_.u.end(), low);
+    if (first == grid_.u.end() || !(*first < high)) return 0.0;
     const double at0 = value(u0, 0.0);
     const double at1 = value(u1, 0.0);
     double largest = 0.0;
-    for (auto node = first; node != grid_.u.end() && *node < std::max(u0, u1); ++node) {
+    for (auto node = first; node != grid_.u.end() && *node < high; ++node) {
       const double t = (*node - u0) / (u1 - u0);
       largest = std::max(largest, std::abs(value(*node, 0.0) - ((1.0 - t) * at0 + t * at1)));
     }
@@ -71,6 +91,7 @@ class Bilinear final : public Interpolant {
     };
     return (1.0 - s) * row(i) + s * row(i + 1);
   }
+  std::optional<Range> range() const override { return range_of(grid_); }
   // Between the grid lines that the motion crosses the value is a quadratic of second derivative 2 c du dv, c
   // the mixed difference of the cell.
   std::optional<double> bend(double u0, double v0, double u1, double v1) const override {
@@ -127,6 +148,9 @@ std::shared_ptr<const Interpolant> make_bilinear(const Grid& grid) {
 }  // namespace effects
 
 std::optional<double> Interpolant::bend(double, double, double, double) const {
+  return std::nullopt;
+}
+std::optional<Interpolant::Range> Interpolant::range() const {
   return std::nullopt;
 }
 

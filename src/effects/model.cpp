@@ -152,6 +152,22 @@ ChainBends ModelEvaluator::bends(const MachineState& from, const MachineState& t
   return out;
 }
 
+std::optional<TwistRange> ModelEvaluator::range(std::span<const Axis> axes) const {
+  TwistRange out;
+  const auto add = [&](const Twist& constant) {
+    out.largest += {constant.trans_mm.norm(), constant.rot_rad.norm()};
+  };
+  for (const Twist& joint : constant_.joint) add(joint);
+  add(constant_.spindle);
+  add(constant_.part);
+  for (const Entry& e : entries_) {
+    const auto range = e.effect->range(e.parameters, axes);
+    if (!range) return std::nullopt;
+    out += *range;
+  }
+  return out;
+}
+
 RangeCheck ModelEvaluator::check_range(const MachineState& state) const {
   RangeCheck worst;
   for (const Entry& e : entries_) {

@@ -193,6 +193,18 @@ std::optional<TwistBend> TableEffect::bend(const MachineState& from, const Machi
   return bend_along(unit_, largest);
 }
 
+// Over a rotary axis the value may jump where the table's turn begins anew.
+std::optional<TwistRange> TableEffect::range(std::span<const double>, std::span<const Axis>) const {
+  const auto range = function_->range();
+  if (!range || std::any_of(arguments_.begin(), arguments_.end(), [](const Argument& a) { return a.rotary; }))
+    return std::nullopt;
+  TwistRange out;
+  out.largest = bend_along(unit_, range->largest);
+  out.per_unit[arguments_[0].axis] = bend_along(unit_, range->slope_u);
+  if (arguments_.size() > 1) out.per_unit[arguments_[1].axis] = bend_along(unit_, range->slope_v);
+  return out;
+}
+
 RangeCheck TableEffect::check_range(const MachineState& state) const {
   constexpr double kSlack = 1e-9;  // mm, rad: rounding of a range written in other units
   for (const Argument& a : arguments_) {

@@ -30,6 +30,8 @@ class TableEffect final : public Effect {
                    std::span<const double> shape) const override;
   std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
                                 std::span<const double> parameters) const override;
+  std::optional<TwistRange> range(std::span<const double> parameters,
+                                  std::span<const Axis> axes) const override;
   RangeCheck check_range(const MachineState& state) const override;
   std::vector<std::pair<std::string, std::string>> file_keys() const override;
 

@@ -80,11 +80,12 @@ Angle angle_between(const Vec3& a, const Vec3& b) {
   const double sine = a.cross(b).norm();
   const double cosine = a.dot(b);
   // The series of the arc tangent where its first term left out is below 1e-17 of the angle.
-  constexpr double kSeries = 1e-2;
+  constexpr double kSeries = 5e-2;
   if (sine < kSeries * cosine) {
     const double r = sine / cosine;
     const double r2 = r * r;
-    return Angle::radians(r * (1.0 - r2 * (1.0 / 3.0 - r2 * (1.0 / 5.0 - r2 / 7.0))));
+    const double tail = 1.0 / 7.0 - r2 * (1.0 / 9.0 - r2 * (1.0 / 11.0 - r2 / 13.0));
+    return Angle::radians(r * (1.0 - r2 * (1.0 / 3.0 - r2 * (1.0 / 5.0 - r2 * tail))));
   }
   return Angle::radians(std::atan2(sine, cosine));
 }

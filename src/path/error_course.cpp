@@ -25,22 +25,20 @@ struct Carried {
   double slope = 0.0;
   double bend = 0.0;
 
-  double largest() const { return larger_norm(at0, at1) + bend / 8.0; }
-  void shift(const Vec3& by) {
-    at0 += by;
-    at1 += by;
-  }
+  // Over the motion, from a point.
+  double largest_from(const Vec3& point) const { return larger_norm(at0 - point, at1 - point) + bend / 8.0; }
   void move(const Vec3& direction, double from, double to) {
     at0 += from * direction;
     at1 += to * direction;
     slope += std::abs(to - from);
   }
-  void turn_back(const Turn& turn) {
-    const double arm = largest();
+  // About an axis through `point`.
+  void turn_back(const Turn& turn, const Vec3& point) {
+    const double arm = largest_from(point);
     bend += turn.by * (2.0 * slope + turn.by * arm);
     slope += turn.by * arm;
-    at0 = turn.back(at0, turn.sin0, turn.cos0);
-    at1 = turn.back(at1, turn.sin1, turn.cos1);
+    at0 = point + turn.back(at0 - point, turn.sin0, turn.cos0);
+    at1 = point + turn.back(at1 - point, turn.sin1, turn.cos1);
   }
 };
 
@@ -61,8 +59,8 @@ class Sum {
  public:
   void turn(double g) { rate_ += g; }
 
-  void link(const Carried& x, const TwistSize& e, const TwistBend& rest, bool is_point) {
-    const double P = x.largest();
+  // P: the largest that `x` is, from where the twist acts.
+  void link(double P, const Carried& x, const TwistSize& e, const TwistBend& rest, bool is_point) {
     const double T = is_point ? e.T : 0.0;
     const double T1 = is_point ? e.T1 : 0.0;
     Term& t = terms_[count_++];
@@ -103,10 +101,23 @@ class Sum {
 }  // namespace
 
 ErrorCourse::ErrorCourse(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator& model)
-    : machine_(machine), tool_mm_(tool_mm), model_(model) {
-  for (const AxisId id : machine.part_chain) {
-    if (machine.axes[id].kind == AxisKind::rotary) turns_.emplace_back(machine.axes[id].direction);
-  }
+    : model_(model),
+      tool_mm_(tool_mm),
+      part_zero_mm_(machine.part_zero_mm),
+      range_(model.range(machine.axes)),
+      constant_mm_(tool_mm.norm() + machine.part_zero_mm.norm()) {
+  const auto joint = [&](AxisId id) {
+    const Axis& axis = machine.axes[id];
+    // Turned about a point, a vector grows by twice its distance at most.
+    constant_mm_ += 2.0 * axis.point_mm.norm();
+    return Joint{id,      axis.kind == AxisKind::rotary, AxisTurn(axis.direction), axis.point_mm, axis.min,
+                 axis.max};
+  };
+  tool_chain_.reserve(machine.tool_chain.size());
+  part_chain_.reserve(machine.part_chain.size());
+  for (auto id = machine.tool_chain.rbegin(); id != machine.tool_chain.rend(); ++id)
+    tool_chain_.push_back(joint(*id));
+  for (const AxisId id : machine.part_chain) part_chain_.push_back(joint(id));
 }
 
 ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState& to,
@@ -114,16 +125,59 @@ ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState
   RotarySines sines0;
   RotarySines sines1;
   std::size_t k = 0;
-  for (const AxisId id : machine_.part_chain) {
-    if (machine_.axes[id].kind != AxisKind::rotary) continue;
-    sines0.sin[k] = std::sin(from.q[id]);
-    sines0.cos[k] = std::cos(from.q[id]);
-    sines1.sin[k] = std::sin(to.q[id]);
-    sines1.cos[k++] = std::cos(to.q[id]);
+  for (const Joint& joint : part_chain_) {
+    if (!joint.rotary) continue;
+    sines0.sin[k] = std::sin(from.q[joint.id]);
+    sines0.cos[k] = std::cos(from.q[joint.id]);
+    sines1.sin[k] = std::sin(to.q[joint.id]);
+    sines1.cos[k++] = std::cos(to.q[joint.id]);
   }
   const ChainErrors errors0 = model_.errors(from, lagged);
   const ChainErrors errors1 = model_.errors(to, lagged);
   return over({from, sines0, errors0}, {to, sines1, errors1});
+}
+
+// The sums of `over` with all links alike: the tip S from each of them at most, the twists as large and as
+// steep as they are anywhere. What a twist of slope h leaves of a straight course over a motion d is at most
+// h d / 2.
+std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, const JointVector& q1) const {
+  if (!range_) return std::nullopt;
+  double S = constant_mm_;
+  double way = 0.0;   // of the linear axes
+  double turn = 0.0;  // of the rotary ones
+  double th1 = 0.0;
+  double T1 = 0.0;
+  for (const auto* chain : {&tool_chain_, &part_chain_}) {
+    for (const Joint& joint : *chain) {
+      const double a = q0[joint.id];
+      const double b = q1[joint.id];
+      if (!(std::min(a, b) >= joint.min && std::max(a, b) <= joint.max)) return std::nullopt;
+      const double d = std::abs(b - a);
+      const TwistBend& per_unit = range_->per_unit[joint.id];
+      th1 += per_unit.rot_rad * d;
+      T1 += per_unit.trans_mm * d;
+      if (joint.rotary) {
+        turn += d;
+      } else {
+        way += d;
+        S += std::max(std::abs(a), std::abs(b));
+      }
+    }
+  }
+  const double th = range_->largest.rot_rad;
+  const double T = range_->largest.trans_mm;
+  const double W = turn + th1;
+  // The vector that is carried, moved by the errors and the rests of the links before, is no longer than
+  // twice the nominal one: else the rests would be more than is taken here.
+  if (th * S + 2.0 * T + th1 * S + T1 > S || th + th1 > 1.0) return std::nullopt;
+  const auto bound = [&](double arm, double linear, double t, double t1) {
+    const double slope = linear + turn * arm;
+    const double bend = turn * (2.0 * slope + turn * arm);
+    const double second = W * (W * (th * arm + t) + 2.0 * (th1 * (arm + t) + t1 + th * slope)) +
+                          th1 * (th1 * (arm + t) + t1) + 2.0 * th1 * slope + th * bend;
+    return second / 8.0 + 0.5 * (th1 * 2.0 * arm + t1);
+  };
+  return Bend{bound(S, way, T, T1), bound(1.0, 0.0, 0.0, 0.0), nullptr};
 }
 
 ErrorCourse::Bend ErrorCourse::over(const End& from, const End& to) const {
@@ -131,47 +185,44 @@ ErrorCourse::Bend ErrorCourse::over(const End& from, const End& to) const {
   if (bends.unbounded != nullptr) return {0.0, 0.0, bends.unbounded};
   const JointVector& q0 = from.state.q;
   const JointVector& q1 = to.state.q;
-  const ChainErrors& e0 = from.errors;
-  const ChainErrors& e1 = to.errors;
   Carried tip{tool_mm_, tool_mm_};
   Carried axis{Vec3::UnitZ(), Vec3::UnitZ()};
   Sum tips;
   Sum axes;
-  // In the part's chain the twists act backwards, which changes no size.
-  const auto link = [&](const Twist& a, const Twist& b, const TwistBend& rest) {
+  // Twists act at `point`. In the part's chain they act backwards, which changes no size.
+  const auto link = [&](const Twist& a, const Twist& b, const TwistBend& rest, const Vec3& point) {
     if (a.is_zero() && b.is_zero() && rest.is_zero()) return;
     const TwistSize size(a, b);
-    tips.link(tip, size, rest, true);
-    if (size.th > 0.0 || rest.rot_rad > 0.0) axes.link(axis, size, rest, false);
+    tips.link(tip.largest_from(point), tip, size, rest, true);
+    if (size.th > 0.0 || rest.rot_rad > 0.0)
+      axes.link(axis.largest_from(Vec3::Zero()), axis, size, rest, false);
   };
-  link(e0.spindle, e1.spindle, bends.spindle);
-  for (auto id = machine_.tool_chain.rbegin(); id != machine_.tool_chain.rend(); ++id) {
-    const Axis& joint = machine_.axes[*id];
-    tip.shift(-joint.point_mm);
-    link(e0.joint[*id], e1.joint[*id], bends.joint[*id]);
-    tip.shift(joint.point_mm);
-    tip.move(joint.direction, q0[*id], q1[*id]);
+  const auto link_of = [&](const Joint& joint) {
+    link(from.errors.joint[joint.id], to.errors.joint[joint.id], bends.joint[joint.id], joint.point_mm);
+  };
+  link(from.errors.spindle, to.errors.spindle, bends.spindle, Vec3::Zero());
+  for (const Joint& joint : tool_chain_) {
+    link_of(joint);
+    tip.move(joint.turn.direction(), q0[joint.id], q1[joint.id]);
   }
   std::size_t k = 0;
-  for (const AxisId id : machine_.part_chain) {
-    const Axis& joint = machine_.axes[id];
-    const bool rotary = joint.kind == AxisKind::rotary;
-    if (!rotary) tip.move(joint.direction, -q0[id], -q1[id]);
-    tip.shift(-joint.point_mm);
-    link(e0.joint[id], e1.joint[id], bends.joint[id]);
-    if (rotary) {
-      const Turn turn{turns_[k],         std::abs(q1[id] - q0[id]), from.sines.sin[k],
-                      from.sines.cos[k], to.sines.sin[k],           to.sines.cos[k]};
-      ++k;
-      tip.turn_back(turn);
-      axis.turn_back(turn);
-      tips.turn(turn.by);
-      axes.turn(turn.by);
+  for (const Joint& joint : part_chain_) {
+    if (!joint.rotary) {
+      tip.move(joint.turn.direction(), -q0[joint.id], -q1[joint.id]);
+      link_of(joint);
+      continue;
     }
-    tip.shift(joint.point_mm);
+    link_of(joint);
+    const Turn turn{joint.turn,        std::abs(q1[joint.id] - q0[joint.id]),
+                    from.sines.sin[k], from.sines.cos[k],
+                    to.sines.sin[k],   to.sines.cos[k]};
+    ++k;
+    tip.turn_back(turn, joint.point_mm);
+    axis.turn_back(turn, Vec3::Zero());
+    tips.turn(turn.by);
+    axes.turn(turn.by);
   }
-  tip.shift(-machine_.part_zero_mm);
-  link(e0.part, e1.part, bends.part);
+  link(from.errors.part, to.errors.part, bends.part, part_zero_mm_);
   return {tips.bound(), axes.bound(), nullptr};
 }
 

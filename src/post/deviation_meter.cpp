@@ -10,6 +10,12 @@ namespace {
 // Samples of a motion where no proof is available.
 constexpr int kSamples = 16;
 
+// An angle less a slack, which is one of the axis vector, so of the angle's sine.
+double narrowed(double angle, double slack) {
+  const double most = std::min(angle, 0.5 * kPi);
+  return slack == 0.0 ? most : std::asin(std::max(0.0, std::sin(most) - slack));
+}
+
 // Angle from u to the arc of the great circle from a to b.
 double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
   const double to_ends = std::min(angle_between(u, a).rad(), angle_between(u, b).rad());
@@ -131,23 +137,25 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
   // Under tool-centre-point control the axes do not run straight, and what the errors then do is sampled.
   if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program)) return sampled(from, to, a, b, program);
   const auto lagged = program.lagged();
-  const MachineState s0 = program.towards(to.q, from.q);
-  const Stop x0 = fixed_ ? Stop{s0, from.errors, actual(from)} : stop(s0, from.station, lagged);
-  const Stop x1{program.towards(to.q, to.q), to.errors, actual(to)};
-  between_stops(x0, x1, lagged, reference, uninteresting, 0, out);
+  const MachineState s1 = program.towards(to.q, to.q);
+  MachineState s0 = s1;
+  s0.q = from.q;
+  ChainErrors errors;
+  const path::Station x0 = fixed_ ? actual(from) : actual(s0, from.station, lagged, errors);
+  const path::Station x1 = actual(to);
+  between_stops({s0, fixed_ ? from.errors : errors, x0}, {s1, to.errors, x1}, lagged, reference,
+                uninteresting, 0, out);
   if (out.unbounded == nullptr) return out;
   Deviation samples = sampled(from, to, a, b, program);
   samples.unbounded = out.unbounded;
   return samples;
 }
 
-DeviationMeter::Stop DeviationMeter::stop(const MachineState& state, const path::Station& nominal,
-                                          std::span<const double> lagged) const {
-  Stop out{state, {}, {}};
-  if (truth_ != nullptr) truth_->errors(state, lagged, out.errors);
-  const ToolPose at = pose(state.q, nominal.sines, out.errors);
-  out.actual = path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
-  return out;
+path::Station DeviationMeter::actual(const MachineState& state, const path::Station& nominal,
+                                     std::span<const double> lagged, ChainErrors& errors) const {
+  if (truth_ != nullptr) truth_->errors(state, lagged, errors);
+  const ToolPose at = pose(state.q, nominal.sines, errors);
+  return path::shifted(nominal, at.tip_P - nominal.tip_P, at.axis_P - nominal.axis_P);
 }
 
 path::Station DeviationMeter::actual(const Vertex& x) {
@@ -175,6 +183,18 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<c
                                    int depth, Deviation& sum) const {
   constexpr double kSlackOfTolerance = 0.01;
   constexpr int kMostHalvings = 10;  // at a kink of a table the slack halves with every one
+  // A bound that costs a tenth, where it is enough to say that the motion changes no figure.
+  if (const auto most = bend_at_most(from.state.q, to.state.q)) {
+    const auto is_below = [](double bound, double limit) { return bound < 0.1 * limit; };
+    if (is_below(most->tip_mm, uninteresting.tip_mm.upper) &&
+        is_below(most->axis_rad, uninteresting.axis_rad.upper) &&
+        tip_is_within(from.actual, to.actual, reference, most->tip_mm, uninteresting.tip_mm.upper) &&
+        axis_is_within(from.actual, to.actual, reference, most->axis_rad, uninteresting.axis_rad.upper)) {
+      sum.tip_mm.upper = std::max(sum.tip_mm.upper, uninteresting.tip_mm.upper);
+      sum.axis_rad.upper = std::max(sum.axis_rad.upper, uninteresting.axis_rad.upper);
+      return;
+    }
+  }
   const path::ErrorCourse::Bend slack = bend(from, to);
   if (slack.unbounded != nullptr) {
     sum.unbounded = slack.unbounded;
@@ -185,7 +205,9 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<c
   if (loose && depth < kMostHalvings) {
     MachineState middle = to.state;
     middle.q = JointVector::interpolate(from.state.q, to.state.q, 0.5);
-    const Stop x = stop(middle, path::station(kinematics(), middle.q), lagged);
+    ChainErrors errors;
+    const path::Station there = actual(middle, path::station(kinematics(), middle.q), lagged, errors);
+    const Stop x{middle, errors, there};
     between_stops(from, x, lagged, reference, uninteresting, depth + 1, sum);
     if (sum.unbounded == nullptr) between_stops(x, to, lagged, reference, uninteresting, depth + 1, sum);
     return;
@@ -202,13 +224,29 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<c
   take(sum.axis_rad, axis);
 }
 
+std::optional<path::ErrorCourse::Bend> DeviationMeter::bend_at_most(const JointVector& from,
+                                                                    const JointVector& to) const {
+  return course_ && offsets_ == nullptr ? course_->at_most(from, to) : std::nullopt;
+}
+
+bool DeviationMeter::tip_is_within(const path::Station& from, const path::Station& to,
+                                   const path::Reference& reference, double slack_mm, double limit_mm) const {
+  return limit_mm > slack_mm &&
+         certifier_.tip_within(from, to, reference, limit_mm - slack_mm) == path::Within::yes;
+}
+
+bool DeviationMeter::axis_is_within(const path::Station& from, const path::Station& to,
+                                    const path::Reference& reference, double slack_rad,
+                                    double limit_rad) const {
+  const double limit = narrowed(limit_rad, slack_rad);
+  return limit > 0.0 &&
+         certifier_.axis_within(from, to, reference, Angle::radians(limit)) == path::Within::yes;
+}
+
 DeviationMeter::Interval DeviationMeter::tip_interval(const path::Station& from, const path::Station& to,
                                                       const path::Reference& reference, double slack_mm,
                                                       double uninteresting_mm) const {
-  const auto within = [&](double limit_mm) {
-    return limit_mm > slack_mm &&
-           certifier_.tip_within(from, to, reference, limit_mm - slack_mm) == path::Within::yes;
-  };
+  const auto within = [&](double limit_mm) { return tip_is_within(from, to, reference, slack_mm, limit_mm); };
   if (within(uninteresting_mm)) return {0.0, uninteresting_mm};
   const path::Bound bound = certifier_.tip(from, to, reference);
   const double lower = std::max(0.0, bound.lower - slack_mm);
@@ -229,18 +267,12 @@ DeviationMeter::Interval DeviationMeter::axis_interval(const path::Station& from
     if (slack_rad == 0.0) return angle;
     return angle < 0.5 * kPi ? std::asin(std::min(1.0, std::sin(angle) + slack_rad)) : kPi;
   };
-  const auto narrower = [&](double angle) {
-    if (slack_rad == 0.0) return std::min(angle, 0.5 * kPi);
-    return std::asin(std::max(0.0, std::sin(std::min(angle, 0.5 * kPi)) - slack_rad));
-  };
   const auto within = [&](double limit_rad) {
-    const double limit = narrower(limit_rad);
-    return limit > 0.0 &&
-           certifier_.axis_within(from, to, reference, Angle::radians(limit)) == path::Within::yes;
+    return axis_is_within(from, to, reference, slack_rad, limit_rad);
   };
   if (within(uninteresting_rad)) return {0.0, uninteresting_rad};
   const path::Bound bound = certifier_.axis(from, to, reference);
-  const double lower = narrower(bound.lower);
+  const double lower = narrowed(bound.lower, slack_rad);
   const double upper = wider(bound.upper);
   const double tolerance = axis_tolerance_.rad();
   const bool straddles = lower <= tolerance && upper > tolerance;

@@ -93,6 +93,10 @@ class DeviationMeter {
 
   /// Proofs were asked for.
   bool proves() const { return asked_; }
+  /// A bound on what the errors leave of a straight course over a motion, from what they are at most
+  /// anywhere; nothing where none is known.
+  std::optional<path::ErrorCourse::Bend> bend_at_most(const JointVector& from, const JointVector& to) const;
+  const path::Certifier& certifier() const { return certifier_; }
   /// What the machine does at a position never changes: no lags, temperatures or senses of motion.
   bool is_fixed() const { return fixed_; }
 
@@ -120,15 +124,21 @@ class DeviationMeter {
   /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
+  bool tip_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
+                     double slack_mm, double limit_mm) const;
+  bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
+                      double slack_rad, double limit_rad) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;
   /// A place of a motion on the machine with errors.
   struct Stop {
-    MachineState state;
-    ChainErrors errors;
-    path::Station actual;
+    const MachineState& state;
+    const ChainErrors& errors;
+    const path::Station& actual;
   };
-  Stop stop(const MachineState& state, const path::Station& nominal, std::span<const double> lagged) const;
+  /// The station `nominal` as it is at `state`; `errors` are those there.
+  path::Station actual(const MachineState& state, const path::Station& nominal,
+                       std::span<const double> lagged, ChainErrors& errors) const;
   /// The position as it was placed.
   static path::Station actual(const Vertex& x);
   path::ErrorCourse::Bend bend(const Stop& from, const Stop& to) const;

@@ -79,6 +79,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
                    options.nonlinear.certify, options.tolerance_mm,
                    options.axis_tolerance.value_or(machine_.axis_tolerance));
     for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
+    station_ = vertices_[0].station;
   }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
@@ -301,9 +302,11 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     return emit_feed(to, feed, where, depth + 1);
   }
   BlockFeed block = planner_.plan(move_to(q, tip_mm), *rate);
+  holds_digits_ = false;
   if (block.other_mode || block.runs_away()) {
     if (const auto held = without_idle_digits(to, q)) {
       q = *held;
+      holds_digits_ = true;
       ++report_.blocks_held;
       block = planner_.plan(move_to(q, tip_mm), *rate);
     }

@@ -107,6 +107,7 @@ class Pipeline {
   Result<bool> emit_take_up(const JointVector& q, SourceRef where);
   bool rewinds(const JointVector& q) const;
   bool bends(const path::Point& to, const JointVector& q) const;
+  bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const;
   bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
   bool span_bends(const path::Point& to, const JointVector& q) const;
   /// What a piece over several segments leaves of the tolerance to the errors.
@@ -188,6 +189,8 @@ class Pipeline {
   bool loses_motion_ = false;  // there are errors of the sense of motion
   std::optional<OffsetTracker> offsets_;
   std::optional<DeviationMeter> meter_;     // of the machine with its errors
+  mutable path::Station station_;           // of the nominal machine, where it was last asked for
+  bool holds_digits_ = false;               // the last block left out idle digits
   mutable std::array<Vertex, 2> vertices_;  // the last two places where it was read: ends of a block
   std::optional<std::pair<Target, Target>>
       segment_;  // of the CL path, on which blocks are now; where it is known

@@ -1,6 +1,7 @@
 // Between the words: where the tip is on the way of a block, and what the words of its end are.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "post/pipeline.hpp"
 
@@ -38,6 +39,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   if (!segment_) return span_bends(to, q);
   const double limit_mm = tolerances_.cutting().tip_mm;
   const bool is_cheap = meter_->is_fixed() && meter_->proves();
+  if (is_cheap && stays_surely(to, q, kBentWithErrors * limit_mm)) return false;
   if (!is_cheap) {
     // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
     // way.
@@ -60,6 +62,29 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
   const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
   return found.tip_mm.upper > (found.proved && !found.unbounded ? limit_mm : kBentWithErrors * limit_mm);
+}
+
+// The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of
+// the errors over the motion is all that is needed of them.
+bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const {
+  const auto most = meter_->bend_at_most(last_emitted_, q);
+  if (!most || options_.rtcp || plane_ || holds_digits_) return false;
+  constexpr double kWords_mm2 = 4.0;  // both ends, and what the errors make of it
+  double word2 = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::linear) word2 += rounding_.quantum[id] * rounding_.quantum[id];
+  }
+  const double slack_mm = most->tip_mm + 0.5 * std::sqrt(kWords_mm2 * word2);
+  if (slack_mm >= limit_mm) return false;
+  const auto placed = [&](const path::Station& nominal, const path::Point& point) {
+    return path::shifted(nominal, point.tip_P + point.beside_P - nominal.tip_P, Vec3::Zero());
+  };
+  if (station_.q != last_emitted_) station_ = path::station(kinematics_, last_emitted_);
+  const path::Station before = std::exchange(station_, path::station(kinematics_, q));
+  const path::Reference reference{segment_->first.tip_P, segment_->second.tip_P, segment_->first.axis_P,
+                                  segment_->second.axis_P};
+  return meter_->certifier().tip_within(placed(before, last_), placed(station_, to), reference,
+                                        limit_mm - slack_mm) == path::Within::yes;
 }
 
 // A piece that passes programmed points keeps to the path as the nominal machine runs it: the refinement saw

@@ -25,7 +25,11 @@ class ProgramState {
   /// The machine moves to `q` in `seconds` (0: not known).
   void move_to(const JointVector& q, double seconds = 0.0) {
     const MachineState moving = towards(q, q, seconds);
-    hold(towards(q, state_.q, seconds), seconds);
+    if (lags_.values().empty() && temperatures_ == nullptr) {
+      state_.time_s += seconds;
+    } else {
+      hold(towards(q, state_.q, seconds), seconds);
+    }
     state_.q = q;
     state_.velocity = moving.velocity;
     state_.direction = moving.direction;

@@ -10,10 +10,13 @@ namespace {
 // How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
 double parameter_of(const Vertex& v, const Target& a, const Target& b) {
   const Vec3 d = b.tip_P - a.tip_P;
-  const double turn = angle_between(a.axis_P, b.axis_P).rad();
-  constexpr double kStill = 1e-3;  // of the turn's weight: then rounding of XYZ would decide
-  if (d.norm() > kStill * kAxisWeight_mm * turn) {
-    const double l2 = d.squaredNorm();
+  const double l2 = d.squaredNorm();
+  constexpr double kStill_mm =
+      1e-3 * kAxisWeight_mm;  // of the turn's weight: then rounding of XYZ would decide
+  // No turn is above half a one: mostly that decides.
+  double turn = kPi;
+  if (l2 <= kStill_mm * turn * kStill_mm * turn) turn = angle_between(a.axis_P, b.axis_P).rad();
+  if (l2 > kStill_mm * turn * kStill_mm * turn) {
     return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
   }
   return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
@@ -171,8 +174,9 @@ Place Verifier::State::find(const Vertex& v) const {
   const double turned_mm = 0.5 * kPi * kAxisWeight_mm * (v.axis_P - next.axis_P).norm();
   const double at_most2 = (v.tip_P - next.tip_P).squaredNorm() + turned_mm * turned_mm;
   if (at_most2 < kSamePoint_mm * kSamePoint_mm) return {at.segment, 1.0, std::sqrt(at_most2)};
+  if (is_at_end(v, targets[at.segment], next)) return {at.segment, 1.0, std::sqrt(at_most2)};
   const double to_next = distance_to(v, next.tip_P, next.axis_P);
-  if (to_next < kSamePoint_mm || is_at_end(v, targets[at.segment], next)) return {at.segment, 1.0, to_next};
+  if (to_next < kSamePoint_mm) return {at.segment, 1.0, to_next};
   // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
   // point the next one may be nearer to a displaced node.
   if (const auto t = still_on(v, targets[at.segment], next)) {

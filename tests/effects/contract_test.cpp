@@ -144,6 +144,42 @@ TEST_P(EveryEffect, DependsOnNoMoreThanItSays) {
   });
 }
 
+// What an effect says of its range holds at all positions within the travel, and between them.
+TEST_P(EveryEffect, KeepsWithinItsRange) {
+  on_all_machines([&](const EffectFamily& family) {
+    test::RandomStates random(machine_, 13);
+    for (const auto& effect : family.variants) {
+      for (int i = 0; i < 100; ++i) {
+        const MachineState state = random.next();
+        const auto shape = random_shape(*effect, random);
+        const auto lagged = random_lags(*effect, shape, random);
+        std::vector<double> p(effect->info().linear_count());
+        for (double& v : p) v = random.uniform(-1.0, 1.0);
+        p.insert(p.end(), shape.begin(), shape.end());
+        const auto range = effect->range(p, machine_.axes);
+        if (!range) continue;
+        constexpr double kRounding = 1.0 + 1e-12;
+        const Twist twist = effect->twist(state, lagged, p);
+        EXPECT_LE(twist.trans_mm.norm(), kRounding * range->largest.trans_mm);
+        EXPECT_LE(twist.rot_rad.norm(), kRounding * range->largest.rot_rad);
+        MachineState other = state;
+        double trans_mm = 0.0;
+        double rot_rad = 0.0;
+        const JointVector q = random.next().q;
+        const double share = std::pow(10.0, random.uniform(-4.0, 0.0));
+        for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+          other.q[id] += share * (q[id] - state.q[id]);
+          trans_mm += range->per_unit[id].trans_mm * std::abs(other.q[id] - state.q[id]);
+          rot_rad += range->per_unit[id].rot_rad * std::abs(other.q[id] - state.q[id]);
+        }
+        const Twist there = effect->twist(other, lagged, p);
+        EXPECT_LE((there.trans_mm - twist.trans_mm).norm(), kRounding * trans_mm + 1e-12);
+        EXPECT_LE((there.rot_rad - twist.rot_rad).norm(), kRounding * rot_rad + 1e-12);
+      }
+    }
+  });
+}
+
 TEST_P(EveryEffect, ZeroParametersGiveNoErrorAndTheTwistIsLinear) {
   on_all_machines([&](const EffectFamily& family) {
     test::RandomStates random(machine_, 11);

@@ -1,11 +1,13 @@
 #include "trunnion/path/error_course.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "trunnion/path/certificate.hpp"
 
+#include "effects/table_effect.hpp"
 #include "support/effect_cases.hpp"
 
 namespace trunnion::path {
@@ -130,6 +132,105 @@ TEST(ErrorCourse, OneStraightTwistAtATime) {
   // Where the bound is sharp nothing is left to hide a missing term in.
   EXPECT_LT(tightest, 1.02);
   RecordProperty("tightest_ratio", std::to_string(tightest));
+}
+
+// The bound from what the errors are at most anywhere, for one effect at a time and for all that know their
+// range together.
+TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
+  double tightest = 1e9;
+  int found = 0;
+  for (const std::string& name : test::effect_machines()) {
+    const Machine machine = test::effect_machine(name);
+    test::RandomStates random(machine, 24);
+    std::vector<Model> models(1);
+    for (const EffectFamily& family : effect_library(machine, test::effect_context())) {
+      const auto& effect = family.variants.front();
+      const ModelEffect entry = model_effect(effect);
+      if (effect->depends_on() != DependsOn::nothing && !effect->range(entry.values(), machine.axes))
+        continue;
+      models.push_back({});
+      models.back().effects.push_back(entry);
+      models.front().effects.push_back(entry);
+    }
+    EXPECT_GT(models.size(), 10U);
+    for (Model& model : models) {
+      for (int i = 0; i < 60; ++i) {
+        for (ModelEffect& entry : model.effects) {
+          for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
+            const Parameter& p = entry.effect->info().parameters[k];
+            if (p.role == ParameterRole::linear)
+              entry.parameters[k].value = random.uniform(-1.0, 1.0) * p.usual * (i % 2 == 0 ? 1.0 : 30.0);
+          }
+        }
+        const ModelEvaluator truth(model);
+        Motion m = motion(machine, random);
+        for (AxisId id = 0; id < machine.axes.size(); ++id)
+          m.to.q[id] = std::clamp(m.to.q[id], machine.axes[id].min, machine.axes[id].max);
+        const auto most = ErrorCourse(machine, machine.tool_vector(), truth).at_most(m.from.q, m.to.q);
+        if (!most) continue;
+        ++found;
+        const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
+        const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
+        double largest = 0.0;
+        for (int k = 1; k < 16; ++k) {
+          const double t = k / 16.0;
+          const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
+          const double tip = (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm();
+          largest = std::max(largest, tip);
+          ASSERT_LE(tip, most->tip_mm + 1e-12) << name << " " << i;
+          ASSERT_LE((s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm(), most->axis_rad + 1e-14)
+              << name << " " << i;
+        }
+        if (largest > 1e-6) tightest = std::min(tightest, most->tip_mm / largest);
+      }
+    }
+  }
+  EXPECT_GT(found, 5000);
+  // A shift that turns with an axis: the bound is the sagitta of its arc.
+  EXPECT_LT(tightest, 1.1);
+}
+
+// A table whose value goes up to a node and down behind it: the middle is off by half of what the slope makes
+// of the motion, for a position and for an angle.
+TEST(ErrorCourse, AtMostKnowsTheKinksOfTables) {
+  const Machine machine = test::effect_machine("trunnion_offset");
+  for (const char* component : {"EXX", "ECX"}) {
+    Diagnostics d;
+    const bool turns = component[1] == 'C';
+    const auto table = parse_error_table(
+        std::string("X_mm,") + component + (turns ? "_urad" : "_um") + "\n-300,0\n0,60\n300,0\n", "t.csv",
+        machine, d);
+    ASSERT_TRUE(table);
+    const auto effect = effects::TableEffect::make({component, "t.csv", {}, false, false}, *table, machine);
+    ASSERT_TRUE(effect);
+    Model model;
+    model.effects.push_back(model_effect(*effect));
+    const ModelEvaluator truth(model);
+    const ErrorCourse course(machine, machine.tool_vector(), truth);
+    MachineState state;
+    const AxisId x = *machine.axis("X");
+    JointVector from;
+    JointVector to;
+    from[x] = -100.0;
+    to[x] = 100.0;
+    const auto most = course.at_most(from, to);
+    ASSERT_TRUE(most);
+    const ToolPose s0 = shift(machine, truth, state, from);
+    const ToolPose s1 = shift(machine, truth, state, to);
+    const ToolPose s = shift(machine, truth, state, JointVector::interpolate(from, to, 0.5));
+    const double tip = (s.tip_P - 0.5 * (s0.tip_P + s1.tip_P)).norm();
+    EXPECT_LE(tip, most->tip_mm);
+    if (!turns) {
+      EXPECT_NEAR(tip, 0.02, 1e-9);
+      EXPECT_NEAR(most->tip_mm, 0.02, 1e-4);
+    } else {
+      const double axis = (s.axis_P - 0.5 * (s0.axis_P + s1.axis_P)).norm();
+      EXPECT_LE(axis, most->axis_rad);
+    }
+    // Nothing is said beyond the travel.
+    to[x] = machine.axes[x].max + 1.0;
+    EXPECT_FALSE(course.at_most(from, to));
+  }
 }
 
 // The certificate between shifted stations plus the bend holds on the machine with errors.

@@ -160,6 +160,18 @@ struct TwistBend {
   }
 };
 
+/// Bounds on a twist over all positions within the travel of the axes, all else of the state equal.
+struct TwistRange {
+  TwistBend largest;
+  std::array<TwistBend, kMaxAxes> per_unit{};  // its change for each mm or rad of an axis
+
+  TwistRange& operator+=(const TwistRange& o) {
+    largest += o.largest;
+    for (std::size_t i = 0; i < kMaxAxes; ++i) per_unit[i] += o.per_unit[i];
+    return *this;
+  }
+};
+
 /// One physical effect: maps (state, parameters) to a twist of one link.
 ///
 /// Laws that every effect keeps (tests/effects/contract_test.cpp): the twist is `fixed_part` plus the sum of
@@ -193,6 +205,10 @@ class Effect {
   /// from `from.q` to `to.q`, all else of the state equal; nothing when the effect knows none.
   virtual std::optional<TwistBend> bend(const MachineState& from, const MachineState& to,
                                         std::span<const double> parameters) const;
+  /// Proved bounds over the travel of `axes` (those of the machine), whatever else the state is; nothing when
+  /// the effect knows none.
+  virtual std::optional<TwistRange> range(std::span<const double> parameters,
+                                          std::span<const Axis> axes) const;
   virtual RangeCheck check_range(const MachineState& state) const;
   /// At least what the twist depends on: what does not is evaluated less often.
   virtual DependsOn depends_on() const { return DependsOn::motion; }

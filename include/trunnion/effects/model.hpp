@@ -109,6 +109,8 @@ class ModelEvaluator {
   DependsOn depends_on() const { return depends_on_; }
   /// Sums of Effect::bend over the effects of each link.
   ChainBends bends(const MachineState& from, const MachineState& to) const;
+  /// Sums of Effect::range over all effects; nothing when one of them knows none.
+  std::optional<TwistRange> range(std::span<const Axis> axes) const;
   /// The worst range check of its effects at `state`.
   RangeCheck check_range(const MachineState& state) const;
 

@@ -47,6 +47,14 @@ class Interpolant {
   /// Proved bound on how far the value leaves its straight course while the arguments run on a straight line
   /// from (u0, v0) to (u1, v1); nothing when none is known.
   virtual std::optional<double> bend(double u0, double v0, double u1, double v1) const;
+  /// Proved bounds for all arguments: of the value's size, and of its slope in either; nothing when none are
+  /// known.
+  struct Range {
+    double largest = 0.0;
+    double slope_u = 0.0;
+    double slope_v = 0.0;
+  };
+  virtual std::optional<Range> range() const;
 };
 
 /// linear takes one argument, bilinear two; nurbs and spline either. Fails (wrong_input) on fewer than 2

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace trunnion::path {
 /// epsilon. Proof: README of this layer, "A machine with errors". No allocation; thread-safe.
 class ErrorCourse {
  public:
-  /// References must outlive the object. `tool_mm`: vector from S to the tip.
+  /// `model` must outlive the object. `tool_mm`: vector from S to the tip.
   ErrorCourse(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator& model);
 
   struct Bend {
@@ -38,11 +39,26 @@ class ErrorCourse {
   };
   Bend over(const End& from, const End& to) const;
 
+  /// A bound that is not as near as `over`, from what the errors are at most anywhere (Effect::range), and
+  /// needs none of their values: q0 and q1 are the ends of the motion. Nothing outside the travel of the
+  /// axes, or where an effect knows no range.
+  std::optional<Bend> at_most(const JointVector& q0, const JointVector& q1) const;
+
  private:
-  const Machine& machine_;
-  Vec3 tool_mm_;
+  struct Joint {
+    AxisId id = 0;
+    bool rotary = false;
+    AxisTurn turn;  // its direction, for a linear joint too
+    Vec3 point_mm = Vec3::Zero();
+    double min = 0.0, max = 0.0;  // its travel
+  };
   const ModelEvaluator& model_;
-  std::vector<AxisTurn> turns_;  // of the part's rotary axes, from the bed outwards
+  Vec3 tool_mm_;
+  Vec3 part_zero_mm_;
+  std::vector<Joint> tool_chain_;  // from the tool inwards
+  std::vector<Joint> part_chain_;  // from the bed outwards
+  std::optional<TwistRange> range_;
+  double constant_mm_ = 0.0;  // the tip is no farther from any link than this and the positions' sum
 };
 
 }  // namespace trunnion::path

@@ -1,5 +1,7 @@
 // Backlash: the carried body lags by half the lost motion b behind the sense of the axis' last motion: -b/2 *
 // direction along the axis' own positive sense (rotary: about +n). b > 0 is lost motion.
+#include <cmath>
+
 #include "effects/library_support.hpp"
 
 namespace trunnion::effects {
@@ -15,6 +17,12 @@ class Backlash final : public StraightEffect {
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     out[0] = sense_ * (-0.5 * state.direction[link().axis]);
+  }
+  // The sense is that of the whole motion.
+  std::optional<TwistRange> range(std::span<const double> p, std::span<const Axis>) const override {
+    TwistRange out;
+    out.largest = bend_along(sense_, 0.5 * std::abs(p[0]));
+    return out;
   }
 
  private:

@@ -44,6 +44,21 @@ class Component final : public LibraryEffect {
     }
     return bend_along(unit_, second * (t1 - t0) * (t1 - t0) / 8.0);
   }
+  // On [-1, 1]: |P_n| <= 1, |P_n'| <= n (n + 1) / 2.
+  std::optional<TwistRange> range(std::span<const double> p, std::span<const Axis>) const override {
+    double largest = 0.0;
+    double slope = 0.0;
+    for (int n = 1; n <= 4; ++n) {
+      const double size = std::abs(p[static_cast<std::size_t>(n - 1)]);
+      largest += size;
+      slope += size * (axis_.kind == AxisKind::rotary ? (n > 2 ? 2.0 : 1.0) : 0.5 * n * (n + 1));
+    }
+    if (axis_.kind == AxisKind::linear) slope *= 2.0 / (axis_.max - axis_.min);
+    TwistRange out;
+    out.largest = bend_along(unit_, largest);
+    out.per_unit[link().axis] = bend_along(unit_, slope);
+    return out;
+  }
 
  private:
   Axis axis_;

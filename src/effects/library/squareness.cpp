@@ -1,5 +1,9 @@
 // Squareness errors (ISO 230-1): C0Y, Y turned about +Z, EXY = -C0Y y; B0Z, Z turned about +Y, EXZ = +B0Z z;
 // A0Z, Z turned about +X, EYZ = -A0Z z; y, z the joint's own coordinate.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "effects/library_support.hpp"
 
 namespace trunnion::effects {
@@ -14,6 +18,15 @@ class Squareness final : public StraightEffect {
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
     out[0] = {per_mm_ * state.q[link().axis], Vec3::Zero()};
+  }
+  std::optional<TwistRange> range(std::span<const double> p, std::span<const Axis> axes) const override {
+    const Axis& axis = axes[link().axis];
+    TwistRange out;
+    out.per_unit[link().axis] = {std::abs(p[0]) * per_mm_.norm(), 0.0};
+    const double farthest = std::max(std::abs(axis.min), std::abs(axis.max));
+    out.largest = {out.per_unit[link().axis].trans_mm * farthest, 0.0};
+    return p[0] == 0.0 || farthest < std::numeric_limits<double>::infinity() ? std::optional(out)
+                                                                             : std::nullopt;
   }
 
  private:
