@@ -357,6 +357,14 @@ struct Verifier::State {
 
   void check_limits(const Vertex& v) {
     bool beyond_any = false;
+    if (report.travel.empty())
+      for (AxisId id = 0; id < machine.axes.size(); ++id)
+        report.travel.push_back({machine.axes[id], v.q[id], v.q[id]});
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      AxisTravel& travel = report.travel[id];
+      travel.smallest = std::min(travel.smallest, v.q[id]);
+      travel.largest = std::max(travel.largest, v.q[id]);
+    }
     for (AxisId id = 0; id < machine.axes.size(); ++id)
       beyond_any = beyond_any || !(v.q[id] >= least[id] && v.q[id] <= most[id]);
     if (!beyond_any) return;
@@ -367,7 +375,8 @@ struct Verifier::State {
       if (report.beyond_limits.size() >= options.worst_count) continue;
       const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
       report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
-                                      machine.axes[violation.axis].name, violation.value, violation.by});
+                                      machine.axes[violation.axis].name, machine.axes[violation.axis].kind,
+                                      violation.value, violation.by});
     }
   }
 

@@ -127,26 +127,18 @@ Figure pole_figure(const post::VerifyReport& report, const std::vector<PolePlace
   return {"pole", "Pole and branches", caption, std::move(plot)};
 }
 
-Table travel_table(const Machine& machine, const post::VerifyReport& report) {
+Table travel_table(const post::VerifyReport& report) {
   Table table;
   table.id = "travel";
   table.title = "Travel and limits";
   table.columns = {"axis", "unit", "smallest", "largest", "limit", "limit", "room left"};
   table.numeric = {false, false, true, true, true, true, true};
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    const Axis& axis = machine.axes[id];
-    const double factor = factor_of(axis);
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (const auto& block : report.blocks) {
-      low = std::min(low, block.q[id]);
-      high = std::max(high, block.q[id]);
-    }
+  for (const auto& [axis, smallest, largest] : report.travel) {
+    const auto text = [factor = factor_of(axis)](double value) { return fixed_text(value * factor, 3); };
     const bool limits = axis.has_limits();
-    table.rows.push_back({axis.name, axis.kind == AxisKind::rotary ? "°" : "mm", fixed_text(low * factor, 3),
-                          fixed_text(high * factor, 3), limits ? fixed_text(axis.min * factor, 3) : "none",
-                          limits ? fixed_text(axis.max * factor, 3) : "none",
-                          limits ? fixed_text(std::min(low - axis.min, axis.max - high) * factor, 3) : ""});
+    table.rows.push_back({axis.name, axis.kind == AxisKind::rotary ? "°" : "mm", text(smallest),
+                          text(largest), limits ? text(axis.min) : "none", limits ? text(axis.max) : "none",
+                          limits ? text(std::min(smallest - axis.min, axis.max - largest)) : ""});
   }
   return table;
 }
@@ -180,7 +172,7 @@ Section axes_section(const Machine& machine, const post::VerifyReport& report) {
   out.items.emplace_back(velocities_figure(machine, report, AxisKind::linear));
   if (const auto places = pole_places(machine, report); !places.empty())
     out.items.emplace_back(pole_figure(report, places));
-  out.items.emplace_back(travel_table(machine, report));
+  out.items.emplace_back(travel_table(report));
   return out;
 }
 

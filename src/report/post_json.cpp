@@ -1,5 +1,6 @@
 #include "trunnion/report/post_json.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace trunnion::report {
@@ -9,6 +10,20 @@ using nlohmann::ordered_json;
 
 ordered_json vector_json(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
+}
+
+ordered_json travel_json(const post::AxisTravel& t) {
+  const bool rotary = t.axis.kind == AxisKind::rotary;
+  const double factor = rotary ? kDegreePerRad : 1.0;
+  const std::string unit = rotary ? "_deg" : "_mm";
+  ordered_json out = {{"axis", t.axis.name},
+                      {"smallest" + unit, t.smallest * factor},
+                      {"largest" + unit, t.largest * factor}};
+  if (!t.axis.has_limits()) return out;
+  out["min" + unit] = t.axis.min * factor;
+  out["max" + unit] = t.axis.max * factor;
+  out["room" + unit] = std::min(t.smallest - t.axis.min, t.axis.max - t.largest) * factor;
+  return out;
 }
 
 ordered_json verify_object(const post::VerifyReport& r) {
@@ -41,7 +56,7 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["machine"] = r.on_truth ? "with errors" : "nominal";
   auto& limits = out["beyond_limits"] = ordered_json::array();
   for (const auto& b : r.beyond_limits) {
-    const bool rotary = b.axis == "A" || b.axis == "B" || b.axis == "C";
+    const bool rotary = b.kind == AxisKind::rotary;
     const double factor = rotary ? kDegreePerRad : 1.0;
     limits.push_back({{"axis", b.axis},
                       {"nc_line", b.nc_line},
@@ -49,6 +64,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
                       {rotary ? "value_deg" : "value_mm", b.value * factor},
                       {rotary ? "by_deg" : "by_mm", b.by * factor}});
   }
+  auto& travel = out["travel"] = ordered_json::array();
+  for (const auto& t : r.travel) travel.push_back(travel_json(t));
   auto& fast = out["too_fast"] = ordered_json::array();
   for (const auto& f : r.too_fast) {
     fast.push_back(

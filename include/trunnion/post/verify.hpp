@@ -82,8 +82,16 @@ struct BeyondLimit {
   std::uint32_t nc_line = 0;
   std::uint32_t cl_line = 0;
   std::string axis;
+  AxisKind kind = AxisKind::linear;
   double value = 0.0;  // mm or rad
   double by = 0.0;
+};
+
+/// Smallest and largest position of an axis over all blocks, rapids included.
+struct AxisTravel {
+  Axis axis;
+  double smallest = 0.0;  // mm or rad
+  double largest = 0.0;
 };
 
 /// A feed block in which an axis would have to be faster than it can.
@@ -113,7 +121,8 @@ struct VerifyReport {
   std::size_t points_missed = 0;        // CL points that the program never comes to
   std::vector<BeyondLimit> beyond_limits;
   std::size_t beyond_limits_count = 0;
-  std::vector<WorstPlace> worst;  // feed moves, worst first
+  std::vector<AxisTravel> travel;  // of every axis; none for a program without a block
+  std::vector<WorstPlace> worst;   // feed moves, worst first
   std::vector<VerifiedBlock> blocks;
   bool on_truth = false;    // evaluated on a machine with errors
   double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
