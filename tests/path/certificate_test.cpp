@@ -117,7 +117,10 @@ TEST_P(CertificateOf, HoldsAgainstAnyReference) {
     const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
     const Segment s = random.next(family, kSteps[(i / 5) % 3]);
     const double size = std::pow(10.0, random.uniform(-4.0, 0.5));
-    const Reference r{s.a.tip_P + offset(size), s.b.tip_P + offset(size),
+    // One end may be much nearer than the other.
+    const double at_a = i % 3 == 0 ? 1e-3 : 1.0;
+    const double at_b = i % 3 == 1 ? 1e-3 : 1.0;
+    const Reference r{s.a.tip_P + offset(size * at_a), s.b.tip_P + offset(size * at_b),
                       (s.a.axis_P + offset(1e-2 * size)).normalized(),
                       (s.b.axis_P + offset(1e-2 * size)).normalized()};
     const Truth truth = sampled(random.kinematics(), s, r, 400, 0.5);
@@ -126,6 +129,15 @@ TEST_P(CertificateOf, HoldsAgainstAnyReference) {
     ASSERT_LE(truth.tip, tip.upper) << i;
     ASSERT_LE(truth.tip, certifier.distance_from_parabola(s.a, s.b, r)) << i;
     ASSERT_LE(truth.axis, axis.upper) << i;
+    for (const double share : {0.3, 0.6, 0.9, 0.99, 0.9999}) {
+      if (truth.tip > 1e-6) {
+        ASSERT_NE(certifier.tip_within(s.a, s.b, r, share * truth.tip), Within::yes) << i;
+      }
+      if (truth.axis > 1e-6) {
+        ASSERT_NE(certifier.axis_within(s.a, s.b, r, Angle::radians(share * truth.axis)), Within::yes) << i;
+      }
+    }
+    ASSERT_NE(certifier.tip_within(s.a, s.b, r, 1.0001 * tip.upper + 1e-9), Within::no) << i;
     if (truth.tip > 1e-4) {
       ASSERT_LE(tip.upper, 1.051 * std::max(truth.tip, tip.lower)) << i;
     }

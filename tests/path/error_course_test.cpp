@@ -154,7 +154,7 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
     }
     EXPECT_GT(models.size(), 10U);
     for (Model& model : models) {
-      for (int i = 0; i < 60; ++i) {
+      for (int i = 0; i < 30; ++i) {
         for (ModelEffect& entry : model.effects) {
           for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
             const Parameter& p = entry.effect->info().parameters[k];
@@ -164,8 +164,12 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
         }
         const ModelEvaluator truth(model);
         Motion m = motion(machine, random);
-        for (AxisId id = 0; id < machine.axes.size(); ++id)
+        // One axis alone shows what the others would hide.
+        const auto alone = static_cast<AxisId>(i) % (2 * machine.axes.size());
+        for (AxisId id = 0; id < machine.axes.size(); ++id) {
           m.to.q[id] = std::clamp(m.to.q[id], machine.axes[id].min, machine.axes[id].max);
+          if (alone < machine.axes.size() && id != alone) m.to.q[id] = m.from.q[id];
+        }
         const auto most = ErrorCourse(machine, machine.tool_vector(), truth).at_most(m.from.q, m.to.q);
         if (!most) continue;
         ++found;
@@ -185,7 +189,7 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
       }
     }
   }
-  EXPECT_GT(found, 5000);
+  EXPECT_GT(found, 2500);
   // A shift that turns with an axis: the bound is the sagitta of its arc.
   EXPECT_LT(tightest, 1.1);
 }

@@ -316,5 +316,65 @@ TEST(Placement, AnEffectWithoutABoundIsSampledAndNamed) {
   }
 }
 
+// Straight along X with a straightness error EYX, um at positions of X from where the tip is at zero.
+Model straightness(const Poster& poster, const char* name,
+                   const std::vector<std::pair<double, double>>& nodes) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "trunnion_placement" / name;
+  std::filesystem::create_directories(folder);
+  const double zero = inverse(poster.machine(), {Vec3::Zero(), Vec3::UnitZ()}, {})[0].q[0];
+  std::ofstream file(folder / "eyx.csv");
+  file << "X_mm,EYX_um\n";
+  for (const auto& [x, um] : nodes) file << fixed_text(zero + x, 9) << "," << fixed_text(um, 3) << "\n";
+  file.close();
+  Diagnostics d;
+  const auto model =
+      parse_model("[model]\nname = \"m\"\n[[effect]]\nid = \"component:EYX\"\ntable = \"eyx.csv\"\n",
+                  (folder / "m.toml").string(), poster.machine(), {}, d);
+  if (!model) throw std::runtime_error(model.error().text());
+  return *model;
+}
+
+std::vector<ClPoint> along_x(const std::vector<double>& at) {
+  std::vector<ClPoint> out;
+  for (const double x : at) out.push_back({{x, 0.0, 0.0}, Vec3::UnitZ()});
+  return out;
+}
+
+// The ends of the block are right, the error between them is not: 5 um beside it in the middle.
+TEST(Placement, WhatATableDoesBetweenTheBlocksGetsPoints) {
+  const Poster poster("trunnion_offset");
+  const Model model = straightness(poster, "between", {{-200.0, 0.0}, {0.0, 20.0}, {200.0, 0.0}});
+  const auto path = along_x({-60.0, -50.0, 50.0, 60.0});
+  const Placed p = poster.post(path, options_of(path::Method::adaptive, 0.002), &model);
+  EXPECT_TRUE(p.report.verification->passed()) << p.report.verification->certified_tip_deviation_mm;
+  EXPECT_GT(p.report.points_inserted, 0U);
+  // With twice and a half of that there is room.
+  EXPECT_EQ(poster.post(path, options_of(path::Method::adaptive, 0.0055), &model).report.points_inserted, 0U);
+}
+
+// A block whose ends are nearer to the path than the worst one so far may be the worst one between them.
+TEST(Placement, TheWorstPlaceIsFoundBetweenTheEndsOfABlock) {
+  const Poster poster("trunnion_offset");
+  const Model model = straightness(
+      poster, "worst",
+      {{-200.0, 100.0}, {-50.0, 100.0}, {-40.0, 99.5}, {0.0, 104.5}, {40.0, 99.5}, {200.0, 99.5}});
+  const ModelEvaluator truth(model);
+  auto path = along_x({-60.0, -50.0, -40.0, 40.0});
+  const Placed plain = poster.post(path, options_of(path::Method::none, 0.2));
+  // The tool axis errs most in the first block, so that the last one changes no figure of it.
+  path[0].axis = path[1].axis = Vec3(0.001, 0.0, 1.0).normalized();
+  VerifyOptions options;
+  options.tolerance_mm = 0.2;
+  options.axis_tolerance = Angle::degrees(0.2);
+  options.truth = &truth;
+  for (const std::size_t worst_count : {10U, 1U}) {
+    options.worst_count = worst_count;
+    const VerifyReport v = poster.verify(plain, path, options);
+    EXPECT_TRUE(v.certified);
+    EXPECT_GE(v.certified_tip_deviation_mm, 0.1045 - 1e-9);
+    EXPECT_LE(v.certified_tip_deviation_mm, 0.1045 * 1.05);
+  }
+}
+
 }  // namespace
 }  // namespace trunnion::post
