@@ -138,8 +138,10 @@ ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState
 }
 
 // The sums of `over` with all links alike: the tip S from each of them at most, the twists as large and as
-// steep as they are anywhere. What a twist of slope h leaves of a straight course over a motion d is at most
-// h d / 2.
+// steep as they are anywhere. What turns before a link (b, its vector's slope way + b S and bend 2 b way +
+// b^2 S) and what turns behind it (w) are together the motion's turn: w^2 S + 2 w (way + b S) + 2 b way + b^2
+// S = (w + b)^2 S + 2 (w + b) way. What a twist of slope h leaves of a straight course over a motion d is at
+// most h d / 2.
 std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, const JointVector& q1) const {
   if (!range_) return std::nullopt;
   double S = constant_mm_;
@@ -171,10 +173,8 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
   // twice the nominal one: else the rests would be more than is taken here.
   if (th * S + 2.0 * T + th1 * S + T1 > S || th + th1 > 1.0) return std::nullopt;
   const auto bound = [&](double arm, double linear, double t, double t1) {
-    const double slope = linear + turn * arm;
-    const double bend = turn * (2.0 * slope + turn * arm);
-    const double second = W * (W * (th * arm + t) + 2.0 * (th1 * (arm + t) + t1 + th * slope)) +
-                          th1 * (th1 * (arm + t) + t1) + 2.0 * th1 * slope + th * bend;
+    const double second = W * (W * (th * arm + t) + 2.0 * (th1 * (arm + t) + t1 + th * linear)) +
+                          th1 * (th1 * (arm + t) + t1 + 2.0 * (linear + turn * arm));
     return second / 8.0 + 0.5 * (th1 * 2.0 * arm + t1);
   };
   return Bend{bound(S, way, T, T1), bound(1.0, 0.0, 0.0, 0.0), nullptr};
