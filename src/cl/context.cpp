@@ -193,13 +193,15 @@ Motion Context::motion(const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, 
   return {modal.X_PA * tip_A, modal.X_PA.R * axis_A, feed, rapid};
 }
 
-void Context::add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed,
-                         bool rapid) {
+void Context::add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid,
+                         bool step) {
   if (modal.new_msys) settle_msys(axis_A);
   modal.tip_A = tip_A;
   modal.axis_A = axis_A;
   modal.has_position = true;
-  emit(where, motion(tip_A, axis_A, feed, rapid));
+  Motion made = motion(tip_A, axis_A, feed, rapid);
+  made.step = step;
+  emit(where, made);
   ++motion_count_;
 }
 
@@ -270,7 +272,10 @@ void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, 
     ++motion_count_;
     return;
   }
-  for (const Vec3& point_P : linearise(arc, options_.arc_tolerance_mm)) {
+  const std::vector<Vec3> points_P = linearise(arc, options_.arc_tolerance_mm);
+  if (options_.mark_shapes && !rapid)
+    emit(where, ShapeBegin{std::make_shared<const Shape>(Shape{points_P.size(), arc})});
+  for (const Vec3& point_P : points_P) {
     emit(where, Motion{point_P, arc.axis_P, arc.feed, rapid});
     ++motion_count_;
   }

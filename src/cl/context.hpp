@@ -34,6 +34,7 @@ struct Cycle {
   double step_mm = 0.0;
   double first_step_mm = 0.0;
   double dwell_s = 0.0;
+  bool chip_break = false;  // of a `peck`: the steps need not leave the hole
   bool has_depth = false;
   bool has_clear = false;
   bool return_as_came = false;
@@ -134,7 +135,8 @@ class Context {
     pending_.push_back(std::move(record));
   }
   /// A motion to `tip_A`, which becomes the position.
-  void add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid);
+  void add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid,
+                  bool step = false);
   /// As add_motion, with the modal feed; takes RAPID.
   void move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// An arc from the position to `end_A`, or the motions that stand for it. `sweep` > 0 about `normal_A`.

@@ -32,6 +32,8 @@ struct ReaderOptions {
   /// records.
   bool keep_arcs = false;
   double arc_tolerance_mm = 0.001;
+  /// A ShapeBegin before the motions that stand for an arc or a hole.
+  bool mark_shapes = false;
 };
 
 /// Where the text comes from, piece by piece.

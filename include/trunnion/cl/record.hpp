@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -30,6 +31,8 @@ struct Motion {
   Vec3 axis_P = Vec3::UnitZ();  // unit, from the tip to the spindle
   Feed feed;
   bool rapid = false;
+  /// Within a hole that is drilled in steps, before its bottom is reached.
+  bool step = false;
 };
 
 /// FROM: where the tool stands at the start; no motion is asked for.
@@ -53,6 +56,32 @@ struct Arc {
 /// Arcs are rare and large: held outside, so that they do not make every record larger. Never null.
 struct ArcMotion {
   std::shared_ptr<const Arc> arc;
+};
+
+/// A hole along the tool axis. Heights are above the point at which it begins.
+struct Hole {
+  enum class Kind : std::uint8_t { drill, peck, chip_break, feed_out };
+  Kind kind = Kind::drill;
+  Vec3 top_P = Vec3::Zero();    // where it begins
+  Vec3 axis_P = Vec3::UnitZ();  // unit, out of the hole
+  double depth_mm = 0.0;
+  double clear_mm = 0.0;  // where the feed begins
+  double leave_mm = 0.0;  // to which the tool returns, >= clear_mm
+  double step_mm = 0.0;   // of `peck` and `chip_break`
+  double first_step_mm = 0.0;
+  double dwell_s = 0.0;
+  Feed feed;
+  bool across = false;  // the first of the motions is the rapid to above it
+};
+
+/// The next `motions` motions (and dwells between them) are this arc or this hole
+/// (ReaderOptions::mark_shapes).
+struct Shape {
+  std::size_t motions = 0;
+  std::variant<Arc, Hole> what;
+};
+struct ShapeBegin {
+  std::shared_ptr<const Shape> shape;  // never null
 };
 
 struct Spindle {
@@ -142,7 +171,7 @@ struct End {};
 struct Record {
   SourceRef where;  // of the major word
   std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, ToolGeometry, Dwell, Stop,
-               Text, OperationBegin, OperationEnd, Tolerance, Frame, PostWord, End>
+               Text, OperationBegin, OperationEnd, Tolerance, Frame, PostWord, ShapeBegin, End>
       data;
 };
 

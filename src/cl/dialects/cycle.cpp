@@ -65,9 +65,11 @@ class CycleReading {
                                      " changes the geometry and is not understood by this program");
     }
     ++at_;
+    cycle.chip_break = kind == "BRKCHP";
     if (kind == "DRILL" && at_ < statement_.fields.size() &&
         (field().text == "DEEP" || field().text == "BRKCHP")) {
       cycle.kind = Cycle::Kind::peck;
+      cycle.chip_break = field().text == "BRKCHP";
       ++at_;
     }
   }
@@ -190,53 +192,109 @@ std::span<const WordReading> cycle_words() {
   return kCycleWords;
 }
 
-void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
-  Modal& modal = context.modal;
-  const Cycle& cycle = *modal.cycle;
-  const Feed feed = cycle.feed.value_or(modal.feed);
-  const auto rapid_to = [&](const Vec3& point, const Vec3& axis) {
-    if (modal.has_position && (point - modal.tip_A).norm() < kSamePlace_mm &&
-        (axis - modal.axis_A).norm() < kSameCycleAxis)
+namespace {
+
+/// One hole under the modal cycle.
+class Drilling {
+ public:
+  Drilling(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A)
+      : context_(context),
+        modal_(context.modal),
+        cycle_(*context.modal.cycle),
+        where_(where),
+        tip_A_(tip_A),
+        axis_A_(axis_A),
+        feed_(cycle_.feed.value_or(modal_.feed)),
+        leave_(std::max(cycle_.return_mm, cycle_.clear_mm)) {}
+
+  void run() {
+    modal_.rapid_next = false;
+    // As a control's own cycle: up to the return height, across, and down to where the feed begins.
+    double came = leave_;
+    if (modal_.has_position) {
+      const double height = axis_A_.dot(modal_.tip_A - tip_A_);
+      came = std::max(leave_, height);
+      if (height < leave_) rapid_to(modal_.tip_A + modal_.axis_A * (leave_ - height), modal_.axis_A);
+    }
+    if (cycle_.return_as_came) leave_ = came;
+    begin_shape();
+    const std::size_t before = context_.motion_count();
+    rapid_to(at(came), axis_A_);
+    const bool across = context_.motion_count() > before;
+    if (came > cycle_.clear_mm) rapid_to(at(cycle_.clear_mm), axis_A_);
+    drill();
+    if (cycle_.dwell_s > 0.0) context_.emit(where_, Dwell{cycle_.dwell_s, std::nullopt});
+    if (cycle_.kind == Cycle::Kind::feed_out) feed_to(cycle_.clear_mm);
+    rapid_to(at(leave_), axis_A_);
+    end_shape(across, context_.motion_count() - before);
+  }
+
+ private:
+  Vec3 at(double height) const { return tip_A_ + axis_A_ * height; }
+  void rapid_to(const Vec3& point, const Vec3& axis, bool step = false) {
+    if (modal_.has_position && (point - modal_.tip_A).norm() < kSamePlace_mm &&
+        (axis - modal_.axis_A).norm() < kSameCycleAxis)
       return;
-
-    context.add_motion(where, point, axis, feed, true);
-  };
-  const auto feed_to = [&](double height) {
-    context.add_motion(where, tip_A + axis_A * height, axis_A, feed, false);
-  };
-  const auto at = [&](double height) { return Vec3(tip_A + axis_A * height); };
-  const double clear = cycle.clear_mm;
-  double leave = std::max(cycle.return_mm, clear);
-  modal.rapid_next = false;
-
-  // As a control's own cycle: up to the return height, across, and down to where the feed begins.
-  double came = leave;
-  if (modal.has_position) {
-    const double height = axis_A.dot(modal.tip_A - tip_A);
-    came = std::max(leave, height);
-    if (height < leave) {
-      rapid_to(modal.tip_A + modal.axis_A * (leave - height), modal.axis_A);
+    context_.add_motion(where_, point, axis, feed_, true, step);
+  }
+  void feed_to(double height, bool step = false) {
+    context_.add_motion(where_, at(height), axis_A_, feed_, false, step);
+  }
+  void drill() {
+    const double clear = cycle_.clear_mm;
+    if (cycle_.kind == Cycle::Kind::peck) {
+      double bottom = std::min(cycle_.first_step_mm, cycle_.depth_mm);
+      feed_to(-bottom, bottom < cycle_.depth_mm);
+      while (bottom < cycle_.depth_mm) {
+        rapid_to(at(clear), axis_A_, true);
+        rapid_to(at(std::min(clear, kPeckGap_mm - bottom)), axis_A_, true);
+        bottom = std::min(bottom + cycle_.step_mm, cycle_.depth_mm);
+        feed_to(-bottom, bottom < cycle_.depth_mm);
+      }
+    } else {
+      feed_to(-cycle_.depth_mm);
     }
   }
-  if (cycle.return_as_came) leave = came;
-  rapid_to(at(came), axis_A);
-  if (came > clear) rapid_to(at(clear), axis_A);
-
-  if (cycle.kind == Cycle::Kind::peck) {
-    double bottom = std::min(cycle.first_step_mm, cycle.depth_mm);
-    feed_to(-bottom);
-    while (bottom < cycle.depth_mm) {
-      rapid_to(at(clear), axis_A);
-      rapid_to(at(std::min(clear, kPeckGap_mm - bottom)), axis_A);
-      bottom = std::min(bottom + cycle.step_mm, cycle.depth_mm);
-      feed_to(-bottom);
-    }
-  } else {
-    feed_to(-cycle.depth_mm);
+  // It is filled in before anybody can take the record.
+  void begin_shape() {
+    if (!context_.options().mark_shapes) return;
+    shape_ = std::make_shared<Shape>();
+    context_.emit(where_, ShapeBegin{shape_});
   }
-  if (cycle.dwell_s > 0.0) context.emit(where, Dwell{cycle.dwell_s, std::nullopt});
-  if (cycle.kind == Cycle::Kind::feed_out) feed_to(clear);
-  rapid_to(at(leave), axis_A);
+  void end_shape(bool across, std::size_t motions) {
+    if (!shape_) return;
+    Hole hole;
+    hole.kind = cycle_.kind == Cycle::Kind::drill      ? Hole::Kind::drill
+                : cycle_.kind == Cycle::Kind::feed_out ? Hole::Kind::feed_out
+                : cycle_.chip_break                    ? Hole::Kind::chip_break
+                                                       : Hole::Kind::peck;
+    hole.top_P = modal_.X_PA * tip_A_;
+    hole.axis_P = modal_.X_PA.R * axis_A_;
+    hole.depth_mm = cycle_.depth_mm;
+    hole.clear_mm = cycle_.clear_mm;
+    hole.leave_mm = leave_;
+    hole.step_mm = cycle_.step_mm;
+    hole.first_step_mm = cycle_.first_step_mm;
+    hole.dwell_s = cycle_.dwell_s;
+    hole.feed = feed_;
+    hole.across = across;
+    *shape_ = Shape{motions, hole};
+  }
+
+  Context& context_;
+  Modal& modal_;
+  const Cycle cycle_;
+  SourceRef where_;
+  Vec3 tip_A_, axis_A_;
+  Feed feed_;
+  double leave_;
+  std::shared_ptr<Shape> shape_;
+};
+
+}  // namespace
+
+void drill_hole(Context& context, SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
+  Drilling(context, where, tip_A, axis_A).run();
 }
 
 }  // namespace trunnion::cl
