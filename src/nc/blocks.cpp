@@ -81,6 +81,18 @@ struct Describe {
     return std::string(kKinds[static_cast<std::size_t>(b.kind)]) + " " + std::to_string(b.axis) + " " +
            std::to_string(b.sensor) + " " + std::to_string(b.factor);
   }
+  std::string operator()(const Arc& b) const {
+    return (b.clockwise ? "clockwise" : "counterclockwise") + text_of(b.words) + " | center " +
+           std::to_string(b.center[0]) + " " + std::to_string(b.center[1]) + " | per min " +
+           std::to_string(b.feed);
+  }
+  std::string operator()(const Hole& b) const {
+    static constexpr std::array kKinds = {"drill", "peck", "chip break", "feed out"};
+    return std::string(kKinds[static_cast<std::size_t>(b.kind)]) + text_of(b.words) + " | clear " +
+           std::to_string(b.clear) + " bottom " + std::to_string(b.bottom) + " step " +
+           std::to_string(b.step) + " dwell ms " + std::to_string(b.dwell_ms) + " | per min " +
+           std::to_string(b.feed);
+  }
   std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
 };
 

@@ -166,7 +166,8 @@ class Compiler {
       return;
     }
     Event& there = it->second.event;
-    if (there == event) return;
+    // Cycles with the same words differ by the values in them.
+    if (there == event || (there.kind == EventKind::cycle && event.kind == EventKind::cycle)) return;
     if (there.kind == EventKind::length_off && event.kind == EventKind::tcp_off) {
       there.kind = EventKind::length_or_tcp_off;
       return;
@@ -259,12 +260,28 @@ void add_state(Compiler& compiler, const Controller& c) {
   compiler.add(c.tilted_plane.off, {EventKind::plane_off}, "[tilted_plane] off");
 }
 
+void add_shapes(Compiler& compiler, const Controller& c) {
+  compiler.add(c.arcs.clockwise, {EventKind::arc, 1}, "[arcs] clockwise");
+  compiler.add(c.arcs.counterclockwise, {EventKind::arc, 0}, "[arcs] counterclockwise");
+  compiler.add(c.arcs.helix_clockwise, {EventKind::arc, 1}, "[arcs] helix_clockwise");
+  compiler.add(c.arcs.helix_counterclockwise, {EventKind::arc, 0}, "[arcs] helix_counterclockwise");
+  for (std::size_t i = 0; i < c.cycles.plain.size(); ++i) {
+    const Event cycle{EventKind::cycle, static_cast<int>(i)};
+    compiler.add(c.cycles.plain[i], cycle, "[cycles]");
+    compiler.add(c.cycles.dwell[i], cycle, "[cycles] with dwell");
+  }
+  compiler.add(c.cycles.to_clear, {EventKind::cycle_return, 1}, "[cycles] to_clear");
+  compiler.add(c.cycles.to_initial, {EventKind::cycle_return, 0}, "[cycles] to_initial");
+  compiler.add(c.cycles.off, {EventKind::cycle_off}, "[cycles] off");
+}
+
 }  // namespace
 
 PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   Compiler compiler(c, diagnostics);
   add_motion(compiler, c);
   add_state(compiler, c);
+  add_shapes(compiler, c);
   compiler.add(c.program.begin, {EventKind::program_start}, "[program] begin");
   compiler.add(c.program.end, {EventKind::program_end}, "[program] end");
   for (const auto& word : c.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");

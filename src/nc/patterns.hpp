@@ -37,6 +37,10 @@ enum class EventKind : std::uint8_t {
   path_mode,      // argument: PathModeKind
   plane_on,
   plane_off,
+  cycle_return,  // argument: 1 to the clearance, 0 to where the tool came from
+  cycle_off,
+  arc,    // argument: 1 clockwise
+  cycle,  // argument: Hole::Kind
   dwell,
   retract,  // argument: AxisLetter
   stop,     // argument: 1 optional

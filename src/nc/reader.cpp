@@ -191,6 +191,7 @@ std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) con
 void Reader::State::run_motion(LineMotion& m) {
   take_modes(m);
   if (m.words.mask == 0) return;
+  if (cycle && run_next_hole(m)) return;
   if (!c.motion.modal && !m.named) return error(m.column, "axis words without '" + c.motion.linear + "'");
   if (!motion_kind)
     return error(m.column, "axis words before any " + c.motion.rapid + " or " + c.motion.linear);

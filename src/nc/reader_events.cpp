@@ -89,6 +89,7 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
       run_motion(m);
       moved = true;
     }
+    if (kind == EventKind::arc || kind == EventKind::cycle) take_modes(m);
     run_event(found);
   }
   if (!moved) run_motion(m);
@@ -97,7 +98,8 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
 bool Reader::State::excludes_motion(EventKind kind) {
   return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
          kind == EventKind::offset_shift || kind == EventKind::latch || kind == EventKind::run_time_step ||
-         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
+         kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::plane_on ||
+         kind == EventKind::plane_off || kind == EventKind::program_start;
 }
 
 std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
@@ -167,6 +169,17 @@ void Reader::State::run_event(const FoundEvent& found) {
       plane = false;
       position.forget(kAllAxes);
       return emit(TiltedPlane{});
+    case EventKind::cycle_return:
+      cycle_to_clear = found.event.argument == 1;
+      return;
+    case EventKind::cycle_off:
+      if (cycle) motion_kind.reset();
+      cycle.reset();
+      return;
+    case EventKind::arc:
+      return run_arc(found);
+    case EventKind::cycle:
+      return run_cycle(found);
     case EventKind::dwell:
       return run_dwell(found);
     case EventKind::retract:
@@ -215,6 +228,7 @@ void Reader::State::run_tool(const FoundEvent& found) {
   coolant = 0;
   length = -1;  // not said yet
   position.forget(kAllAxes);
+  cycle.reset();
   emit(call);
 }
 
@@ -325,6 +339,7 @@ void Reader::State::run_dwell(const FoundEvent& found) {
 void Reader::State::run_retract(AxisLetter letter) {
   position.forget(letter);
   motion_kind.reset();
+  cycle.reset();
   if (c.retract_ends_length && length > 0) length = -1;
   emit(Retract{AxisWords::bit(letter)});
 }

@@ -57,6 +57,9 @@ struct Reader::State {
   std::optional<PathMode> path_mode;
   bool plane = false;
   bool latched = false;
+  std::optional<Hole> cycle;       // in force
+  std::int64_t cycle_initial = 0;  // Z at which it was switched on
+  bool cycle_to_clear = false;
   Captures kept;
   bool started = false;
   bool ended = false;
@@ -122,6 +125,12 @@ struct Reader::State {
   void run_plane(const FoundEvent& found);
   void run_dwell(const FoundEvent& found);
   void run_retract(AxisLetter letter);
+  bool shape_may_begin(const FoundEvent& found);
+  void run_arc(const FoundEvent& found);
+  void run_cycle(const FoundEvent& found);
+  /// Axis words without a word of their own under a cycle; false where they end it.
+  bool run_next_hole(const LineMotion& m);
+  void run_hole(std::int64_t x, std::int64_t y, std::uint32_t column);
 };
 
 }  // namespace trunnion::nc

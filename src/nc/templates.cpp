@@ -1,5 +1,7 @@
 #include "nc/templates.hpp"
 
+#include <algorithm>
+
 #include "trunnion/base/contract.hpp"
 
 namespace trunnion::nc {
@@ -28,7 +30,15 @@ constexpr std::array<std::string_view, kPlaceholders> kNames = {"tool",
                                                                 "measured",
                                                                 "temperature",
                                                                 "reference",
-                                                                "factor"};
+                                                                "factor",
+                                                                "i",
+                                                                "j",
+                                                                "bottom",
+                                                                "clear",
+                                                                "depth",
+                                                                "back",
+                                                                "rise",
+                                                                "feed"};
 
 }  // namespace
 
@@ -61,6 +71,12 @@ TemplatePiece next_piece(std::string_view& rest, std::string& fault) {
   if (!piece.placeholder) fault = "unknown placeholder {" + std::string(name) + "}";
   rest.remove_prefix(close + 1);
   return piece;
+}
+
+bool holds(const std::vector<std::string>& lines, Placeholder placeholder) {
+  const std::string text = "{" + std::string(name_of(placeholder)) + "}";
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const auto& line) { return line.find(text) != std::string::npos; });
 }
 
 std::string render(std::string_view line, const Values& values) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace trunnion::nc {
 
@@ -32,9 +33,17 @@ enum class Placeholder : std::uint8_t {
   measured,
   temperature,
   reference,
-  factor
+  factor,
+  i,
+  j,
+  bottom,
+  clear,
+  depth,
+  back,
+  rise,
+  feed
 };
-inline constexpr std::size_t kPlaceholders = 24;
+inline constexpr std::size_t kPlaceholders = 32;  // bits of Captures::mask
 
 std::string_view name_of(Placeholder placeholder);
 std::optional<Placeholder> placeholder_of(std::string_view name);
@@ -62,6 +71,9 @@ struct TemplatePiece {
 
 /// Takes the next piece off `rest`. An unknown placeholder or an open brace ends with `fault` naming it.
 TemplatePiece next_piece(std::string_view& rest, std::string& fault);
+
+/// One of the lines has the placeholder.
+bool holds(const std::vector<std::string>& lines, Placeholder placeholder);
 
 /// `line` with its placeholders replaced. The controller reader has checked the line.
 std::string render(std::string_view line, const Values& values);

@@ -205,6 +205,9 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   TRUNNION_EXPECTS(started && !ended);
   std::uint16_t changed = changed_axes(m.words);
   if (changed == 0) return {};
+  if (cycle) {
+    if (auto done = end_cycle(); !done) return done;
+  }
   if (length_to_restore || tcp_to_restore) {
     if (auto done = restore_after_retract(changed); !done) return done;
     changed = changed_axes(m.words);

@@ -9,16 +9,6 @@
 // All blocks but motion.
 namespace trunnion::nc {
 
-namespace {
-
-bool holds(const Template& lines, Placeholder placeholder) {
-  const std::string text = "{" + std::string(name_of(placeholder)) + "}";
-  return std::any_of(lines.begin(), lines.end(),
-                     [&](const auto& line) { return line.find(text) != std::string::npos; });
-}
-
-}  // namespace
-
 Result<void> Writer::State::flush_setup(bool with_default_path_mode) {
   setup_pending = false;
   if (auto done = put_template(c.program.setup, {}); !done) return done;
@@ -376,6 +366,9 @@ Result<void> Writer::State::write_block(const Block& block) {
   TRUNNION_EXPECTS(!ended);
   if (setup_pending && !heads) {
     if (auto done = flush_setup(!std::holds_alternative<PathMode>(block)); !done) return done;
+  }
+  if (cycle && !std::holds_alternative<Hole>(block) && !std::holds_alternative<Motion>(block)) {
+    if (auto done = end_cycle(); !done) return done;
   }
   return std::visit(
       [this](const auto& b) -> Result<void> {

@@ -39,6 +39,7 @@ struct Writer::State {
   std::int64_t work_offset = 0;  // 0: not chosen
   std::optional<PathMode> path_mode;
   bool plane = false;
+  std::optional<Hole> cycle;  // that is in force
 
   // What this program has said.
   std::string program_name;
@@ -109,6 +110,14 @@ struct Writer::State {
   Result<void> write(const VariableMotion& b);
   Result<void> write(const LatchValues& b);
   Result<void> write(const RunTimeStep& b);
+  Result<void> write(const Arc& b);
+  Result<void> write(const Hole& b);
+  std::string per_minute_words(std::int64_t quanta, bool with_number);
+  Result<void> check_shape(std::int64_t feed_quanta, SourceRef where) const;
+  bool continues_cycle(const Hole& b) const;
+  Result<void> put_cycle(const Template& words, const Hole& b, bool to_clear);
+  Result<void> put_next_hole(const Hole& b);
+  Result<void> end_cycle();
   std::string variable_word(AxisLetter letter, std::int64_t quanta,
                             const std::array<std::int64_t, 3>& coefficient) const;
   Result<void> write_block(const Block& block);

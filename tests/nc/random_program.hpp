@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -45,7 +46,7 @@ class RandomProgram {
   }
 
   void step() {
-    switch (integer(0, 26)) {
+    switch (integer(0, 29)) {
       case 0:
         return comment();
       case 1:
@@ -72,6 +73,10 @@ class RandomProgram {
         return stop();
       case 12:
         return offset_shift();
+      case 13:
+        return arc();
+      case 14:
+        return hole();
       default:
         return motion();
     }
@@ -209,6 +214,58 @@ class RandomProgram {
   void stop() {
     const bool optional = integer(0, 1) == 1;
     if (!(optional ? c_.optional_stop : c_.stop).empty()) blocks_.push_back(nc::Stop{optional});
+  }
+
+  bool xyz_known() const { return (known_.mask & nc::kXyz) == nc::kXyz; }
+
+  void arc() {
+    if (!xyz_known()) return;
+    nc::Arc block;
+    block.clockwise = integer(0, 1) == 1;
+    const bool helix = integer(0, 2) == 0 && !c_.arcs.words(block.clockwise, true).empty();
+    if (c_.arcs.words(block.clockwise, helix).empty()) return;
+    block.feed = integer(1, 9999999);
+    const std::int64_t x = known_[nc::AxisLetter::X];
+    const std::int64_t y = known_[nc::AxisLetter::Y];
+    block.center = {x + integer(-200000, 200000), y + integer(1, 200000)};
+    if (integer(0, 3) != 0) {  // else a full circle
+      const double radius =
+          std::hypot(static_cast<double>(x - block.center[0]), static_cast<double>(y - block.center[1]));
+      const double angle = static_cast<double>(integer(0, 6283)) / 1000.0;
+      known_.set(nc::AxisLetter::X, block.center[0] + std::llround(radius * std::cos(angle)));
+      known_.set(nc::AxisLetter::Y, block.center[1] + std::llround(radius * std::sin(angle)));
+    }
+    if (helix) known_.set(nc::AxisLetter::Z, known_[nc::AxisLetter::Z] + integer(1, 99999));
+    block.words = known_;
+    last_feed_ = block.feed;
+    blocks_.push_back(block);
+  }
+
+  void hole() {
+    if (!xyz_known() || std::abs(known_[nc::AxisLetter::Z]) > 9000000000) return;
+    nc::Hole block;
+    block.kind = static_cast<nc::Hole::Kind>(integer(0, 3));
+    block.dwell_ms = integer(0, 1) * integer(1, 3000);
+    const nc::Template& words = c_.cycles.words(block);
+    if (words.empty()) return;
+    const bool places = mentions(words, "{x}");
+    const bool any_back = mentions(words, "{back}") || mentions(words, "{rise}");
+    block.feed = integer(1, 9999999);
+    block.clear = known_[nc::AxisLetter::Z] - integer(0, 1) * integer(0, 50000);
+    block.bottom = block.clear - integer(100, 900000);
+    if (block.kind == nc::Hole::Kind::peck || block.kind == nc::Hole::Kind::chip_break)
+      block.step = integer(1, block.clear - block.bottom - 1);
+    const std::int64_t back = integer(0, 1) == 0 ? block.clear
+                              : any_back         ? block.clear + integer(0, 90000)
+                                                 : known_[nc::AxisLetter::Z];
+    for (std::int64_t holes = integer(1, 4); holes > 0; --holes) {
+      if (places && integer(0, 3) != 0) known_.set(nc::AxisLetter::X, integer(-5000000, 5000000));
+      if (places && integer(0, 3) != 0) known_.set(nc::AxisLetter::Y, integer(-5000000, 5000000));
+      known_.set(nc::AxisLetter::Z, back);
+      block.words = known_;
+      blocks_.push_back(block);
+    }
+    last_feed_ = block.feed;
   }
 
   void forget_linear() {

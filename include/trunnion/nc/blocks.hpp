@@ -27,6 +27,40 @@ struct Motion {
   SourceRef source;  // writing: line of the CL file, kept for messages; reading: place in the NC text
 };
 
+/// A circular motion in the plane of X and Y, Z going on evenly with the angle (a helix). One turn at most:
+/// an end at the start is a full circle.
+struct Arc {
+  bool clockwise = false;  // seen against Z
+  std::int64_t feed = 0;   // per minute, > 0, in quanta of FeedFormat
+  /// Written: X and Y of the end, Z too for a helix. Read: every axis that is known at the end.
+  AxisWords words;
+  std::array<std::int64_t, 2> center{};  // X, Y, absolute
+  AxisWords from;                        // read: where it begins, X, Y and Z
+  SourceRef source;
+};
+
+/// One hole of a drilling cycle. The control goes at rapid rate to X and Y of the hole (not below `clear`),
+/// down to `clear`, drills as its kind says, and leaves along Z.
+struct Hole {
+  enum class Kind : std::uint8_t {
+    drill,       // out at rapid rate
+    peck,        // out to `clear` behind every step
+    chip_break,  // back a little behind every step
+    feed_out,    // out to `clear` at the feed
+  };
+  Kind kind = Kind::drill;
+  std::int64_t feed = 0;    // per minute, > 0
+  std::int64_t bottom = 0;  // Z
+  std::int64_t clear = 0;   // Z at which the feed begins
+  std::int64_t step = 0;    // of `peck` and `chip_break`, > 0, counted from `clear`
+  std::int64_t dwell_ms = 0;
+  /// X and Y of the hole, Z that the control returns to: `clear`, or the one it came from. Read: every axis
+  /// that is known at the end.
+  AxisWords words;
+  AxisWords from;  // read: where it begins, X, Y and Z
+  SourceRef source;
+};
+
 /// First block; the setup lines of the controller (units, plane, ...) follow after the leading comments.
 struct ProgramStart {
   std::string name;         // for controls that name programs; letters, digits, _ and -
@@ -142,7 +176,7 @@ struct Stop {
 
 using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
                            LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
-                           OffsetShift, VariableMotion, LatchValues, RunTimeStep>;
+                           OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -186,7 +186,38 @@ struct Controller {
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
   std::array<Template, kAxisLetters> retract;     // by axis
   bool retract_ends_length =
-      false;          // a retract ends length compensation too: written again before the next motion
+      false;  // a retract ends length compensation too: written again before the next motion
+  /// Circular motions in the plane of X and Y, {x} {y} of the end, {i} {j} of the centre, {z} of a helix's
+  /// end; F follows. No words: arcs go out as straight moves.
+  struct Arcs {
+    Template clockwise, counterclockwise;
+    Template helix_clockwise, helix_counterclockwise;
+    bool center_absolute = false;      // {i} {j} are coordinates, not distances from the start
+    double radius_tolerance_mm = 0.0;  // by which the radii to start and end may differ
+    const Template& words(bool is_clockwise, bool is_helix) const {
+      if (is_helix) return is_clockwise ? helix_clockwise : helix_counterclockwise;
+      return is_clockwise ? clockwise : counterclockwise;
+    }
+  } arcs;
+  /// Drilling cycles. {x} {y} of the hole (without them: where the tool stands), {clear} {bottom} as
+  /// coordinates of Z, {depth} from the first to the second (negative), {back} to which the tool returns,
+  /// {rise} to it from {clear}, {step}, {seconds} or {milliseconds}, {feed} (without it: the F in force). No
+  /// words for a kind: such holes go out as moves.
+  struct Cycles {
+    std::array<Template, 4> plain;       // by Hole::Kind
+    std::array<Template, 4> dwell;       // with a dwell at the bottom
+    Template to_clear, to_initial;       // which Z the tool returns to, in front of the cycle's words
+    Template off;                        // empty: a cycle is one hole; else it holds until this
+    bool dwell_feeds_to_return = false;  // feed_out with a dwell feeds as far as the tool returns
+    double back_mm = 0.0;  // above the last bottom: where a peck's feed begins, how far chip breaking backs
+    const Template& words(const Hole& hole) const {
+      return (hole.dwell_ms > 0 ? dwell : plain)[static_cast<std::size_t>(hole.kind)];
+    }
+    bool modal() const { return !off.empty(); }
+  } cycles;
+  /// What `post` does when it is not told: arcs and holes in the control's words, or as moves.
+  bool native_arcs = false;
+  bool native_cycles = false;
   Template also_end;  // other words that end a program, when reading
   Template silent;    // words that the reader takes and that move nothing and change nothing here
 

@@ -1,0 +1,146 @@
+// Arcs and drilling cycles.
+#include <algorithm>
+#include <cmath>
+
+#include "nc/digits.hpp"
+#include "nc/reader_state.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+constexpr std::uint16_t kXy = AxisWords::bit(AxisLetter::X) | AxisWords::bit(AxisLetter::Y);
+
+AxisWords xyz_of(const AxisWords& position) {
+  AxisWords out = position;
+  out.mask &= kXyz;
+  return out;
+}
+
+}  // namespace
+
+bool Reader::State::shape_may_begin(const FoundEvent& found) {
+  const char* what = found.event.kind == EventKind::arc ? "an arc" : "a drilling cycle";
+  if ((position.mask & kXyz) != kXyz) {
+    error(found.column, std::string(what) + " from a place that is not known");
+    return false;
+  }
+  if (feed_mode != FeedMode::per_minute) {
+    error(found.column, std::string(what) + " under inverse time is not read");
+    return false;
+  }
+  return true;
+}
+
+void Reader::State::run_arc(const FoundEvent& found) {
+  motion_kind.reset();
+  if (!shape_may_begin(found)) return;
+  if (feed <= 0) return error(found.column, "an arc without feed");
+  const int decimals = format.decimals(AxisLetter::X);
+  Arc arc;
+  arc.clockwise = found.event.argument == 1;
+  arc.feed = feed;
+  arc.from = xyz_of(position);
+  arc.source = {line, found.column};
+  const std::int64_t center[2] = {scaled(found, Placeholder::i, decimals),
+                                  scaled(found, Placeholder::j, decimals)};
+  const std::int64_t end[2] = {scaled(found, Placeholder::x, decimals),
+                               scaled(found, Placeholder::y, decimals)};
+  std::array<double, 2> radius{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto letter = static_cast<AxisLetter>(i);
+    arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : position[letter]);
+    radius[0] = std::hypot(radius[0], format.internal(letter, position[letter] - arc.center[i]));
+    radius[1] = std::hypot(radius[1], format.internal(letter, end[i] - arc.center[i]));
+  }
+  if (std::abs(radius[0] - radius[1]) > c.arcs.radius_tolerance_mm + 1e-9 || radius[0] == 0.0) {
+    return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
+                                   " mm and to the end " + std::to_string(radius[1]) + " mm");
+  }
+  position.set(AxisLetter::X, end[0]);
+  position.set(AxisLetter::Y, end[1]);
+  if (found.captures.has(Placeholder::z))
+    position.set(AxisLetter::Z, scaled(found, Placeholder::z, decimals));
+  arc.words = position;
+  emit(arc);
+}
+
+void Reader::State::run_cycle(const FoundEvent& found) {
+  motion_kind.reset();
+  if (!shape_may_begin(found)) return;
+  const int decimals = format.decimals(AxisLetter::X);
+  // A value on a line before counts only where the cycle's own words have it there.
+  const auto kind = static_cast<std::size_t>(found.event.argument);
+  const auto given = [&](Placeholder p) {
+    return found.captures.has(p) ||
+           (kept.has(p) && (holds(c.cycles.plain[kind], p) || holds(c.cycles.dwell[kind], p)));
+  };
+  Hole hole;
+  hole.kind = static_cast<Hole::Kind>(found.event.argument);
+  hole.clear = scaled(found, Placeholder::clear, decimals);
+  hole.bottom = given(Placeholder::bottom) ? scaled(found, Placeholder::bottom, decimals)
+                                           : hole.clear + scaled(found, Placeholder::depth, decimals);
+  if (given(Placeholder::step)) hole.step = scaled(found, Placeholder::step, decimals);
+  hole.dwell_ms = given(Placeholder::milliseconds) ? whole(found, Placeholder::milliseconds, 0)
+                                                   : scaled(found, Placeholder::seconds, 3);
+  if (given(Placeholder::feed)) {
+    const Number& number = (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
+    if (!to_rounded_quanta(number, c.numbers.feed.decimals(feed_mode), hole.feed)) hole.feed = 0;
+    if (c.cycles.modal()) feed = hole.feed;  // an F word as any other
+  } else {
+    hole.feed = feed;
+  }
+  if (hole.feed <= 0) return error(found.column, "a drilling cycle without feed");
+  if (!(hole.bottom < hole.clear))
+    return error(found.column, "a drilling cycle whose bottom is not below its clearance");
+  const bool steps = hole.kind == Hole::Kind::peck || hole.kind == Hole::Kind::chip_break;
+  if (steps && hole.step <= 0) return error(found.column, "a drilling cycle with a step of nothing");
+  // A step of the whole depth is none.
+  if (given(Placeholder::step) && (steps || hole.kind == Hole::Kind::drill)) {
+    const bool whole_depth = hole.step >= hole.clear - hole.bottom;
+    if (whole_depth) hole.step = 0;
+    hole.kind = whole_depth                      ? Hole::Kind::drill
+                : hole.kind == Hole::Kind::drill ? Hole::Kind::peck
+                                                 : hole.kind;
+  }
+  if (!cycle) cycle_initial = position[AxisLetter::Z];
+  std::int64_t back = cycle_to_clear ? hole.clear : std::max(cycle_initial, hole.clear);
+  if (given(Placeholder::back)) back = scaled(found, Placeholder::back, decimals);
+  if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
+  if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");
+  hole.words.set(AxisLetter::Z, back);
+  const auto place = [&](Placeholder p, AxisLetter letter) {
+    return found.captures.has(p) ? scaled(found, p, decimals) : position[letter];
+  };
+  cycle = hole;
+  run_hole(place(Placeholder::x, AxisLetter::X), place(Placeholder::y, AxisLetter::Y), found.column);
+  if (!c.cycles.modal()) cycle.reset();
+}
+
+bool Reader::State::run_next_hole(const LineMotion& m) {
+  if (m.named) {
+    cycle.reset();
+    return false;
+  }
+  if ((m.words.mask & ~kXy) != 0) {
+    error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
+    return true;
+  }
+  const auto place = [&](AxisLetter letter) {
+    return m.words.has(letter) ? m.words[letter] : position[letter];
+  };
+  run_hole(place(AxisLetter::X), place(AxisLetter::Y), m.column);
+  return true;
+}
+
+void Reader::State::run_hole(std::int64_t x, std::int64_t y, std::uint32_t column) {
+  Hole hole = *cycle;
+  hole.from = xyz_of(position);
+  hole.source = {line, column};
+  position.set(AxisLetter::X, x);
+  position.set(AxisLetter::Y, y);
+  position.set(AxisLetter::Z, cycle->words[AxisLetter::Z]);
+  hole.words = position;
+  emit(hole);
+}
+
+}  // namespace trunnion::nc

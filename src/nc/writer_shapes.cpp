@@ -1,0 +1,160 @@
+// Arcs and drilling cycles.
+#include "nc/writer_state.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+constexpr std::uint16_t kXy = AxisWords::bit(AxisLetter::X) | AxisWords::bit(AxisLetter::Y);
+
+}  // namespace
+
+// Words of a feed that is per minute from here on; empty where nothing changes.
+std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_number) {
+  std::string words;
+  if (feed_mode != FeedMode::per_minute) {
+    feed_mode = FeedMode::per_minute;
+    feed = {kUnknown, kUnknown};
+    words = c.feed.per_minute;
+  }
+  auto& known = feed[static_cast<std::size_t>(FeedMode::per_minute)];
+  if (with_number && known != quanta) {
+    known = quanta;
+    if (!words.empty()) words += c.line.separator;
+    words += "F" + number_text(quanta, feed_style[static_cast<std::size_t>(FeedMode::per_minute)]);
+  }
+  return words;
+}
+
+Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef where) const {
+  if (!pending_words.empty() || length_to_restore || tcp_to_restore)
+    return refuse("an arc or a drilling cycle needs a straight motion before it", where);
+  const auto mode = static_cast<std::size_t>(FeedMode::per_minute);
+  if (feed_quanta <= 0 || feed_quanta > feed_limit[mode]) {
+    Motion m;
+    m.feed = feed_quanta;
+    m.source = where;
+    return refuse_feed(m);
+  }
+  if ((position.mask & kXyz) != kXyz)
+    return refuse("an arc or a drilling cycle from an unknown place", where);
+  return {};
+}
+
+Result<void> Writer::State::write(const Arc& b) {
+  if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
+  const bool helix = b.words.has(AxisLetter::Z) && b.words[AxisLetter::Z] != position[AxisLetter::Z];
+  const Template& words = c.arcs.words(b.clockwise, helix);
+  if (words.empty()) return refuse("the controller file has no words for this arc", b.source);
+  const std::string mode = per_minute_words(b.feed, false);
+  const auto center = [&](std::size_t i, AxisLetter letter) {
+    return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - position[letter], linear);
+  };
+  Values values;
+  values.set(Placeholder::x, number_text(b.words[AxisLetter::X], linear));
+  values.set(Placeholder::y, number_text(b.words[AxisLetter::Y], linear));
+  if (helix) values.set(Placeholder::z, number_text(b.words[AxisLetter::Z], linear));
+  values.set(Placeholder::i, center(0, AxisLetter::X)).set(Placeholder::j, center(1, AxisLetter::Y));
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::string line = render(words[i], values);
+    if (i + 1 == words.size()) {
+      if (!mode.empty()) line.insert(0, mode + c.line.separator);
+      const std::string number = per_minute_words(b.feed, true);
+      if (!number.empty()) line += c.line.separator + number;
+    }
+    if (auto done = put_line(line); !done) return done;
+  }
+  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) position.set(letter, b.words[letter]);
+  if (helix) position.set(AxisLetter::Z, b.words[AxisLetter::Z]);
+  motion_kind.reset();
+  ++motions;
+  return {};
+}
+
+// Holes that differ in their place only follow as places.
+bool Writer::State::continues_cycle(const Hole& b) const {
+  if (!cycle) return false;
+  const Hole& a = *cycle;
+  return a.kind == b.kind && a.feed == b.feed && a.bottom == b.bottom && a.clear == b.clear &&
+         a.step == b.step && a.dwell_ms == b.dwell_ms && a.words[AxisLetter::Z] == b.words[AxisLetter::Z];
+}
+
+Result<void> Writer::State::write(const Hole& b) {
+  if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
+  const Template& words = c.cycles.words(b);
+  if (words.empty()) return refuse("the controller file has no words for this drilling cycle", b.source);
+  const std::int64_t back = b.words[AxisLetter::Z];
+  if (!(b.bottom < b.clear && b.clear <= back))
+    return refuse("a hole whose bottom is not below its clearance", b.source);
+  ++motions;
+  if (continues_cycle(b)) return put_next_hole(b);
+  if (auto done = end_cycle(); !done) return done;
+  if (!holds(words, Placeholder::x) && (changed_axes(b.words) & kXy) != 0)
+    return refuse("the tool must stand over the hole", b.source);
+  const bool states_back = holds(words, Placeholder::back) || holds(words, Placeholder::rise);
+  const bool to_clear = back == b.clear;
+  if (!states_back && !to_clear && back != position[AxisLetter::Z])
+    return refuse("the cycle returns to its clearance, or to where it came from", b.source);
+  const bool own_feed = holds(words, Placeholder::feed);
+  if (const std::string modes = per_minute_words(b.feed, !own_feed); !modes.empty()) {
+    if (auto done = put_line(modes); !done) return done;
+  }
+  if (auto done = put_cycle(words, b, to_clear); !done) return done;
+  // Whether the feed of a cycle stays in force afterwards differs.
+  if (own_feed) feed = {kUnknown, kUnknown};
+  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z})
+    position.set(letter, b.words[letter]);
+  motion_kind.reset();
+  if (c.cycles.modal()) cycle = b;
+  return {};
+}
+
+Result<void> Writer::State::put_cycle(const Template& words, const Hole& b, bool to_clear) {
+  const std::int64_t back = b.words[AxisLetter::Z];
+  const auto style = feed_style[static_cast<std::size_t>(FeedMode::per_minute)];
+  NumberStyle seconds = linear;
+  seconds.plus_sign = false;
+  seconds.decimals = 3;
+  NumberStyle unsigned_length = linear;
+  unsigned_length.plus_sign = false;
+  Values v;
+  v.set(Placeholder::x, number_text(b.words[AxisLetter::X], linear));
+  v.set(Placeholder::y, number_text(b.words[AxisLetter::Y], linear));
+  v.set(Placeholder::clear, number_text(b.clear, linear))
+      .set(Placeholder::bottom, number_text(b.bottom, linear));
+  v.set(Placeholder::depth, number_text(b.bottom - b.clear, linear));
+  v.set(Placeholder::back, number_text(back, linear))
+      .set(Placeholder::rise, number_text(back - b.clear, linear));
+  // A cycle that always has a step gets one of the whole depth.
+  v.set(Placeholder::step, number_text(b.step > 0 ? b.step : b.clear - b.bottom, unsigned_length));
+  v.set(Placeholder::feed, number_text(b.feed, style));
+  v.set(Placeholder::seconds, number_text(b.dwell_ms, seconds));
+  v.set(Placeholder::milliseconds, std::to_string(b.dwell_ms));
+  const Template& in_front = to_clear ? c.cycles.to_clear : c.cycles.to_initial;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::string line = render(words[i], v);
+    if (i == 0 && !in_front.empty()) line.insert(0, in_front.front() + c.line.separator);
+    if (auto done = put_line(line); !done) return done;
+  }
+  return {};
+}
+
+Result<void> Writer::State::put_next_hole(const Hole& b) {
+  const std::uint16_t changed = changed_axes(b.words) & kXy;
+  std::string line;
+  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
+    // A line without an axis word would drill nothing.
+    if (changed != 0 && (changed & AxisWords::bit(letter)) == 0) continue;
+    if (!line.empty()) line += c.line.separator;
+    line += letter_of(letter) + number_text(b.words[letter], linear);
+    position.set(letter, b.words[letter]);
+  }
+  return put_line(line);
+}
+
+Result<void> Writer::State::end_cycle() {
+  if (!cycle) return {};
+  cycle.reset();
+  return put_template(c.cycles.off, {});
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,154 @@
+// Arcs and drilling cycles: LinuxCNC's interpreter makes of our words what our reader makes of them.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/nc/expand.hpp"
+
+#include "linuxcnc/interpreter.hpp"
+#include "support/controllers.hpp"
+
+namespace trunnion {
+namespace {
+
+using nc::AxisLetter;
+
+std::int64_t integer(std::mt19937_64& random, std::int64_t low, std::int64_t high) {
+  return std::uniform_int_distribution<std::int64_t>(low, high)(random);
+}
+
+nc::Hole random_hole(std::mt19937_64& random, nc::AxisWords& at) {
+  nc::Hole hole;
+  hole.kind = static_cast<nc::Hole::Kind>(integer(random, 0, 3));
+  const bool steps = hole.kind == nc::Hole::Kind::peck || hole.kind == nc::Hole::Kind::chip_break;
+  hole.dwell_ms = steps ? 0 : integer(random, 0, 1) * integer(random, 1, 900);
+  hole.feed = integer(random, 1000, 900000);
+  hole.clear = at[AxisLetter::Z] - integer(random, 0, 60000);
+  hole.bottom = hole.clear - integer(random, 1000, 300000);
+  if (steps) hole.step = integer(random, (hole.clear - hole.bottom) / 20 + 1, hole.clear - hole.bottom - 1);
+  if (integer(random, 0, 1) == 0) at.set(AxisLetter::Z, hole.clear);
+  hole.words = at;
+  return hole;
+}
+
+nc::Arc random_arc(std::mt19937_64& random, nc::AxisWords& at) {
+  nc::Arc arc;
+  arc.clockwise = integer(random, 0, 1) == 1;
+  arc.feed = integer(random, 1000, 900000);
+  const std::int64_t x = at[AxisLetter::X];
+  const std::int64_t y = at[AxisLetter::Y];
+  arc.center = {x + integer(random, -900000, 900000), y + integer(random, 1000, 900000)};
+  if (integer(random, 0, 4) != 0) {
+    const double radius =
+        std::hypot(static_cast<double>(x - arc.center[0]), static_cast<double>(y - arc.center[1]));
+    const double angle = static_cast<double>(integer(random, 0, 6283)) / 1000.0;
+    at.set(AxisLetter::X, arc.center[0] + std::llround(radius * std::cos(angle)));
+    at.set(AxisLetter::Y, arc.center[1] + std::llround(radius * std::sin(angle)));
+  }
+  if (integer(random, 0, 2) == 0) at.set(AxisLetter::Z, at[AxisLetter::Z] + integer(random, 1, 90000));
+  arc.words = at;
+  return arc;
+}
+
+std::vector<nc::Block> shapes(std::uint64_t seed, int count) {
+  std::mt19937_64 random(seed);
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}, nc::Spindle{nc::SpindleTurn::clockwise, 900}};
+  nc::AxisWords at;
+  for (const auto letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::A, AxisLetter::C})
+    at.set(letter, 0);
+  nc::Motion start;
+  at.set(AxisLetter::Z, 500000);
+  start.words = at;
+  blocks.emplace_back(start);
+  for (int i = 0; i < count; ++i) {
+    switch (integer(random, 0, 2)) {
+      case 0:
+        blocks.emplace_back(random_arc(random, at));
+        break;
+      case 1: {
+        nc::Hole hole = random_hole(random, at);
+        for (std::int64_t more = integer(random, 0, 3); more >= 0; --more) {
+          hole.words.set(AxisLetter::X, integer(random, -900000, 900000));
+          if (integer(random, 0, 1) == 0) hole.words.set(AxisLetter::Y, integer(random, -900000, 900000));
+          blocks.emplace_back(hole);
+        }
+        at = hole.words;
+        break;
+      }
+      default: {
+        nc::Motion motion;
+        at.set(AxisLetter::Z, integer(random, -300000, 900000));
+        at.set(AxisLetter::A, integer(random, -300000, 900000));
+        motion.words = at;
+        blocks.emplace_back(motion);
+      }
+    }
+  }
+  blocks.emplace_back(nc::ProgramEnd{});
+  return blocks;
+}
+
+std::string four(double mm) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.4f", mm);
+  return std::string(buffer) == "-0.0000" ? "0.0000" : buffer;
+}
+
+/// A motion with its end as text, an arc with centre and sense.
+std::string motion_text(bool feed, double x, double y, double z) {
+  return (feed ? "feed " : "rapid ") + four(x) + " " + four(y) + " " + four(z);
+}
+
+std::vector<std::string> ours(const nc::Controller& controller, const std::string& text) {
+  std::vector<std::string> out;
+  const auto mm = [](std::int64_t quanta) { return static_cast<double>(quanta) / 1e4; };
+  for (const nc::Block& block : test::nc_blocks(controller, text)) {
+    if (const auto* m = std::get_if<nc::Motion>(&block)) {
+      out.push_back(motion_text(m->kind == nc::MotionKind::feed, mm(m->words[AxisLetter::X]),
+                                mm(m->words[AxisLetter::Y]), mm(m->words[AxisLetter::Z])));
+    } else if (const auto* arc = std::get_if<nc::Arc>(&block)) {
+      out.push_back(motion_text(true, mm(arc->words[AxisLetter::X]), mm(arc->words[AxisLetter::Y]),
+                                mm(arc->words[AxisLetter::Z])) +
+                    " about " + four(mm(arc->center[0])) + " " + four(mm(arc->center[1])) +
+                    (arc->clockwise ? " -1" : " 1"));
+    } else if (const auto* hole = std::get_if<nc::Hole>(&block)) {
+      for (const nc::Stroke& s : nc::strokes_of(*hole, controller.cycles, controller.numbers.axes))
+        out.push_back(motion_text(!s.rapid, s.xyz_mm[0], s.xyz_mm[1], s.xyz_mm[2]));
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> theirs(const test::Interpreted& run) {
+  std::vector<std::string> out;
+  std::string before;
+  for (const test::Straight& s : run.motions) {
+    const std::string place = s.xyzabc[0] + " " + s.xyzabc[1] + " " + s.xyzabc[2];
+    std::string text = (s.feed ? "feed " : "rapid ") + place;
+    if (s.turns != 0) text += " about " + s.center[0] + " " + s.center[1] + " " + std::to_string(s.turns);
+    // It repeats where it stands.
+    if (s.turns != 0 || s.feed || place != before) out.push_back(text);
+    before = place;
+  }
+  return out;
+}
+
+TEST(Rs274, MakesTheSameOfArcsAndDrillingCycles) {
+  if (!test::has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const std::string text = test::nc_text(controller, shapes(seed, 300));
+    const test::Interpreted run = test::interpret(text);
+    ASSERT_EQ(run.exit_code, 0) << run.messages;
+    const auto a = ours(controller, text);
+    const auto b = theirs(run);
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+      ASSERT_EQ(a[i], b[i]) << "motion " << i << " of seed " << seed << " behind "
+                            << (i == 0 ? "" : a[i - 1]);
+    }
+    ASSERT_EQ(a.size(), b.size());
+  }
+}
+
+}  // namespace
+}  // namespace trunnion
