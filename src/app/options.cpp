@@ -191,6 +191,12 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--thermal-dead-band-um", thermal_dead_band_um, "smallest change that is followed")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  c.add_option(
+       "--arcs", arcs,
+       "circles of the CL file: in the control's words where it can hold them (native), or as straight "
+       "moves (moves); default: as the controller file says, and those that ship say moves")
+      ->check(CLI::IsMember({"native", "moves"}));
+  c.add_option("--cycles", cycles, "the same for drilling cycles")->check(CLI::IsMember({"native", "moves"}));
   c.add_flag("--tilted-plane", tilted_plane,
              "write motions of one tool axis (3+2) in a tilted plane of the control");
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
@@ -250,6 +256,8 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
                                  : post::FeedOutput::per_minute;
   out.rtcp = rtcp;
   out.tilted_plane = tilted_plane;
+  if (!arcs.empty()) out.native_arcs = arcs == "native";
+  if (!cycles.empty()) out.native_cycles = cycles == "native";
   out.pole = pole.resolve();
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
   out.retract_mm = retract_mm;
@@ -272,7 +280,7 @@ std::string PostCliOptions::text() const {
                           accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
   }
-  return out + " " + reading.text() + "\n";
+  return out + " arcs " + arcs + " cycles " + cycles + " " + reading.text() + "\n";
 }
 
 void PostCliOptions::set_offset_output(post::PostJob& job) const {

@@ -83,6 +83,8 @@ struct PostCliOptions {
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
   PoleCliOptions pole;
+  std::string arcs;    // empty: as the controller file says
+  std::string cycles;  // the same
   bool tilted_plane = false;
   bool rtcp = false;
   bool one_sided = false;

@@ -97,6 +97,11 @@ void print_summary(const post::PostReport& r) {
     spdlog::info("{} stretches near the pole with the tool axis tilted, by {:.4f} deg at most",
                  r.pole_stretches, r.largest_pole_tilt.deg());
   }
+  if (r.arcs + r.holes + r.shapes_as_moves > 0) {
+    spdlog::info(
+        "{} arcs and {} holes in the control's own words, {} as moves, since those could not hold them",
+        r.arcs, r.holes, r.shapes_as_moves);
+  }
   if (r.tilted_planes > 0) spdlog::info("{} tilted planes", r.tilted_planes);
   if (r.choice.pole_points > 0) spdlog::info("{} points at the pole", r.choice.pole_points);
   if (r.largest_error_mm > 0.0) {

@@ -17,6 +17,7 @@ struct Pending {
   path::ChoicePoint point;  // near the pole its tool axis may be tilted
   cl::Feed feed;
   Vec3 programmed_axis_P = Vec3::UnitZ();
+  bool step = false;  // cl::Motion::step
 };
 
 /// What is said before a motion.

@@ -26,6 +26,8 @@ struct BlockEnd {
       false;  // reached under tool-centre-point control: the control moves the tip on a straight line in P
   Vec3 word_tip_P = Vec3::Zero();  // under it: X Y Z as the words have them
   bool from_unknown = false;       // the position before it is not known
+  bool in_cycle = false;           // a stroke of a drilling cycle
+  float off_chord_mm = 0.0F;       // by which the block itself may leave the straight way to here: an arc
 };
 
 /// A position of the program, evaluated.
@@ -42,6 +44,7 @@ struct Target {
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t line = 0;
   bool rapid = false;
+  bool step = false;  // cl::Motion::step
 };
 
 /// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:

@@ -87,6 +87,11 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   inverse_.axis_resolution = resolution.axis;
   const auto* motion = std::get_if<cl::Motion>(&record.data);
   if (motion == nullptr) {
+    if (const auto* begin = std::get_if<cl::ShapeBegin>(&record.data)) {
+      shape_left_ = begin->shape->motions;
+      shape_ = record;
+      return nullptr;
+    }
     chunk_->events.push_back({chunk_->motions.size(), record});
     if (const auto* word = std::get_if<cl::Tolerance>(&record.data)) {
       tolerances_.take(*word);
@@ -110,7 +115,9 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   // A plane holds one tool axis: a rapid to another one begins a new run.
   const bool leaves_plane = options_.tilted_plane && motion->rapid && !chunk_->motions.empty() &&
                             (chunk_->motions.back().programmed_axis_P - motion->axis_P).norm() > 1e-9;
-  if (motion->rapid && (feed_seen_ || leaves_plane)) {
+  if (shape_left_ > 0 && !shape_) {
+    --shape_left_;
+  } else if (motion->rapid && (feed_seen_ || leaves_plane)) {
     done = flush();
     feed_seen_ = false;
     summary_.goes_on = false;
@@ -118,9 +125,15 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     done = flush();
     summary_.goes_on = true;
   }
+  if (shape_) {
+    --shape_left_;
+    chunk_->events.push_back({chunk_->motions.size(), *std::exchange(shape_, std::nullopt)});
+  }
   feed_seen_ = feed_seen_ || !motion->rapid;
-  chunk_->motions.push_back(
-      {{{motion->tip_P, motion->axis_P}, record.where, motion->rapid}, motion->feed, motion->axis_P});
+  chunk_->motions.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
+                             motion->feed,
+                             motion->axis_P,
+                             motion->step});
   return done;
 }
 

@@ -63,7 +63,9 @@ class Intake {
   bool has_last_ = false;
   std::unique_ptr<Chunk> chunk_;
   std::vector<path::ChoicePoint> choice_points_;
-  bool feed_seen_ = false;  // in the present run: the next rapid ends it
+  std::size_t shape_left_ = 0;       // motions of an arc or a hole that are to come: it stays in one chunk
+  std::optional<cl::Record> shape_;  // that the next motion begins
+  bool feed_seen_ = false;           // in the present run: the next rapid ends it
   std::size_t points_ = 0;
   path::ChoiceSummary summary_;
 };

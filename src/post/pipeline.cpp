@@ -127,7 +127,8 @@ Result<void> Pipeline::pass_on(Chunk& chunk) {
   for (Verifier* verifier : {verifier_.get(), nominal_.get()}) {
     if (verifier == nullptr) continue;
     for (const Pending& p : chunk.motions) {
-      verifier->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid}, p.point.where);
+      verifier->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
+                       p.point.where);
     }
   }
   if (verifier_) verifier_->text(chunk.text);

@@ -89,6 +89,21 @@ class Pipeline {
   /// are one run (one feed, nothing said between them); `first` itself otherwise. `event` is the next one.
   std::size_t cutting_run_end(std::size_t first, std::size_t event) const;
   Result<void> emit_cutting_run(std::size_t first, std::size_t last);
+  /// An arc or a hole whose motions begin with number `i`, in the control's own words; false where those
+  /// cannot hold it: then its motions go out.
+  Result<bool> emit_shape(const cl::Shape& shape, std::size_t i);
+  bool may_be_shape(std::size_t i, std::size_t count) const;
+  Result<bool> emit_arc(const cl::Arc& arc, std::size_t i, std::size_t count);
+  Result<bool> emit_hole(const cl::Hole& hole, std::size_t i, std::size_t count);
+  Result<void> emit_across(const cl::Hole& hole, std::size_t i, bool cycle_goes);
+  double emit_rate(double rate_mm_s, double length_mm, std::int64_t& feed);
+  double seconds_of(const nc::Hole& hole, const JointVector& at) const;
+  static bool holds_place(const nc::Template& words);
+  bool same_rotary(const JointVector& a, const JointVector& b) const;
+  Vec3 word_xyz(const Vec3& tip_P, const JointVector& at) const;
+  Vec3 xyz_of(const JointVector& words) const;
+  nc::AxisWords quanta_of(const Vec3& xyz_mm) const;
+  JointVector joints_of_xyz(const nc::AxisWords& words, const JointVector& at) const;
   Result<void> emit_event(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <variant>
 
 #include "post/pipeline.hpp"
 
@@ -11,6 +12,15 @@ Result<void> Pipeline::emit_run() {
   std::size_t event = 0;
   for (std::size_t i = 0; i <= motions.size(); ++i) {
     for (; event < events.size() && events[event].before == i; ++event) {
+      if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
+        const auto taken = emit_shape(*begin->shape, i);
+        if (!taken) return tl::unexpected(taken.error());
+        if (!*taken) continue;
+        // Nothing but the dwell of a hole stands between its motions.
+        i += begin->shape->motions;
+        while (event + 1 < events.size() && events[event + 1].before < i) ++event;
+        continue;
+      }
       if (auto done = emit_event(events[event].record); !done) return done;
     }
     if (i == motions.size()) break;

@@ -9,6 +9,16 @@
 #include "post/preparer.hpp"
 
 namespace trunnion::post {
+namespace {
+
+cl::ReaderOptions reading(const PostJob& job, const PostOptions& options) {
+  cl::ReaderOptions out = reading_within(options.cl, options.tolerance_mm);
+  out.mark_shapes = options.native_arcs.value_or(job.controller->native_arcs) ||
+                    options.native_cycles.value_or(job.controller->native_cycles);
+  return out;
+}
+
+}  // namespace
 
 Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, const PostOptions& options,
                  const TextSink& sink, Diagnostics& diagnostics)
@@ -18,7 +28,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       errors_before_(diagnostics.error_count()),
       pipeline_(job, options, sink, diagnostics),
       intake_(job, options, pipeline_.tool_mm(), pipeline_.rounding(), store_),
-      reader_(std::move(source), job.cl_file, options.cl, diagnostics) {}
+      reader_(std::move(source), job.cl_file, reading(job, options), diagnostics) {}
 
 std::unique_ptr<Chunk> Program::next() {
   const auto stopped = [&] { return choice_failed_ || diagnostics_.error_count() > errors_before_; };

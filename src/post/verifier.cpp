@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "post/verifier_state.hpp"
@@ -23,7 +24,7 @@ Verifier::~Verifier() = default;
 
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   ++state_->report.points_in;
-  state_->targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid});
+  state_->targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step});
 }
 
 void Verifier::text(std::string_view piece) {
@@ -63,6 +64,12 @@ Result<VerifyReport> Verifier::finish() {
   return std::move(s.report);
 }
 
+cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm) {
+  constexpr double kShare = 0.1;
+  reading.arc_tolerance_mm = std::min(reading.arc_tolerance_mm, kShare * tolerance_mm);
+  return reading;
+}
+
 Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
                             std::unique_ptr<cl::TextSource> nc, const std::string& nc_file,
                             const Machine& machine, const nc::Controller& controller,
@@ -70,7 +77,7 @@ Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::strin
                             Diagnostics& diagnostics) {
   Verifier verifier(machine, controller, machine.tool_vector(), options, nc_file, diagnostics);
   const std::size_t errors = diagnostics.error_count();
-  cl::Reader reader(std::move(cl), cl_file, reading, diagnostics);
+  cl::Reader reader(std::move(cl), cl_file, reading_within(reading, options.tolerance_mm), diagnostics);
   cl::Record record;
   while (reader.next(record)) {
     if (const auto* motion = std::get_if<cl::Motion>(&record.data)) verifier.expect(*motion, record.where);

@@ -49,6 +49,7 @@ void Verifier::State::point_hit(double tip_mm) {
 }
 
 void Verifier::State::rapid(const Vertex& v) {
+  if (v.in_cycle && steps(v)) return;
   pass_repeated_points();
   pass_end_of_cut();
   const std::size_t next = at.segment + 1;
@@ -86,6 +87,7 @@ void Verifier::State::pass_end_of_cut() {
 }
 
 void Verifier::State::feed(const Vertex& v) {
+  if (v.in_cycle && steps(v)) return;
   pass_repeated_points();
   if (at.segment + 1 >= targets.size()) {  // beyond the end of the CL path: compared with its last point
     const Target& last = targets.back();
@@ -98,22 +100,26 @@ void Verifier::State::feed(const Vertex& v) {
   const Place place = find(v);
   const Vertex* from = previous;
   std::optional<Vertex> passed;
+  // What a block is off its chord comes on top: then the figure itself is needed.
+  const DeviationMeter::Deviation known =
+      v.off_chord_mm > 0.0F ? DeviationMeter::Deviation{} : uninteresting();
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
     const Vertex to = meter.nearest_between(*from, v, targets[j + 1], program);
     point_hit((to.tip_P - targets[j + 1].tip_P).norm());
-    take_deviation(meter.of(*from, to, targets[j], targets[j + 1], program, uninteresting()),
+    take_deviation(meter.of(*from, to, targets[j], targets[j + 1], program, known),
                    near_pole(targets[j], targets[j + 1]));
     passed_point |= mark_nearer(v, targets[j + 1]);
     passed = to;
     from = &*passed;
   }
   const Target& end = targets[place.segment + 1];
-  take_deviation(meter.of(*from, v, targets[place.segment], end, program, uninteresting()),
+  take_deviation(meter.of(*from, v, targets[place.segment], end, program, known),
                  near_pole(targets[place.segment], end));
   const bool programmed = place.t >= 1.0 || distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm;
   if (programmed) point_hit((v.tip_P - end.tip_P).norm());
   at = programmed ? Place{place.segment + 1, 0.0, 0.0} : place;
+  if (v.off_chord_mm > 0.0F) bows_by(v.off_chord_mm);
   record_feed(v, end.line, programmed || passed_point);
 }
 
@@ -210,11 +216,12 @@ Place Verifier::State::find(const Vertex& v) const {
     const Target& a = targets[best.segment - 1];
     const Target& b = targets[best.segment];
     const double here = distance_to_segment(v.tip_P, b.tip_P, targets[best.segment + 1].tip_P);
-    if (distance_to_segment(v.tip_P, a.tip_P, b.tip_P) < here - 1e-7) {
-      const double t = parameter_of(v, a, b);
-      const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
-      best = {best.segment - 1, before, best.distance};
-    }
+    const double t = parameter_of(v, a, b);
+    const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
+    // Where the path comes back along itself what lies behind is as near.
+    const double there = before > t ? (v.tip_P - a.tip_P - before * (b.tip_P - a.tip_P)).norm()
+                                    : distance_to_segment(v.tip_P, a.tip_P, b.tip_P);
+    if (there < here - 1e-7) best = {best.segment - 1, before, best.distance};
   }
   return best;
 }

@@ -38,6 +38,8 @@ struct Verifier::State {
         std::string nc_file, Diagnostics& diagnostics)
       : machine(m),
         controller(c),
+        file(nc_file),
+        findings(diagnostics),
         tool_mm(tool),
         options(o),
         offsets(o.offsets != nullptr
@@ -82,6 +84,8 @@ struct Verifier::State {
   void take(const nc::Block& block) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion, nullptr);
     if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
+    if (const auto* arc = std::get_if<nc::Arc>(&block)) take(*arc);
+    if (const auto* hole = std::get_if<nc::Hole>(&block)) take(*hole);
     if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
     if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
     if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
@@ -140,12 +144,8 @@ struct Verifier::State {
       from_unknown = true;
       return;
     }
-    BlockEnd v;
-    v.tcp = tcp && !plane;
+    BlockEnd v = end_at(words);
     v.from_unknown = std::exchange(from_unknown, false);
-    if (tcp && !plane) v.word_tip_P = tip_of(words);
-    v.q = plane ? joints_of_plane_words(words)
-                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(words), tcp);
     v.nc_line = motion.source.line;
     v.feed_mode = motion.feed_mode;
     v.feed = motion.feed;
@@ -156,6 +156,26 @@ struct Verifier::State {
       waiting.emplace_back(v);
     work();
   }
+
+  /// Where the axes stand for these words.
+  BlockEnd end_at(const JointVector& words) const {
+    BlockEnd v;
+    v.tcp = tcp && !plane;
+    if (v.tcp) v.word_tip_P = tip_of(words);
+    v.q = plane ? joints_of_plane_words(words)
+                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(words), tcp);
+    return v;
+  }
+
+  /// The places along the way, one block end each. False: the position is not known.
+  bool words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out);
+  void take(const nc::Arc& arc);
+  void take(const nc::Hole& hole);
+  void put(const BlockEnd& end) {
+    waiting.emplace_back(end);
+    work();
+  }
+  static JointVector with_xyz(const State& state, const JointVector& words, const std::array<double, 3>& xyz);
 
   // The control turns its rotary axes until the tool stands along Z of the plane: the solution nearest to
   // where they stand.
@@ -298,6 +318,11 @@ struct Verifier::State {
   // as a motion of the path.
   bool comes_back(const Vertex& v);
 
+  // Strokes of a drilling cycle between where the feed begins and the bottom: the control has its own steps.
+  // Each must be along the hole, no rapid below what was drilled, and no step deeper than the CL file's
+  // deepest. True when `v` is one.
+  bool steps(const Vertex& v);
+
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& v) const;
@@ -329,6 +354,12 @@ struct Verifier::State {
     report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
     Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
     largest = std::max(largest, Angle::radians(d.axis_rad.upper));
+  }
+
+  // A block that is not straight itself leaves its chord by so much more.
+  void bows_by(double off_chord_mm) {
+    block_tip_mm += off_chord_mm;
+    report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, block_tip_mm);
   }
 
   void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
@@ -382,6 +413,8 @@ struct Verifier::State {
 
   const Machine& machine;
   const nc::Controller& controller;
+  std::string file;
+  Diagnostics& findings;
   Vec3 tool_mm;
   VerifyOptions options;
   std::optional<OffsetTracker> offsets;
@@ -405,7 +438,8 @@ struct Verifier::State {
   Place at;
   bool started = false;
   bool all_expected = false;
-  bool away = false;  // the tool has left the path along its axis
+  double drilled_mm = 0.0;  // in the hole at hand, from where the feed begins
+  bool away = false;        // the tool has left the path along its axis
   // A block with terms of its own is large and rare: the others keep their size.
   std::vector<std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep,
                            nc::Comment, nc::Dwell, nc::Spindle>>

@@ -111,6 +111,9 @@ std::string post_json(const post::PostReport& r) {
   out["pole_turns_early"] = r.pole_turns_early;
   out["pole_turns_cutting"] = r.pole_turns_cutting;
   out["tilted_planes"] = r.tilted_planes;
+  out["arcs"] = r.arcs;
+  out["holes"] = r.holes;
+  out["shapes_as_moves"] = r.shapes_as_moves;
   out["axis_time_s"] = r.choice.axis_time_s;
   out["rotary_travel_deg"] = r.choice.rotary_travel_rad * kDegreePerRad;
   out["duration_s"] = r.duration_s;

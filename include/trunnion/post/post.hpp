@@ -46,6 +46,10 @@ struct PostOptions {
   bool tilted_plane = false;
   /// Tool-centre-point control: words are the tip in P, the control moves it on a straight line.
   bool rtcp = false;
+  /// Arcs and drilling cycles of the CL file in the control's own words where it can hold them; nothing: as
+  /// the controller file says.
+  std::optional<bool> native_arcs;
+  std::optional<bool> native_cycles;
   bool verify = true;
   bool collect = false;  // keep what the HTML report draws
   /// Threads for this one program; the text does not depend on it.
@@ -106,6 +110,9 @@ struct PostReport {
   std::size_t pole_turns_early = 0;    // C turned at a rapid that leads to the pole
   std::size_t pole_turns_cutting = 0;  // C turns by more than the least turn in the cone, while cutting
   std::size_t tilted_planes = 0;       // switched on
+  std::size_t arcs = 0;                // in the control's words
+  std::size_t holes = 0;               // in the control's drilling cycles
+  std::size_t shapes_as_moves = 0;     // arcs and holes that were asked for in its words, and could not be
   double largest_error_mm = 0.0;       // of the machine at the points of the path, before compensation
   double largest_correction_mm = 0.0;  // of the linear axes
   std::size_t offset_shifts = 0;  // blocks that shift the work offset, without the last one that ends them

@@ -173,6 +173,10 @@ class Verifier {
   std::unique_ptr<State> state_;
 };
 
+/// How a CL file is read that is held within `tolerance_mm`: the chords of its arcs take a tenth of it at
+/// most.
+cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm);
+
 /// Verifies a whole program against a whole CL file: `nc` is read piece by piece, so that memory holds the CL
 /// motions only.
 Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
