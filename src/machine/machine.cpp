@@ -141,7 +141,8 @@ void read_axes(Section& root, Machine& machine) {
     Axis axis = read_axis(s);
     if (machine.axis(axis.name)) s.error("name", "axis '" + axis.name + "' is given twice");
     if (machine.axes.size() == kMaxAxes) {
-      s.error("name", "more than " + std::to_string(kMaxAxes) + " axes");
+      s.error("name", "more than " + std::to_string(kMaxAxes) +
+                          " axes: three linear and at most two rotary ones can be");
       break;
     }
     machine.axes.push_back(std::move(axis));

@@ -19,8 +19,9 @@ enum class AxisKind : std::uint8_t { linear, rotary };
 /// Index of an axis in Machine::axes.
 using AxisId = std::size_t;
 
-/// Nine named axes (X Y Z A B C U V W) are what NC words offer.
-inline constexpr std::size_t kMaxAxes = 9;
+/// Three linear axes and two rotary ones that carry the part: `load_machine` takes no more. Joint positions
+/// are copied from stage to stage, so they are no longer than that.
+inline constexpr std::size_t kMaxAxes = 5;
 
 /// One number per axis: mm for linear axes, rad for rotary axes (or mm/s, rad/s). Deliberately without a
 /// norm: mm and rad do not add.
