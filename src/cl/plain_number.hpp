@@ -1,44 +1,65 @@
 #pragma once
+#include <bit>
 #include <charconv>
 #include <cstdint>
+#include <cstring>
 
 namespace trunnion::cl {
 
-/// Reads `[+-]digits[.digits]` at `p` (the text ends in a character that is none of these). Correctly
-/// rounded: up to 2^53 the mantissa is exact, and so is the power of ten up to 10^22, hence their quotient is
-/// the nearest double; longer ones go to from_chars.
-/// @return behind the number; null when there is none, or one with an exponent. `places`: digits after the
-/// point.
+/// Appends the digits at `p` to `mantissa`, eight at a time; at least eight bytes behind `p` can be read.
+/// Returns behind them. The mantissa of more than 19 digits means nothing.
+inline const char* append_digits(const char* p, std::uint64_t& mantissa) {
+  static constexpr std::uint64_t kPower[] = {1,       10,        100,        1'000,      10'000,
+                                             100'000, 1'000'000, 10'000'000, 100'000'000};
+  static_assert(std::endian::native == std::endian::little, "the first character is the lowest byte");
+  for (;;) {
+    std::uint64_t x = 0;
+    std::memcpy(&x, p, sizeof(x));
+    x ^= 0x3030303030303030;  // digits are 0 to 9 now
+    // The highest bit of each byte above 9; a carry reaches bytes behind the first of them only.
+    const std::uint64_t others = ((x + 0x7676767676767676) | x) & 0x8080808080808080;
+    const int count = others == 0 ? 8 : std::countr_zero(others) / 8;
+    if (count == 0) return p;
+    x <<= 64 - 8 * count;  // zeros in front
+    x = (x * 10 + (x >> 8)) & 0x00FF00FF00FF00FF;
+    x = (x * 100 + (x >> 16)) & 0x0000FFFF0000FFFF;
+    x = (x * 10000 + (x >> 32)) & 0x00000000FFFFFFFF;
+    mantissa = mantissa * kPower[count] + x;
+    p += count;
+    if (count < 8) return p;
+  }
+}
+
+/// Reads `[+-]digits[.digits]` at `p` (the text ends in a character that is none of these, and eight more
+/// bytes can be read); whether the number ends there, and not in an exponent, is for the caller to see.
+/// Correctly rounded: up to 2^53 the mantissa is exact, and so is the power of ten up to 10^22, hence their
+/// quotient is the nearest double; longer ones go to from_chars.
+/// @return behind the number; null when there is none. `places`: digits after the point.
 inline const char* plain_number(const char* p, double& value, unsigned& places) {
-  static constexpr double kPower[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
-                                      1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
-  constexpr int kSafeDigits = 18;  // 10^18 - 1 fits an int64
-  constexpr std::int64_t kExact = std::int64_t{1} << 53;
+  static constexpr double kPower[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                      1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  constexpr std::ptrdiff_t kSafeDigits = 15;  // 10^15 - 1 is below 2^53
   const bool negative = *p == '-';
-  if (negative || *p == '+') ++p;
+  p += negative || *p == '+' ? 1 : 0;
   const char* const begin = p;
   std::uint64_t mantissa = 0;
+  // Few digits stand before the point, and more behind it.
   unsigned digit = 0;
   while ((digit = static_cast<unsigned>(*p) - '0') < 10) {
     mantissa = mantissa * 10 + digit;
     ++p;
   }
-  auto digits = p - begin;
+  std::ptrdiff_t digits = p - begin;
   places = 0;
   if (*p == '.') {
     const char* const fraction = ++p;
-    while ((digit = static_cast<unsigned>(*p) - '0') < 10) {
-      mantissa = mantissa * 10 + digit;
-      ++p;
-    }
+    p = append_digits(p, mantissa);
     places = static_cast<unsigned>(p - fraction);
     digits += p - fraction;
   }
   if (digits == 0) return nullptr;
-  const char next = static_cast<char>(*p | 0x20);
-  if (next == 'e' || next == 'd') return nullptr;
   double magnitude = 0.0;
-  if (digits <= kSafeDigits && static_cast<std::int64_t>(mantissa) <= kExact) {
+  if (digits <= kSafeDigits) {
     magnitude = static_cast<double>(static_cast<std::int64_t>(mantissa)) / kPower[places];
   } else {
     const auto parsed = std::from_chars(begin, p, magnitude, std::chars_format::fixed);

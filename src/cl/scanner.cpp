@@ -304,26 +304,29 @@ bool Scanner::plain_goto(PlainGoto& out) {
   ++p;
   std::uint32_t lines = 1;
   int count = 0;
-  unsigned decimals[2] = {0, 0};
+  std::array<unsigned, 6> places{};
   for (;;) {
-    while (is_blank(*p)) ++p;
-    if (*p == '$') {
-      ++p;
+    while (*p == ' ') ++p;
+    if (*p == '\t' || *p == '$') {
       while (is_blank(*p)) ++p;
-      if (*p == '\r') ++p;
-      if (*p != '\n') return false;
-      ++p;
-      ++lines;
-      while (is_blank(*p)) ++p;
+      if (*p == '$') {
+        ++p;
+        while (is_blank(*p)) ++p;
+        if (*p == '\r') ++p;
+        if (*p != '\n') return false;
+        ++p;
+        ++lines;
+        while (is_blank(*p)) ++p;
+      }
     }
-    unsigned places = 0;
-    p = plain_number(p, out.value[count], places);
+    p = plain_number(p, out.value[count], places[static_cast<std::size_t>(count)]);
     if (p == nullptr) return false;
-    unsigned& most = decimals[count >= 3 ? 1 : 0];
-    most = std::max(most, places);
     ++count;
-    while (is_blank(*p)) ++p;
-    if (*p != ',' || count == 6) break;
+    if (*p != ',') {
+      while (is_blank(*p)) ++p;
+      if (*p != ',') break;
+    }
+    if (count == 6) break;
     ++p;
   }
   if (*p == '\r') ++p;
@@ -337,8 +340,8 @@ bool Scanner::plain_goto(PlainGoto& out) {
   }
   if (count != 3 && count != 6) return false;
   out.count = count;
-  out.coordinate_decimals = static_cast<std::uint8_t>(decimals[0]);
-  out.axis_decimals = static_cast<std::uint8_t>(decimals[1]);
+  out.coordinate_decimals = static_cast<std::uint8_t>(std::max({places[0], places[1], places[2]}));
+  out.axis_decimals = static_cast<std::uint8_t>(std::max({places[3], places[4], places[5]}));
   goto_cursor_ = cursor_;
   goto_line_ = line_;
   cursor_ = static_cast<std::size_t>(p - buffer_.data());
