@@ -65,13 +65,16 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
       options_(options),
       kinematics_(machine, options.tool_mm),
       solver_(machine),
-      rotary_(machine.rotary_axes()) {
+      rotary_count_(kinematics_.rotary_count()) {
   for (std::size_t k = 0; k < 3; ++k) {
     linear_[k] = kinematics_.linear(k);
     linear_seconds_[k] = seconds_per_unit(machine.axes[linear_[k]]);
   }
-  for (std::size_t k = 0; k < rotary_.size(); ++k)
-    rotary_seconds_[k] = seconds_per_unit(machine.axes[rotary_[k]]);
+  for (std::size_t k = 0; k < rotary_count_; ++k) {
+    rotary_[k] = kinematics_.rotary(k);
+    rotary_axis_[k] = &machine.axes[rotary_[k]];
+    rotary_seconds_[k] = seconds_per_unit(*rotary_axis_[k]);
+  }
 }
 
 void GlobalChoice::start(const JointVector& seed, std::size_t count) {
@@ -85,13 +88,13 @@ void GlobalChoice::start(const JointVector& seed, std::size_t count) {
   layer.count = 1;
   Candidate& c = layer.at[0];
   c = Candidate{};
-  for (std::size_t k = 0; k < rotary_.size(); ++k) c.angle[k] = seed[rotary_[k]];
+  for (std::size_t k = 0; k < rotary_count_; ++k) c.angle[k] = seed[rotary_[k]];
   for (std::size_t k = 0; k < 3; ++k) c.linear[static_cast<Eigen::Index>(k)] = seed[linear_[k]];
 }
 
 JointVector GlobalChoice::joints(const std::array<double, 2>& angle, const Vec3& linear) const {
   JointVector q = seed_;
-  for (std::size_t k = 0; k < rotary_.size(); ++k) q[rotary_[k]] = angle[k];
+  for (std::size_t k = 0; k < rotary_count_; ++k) q[rotary_[k]] = angle[k];
   for (std::size_t k = 0; k < 3; ++k) q[linear_[k]] = linear[static_cast<Eigen::Index>(k)];
   return q;
 }
@@ -102,15 +105,15 @@ double GlobalChoice::step_cost(const Candidate& a, const Candidate& b) const {
     const auto i = static_cast<Eigen::Index>(k);
     sum += std::abs(b.linear[i] - a.linear[i]) * linear_seconds_[k];
   }
-  for (std::size_t k = 0; k < rotary_.size(); ++k)
+  for (std::size_t k = 0; k < rotary_count_; ++k)
     sum += std::abs(b.angle[k] - a.angle[k]) * rotary_seconds_[k];
   return sum;
 }
 
 double GlobalChoice::centre_preference(const Candidate& c) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < rotary_.size(); ++k) {
-    const Axis& axis = machine_.axes[rotary_[k]];
+  for (std::size_t k = 0; k < rotary_count_; ++k) {
+    const Axis& axis = *rotary_axis_[k];
     if (axis.has_limits()) sum += std::abs(c.angle[k] - 0.5 * (axis.min + axis.max)) / (axis.max - axis.min);
   }
   return kCentreWeight_s * sum;
@@ -118,10 +121,9 @@ double GlobalChoice::centre_preference(const Candidate& c) const {
 
 // Whole turns of an axis that may turn for ever make no difference to what follows.
 bool GlobalChoice::same_position(const Candidate& a, const Candidate& b) const {
-  for (std::size_t k = 0; k < rotary_.size(); ++k) {
+  for (std::size_t k = 0; k < rotary_count_; ++k) {
     const double d = b.angle[k] - a.angle[k];
-    const double least =
-        machine_.axes[rotary_[k]].has_limits() || std::abs(d) < kPi ? d : std::remainder(d, kTwoPi);
+    const double least = rotary_axis_[k]->has_limits() || std::abs(d) < kPi ? d : std::remainder(d, kTwoPi);
     if (!(std::abs(least) < 1e-9)) return false;
   }
   return true;
@@ -130,49 +132,50 @@ bool GlobalChoice::same_position(const Candidate& a, const Candidate& b) const {
 bool GlobalChoice::reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const {
   if (point.rapid) return false;
   double turn = 0.0;
-  for (std::size_t k = 0; k < rotary_.size(); ++k) turn += std::abs(b.angle[k] - a.angle[k]);
+  for (std::size_t k = 0; k < rotary_count_; ++k) turn += std::abs(b.angle[k] - a.angle[k]);
   constexpr double kSurelyNone = 10.0 * kRadPerDegree;
   if (turn < kSurelyNone) return false;
   return needs_reconfiguration(kinematics_, joints(a.angle, a.linear), joints(b.angle, b.linear),
                                axis_before_, point.pose.axis_P);
 }
 
-// All positions that reach `pose`; C at the pole and free turns follow `seed`.
-void GlobalChoice::candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const {
-  out.count = 0;
-  const double seed_inner = rotary_.empty() ? 0.0 : seed.angle[rotary_.size() - 1];
-  const RotarySolutions solutions = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
-  for (std::size_t i = 0; i < solutions.count; ++i) {
-    const RotarySolution& solution = solutions.at[i];
-    // The linear axes and the sines are the same for every turn.
-    const RotarySines sines =
+// C at the pole follows `seed`.
+void GlobalChoice::solve(const ToolPose& pose, const Candidate& seed) {
+  const double seed_inner = rotary_count_ == 0 ? 0.0 : seed.angle[rotary_count_ - 1];
+  solved_.rotary = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
+  solved_.follows_seed = false;
+  for (std::size_t i = 0; i < solved_.rotary.count; ++i) {
+    const RotarySolution& solution = solved_.rotary.at[i];
+    solved_.follows_seed = solved_.follows_seed || !solution.sines_known;
+    solved_.sines[i] =
         solution.sines_known ? solution.sines : kinematics_.sines(joints(solution.angle, Vec3::Zero()));
-    const Vec3 linear = kinematics_.linear_positions(pose.tip_P, sines);
-    const std::size_t first = out.count;
-    add_turns(solution, seed, out);
-    for (std::size_t c = first; c < out.count; ++c) {
-      Candidate& at = out.at[c];
-      at.linear = linear;
-      at.sines = sines;
-      at.branch = solution.branch;
-      at.singular = solution.singular;
-    }
+    solved_.linear[i] = kinematics_.linear_positions(pose.tip_P, solved_.sines[i]);
   }
 }
 
-void GlobalChoice::add_turns(const RotarySolution& solved, const Candidate& seed, Layer& out) const {
+// All positions that reach the solved pose; free turns follow `seed`.
+void GlobalChoice::candidates(const Candidate& seed, Layer& out) const {
+  out.count = 0;
+  for (std::size_t i = 0; i < solved_.rotary.count; ++i) add_turns(i, seed, out);
+}
+
+void GlobalChoice::add_turns(std::size_t solution, const Candidate& seed, Layer& out) const {
+  const RotarySolution& solved = solved_.rotary.at[solution];
   std::array<std::array<double, 8>, 2> angles;
+  angles[0][0] = solved.angle[0];
+  angles[1][0] = solved.angle[1];
   std::array<std::size_t, 2> counts = {1, 1};
-  for (std::size_t k = 0; k < rotary_.size(); ++k) {
-    counts[k] = turns_within(machine_.axes[rotary_[k]], solved.angle[k], seed.angle[k], angles[k]);
-  }
+  for (std::size_t k = 0; k < rotary_count_; ++k)
+    counts[k] = turns_within(*rotary_axis_[k], solved.angle[k], seed.angle[k], angles[k]);
   for (std::size_t i = 0; i < counts[0]; ++i) {
     for (std::size_t j = 0; j < counts[1]; ++j) {
       if (out.count == kMaxCandidates) return;
       Candidate& c = out.at[out.count++];
-      c.angle = solved.angle;
-      if (!rotary_.empty()) c.angle[0] = angles[0][i];
-      if (rotary_.size() > 1) c.angle[1] = angles[1][j];
+      c.angle = {angles[0][i], angles[1][j]};
+      c.linear = solved_.linear[solution];
+      c.sines = solved_.sines[solution];
+      c.branch = solved.branch;
+      c.singular = solved.singular;
     }
   }
 }
@@ -181,41 +184,51 @@ void GlobalChoice::add_turns(const RotarySolution& solved, const Candidate& seed
 void GlobalChoice::reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate) {
   const Candidate& from = layers_[now_].at[predecessor];
   Layer& after = layers_[1 - now_];
-  Candidate next = candidate;
-  next.reconfigure = reconfigures(point, from, next);
-  next.cost = from.cost + step_cost(from, next) + (next.reconfigure ? kReconfigureSeconds : 0.0) +
-              centre_preference(next);
-  next.from = static_cast<std::uint8_t>(predecessor);
   // The same position reached from another predecessor: keep the cheaper one.
   Candidate* slot = nullptr;
   for (std::size_t k = 0; k < after.count && slot == nullptr; ++k) {
-    if (same_position(after.at[k], next)) slot = &after.at[k];
+    if (same_position(after.at[k], candidate)) slot = &after.at[k];
   }
+  const double way = from.cost + step_cost(from, candidate);
+  const double preference = centre_preference(candidate);
+  // A reconfiguration makes it no cheaper, and to look for one costs most.
+  if (slot != nullptr && !(way + preference < slot->cost)) return;
+  const bool reconfigure = reconfigures(point, from, candidate);
+  const double cost = way + (reconfigure ? kReconfigureSeconds : 0.0) + preference;
   if (slot == nullptr && after.count < kMaxCandidates) {
-    after.at[after.count++] = next;
-  } else if (slot == nullptr) {
-    slot = std::max_element(after.at.begin(), after.at.end(),
-                            [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+    slot = &after.at[after.count++];
+  } else {
+    if (slot == nullptr) {
+      slot = std::max_element(after.at.begin(), after.at.end(),
+                              [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+    }
+    if (!(cost < slot->cost)) return;
   }
-  if (slot != nullptr && next.cost < slot->cost) *slot = next;
+  *slot = candidate;
+  slot->cost = cost;
+  slot->from = static_cast<std::uint8_t>(predecessor);
+  slot->reconfigure = reconfigure;
 }
 
 bool GlobalChoice::add(const ChoicePoint& point) {
   const Layer& before = layers_[now_];
   Layer& after = layers_[1 - now_];
   after.count = 0;
-  for (std::size_t p = 0; p < before.count; ++p) {
-    candidates(point.pose, before.at[p], reached_);
-    if (before.count == 1 && reached_.count == 1) {
-      // The only way: what it costs decides nothing.
-      Candidate& next = after.at[after.count++];
-      next = reached_.at[0];
-      next.reconfigure = reconfigures(point, before.at[0], next);
-      next.from = 0;
-      next.cost = 0.0;
-      break;
+  solve(point.pose, before.at[0]);
+  if (before.count == 1) candidates(before.at[0], after);
+  if (after.count == 1) {
+    // The only way: what it costs decides nothing.
+    Candidate& next = after.at[0];
+    next.reconfigure = reconfigures(point, before.at[0], next);
+    next.from = 0;
+    next.cost = 0.0;
+  } else {
+    after.count = 0;
+    for (std::size_t p = 0; p < before.count; ++p) {
+      if (p > 0 && solved_.follows_seed) solve(point.pose, before.at[p]);
+      candidates(before.at[p], reached_);
+      for (std::size_t c = 0; c < reached_.count; ++c) reach(point, p, reached_.at[c]);
     }
-    for (std::size_t c = 0; c < reached_.count; ++c) reach(point, p, reached_.at[c]);
   }
   if (after.count == 0) return false;
   first_.push_back(static_cast<std::uint32_t>(traces_.size()));

@@ -60,8 +60,17 @@ class GlobalChoice {
     bool reconfigure;
   };
 
-  void candidates(const ToolPose& pose, const Candidate& seed, Layer& out) const;
-  void add_turns(const RotarySolution& solved, const Candidate& seed, Layer& out) const;
+  /// The inverse of a pose, turns aside.
+  struct Solved {
+    RotarySolutions rotary;
+    std::array<RotarySines, 2> sines;  // of the angles
+    std::array<Vec3, 2> linear;        // positions of the linear axes: the same for every turn
+    bool follows_seed = false;         // C may be the seed's: at the pole
+  };
+
+  void solve(const ToolPose& pose, const Candidate& seed);
+  void candidates(const Candidate& seed, Layer& out) const;
+  void add_turns(std::size_t solution, const Candidate& seed, Layer& out) const;
   void reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate);
   double step_cost(const Candidate& a, const Candidate& b) const;
   double centre_preference(const Candidate& c) const;
@@ -73,7 +82,9 @@ class GlobalChoice {
   const ChoiceOptions& options_;
   TableKinematics kinematics_;
   RotarySolver solver_;
-  std::vector<AxisId> rotary_;
+  std::size_t rotary_count_;
+  std::array<AxisId, 2> rotary_{};
+  std::array<const Axis*, 2> rotary_axis_{};
   std::array<AxisId, 3> linear_{};
   std::array<double, 2> rotary_seconds_{};
   std::array<double, 3> linear_seconds_{};
@@ -82,6 +93,7 @@ class GlobalChoice {
   Vec3 axis_before_ = Vec3::UnitZ();
   std::array<Layer, 2> layers_;
   std::size_t now_ = 0;  // layer of the last point
+  Solved solved_;
   Layer reached_;
   std::vector<Trace> traces_;
   std::vector<std::uint32_t> first_;  // index of each point's first trace
