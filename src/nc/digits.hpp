@@ -35,15 +35,20 @@ inline char* put_pair(char* p, std::uint32_t value) {
   return p + 2;
 }
 
-/// Writes `value` in decimal at `p`; returns the end. In place and without a loop: most coordinates have one
-/// to three digits here.
+/// Writes `value` in decimal at `p`, where four characters may be written; returns the end. Most coordinates
+/// have one to four digits here: as many of "0000" to "9999" as count, without a jump that nobody can
+/// foresee.
 inline char* put_unsigned(char* p, std::uint32_t value) {
-  if (value < 10) {
-    *p = static_cast<char>('0' + value);
-    return p + 1;
+  if (value < 10000) {
+    std::array<char, 4> all;
+    put_pair(put_pair(all.data(), value / 100), value % 100);
+    std::uint32_t digits = 0;
+    std::memcpy(&digits, all.data(), sizeof(digits));
+    const unsigned zeros = (value < 10 ? 1U : 0U) + (value < 100 ? 1U : 0U) + (value < 1000 ? 1U : 0U);
+    digits >>= 8 * zeros;  // the first character is the lowest byte
+    std::memcpy(p, &digits, sizeof(digits));
+    return p + 4 - zeros;
   }
-  if (value < 100) return put_pair(p, value);
-  if (value < 10000) return put_pair(put_unsigned(p, value / 100), value % 100);
   const std::uint32_t low = value % 10000;
   return put_pair(put_pair(put_unsigned(p, value / 10000), low / 100), low % 100);
 }
@@ -92,17 +97,23 @@ inline char* put_point_number(char* p, std::uint64_t magnitude) {
 /// Writes `quanta` * 10^-decimals at `p` (at most 24 characters); returns the end. Zero has no sign.
 char* put_any_number(char* p, std::int64_t quanta, const NumberStyle& style);
 
-/// The same; what four decimals and the range of machine tools need stands here so that the compiler can
-/// unroll it.
-inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
-  constexpr std::int64_t kLimit = 0xffffffff;
-  if (style.decimals != 4 || !style.trailing_zeros || style.plus_sign || quanta > kLimit ||
-      quanta < -kLimit) {
-    return put_any_number(p, quanta, style);
-  }
+/// What nearly all controls take, in the range of machine tools, stands here so that the compiler can unroll
+/// it.
+inline bool is_four_decimals(const NumberStyle& style) {
+  return style.decimals == 4 && style.trailing_zeros && !style.plus_sign;
+}
+inline constexpr std::int64_t kFourDecimals = 0xffffffff;  // largest number of quanta
+inline char* put_four_decimals(char* p, std::int64_t quanta) {
   *p = '-';
   p += quanta < 0 ? 1 : 0;
   return put_point_number<4>(p, static_cast<std::uint64_t>(quanta < 0 ? -quanta : quanta));
+}
+
+/// As put_any_number.
+inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
+  if (!is_four_decimals(style) || quanta > kFourDecimals || quanta < -kFourDecimals)
+    return put_any_number(p, quanta, style);
+  return put_four_decimals(p, quanta);
 }
 
 }  // namespace trunnion::nc

@@ -126,12 +126,12 @@ std::string Writer::State::number_text(std::int64_t quanta, const NumberStyle& s
 }
 
 std::uint16_t Writer::State::changed_axes(const AxisWords& words) const {
-  unsigned differs = 0;
-  for (std::size_t i = 0; i < kAxisLetters; ++i) {
-    differs |= static_cast<unsigned>(position.quanta[i] != words.quanta[i]) << i;
+  unsigned changed = words.mask & ~static_cast<unsigned>(position.mask);
+  for (unsigned rest = words.mask & position.mask; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    changed |= static_cast<unsigned>(position.quanta[i] != words.quanta[i]) << i;
   }
-  const unsigned unknown = ~static_cast<unsigned>(position.mask);
-  return static_cast<std::uint16_t>(words.mask & (differs | unknown));
+  return static_cast<std::uint16_t>(changed);
 }
 
 Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) const {
@@ -159,14 +159,31 @@ Result<void> Writer::State::refuse_feed(const Motion& m) const {
                 m.source);
 }
 
-char* Writer::State::put_axis(char* p, std::size_t i, std::int64_t quanta) const {
-  const AxisLetter letter = kAllAxisLetters[i];
-  if (c.rotary.is_modulo(letter)) {
-    quanta %= turn;
-    if (quanta < 0) quanta += turn;
+// The words of these axes, a separator behind each; null when a number is too large for the control.
+char* Writer::State::put_axes(char* p, const AxisWords& words, unsigned axes) {
+  const bool one_character = c.line.separator.size() == 1;
+  const char separator = one_character ? c.line.separator.front() : ' ';
+  const bool four_decimals =
+      is_four_decimals(linear) && is_four_decimals(rotary) && c.rotary.modulo_axes == 0;
+  for (unsigned rest = axes; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    const std::int64_t quanta = words.quanta[i];
+    if (quanta > kLargest || quanta < -kLargest) return nullptr;
+    position.quanta[i] = quanta;
+    if (four_decimals && quanta <= kFourDecimals && quanta >= -kFourDecimals) {
+      *p = letter_of(kAllAxisLetters[i]);
+      p = put_four_decimals(p + 1, quanta);
+    } else {
+      p = put_axis(p, i, quanta);
+    }
+    if (one_character) {
+      *p++ = separator;
+    } else {
+      p = put_text(p, c.line.separator);
+    }
   }
-  *p = letter_of(letter);
-  return put_number(p + 1, quanta, is_rotary(letter) ? rotary : linear);
+  position.mask = static_cast<std::uint16_t>(position.mask | axes);
+  return p;
 }
 
 char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
@@ -230,15 +247,8 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
   p = put_leading(p, m, with_pending);
-  for (unsigned rest = changed; rest != 0; rest &= rest - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    if (m.words.quanta[i] > kLargest || m.words.quanta[i] < -kLargest)
-      return refuse("coordinate too large", m.source);
-    p = put_axis(p, i, m.words.quanta[i]);
-    p = put_separator(p);
-    position.quanta[i] = m.words.quanta[i];
-  }
-  position.mask = static_cast<std::uint16_t>(position.mask | changed);
+  p = put_axes(p, m.words, changed);
+  if (p == nullptr) return refuse("coordinate too large", m.source);
   if (m.kind == MotionKind::feed) {
     p = put_feed(p, m);
   } else if (!c.motion.rapid_suffix.empty()) {

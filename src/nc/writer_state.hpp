@@ -77,7 +77,16 @@ struct Writer::State {
   // angle.
   Result<void> check_turns(const Motion& m, std::uint16_t changed) const;
   Result<void> refuse_feed(const Motion& m) const;
-  char* put_axis(char* p, std::size_t i, std::int64_t quanta) const;
+  char* put_axis(char* p, std::size_t i, std::int64_t quanta) const {
+    const AxisLetter letter = kAllAxisLetters[i];
+    if (c.rotary.modulo_axes != 0 && c.rotary.is_modulo(letter)) {
+      quanta %= turn;
+      if (quanta < 0) quanta += turn;
+    }
+    *p = letter_of(letter);
+    return put_number(p + 1, quanta, is_rotary(letter) ? rotary : linear);
+  }
+  char* put_axes(char* p, const AxisWords& words, unsigned axes);
 
   // Motion word, words that wait for a motion, feed mode: in this order in front of the axis words.
   char* put_leading(char* p, const Motion& m, bool with_pending);
