@@ -339,11 +339,12 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 }
 
 void Pipeline::moved(const JointVector& q, double seconds) {
+  if (!compensator_) return elapse(seconds);
   const auto lagged = state_.lagged();
   const std::vector<double> before(lagged.begin(), lagged.end());
-  if (compensator_) state_.move_to(q, seconds);
+  state_.move_to(q, seconds);
   elapse(seconds);
-  if (!compensator_ || before.empty()) return;
+  if (before.empty()) return;
   const Vec3 then = compensator_->actual(state_.now(), before).tip_P;
   const Vec3 now = compensator_->actual(state_.now(), state_.lagged()).tip_P;
   report_.lag_step_mm = std::max(report_.lag_step_mm, (now - then).norm());
@@ -406,11 +407,10 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
 }
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
-  bool beyond_any = false;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    beyond_any = beyond_any || !(q[id] >= least_[id] && q[id] <= most_[id]);
-  }
-  if (!beyond_any) return;
+  // Positions that the machine has no axis for are zero, as their travel.
+  bool within = true;
+  for (AxisId id = 0; id < kMaxAxes; ++id) within = within & (q[id] >= least_[id]) & (q[id] <= most_[id]);
+  if (within) return;
   for (const LimitViolation& v : limit_violations(machine_, q)) {
     if (v.by <= 0.5 * rounding_.quantum[v.axis] + 1e-12) continue;  // rounding of a position at the limit
     BeyondAxis& beyond = beyond_[v.axis];
@@ -431,7 +431,8 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
   motion.feed_mode = feed.mode;
   motion.feed = feed.quanta;
   motion.source = where;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+  const std::size_t axes = machine_.axes.size();
+  for (AxisId id = 0; id < axes; ++id) {
     if ((only & nc::AxisWords::bit(letters_[id])) == 0) continue;
     if (plane_ && machine_.axes[id].kind == AxisKind::rotary) continue;  // the control keeps them
     motion.words.set(letters_[id], controller_.numbers.axes.quanta(letters_[id], words[id]));

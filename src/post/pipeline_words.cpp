@@ -177,7 +177,7 @@ Vec3 Pipeline::word_tip_P(const JointVector& q) const {
 JointVector Pipeline::words(const JointVector& q) const {
   if (in_part()) return part_words(q);
   JointVector out = q;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) out[id] += word_offsets_[id];
+  for (AxisId id = 0; id < kMaxAxes; ++id) out[id] += word_offsets_[id];
   return out;
 }
 

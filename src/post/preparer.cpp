@@ -29,8 +29,6 @@ void Preparer::prepare(Chunk& chunk) {
   }
   chunk.segments.assign(count, {});
   if (whole_runs_) return;
-  // Figures of the whole program are largest values: what is below one that is known already changes none.
-  double known_mm = 0.0;
   std::size_t next = 0;
   path::Tolerance tolerance;
   for (std::size_t i = 0; i < count; ++i) {
@@ -44,8 +42,8 @@ void Preparer::prepare(Chunk& chunk) {
     segment.tolerance = tolerance;
     segment.first = chunk.inserted.size();
     segment.report = refiner_.decide(i == 0 ? chunk.before : chunk.points[i - 1], chunk.points[i], tolerance,
-                                     known_mm, chunk.inserted, &sines_[i]);
-    known_mm = std::max(known_mm, std::min(segment.report.predicted_mm, segment.report.midpoint_mm));
+                                     known_mm_, chunk.inserted, &sines_[i]);
+    known_mm_ = std::max(known_mm_, std::min(segment.report.predicted_mm, segment.report.midpoint_mm));
   }
 }
 

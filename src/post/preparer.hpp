@@ -21,6 +21,8 @@ class Preparer {
   TableKinematics kinematics_;
   path::Refiner refiner_;
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points
+  // Figures of the whole program are largest values: what is below one that is known already changes none.
+  double known_mm_ = 0.0;
   bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare
 };
 
