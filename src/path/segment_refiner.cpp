@@ -81,8 +81,13 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   const double ends = std::max(off(a.tip_P), off(b.tip_P));
   if (ends > tolerance_.tip_mm) return Verdict::beyond;
   if (axis_surely_within(a, b)) {
-    if (ends + certifier_.bow_from_norms(a, b) <= tolerance_.tip_mm) return Verdict::proved;
-    if (off(middle_tip(kinematics(), a, b)) > tolerance_.tip_mm) return Verdict::beyond;
+    const PieceNorms norms(kinematics(), a, b);
+    const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
+    if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
+    const Vec3 middle_P = middle_tip(kinematics(), a, b);
+    if (off(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
+    const Vec3 bow = middle_P - 0.5 * (a.tip_P + b.tip_P);
+    if (bow.norm() + beyond_parabola(norms.M3()) <= left_mm) return Verdict::proved;
     if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return Verdict::proved;
   }
   double tip_mm = 0.0;
@@ -112,7 +117,9 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   report.certified = options_.certify;
   const Station& a = *ends.at_a;
   const Station& b = *ends.at_b;
-  const double bow = certifier_.bow_from_norms(a, b);
+  const PieceNorms norms(kinematics(), a, b);
+  const double rounding = tip_rounding(kinematics(), a, b);
+  const double bow = norms.M2() / 8.0 + rounding;
   // Any point of the reference is at least as far as the nearest one: its ends serve.
   const double off2 =
       std::max((a.tip_P - ends.a->tip_P).squaredNorm(), (b.tip_P - ends.b->tip_P).squaredNorm());
@@ -131,8 +138,10 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   report.midpoint_mm = model.midpoint().norm();
   // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add, and to
   // look for its largest value takes longer than a sharper bound.
-  const bool judged_by_itself = options_.predictor.kind == Predictor::Kind::exact &&
-                                (bow <= known_mm || certifier_.bow_from_cubic(a, b) <= known_mm);
+  const double bow_with_middle = report.midpoint_mm + beyond_parabola(norms.M3()) + rounding;
+  const bool judged_by_itself =
+      options_.predictor.kind == Predictor::Kind::exact &&
+      (bow <= known_mm || bow_with_middle <= known_mm || certifier_.bow_from_cubic(a, b) <= known_mm);
   if (!judged_by_itself) report.predicted_mm = model.largest_distance();
   if (surely) return report;
   const Verdict verdict = piece_verdict(a, b);
@@ -233,6 +242,7 @@ void SegmentRefiner::put_nodes(const SegmentEnds& ends, std::vector<Point>& out)
 }
 
 bool SegmentRefiner::insert(SegmentReport& report) {
+  if (halve(report)) return true;
   const bool axis_holds =
       certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, tolerance_.axis) == Within::yes;
   if (options_.method == Method::subtract && axis_holds) {
@@ -243,6 +253,19 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   report.linear_nodes = how == NodeAxis::joint_linear;
   if (how == NodeAxis::great_circle && !axis_holds && insert_around_pole()) return true;
   return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
+}
+
+// One node in the middle is the fewest there can be, and most segments that need points need no more: then
+// nothing has to be known of how the segment bends. Halves of a bow have a quarter of it.
+bool SegmentRefiner::halve(const SegmentReport& report) {
+  constexpr double kQuarter = 4.0;
+  if (options_.method != Method::reinsert || options_.max_inserted == 0 || ends_.moved ||
+      largest_turn() >= kSmallTurn.rad() || report.midpoint_mm > kQuarter * tolerance_.tip_mm)
+    return false;
+  nodes_.assign(1, maker_.node(0.5, Vec3::Zero(), NodeAxis::great_circle, true));
+  if (all_within()) return true;
+  nodes_.clear();
+  return false;
 }
 
 // The great circle, unless joint-linear nodes (which hold the axis tolerance as they are) need fewer points:

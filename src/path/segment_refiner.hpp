@@ -59,6 +59,7 @@ class SegmentRefiner {
   bool axis_surely_within(const Station& a, const Station& b) const;
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
+  bool halve(const SegmentReport& report);
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
   bool insert_planned(NodeAxis how, Side side, std::size_t pieces);
   bool insert_longest_steps(NodeAxis how, Side side, std::size_t most);
