@@ -86,7 +86,7 @@ void refuse(ParsedLine& out, const char* begin, const char* p, std::string messa
 }  // namespace
 
 LineScanner::LineScanner(const Controller& controller, const PatternSet& patterns)
-    : c_(controller), patterns_(patterns) {
+    : c_(controller), patterns_(patterns), has_expressions_(!controller.run_time.open.empty()) {
   for (const auto& pattern : patterns.phrases) {
     const auto& first = pattern.tokens.front();
     if (first.type == Type::letters && first.text.size() == 1)
@@ -96,7 +96,8 @@ LineScanner::LineScanner(const Controller& controller, const PatternSet& pattern
 
 // A letter and its number; blanks may stand between them.
 bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const {
-  const char* s = skip_blanks(p + 1, end);
+  const char* s = p + 1;
+  if (s != end && is_blank(*s)) s = skip_blanks(s, end);
   if (s == end || !begins_number(*s)) return false;
   if (out.word_count == kMaxWords) {
     refuse(out, begin, p, "more words than any block has");
@@ -223,7 +224,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       ++p;
       continue;
     }
-    if (c >= 'X' && scan_expression(begin, p, end, out)) continue;
+    if (c >= 'X' && has_expressions_ && scan_expression(begin, p, end, out)) continue;
     if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;
     if (!out.error.empty()) return;
     if (scan_comment(p, end, out)) continue;

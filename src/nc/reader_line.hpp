@@ -83,6 +83,7 @@ class LineScanner {
   bool scan_phrase(const char*& p, const char* end, FoundEvent& out) const;
   const Controller& c_;
   const PatternSet& patterns_;
+  bool has_expressions_;                         // X[12.3-#511*0.5]
   std::array<bool, 32> letter_begins_phrase_{};  // Q of `Q339=`: by letter
 };
 
