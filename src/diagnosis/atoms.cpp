@@ -9,6 +9,7 @@
 
 #include "trunnion/base/contract.hpp"
 
+#include "diagnosis/float_products.hpp"
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/statistics.hpp"
 #include "diagnosis/structure.hpp"
@@ -19,7 +20,7 @@ namespace {
 // Part of a column (of its whitened length) below which the base imitates it: rounding stays at 1e-12, and an
 // effect that must be 100 000 times its visible part is not tested but guessed.
 constexpr double kImitated = 1e-5;
-constexpr double kTaken = 1e-3;     // part of a direction (squared) that a set must leave for it to be scored
+constexpr double kScored = 1e-3;    // part of a direction (squared) that a set must leave for it to be scored
 constexpr double kBound = 2.5;      // standard deviations: 99 % of good readings lie within
 constexpr int kFewestForRough = 4;  // outliers: fewer say nothing of those below the limit
 constexpr std::size_t kChunk = 64;
@@ -70,6 +71,11 @@ Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<
   });
   for (Task& task : tasks)
     for (Atom& atom : task.out) atoms_.push_back(std::move(atom));
+  for (const Atom& atom : atoms_) first_.push_back((first_.empty() ? 0 : first_.back()) + atom.rank());
+  first_.insert(first_.begin(), 0);
+  Atom residual;
+  residual.span = std::make_shared<Eigen::MatrixXf>(base_.white.cast<float>());
+  moments_ = *with_all(residual);
 }
 
 std::vector<Atom> Atoms::make_atoms(std::size_t family, std::size_t variant,
@@ -87,7 +93,10 @@ std::vector<Atom> Atoms::make_atoms(std::size_t family, std::size_t variant,
   std::vector<Atom> out;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const auto block = white.middleCols(static_cast<Eigen::Index>(s) * k, k);
-    out.push_back({family, variant, shapes[s], pivoted_qr(block, kImitated).Q.cast<float>()});
+    const MatrixXd q = pivoted_qr(block, kImitated).Q;
+    const VectorXd units = length.segment(static_cast<Eigen::Index>(s) * k, k).transpose();
+    out.push_back({family, variant, shapes[s], std::make_shared<Eigen::MatrixXf>(q.cast<float>()),
+                   q.transpose() * block * units.asDiagonal()});
   }
   return out;
 }
@@ -114,7 +123,7 @@ Remainder Atoms::remainder(const std::vector<const Atom*>& set) const {
   MatrixXd all(base_.white.size(), width);
   Eigen::Index at = 0;
   for (const Atom* atom : set) {
-    all.middleCols(at, atom->rank()) = atom->U.cast<double>();
+    all.middleCols(at, atom->rank()) = atom->U().cast<double>();
     at += atom->rank();
   }
   if (width > 0) {
@@ -126,20 +135,56 @@ Remainder Atoms::remainder(const std::vector<const Atom*>& set) const {
   return out;
 }
 
+MatrixXd inverse_above(const MatrixXd& a, double threshold) {
+  const SymmetricEigen eigen = symmetric_eigen(a);
+  VectorXd inverse = eigen.values;
+  for (double& v : inverse) v = v > threshold ? 1.0 / v : 0.0;
+  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
+}
+
+Products Atoms::products(const std::vector<const Atom*>& set) const {
+  Products out;
+  out.first = {0};
+  for (const Atom* atom : set) out.first.push_back(out.first.back() + atom->rank());
+  const Eigen::Index width = out.first.back();
+  out.gram = MatrixXd::Identity(width, width);
+  out.moments.resize(width);
+  const Eigen::VectorXf residual = base_.white.cast<float>();
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const Eigen::Index at = out.first[i], rows = set[i]->rank();
+    out.moments.segment(at, rows) = inner_products(set[i]->U(), residual).cast<double>();
+    for (std::size_t k = 0; k < i; ++k) {
+      const MatrixXd block = inner_products(set[i]->U(), set[k]->U()).cast<double>();
+      out.gram.block(at, out.first[k], rows, set[k]->rank()) = block;
+      out.gram.block(out.first[k], at, set[k]->rank(), rows) = block.transpose();
+    }
+  }
+  return out;
+}
+
+std::shared_ptr<const Eigen::MatrixXf> Atoms::with_all(const Atom& atom) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (const auto found = kept_.find(atom.span.get()); found != kept_.end()) return found->second.products;
+  }
+  auto out = std::make_shared<Eigen::MatrixXf>(first_.back(), atom.rank());
+  oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t i) {
+    out->middleRows(first_[i], atoms_[i].rank()) = inner_products(atoms_[i].U(), atom.U());
+  });
+  const std::scoped_lock lock(mutex_);
+  kept_[atom.span.get()] = {atom.span, out};
+  return out;
+}
+
 namespace {
 
-// b' G^-1 b over the directions that the set leaves, G = U'(I - BB')U.
-Score projected_score(const Eigen::MatrixXf& U, const Eigen::MatrixXf& B, const Eigen::VectorXf& r) {
-  if (U.cols() == 0) return {};
-  const VectorXd b = (U.transpose() * r).cast<double>();
-  if (B.cols() == 0) return {b.squaredNorm(), U.cols()};
-  const MatrixXd m = (U.transpose() * B).cast<double>();
-  const MatrixXd g = MatrixXd::Identity(U.cols(), U.cols()) - m * m.transpose();
-  const SymmetricEigen eigen = symmetric_eigen(g);
+// b' G^-1 b over the directions of which enough is left.
+Score score_of(const MatrixXd& gram, const VectorXd& b) {
+  const SymmetricEigen eigen = symmetric_eigen(gram);
   const VectorXd along = eigen.vectors.transpose() * b;
   Score out;
   for (Eigen::Index k = 0; k < along.size(); ++k) {
-    if (eigen.values[k] < kTaken) continue;
+    if (eigen.values[k] < kScored) continue;
     out.drop += along[k] * along[k] / eigen.values[k];
     ++out.rank;
   }
@@ -149,15 +194,33 @@ Score projected_score(const Eigen::MatrixXf& U, const Eigen::MatrixXf& B, const 
 }  // namespace
 
 Score Atoms::score(const Atom& atom, const Remainder& given) const {
-  return projected_score(atom.U, given.basis.cast<float>(), given.residual.cast<float>());
+  if (atom.rank() == 0) return {};
+  const VectorXd b = inner_products(atom.U(), given.residual.cast<float>()).cast<double>();
+  if (given.basis.cols() == 0) return {b.squaredNorm(), atom.rank()};
+  const MatrixXd m = inner_products(atom.U(), given.basis.cast<float>()).cast<double>();
+  return score_of(MatrixXd::Identity(atom.rank(), atom.rank()) - m * m.transpose(), b);
 }
 
-std::vector<Atoms::Best> Atoms::best_of_each(const Remainder& given, double scale) const {
-  const Eigen::MatrixXf basis = given.basis.cast<float>();
-  const Eigen::VectorXf residual = given.residual.cast<float>();
+std::vector<Atoms::Best> Atoms::best_of_each(const std::vector<const Atom*>& set, double scale) const {
+  // With M = U'V, V the set's columns: U'(I - BB')U = I - M (V'V)^+ M', likewise the residual.
+  const Products inside = products(set);
+  Eigen::MatrixXf with_set(first_.back(), inside.gram.cols());
+  for (std::size_t k = 0; k < set.size(); ++k)
+    with_set.middleCols(inside.first[k], set[k]->rank()) = *with_all(*set[k]);
+  const MatrixXd inverse = inverse_above(inside.gram, kTaken * kTaken);
+  const VectorXd explained = inverse * inside.moments;
   std::vector<Score> scores(atoms_.size());
   oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t i) {
-    scores[i] = projected_score(atoms_[i].U, basis, residual);
+    const Eigen::Index rank = atoms_[i].rank();
+    if (rank == 0) return;
+    VectorXd b = moments_.block(first_[i], 0, rank, 1).cast<double>();
+    if (set.empty()) {
+      scores[i] = {b.squaredNorm(), rank};
+      return;
+    }
+    const MatrixXd m = with_set.middleRows(first_[i], rank).cast<double>();
+    b -= m * explained;
+    scores[i] = score_of(MatrixXd::Identity(rank, rank) - m * inverse * m.transpose(), b);
   });
   std::vector<Best> out(library_.size());
   for (std::size_t i = 0; i < atoms_.size(); ++i) {
@@ -246,7 +309,8 @@ Atoms::Multiplicity Atoms::multiplicity(std::size_t simulations, std::uint64_t s
     for (Eigen::Index i = 0; i < noise.rows(); ++i) noise(i, c) = normal(engine);
   std::vector<Eigen::VectorXf> drop(atoms_.size());
   oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t a) {
-    if (atoms_[a].rank() > 0) drop[a] = (atoms_[a].U.transpose() * noise).colwise().squaredNorm().transpose();
+    if (atoms_[a].rank() > 0)
+      drop[a] = inner_products(atoms_[a].U(), noise).colwise().squaredNorm().transpose();
   });
   // Largest drop of each family and rank first: a tail probability costs more than all the rest.
   std::map<std::pair<std::size_t, Eigen::Index>, Eigen::VectorXf> largest;

@@ -23,38 +23,53 @@ constexpr double kShareOfBlocks = 0.75, kShareOfTwists = 0.4;
 // Smooth functions overlap much; what is left below this is nothing new.
 constexpr double kImitatedLeftover = 1e-3;
 
-Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
-                    const NoiseScale& noise) {
-  const MatrixXd raw = block.columns();
-  MatrixXd white = raw;
-  const FitCore& base = atoms.base();
+Structures::Freed free_of(const FitCore& base, const StructureBlock& block) {
+  MatrixXd white = block.columns();
   base.whitening->whiten(white);
-  const VectorXd length = white.colwise().norm().transpose();
-  if (noise.phi == 0.0) {
-    // Without correlation the normal equations suffice: products of matrices, no orthonormal basis.
-    white = raw;
-    base.whitening->apply(white);
-    for (Eigen::Index c = 0; c < white.cols(); ++c) white.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
-    const auto rows = white.rows();
-    const MatrixXd in_base = base.basis.topRows(rows).transpose() * white;
-    const MatrixXd in_set = set.basis.topRows(rows).transpose() * white;
-    MatrixXd gram = white.transpose() * white;
-    gram -= in_base.transpose() * in_base + in_set.transpose() * in_set;
-    const SymmetricEigen eigen = symmetric_eigen(gram);
-    const VectorXd along = eigen.vectors.transpose() * (white.transpose() * set.residual.head(rows));
-    Leftover::Test out{block.covariate, 1.0, 0.0, 0};
-    for (Eigen::Index k = 0; k < along.size(); ++k) {
-      if (!(eigen.values[k] > kImitatedLeftover * kImitatedLeftover)) continue;
-      out.drop += along[k] * along[k] / eigen.values[k] / noise.variance;
-      ++out.rank;
-    }
-    return out;
+  Structures::Freed out;
+  out.scale = white.colwise().norm().transpose();
+  for (double& s : out.scale) s = s > 0.0 ? 1.0 / s : 0.0;
+  base.whitening->take_setups(white);
+  white = white * out.scale.asDiagonal();
+  const MatrixXd in_base = base.basis.topRows(white.rows()).transpose() * white;
+  out.gram = white.transpose() * white - in_base.transpose() * in_base;
+  return out;
+}
+
+// Without correlation the normal equations suffice. `given`: columns of the set and, last, the residual,
+// ready for products with raw columns.
+Leftover::Test plain_test(const StructureBlock& block, const Structures::Freed& freed, const MatrixXd& given,
+                          double variance) {
+  const MatrixXd in_given = given.transpose() * block.columns() * freed.scale.asDiagonal();
+  const MatrixXd in_set = in_given.topRows(given.cols() - 1);
+  const SymmetricEigen eigen = symmetric_eigen(freed.gram - in_set.transpose() * in_set);
+  const VectorXd along = eigen.vectors.transpose() * in_given.bottomRows(1).transpose();
+  Leftover::Test out{block.covariate, 1.0, 0.0, 0};
+  for (Eigen::Index k = 0; k < along.size(); ++k) {
+    if (!(eigen.values[k] > kImitatedLeftover * kImitatedLeftover)) continue;
+    out.drop += along[k] * along[k] / eigen.values[k] / variance;
+    ++out.rank;
   }
-  MatrixXd u = base.projected(raw);
+  return out;
+}
+
+Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
+                    const Structures::Freed& freed, const NoiseScale& noise) {
+  MatrixXd u = atoms.base().projected(block.columns());
   u -= set.basis * (set.basis.transpose() * u);
-  for (Eigen::Index c = 0; c < u.cols(); ++c) u.col(c) *= length[c] > 0.0 ? 1.0 / length[c] : 0.0;
-  u = pivoted_qr(u, kImitatedLeftover).Q;
+  u = pivoted_qr(u * freed.scale.asDiagonal(), kImitatedLeftover).Q;
   return {block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
+}
+
+// Set and residual as products with raw columns want them: what is free of set-ups needs no more than to be
+// whitened once more.
+MatrixXd given_of(const Atoms& atoms, const Remainder& set) {
+  const Eigen::Index n = atoms.observations().size();
+  const Whitening& whitening = *atoms.base().whitening;
+  MatrixXd out(n, set.basis.cols() + 1);
+  out << set.basis.topRows(n), set.residual.head(n);
+  whitening.mix(out);
+  return whitening.inverse_u().asDiagonal() * out;
 }
 
 // p-values over all tests, in order.
@@ -74,14 +89,24 @@ void finish(Leftover& out, const NoiseScale& noise) {
 
 }  // namespace
 
+void Structures::fit_to(const FitCore& base) {
+  twists.fit_to(base);
+  freed.resize(blocks.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(),
+                            [&](std::size_t i) { freed[i] = free_of(base, blocks[i]); });
+}
+
 Leftover leftover(const Atoms& atoms, const Remainder& left, const Structures& structures,
                   const NoiseScale& noise) {
   const Remainder set = atoms.bounded(left, noise.variance);
   Leftover out;
   const auto& blocks = structures.blocks;
   out.tests.resize(blocks.size());
+  const MatrixXd given = noise.phi == 0.0 ? given_of(atoms, set) : MatrixXd();
   oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    out.tests[i] = test(atoms, set, blocks[i], noise);
+    const auto& freed = structures.freed[i];
+    out.tests[i] = noise.phi == 0.0 ? plain_test(blocks[i], freed, given, noise.variance)
+                                    : test(atoms, set, blocks[i], freed, noise);
     out.tests[i].block = i;
   });
   for (const NeighbourTest& n : neighbour_tests(atoms, set, noise, kNeighbourSeed)) {

@@ -30,9 +30,16 @@ struct Leftover {
 struct Structures {
   std::vector<StructureBlock> blocks;
   TwistBank twists;
+  /// Of each block's columns, scaled to length 1 before anything is taken out: their products without set-ups
+  /// and base, and the scale.
+  struct Freed {
+    MatrixXd gram;
+    VectorXd scale;
+  };
+  std::vector<Freed> freed;
   explicit Structures(const Observations& o) : blocks(structure_blocks(o)), twists(o) {}
   /// To be called before tests on another base; it must outlive them.
-  void fit_to(const FitCore& base) { twists.fit_to(base); }
+  void fit_to(const FitCore& base);
 };
 
 /// Tests every block and twist on what a set leaves; they are freed of base and set before.

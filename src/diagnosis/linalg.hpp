@@ -22,6 +22,15 @@ struct PivotedQr {
 };
 PivotedQr pivoted_qr(const MatrixXd& a, double threshold);
 
+/// Cholesky of a positive semidefinite matrix, the largest rest first, cut where a pivot falls to
+/// `threshold`: a(order, order) = lower lower' on the first `rank` of them.
+struct PivotedCholesky {
+  MatrixXd lower;  // rank x rank
+  Eigen::VectorXi order;
+  Eigen::Index rank = 0;
+};
+PivotedCholesky pivoted_cholesky(MatrixXd a, double threshold);
+
 struct SymmetricEigen {
   VectorXd values;  // ascending
   MatrixXd vectors;

@@ -71,10 +71,22 @@ std::vector<RankedParameter> printed_parameters(const Effect& effect, const std:
   return out;
 }
 
+namespace {
+
+// A family of which these readings see nothing.
+Atom unseen(std::size_t family, Eigen::Index rows) {
+  Atom out;
+  out.family = family;
+  out.span = std::make_shared<Eigen::MatrixXf>(rows, 0);
+  return out;
+}
+
+}  // namespace
+
 std::vector<RankedEffect> ranking(const Atoms& atoms, const Search& search, const NoiseScale& noise,
                                   const EffectSet& found, double alpha) {
   const Remainder nothing = atoms.remainder({});
-  const auto best = atoms.best_of_each(nothing, noise.variance);
+  const auto best = atoms.best_of_each({}, noise.variance);
   const auto found_ids = found.ids(atoms);
   std::vector<std::pair<RankedEffect, Atom>> all;
   for (std::size_t f = 0; f < best.size(); ++f) {
@@ -88,11 +100,11 @@ std::vector<RankedEffect> ranking(const Atoms& atoms, const Search& search, cons
     else if (best[f].atom != nullptr)
       atom = *best[f].atom;
     else {
-      all.emplace_back(std::move(r), Atom{f, 0, {}, Eigen::MatrixXf(atoms.base().white.size(), 0)});
+      all.emplace_back(std::move(r), unseen(f, atoms.base().white.size()));
       continue;
     }
     r.variant = atoms.effect(atom).info().variant;
-    r.chi2_drop = corrected_drop(atom.U.cast<double>(), nothing.residual, noise);
+    r.chi2_drop = corrected_drop(atom.U().cast<double>(), nothing.residual, noise);
     r.dof = static_cast<double>(atom.rank());
     r.excited = atom.rank() > 0;
     r.p_value = search.global_p(f, r.chi2_drop, atom.rank());

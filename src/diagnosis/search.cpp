@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <oneapi/tbb/parallel_for.h>
 #include <set>
 
+#include "diagnosis/float_products.hpp"
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/statistics.hpp"
 
@@ -21,8 +23,9 @@ constexpr double kUndecidedLarger = 6.8;
 constexpr double kKnownPeriod =
     6.0;  // chi-square that a known period may be worse than the best one and still be meant
 constexpr double kUndetermined = 1e-10;  // square of a singular value of columns of length 1
-constexpr double kSureAnyhow = 1e-6;     // p-value below which a few readings cannot be the reason
-constexpr double kFarFromUsual = 10.0;   // times its usual magnitude: an effect there costs evidence, slowly
+constexpr double kGivenRest = 0.03;   // part of a direction (its length) that the others must leave a member
+constexpr double kSureAnyhow = 1e-6;  // p-value below which a few readings cannot be the reason
+constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
 std::multiset<std::size_t> families(const std::vector<Atom>& members) {
   std::multiset<std::size_t> out;
@@ -65,7 +68,7 @@ double Search::global_p(std::size_t family, double drop, Eigen::Index rank) cons
 
 double Search::rho(const Atom& a, const Atom& b) {
   if (a.rank() == 0 || b.rank() == 0) return 0.0;
-  const Svd svd = thin_svd((a.U.transpose() * b.U).cast<double>());
+  const Svd svd = thin_svd(inner_products(a.U(), b.U()).cast<double>());
   return std::min(1.0, svd.s[0]);
 }
 
@@ -74,42 +77,101 @@ bool Search::contains(const Atom& larger, const Atom& smaller) const {
   const auto& named = atoms_.effect(larger).info().contains;
   const std::string& id = atoms_.effect(smaller).info().id;
   if (std::find(named.begin(), named.end(), id) != named.end()) return true;
-  const Svd svd = thin_svd((larger.U.transpose() * smaller.U).cast<double>());
+  const Svd svd = thin_svd(inner_products(larger.U(), smaller.U()).cast<double>());
   return svd.s.size() == smaller.rank() && svd.s[svd.s.size() - 1] > kSameSpan;
+}
+
+namespace {
+
+std::vector<const Atom*> pointers(const std::vector<Atom>& members) {
+  std::vector<const Atom*> out;
+  for (const Atom& atom : members) out.push_back(&atom);
+  return out;
+}
+
+std::vector<Eigen::Index> columns_of(const Products& products, std::size_t member, bool the_others) {
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index k = 0; k < products.moments.size(); ++k)
+    if ((k >= products.first[member] && k < products.first[member + 1]) != the_others) out.push_back(k);
+  return out;
+}
+
+}  // namespace
+
+// Everything from inner products of the members; only correlated noise and the bounded tests of rough data
+// need the columns themselves.
+double Search::drop_given_rest(const Products& products, std::size_t member, Eigen::Index& rank) const {
+  const auto own = columns_of(products, member, false), rest = columns_of(products, member, true);
+  MatrixXd gram = products.gram(own, own);
+  VectorXd moments = products.moments(own);
+  if (!rest.empty()) {
+    const MatrixXd across = products.gram(own, rest);
+    const MatrixXd through = across * inverse_above(products.gram(rest, rest), Atoms::kTaken * Atoms::kTaken);
+    gram -= through * across.transpose();
+    moments -= through * products.moments(rest);
+  }
+  const PivotedCholesky factor = pivoted_cholesky(gram, kGivenRest * kGivenRest);
+  rank = factor.rank;
+  VectorXd along(rank);
+  for (Eigen::Index k = 0; k < rank; ++k)
+    along[k] =
+        (moments[factor.order[k]] - factor.lower.row(k).head(k).dot(along.head(k))) / factor.lower(k, k);
+  return along.squaredNorm() / noise_.variance;
 }
 
 EffectSet Search::evaluate(std::vector<Atom> members) const {
   EffectSet out;
   out.members = std::move(members);
-  std::vector<const Atom*> all;
-  for (const Atom& atom : out.members) all.push_back(&atom);
-  out.remainder = atoms_.remainder(all);
-  out.criterion = out.remainder.rss() / noise_.variance;
+  const std::vector<const Atom*> all = pointers(out.members);
+  const Products products = atoms_.products(all);
+  out.rss =
+      atoms_.base().white.squaredNorm() -
+      products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) * products.moments);
+  out.criterion = out.rss / noise_.variance;
   for (std::size_t k = 0; k < out.members.size(); ++k) {
-    std::vector<const Atom*> rest = all;
-    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-    const Remainder given = atoms_.remainder(rest);
-    MatrixXd u = out.members[k].U.cast<double>();
-    u -= given.basis * (given.basis.transpose() * u);
-    u = pivoted_qr(u, 0.03).Q;  // the square root of what a set must leave of a direction
-    out.drop.push_back(corrected_drop(u, given.residual, noise_));
-    out.rank.push_back(u.cols());
-    out.p.push_back(global_p(out.members[k].family, out.drop.back(), u.cols()));
-    if (atoms_.rough() && out.p.back() > kSureAnyhow) {
-      const double bounded = corrected_drop(u, atoms_.bounded(given, noise_.variance).residual, noise_);
-      out.p.back() = std::max(out.p.back(), global_p(out.members[k].family, bounded, u.cols()));
+    Eigen::Index rank = 0;
+    double drop = drop_given_rest(products, k, rank);
+    double p = global_p(out.members[k].family, drop, rank);
+    const bool bound = atoms_.rough() && p > kSureAnyhow;
+    if (noise_.phi > 0.0 || bound) {
+      std::vector<const Atom*> rest = all;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      const Remainder given = atoms_.remainder(rest);
+      MatrixXd u = out.members[k].U().cast<double>();
+      u -= given.basis * (given.basis.transpose() * u);
+      u = pivoted_qr(u, kGivenRest).Q;
+      rank = u.cols();
+      drop = corrected_drop(u, given.residual, noise_);
+      p = global_p(out.members[k].family, drop, rank);
+      if (atoms_.rough() && p > kSureAnyhow) {
+        const double bounded = corrected_drop(u, atoms_.bounded(given, noise_.variance).residual, noise_);
+        p = std::max(p, global_p(out.members[k].family, bounded, rank));
+      }
     }
-    out.criterion += occam(out.drop.back(), static_cast<double>(u.cols())) +
+    out.drop.push_back(drop);
+    out.rank.push_back(rank);
+    out.p.push_back(p);
+    out.criterion += occam(drop, static_cast<double>(rank)) +
                      2.0 * std::log(multiplicity_.shapes[out.members[k].family]) +
                      2.0 * std::log(multiplicity_.families);
   }
-  out.criterion += implausibility(out);
+  out.criterion += implausibility(out, products);
+  return out;
+}
+
+void Search::complete(EffectSet& set) const {
+  if (set.remainder.residual.size() == 0) set.remainder = atoms_.remainder(pointers(set.members));
+}
+
+EffectSet Search::evaluated(std::vector<Atom> members) const {
+  EffectSet out = evaluate(std::move(members));
+  complete(out);
   return out;
 }
 
 // A student's t prior would say the same: parameters far beyond what machines show need more evidence.
-double Search::implausibility(const EffectSet& set) const {
-  const SetEstimate e = estimate(atoms_, set.members);
+double Search::implausibility(const EffectSet& set, const Products& products) const {
+  const SetEstimate e = estimate(set.members, products);
   double sum = 0.0;
   for (std::size_t m = 0; m < set.members.size(); ++m) {
     const auto& info = atoms_.effect(set.members[m]).info();
@@ -130,7 +192,7 @@ const EffectSet* Search::seen(const std::vector<Atom>& members) const {
 }
 
 void Search::expand(const EffectSet& from, std::size_t keep) {
-  auto best = atoms_.best_of_each(from.remainder, noise_.variance);
+  const auto best = atoms_.best_of_each(pointers(from.members), noise_.variance);
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t f = 0; f < best.size(); ++f) {
     if (best[f].atom == nullptr) continue;
@@ -141,16 +203,21 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
                        f);
   }
   std::sort(order.begin(), order.end());
-  std::size_t added = 0;
+  std::vector<std::vector<Atom>> next;
   for (const auto& [value, f] : order) {
-    if (added >= keep || value > kUndecided) break;
+    if (next.size() >= keep || value > kUndecided) break;
     std::vector<Atom> members = from.members;
     members.push_back(*best[f].atom);
     if (families(members).count(f) > 1 || seen(members) != nullptr) continue;
-    members.back() = known_shape(atoms_.refined(members.back(), from.remainder), from.remainder);
-    tried_.push_back(evaluate(std::move(members)));
-    ++added;
+    next.push_back(std::move(members));
   }
+  std::vector<EffectSet> sets(next.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, next.size(), [&](std::size_t i) {
+    Atom& added = next[i].back();
+    added = known_shape(atoms_.refined(added, from.remainder), from.remainder);
+    sets[i] = evaluate(std::move(next[i]));
+  });
+  for (EffectSet& set : sets) tried_.push_back(std::move(set));
 }
 
 // A period next to a known one (the screw's pitch and its parts) is that one.
@@ -176,12 +243,17 @@ EffectSet Search::best() {
     std::sort(level.begin(), level.end(),
               [&](std::size_t a, std::size_t b) { return tried_[a].criterion < tried_[b].criterion; });
     if (level.size() > kBeam) level.resize(kBeam);
-    for (const std::size_t i : level) expand(EffectSet(tried_[i]), kWide);
+    for (const std::size_t i : level) {
+      complete(tried_[i]);
+      expand(EffectSet(tried_[i]), kWide);
+    }
   }
   const EffectSet* best = &tried_.front();
   for (const EffectSet& set : tried_)
     if (set.significant(alpha_) && set.criterion < best->criterion) best = &set;
-  return *best;
+  EffectSet out = *best;
+  complete(out);
+  return out;
 }
 
 std::vector<EffectSet> Search::alternatives(EffectSet& found) {
@@ -189,7 +261,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
   for (std::size_t m = 0; m < found.members.size(); ++m) {
     std::vector<Atom> rest = found.members;
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(m));
-    const EffectSet without = evaluate(rest);
+    const EffectSet without = evaluated(rest);
     expand(without, kWide);
   }
   std::vector<EffectSet> out;
@@ -208,12 +280,13 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
         for (const Atom& own : found.members) {
           if (other.family == own.family) continue;
           if (set.members.size() == found.members.size() && contains(own, other)) {
-            const double lost = (set.remainder.rss() - found.remainder.rss()) / noise_.variance;
+            const double lost = (set.rss - found.rss) / noise_.variance;
             const auto columns = static_cast<double>(own.rank() - other.rank());
             no_rival = true;
             if (chi2_tail(lost, columns) > alpha_ && set.criterion < found.criterion + kUndecided) {
               const EffectSet smaller = set;
               found = smaller;
+              complete(found);
               swapped = true;
             }
             break;
@@ -231,41 +304,28 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
 }
 
 SetEstimate estimate(const Atoms& atoms, const std::vector<Atom>& members) {
+  return estimate(members, atoms.products(pointers(members)));
+}
+
+SetEstimate estimate(const std::vector<Atom>& members, const Products& products) {
+  const MatrixXd inverse = inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken);
+  const VectorXd along = inverse * products.moments;
   SetEstimate out;
-  std::vector<MatrixXd> blocks;
-  Eigen::Index width = 0;
-  for (const Atom& atom : members) {
-    blocks.push_back(
-        atoms.base().projected(atoms.observations().linear_columns(atoms.effect(atom), atom.shape)));
-    width += blocks.back().cols();
-  }
-  MatrixXd all(atoms.base().white.size(), width);
-  Eigen::Index at = 0;
-  for (const MatrixXd& block : blocks) {
-    all.middleCols(at, block.cols()) = block;
-    at += block.cols();
-  }
-  VectorXd scale = all.colwise().norm().transpose();
-  for (Eigen::Index k = 0; k < width; ++k) {
-    scale[k] = scale[k] > 0.0 ? 1.0 / scale[k] : 0.0;
-    all.col(k) *= scale[k];
-  }
-  const SymmetricEigen eigen = symmetric_eigen(all.transpose() * all);
-  VectorXd inverse = eigen.values;
-  for (double& v : inverse) v = v > kUndetermined ? 1.0 / v : 0.0;
-  const MatrixXd half = scale.asDiagonal() * eigen.vectors * inverse.cwiseSqrt().asDiagonal();
-  const VectorXd value =
-      scale.asDiagonal() *
-      (eigen.vectors *
-       (inverse.asDiagonal() * (eigen.vectors.transpose() * (all.transpose() * atoms.base().white))));
-  at = 0;
-  for (const MatrixXd& block : blocks) {
-    out.values.emplace_back();
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const Eigen::Index at = products.first[m], rank = members[m].rank();
+    const MatrixXd& to = members[m].to_columns;
+    // The shortest parameters, in units of what each contributes, that give these columns.
+    VectorXd unit = to.colwise().norm().transpose();
+    for (double& u : unit) u = u > 0.0 ? 1.0 / u : 0.0;
+    const MatrixXd scaled = to * unit.asDiagonal();
+    const MatrixXd back =
+        unit.asDiagonal() * scaled.transpose() * inverse_above(scaled * scaled.transpose(), kUndetermined);
+    const VectorXd value = back * along.segment(at, rank);
+    const MatrixXd covariance = back * inverse.block(at, at, rank, rank) * back.transpose();
+    out.values.emplace_back(value.begin(), value.end());
     out.sigmas.emplace_back();
-    for (Eigen::Index k = 0; k < block.cols(); ++k, ++at) {
-      out.values.back().push_back(value[at]);
-      out.sigmas.back().push_back(half.row(at).norm());
-    }
+    for (Eigen::Index k = 0; k < value.size(); ++k)
+      out.sigmas.back().push_back(std::sqrt(std::max(covariance(k, k), 0.0)));
   }
   return out;
 }

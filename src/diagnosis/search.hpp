@@ -10,8 +10,9 @@ struct EffectSet {
   std::vector<double>
       drop;  // of each member given the others, in units of the noise variance, corrected for correlation
   std::vector<Eigen::Index> rank;
-  std::vector<double> p;  // global p-value of each member given the others
-  Remainder remainder;
+  std::vector<double> p;   // global p-value of each member given the others
+  double rss = 0.0;        // what the set leaves of the base's
+  Remainder remainder;     // of those that are extended or reported
   double criterion = 0.0;  // -2 ln evidence, up to a constant: smaller is better
 
   std::vector<std::string> ids(const Atoms& atoms) const;
@@ -35,7 +36,8 @@ class Search {
   /// contain a member of it.
   std::vector<EffectSet> alternatives(EffectSet& found);
 
-  EffectSet evaluate(std::vector<Atom> members) const;
+  /// With its remainder.
+  EffectSet evaluated(std::vector<Atom> members) const;
   /// Global p-value of an effect that drops chi-square by `drop` (noise units) with `rank` columns.
   double global_p(std::size_t family, double drop, Eigen::Index rank) const;
   /// All columns of a smaller effect are within the span of the larger one, on these data or in general.
@@ -45,9 +47,12 @@ class Search {
   static double rho(const Atom& a, const Atom& b);
 
  private:
+  EffectSet evaluate(std::vector<Atom> members) const;
+  void complete(EffectSet& set) const;
+  double drop_given_rest(const Products& products, std::size_t member, Eigen::Index& rank) const;
   void expand(const EffectSet& from, std::size_t keep);
   Atom known_shape(Atom atom, const Remainder& given) const;
-  double implausibility(const EffectSet& set) const;
+  double implausibility(const EffectSet& set, const Products& products) const;
   const EffectSet* seen(const std::vector<Atom>& members) const;
 
   const Atoms& atoms_;
@@ -63,5 +68,6 @@ struct SetEstimate {
   std::vector<std::vector<double>> values, sigmas;  // per member; sigma 0 where undetermined
 };
 SetEstimate estimate(const Atoms& atoms, const std::vector<Atom>& members);
+SetEstimate estimate(const std::vector<Atom>& members, const Products& products);
 
 }  // namespace trunnion::diagnosis

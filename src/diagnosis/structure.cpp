@@ -197,16 +197,25 @@ MatrixXd StructureBlock::columns() const {
 }
 
 MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
-  auto blocks = structure_blocks(o);
+  return smooth_surrogate(structure_blocks(o), o.size(), limit);
+}
+
+MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, Eigen::Index readings, Eigen::Index limit) {
   std::stable_sort(blocks.begin(), blocks.end(), [](const StructureBlock& a, const StructureBlock& b) {
     return std::pair(a.pair, a.degree) < std::pair(b.pair, b.degree);
   });
-  MatrixXd out(o.size(), 0);
+  std::vector<const StructureBlock*> taken;
+  Eigen::Index width = 0;
   for (const StructureBlock& block : blocks) {
-    if (block.single || out.cols() + block.width() > limit) continue;
-    const Eigen::Index at = out.cols();
-    out.conservativeResize(Eigen::NoChange, at + block.width());
-    out.rightCols(block.width()) = block.columns();
+    if (block.single || width + block.width() > limit) continue;
+    taken.push_back(&block);
+    width += block.width();
+  }
+  MatrixXd out(readings, width);
+  Eigen::Index at = 0;
+  for (const StructureBlock* block : taken) {
+    out.middleCols(at, block->width()) = block->columns();
+    at += block->width();
   }
   return out;
 }

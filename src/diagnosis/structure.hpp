@@ -35,5 +35,6 @@ std::vector<StructureBlock> structure_blocks(const Observations& observations);
 /// A smooth surrogate for anything that may be missing: the lowest degrees of all blocks, at most `limit`
 /// columns. Noise is judged beside it, so that a missing effect is not taken for noise.
 MatrixXd smooth_surrogate(const Observations& observations, Eigen::Index limit);
+MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, Eigen::Index readings, Eigen::Index limit);
 
 }  // namespace trunnion::diagnosis

@@ -5,13 +5,12 @@
 #include <map>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "diagnosis/float_products.hpp"
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/statistics.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
-
-using RowMajor = TwistBank::RowColumns;
 
 constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
 constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
@@ -25,7 +24,7 @@ struct Taken {
   Eigen::VectorXf shared;
   std::vector<int> group, run;      // of each reading
   std::vector<float> group_weight;  // c_g
-  RowMajor setup;                   // N x 3, mixed; of the reading's own run
+  Eigen::MatrixXf setup;            // N x 3, mixed; of the reading's own run
   Eigen::MatrixXf basis;            // N x z, mixed
   std::size_t runs = 0;
 };
@@ -67,30 +66,30 @@ Taken taken(const Observations& o, const FitCore& base) {
 }
 
 // Products of x with everything that is taken out, one row each.
-struct Products {
-  RowMajor groups, setups, basis;
+struct TakenProducts {
+  Eigen::MatrixXf groups, setups, basis;
 };
 
-Products products(const Taken& t, const RowMajor& x) {
-  Products out;
-  const Eigen::Index f = x.cols();
-  out.groups = RowMajor::Zero(static_cast<Eigen::Index>(t.group_weight.size()), f);
-  out.setups = RowMajor::Zero(3 * static_cast<Eigen::Index>(t.runs), f);
-  for (Eigen::Index i = 0; i < x.rows(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    if (t.shared[i] != 0.0F) out.groups.row(t.group[k]) += t.shared[i] * x.row(i);
-    for (int c = 0; c < 3; ++c)
-      if (t.setup(i, c) != 0.0F) out.setups.row(3 * t.run[k] + c) += t.setup(i, c) * x.row(i);
-  }
+TakenProducts products(const Taken& t, const Eigen::MatrixXf& x) {
+  TakenProducts out;
+  out.groups = Eigen::MatrixXf::Zero(static_cast<Eigen::Index>(t.group_weight.size()), x.cols());
+  out.setups = Eigen::MatrixXf::Zero(3 * static_cast<Eigen::Index>(t.runs), x.cols());
+  for (Eigen::Index f = 0; f < x.cols(); ++f)
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const float value = x(i, f);
+      out.groups(t.group[k], f) += t.shared[i] * value;
+      for (int c = 0; c < 3; ++c) out.setups(3 * t.run[k] + c, f) += t.setup(i, c) * value;
+    }
   for (std::size_t g = 0; g < t.group_weight.size(); ++g)
     out.groups.row(static_cast<Eigen::Index>(g)) *= std::sqrt(t.group_weight[g]);
-  out.basis = t.basis.transpose() * x;
+  out.basis = inner_products(t.basis, x);
   return out;
 }
 
-Eigen::MatrixXf square(const RowMajor& z, const StateFunctions::Span& span) {
+Eigen::MatrixXf square(const Eigen::MatrixXf& z, const StateFunctions::Span& span) {
   const auto part = z.middleCols(span.first, span.count);
-  return part.transpose() * part;
+  return inner_products(part, part);
 }
 
 struct Statistic {
@@ -164,7 +163,7 @@ MatrixXd TwistBank::columns(const Hit& hit) const {
       .cast<double>();
 }
 
-TwistBank::RowColumns TwistBank::divided(const Task& task, const FitCore& base) const {
+Eigen::MatrixXf TwistBank::divided(const Task& task, const FitCore& base) const {
   const Eigen::VectorXf w = weights_.col(static_cast<Eigen::Index>(task.weight))
                                 .cwiseProduct(base.whitening->inverse_u().cast<float>());
   return w.asDiagonal() * functions_[task.functions].values;
@@ -174,8 +173,8 @@ void TwistBank::fit_to(const FitCore& base) {
   const Taken t = taken(o_, base);
   oneapi::tbb::parallel_for(std::size_t{0}, tasks_.size(), [&](std::size_t i) {
     Task& task = tasks_[i];
-    const RowMajor x = divided(task, base);
-    const Products p = products(t, x);
+    const Eigen::MatrixXf x = divided(task, base);
+    const TakenProducts p = products(t, x);
     task.gram.clear();
     task.before.clear();
     for (const StateFunctions::Span& span : functions_[task.functions].spans) {
@@ -190,15 +189,16 @@ void TwistBank::fit_to(const FitCore& base) {
 std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder& set,
                                             const NoiseScale& noise) const {
   const FitCore& base = atoms.base();
-  const Eigen::MatrixXf basis = mixed(*base.whitening, set.basis.topRows(o_.size()));
-  const Eigen::VectorXf residual = mixed(*base.whitening, set.residual.head(o_.size())).col(0);
+  MatrixXd both(o_.size(), set.basis.cols() + 1);
+  both << set.basis.topRows(o_.size()), set.residual.head(o_.size());
+  const Eigen::MatrixXf given = mixed(*base.whitening, std::move(both));
   std::vector<std::vector<Hit>> found(tasks_.size());
   oneapi::tbb::parallel_for(std::size_t{0}, tasks_.size(), [&](std::size_t i) {
     const Task& task = tasks_[i];
     const StateFunctions& f = functions_[task.functions];
-    const RowMajor x = divided(task, base);
-    const VectorXd moments = (x.transpose() * residual).cast<double>();
-    const RowMajor in_set = basis.transpose() * x;
+    const Eigen::MatrixXf in_given = inner_products(given, divided(task, base));
+    const VectorXd moments = in_given.bottomRows(1).transpose().cast<double>();
+    const Eigen::MatrixXf in_set = in_given.topRows(set.basis.cols());
     MatrixXd projected;  // only correlated noise needs the columns themselves
     if (noise.phi > 0.0) {
       projected = base.projected(

@@ -9,8 +9,6 @@ namespace trunnion::diagnosis {
 /// (README of this layer, "Leftover"). Thousands of small tests; the best of each covariate is what counts.
 class TwistBank {
  public:
-  using RowColumns = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   explicit TwistBank(const Observations& observations);
 
   struct Hit {
@@ -36,7 +34,7 @@ class TwistBank {
     std::vector<Eigen::MatrixXf> gram;    // of each span: without set-ups and base
     std::vector<Eigen::VectorXf> before;  // squared lengths before
   };
-  RowColumns divided(const Task& task, const FitCore& base) const;
+  Eigen::MatrixXf divided(const Task& task, const FitCore& base) const;
   const Observations& o_;
   std::vector<StateFunctions> functions_;
   Eigen::MatrixXf weights_;  // N x W: readings' answers to unit twists, without doubles
