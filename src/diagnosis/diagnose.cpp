@@ -26,7 +26,6 @@ constexpr double kSimulatedNumbers =
 constexpr std::size_t kFewestSimulations = 40;
 constexpr int kMostRounds = 3;      // of the judgement of outliers
 constexpr int kFewestTogether = 8;  // readings that stand out, from which on a common cause is looked for
-constexpr double kInCompany = 4.0;  // standard deviations: their neighbours stand out too
 constexpr double kTogether = 0.5;   // of their excess chi-square that one function of the state explains
 constexpr double kAsSimple = 6.8;   // evidence ratio of 1 : 30, in -2 ln
 

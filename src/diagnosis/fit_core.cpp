@@ -6,6 +6,7 @@
 #include "trunnion/base/contract.hpp"
 
 #include "diagnosis/linalg.hpp"
+#include "diagnosis/neighbours.hpp"
 #include "diagnosis/variance.hpp"
 
 namespace trunnion::diagnosis {
@@ -52,7 +53,7 @@ class Fitter {
       iterate(3);
     }
     if (!options.robust) return std::move(fit_);
-    auto flags = find_outliers(o_, fit_);
+    auto flags = isolated_outliers(o_, fit_, find_outliers(o_, fit_));
     if (std::none_of(flags.begin(), flags.end(), [](bool b) { return b; })) return std::move(fit_);
     flags.flip();
     noise_.used = flags;

@@ -66,7 +66,8 @@ MatrixXd simulated(const Atoms& atoms, const NoiseScale& noise, std::uint64_t se
 
 }  // namespace
 
-double company(const Observations& o, const std::vector<bool>& outliers, const VectorXd& white) {
+std::vector<double> companions(const Observations& o, const std::vector<bool>& outliers,
+                               const VectorXd& white) {
   constexpr double kMost = 3.0;       // of one neighbour: it may be an outlier by chance
   constexpr double kTimeless = 1e-4;  // time decides between equal poses only
   const std::size_t axes = o.machine().axes.size();
@@ -76,7 +77,7 @@ double company(const Observations& o, const std::vector<bool>& outliers, const V
       low[a] = std::min(low[a], o.state(i).q[a]);
       high[a] = std::max(high[a], o.state(i).q[a]);
     }
-  double sum = 0.0, count = 0.0;
+  std::vector<double> out(outliers.size(), 0.0);
   for (const auto& group : o.groups())
     for (const Eigen::Index i : group) {
       if (!outliers[static_cast<std::size_t>(i)]) continue;
@@ -91,9 +92,15 @@ double company(const Observations& o, const std::vector<bool>& outliers, const V
         if (distance < nearest) nearest = distance, beside = white[k];
       }
       if (!(nearest < INFINITY)) continue;
-      sum += std::clamp(white[i] > 0.0 ? beside : -beside, -kMost, kMost);
-      count += 1.0;
+      out[static_cast<std::size_t>(i)] = std::clamp(white[i] > 0.0 ? beside : -beside, -kMost, kMost);
     }
+  return out;
+}
+
+double company(const Observations& o, const std::vector<bool>& outliers, const VectorXd& white) {
+  double sum = 0.0, count = 0.0;
+  for (const double share : companions(o, outliers, white))
+    if (share != 0.0) sum += share, count += 1.0;
   return count > 0.0 ? sum / std::sqrt(count) : 0.0;
 }
 

@@ -20,5 +20,16 @@ std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& 
 /// How far the nearest neighbours (in pose, then in time, within the group) of readings that stand out stand
 /// out to the same side: standard normal when those readings are outliers.
 double company(const Observations& observations, const std::vector<bool>& outliers, const VectorXd& white);
+inline constexpr double kInCompany = 4.0;  // from which they stand out together
+/// The share of each in it: the neighbour's residual, positive to the same side, at most 3 of the noise; 0 of
+/// readings that do not stand out.
+std::vector<double> companions(const Observations& observations, const std::vector<bool>& outliers,
+                               const VectorXd& white);
+
+/// The readings among `outliers` that stand out alone. Those that do so together, with their neighbours or as
+/// one function of the state, are evidence of something that the model lacks, and stay. `all`: a fit in which
+/// every reading has its weight.
+std::vector<bool> isolated_outliers(const Observations& observations, const FitCore& all,
+                                    std::vector<bool> outliers);
 
 }  // namespace trunnion::diagnosis

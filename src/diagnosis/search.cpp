@@ -20,6 +20,9 @@ constexpr double kSameSpan =
 constexpr double kUndecided = 9.2;
 // The same for a rival with more columns, 30 : 1: most of its chance to fit as well is chance.
 constexpr double kUndecidedLarger = 6.8;
+// That something is missing is sure already: of a rival the evidence decides, not whether it would have been
+// found alone.
+constexpr double kRivalLevel = 0.05;
 constexpr double kKnownPeriod =
     6.0;  // chi-square that a known period may be worse than the best one and still be meant
 constexpr double kUndetermined = 1e-10;  // square of a singular value of columns of length 1
@@ -74,6 +77,9 @@ double Search::rho(const Atom& a, const Atom& b) {
 
 bool Search::contains(const Atom& larger, const Atom& smaller) const {
   if (larger.rank() <= smaller.rank() || smaller.rank() == 0) return false;
+  // Smaller in general, not because these runs excite only a part of it.
+  if (atoms_.effect(larger).info().linear_count() <= atoms_.effect(smaller).info().linear_count())
+    return false;
   const auto& named = atoms_.effect(larger).info().contains;
   const std::string& id = atoms_.effect(smaller).info().id;
   if (std::find(named.begin(), named.end(), id) != named.end()) return true;
@@ -169,7 +175,25 @@ EffectSet Search::evaluated(std::vector<Atom> members) const {
   return out;
 }
 
-// A student's t prior would say the same: parameters far beyond what machines show need more evidence.
+namespace {
+
+// What a prior with long tails (Cauchy's, as wide as kFarFromUsual usual values) costs a parameter that the
+// readings put at `value` +/- `sigma`: the least of the sum, over what it may truly be. One that they hardly
+// see costs no more than the chi-square of being small.
+double far_from_usual(double value, double sigma, double usual) {
+  constexpr int kSteps = 64;
+  double least = INFINITY;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double truth = value * i / kSteps;
+    const double misfit = sigma > 0.0 ? std::pow((value - truth) / sigma, 2) : (i == kSteps ? 0.0 : INFINITY);
+    least = std::min(least, misfit + 2.0 * std::log1p(std::pow(truth / (kFarFromUsual * usual), 2)));
+  }
+  return least;
+}
+
+}  // namespace
+
+// Parameters far beyond what machines show need more evidence; of an effect the worst one counts.
 double Search::implausibility(const EffectSet& set, const Products& products) const {
   const SetEstimate e = estimate(set.members, products);
   double sum = 0.0;
@@ -177,9 +201,9 @@ double Search::implausibility(const EffectSet& set, const Products& products) co
     const auto& info = atoms_.effect(set.members[m]).info();
     double worst = 0.0;
     for (std::size_t k = 0; k < e.values[m].size(); ++k)
-      worst = std::max(worst, (std::abs(e.values[m][k]) - 2.0 * e.sigmas[m][k]) /
-                                  std::max(std::abs(info.parameters[k].usual), 1e-12));
-    sum += 2.0 * std::log1p(std::pow(std::max(worst, 0.0) / kFarFromUsual, 2));
+      worst = std::max(worst, far_from_usual(e.values[m][k], e.sigmas[m][k],
+                                             std::max(std::abs(info.parameters[k].usual), 1e-12)));
+    sum += worst;
   }
   return sum;
 }
@@ -270,7 +294,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
     swapped = false;
     out.clear();
     for (const EffectSet& set : tried_) {
-      if (set.members.empty() || set.members.size() > found.members.size() || !set.significant(alpha_))
+      if (set.members.empty() || set.members.size() > found.members.size() || !set.significant(kRivalLevel))
         continue;
       const auto mine = families(found.members), other_ones = families(set.members);
       if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
