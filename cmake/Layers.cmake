@@ -32,18 +32,10 @@ function(trunnion_precompile target owner)
   endif()
 endfunction()
 
-# TRUNNION_UNITY: sources of a target are compiled eight at a time; names in unnamed namespaces are therefore unique within a layer,
-# except in folders whose files are alike by design (one effect, one format a file), which stay single.
-set(TRUNNION_ALIKE "/effects/library/|/effects/formats/")
+# TRUNNION_UNITY: sources of a target are compiled several at a time; names in unnamed namespaces are therefore unique within a layer.
 function(trunnion_unite target)
   if(NOT TRUNNION_UNITY)
     return()
-  endif()
-  get_target_property(sources ${target} SOURCES)
-  set(alike ${sources})
-  list(FILTER alike INCLUDE REGEX "${TRUNNION_ALIKE}")
-  if(alike)
-    set_source_files_properties(${alike} TARGET_DIRECTORY ${target} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${TRUNNION_UNITY_BATCH})
 endfunction()

@@ -40,6 +40,33 @@ async function factsEqualJson(page, name) {
   return compared;
 }
 
+// Every number in a table is one of the JSON file's, rounded to the digits shown (in its own unit, or mm as um, a share as per cent).
+async function tablesShowJson(page, name) {
+  const numbers = [];
+  const collect = (v) => (typeof v === 'number' ? numbers.push(v) : v && typeof v === 'object' && Object.values(v).forEach(collect));
+  collect(JSON.parse(readFileSync(`${name}.json`, 'utf8')));
+  const all = Float64Array.from(numbers.flatMap((n) => [n, 1000 * n, 100 * n, -n])).sort();
+  const nearest = (v) => {
+    let [low, high] = [0, all.length - 1];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (all[middle] < v) low = middle + 1;
+      else high = middle;
+    }
+    return Math.min(Math.abs(all[low] - v), low > 0 ? Math.abs(all[low - 1] - v) : Infinity);
+  };
+  const cells = await page.$$eval('td.number', (tds) => tds.map((td) => td.textContent.trim()));
+  let compared = 0;
+  for (const cell of cells) {
+    const [, digits, exponent] = /^-?\d+(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(cell) ?? [null];
+    if (exponent === undefined && digits === undefined && !/^-?\d+$/.test(cell)) continue;  // a dash, a word
+    const step = 10 ** (Number(exponent ?? 0) - (digits ?? '').length);
+    assert.ok(nearest(Number(cell)) <= 0.5001 * step, `${name}: ${cell} stands in a table and not in the JSON`);
+    compared++;
+  }
+  return compared;
+}
+
 async function activateAll(page) {
   const count = await page.$$eval('figure[data-figure]', (all) => all.length);
   for (let i = 0; i < count; i++) {
@@ -50,22 +77,27 @@ async function activateAll(page) {
   return count;
 }
 
-// Processor seconds of every process of this browser so far: what waiting would come to on an idle machine, at the most.
+// Processor seconds of every living process of this browser, by its number. What a process that ended meanwhile had spent is not in it.
 function processorSeconds() {
   const table = new Map();
   for (const pid of readdirSync('/proc').filter((n) => /^\d+$/.test(n))) {
     try {
       const stat = readFileSync(`/proc/${pid}/stat`, 'utf8');
       const fields = stat.slice(stat.lastIndexOf(')') + 2).split(' ');
-      table.set(Number(pid), {parent: Number(fields[1]), ticks: Number(fields[11]) + Number(fields[12])});
+      table.set(Number(pid), {parent: Number(fields[1]), seconds: (Number(fields[11]) + Number(fields[12])) / 100});
     } catch {
       // gone meanwhile
     }
   }
   const ours = (pid) => pid === process.pid || (table.has(pid) && ours(table.get(pid).parent));
-  let ticks = 0;
-  for (const [pid, {ticks: t}] of table) if (pid !== process.pid && ours(pid)) ticks += t;
-  return ticks / 100;
+  return new Map([...table].filter(([pid]) => pid !== process.pid && ours(pid)).map(([pid, {seconds}]) => [pid, seconds]));
+}
+
+// What they spent since `before`: what waiting would come to on an idle machine, at the most.
+function spentSince(before) {
+  let seconds = 0;
+  for (const [pid, now] of processorSeconds()) seconds += now - (before.get(pid) ?? 0);
+  return seconds;
 }
 
 // The pictures of README.md, and nothing else: `PICTURES=folder`.
@@ -84,18 +116,20 @@ if (process.env.PICTURES) {
 }
 
 const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
-for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study']) {
-  for (const scheme of ['light', 'dark']) {
+for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch']) {
+  // One page of each kind in the dark too: the style sheet is the same for all.
+  for (const scheme of ['post', 'diagnose', 'predict'].includes(name) ? ['light', 'dark'] : ['light']) {
     const {page, troubles} = await open(name, scheme);
     const compared = await factsEqualJson(page, name);
-    assert.ok(compared >= ({compare: 0, history: 0, improve: 0, simulate: 1, iso230: 0, thermal: 0, predict: 0, study: 0}[name] ?? 4), `${name}: only ${compared} facts compared`);
+    assert.ok(compared >= ({compare: 0, history: 0, improve: 0, simulate: 1, iso230: 0, thermal: 0, predict: 0, study: 0, table: 0, fit: 0, machine: 0, batch: 0}[name] ?? 4), `${name}: only ${compared} facts compared`);
+    const shown = await tablesShowJson(page, name);
     const figures = await activateAll(page);
-    assert.ok(figures >= 1, `${name}: no figure`);
+    assert.ok(figures + shown >= 1, `${name}: nothing to see`);
     const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     assert.ok(overflow <= 0, `${name}: ${overflow} px wider than the window`);
     await page.screenshot({path: `${name}-${scheme}.png`, fullPage: true, timeout: 120000});
     assert.deepEqual(troubles, [], name);
-    console.log(`${name} (${scheme}): ${figures} figures, ${compared} facts equal to the JSON`);
+    console.log(`${name} (${scheme}): ${figures} figures, ${compared} facts and ${shown} table cells equal to the JSON`);
     await page.close();
   }
 }
@@ -151,7 +185,7 @@ if (interactive) {
     const before = processorSeconds();
     const start = Date.now();
     const {page, troubles, seconds: ready} = await open('large');
-    processor = Math.min(processor, processorSeconds() - before);
+    processor = Math.min(processor, spentSince(before));
     seconds = Math.min(seconds, ready);
     if (interactive) {
       await page.evaluate(() => {

@@ -51,8 +51,8 @@ void keys_of(std::string_view text, const std::string& file, std::uint32_t line,
   }
 }
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_aerotech(std::string_view text, const std::string& file, const Machine& machine,
+                                    const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   Header header;
   std::vector<std::vector<double>> rows;
@@ -118,7 +118,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_aerotech(const ControlTables& tables, const Machine& machine,
+                                   const FormatOptions& options) {
   if (tables.corrections.size() != 1 || tables.corrections[0].inputs.size() != 2)
     return refuse("this format holds one table over two axes");
   const CorrectionMap& map = tables.corrections[0];
@@ -155,7 +156,8 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 }  // namespace
 
 TableFormat aerotech_format() {
-  return {"aerotech", "Aerotech :START2D: corrections of axes over two axes", true, read, write};
+  return {"aerotech", "Aerotech :START2D: corrections of axes over two axes", true, read_aerotech,
+          write_aerotech};
 }
 
 }  // namespace trunnion::formats

@@ -13,8 +13,8 @@ std::string upper(std::string_view text) {
   return out;
 }
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_etalon(std::string_view text, const std::string& file, const Machine& machine,
+                                  const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   const double sign = options.negate ? -1.0 : 1.0;
   ControlTables out;
@@ -82,7 +82,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return out;
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_etalon(const ControlTables& tables, const Machine& machine,
+                                 const FormatOptions& options) {
   const double sign = options.negate ? -1.0 : 1.0;
   std::string out;
   for (const auto& [name, value] : tables.location)
@@ -109,7 +110,8 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 }  // namespace
 
 TableFormat etalon_format() {
-  return {"etalon", "Etalon exchange file: error parameters over their own axis", false, read, write};
+  return {"etalon", "Etalon exchange file: error parameters over their own axis", false, read_etalon,
+          write_etalon};
 }
 
 }  // namespace trunnion::formats

@@ -27,8 +27,8 @@ std::optional<long> word(std::string_view text, char letter) {
   return negative ? -static_cast<long>(*value) : static_cast<long>(*value);
 }
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_fanuc(std::string_view text, const std::string& file, const Machine& machine,
+                                 const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   if (!machine.axis(options.input_axis))
     return fail(ErrorCode::wrong_use, "this format does not say which axis it is about: give --axis", file);
@@ -72,7 +72,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_fanuc(const ControlTables& tables, const Machine& machine,
+                                const FormatOptions& options) {
   if (tables.corrections.size() != 1 || tables.corrections[0].inputs.size() != 1 ||
       tables.corrections[0].outputs.size() != 1 ||
       tables.corrections[0].outputs[0].axis != tables.corrections[0].inputs[0] ||
@@ -115,7 +116,8 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 }  // namespace
 
 TableFormat fanuc_format() {
-  return {"fanuc", "Fanuc stored pitch error: whole increments per interval, one axis", true, read, write};
+  return {"fanuc", "Fanuc stored pitch error: whole increments per interval, one axis", true, read_fanuc,
+          write_fanuc};
 }
 
 }  // namespace trunnion::formats

@@ -10,8 +10,8 @@
 namespace trunnion::formats {
 namespace {
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_heidenhain(std::string_view text, const std::string& file, const Machine& machine,
+                                      const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   const double sign = options.negate ? 1.0 : -1.0;
   std::string input = options.input_axis;
@@ -72,7 +72,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_heidenhain(const ControlTables& tables, const Machine& machine,
+                                     const FormatOptions& options) {
   if (tables.corrections.size() != 1 || tables.corrections[0].inputs.size() != 1)
     return refuse("this format holds one table over one axis");
   const CorrectionMap& map = tables.corrections[0];
@@ -100,7 +101,7 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 
 TableFormat heidenhain_format() {
   return {"heidenhain", "Heidenhain .COM: errors of axes over one axis, BACKLASH for its negative direction",
-          true, read, write};
+          true, read_heidenhain, write_heidenhain};
 }
 
 }  // namespace trunnion::formats

@@ -94,8 +94,8 @@ void add_table(const Block& block, const std::string& file, const Machine& machi
   out.errors.push_back(std::move(table));
 }
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_isg(std::string_view text, const std::string& file, const Machine& machine,
+                               const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   ControlTables out;
   Block block;
@@ -136,7 +136,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return out;
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_isg(const ControlTables& tables, const Machine& machine,
+                              const FormatOptions& options) {
   const double sign = options.negate ? -1.0 : 1.0;
   std::string out =
       "// errors as they are (actual - nominal of the carried body), mm and rad; arguments mm and deg\n";
@@ -178,7 +179,8 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 }  // namespace
 
 TableFormat isg_format() {
-  return {"isg", "ISG kernel and Beckhoff TF5280 CSV: error parameters over any axes", false, read, write};
+  return {"isg", "ISG kernel and Beckhoff TF5280 CSV: error parameters over any axes", false, read_isg,
+          write_isg};
 }
 
 }  // namespace trunnion::formats

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kMostEntries = 256;  // EMCMOT_COMP_SIZE
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_linuxcnc(std::string_view text, const std::string& file, const Machine& machine,
+                                    const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   if (!machine.axis(options.input_axis))
     return fail(ErrorCode::wrong_use, "this format does not say which axis it is about: give --axis", file);
@@ -45,7 +45,8 @@ Result<ControlTables> read(std::string_view text, const std::string& file, const
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
 }
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_linuxcnc(const ControlTables& tables, const Machine& machine,
+                                   const FormatOptions& options) {
   if (tables.corrections.size() != 1 || tables.corrections[0].inputs.size() != 1 ||
       tables.corrections[0].outputs.size() != 1 ||
       tables.corrections[0].outputs[0].axis != tables.corrections[0].inputs[0])
@@ -74,7 +75,7 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 
 TableFormat linuxcnc_format() {
   return {"linuxcnc", "LinuxCNC COMP_FILE: one axis' screw, type 0 (actual positions) or 1 (trims)", true,
-          read, write};
+          read_linuxcnc, write_linuxcnc};
 }
 
 }  // namespace trunnion::formats

@@ -169,8 +169,8 @@ class Reader {
   std::map<std::size_t, Table> tables_;
 };
 
-Result<ControlTables> read(std::string_view text, const std::string& file, const Machine& machine,
-                           const FormatOptions& options, Diagnostics& diagnostics) {
+Result<ControlTables> read_siemens(std::string_view text, const std::string& file, const Machine& machine,
+                                   const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
   Reader reader(file, machine, options, diagnostics);
   for (const Line& line : lines_of(text)) reader.take(line);
@@ -261,7 +261,8 @@ class Writer {
   bool products_ = false;
 };
 
-Result<std::string> write(const ControlTables& tables, const Machine& machine, const FormatOptions& options) {
+Result<std::string> write_siemens(const ControlTables& tables, const Machine& machine,
+                                  const FormatOptions& options) {
   const double sign = options.negate ? -1.0 : 1.0;
   Writer writer(machine, options);
   for (const CorrectionMap& map : tables.corrections)
@@ -291,7 +292,7 @@ Result<std::string> write(const ControlTables& tables, const Machine& machine, c
 
 TableFormat siemens_format() {
   return {"siemens", "Sinumerik $AN_CEC: corrections of axes; over two axes as products (MULT_BY_TABLE)",
-          true, read, write};
+          true, read_siemens, write_siemens};
 }
 
 }  // namespace trunnion::formats

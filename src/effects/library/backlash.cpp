@@ -29,7 +29,7 @@ class Backlash final : public StraightEffect {
   Twist sense_;
 };
 
-EffectInfo describe(const Axis& axis) {
+EffectInfo describe_backlash(const Axis& axis) {
   EffectInfo info;
   info.id = "backlash:" + axis.name;
   info.what = "Lost motion of " + axis.name + ": it stops short by half of it from either side";
@@ -49,7 +49,7 @@ EffectInfo describe(const Axis& axis) {
 void make_backlash(const LibraryBuilder& builder) {
   for (AxisId id = 0; id < builder.machine().axes.size(); ++id) {
     const Axis& axis = builder.machine().axes[id];
-    builder.add(std::make_shared<Backlash>(describe(axis), joint_link(id), axis));
+    builder.add(std::make_shared<Backlash>(describe_backlash(axis), joint_link(id), axis));
   }
 }
 

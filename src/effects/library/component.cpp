@@ -113,7 +113,7 @@ std::vector<std::string> contained(const std::string& symbol) {
   return {};
 }
 
-EffectInfo describe(const Axis& axis, char letter) {
+EffectInfo describe_component(const Axis& axis, char letter) {
   const bool rotary = axis.kind == AxisKind::rotary;
   const std::string symbol = std::string("E") + letter + axis.name;
   const Words words = rotary ? words_rotary(axis.name, letter) : words_linear(axis.name, letter);
@@ -137,7 +137,8 @@ void make_component(const LibraryBuilder& builder) {
   for (AxisId id = 0; id < builder.machine().axes.size(); ++id) {
     const Axis& axis = builder.machine().axes[id];
     for (const char letter : std::string_view("XYZABC")) {
-      builder.add(std::make_shared<Component>(describe(axis, letter), joint_link(id), axis, letter));
+      builder.add(
+          std::make_shared<Component>(describe_component(axis, letter), joint_link(id), axis, letter));
     }
   }
 }

@@ -58,8 +58,8 @@ class Crosstalk final : public LibraryEffect {
   Twist unit_;
 };
 
-EffectInfo describe(const std::string& first, const std::string& second, char letter,
-                    const std::string& carrier) {
+EffectInfo describe_crosstalk(const std::string& first, const std::string& second, char letter,
+                              const std::string& carrier) {
   EffectInfo info;
   info.id = "crosstalk:" + first + second;
   info.what = "An error that depends on " + first + " and " + second +
@@ -87,8 +87,8 @@ void make_crosstalk(const LibraryBuilder& builder) {
       for (const AxisId carrier : {*a, *b}) {
         if (carrier == *b && !is_rotation(letter) && !builder.equivalents()) continue;
         variants.push_back(
-            std::make_shared<Crosstalk>(describe(first, second, letter, machine.axes[carrier].name), carrier,
-                                        std::array{*a, *b}, machine, letter));
+            std::make_shared<Crosstalk>(describe_crosstalk(first, second, letter, machine.axes[carrier].name),
+                                        carrier, std::array{*a, *b}, machine, letter));
       }
     }
     builder.add(std::move(variants));

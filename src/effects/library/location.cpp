@@ -20,7 +20,7 @@ class Location final : public StraightEffect {
   std::string letters_;
 };
 
-EffectInfo describe(const std::string& axis, const std::string& letters) {
+EffectInfo describe_location(const std::string& axis, const std::string& letters) {
   EffectInfo info;
   info.id = "location:" + axis;
   info.what =
@@ -44,7 +44,7 @@ void make_location(const LibraryBuilder& builder) {
     const std::string& name = builder.machine().axes[id].name;
     const std::string letters = name == "A" ? "YZBC" : name == "B" ? "XZAC" : name == "C" ? "XYAB" : "";
     if (!letters.empty())
-      builder.add(std::make_shared<Location>(describe(name, letters), joint_link(id), letters));
+      builder.add(std::make_shared<Location>(describe_location(name, letters), joint_link(id), letters));
   }
 }
 

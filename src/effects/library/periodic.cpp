@@ -32,7 +32,7 @@ class Periodic final : public LibraryEffect {
   Vec3 along_;
 };
 
-EffectInfo describe(const Axis& axis) {
+EffectInfo describe_periodic(const Axis& axis) {
   EffectInfo info;
   info.id = "periodic:" + axis.name;
   info.what = "Positioning error of " + axis.name + " that repeats with a fixed period along the travel";
@@ -56,7 +56,7 @@ EffectInfo describe(const Axis& axis) {
 void make_periodic(const LibraryBuilder& builder) {
   for (const AxisId id : builder.axes(AxisKind::linear)) {
     const Axis& axis = builder.machine().axes[id];
-    builder.add(std::make_shared<Periodic>(describe(axis), joint_link(id), axis.direction));
+    builder.add(std::make_shared<Periodic>(describe_periodic(axis), joint_link(id), axis.direction));
   }
 }
 

@@ -35,7 +35,7 @@ class ScrewHeating final : public StraightEffect {
   std::size_t sensor_;
 };
 
-EffectInfo describe(const std::string& axis, const std::string& sensor) {
+EffectInfo describe_screw_heating(const std::string& axis, const std::string& sensor) {
   EffectInfo info;
   info.id = "screw_heating:" + axis;
   info.what = "The screw or scale of " + axis + " grows with its temperature (sensor " + sensor +
@@ -58,8 +58,8 @@ void make_screw_heating(const LibraryBuilder& builder) {
     if (sensor == builder.machine().axis_sensors.end()) continue;
     const auto index = builder.temperature(sensor->second);
     if (!index) continue;
-    builder.add(std::make_shared<ScrewHeating>(describe(axis.name, sensor->second), joint_link(id),
-                                               axis.direction, *index));
+    builder.add(std::make_shared<ScrewHeating>(describe_screw_heating(axis.name, sensor->second),
+                                               joint_link(id), axis.direction, *index));
   }
 }
 

@@ -20,7 +20,7 @@ class Step final : public StraightEffect {
   std::size_t run_;
 };
 
-EffectInfo describe(const RunInfo& run) {
+EffectInfo describe_step(const RunInfo& run) {
   EffectInfo info;
   info.id = "step";
   info.what = "The set-up shifted suddenly during run '" + run.id + "'";
@@ -38,7 +38,7 @@ EffectInfo describe(const RunInfo& run) {
 void make_step(const LibraryBuilder& builder) {
   std::vector<std::shared_ptr<const Effect>> variants;
   for (std::size_t r = 0; r < builder.context().runs.size(); ++r) {
-    variants.push_back(std::make_shared<Step>(describe(builder.context().runs[r]), r));
+    variants.push_back(std::make_shared<Step>(describe_step(builder.context().runs[r]), r));
   }
   if (!variants.empty()) builder.add(std::move(variants));
 }

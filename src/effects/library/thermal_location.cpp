@@ -24,7 +24,8 @@ class ThermalLocation final : public StraightEffect {
   std::size_t sensor_;
 };
 
-EffectInfo describe(const std::string& axis, const std::string& letters, const std::string& sensor) {
+EffectInfo describe_thermal_location(const std::string& axis, const std::string& letters,
+                                     const std::string& sensor) {
   EffectInfo info;
   info.id = "thermal_location:" + axis;
   info.what = "The centre of " + axis + " moves with the temperature of '" + sensor + "', with a lag";
@@ -50,8 +51,8 @@ void make_thermal_location(const LibraryBuilder& builder) {
     if (letters.empty()) continue;
     std::vector<std::shared_ptr<const Effect>> variants;
     for (std::size_t s = 0; s < sensors.size(); ++s) {
-      variants.push_back(
-          std::make_shared<ThermalLocation>(describe(name, letters, sensors[s]), joint_link(id), letters, s));
+      variants.push_back(std::make_shared<ThermalLocation>(
+          describe_thermal_location(name, letters, sensors[s]), joint_link(id), letters, s));
     }
     builder.add(std::move(variants));
   }

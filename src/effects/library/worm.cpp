@@ -28,7 +28,7 @@ class Worm final : public LibraryEffect {
   Vec3 about_;
 };
 
-EffectInfo describe(const Axis& axis) {
+EffectInfo describe_worm(const Axis& axis) {
   EffectInfo info;
   info.id = "worm:" + axis.name;
   info.what = "Angular positioning error of " + axis.name + " that repeats a whole number of times a turn";
@@ -46,7 +46,7 @@ EffectInfo describe(const Axis& axis) {
 void make_worm(const LibraryBuilder& builder) {
   for (const AxisId id : builder.axes(AxisKind::rotary)) {
     const Axis& axis = builder.machine().axes[id];
-    builder.add(std::make_shared<Worm>(describe(axis), joint_link(id), axis.direction));
+    builder.add(std::make_shared<Worm>(describe_worm(axis), joint_link(id), axis.direction));
   }
 }
 
