@@ -220,6 +220,8 @@ std::string improve_json(const std::vector<ImproveStep>& steps) {
                    {"rms_um", s.rms_um},
                    {"heldout_rms_um", optional(s.heldout_um)},
                    {"noise_floor_um", s.noise_floor_um},
+                   {"chi2", s.diagnosis.chi2},
+                   {"dof", s.diagnosis.dof},
                    {"verdict", std::string(text_of(s.diagnosis.verdict))},
                    {"effects", s.diagnosis.effects},
                    {"confidence", s.diagnosis.confidence},

@@ -247,7 +247,7 @@ Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& m
     plot.series.push_back(deviation_series(p.verification, p.file));
     const auto text = [](double mm) { return fixed_text(mm * kUmPerMm, 3); };
     table.rows.push_back({p.file, text(f.mean), text(f.rms), text(f.p95), text(f.max),
-                          std::to_string(p.verification.points_out)});
+                          std::to_string(p.verification.feed_blocks)});
   }
   page.verdict =
       best->file + " stays nearest to the path: within " +

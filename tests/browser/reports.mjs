@@ -55,7 +55,8 @@ async function tablesShowJson(page, name) {
     }
     return Math.min(Math.abs(all[low] - v), low > 0 ? Math.abs(all[low - 1] - v) : Infinity);
   };
-  const cells = await page.$$eval('td.number', (tds) => tds.map((td) => td.textContent.trim()));
+  // What each effect of a model does to the readings ("does / µm") is worked out for the page alone.
+  const cells = await page.$$eval('figure:not(#effects) td.number', (tds) => tds.map((td) => td.textContent.trim()));
   let compared = 0;
   for (const cell of cells) {
     const [, digits, exponent] = /^-?\d+(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(cell) ?? [null];
