@@ -8,8 +8,6 @@
 namespace trunnion::nc {
 namespace {
 
-constexpr std::uint16_t kXy = AxisWords::bit(AxisLetter::X) | AxisWords::bit(AxisLetter::Y);
-
 AxisWords xyz_of(const AxisWords& position) {
   AxisWords out = position;
   out.mask &= kXyz;
@@ -121,7 +119,7 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
     cycle.reset();
     return false;
   }
-  if ((m.words.mask & ~kXy) != 0) {
+  if ((m.words.mask & ~kPlaneWords) != 0) {
     error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
     return true;
   }

@@ -2,12 +2,6 @@
 #include "nc/writer_state.hpp"
 
 namespace trunnion::nc {
-namespace {
-
-constexpr std::uint16_t kXy = AxisWords::bit(AxisLetter::X) | AxisWords::bit(AxisLetter::Y);
-
-}  // namespace
-
 // Words of a feed that is per minute from here on; empty where nothing changes.
 std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_number) {
   std::string words;
@@ -88,7 +82,7 @@ Result<void> Writer::State::write(const Hole& b) {
   ++motions;
   if (continues_cycle(b)) return put_next_hole(b);
   if (auto done = end_cycle(); !done) return done;
-  if (!holds(words, Placeholder::x) && (changed_axes(b.words) & kXy) != 0)
+  if (!holds(words, Placeholder::x) && (changed_axes(b.words) & kPlaneWords) != 0)
     return refuse("the tool must stand over the hole", b.source);
   const bool states_back = holds(words, Placeholder::back) || holds(words, Placeholder::rise);
   const bool to_clear = back == b.clear;
@@ -139,7 +133,7 @@ Result<void> Writer::State::put_cycle(const Template& words, const Hole& b, bool
 }
 
 Result<void> Writer::State::put_next_hole(const Hole& b) {
-  const std::uint16_t changed = changed_axes(b.words) & kXy;
+  const std::uint16_t changed = changed_axes(b.words) & kPlaneWords;
   std::string line;
   for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
     // A line without an axis word would drill nothing.

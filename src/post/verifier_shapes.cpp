@@ -91,8 +91,8 @@ bool Verifier::State::steps(const Vertex& v) {
   const double depth_mm = down.dot(v.tip_P - top.tip_P);
   // Small steps may back above where the feed begins: out of the hole, along it.
   Target highest = top;
-  highest.tip_P += std::min({0.0, depth_mm, down.dot(previous.tip_P - top.tip_P)}) * down;
-  take_deviation(meter.of(previous, v, highest, bottom, program, {}));
+  highest.tip_P += std::min({0.0, depth_mm, down.dot(previous->tip_P - top.tip_P)}) * down;
+  take_deviation(meter.of(*previous, v, highest, bottom, program, {}));
   const double too_deep_mm = depth_mm - drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
   if (!v.rapid) drilled_mm = std::max(drilled_mm, depth_mm);

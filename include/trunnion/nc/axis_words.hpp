@@ -105,4 +105,7 @@ struct AxisWords {
   bool operator==(const AxisWords& other) const;
 };
 
+/// The plane in which arcs run and holes are drilled: the tool axis is the control's Z.
+inline constexpr std::uint16_t kPlaneWords = AxisWords::bit(AxisLetter::X) | AxisWords::bit(AxisLetter::Y);
+
 }  // namespace trunnion::nc
