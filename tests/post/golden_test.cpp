@@ -59,6 +59,31 @@ TEST(Golden, EveryControlHasItsProgramAndWritesItAgain) {
   }
 }
 
+// Circles and holes in the words of every control that has them.
+TEST(Golden, EveryControlWritesArcsAndHolesInItsOwnWords) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = read_file(kFolder + "shapes.cls").value_or("");
+  PostOptions options;
+  options.native_arcs = true;
+  options.native_cycles = true;
+  for (const std::string& control : test::shipped_controllers()) {
+    const nc::Controller c = test::shipped_controller(control);
+    if (c.arcs.clockwise.empty()) continue;
+    SCOPED_TRACE(control);
+    const std::string file = kFolder + control + "_native.nc";
+    const auto p = test::posted(cl, machine, options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed());
+    EXPECT_GE(p.report->arcs, 2U);
+    EXPECT_GE(p.report->holes, 5U);
+    if (std::getenv("TRUNNION_WRITE_GOLDEN") != nullptr) std::ofstream(file) << p.nc;
+    EXPECT_EQ(p.nc, read_file(file).value_or(""));
+    const auto again = test::verified(read_file(file).value_or(""), cl, machine, 0.01, control);
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->passed());
+  }
+}
+
 // Where each program has its tip at every point of the CL file, from its text alone.
 TEST(Golden, AllProgramsGiveTheSameTipPathWithinOneDigit) {
   const Machine machine = test::shipped_machine("trunnion_offset");
