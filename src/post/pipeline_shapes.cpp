@@ -172,17 +172,16 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
     return false;
 
   const bool closes = arc.sweep.rad() > kTwoPi - 1e-9;
-  const bool same_words = block.from[nc::AxisLetter::X] == target[nc::AxisLetter::X] &&
-                          block.from[nc::AxisLetter::Y] == target[nc::AxisLetter::Y];
-  if (closes != same_words) return false;
   const auto turns = closes ? std::llround(arc.sweep.rad() / kTwoPi) : 1;
   const std::int64_t rise = target[nc::AxisLetter::Z] - block.from[nc::AxisLetter::Z];
   if (controller_.arcs.words(block.clockwise, rise != 0).empty()) return false;
-  // An end that rounding has put behind the start would make a whole turn of it.
-  const nc::ArcCourse course = nc::course_of(block, controller_.numbers.axes, tolerance_mm);
+  // An end that rounding has put on the start or behind it would make a whole turn of it, and the other way
+  // round.
+  const double turned = nc::course_of(block, controller_.numbers.axes, tolerance_mm).sweep_rad;
+  const double meant = closes ? kTwoPi : arc.sweep.rad();
+  if (std::abs(turned - meant) * radius_mm > 2.0 * tolerance_mm) return false;
   const double length_mm =
       std::hypot(radius_mm * arc.sweep.rad(), (end.tip_P - last_.tip_P).dot(arc.normal_P));
-  if (!closes && std::abs(course.sweep_rad - arc.sweep.rad()) * radius_mm > 2.0 * tolerance_mm) return false;
 
   const auto rate = feed_rate(arc.feed, length_mm, where);
   if (!rate) return tl::unexpected(rate.error());

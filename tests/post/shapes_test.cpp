@@ -301,6 +301,19 @@ TEST(Shapes, ARapidIntoWhatIsNotDrilledIsFound) {
   EXPECT_FALSE(passes(p.nc, part.cl, machine, c));
 }
 
+// Shorter than a digit: as an arc its end would be its start, and that is a whole circle.
+TEST(Shapes, AnArcThatRoundingClosesIsNoCircle) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl =
+      "LOADTL/1\nFEDRAT/MMPM,600\nRAPID\nGOTO/15,0,5,0,0,1\nGOTO/15,0,0,0,0,1\nCIRCLE/0,0,0,0,0,1\n"
+      "GOTO/15,0.00004,0,0,0,1\nGOTO/15,5,0,0,0,1\nFINI\n";
+  const auto p = test::posted(cl, machine, native());
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+  EXPECT_EQ(p.report->arcs, 0U);
+  EXPECT_EQ(p.report->shapes_as_moves, 1U);
+}
+
 // The control's words hold no arc between corrected ends, and none whose rounding takes the tolerance.
 TEST(Shapes, WhatTheWordsCannotHoldGoesOutAsMoves) {
   const Machine machine = test::shipped_machine("trunnion_offset");
