@@ -61,8 +61,7 @@ std::size_t turns_within(const Axis& axis, double angle, double near, std::array
 }
 
 GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
-    : machine_(machine),
-      options_(options),
+    : options_(options),
       kinematics_(machine, options.tool_mm),
       solver_(machine),
       rotary_count_(kinematics_.rotary_count()) {

@@ -78,7 +78,6 @@ class GlobalChoice {
   bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
   JointVector joints(const std::array<double, 2>& angle, const Vec3& linear) const;
 
-  const Machine& machine_;
   const ChoiceOptions& options_;
   TableKinematics kinematics_;
   RotarySolver solver_;

@@ -160,6 +160,37 @@ TEST_P(RefinerOf, ConvergesOnRandomSegments) {
   }
 }
 
+// A bow of less than four tolerances is a quarter of that in each half: one node half way, and never more
+// than that.
+TEST_P(RefinerOf, OneNodeHalfWayMendsASmallBow) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Rounding rounding = four_decimals(machine);
+  test::RandomSegments random(machine, 6);
+  Refiner refiner(machine, machine.tool_vector(), rounding, options_of(kCases[0]));
+  const Tolerance tolerance{0.005, Angle::degrees(0.2)};
+  int small_bows = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto s = random.next(test::Family::chord, Angle::degrees(3.0));
+    if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
+    Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
+    Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
+    round_to_words(random.kinematics(), rounding, a.tip_P, a.q);
+    round_to_words(random.kinematics(), rounding, b.tip_P, b.q);
+    const double bow_mm = sampled(machine, a, b, {}).tip;
+    if (bow_mm < 1.1 * tolerance.tip_mm || bow_mm > 3.0 * tolerance.tip_mm) continue;
+    ++small_bows;
+    std::vector<Point> out;
+    const SegmentReport report = refiner.refine(a, b, tolerance, out);
+    EXPECT_TRUE(report.converged);
+    ASSERT_EQ(out.size(), 1U) << i;
+    EXPECT_LE(sampled(machine, a, b, out).tip, tolerance.tip_mm);
+    // Motion along the chord is no bow, but it is of the error in the middle.
+    if (report.midpoint_mm > 3.0 * tolerance.tip_mm) continue;
+    EXPECT_LT((out[0].tip_P - 0.5 * (a.tip_P + b.tip_P)).norm(), 1e-9) << i << " " << report.midpoint_mm;
+  }
+  EXPECT_GT(small_bows, 20);
+}
+
 INSTANTIATE_TEST_SUITE_P(Machines, RefinerOf, testing::ValuesIn(test::shipped_machines()));
 
 // Issue: a half turn of C at A = 0. Nodes on the great circle flip C by 180 degrees between any two; linear
