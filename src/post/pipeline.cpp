@@ -408,9 +408,9 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
   // Positions that the machine has no axis for are zero, as their travel.
-  bool within = true;
-  for (AxisId id = 0; id < kMaxAxes; ++id) within = within & (q[id] >= least_[id]) & (q[id] <= most_[id]);
-  if (within) return;
+  int beyond_any = 0;
+  for (AxisId id = 0; id < kMaxAxes; ++id) beyond_any += q[id] >= least_[id] && q[id] <= most_[id] ? 0 : 1;
+  if (beyond_any == 0) return;
   for (const LimitViolation& v : limit_violations(machine_, q)) {
     if (v.by <= 0.5 * rounding_.quantum[v.axis] + 1e-12) continue;  // rounding of a position at the limit
     BeyondAxis& beyond = beyond_[v.axis];
