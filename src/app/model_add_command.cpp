@@ -13,7 +13,7 @@ namespace {
 
 struct ModelAddOptions {
   ModelFiles files;
-  std::string effect, out;
+  std::string effect, out, also;
   std::vector<std::string> with;  // key=value of a variant
 };
 
@@ -34,7 +34,10 @@ std::optional<std::vector<std::pair<std::string, std::string>>> variant(
 // Where the effect has variants and none is asked for, the data choose.
 Result<std::shared_ptr<const Effect>> chosen(const ModelAddOptions& options, const Machine& machine,
                                              Model& model, const diagnosis::Diagnosis* diagnosis,
-                                             const std::vector<std::pair<std::string, std::string>>& keys) {
+                                             const std::vector<std::pair<std::string, std::string>>& keys,
+                                             const std::vector<EffectFamily>& own) {
+  for (const EffectFamily& family : own)
+    if (family.id() == options.effect) return family.variants.front();
   if (keys.empty() && diagnosis != nullptr) {
     for (const auto& ranked : diagnosis->ranking)
       if (ranked.id == options.effect)
@@ -62,9 +65,11 @@ int run(const ModelAddOptions& options) {
   }
   auto model = read_model(options.files.model, *machine, data ? data->context : EffectContext{}, exit);
   if (!model) return exit;
+  const auto own = read_competing(options.also, *machine, model->context, exit);
+  if (!own) return exit;
   std::optional<diagnosis::Diagnosis> diagnosis;
-  if (data) diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false});
-  auto effect = chosen(options, *machine, *model, diagnosis ? &*diagnosis : nullptr, *keys);
+  if (data) diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false}, *own);
+  auto effect = chosen(options, *machine, *model, diagnosis ? &*diagnosis : nullptr, *keys, *own);
   if (!effect) return print_error(effect.error());
   Model added = *model;
   std::string json;
@@ -100,6 +105,7 @@ void add_model_add_command(CLI::App& model, int& exit) {
       ->required();
   options->files.add_to(*command, false);
   command->add_option("--with", options->with, "choice of the effect: component=EZX, sensor=frame, run=r3");
+  command->add_option("--also", options->also, "model file whose effects (formulas) may be added too");
   command->add_option("-o,--output", options->out, "the new model file")->required();
   command->callback([options, &exit] { exit = run(*options); });
 }

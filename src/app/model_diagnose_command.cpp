@@ -19,7 +19,7 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   command->callback([files, also, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;
-    const auto extra = read_competing(*also, *in, exit);
+    const auto extra = read_competing(*also, in->machine, in->model.context, exit);
     if (!extra) return;
     const auto result = [&] {
       const Activity activity("diagnosing");

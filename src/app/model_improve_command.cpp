@@ -37,7 +37,7 @@ int run(const ModelFiles& files, const std::string& folder, const std::string& a
   int exit = kDone;
   const auto in = read_inputs(files, exit);
   if (!in) return exit;
-  const auto extra = read_competing(also, *in, exit);
+  const auto extra = read_competing(also, in->machine, in->model.context, exit);
   if (!extra) return exit;
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);

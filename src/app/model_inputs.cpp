@@ -67,11 +67,11 @@ std::optional<ModelInputs> read_inputs(const ModelFiles& files, int& exit) {
   return ModelInputs{std::move(*machine), std::move(*data), std::move(*model)};
 }
 
-std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const ModelInputs& inputs,
-                                                        int& exit) {
+std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const Machine& machine,
+                                                        const EffectContext& context, int& exit) {
   std::vector<EffectFamily> out;
   if (path.empty()) return out;
-  const auto rivals = read_model(path, inputs.machine, inputs.model.context, exit);
+  const auto rivals = read_model(path, machine, context, exit);
   if (!rivals) return std::nullopt;
   for (const ModelEffect& effect : rivals->effects) out.push_back({{effect.effect}});
   return out;

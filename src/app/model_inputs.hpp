@@ -38,8 +38,8 @@ std::optional<diagnosis::Dataset> read_data(const std::vector<std::string>& path
 
 /// The effects of another model file (formulas, as a rule) that compete with the library's, one family each;
 /// none when `path` is empty, nothing when it cannot be read.
-std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const ModelInputs& inputs,
-                                                        int& exit);
+std::optional<std::vector<EffectFamily>> read_competing(const std::string& path, const Machine& machine,
+                                                        const EffectContext& context, int& exit);
 
 /// Members of the group `trunnion model`.
 void add_model_evaluate_command(CLI::App& model, int& exit);

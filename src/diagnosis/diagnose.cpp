@@ -20,6 +20,7 @@ namespace {
 constexpr double kLowChi2 = 0.8, kHighChi2 = 1.25, kChi2Level = 1e-4;  // README, "data_problem"
 constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise is judged
 constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
+constexpr double kUneasy = 20.0;  // 1 % of sums of squares, beside tests that are corrected for their number
 constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
     2e8;  // products per simulation round: keeps 10 000 readings within seconds
@@ -226,12 +227,15 @@ class Engine {
     d.noise_floor_um = std::sqrt(floor / std::max(count, 1.0) * noise.variance);
   }
 
+  static double chi2_p(double chi2, double dof) {
+    const double tail = chi2_tail(chi2, dof);
+    return 2.0 * std::min(tail, 1.0 - tail);
+  }
   bool chi2_is_off(double chi2, double dof) const {
     if (dof < 1.0) return false;
     const double reduced = chi2 / dof;
     if (reduced >= kLowChi2 && reduced <= kHighChi2) return false;
-    const double tail = chi2_tail(chi2, dof);
-    return 2.0 * std::min(tail, 1.0 - tail) < kChi2Level;
+    return chi2_p(chi2, dof) < kChi2Level;
   }
 
   // Whether any effect of the machine's geometry or motion can be seen at all; those of time and set-up
@@ -328,6 +332,8 @@ class Engine {
       d.verdict = Verdict::nothing_to_find;
       double smallest = x.before.p;
       for (const RankedEffect& r : d.ranking) smallest = std::min(smallest, r.p_value);
+      // A residual that is hardly the stated noise is one more test.
+      smallest = std::min(smallest, kUneasy * chi2_p(d.chi2, d.dof));
       d.confidence = smallest > 0.2 ? 0.985 : smallest > 0.05 ? 0.95 : 0.85;
     }
   }
