@@ -91,6 +91,7 @@ namespace {
 
 std::vector<const Atom*> pointers(const std::vector<Atom>& members) {
   std::vector<const Atom*> out;
+  out.reserve(members.size());
   for (const Atom& atom : members) out.push_back(&atom);
   return out;
 }
