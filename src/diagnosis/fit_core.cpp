@@ -12,6 +12,9 @@
 namespace trunnion::diagnosis {
 namespace {
 
+// What a usual magnitude does to all readings together, in standard deviations, below which it is rounding:
+// a column of it alone would be scaled up and taken for a measurement.
+constexpr double kUnseen = 1e-6;
 constexpr double kRankTolerance =
     1e-6;  // of columns scaled to length 1: a combination a million times weaker than its parts
 
@@ -161,7 +164,9 @@ class Fitter {
       scale[k] = std::hypot(scale[k], 1.0 / *start.sigma);
     }
     for (Eigen::Index k = 0; k < p; ++k) {
-      scale[k] = scale[k] > 0.0 ? 1.0 / scale[k] : 0.0;
+      const double usual = parameter_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]).usual;
+      const bool seen = usual > 0.0 ? scale[k] * usual > kUnseen : scale[k] > 0.0;
+      scale[k] = seen ? 1.0 / scale[k] : 0.0;
       j.col(k) *= scale[k];
     }
     decompose(j, y, scale, last);

@@ -11,8 +11,8 @@ namespace {
 
 #if defined(__x86_64__)
 
-constexpr Eigen::Index kChunk = 1024;  // readings: seven columns of them stay in the first-level cache
-constexpr Eigen::Index kLanes = 8;     // floats of an AVX register
+constexpr Eigen::Index kProductChunk = 1024;  // readings: seven columns of them stay in the first-level cache
+constexpr Eigen::Index kLanes = 8;            // floats of an AVX register
 constexpr std::size_t kTileA = 4, kTileB = 3;  // 12 sums and 4 operands are the 16 registers
 
 // c(i, k) += sum over n of a(n, i) b(n, k), for one tile; leading dimensions in floats.
@@ -58,8 +58,8 @@ void add_tiles(const float* a, Eigen::Index a_stride, const float* b, Eigen::Ind
 Eigen::MatrixXf tiled(const Eigen::Ref<const Eigen::MatrixXf>& a,
                       const Eigen::Ref<const Eigen::MatrixXf>& b) {
   Eigen::MatrixXd c = Eigen::MatrixXd::Zero(a.cols(), b.cols());
-  for (Eigen::Index r = 0; r < a.rows(); r += kChunk) {
-    const Eigen::Index n = std::min(kChunk, a.rows() - r);
+  for (Eigen::Index r = 0; r < a.rows(); r += kProductChunk) {
+    const Eigen::Index n = std::min(kProductChunk, a.rows() - r);
     Eigen::Index i = 0;
     for (; i + Eigen::Index{kTileA} <= a.cols(); i += Eigen::Index{kTileA})
       add_tiles<kTileA>(a.data() + r + i * a.outerStride(), a.outerStride(), b.data() + r, b.outerStride(), n,

@@ -173,15 +173,15 @@ void expect_the_shapes(const std::string& text, const Part& part, const Machine&
   EXPECT_EQ(holes, part.bores.size());
 }
 
-struct Kind {
+struct ShapeKind {
   std::string name, words;
   nc::Hole::Kind kind;
 };
-const std::vector<Kind> kKinds = {{"drill", "DRILL", nc::Hole::Kind::drill},
-                                  {"dwell", "DRILL,DWELL,0.5", nc::Hole::Kind::drill},
-                                  {"peck", "DEEP,STEP,2.5", nc::Hole::Kind::peck},
-                                  {"chip_break", "BRKCHP,STEP,2.5", nc::Hole::Kind::chip_break},
-                                  {"feed_out", "REAM", nc::Hole::Kind::feed_out}};
+const std::vector<ShapeKind> kShapeKinds = {{"drill", "DRILL", nc::Hole::Kind::drill},
+                                            {"dwell", "DRILL,DWELL,0.5", nc::Hole::Kind::drill},
+                                            {"peck", "DEEP,STEP,2.5", nc::Hole::Kind::peck},
+                                            {"chip_break", "BRKCHP,STEP,2.5", nc::Hole::Kind::chip_break},
+                                            {"feed_out", "REAM", nc::Hole::Kind::feed_out}};
 
 TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
   unsigned seed = 1;
@@ -190,7 +190,7 @@ TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
     for (const std::string control :
          {"linuxcnc", "fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640"}) {
       const nc::Controller c = test::shipped_controller(control);
-      for (const Kind& kind : kKinds) {
+      for (const ShapeKind& kind : kShapeKinds) {
         nc::Hole hole;
         hole.kind = kind.kind;
         hole.dwell_ms = kind.name == "dwell" ? 500 : 0;
