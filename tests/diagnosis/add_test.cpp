@@ -44,6 +44,33 @@ TEST(Add, StartsFromTheShapeThatTheDiagnosisFound) {
   EXPECT_NEAR(pitch_mm(add_and_fit(s.machine, s.data, base, {blank}, &said).model), 7.3, 0.05);
 }
 
+// A turn about Z moves a ball on a circle about Z along the circle: a ball-bar, which reads the radius, sees
+// rounding of it and nothing else.
+TEST(Fit, TakesNoRoundingForAMeasurement) {
+  const Machine machine = shipped_machine("paper");
+  std::string poses;
+  for (int k = 0; k < 24; ++k) {
+    const double angle = 0.2617 * k;
+    poses += std::string(k > 0 ? ", " : "") + "[" + std::to_string(100.0 * std::cos(angle)) + ", " +
+             std::to_string(100.0 * std::sin(angle)) + ", 100, 0, 0]";
+  }
+  Dataset data = measured(machine,
+                          "[[run]]\nid = \"bar\"\nminutes = 10\nquantity = \"displacement\"\nn = [1, 0, 0]\n"
+                          "u_random = 0.5\nu_common = 0\nposes = [" +
+                              poses + "]\n",
+                          "[model]\nname = \"t\"\n", 3);
+  for (Reading& reading : data.readings) {
+    const JointVector q = data.track.state(reading.row).q;
+    reading.n = Vec3(q[0], q[1], 0.0).normalized();
+  }
+  const Fit found = fit(machine, data,
+                        model_for(machine, data, "[model]\nname = \"m\"\n[[effect]]\nid = \"setup_tilt\"\n"));
+  const ModelEffect& tilt = found.model.effects.front();
+  const ParameterValue& turn = tilt.parameters[*tilt.find("C_bar")];
+  EXPECT_FALSE(turn.sigma);
+  EXPECT_EQ(turn.value, 0.0);
+}
+
 // Tilts of set-ups that a run cannot see stay where they started, and do not carry those that it sees away.
 TEST(Diagnose, SetUpTiltsThatSomeRunsCannotSeeStayUsual) {
   const Machine machine = shipped_machine("paper");
