@@ -23,8 +23,8 @@ namespace {
 // same columns as Householder's at a fraction of the time. The squares of what is cut must stand clear of
 // rounding.
 bool long_and_clear(const MatrixXd& a, double threshold) {
-  constexpr double kClear = 2e-6;  // its square is 10 000 times the rounding of a product
-  return a.rows() > 4 * a.cols() && threshold > kClear * a.colwise().norm().maxCoeff();
+  constexpr double kClearOfRounding = 2e-6;  // its square is 10 000 times the rounding of a product
+  return a.rows() > 4 * a.cols() && threshold > kClearOfRounding * a.colwise().norm().maxCoeff();
 }
 
 PivotedQr cholesky_qr(const MatrixXd& a, double threshold) {
