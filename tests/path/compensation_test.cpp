@@ -120,7 +120,8 @@ TEST(Compensation, TwentyRandomMachinesWithTheTrueModel) {
   Draw draw(20261121);
   double before = 0.0, worst = 0.0, worst_text = 0.0;
   int most_steps = 0, first_two = 0, all = 0;
-  for (int m = 0; m < 20; ++m) {
+  constexpr int kMachines = 20;
+  for (int m = 0; m < kMachines; ++m) {
     const Machine machine = random_machine(draw);
     const auto poses = random_poses(machine, draw, 100);
     Model model = random_model(machine, draw);
@@ -227,35 +228,44 @@ class GridMeasurement {
   std::filesystem::path folder_;
 };
 
+// Mean square of what a compensation with `tables` leaves at poses of a machine with `errors`, mm2.
+double square_left(const Machine& machine, const std::vector<Pose5>& poses, const Model& errors,
+                   const Model& tables) {
+  const Compensator compensator(machine, tables, machine.tool_vector());
+  const ModelEvaluator evaluator(errors);
+  double sum = 0.0;
+  for (const Pose5& p : poses) {
+    const auto corrected = compensator.corrected(p.tip_P, p.axis_P, p.state);
+    EXPECT_TRUE(corrected);
+    sum += std::pow(tip_error(machine, evaluator, p, corrected->q), 2);
+  }
+  return sum / static_cast<double>(poses.size());
+}
+
+// A random machine whose C axis has limits, so that tables cover it.
+Machine machine_for_tables(Draw& draw) {
+  Machine machine = random_machine(draw);
+  Axis& c = machine.axes[*machine.axis("C")];
+  c.min = -kPi;
+  c.max = kPi;
+  return machine;
+}
+
 TEST(Compensation, WithMeasuredTablesWhatIsLeftIsTheNoise) {
   Draw draw(7);
-  Machine machine = random_machine(draw);
-  machine.axes[*machine.axis("C")].min = -kPi;
-  machine.axes[*machine.axis("C")].max = kPi;
+  const Machine machine = machine_for_tables(draw);
   const auto poses = random_poses(machine, draw, 400);
   Model truth = random_model(machine, draw);
   truth = scaled(truth, 0.150 / mean_error(machine, truth, poses));
   constexpr double kSigma_mm = 1e-3, kSigma_rad = 2e-6;
   GridMeasurement grid(machine, draw);
-  const auto rms_left = [&](const Model& machine_errors, const Model& tables) {
-    const Compensator compensator(machine, tables, machine.tool_vector());
-    const ModelEvaluator evaluator(machine_errors);
-    double sum = 0.0;
-    for (const Pose5& p : poses) {
-      const auto corrected = compensator.corrected(p.tip_P, p.axis_P, p.state);
-      EXPECT_TRUE(corrected);
-      const double e = tip_error(machine, evaluator, p, corrected->q);
-      sum += e * e;
-    }
-    return std::sqrt(sum / static_cast<double>(poses.size()));
-  };
   // Mean over measurements: one draw of the tables is one draw of their errors at all poses.
   double left = 0.0, floor = 0.0;
   constexpr int kCampaigns = 10;
   const Model none = scaled(truth, 0.0);
   for (int i = 0; i < kCampaigns; ++i) {
-    left += std::pow(rms_left(truth, grid.model_of(truth, 1.0, kSigma_mm, kSigma_rad)), 2) / kCampaigns;
-    floor += std::pow(rms_left(none, grid.model_of(truth, 0.0, kSigma_mm, kSigma_rad)), 2) / kCampaigns;
+    left += square_left(machine, poses, truth, grid.model_of(truth, 1.0, kSigma_mm, kSigma_rad)) / kCampaigns;
+    floor += square_left(machine, poses, none, grid.model_of(truth, 0.0, kSigma_mm, kSigma_rad)) / kCampaigns;
   }
   std::printf(
       "[ figures  ] 150 um before; with measured tables %.3f um RMS; noise floor of the measurement %.3f "
@@ -293,32 +303,22 @@ TEST(Compensation, TwentyRandomMachinesWithGridTablesAreAtTheNoiseFloor) {
   Draw draw(22);
   constexpr double kSigma_mm = 1e-3, kSigma_rad = 2e-6;
   double before = 0.0, left = 0.0, left_lines = 0.0, floor = 0.0;
-  for (int m = 0; m < 20; ++m) {
-    Machine machine = random_machine(draw);
-    Axis& c = machine.axes[*machine.axis("C")];
-    c.min = -kPi;
-    c.max = kPi;
+  constexpr int kMachines = 20;
+  for (int m = 0; m < kMachines; ++m) {
+    const Machine machine = machine_for_tables(draw);
     const auto poses = random_poses(machine, draw, 100);
     Model truth = random_model(machine, draw);
     add_cross_talk(machine, truth, draw);
     truth = scaled(truth, 0.150 / mean_error(machine, truth, poses));
-    before += mean_error(machine, truth, poses) / 20.0;
-    const auto square_left = [&](const Model& errors, const Model& tables) {
-      const Compensator compensator(machine, tables, machine.tool_vector());
-      const ModelEvaluator evaluator(errors);
-      double sum = 0.0;
-      for (const Pose5& p : poses) {
-        const auto corrected = compensator.corrected(p.tip_P, p.axis_P, p.state);
-        EXPECT_TRUE(corrected);
-        sum += std::pow(tip_error(machine, evaluator, p, corrected->q), 2);
-      }
-      return sum / static_cast<double>(poses.size()) / 20.0;
-    };
+    before += mean_error(machine, truth, poses) / kMachines;
     GridMeasurement grid(machine, draw, true);
-    left += square_left(truth, grid.model_of(truth, 1.0, kSigma_mm, kSigma_rad));
-    floor += square_left(scaled(truth, 0.0), grid.model_of(truth, 0.0, kSigma_mm, kSigma_rad));
+    left += square_left(machine, poses, truth, grid.model_of(truth, 1.0, kSigma_mm, kSigma_rad)) / kMachines;
+    floor +=
+        square_left(machine, poses, scaled(truth, 0.0), grid.model_of(truth, 0.0, kSigma_mm, kSigma_rad)) /
+        kMachines;
     GridMeasurement lines(machine, draw);
-    left_lines += square_left(truth, lines.model_of(truth, 1.0, kSigma_mm, kSigma_rad));
+    left_lines +=
+        square_left(machine, poses, truth, lines.model_of(truth, 1.0, kSigma_mm, kSigma_rad)) / kMachines;
   }
   std::printf(
       "[ figures  ] %.1f um mean before; rms left: %.3f um with grid tables, %.3f um with lines only; noise "

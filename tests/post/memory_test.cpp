@@ -127,16 +127,21 @@ TEST(Memory, LongBlocksAreDividedInTime) {
   }
 }
 
+// The line of C moves by 2 um/K of the sensor `table`, with a lag of 300 s.
+Model moved_by_the_table(const Machine& machine, const EffectContext& context) {
+  return model(
+      "[[effect]]\nid = \"thermal_location:C\"\nsensor = \"table\"\n[effect.parameters]\nX_um_per_K = "
+      "0.0\nY_um_per_K = 2.0\ntau_s = 300.0\n",
+      machine, context);
+}
+
 // The spindle grows cold before the first tool and while a tool is changed: here the change takes as long as
 // a lag, with a sensor that is warm all the time.
 TEST(Memory, ToolChangesTakeTime) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   EffectContext context;
   context.names.temperatures = {"table"};
-  const Model moving = model(
-      "[[effect]]\nid = \"thermal_location:C\"\nsensor = \"table\"\n[effect.parameters]\nX_um_per_K = "
-      "0.0\nY_um_per_K = 2.0\ntau_s = 300.0\n",
-      machine, context);
+  const Model moving = moved_by_the_table(machine, context);
   TemperatureHistory history;
   history.time_s = {0.0, 1.0};
   history.temperature_K = {{0.0}, {10.0}};
@@ -192,10 +197,7 @@ TEST(Memory, TemperaturesOfTheProgramCount) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   EffectContext context;
   context.names.temperatures = {"room", "table"};
-  const Model moving = model(
-      "[[effect]]\nid = \"thermal_location:C\"\nsensor = \"table\"\n[effect.parameters]\nX_um_per_K = "
-      "0.0\nY_um_per_K = 2.0\ntau_s = 300.0\n",
-      machine, context);
+  const Model moving = moved_by_the_table(machine, context);
   TemperatureHistory history;
   history.time_s = {0.0, 300.0};
   history.temperature_K = {{0.0, 0.0}, {50.0, 10.0}};
