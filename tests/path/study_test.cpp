@@ -46,10 +46,7 @@ void expect_counts(const StudyResult& result) {
     EXPECT_LE(ratio(sides.inserted, t.two_sided_law), t.links ? 1.03 : 1.01);
     EXPECT_EQ(sides.more_than_on_chord, 0U);
     EXPECT_LE(moved.inserted, sides.inserted);
-    for (const PlacementStudy& p : t.placements) {
-      // The bound reported is within 5 % of the truth; the decision below it was proved by itself.
-      EXPECT_LE(p.largest_certified_mm, 1.05 * t.tolerance_mm);
-    }
+    for (const PlacementStudy& p : t.placements) EXPECT_LE(p.largest_certified_mm, t.tolerance_mm);
     many_chord += chord.inserted_many;
     many_sides += sides.inserted_many;
   }
@@ -105,7 +102,8 @@ TEST_P(LongStudyOf, MeetsTheCountsOfEveryPlacement) {
 
 INSTANTIATE_TEST_SUITE_P(LongFiles, LongStudyOf,
                          testing::Values("samples/01_impeller/impeller.cls", "impeller_yelun_goto6.cls",
-                                         "creo9_proclfile_5x_multax_cut.ncl"),
+                                         "creo9_proclfile_5x_multax_cut.ncl",
+                                         "nx_clsf_5x_variable_contour_large.cls"),
                          [](const auto& file) {
                            std::string name = std::filesystem::path(file.param).stem().string();
                            std::replace_if(
