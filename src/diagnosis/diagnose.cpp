@@ -25,10 +25,8 @@ constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
     2e8;  // products per simulation round: keeps 10 000 readings within seconds
 constexpr std::size_t kFewestSimulations = 40;
-constexpr int kMostRounds = 3;      // of the judgement of outliers
-constexpr int kFewestTogether = 8;  // readings that stand out, from which on a common cause is looked for
-constexpr double kTogether = 0.5;   // of their excess chi-square that one function of the state explains
-constexpr double kAsSimple = 6.8;   // evidence ratio of 1 : 30, in -2 ln
+constexpr int kMostRounds = 3;     // of the judgement of outliers
+constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
   EffectSet found;
@@ -167,14 +165,7 @@ class Engine {
     const FitCore all = fit_core(o_, with(atoms, set), {.robust = false});
     if (company(o_, flags, all.white) > kInCompany) return true;
     if (far < kFewestTogether) return false;
-    const Atoms nothing(o_, all, {});
-    structures_.fit_to(all);
-    NoiseScale stated;
-    stated.dof = all.dof();
-    double most = 0.0;
-    for (const TwistBank::Hit& hit : structures_.twists.best(nothing, nothing.remainder({}), stated))
-      most = std::max(most, hit.drop);
-    return most > kTogether * (all.chi2() - all.dof());
+    return structures_.twists.common_cause(all).has_value();
   }
 
   void fill(Diagnosis& d, const Atoms& atoms, const Outcome& x) {

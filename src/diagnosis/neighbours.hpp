@@ -21,6 +21,8 @@ std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& 
 /// out to the same side: standard normal when those readings are outliers.
 double company(const Observations& observations, const std::vector<bool>& outliers, const VectorXd& white);
 inline constexpr double kInCompany = 4.0;  // from which they stand out together
+/// Readings that stand out, from which on a common cause is looked for.
+inline constexpr std::ptrdiff_t kFewestTogether = 8;
 /// The share of each in it: the neighbour's residual, positive to the same side, at most 3 of the noise; 0 of
 /// readings that do not stand out.
 std::vector<double> companions(const Observations& observations, const std::vector<bool>& outliers,

@@ -186,6 +186,19 @@ void TwistBank::fit_to(const FitCore& base) {
   });
 }
 
+std::optional<TwistBank::Hit> TwistBank::common_cause(const FitCore& all) {
+  constexpr double kMost = 0.5;  // of the excess chi-square
+  fit_to(all);
+  const Atoms nothing(o_, all, {});
+  NoiseScale stated;
+  stated.dof = all.dof();
+  const auto hits = best(nothing, nothing.remainder({}), stated);
+  const auto most =
+      std::max_element(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.drop < b.drop; });
+  if (most == hits.end() || !(most->drop > kMost * (all.chi2() - all.dof()))) return std::nullopt;
+  return *most;
+}
+
 std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder& set,
                                             const NoiseScale& noise) const {
   const FitCore& base = atoms.base();

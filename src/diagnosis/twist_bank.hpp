@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "diagnosis/atoms.hpp"
 #include "diagnosis/noise_scale.hpp"
 #include "diagnosis/state_functions.hpp"
@@ -22,6 +24,9 @@ class TwistBank {
 
   /// The best test of each set of functions on what a set of effects leaves of the base's residual.
   std::vector<Hit> best(const Atoms& atoms, const Remainder& set, const NoiseScale& noise) const;
+  /// The one test that explains most of what the readings of a fit are off by beyond their uncertainty, where
+  /// that is more than half of it: readings that stand out have one cause. Fits the bank to `all`.
+  std::optional<Hit> common_cause(const FitCore& all);
   const std::string& covariate(const Hit& hit) const { return functions_[hit.functions].covariate; }
   /// Raw columns of a test.
   MatrixXd columns(const Hit& hit) const;

@@ -44,6 +44,17 @@ class EveryEffect : public testing::TestWithParam<std::string> {
     EXPECT_GT(count, 0);
   }
 
+  // Linear parameters between minus and plus `size_of` each, and behind them the shape.
+  template <class SizeOf>
+  std::vector<double> random_parameters(const Effect& effect, const std::vector<double>& shape,
+                                        test::RandomStates& random, const SizeOf& size_of) {
+    std::vector<double> out;
+    for (std::size_t k = 0; k < effect.info().linear_count(); ++k)
+      out.push_back(random.uniform(-1.0, 1.0) * size_of(effect.info().parameters[k]));
+    out.insert(out.end(), shape.begin(), shape.end());
+    return out;
+  }
+
   // Shape parameters inside their search, and lags of a size that signals have.
   std::vector<double> random_shape(const Effect& effect, test::RandomStates& random) const {
     std::vector<double> out;
@@ -113,9 +124,7 @@ TEST_P(EveryEffect, DependsOnNoMoreThanItSays) {
         const MachineState state = random.next();
         const auto shape = random_shape(*effect, random);
         const auto lagged = random_lags(*effect, shape, random);
-        std::vector<double> p(effect->info().linear_count());
-        for (double& v : p) v = random.uniform(-1.0, 1.0);
-        p.insert(p.end(), shape.begin(), shape.end());
+        const auto p = random_parameters(*effect, shape, random, [](const Parameter&) { return 1.0; });
         if (effect->depends_on() < DependsOn::conditions) {
           EXPECT_TRUE(lagged.empty());
         }
@@ -153,9 +162,7 @@ TEST_P(EveryEffect, KeepsWithinItsRange) {
         const MachineState state = random.next();
         const auto shape = random_shape(*effect, random);
         const auto lagged = random_lags(*effect, shape, random);
-        std::vector<double> p(effect->info().linear_count());
-        for (double& v : p) v = random.uniform(-1.0, 1.0);
-        p.insert(p.end(), shape.begin(), shape.end());
+        const auto p = random_parameters(*effect, shape, random, [](const Parameter&) { return 1.0; });
         const auto range = effect->range(p, machine_.axes);
         if (!range) continue;
         constexpr double kRounding = 1.0 + 1e-12;
@@ -216,10 +223,8 @@ TEST_P(EveryEffect, LeavesItsStraightCourseByNoMoreThanItSays) {
         const MachineState from = random.next();
         const auto shape = random_shape(*effect, random);
         const auto lagged = random_lags(*effect, shape, random);
-        std::vector<double> p;
-        for (std::size_t k = 0; k < effect->info().linear_count(); ++k)
-          p.push_back(random.uniform(-1.0, 1.0) * effect->info().parameters[k].usual);
-        p.insert(p.end(), shape.begin(), shape.end());
+        const auto p =
+            random_parameters(*effect, shape, random, [](const Parameter& of) { return of.usual; });
         MachineState to = from;
         const double size = std::pow(10.0, random.uniform(-3.0, 0.0));
         for (AxisId id = 0; id < machine_.axes.size(); ++id)

@@ -57,6 +57,23 @@ ToolPose shift(const Machine& machine, const ModelEvaluator& truth, const Machin
   return {with.tip_P - without.tip_P, with.axis_P - without.axis_P};
 }
 
+// How far the errors of samples of a motion are off the straight line between those of its ends.
+struct Departure {
+  double tip_mm = 0.0, axis_rad = 0.0;
+};
+Departure departure(const Machine& machine, const ModelEvaluator& truth, const Motion& m, int parts) {
+  const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
+  const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
+  Departure out;
+  for (int k = 1; k < parts; ++k) {
+    const double t = static_cast<double>(k) / parts;
+    const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
+    out.tip_mm = std::max(out.tip_mm, (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm());
+    out.axis_rad = std::max(out.axis_rad, (s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm());
+  }
+  return out;
+}
+
 TEST(ErrorCourse, ErrorsNeverLeaveTheirStraightCourseByMore) {
   constexpr double kRounding = 1e-12;  // mm: a few units in the last place of the coordinates
   double worst = 0.0;
@@ -69,19 +86,10 @@ TEST(ErrorCourse, ErrorsNeverLeaveTheirStraightCourseByMore) {
       const Motion m = motion(machine, random);
       const ErrorCourse::Bend bend = course.over(m.from, m.to);
       ASSERT_EQ(bend.unbounded, nullptr);
-      const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
-      const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
-      double largest = 0.0;
-      for (int k = 1; k < 40; ++k) {
-        const double t = k / 40.0;
-        const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
-        const double tip = (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm();
-        largest = std::max(largest, tip);
-        ASSERT_LE(tip, bend.tip_mm + kRounding) << name << " " << i;
-        ASSERT_LE((s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm(), bend.axis_rad + 1e-14)
-            << name << " " << i;
-      }
-      if (largest > 1e-6) worst = std::max(worst, bend.tip_mm / largest);
+      const Departure seen = departure(machine, truth, m, 40);
+      ASSERT_LE(seen.tip_mm, bend.tip_mm + kRounding) << name << " " << i;
+      ASSERT_LE(seen.axis_rad, bend.axis_rad + 1e-14) << name << " " << i;
+      if (seen.tip_mm > 1e-6) worst = std::max(worst, bend.tip_mm / seen.tip_mm);
     }
   }
   // The bound comes from norms; a wrong power of a step would make it useless.
@@ -173,19 +181,10 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
         const auto most = ErrorCourse(machine, machine.tool_vector(), truth).at_most(m.from.q, m.to.q);
         if (!most) continue;
         ++found;
-        const ToolPose s0 = shift(machine, truth, m.from, m.from.q);
-        const ToolPose s1 = shift(machine, truth, m.from, m.to.q);
-        double largest = 0.0;
-        for (int k = 1; k < 16; ++k) {
-          const double t = k / 16.0;
-          const ToolPose s = shift(machine, truth, m.from, JointVector::interpolate(m.from.q, m.to.q, t));
-          const double tip = (s.tip_P - (1.0 - t) * s0.tip_P - t * s1.tip_P).norm();
-          largest = std::max(largest, tip);
-          ASSERT_LE(tip, most->tip_mm + 1e-12) << name << " " << i;
-          ASSERT_LE((s.axis_P - (1.0 - t) * s0.axis_P - t * s1.axis_P).norm(), most->axis_rad + 1e-14)
-              << name << " " << i;
-        }
-        if (largest > 1e-6) tightest = std::min(tightest, most->tip_mm / largest);
+        const Departure seen = departure(machine, truth, m, 16);
+        ASSERT_LE(seen.tip_mm, most->tip_mm + 1e-12) << name << " " << i;
+        ASSERT_LE(seen.axis_rad, most->axis_rad + 1e-14) << name << " " << i;
+        if (seen.tip_mm > 1e-6) tightest = std::min(tightest, most->tip_mm / seen.tip_mm);
       }
     }
   }
