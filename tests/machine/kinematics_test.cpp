@@ -1,10 +1,10 @@
 #include "trunnion/machine/kinematics.hpp"
 
 #include <cmath>
-#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/cases.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion {
@@ -41,17 +41,11 @@ class KinematicsOf : public testing::TestWithParam<std::string> {};
 
 TEST_P(KinematicsOf, ForwardOfInverseIsThePose) {
   const Machine machine = test::shipped_machine(GetParam());
-#ifdef __SANITIZE_ADDRESS__
-  const long fallback = 100000;  // the sanitizers make it ten times slower
-#else
-  const long fallback = 1000000;
-#endif
-  const char* count = std::getenv("TRUNNION_CASES");
-  const long cases = count ? std::atol(count) : fallback;
+  const int cases = test::cases(1000000, "TRUNNION_CASES");
   RandomJoints joints(machine, 20261120);
   double worst_mm = 0.0;
   double worst_rad = 0.0;
-  for (long i = 0; i < cases; ++i) {
+  for (int i = 0; i < cases; ++i) {
     const JointVector q = joints.next();
     const ToolPose pose = tool_pose(forward(machine, q));
     JointVector seed = q;

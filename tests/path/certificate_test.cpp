@@ -7,6 +7,7 @@
 #include "trunnion/geom/pose.hpp"
 
 #include "path/random_segments.hpp"
+#include "support/cases.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -45,20 +46,17 @@ Truth sampled(const TableKinematics& kinematics, const Segment& s, const Referen
   return truth;
 }
 
-long cases(long by_default) {
-  const char* count = std::getenv("TRUNNION_SEGMENTS");
-  return count ? std::atol(count) : by_default;
-}
+constexpr const char* kSegments = "TRUNNION_SEGMENTS";  // of all machines together
 
 const Angle kSteps[] = {Angle::degrees(5.0), Angle::degrees(30.0), Angle::degrees(180.0)};
 
 // No sample may lie above a bound of any form.
-void expect_no_sample_above(const Machine& machine, long count, unsigned seed) {
+void expect_no_sample_above(const Machine& machine, int count, unsigned seed) {
   RandomSegments random(machine, seed);
   const TableKinematics& kinematics = random.kinematics();
   const Certifier certifier(kinematics);
-  long violations = 0;
-  for (long i = 0; i < count; ++i) {
+  int violations = 0;
+  for (int i = 0; i < count; ++i) {
     const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
     const Segment s = random.next(family, kSteps[(i / 5) % 3]);
     const Reference r = s.own();
@@ -79,7 +77,7 @@ void expect_no_sample_above(const Machine& machine, long count, unsigned seed) {
 class CertificateOf : public testing::TestWithParam<std::string> {};
 
 TEST_P(CertificateOf, NoSampleLiesAboveTheBound) {
-  expect_no_sample_above(test::shipped_machine(GetParam()), 1000000 / 4, 20261121);
+  expect_no_sample_above(test::shipped_machine(GetParam()), test::cases(1000000, kSegments) / 4, 20261121);
 }
 
 TEST_P(CertificateOf, BoundIsWithinFivePercentOfTheTruth) {
@@ -87,7 +85,7 @@ TEST_P(CertificateOf, BoundIsWithinFivePercentOfTheTruth) {
   const Certifier certifier(random.kinematics());
   double worst_tip = 0.0;
   double worst_axis = 0.0;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < test::cases(3000); ++i) {
     const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
     const Segment s = random.next(family, kSteps[(i / 5) % 3]);
     const Reference r = s.own();
@@ -199,7 +197,7 @@ class LongCertificateOf : public testing::TestWithParam<std::string> {};
 // ten times the default otherwise.
 TEST_P(LongCertificateOf, NoSampleLiesAboveTheBound) {
   const char* seed = std::getenv("TRUNNION_SEED");
-  expect_no_sample_above(test::shipped_machine(GetParam()), cases(10000000) / 4,
+  expect_no_sample_above(test::shipped_machine(GetParam()), test::cases(10000000, kSegments) / 4,
                          4711 + (seed ? static_cast<unsigned>(std::atol(seed)) : 0U));
 }
 

@@ -8,6 +8,7 @@
 #include "trunnion/path/certificate.hpp"
 
 #include "effects/table_effect.hpp"
+#include "support/cases.hpp"
 #include "support/effect_cases.hpp"
 
 namespace trunnion::path {
@@ -80,7 +81,7 @@ TEST(ErrorCourse, ErrorsNeverLeaveTheirStraightCourseByMore) {
   for (const std::string& name : test::effect_machines()) {
     const Machine machine = test::effect_machine(name);
     test::RandomStates random(machine, 21);
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < test::cases(200); ++i) {
       const ModelEvaluator truth(everything(machine, random));
       const ErrorCourse course(machine, machine.tool_vector(), truth);
       const Motion m = motion(machine, random);
@@ -108,7 +109,7 @@ TEST(ErrorCourse, OneStraightTwistAtATime) {
       Model model;
       model.effects.push_back(model_effect(family.variants.front()));
       ModelEffect& entry = model.effects.front();
-      for (int i = 0; i < 60; ++i) {
+      for (int i = 0; i < test::cases(60); ++i) {
         for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
           const Parameter& p = entry.effect->info().parameters[k];
           // Rotations of a tenth of a radian: their second order shows too.
@@ -162,7 +163,7 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
     }
     EXPECT_GT(models.size(), 10U);
     for (Model& model : models) {
-      for (int i = 0; i < 30; ++i) {
+      for (int i = 0; i < test::cases(30); ++i) {
         for (ModelEffect& entry : model.effects) {
           for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
             const Parameter& p = entry.effect->info().parameters[k];
@@ -242,7 +243,7 @@ TEST(ErrorCourse, CertificateHoldsOnTheMachineWithErrors) {
     const Machine machine = test::effect_machine(name);
     const Certifier certifier(TableKinematics(machine, machine.tool_vector()));
     test::RandomStates random(machine, 22);
-    for (int i = 0; i < 500; ++i) {
+    for (int i = 0; i < test::cases(500); ++i) {
       const ModelEvaluator truth(everything(machine, random));
       const ErrorCourse course(machine, machine.tool_vector(), truth);
       const Motion m = motion(machine, random);

@@ -2,13 +2,13 @@
 // all programs are read back, proved, and within their tolerance. TRUNNION_CASES=60 for more than the
 // default.
 #include <cmath>
-#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "trunnion/base/number_text.hpp"
 
 #include "post/posting.hpp"
+#include "support/cases.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -58,8 +58,7 @@ class PlacementOn : public testing::TestWithParam<std::string> {};
 
 TEST_P(PlacementOn, MachinesWithErrorsAndLostMotionKeepTheTolerance) {
   const Machine machine = test::shipped_machine(GetParam());
-  const char* asked = std::getenv("TRUNNION_CASES");
-  const unsigned count = asked != nullptr ? static_cast<unsigned>(std::atol(asked)) : 3;
+  const auto count = static_cast<unsigned>(test::cases(3, "TRUNNION_CASES"));
   for (unsigned seed = 1; seed <= count; ++seed) {
     std::mt19937_64 random(seed);
     const Model model = random_errors(machine, random);

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import campaigns, foreign, machines, physics, unseen
 from .chain import readings
-from .oracle import Oracle, rescaled, strength
+from .oracle import Oracle, rescaled, small_basis, strength
 
 LAMBDAS = (20, 50, 100, 400)
 FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160}
@@ -187,14 +187,17 @@ def one_hidden(name, index, rng, kind=None, wanted=None, stratum="H1", small=Non
     kind = kind or KINDS[index % len(KINDS)]
     wanted = wanted or LAMBDAS[(index // len(KINDS)) % len(LAMBDAS)]
     effect = identifier(kind, rng)
-    machine, rows = campaign_for(rng, [effect], small)
-    if rough:
-        rows = roughened(rows, rough, rng)
-    base = known_base(machine, rows, rng, [effect])
-    drawn = drawn_effect(effect, machine, rows, rng)
-    oracle = Oracle(machine, rows, base)
-    hidden, signal = scaled_to(oracle, base, drawn, wanted)
-    columns = oracle.project(oracle.raw_columns(*hidden))
+    columns = np.zeros((0, 0))
+    # A campaign that cannot see the effect at all is drawn again.
+    while not small_basis(columns).shape[1]:
+        machine, rows = campaign_for(rng, [effect], small)
+        if rough:
+            rows = roughened(rows, rough, rng)
+        base = known_base(machine, rows, rng, [effect])
+        drawn = drawn_effect(effect, machine, rows, rng)
+        oracle = Oracle(machine, rows, base)
+        hidden, signal = scaled_to(oracle, base, drawn, wanted)
+        columns = oracle.project(oracle.raw_columns(*hidden))
     rivals = oracle.rivals(signal, {effect}, columns, hidden)
     about = {"stratum": stratum, "kind": kind, "lambda": wanted, "rivals": dict(list(rivals.items())[:4]),
              "rho": max(rivals.values(), default=0.0), "p": oracle.base.shape[1] + columns.shape[1], "N": int(rows.measured.sum())}
