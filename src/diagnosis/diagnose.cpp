@@ -25,7 +25,13 @@ constexpr double kFewestDof = 5.0;
 constexpr double kSimulatedNumbers =
     2e8;  // products per simulation round: keeps 10 000 readings within seconds
 constexpr std::size_t kFewestSimulations = 40;
-constexpr int kMostRounds = 3;     // of the judgement of outliers
+constexpr int kMostRounds = 3;  // of the judgement of outliers
+// Of the level of false alarms, once for effects and once for structure. The other half of it is what their
+// numbers of independent tests, judged by medians, understate in the tails, and what a noise that had to be
+// estimated adds.
+constexpr double kShareOfLevel = 0.25;
+constexpr double kAmongSets =
+    0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
@@ -69,7 +75,7 @@ class Engine {
   }
 
  private:
-  double half_alpha() const { return 0.5 * options_.alpha; }  // one half for effects, one for structure
+  double level() const { return kShareOfLevel * options_.alpha; }
 
   Outcome search(const Atoms& atoms) {
     Outcome out;
@@ -86,7 +92,7 @@ class Engine {
     const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
     const auto [first, judged] = beside_what(atoms, of_base, surrogate);
     noise_ = out.noise = judged.noise;
-    search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, half_alpha(), options_.max_effects);
+    search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, level(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
     out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0
@@ -178,7 +184,7 @@ class Engine {
     sizes(d, base, x.noise);
     d.depends_on = dependences(x.before);
     d.leftover = dependences(x.after);
-    d.ranking = ranking(atoms, *search_, noise_, x.found, options_.alpha);
+    d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     decide(d, atoms, x);
     d.base = fit(o_.machine(), o_.data(), model_);
     if (!d.effects.empty()) refit(d, atoms, x.found);
@@ -264,12 +270,12 @@ class Engine {
     const double gained = (base_rss(atoms) - x.found.remainder.rss()) / noise_.variance;
     double left = 0.0;
     for (const auto& t : x.after.tests)
-      if (t.p < half_alpha()) left = std::max(left, t.drop - static_cast<double>(t.rank));
+      if (t.p < level()) left = std::max(left, t.drop - static_cast<double>(t.rank));
     d.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
     if (x.found.members.empty()) return decide_without_effect(d, x);
     const double after_dof = d.dof - static_cast<double>(x.found.remainder.basis.cols());
-    const bool rest = x.after.found(half_alpha()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
-                                                      chi2_is_off(x.found.remainder.rss(), after_dof));
+    const bool rest = x.after.found(level()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
+                                                 chi2_is_off(x.found.remainder.rss(), after_dof));
     if (rest && d.explained < kMostlyExplained) {
       d.verdict = Verdict::not_in_library;
       d.confidence = 0.97;
@@ -284,13 +290,13 @@ class Engine {
     d.effects = x.found.ids(atoms);
     d.sets = {d.effects};
     d.confidence = posterior(x);
-    if (rest || unknown_period(atoms, x.found)) {
+    for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
+    if (rest || (x.rivals.empty() && unknown_period(atoms, x.found))) {
       d.verdict = Verdict::named_but_incomplete;
-      d.confidence = std::min(d.confidence, 0.97);
+      d.confidence = x.rivals.empty() ? std::min(d.confidence, 0.97) : kAmongSets;
     } else if (!x.rivals.empty()) {
       d.verdict = Verdict::ambiguous;
-      d.confidence = 0.96;  // that the truth is among the sets: they hold all within an evidence ratio of 100
-      for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
+      d.confidence = kAmongSets;
     } else {
       d.verdict = Verdict::named;
       if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
@@ -310,7 +316,7 @@ class Engine {
   }
 
   void decide_without_effect(Diagnosis& d, const Outcome& x) const {
-    if (x.before.found(half_alpha())) {
+    if (x.before.found(level())) {
       d.verdict = Verdict::not_in_library;
       d.confidence = x.before.p < 1e-4 ? 0.98 : 0.85;
     } else if (chi2_is_off(d.chi2, d.dof)) {

@@ -63,13 +63,17 @@ class Design {
     return columns.transpose() * columns;
   }
 
-  // Squared distance of the nearest pair (found, rival), the smaller of both ways round: chi-square that
-  // tells them apart.
-  double separation(const MatrixXd& gram) const {
-    double worst = INFINITY;
-    for (std::size_t r = 1; r < sets_.size(); ++r)
-      worst = std::min({worst, distance(gram, sets_[0], sets_[r]), distance(gram, sets_[r], sets_[0])});
-    return worst;
+  // Chance of a wrong name: each rival's by its squared distance from what was found, the smaller of both
+  // ways round (the chi-square that tells them apart); together by their odds. Not the nearest rival's alone:
+  // a run that tells apart all but one is worth its time.
+  double wrong_name(const MatrixXd& gram, double variance) const {
+    double odds = 0.0;
+    for (std::size_t r = 1; r < sets_.size(); ++r) {
+      const double apart = std::min(distance(gram, sets_[0], sets_[r]), distance(gram, sets_[r], sets_[0]));
+      const double p = normal_cdf(-0.5 * std::sqrt(apart / variance));
+      odds += p / (1.0 - p);
+    }
+    return odds / (1.0 + odds);
   }
 
  private:
@@ -107,10 +111,6 @@ class Design {
   Eigen::Index base_width_ = 0, width_ = 0;
 };
 
-double wrong_name(double separation, double variance) {
-  return normal_cdf(-0.5 * std::sqrt(separation / variance));
-}
-
 double or_default(double u, double fallback) {
   return u > 0.0 ? u : fallback;
 }
@@ -145,7 +145,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
   const bool free_setup = atoms.base().model.setup_translation == SetupTranslation::free;
   const Design design(atoms, found, rivals);
   const MatrixXd old = design.gram(o, *atoms.base().whitening);
-  out.wrong_before = wrong_name(design.separation(old), noise.variance);
+  out.wrong_before = design.wrong_name(old, noise.variance);
   MatrixXd sum = old;
   double chance = out.wrong_before;
   for (int step = 0; step < 2 && chance > kGoodEnough; ++step) {
@@ -160,7 +160,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
       const Observations planned(o.machine(), *data);
       const Whitening whitening(planned, stated_noise(planned, 0.0, 0.0), free_setup);
       const MatrixXd gram = design.gram(planned, whitening);
-      const double after = wrong_name(design.separation(sum + gram), noise.variance);
+      const double after = design.wrong_name(sum + gram, noise.variance);
       // Good enough: the shortest; else the surest, a little in favour of the shorter.
       const double value = after <= kGoodEnough ? run.minutes * 1e-6 : after * (1.0 + run.minutes * 1e-4);
       if (value < best_value) best_value = value, best = run, best_chance = after, best_gram = gram;

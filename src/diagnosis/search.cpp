@@ -12,21 +12,29 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kWide = 8;  // sets kept from one expansion
-constexpr std::size_t kBeam = 4;  // sets expanded at each depth
+constexpr std::size_t kWide = 8;            // sets kept from one expansion
+constexpr std::size_t kWideForRivals = 24;  // a short travel has many that look alike
+constexpr std::size_t kBeam = 4;            // sets expanded at each depth
 constexpr double kSameSpan =
     0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
 // Evidence ratio of 100 : 1 (in -2 ln): rivals within it are reported together.
 constexpr double kUndecided = 9.2;
-// The same for a rival with more columns, 30 : 1: most of its chance to fit as well is chance.
-constexpr double kUndecidedLarger = 6.8;
+// For one that contains what was found, 10 : 1: the smaller one that suffices is named, unless these
+// readings hardly see what the larger one has more.
+constexpr double kUndecidedNested = 4.6;
+constexpr double kSuffices = 0.005;  // p-value above which what the larger one has more is not missed
 // That something is missing is sure already: of a rival the evidence decides, not whether it would have been
 // found alone.
 constexpr double kRivalLevel = 0.05;
 constexpr double kKnownPeriod =
     6.0;  // chi-square that a known period may be worse than the best one and still be meant
 constexpr double kUndetermined = 1e-10;  // square of a singular value of columns of length 1
-constexpr double kGivenRest = 0.03;   // part of a direction (its length) that the others must leave a member
+constexpr double kGivenRest = 0.03;  // part of a direction (its length) that the others must leave a member
+constexpr double kRounding =
+    1e-10;                       // of a member's best seen parameter: what is seen less is not seen at all
+constexpr double kTiny = 1e-12;  // stands for a usual magnitude of 0
+constexpr double kNarrowest = 0.01;   // width of a prior that the readings do not feel
+constexpr double kWeakest = 1e-8;     // share of the best seen direction's square below which none is weighed
 constexpr double kSureAnyhow = 1e-6;  // p-value below which a few readings cannot be the reason
 constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
@@ -40,6 +48,28 @@ std::multiset<std::size_t> families(const std::vector<Atom>& members) {
 
 double occam(double s, double k) {
   return k <= 0.0 ? 0.0 : s > k ? k * (1.0 + std::log(s / k)) : s;
+}
+
+double occam(const Share& share, const VectorXd& usual, double variance) {
+  const Svd svd = thin_svd(share.to_columns * usual.asDiagonal());
+  const VectorXd along = (svd.U.transpose() * share.along).cwiseAbs2() / variance;
+  const VectorXd seen = svd.s.cwiseAbs2() / variance;
+  if (along.size() == 0 || !(seen[0] > 0.0)) return 0.0;
+  // The price as a function of the logarithm of the width may have several hollows: a fine grid from where
+  // the prior does nothing to where it is as wide as the readings want the hardest seen direction.
+  constexpr double kStep = 0.2;
+  double least = along.sum();
+  const double end = std::log((1.0 + along.maxCoeff()) / std::max(seen.minCoeff(), kWeakest * seen[0]));
+  for (double u = std::log(kNarrowest / seen[0]); u < end + kStep; u += kStep) {
+    double price = 0.0;
+    for (Eigen::Index k = 0; k < along.size(); ++k) {
+      const double wide = 1.0 + std::exp(u) * seen[k];
+      price += std::log(wide) + along[k] / wide;
+    }
+    price += 2.0 * std::log1p(std::exp(u) / (kFarFromUsual * kFarFromUsual));
+    least = std::min(least, price);
+  }
+  return least;
 }
 
 std::vector<std::string> EffectSet::ids(const Atoms& atoms) const {
@@ -103,11 +133,49 @@ std::vector<Eigen::Index> columns_of(const Products& products, std::size_t membe
   return out;
 }
 
+// Of an atom whose columns have these inner products, and these with the residual, once the others' part of
+// both is taken out.
+Share share_of(const Atom& atom, const MatrixXd& gram, const VectorXd& moments) {
+  const PivotedCholesky factor = pivoted_cholesky(gram, kGivenRest * kGivenRest);
+  Share out{MatrixXd(factor.rank, gram.cols()), VectorXd(factor.rank)};
+  for (Eigen::Index k = 0; k < factor.rank; ++k) {
+    const auto before = factor.lower.row(k).head(k);
+    const Eigen::Index own = factor.order[k];
+    out.along[k] = (moments[own] - before.dot(out.along.head(k))) / factor.lower(k, k);
+    out.to_columns.row(k) = (gram.row(own) - before * out.to_columns.topRows(k)) / factor.lower(k, k);
+  }
+  out.to_columns *= atom.to_columns;
+  return out;
+}
+
+Share share_of(const Atom& atom, const Remainder& given) {
+  const VectorXd moments = inner_products(atom.U(), given.residual.cast<float>()).cast<double>();
+  MatrixXd gram = MatrixXd::Identity(atom.rank(), atom.rank());
+  if (given.basis.cols() > 0) {
+    const MatrixXd m = inner_products(atom.U(), given.basis.cast<float>()).cast<double>();
+    gram -= m * m.transpose();
+  }
+  return share_of(atom, gram, moments);
+}
+
+VectorXd usual_magnitudes(const EffectInfo& info) {
+  VectorXd out(static_cast<Eigen::Index>(info.linear_count()));
+  for (std::size_t k = 0; k < info.linear_count(); ++k)
+    out[static_cast<Eigen::Index>(k)] = std::max(std::abs(info.parameters[k].usual), kTiny);
+  return out;
+}
+
 }  // namespace
+
+double Search::price(const Atom& atom, const Share& share) const {
+  return occam(share, usual_magnitudes(atoms_.effect(atom).info()), noise_.variance) +
+         2.0 * std::log(multiplicity_.shapes[atom.family]) + 2.0 * std::log(multiplicity_.families);
+}
 
 // Everything from inner products of the members; only correlated noise and the bounded tests of rough data
 // need the columns themselves.
-double Search::drop_given_rest(const Products& products, std::size_t member, Eigen::Index& rank) const {
+Share Search::share_beside_rest(const Products& products, const std::vector<Atom>& members,
+                                std::size_t member) const {
   const auto own = columns_of(products, member, false), rest = columns_of(products, member, true);
   MatrixXd gram = products.gram(own, own);
   VectorXd moments = products.moments(own);
@@ -117,13 +185,7 @@ double Search::drop_given_rest(const Products& products, std::size_t member, Eig
     gram -= through * across.transpose();
     moments -= through * products.moments(rest);
   }
-  const PivotedCholesky factor = pivoted_cholesky(gram, kGivenRest * kGivenRest);
-  rank = factor.rank;
-  VectorXd along(rank);
-  for (Eigen::Index k = 0; k < rank; ++k)
-    along[k] =
-        (moments[factor.order[k]] - factor.lower.row(k).head(k).dot(along.head(k))) / factor.lower(k, k);
-  return along.squaredNorm() / noise_.variance;
+  return share_of(members[member], gram, moments);
 }
 
 EffectSet Search::evaluate(std::vector<Atom> members) const {
@@ -136,8 +198,10 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
       products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) * products.moments);
   out.criterion = out.rss / noise_.variance;
   for (std::size_t k = 0; k < out.members.size(); ++k) {
-    Eigen::Index rank = 0;
-    double drop = drop_given_rest(products, k, rank);
+    Share share = share_beside_rest(products, out.members, k);
+    Eigen::Index rank = share.along.size();
+    const double plain = share.along.squaredNorm() / noise_.variance;
+    double drop = plain;
     double p = global_p(out.members[k].family, drop, rank);
     const bool bound = atoms_.rough() && p > kSureAnyhow;
     if (noise_.phi > 0.0 || bound) {
@@ -158,11 +222,9 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
     out.drop.push_back(drop);
     out.rank.push_back(rank);
     out.p.push_back(p);
-    out.criterion += occam(drop, static_cast<double>(rank)) +
-                     2.0 * std::log(multiplicity_.shapes[out.members[k].family]) +
-                     2.0 * std::log(multiplicity_.families);
+    if (plain > 0.0) share.along *= std::sqrt(drop / plain);
+    out.criterion += price(out.members[k], share);
   }
-  out.criterion += implausibility(out, products);
   return out;
 }
 
@@ -174,39 +236,6 @@ EffectSet Search::evaluated(std::vector<Atom> members) const {
   EffectSet out = evaluate(std::move(members));
   complete(out);
   return out;
-}
-
-namespace {
-
-// What a prior with long tails (Cauchy's, as wide as kFarFromUsual usual values) costs a parameter that the
-// readings put at `value` +/- `sigma`: the least of the sum, over what it may truly be. One that they hardly
-// see costs no more than the chi-square of being small.
-double far_from_usual(double value, double sigma, double usual) {
-  constexpr int kSteps = 64;
-  double least = INFINITY;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double truth = value * i / kSteps;
-    const double misfit = sigma > 0.0 ? std::pow((value - truth) / sigma, 2) : (i == kSteps ? 0.0 : INFINITY);
-    least = std::min(least, misfit + 2.0 * std::log1p(std::pow(truth / (kFarFromUsual * usual), 2)));
-  }
-  return least;
-}
-
-}  // namespace
-
-// Parameters far beyond what machines show need more evidence; of an effect the worst one counts.
-double Search::implausibility(const EffectSet& set, const Products& products) const {
-  const SetEstimate e = estimate(set.members, products);
-  double sum = 0.0;
-  for (std::size_t m = 0; m < set.members.size(); ++m) {
-    const auto& info = atoms_.effect(set.members[m]).info();
-    double worst = 0.0;
-    for (std::size_t k = 0; k < e.values[m].size(); ++k)
-      worst = std::max(worst, far_from_usual(e.values[m][k], e.sigmas[m][k],
-                                             std::max(std::abs(info.parameters[k].usual), 1e-12)));
-    sum += worst;
-  }
-  return sum;
 }
 
 const EffectSet* Search::seen(const std::vector<Atom>& members) const {
@@ -221,11 +250,8 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t f = 0; f < best.size(); ++f) {
     if (best[f].atom == nullptr) continue;
-    const double s = best[f].score.drop / noise_.variance;
-    order.emplace_back(occam(s, static_cast<double>(best[f].score.rank)) +
-                           2.0 * std::log(multiplicity_.shapes[f]) + 2.0 * std::log(multiplicity_.families) -
-                           s,
-                       f);
+    const Share share = share_of(*best[f].atom, from.remainder);
+    order.emplace_back(price(*best[f].atom, share) - share.along.squaredNorm() / noise_.variance, f);
   }
   std::sort(order.begin(), order.end());
   std::vector<std::vector<Atom>> next;
@@ -287,7 +313,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
     std::vector<Atom> rest = found.members;
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(m));
     const EffectSet without = evaluated(rest);
-    expand(without, kWide);
+    expand(without, kWideForRivals);
   }
   std::vector<EffectSet> out;
   bool swapped = true;
@@ -300,7 +326,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
       const auto mine = families(found.members), other_ones = families(set.members);
       if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
       // Nested spans: the smaller that suffices is named, the other is no rival.
-      bool no_rival = false;
+      bool no_rival = false, nested = false;
       for (const Atom& other : set.members)
         for (const Atom& own : found.members) {
           if (other.family == own.family) continue;
@@ -308,7 +334,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
             const double lost = (set.rss - found.rss) / noise_.variance;
             const auto columns = static_cast<double>(own.rank() - other.rank());
             no_rival = true;
-            if (chi2_tail(lost, columns) > alpha_ && set.criterion < found.criterion + kUndecided) {
+            if (chi2_tail(lost, columns) > kSuffices && set.criterion < found.criterion + kUndecided) {
               const EffectSet smaller = set;
               found = smaller;
               complete(found);
@@ -316,10 +342,10 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
             }
             break;
           }
-          no_rival = no_rival || contains(other, own);
+          nested = nested || contains(other, own);
         }
       if (swapped) break;
-      const double margin = set.columns() > found.columns() ? kUndecidedLarger : kUndecided;
+      const double margin = nested ? kUndecidedNested : kUndecided;
       if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
     }
   }
@@ -341,7 +367,8 @@ SetEstimate estimate(const std::vector<Atom>& members, const Products& products)
     const MatrixXd& to = members[m].to_columns;
     // The shortest parameters, in units of what each contributes, that give these columns.
     VectorXd unit = to.colwise().norm().transpose();
-    for (double& u : unit) u = u > 0.0 ? 1.0 / u : 0.0;
+    const double rounding = kRounding * unit.maxCoeff();
+    for (double& u : unit) u = u > rounding ? 1.0 / u : 0.0;
     const MatrixXd scaled = to * unit.asDiagonal();
     const MatrixXd back =
         unit.asDiagonal() * scaled.transpose() * inverse_above(scaled * scaled.transpose(), kUndetermined);

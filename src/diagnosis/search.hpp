@@ -24,6 +24,18 @@ struct EffectSet {
 /// empirical Bayes; George and Foster 2000).
 double occam(double s, double k);
 
+/// An effect beside others: coordinates of the residual along what is left of its columns (orthonormal), and
+/// the matrix from its parameters to them.
+struct Share {
+  MatrixXd to_columns;
+  VectorXd along;
+};
+
+/// The same under a normal prior of the parameters, each `usual` times a common width that is fitted: what
+/// the readings hardly see of an effect costs it nothing. With equally seen columns it is the above, but that
+/// the width has a prior of its own with long tails (Cauchy's, ten times the usual magnitudes).
+double occam(const Share& share, const VectorXd& usual, double variance);
+
 /// Forward search with swaps and drops over sets of effects (README of this layer, "Search").
 class Search {
  public:
@@ -49,10 +61,11 @@ class Search {
  private:
   EffectSet evaluate(std::vector<Atom> members) const;
   void complete(EffectSet& set) const;
-  double drop_given_rest(const Products& products, std::size_t member, Eigen::Index& rank) const;
+  Share share_beside_rest(const Products& products, const std::vector<Atom>& members,
+                          std::size_t member) const;
+  double price(const Atom& atom, const Share& share) const;
   void expand(const EffectSet& from, std::size_t keep);
   Atom known_shape(Atom atom, const Remainder& given) const;
-  double implausibility(const EffectSet& set, const Products& products) const;
   const EffectSet* seen(const std::vector<Atom>& members) const;
 
   const Atoms& atoms_;
