@@ -136,6 +136,9 @@ NoiseScale noise_scale(const Atoms& atoms, const Remainder& set, const MatrixXd&
   const double power = out.phi > 0.0 ? best.power : out.dof;
   out.raw_variance = r.squaredNorm() / std::max(power, 1.0);
   out.variance = (kPriorDof + out.dof * out.raw_variance) / (kPriorDof + out.dof);
+  // Scatter and correlation are estimated from the same few moments: where the second is large by chance, the
+  // first is small. Correlated noise is never taken to be smaller than was stated.
+  if (out.phi > 0.0) out.variance = std::max(out.variance, 1.0);
   return out;
 }
 
