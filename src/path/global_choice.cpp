@@ -10,9 +10,6 @@ namespace {
 constexpr double kDefaultLinearRate_mm_s = 30000.0 / kSecondsPerMinute;
 constexpr double kDefaultRotaryRate_rad_s = 9000.0 * kRadPerDegree / kSecondsPerMinute;
 
-// A step that turns an axis by more than half a turn, or flips a branch far from the pole, is not a cut.
-constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
-
 // Mild preference for the middle of the travel, far below the cost of any motion: it decides ties only.
 constexpr double kCentreWeight_s = 1e-6;
 
@@ -21,22 +18,6 @@ constexpr double kCentreWeight_s = 1e-6;
 double seconds_per_unit(const Axis& axis) {
   return 1.0 / axis.rapid.value_or(axis.kind == AxisKind::linear ? kDefaultLinearRate_mm_s
                                                                  : kDefaultRotaryRate_rad_s);
-}
-
-bool needs_reconfiguration(const TableKinematics& kinematics, const JointVector& a, const JointVector& b,
-                           const Vec3& axis_a, const Vec3& axis_b) {
-  double turn = 0.0;
-  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
-    const double d = std::abs(kinematics.angle(b, k) - kinematics.angle(a, k));
-    if (d > kHalfTurn) return true;
-    turn += d;
-  }
-  // The tool swings far away on its way: a branch jumped. Beyond what the two ends span; inserted points do
-  // not mend that.
-  constexpr double kJump_rad = 20.0 * kRadPerDegree;
-  if (0.5 * turn <= kJump_rad) return false;  // half way the axis has turned by no more than that
-  const Vec3 middle_P = kinematics.axis_P(kinematics.sines(JointVector::interpolate(a, b, 0.5)));
-  return angle_between(axis_a, middle_P).rad() > angle_between(axis_a, axis_b).rad() + kJump_rad;
 }
 
 std::size_t turns_within(const Axis& axis, double angle, double near, std::array<double, 8>& out) {
@@ -64,6 +45,7 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     : options_(options),
       kinematics_(machine, options.tool_mm),
       solver_(machine),
+      connection_(kinematics_, options.axis_tolerance),
       rotary_count_(kinematics_.rotary_count()) {
   for (std::size_t k = 0; k < 3; ++k) {
     linear_[k] = kinematics_.linear(k);
@@ -74,6 +56,9 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     rotary_axis_[k] = &machine.axes[rotary_[k]];
     rotary_seconds_[k] = seconds_per_unit(*rotary_axis_[k]);
   }
+  if (rotary_count_ < 2) return;
+  reaches_pole_ = solver_.solve_within_limits(kinematics_.direction(1), 0.0).count > 0;
+  oblique_ = std::abs(kinematics_.direction(0).dot(kinematics_.direction(1))) > 1e-9;
 }
 
 void GlobalChoice::start(const JointVector& seed, std::size_t count) {
@@ -133,9 +118,35 @@ bool GlobalChoice::reconfigures(const ChoicePoint& point, const Candidate& a, co
   double turn = 0.0;
   for (std::size_t k = 0; k < rotary_count_; ++k) turn += std::abs(b.angle[k] - a.angle[k]);
   constexpr double kSurelyNone = 10.0 * kRadPerDegree;
-  if (turn < kSurelyNone) return false;
-  return needs_reconfiguration(kinematics_, joints(a.angle, a.linear), joints(b.angle, b.linear),
-                               axis_before_, point.pose.axis_P);
+  if (turn < kSurelyNone && a.branch == b.branch) return false;
+  return !connection_.connects(a.angle, axis_before_, b.angle, point.pose.axis_P) ||
+         !way_within_limits(a, point.pose.axis_P);
+}
+
+// The tilt between two tool axes may be less, or beyond a right angle more, than at both: limits that hold at
+// the ends may not hold there.
+bool GlobalChoice::way_within_limits(const Candidate& a, const Vec3& axis_b_P) const {
+  if (rotary_count_ < 2) return true;
+  const Vec3& n = kinematics_.direction(1);
+  if (reaches_pole_ && n.dot(axis_before_) >= 0.0 && n.dot(axis_b_P) >= 0.0) return true;
+  const Vec3 normal = axis_before_.cross(axis_b_P);
+  if (!(normal.norm() > 1e-9)) return true;
+  Vec3 foot = n - (n.dot(normal) / normal.squaredNorm()) * normal;
+  if (foot.dot(axis_before_ + axis_b_P) < 0.0) foot = -foot;
+  if (axis_before_.cross(foot).dot(normal) <= 0.0 || foot.cross(axis_b_P).dot(normal) <= 0.0) return true;
+  foot.normalize();
+  const RotarySolutions at_foot = solver_.solve_within_limits(foot, a.angle[1], options_.inverse);
+  for (std::size_t i = 0; i < at_foot.count; ++i) {
+    RotaryConnection::Angles angles{};
+    bool reached = true;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto turn = nearest_turn(*rotary_axis_[k], at_foot.at[i].angle[k], a.angle[k]);
+      reached = reached && turn.has_value();
+      angles[k] = turn.value_or(0.0);
+    }
+    if (reached && connection_.connects(a.angle, axis_before_, angles, foot)) return true;
+  }
+  return false;
 }
 
 // C at the pole follows `seed`.
@@ -166,6 +177,11 @@ void GlobalChoice::add_turns(std::size_t solution, const Candidate& seed, Layer&
   std::array<std::size_t, 2> counts = {1, 1};
   for (std::size_t k = 0; k < rotary_count_; ++k)
     counts[k] = turns_within(*rotary_axis_[k], solved.angle[k], seed.angle[k], angles[k]);
+  // Axes that are not square to each other may follow the tool axis by more than half a turn.
+  if (oblique_ && !rotary_axis_[1]->has_limits()) {
+    const double turn = angles[1][0] - seed.angle[1];
+    if (std::abs(turn) > 0.5 * kPi) angles[1][counts[1]++] = angles[1][0] - std::copysign(kTwoPi, turn);
+  }
   for (std::size_t i = 0; i < counts[0]; ++i) {
     for (std::size_t j = 0; j < counts[1]; ++j) {
       if (out.count == kMaxCandidates) return;

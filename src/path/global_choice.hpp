@@ -6,16 +6,13 @@
 #include "trunnion/machine/table_kinematics.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
+#include "path/rotary_connection.hpp"
+
 namespace trunnion::path {
 
 /// Travel over rate: seconds that an axis takes for a unit of its motion. Where the machine file gives no
 /// rate it is that of a small trunnion: only ratios matter for the choice.
 double seconds_per_unit(const Axis& axis);
-
-/// Whether the motion from `a` to `b` cannot be made while cutting: an axis turns by more than half a turn,
-/// or the tool swings far away on its way.
-bool needs_reconfiguration(const TableKinematics& kinematics, const JointVector& a, const JointVector& b,
-                           const Vec3& axis_a, const Vec3& axis_b);
 
 /// Turns of `angle` within the limits of an axis; one, the nearest to `near`, when it is free to count turns.
 std::size_t turns_within(const Axis& axis, double angle, double near, std::array<double, 8>& out);
@@ -76,16 +73,20 @@ class GlobalChoice {
   double centre_preference(const Candidate& c) const;
   bool same_position(const Candidate& a, const Candidate& b) const;
   bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
+  bool way_within_limits(const Candidate& a, const Vec3& axis_b_P) const;
   JointVector joints(const std::array<double, 2>& angle, const Vec3& linear) const;
 
   const ChoiceOptions& options_;
   TableKinematics kinematics_;
   RotarySolver solver_;
+  RotaryConnection connection_;
   std::size_t rotary_count_;
   std::array<AxisId, 2> rotary_{};
   std::array<const Axis*, 2> rotary_axis_{};
   std::array<AxisId, 3> linear_{};
   std::array<double, 2> rotary_seconds_{};
+  bool reaches_pole_ = false;  // within the limits
+  bool oblique_ = false;       // the rotary axes are not square to each other
   std::array<double, 3> linear_seconds_{};
 
   JointVector seed_;

@@ -148,37 +148,87 @@ std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Stat
   return turned;
 }
 
+// The same where the great circle passes the pole between the ends, and the axes stay on their branch: up to
+// half a turn at one place.
+std::optional<SegmentRefiner::AtPole> SegmentRefiner::turned_on_the_way() const {
+  if (kinematics().rotary_count() < 2 || largest_turn() < kSmallTurn.rad()) return std::nullopt;
+  const Vec3& a_P = ends_.a->axis_P;
+  const Vec3& b_P = ends_.b->axis_P;
+  const Vec3& n = kinematics().direction(1);
+  const Vec3 normal = a_P.cross(b_P);
+  const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
+  const double near = kPoleShare * tolerance_.axis.rad();
+  if (!(normal.norm() > 0.0) || std::abs(normal.dot(pole_P)) > near * normal.norm()) return std::nullopt;
+  if (a_P.cross(pole_P).dot(normal) <= 0.0 || pole_P.cross(b_P).dot(normal) <= 0.0) return std::nullopt;
+  const double whole = angle_between(a_P, b_P).rad();
+  AtPole out;
+  out.share = angle_between(a_P, pole_P).rad() / whole;
+  const Node pole = maker_.node(out.share, Vec3::Zero(), NodeAxis::great_circle, true);
+  // Beside the pole each side tells how the inner axis comes and goes.
+  const double beside = std::min({near / whole, 0.5 * out.share, 0.5 * (1.0 - out.share)});
+  const AxisId outer = kinematics().rotary(0);
+  const AxisId inner = kinematics().rotary(1);
+  const std::array<const Point*, 2> ends = {ends_.a, ends_.b};
+  for (std::size_t side = 0; side < 2; ++side) {
+    Point& turned = out.turned[side];
+    turned = *ends_.b;
+    turned.inserted = true;
+    turned.tip_P = pole.tip_P;
+    turned.axis_P = pole.axis_P;
+    turned.beside_P = Vec3::Zero();
+    Point there = turned;
+    there.axis_P = slerp(a_P, b_P, out.share + (side == 0 ? -beside : beside));
+    const auto q = maker_.followed(*ends[side], there.axis_P);
+    if (!q) return std::nullopt;
+    turned.q = *q;
+    turned.q[outer] = maker_.at_pole(pole_P, *q)[outer];
+    turned.q[inner] = rounding_.rounded(inner, turned.q[inner]);
+    round_to_words(kinematics(), rounding_, turned.tip_P, turned.q);
+  }
+  return out;
+}
+
 bool SegmentRefiner::insert_around_pole() {
   const SegmentEnds whole = ends_;
   const auto leaves = turned_at_pole(*whole.a, *whole.at_a);
   const auto comes = turned_at_pole(*whole.b, *whole.at_b);
-  if (!leaves && !comes) return false;
+  const auto passes = leaves || comes ? std::nullopt : turned_on_the_way();
+  if (!leaves && !comes && !passes) return false;
   std::vector<Point> points{*whole.a};
   std::vector<Station> stations{*whole.at_a};
-  const auto add = [&](const Point& p, const Station& at) {
+  std::vector<double> shares{0.0};
+  const auto add = [&](const Point& p, const Station& at, double share) {
     points.push_back(p);
     stations.push_back(at);
+    shares.push_back(share);
   };
-  if (leaves) add(*leaves, station(kinematics(), leaves->q));
-  if (comes) add(*comes, station(kinematics(), comes->q));
-  add(*whole.b, *whole.at_b);
+  if (leaves) add(*leaves, station(kinematics(), leaves->q), 0.0);
+  if (passes) {
+    for (const Point& p : passes->turned) add(p, station(kinematics(), p.q), passes->share);
+  }
+  if (comes) add(*comes, station(kinematics(), comes->q), 1.0);
+  add(*whole.b, *whole.at_b, 1.0);
   std::vector<Node> nodes;
   bool converged = true;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     ends_ = {&points[i], &points[i + 1], &stations[i], &stations[i + 1], false};
     maker_.start(points[i], points[i + 1]);
     nodes_.clear();
+    const bool in_place = (leaves && i == 0) || (comes && i + 2 == points.size()) || (passes && i == 1);
+    // To swing along the path and back is no course of it: at its end the next segment may have begun.
+    if (in_place) reference_.tip0_P = reference_.tip1_P = points[i].tip_P;
     if (!piece_within(stations[i], stations[i + 1])) {
-      const bool in_place = (leaves && i == 0) || (comes && i + 2 == points.size());
       const NodeAxis how = in_place ? NodeAxis::joint_linear : NodeAxis::great_circle;
       cells_along(how, kFewestCells);
       const bool found = (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
       converged = converged && found;
     }
+    reference_.tip0_P = whole.a->tip_P;
+    reference_.tip1_P = whole.b->tip_P;
     nodes.insert(nodes.end(), nodes_.begin(), nodes_.end());
     if (i + 2 < points.size())
-      nodes.push_back({i == 0 && leaves ? 0.0 : 1.0, points[i + 1].tip_P, points[i + 1].axis_P, Vec3::Zero(),
-                       stations[i + 1]});
+      nodes.push_back(
+          {shares[i + 1], points[i + 1].tip_P, points[i + 1].axis_P, Vec3::Zero(), stations[i + 1]});
   }
   ends_ = whole;
   maker_.start(*whole.a, *whole.b);

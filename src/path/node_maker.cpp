@@ -5,8 +5,46 @@
 
 namespace trunnion::path {
 
-// Of the solutions for the axis, the one nearest to the straight joint path; that path itself where there is
-// none.
+namespace {
+
+RotaryConnection::Angles angles_of(const TableKinematics& kinematics, const JointVector& q) {
+  return {kinematics.angle(q, 0), kinematics.angle(q, 1)};
+}
+
+}  // namespace
+
+void NodeMaker::start(const Point& a, const Point& b) {
+  a_ = &a;
+  b_ = &b;
+  follows_ = false;
+  if (kinematics_->rotary_count() < 2) return;
+  // Below it the position nearest to the straight path of the axes is the one.
+  constexpr double kFar = 20.0 * kRadPerDegree;
+  const auto from = angles_of(*kinematics_, a.q);
+  const auto to = angles_of(*kinematics_, b.q);
+  if (std::abs(to[0] - from[0]) + std::abs(to[1] - from[1]) < kFar) return;
+  const auto turn = connection_.followed_turn(from, a.axis_P, to[0], b.axis_P);
+  follows_ = turn && std::abs(to[1] - from[1] - *turn) < RotaryConnection::kSameTurn;
+}
+
+// How far a position is from where the axes come to on the great circle; or, where they do not follow it,
+// from the straight path between the ends.
+double NodeMaker::off_course(const Vec3& axis_P, const JointVector& straight,
+                             const JointVector& candidate) const {
+  const auto at = angles_of(*kinematics_, candidate);
+  if (follows_) {
+    const auto from = angles_of(*kinematics_, a_->q);
+    const auto turn = connection_.followed_turn(from, a_->axis_P, at[0], axis_P);
+    return turn ? std::abs(at[1] - from[1] - *turn) : kTwoPi;
+  }
+  double travel = 0.0;
+  for (std::size_t k = 0; k < kinematics_->rotary_count(); ++k)
+    travel += std::abs(at[k] - kinematics_->angle(straight, k));
+  return travel;
+}
+
+// Of the solutions for the axis, the one on the way from a to b; the straight joint path itself where there
+// is none.
 void NodeMaker::set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const {
   const std::size_t count = kinematics_->rotary_count();
   if (count == 0) return;
@@ -16,23 +54,57 @@ void NodeMaker::set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < solutions.count; ++i) {
     JointVector candidate = seed;
-    double travel = 0.0;
     bool reachable = true;
     for (std::size_t k = 0; k < count; ++k) {
       const AxisId id = kinematics_->rotary(k);
-      const auto angle = nearest_turn(machine_->axes[id], solutions.at[i].angle[k], seed[id]);
+      double near = seed[id];
+      if (follows_ && k == 1) {
+        const auto from = angles_of(*kinematics_, a_->q);
+        const double outer = candidate[kinematics_->rotary(0)];
+        near = from[1] + connection_.followed_turn(from, a_->axis_P, outer, axis_P).value_or(near - from[1]);
+      }
+      const auto angle = nearest_turn(machine_->axes[id], solutions.at[i].angle[k], near);
       reachable = reachable && angle.has_value();
       candidate[id] = angle.value_or(seed[id]);
-      travel += std::abs(candidate[id] - seed[id]);
     }
-    if (!reachable || travel >= nearest) continue;
-    nearest = travel;
+    const double off = reachable ? off_course(axis_P, seed, candidate) : nearest;
+    if (!(off < nearest)) continue;
+    nearest = off;
     q = candidate;
     known = {};
     if (!solutions.at[i].sines_known) continue;
     known.sines = solutions.at[i].sines;
     for (std::size_t k = 0; k < count; ++k) known.angle[k] = q[kinematics_->rotary(k)];
   }
+}
+
+std::optional<JointVector> NodeMaker::followed(const Point& from, const Vec3& axis_P) const {
+  const auto at = angles_of(*kinematics_, from.q);
+  const std::array<AxisId, 2> rotary = {kinematics_->rotary(0), kinematics_->rotary(1)};
+  const RotarySolutions solutions = solver_.solve_within_limits(axis_P, at[1]);
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    const auto outer = nearest_turn(machine_->axes[rotary[0]], solutions.at[i].angle[0], at[0]);
+    const auto turn =
+        outer ? connection_.followed_turn(at, from.axis_P, *outer, axis_P) : std::optional<double>();
+    if (!turn) continue;
+    const auto inner = nearest_turn(machine_->axes[rotary[1]], solutions.at[i].angle[1], at[1] + *turn);
+    if (!inner || std::abs(*inner - at[1] - *turn) > RotaryConnection::kSameTurn) continue;
+    JointVector q = from.q;
+    q[rotary[0]] = *outer;
+    q[rotary[1]] = *inner;
+    return q;
+  }
+  return std::nullopt;
+}
+
+JointVector NodeMaker::at_pole(const Vec3& axis_P, const JointVector& near) const {
+  JointVector out = near;
+  const std::array<AxisId, 2> rotary = {kinematics_->rotary(0), kinematics_->rotary(1)};
+  const RotarySolutions solutions = solver_.solve_within_limits(axis_P, near[rotary[1]]);
+  if (solutions.count == 0) return out;
+  const auto outer = nearest_turn(machine_->axes[rotary[0]], solutions.at[0].angle[0], near[rotary[0]]);
+  out[rotary[0]] = outer.value_or(near[rotary[0]]);
+  return out;
 }
 
 Node NodeMaker::node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const {

@@ -1,7 +1,11 @@
 #pragma once
+#include <optional>
+
 #include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/point.hpp"
+
+#include "path/rotary_connection.hpp"
 
 namespace trunnion::path {
 
@@ -24,29 +28,38 @@ struct Node {
 class NodeMaker {
  public:
   NodeMaker(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding)
-      : machine_(&machine), kinematics_(&kinematics), rounding_(&rounding), solver_(machine) {}
+      : machine_(&machine),
+        kinematics_(&kinematics),
+        rounding_(&rounding),
+        solver_(machine),
+        connection_(kinematics, Angle()) {}
 
-  void start(const Point& a, const Point& b) {
-    a_ = &a;
-    b_ = &b;
-  }
+  void start(const Point& a, const Point& b);
   /// The node at `t`, its tip beside the chord by `displacement_P` (mm).
   Node node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const;
   /// A node that stands at rotary positions and tip as given.
   Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const {
     return node_at(t, q, tip_P, axis_at(t), rounded, {});
   }
+  /// Where the rotary axes come to when they follow the great circle from `from` to `axis_P`, within their
+  /// limits; linear axes as they stand.
+  std::optional<JointVector> followed(const Point& from, const Vec3& axis_P) const;
+  /// The rotary position at the pole `axis_P` that is nearest to `near`.
+  JointVector at_pole(const Vec3& axis_P, const JointVector& near) const;
 
  private:
   Vec3 axis_at(double t) const { return slerp(a_->axis_P, b_->axis_P, t); }
   Node node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
                const KnownSines& known) const;
   void set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const;
+  double off_course(const Vec3& axis_P, const JointVector& straight, const JointVector& candidate) const;
 
   const Machine* machine_;
   const TableKinematics* kinematics_;
   const Rounding* rounding_;
   RotarySolver solver_;
+  RotaryConnection connection_;
+  bool follows_ = false;  // the rotary axes follow the great circle from a to b, and turn far
   const Point* a_ = nullptr;
   const Point* b_ = nullptr;
 };

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -66,6 +67,12 @@ class SegmentRefiner {
   std::optional<Node> longest_step(const Station& at, double t, double first, NodeAxis how, Side side) const;
   bool insert_on_chord(NodeAxis how);
   bool insert_around_pole();
+  /// The pole between the ends of a segment, and the positions in which the axes come there and leave.
+  struct AtPole {
+    double share = 0.0;  // of the chord
+    std::array<Point, 2> turned;
+  };
+  std::optional<AtPole> turned_on_the_way() const;
   std::optional<Point> turned_at_pole(const Point& end, const Station& at) const;
   bool both_sides() const { return options_.method == Method::adaptive && !options_.one_sided; }
   bool insert_two_sided(NodeAxis how);

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
 #include "path/global_choice.hpp"
+#include "path/reach.hpp"
+#include "path/rotary_connection.hpp"
 
 namespace trunnion::path {
 namespace {
@@ -104,54 +105,11 @@ class Chooser {
   AxisId named_axis_ = 0;
 };
 
-std::string degrees_text(double rad) {
-  return fixed_text(rad * kDegreePerRad, 4) + " deg";
-}
-
 // Why no branch reaches a pose: the tilt itself, or a limit of a rotary axis.
 Error unreachable(const Machine& machine, const ChoicePoint& point, const ChoiceOptions& options,
                   const std::string& cl_file) {
-  const RotarySolutions solutions = rotary_solutions(machine, point.pose.axis_P, 0.0, options.inverse);
-  std::string message = "tool axis (" + fixed_text(point.pose.axis_P.x(), 7) + ", " +
-                        fixed_text(point.pose.axis_P.y(), 7) + ", " + fixed_text(point.pose.axis_P.z(), 7) +
-                        ") cannot be reached: ";
-  const auto rotary = machine.rotary_axes();
-  if (solutions.count == 0) {
-    message += "the rotary axes miss it by " + degrees_text(solutions.missing_by.rad());
-    return {ErrorCode::check_failed, message, cl_file, point.where};
-  }
-  double least = std::numeric_limits<double>::infinity();
-  std::string which;
-  for (std::size_t i = 0; i < solutions.count; ++i) {
-    double worst = 0.0;
-    std::string text;
-    for (std::size_t k = 0; k < rotary.size(); ++k) {
-      const Axis& axis = machine.axes[rotary[k]];
-      if (!axis.has_limits() || nearest_turn(axis, solutions.at[i].angle[k], 0.5 * (axis.min + axis.max)))
-        continue;
-      // The turn that comes nearest to the travel.
-      double by = std::numeric_limits<double>::infinity();
-      double best = 0.0;
-      for (int turn = -1; turn <= 1; ++turn) {
-        const double value = solutions.at[i].angle[k] + turn * kTwoPi;
-        const double beyond = std::max(axis.min - value, value - axis.max);
-        if (beyond < by) {
-          by = beyond;
-          best = value;
-        }
-      }
-      if (by > worst) {
-        worst = by;
-        text = "axis " + axis.name + " would stand at " + degrees_text(best) + ", " + degrees_text(by) +
-               " beyond its limits of " + degrees_text(axis.min) + " to " + degrees_text(axis.max);
-      }
-    }
-    if (worst < least) {
-      least = worst;
-      which = text;
-    }
-  }
-  return {ErrorCode::check_failed, message + which, cl_file, point.where};
+  return {ErrorCode::check_failed, unreachable_text(machine, point.pose.axis_P, options.inverse), cl_file,
+          point.where};
 }
 
 struct Run {
@@ -176,6 +134,7 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
                           std::vector<ChosenPoint>& out) {
   JointVector q = seed;
   Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
+  const RotaryConnection connection(run.chooser.kinematics(), run.options.axis_tolerance);
   Layer layer;
   for (const ChoicePoint& point : points) {
     run.chooser.candidates(point.pose, q, layer);
@@ -190,8 +149,7 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
       }
     }
     const Candidate& c = layer.at[best];
-    const bool leave = !point.rapid && needs_reconfiguration(run.chooser.kinematics(), q, c.q, axis_before,
-                                                             point.pose.axis_P);
+    const bool leave = !point.rapid && !connection.connects(q, axis_before, c.q, point.pose.axis_P);
     out.push_back({c.q, c.branch, c.singular, leave, c.q, {}});
     q = c.q;
     axis_before = point.pose.axis_P;
@@ -206,7 +164,7 @@ void settle_pole(const Run& run, std::span<const ChoicePoint> points, std::span<
   const AxisId inner = run.chooser.rotary().back();
   const double in = chosen[first].q[inner];
   const double turn = chosen[last + 1].q[inner] - in;
-  if (turn == 0.0 || points[last + 1].rapid) return;
+  if (turn == 0.0 || points[last + 1].rapid || chosen[last + 1].reconfigure) return;
   const auto place = [&](std::size_t i, double angle) {
     JointVector q = chosen[i].q;
     q[inner] = angle;

@@ -71,6 +71,7 @@ path::ChoiceOptions Intake::choice_options() const {
   out.axis = axis_;
   out.inverse = inverse_;
   out.tool_mm = tool_mm_;
+  out.axis_tolerance = tolerances_.cutting().axis;
   return out;
 }
 

@@ -112,7 +112,10 @@ class Pipeline {
   Result<void> take_tolerance(const cl::Tolerance& tolerance, SourceRef where);
   Result<void> emit_approach(const path::Point& to, const Pending& motion);
   Result<void> emit_safe_turn(const JointVector& q, SourceRef where);
+  /// On the way to `next_q`, the position of `motion`, the rotary axes turn away from the part where they
+  /// must.
   Result<void> emit_reconfiguration(const JointVector& next_q, const Pending& motion);
+  Result<void> emit_turn_away(const JointVector& after, const Pending& motion);
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
@@ -120,7 +123,7 @@ class Pipeline {
   void hold_idle_turns(JointVector& q) const;
   /// Before the motion to `q`: true when a block went out that takes up lost motion.
   Result<bool> emit_take_up(const JointVector& q, SourceRef where);
-  bool rewinds(const JointVector& q) const;
+  bool rewinds(const path::Point& to, const JointVector& q) const;
   bool bends(const path::Point& to, const JointVector& q) const;
   bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const;
   bool lasts_long(const JointVector& q, double tip_mm, double rate) const;

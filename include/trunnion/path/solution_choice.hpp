@@ -24,6 +24,8 @@ struct ChoiceOptions {
   std::string axis;  // for ChoiceMethod::axis
   InverseOptions inverse;
   Vec3 tool_mm = Vec3::Zero();  // from S to the tip
+  /// How far the tool axis may pass the pole for its path to count as leading through it.
+  Angle axis_tolerance = Angle::degrees(0.05);
 };
 
 /// One point of a path whose joints are to be chosen.
@@ -37,9 +39,9 @@ struct ChosenPoint {
   JointVector q;
   std::uint8_t branch = 0;
   bool singular = false;  // C was kept from the point before
-  /// The motion that ends here cannot be made while cutting: an axis must turn back by more than half a turn,
-  /// or the branch jumps. The tool has to leave the part, the axes turn, and the tool comes back (limits,
-  /// "Rewind" in README).
+  /// The motion that ends here cannot be made while cutting: a rotary axis must turn back, or the branch
+  /// changes beside the pole. The tool has to leave the part, the axes turn, and the tool comes back
+  /// (`plan_turns`).
   bool reconfigure = false;
   /// At the pole: where C must stand before the path goes on. The same as `q` but where C has to turn in
   /// place (the tool stands along C, so that the part's surface is not touched): X and Y follow the turn.

@@ -1,0 +1,115 @@
+// Where the rotary axes turn back or change the branch: away from the part, or at a rapid.
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/path/reconfiguration.hpp"
+
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+
+Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pending& motion) {
+  if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    return fail(
+        ErrorCode::check_failed,
+        "the rotary axes must turn back here and the controller file has no safe position ([retract] Z)",
+        job_.cl_file, motion.point.where);
+  }
+  path::ChoiceOptions options;
+  options.inverse = chunk_->inverse;
+  options.tool_mm = tool_mm_;
+  options.axis_tolerance = tolerances_.cutting().axis;
+  const auto turns =
+      path::plan_turns(machine_, {last_.tip_P, last_.axis_P}, last_.q, motion.point.pose, next_q, options);
+  if (!turns) {
+    return fail(ErrorCode::check_failed,
+                "from line " + std::to_string(last_.where.line) + " to here: at " + turns.error().message,
+                job_.cl_file, motion.point.where);
+  }
+  for (const path::TurnAway& turn : *turns) {
+    if (turn.share > 0.0) {
+      path::ChoicePoint there = motion.point;
+      there.pose = turn.pose;
+      if (auto done = emit_segment(rounded(there, turn.before), motion, nullptr); !done) return done;
+      if (turn.share < 1.0) ++report_.points_inserted;
+    }
+    if (auto done = emit_turn_away(turn.after, motion); !done) return done;
+  }
+  return {};
+}
+
+// The tool leaves along its axis, the rotary axes turn at the safe height to the position that the path goes
+// on with, and the tool comes back along its axis to where it was.
+Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& motion) {
+  const double way_mm = retract_way_mm(last_, motion.point.where);
+  const auto away = [&](const path::Point& point) {
+    path::Point out = point;
+    out.tip_P += way_mm * point.axis_P;
+    path::round_to_words(kinematics_, rounding_, out.tip_P, out.q);
+    return out;
+  };
+  const auto rate =
+      feed_rate(motion.feed, (motion.point.pose.tip_P - last_.tip_P).norm(), motion.point.where);
+  if (!rate) return tl::unexpected(rate.error());
+  const auto up = corrected(away(last_), 0.0);
+  if (!up) return tl::unexpected(up.error());
+  if (auto r = emit_feed_per_minute(*up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
+  path::Point back = last_;
+  back.q = after;
+  path::round_to_words(kinematics_, rounding_, back.tip_P, back.q);
+  const auto above = corrected(away(back), 0.0);
+  const auto at = corrected(back, 0.0);
+  if (!above || !at) return tl::unexpected(!above ? above.error() : at.error());
+  if (auto r = emit_safe_turn(*above, motion.point.where); !r) return r;
+  if (auto r = emit_motion(*above, nc::MotionKind::rapid, {}, motion.point.where); !r) return r;
+  last_ = back;
+  last_emitted_ = *at;
+  state_.move_to(last_emitted_);
+  pause(way_mm / options_.retract_feed_mm_s + way_mm / *rate);
+  diagnostics_.note(job_.cl_file, motion.point.where,
+                    "the tool leaves the part here: the rotary axes turn back or change the branch");
+  return emit_feed_per_minute(last_emitted_, *rate, motion.point.where);
+}
+
+// On the straight way from the last position to `q` the tip would circle the part: a rotary axis turns back,
+// or the branch changes.
+bool Pipeline::rewinds(const path::Point& to, const JointVector& q) const {
+  constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
+  double turn = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+    const double by = std::abs(q[id] - last_emitted_[id]);
+    if (by > kHalfTurn) return true;
+    turn += by;
+  }
+  constexpr double kNear = 20.0 * kRadPerDegree;  // the tip stays about where it is
+  if (turn < kNear) return false;
+  path::ChoiceOptions options;
+  options.tool_mm = tool_mm_;
+  options.axis_tolerance = tolerances_.cutting().axis;
+  return !path::connects(machine_, {last_.tip_P, last_.axis_P}, last_.q, {to.tip_P, to.axis_P}, to.q,
+                         options);
+}
+
+Result<void> Pipeline::emit_rapid(const path::Point& to) {
+  const auto q = corrected(to, 0.0);
+  if (!q) return tl::unexpected(q.error());
+  const double seconds = planner_.rapid_seconds(last_emitted_, *q);
+  if (rewinds(to, *q) && !controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    ++report_.rewinds_at_rapids;
+    diagnostics_.note(job_.cl_file, to.where,
+                      "a rotary axis turns back or changes the branch at this rapid: at the safe height");
+    if (auto r = emit_safe_turn(*q, to.where); !r) return r;
+    last_emitted_ = *q;
+    return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
+  }
+  // Nothing is being cut: a good moment to follow the drift.
+  constexpr double kLatchAgain_s = 60.0;
+  if (variables() && latched_s_ >= 0.0 && report_.duration_s - latched_s_ > kLatchAgain_s) shift_due_ = true;
+  if (auto r = emit_shift(); !r) return r;
+  moved(*q, seconds);
+  last_emitted_ = *q;
+  return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
+}
+
+}  // namespace trunnion::post
