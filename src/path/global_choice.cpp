@@ -123,28 +123,40 @@ bool GlobalChoice::reconfigures(const ChoicePoint& point, const Candidate& a, co
          !way_within_limits(a, point.pose.axis_P);
 }
 
-// The tilt between two tool axes may be less, or beyond a right angle more, than at both: limits that hold at
-// the ends may not hold there.
+// The tilt between two tool axes may be less, or beyond a right angle more, than at both, and where the
+// rotary axes are not square to each other the inner one may go beyond both its ends: limits that hold at the
+// ends may not hold on the way.
 bool GlobalChoice::way_within_limits(const Candidate& a, const Vec3& axis_b_P) const {
   if (rotary_count_ < 2) return true;
   const Vec3& n = kinematics_.direction(1);
+  if (oblique_ && rotary_axis_[1]->has_limits()) {
+    constexpr int kLooks = 16;
+    for (int i = 1; i < kLooks; ++i) {
+      if (!holds_on_the_way(a, slerp(axis_before_, axis_b_P, static_cast<double>(i) / kLooks))) return false;
+    }
+    return true;
+  }
   if (reaches_pole_ && n.dot(axis_before_) >= 0.0 && n.dot(axis_b_P) >= 0.0) return true;
   const Vec3 normal = axis_before_.cross(axis_b_P);
   if (!(normal.norm() > 1e-9)) return true;
   Vec3 foot = n - (n.dot(normal) / normal.squaredNorm()) * normal;
   if (foot.dot(axis_before_ + axis_b_P) < 0.0) foot = -foot;
   if (axis_before_.cross(foot).dot(normal) <= 0.0 || foot.cross(axis_b_P).dot(normal) <= 0.0) return true;
-  foot.normalize();
-  const RotarySolutions at_foot = solver_.solve_within_limits(foot, a.angle[1], options_.inverse);
-  for (std::size_t i = 0; i < at_foot.count; ++i) {
+  return holds_on_the_way(a, foot.normalized());
+}
+
+// A position within the limits holds `axis_P`, and the axes come there from `a`.
+bool GlobalChoice::holds_on_the_way(const Candidate& a, const Vec3& axis_P) const {
+  const RotarySolutions solutions = solver_.solve_within_limits(axis_P, a.angle[1], options_.inverse);
+  for (std::size_t i = 0; i < solutions.count; ++i) {
     RotaryConnection::Angles angles{};
-    bool reached = true;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const auto turn = nearest_turn(*rotary_axis_[k], at_foot.at[i].angle[k], a.angle[k]);
-      reached = reached && turn.has_value();
-      angles[k] = turn.value_or(0.0);
+    std::array<std::array<double, 8>, 2> turns{};
+    const std::size_t outer = turns_within(*rotary_axis_[0], solutions.at[i].angle[0], a.angle[0], turns[0]);
+    const std::size_t inner = turns_within(*rotary_axis_[1], solutions.at[i].angle[1], a.angle[1], turns[1]);
+    for (std::size_t k = 0; k < outer * inner; ++k) {
+      angles = {turns[0][k % outer], turns[1][k / outer]};
+      if (connection_.connects(a.angle, axis_before_, angles, axis_P)) return true;
     }
-    if (reached && connection_.connects(a.angle, axis_before_, angles, foot)) return true;
   }
   return false;
 }

@@ -74,6 +74,7 @@ class GlobalChoice {
   bool same_position(const Candidate& a, const Candidate& b) const;
   bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
   bool way_within_limits(const Candidate& a, const Vec3& axis_b_P) const;
+  bool holds_on_the_way(const Candidate& a, const Vec3& axis_P) const;
   JointVector joints(const std::array<double, 2>& angle, const Vec3& linear) const;
 
   const ChoiceOptions& options_;

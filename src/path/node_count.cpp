@@ -134,64 +134,79 @@ bool SegmentRefiner::insert_on_chord(NodeAxis how) {
 
 // Where a segment leaves the pole, or comes to it, the inner axis has to stand as the great circle wants it
 // there, whatever the point says: at the pole it turns about the tool axis.
-std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Station& at) const {
+std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Station& at,
+                                                    const Point& other) const {
   if (kinematics().rotary_count() < 2) return std::nullopt;
-  const double tilt = at.axis_P.cross(kinematics().direction(1)).norm();
-  if (tilt > kPoleShare * tolerance_.axis.rad()) return std::nullopt;
-  const AxisId inner = kinematics().rotary(1);
-  const Node middle = maker_.node(0.5, Vec3::Zero(), NodeAxis::great_circle, true);
+  const Vec3& n = kinematics().direction(1);
+  if (at.axis_P.cross(n).norm() > kPoleShare * tolerance_.axis.rad()) return std::nullopt;
   Point turned = end;
-  turned.q[inner] = middle.station.q[inner];
-  if (std::abs(turned.q[inner] - at.q[inner]) < kSmallTurn.rad()) return std::nullopt;
-  kinematics().solve_linear(at.tip_P, kinematics().sines(turned.q), turned.q);
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) turned.q[id] = rounding_.rounded(id, turned.q[id]);
+  turned.inserted = true;
+  const Vec3 pole_P = at.axis_P.dot(n) >= 0.0 ? n : Vec3(-n);
+  if (!turn_towards(other, pole_P, turned)) return std::nullopt;
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k)
+    turn = std::max(turn, std::abs(kinematics().angle(turned.q, k) - kinematics().angle(at.q, k)));
+  if (turn < kSmallTurn.rad()) return std::nullopt;
   return turned;
 }
 
-// The same where the great circle passes the pole between the ends, and the axes stay on their branch: up to
-// half a turn at one place.
-std::optional<SegmentRefiner::AtPole> SegmentRefiner::turned_on_the_way() const {
-  if (kinematics().rotary_count() < 2 || largest_turn() < kSmallTurn.rad()) return std::nullopt;
+// Puts the rotary axes of `turned` to the pole as they come there straight from `end`; how, is seen a little
+// beside it.
+bool SegmentRefiner::turn_towards(const Point& end, const Vec3& pole_P, Point& turned) const {
+  const double whole = angle_between(end.axis_P, pole_P).rad();
+  if (!(whole > 0.0)) return false;
+  const double beside = std::min(kPoleShare * tolerance_.axis.rad() / whole, 0.5);
+  const auto q = maker_.followed(end, slerp(end.axis_P, pole_P, 1.0 - beside));
+  if (!q) return false;
+  turned.axis_P = pole_P;
+  turned.q = *q;
+  const AxisId outer = kinematics().rotary(0);
+  turned.q[outer] = maker_.at_pole(pole_P, *q)[outer];
+  round_to_words(kinematics(), rounding_, turned.tip_P, turned.q);
+  return true;
+}
+
+// The great circle comes to the pole between the ends.
+bool SegmentRefiner::passes_pole() const {
+  if (kinematics().rotary_count() < 2) return false;
   const Vec3& a_P = ends_.a->axis_P;
   const Vec3& b_P = ends_.b->axis_P;
   const Vec3& n = kinematics().direction(1);
   const Vec3 normal = a_P.cross(b_P);
   const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
   const double near = kPoleShare * tolerance_.axis.rad();
-  if (!(normal.norm() > 0.0) || std::abs(normal.dot(pole_P)) > near * normal.norm()) return std::nullopt;
-  if (a_P.cross(pole_P).dot(normal) <= 0.0 || pole_P.cross(b_P).dot(normal) <= 0.0) return std::nullopt;
-  const double whole = angle_between(a_P, b_P).rad();
+  return normal.norm() > 0.0 && std::abs(normal.dot(pole_P)) <= near * normal.norm() &&
+         a_P.cross(pole_P).dot(normal) > 0.0 && pole_P.cross(b_P).dot(normal) > 0.0;
+}
+
+// The same where the great circle passes the pole between the ends, and the axes stay on their branch: up to
+// half a turn at one place.
+std::optional<SegmentRefiner::AtPole> SegmentRefiner::turned_on_the_way() const {
+  if (kinematics().rotary_count() < 2) return std::nullopt;
+  const Vec3& a_P = ends_.a->axis_P;
+  const Vec3& b_P = ends_.b->axis_P;
+  const Vec3& n = kinematics().direction(1);
+  if (!passes_pole()) return std::nullopt;
+  const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
   AtPole out;
-  out.share = angle_between(a_P, pole_P).rad() / whole;
+  out.share = angle_between(a_P, pole_P).rad() / angle_between(a_P, b_P).rad();
   const Node pole = maker_.node(out.share, Vec3::Zero(), NodeAxis::great_circle, true);
-  // Beside the pole each side tells how the inner axis comes and goes.
-  const double beside = std::min({near / whole, 0.5 * out.share, 0.5 * (1.0 - out.share)});
-  const AxisId outer = kinematics().rotary(0);
-  const AxisId inner = kinematics().rotary(1);
   const std::array<const Point*, 2> ends = {ends_.a, ends_.b};
   for (std::size_t side = 0; side < 2; ++side) {
     Point& turned = out.turned[side];
     turned = *ends_.b;
     turned.inserted = true;
     turned.tip_P = pole.tip_P;
-    turned.axis_P = pole.axis_P;
     turned.beside_P = Vec3::Zero();
-    Point there = turned;
-    there.axis_P = slerp(a_P, b_P, out.share + (side == 0 ? -beside : beside));
-    const auto q = maker_.followed(*ends[side], there.axis_P);
-    if (!q) return std::nullopt;
-    turned.q = *q;
-    turned.q[outer] = maker_.at_pole(pole_P, *q)[outer];
-    turned.q[inner] = rounding_.rounded(inner, turned.q[inner]);
-    round_to_words(kinematics(), rounding_, turned.tip_P, turned.q);
+    if (!turn_towards(*ends[side], pole_P, turned)) return std::nullopt;
   }
   return out;
 }
 
 bool SegmentRefiner::insert_around_pole() {
   const SegmentEnds whole = ends_;
-  const auto leaves = turned_at_pole(*whole.a, *whole.at_a);
-  const auto comes = turned_at_pole(*whole.b, *whole.at_b);
+  const auto leaves = turned_at_pole(*whole.a, *whole.at_a, *whole.b);
+  const auto comes = turned_at_pole(*whole.b, *whole.at_b, *whole.a);
   const auto passes = leaves || comes ? std::nullopt : turned_on_the_way();
   if (!leaves && !comes && !passes) return false;
   std::vector<Point> points{*whole.a};

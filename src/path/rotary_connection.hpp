@@ -28,7 +28,8 @@ class RotaryConnection {
   /// and `outer_b` on one branch. Nothing otherwise.
   std::optional<double> followed_turn(const Angles& a, const Vec3& axis_a_P, double outer_b,
                                       const Vec3& axis_b_P) const;
-  /// The great circle between the two comes to the pole within the tolerance.
+  /// The great circle between the two comes to the pole within a fifth of the tolerance: then points can lead
+  /// through it.
   bool passes_pole(const Vec3& axis_a_P, const Vec3& axis_b_P) const;
 
  private:

@@ -276,7 +276,8 @@ bool SegmentRefiner::halve(const SegmentReport& report) {
 NodeAxis SegmentRefiner::choose_axis(bool axis_holds) {
   cells_along(NodeAxis::great_circle, kFewestCells);
   if (!axis_holds) return NodeAxis::great_circle;
-  const bool flips = largest_cell_turn_ > kFlip * largest_turn() / static_cast<double>(cells_.size());
+  const bool flips =
+      passes_pole() || largest_cell_turn_ > kFlip * largest_turn() / static_cast<double>(cells_.size());
   if (!flips && largest_turn() < kSmallTurn.rad()) return NodeAxis::great_circle;
   use_cells(NodeAxis::great_circle);
   const double on_circle = spacing_.total();

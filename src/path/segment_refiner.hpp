@@ -73,7 +73,9 @@ class SegmentRefiner {
     std::array<Point, 2> turned;
   };
   std::optional<AtPole> turned_on_the_way() const;
-  std::optional<Point> turned_at_pole(const Point& end, const Station& at) const;
+  bool passes_pole() const;
+  std::optional<Point> turned_at_pole(const Point& end, const Station& at, const Point& other) const;
+  bool turn_towards(const Point& end, const Vec3& pole_P, Point& turned) const;
   bool both_sides() const { return options_.method == Method::adaptive && !options_.one_sided; }
   bool insert_two_sided(NodeAxis how);
   bool try_pieces(std::size_t pieces, NodeAxis how, Side side);

@@ -112,9 +112,11 @@ class Pipeline {
   Result<void> take_tolerance(const cl::Tolerance& tolerance, SourceRef where);
   Result<void> emit_approach(const path::Point& to, const Pending& motion);
   Result<void> emit_safe_turn(const JointVector& q, SourceRef where);
-  /// On the way to `next_q`, the position of `motion`, the rotary axes turn away from the part where they
-  /// must.
-  Result<void> emit_reconfiguration(const JointVector& next_q, const Pending& motion);
+  /// On the way to `next`, the position of `motion`, the rotary axes turn away from the part where they must.
+  /// True when the tool is there already.
+  Result<bool> emit_reconfiguration(const path::ChosenPoint& next, const Pending& motion);
+  /// Before `motion`: the turn that was due at the end of the one before.
+  Result<void> emit_waiting_turn(const Pending& motion);
   Result<void> emit_turn_away(const JointVector& after, const Pending& motion);
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
@@ -198,6 +200,7 @@ class Pipeline {
   bool approach_ = true;  // the next motion starts from an unknown or safe position
   path::Point last_;      // nominal, on the word grid
   JointVector last_emitted_;
+  std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
   std::vector<path::Point> inserted_;
   std::vector<path::Point> run_;
   std::vector<path::SegmentReport> reports_;

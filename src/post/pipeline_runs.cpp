@@ -25,8 +25,11 @@ Result<void> Pipeline::emit_run() {
     }
     if (i == motions.size()) break;
     const Pending& motion = motions[i];
+    if (auto done = emit_waiting_turn(motion); !done) return done;
     if (chosen[i].reconfigure && !approach_) {
-      if (auto done = emit_reconfiguration(chosen[i].q, motion); !done) return done;
+      const auto there = emit_reconfiguration(chosen[i], motion);
+      if (!there) return tl::unexpected(there.error());
+      if (*there) continue;
     }
     if (const std::size_t last = cutting_run_end(i, event); last > i) {
       if (auto done = emit_cutting_run(i, last); !done) return done;

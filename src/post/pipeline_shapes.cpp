@@ -110,7 +110,8 @@ Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
 
 // The rotary axes stand still, and nothing bends the path.
 bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
-  if (compensator_ || offsets_ || count == 0 || i + count > chunk_->motions.size()) return false;
+  if (turn_waits_ || compensator_ || offsets_ || count == 0 || i + count > chunk_->motions.size())
+    return false;
   for (std::size_t k = i; k < i + count; ++k) {
     const path::ChosenPoint& chosen = chunk_->chosen[k];
     if (chosen.reconfigure || !(chosen.q_leave == chosen.q)) return false;

@@ -1,6 +1,7 @@
 // Where the rotary axes turn back or change the branch: away from the part, or at a rapid.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/path/reconfiguration.hpp"
 
@@ -8,7 +9,7 @@
 
 namespace trunnion::post {
 
-Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pending& motion) {
+Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const Pending& motion) {
   if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
     return fail(
         ErrorCode::check_failed,
@@ -20,7 +21,7 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
   options.tool_mm = tool_mm_;
   options.axis_tolerance = tolerances_.cutting().axis;
   const auto turns =
-      path::plan_turns(machine_, {last_.tip_P, last_.axis_P}, last_.q, motion.point.pose, next_q, options);
+      path::plan_turns(machine_, {last_.tip_P, last_.axis_P}, last_.q, motion.point.pose, next.q, options);
   if (!turns) {
     return fail(ErrorCode::check_failed,
                 "from line " + std::to_string(last_.where.line) + " to here: at " + turns.error().message,
@@ -30,12 +31,24 @@ Result<void> Pipeline::emit_reconfiguration(const JointVector& next_q, const Pen
     if (turn.share > 0.0) {
       path::ChoicePoint there = motion.point;
       there.pose = turn.pose;
-      if (auto done = emit_segment(rounded(there, turn.before), motion, nullptr); !done) return done;
-      if (turn.share < 1.0) ++report_.points_inserted;
+      if (auto done = emit_segment(rounded(there, turn.before), motion, nullptr); !done)
+        return tl::unexpected(done.error());
+      if (turn.share >= 1.0) {
+        // If a rapid follows, or nothing, there is no need for it.
+        turn_waits_ = next.q_leave;
+        return true;
+      }
+      ++report_.points_inserted;
     }
-    if (auto done = emit_turn_away(turn.after, motion); !done) return done;
+    if (auto done = emit_turn_away(turn.after, motion); !done) return tl::unexpected(done.error());
   }
-  return {};
+  return false;
+}
+
+Result<void> Pipeline::emit_waiting_turn(const Pending& motion) {
+  const auto waits = std::exchange(turn_waits_, std::nullopt);
+  if (!waits || motion.point.rapid || approach_) return {};
+  return emit_turn_away(*waits, motion);
 }
 
 // The tool leaves along its axis, the rotary axes turn at the safe height to the position that the path goes
