@@ -8,37 +8,41 @@
 namespace trunnion {
 namespace {
 
-// A point and a direction that are carried through the chain together.
-struct Carried {
-  Vec3 p;
-  Vec3 u;
-};
+// A point and a direction that are carried through the chain side by side, in this order.
+using Carried = lanes::Triple<Lanes>;
+
+// Of a vector by which only the point goes on.
+Carried of_point(const Vec3& v) {
+  return {Lanes{v.x(), 0.0}, Lanes{v.y(), 0.0}, Lanes{v.z(), 0.0}};
+}
+Vec3 lane(const Carried& at, int i) {
+  return {at.x[i], at.y[i], at.z[i]};
+}
 
 // exp(sign * twist) applied to both; the sign is -1 on the way back through a joint, whose inverse it is.
 void displace(const Twist& twist, double sign, Carried& at) {
   // The series of `exp` (geom) below this angle; errors of machines are far below it.
   constexpr double kSeries = 1e-2;
-  const Vec3 w = sign * twist.rot_rad;
-  const double x2 = w.squaredNorm();
+  const lanes::Triple<double> w{sign * twist.rot_rad.x(), sign * twist.rot_rad.y(), sign * twist.rot_rad.z()};
+  const double x2 = lanes::squared(w);
   if (x2 >= kSeries * kSeries) {
     const Pose X = exp(twist * sign);
-    at = {X * at.p, X.R * at.u};
+    const Vec3 p = X * lane(at, 0);
+    const Vec3 u = X.R * lane(at, 1);
+    at = {Lanes{p.x(), u.x()}, Lanes{p.y(), u.y()}, Lanes{p.z(), u.z()}};
     return;
   }
+  const Carried t = of_point(sign * twist.trans_mm);
   if (x2 == 0.0) {
-    at.p += sign * twist.trans_mm;
+    at = at + t;
     return;
   }
   const double a = 1.0 - x2 / 6.0 * (1.0 - x2 / 20.0);
   const double b = 0.5 - x2 / 24.0 * (1.0 - x2 / 30.0);
   const double c = 1.0 / 6.0 - x2 / 120.0;
-  const auto turned = [&](const Vec3& v) {
-    const Vec3 Kv = w.cross(v);
-    return Vec3(v + a * Kv + b * w.cross(Kv));
-  };
-  const Vec3 t = sign * twist.trans_mm;
-  const Vec3 Kt = w.cross(t);
-  at = {turned(at.p) + t + b * Kt + c * w.cross(Kt), turned(at.u)};
+  const Carried Kv = lanes::cross(w, at);
+  const Carried Kt = lanes::cross(w, t);
+  at = at + (a * Kv + b * lanes::cross(w, Kv)) + (t + (b * Kt + c * lanes::cross(w, Kt)));
 }
 
 }  // namespace
@@ -78,28 +82,28 @@ ToolPose ErrorKinematics::pose(const JointVector& q, const ChainErrors& errors) 
 
 ToolPose ErrorKinematics::pose(const JointVector& q, const RotarySines& sines,
                                const ChainErrors& errors) const {
-  Carried at{tool_mm_, Vec3::UnitZ()};
+  Carried at{Lanes{tool_mm_.x(), 0.0}, Lanes{tool_mm_.y(), 0.0}, Lanes{tool_mm_.z(), 1.0}};
   displace(errors.spindle, 1.0, at);
   for (const Joint& joint : tool_chain_) {
-    at.p -= joint.point_mm;
+    at = at - of_point(joint.point_mm);
     displace(errors.joint[joint.id], 1.0, at);
-    at.p += joint.point_mm + q[joint.id] * joint.turn.direction();
+    at = at + of_point(joint.point_mm + q[joint.id] * joint.turn.direction());
   }
   std::size_t k = 0;
   for (const Joint& joint : part_chain_) {
-    at.p -= joint.point_mm;
-    if (!joint.rotary) at.p -= q[joint.id] * joint.turn.direction();
+    Vec3 to_joint = joint.point_mm;
+    if (!joint.rotary) to_joint += q[joint.id] * joint.turn.direction();
+    at = at - of_point(to_joint);
     displace(errors.joint[joint.id], -1.0, at);
     if (joint.rotary) {
-      at.p = joint.turn.turned(at.p, -sines.sin[k], sines.cos[k]);
-      at.u = joint.turn.turned(at.u, -sines.sin[k], sines.cos[k]);
+      at = joint.turn.turned(at, lanes::splat<Lanes>(-sines.sin[k]), lanes::splat<Lanes>(sines.cos[k]));
       ++k;
     }
-    at.p += joint.point_mm;
+    at = at + of_point(joint.point_mm);
   }
-  at.p -= part_zero_mm_;
+  at = at - of_point(part_zero_mm_);
   displace(errors.part, -1.0, at);
-  return {at.p, at.u};
+  return {lane(at, 0), lane(at, 1)};
 }
 
 }  // namespace trunnion

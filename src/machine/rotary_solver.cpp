@@ -6,6 +6,9 @@
 namespace trunnion {
 namespace {
 
+// Tangent: both branches are the same within what doubles can tell (a square root of rounding).
+constexpr double kTangent = 1e-15;
+
 // Direction of the spindle, from the tip upwards, when no axis of the tool side turns.
 const Vec3 kSpindle_M = Vec3::UnitZ();
 
@@ -42,19 +45,51 @@ RotarySolutions single_rotary(const Vec3* n, const Vec3& axis_P, double slack, d
 
 // Quantities of the two-rotation problem: Rot(n1, A) Rot(n2, C) u = k with v = Rot(n2, C) u = al n1 + be n2 +
 // ga (n1 x n2).
+template <class T>
 struct RotarySolver::Tilt {
-  Vec3 u;
-  Vec3 n2_x_u;
-  Vec3 u_across_n2;  // a difference: near the pole products would be rounding
-  double sine;       // |n2 x u|
-  double b;          // n2.u
-  double S;          // sine |n1 x n2|
-  double D;          // n1.k - (n2.u)(n1.n2)
-  double root;       // sqrt(S^2 - D^2)
+  lanes::Triple<T> n2_x_u;
+  lanes::Triple<T> u_across_n2;  // a difference: near the pole products would be rounding
+  T sine;                        // |n2 x u|
+  T b;                           // n2.u
+  T S;                           // sine |n1 x n2|
+  T D;                           // n1.k - (n2.u)(n1.n2)
+  T root2;                       // S^2 - D^2
+  T root;
 };
 
+template <class T>
+RotarySolver::Tilt<T> RotarySolver::tilt_of(const lanes::Triple<T>& axis_P) const {
+  Tilt<T> tilt;
+  tilt.n2_x_u = lanes::cross(n2_, axis_P);
+  tilt.sine = lanes::sqrt(lanes::squared(tilt.n2_x_u));
+  tilt.b = lanes::dot(n2_, axis_P);
+  tilt.u_across_n2 = axis_P - tilt.b * n2_;
+  // 1 - b without cancellation near the pole.
+  const auto upper = tilt.b > 0.0;
+  const T one_minus_b =
+      lanes::select(upper, T(tilt.sine * tilt.sine / (1.0 + lanes::abs(tilt.b))), T(1.0 - tilt.b));
+  tilt.S = tilt.sine * sin_axes_;
+  tilt.D = n1_k_n2_ + cos_axes_ * one_minus_b;
+  tilt.root2 = (tilt.S - tilt.D) * (tilt.S + tilt.D);
+  tilt.root = lanes::sqrt(lanes::larger(T{}, tilt.root2));
+  return tilt;
+}
+
+// The branch with ga = sign sqrt(S^2 - D^2) / |n1 x n2|^2: v |n1 x n2|^2 = al n1 + be n2 + ga m; across n1
+// the first term falls out, across n2 the second.
+template <class T>
+std::array<RotarySolver::TurnOf<T>, 2> RotarySolver::turns(const Tilt<T>& tilt, double sign) const {
+  const T al = n1_k_ - cos_axes_ * tilt.b;
+  const T be = tilt.b - cos_axes_ * n1_k_;
+  const T ga = sign * tilt.root;
+  const lanes::Triple<T> v_across_n2 = al * n1_across_n2_ + ga * m_;
+  return {TurnOf<T>{be * n2_to_k_.y + ga * m_to_k_.y, be * n2_to_k_.x + ga * m_to_k_.x},
+          TurnOf<T>{lanes::dot(v_across_n2, tilt.n2_x_u), lanes::dot(v_across_n2, tilt.u_across_n2)}};
+}
+
 RotarySolver::RotarySolver(const Machine& machine) {
-  std::array<Vec3*, 2> n = {&n1_, &n2_};
+  Vec3 inner = Vec3::UnitZ();
+  std::array<Vec3*, 2> n = {&n1_, &inner};
   for (const AxisId id : machine.part_chain) {
     const Axis& axis = machine.axes[id];
     if (axis.kind != AxisKind::rotary) continue;
@@ -68,16 +103,19 @@ RotarySolver::RotarySolver(const Machine& machine) {
     }
     ++count_;
   }
-  m_ = n1_.cross(n2_);
-  sin_axes_ = m_.norm();
-  cos_axes_ = n1_.dot(n2_);
+  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
+  const Vec3 m = n1_.cross(inner);
+  n2_ = triple(inner);
+  m_ = triple(m);
+  sin_axes_ = m.norm();
+  cos_axes_ = n1_.dot(inner);
   n1_k_ = n1_.dot(kSpindle_M);
-  n1_k_n2_ = n1_.dot(kSpindle_M - n2_);
-  n1_across_n2_ = across(n1_, n2_);
+  n1_k_n2_ = n1_.dot(kSpindle_M - inner);
+  n1_across_n2_ = triple(across(n1_, inner));
   const Vec3 k = across(kSpindle_M, n1_);
   const auto turn_to_k = [&](const Vec3& from) { return Turn{n1_.dot(from.cross(k)), from.dot(k)}; };
-  n2_to_k_ = turn_to_k(across(n2_, n1_));
-  m_to_k_ = turn_to_k(m_);
+  n2_to_k_ = turn_to_k(across(inner, n1_));
+  m_to_k_ = turn_to_k(m);
 }
 
 RotarySolutions RotarySolver::solve(const Vec3& axis_P, double seed_inner,
@@ -94,76 +132,90 @@ RotarySolutions RotarySolver::solve_within_limits(const Vec3& axis_P, double see
 template <bool kWithinLimits>
 RotarySolutions RotarySolver::solve_two(const Vec3& axis_P, double seed_inner,
                                         const InverseOptions& options) const {
-  Tilt tilt;
-  tilt.u = axis_P;
-  tilt.n2_x_u = n2_.cross(axis_P);
-  tilt.sine = tilt.n2_x_u.norm();
-  tilt.b = n2_.dot(axis_P);
-  tilt.u_across_n2 = axis_P - tilt.b * n2_;
-  // 1 - b without cancellation near the pole.
-  const double one_minus_b = tilt.b > 0.0 ? tilt.sine * tilt.sine / (1.0 + tilt.b) : 1.0 - tilt.b;
-  tilt.S = tilt.sine * sin_axes_;
-  tilt.D = n1_k_n2_ + cos_axes_ * one_minus_b;
-  const double root2 = (tilt.S - tilt.D) * (tilt.S + tilt.D);
-  tilt.root = std::sqrt(std::max(0.0, root2));
+  const Tilt<double> tilt = tilt_of(lanes::Triple<double>{axis_P.x(), axis_P.y(), axis_P.z()});
   RotarySolutions out;
   const double short_by = std::abs(tilt.D) - tilt.S;  // of |n1 x n2| times the sine
   if (short_by > std::max(options.axis_resolution, kFreeTilt) * sin_axes_) {
     if (!kWithinLimits) out.missing_by = missing_by(tilt, short_by);
     return out;
   }
-  if (solve_branch<kWithinLimits>(tilt, 1.0, seed_inner, options, out.at[0])) out.count = 1;
-  // Tangent: both branches are the same within what doubles can tell (a square root of rounding).
-  constexpr double kTangent = 1e-15;
-  if (root2 > kTangent * kTangent &&
-      solve_branch<kWithinLimits>(tilt, -1.0, seed_inner, options, out.at[out.count])) {
+  if (solve_branch<kWithinLimits>(tilt, 1.0, axis_P, seed_inner, options, out.at[0])) out.count = 1;
+  if (tilt.root2 > kTangent * kTangent &&
+      solve_branch<kWithinLimits>(tilt, -1.0, axis_P, seed_inner, options, out.at[out.count])) {
     ++out.count;
   }
   return out;
 }
 
 // The nearest reachable tilt differs by the difference of the two angles to the inner axis.
-Angle RotarySolver::missing_by(const Tilt& tilt, double short_by) const {
+Angle RotarySolver::missing_by(const Tilt<double>& tilt, double short_by) const {
   const double reach =
       std::atan2(std::abs(tilt.D), std::sqrt(std::max(0.0, sin_axes_ * sin_axes_ - tilt.D * tilt.D)));
   const double asked = std::asin(std::min(1.0, tilt.S / sin_axes_));
   return Angle::radians(std::isfinite(reach) ? std::max(std::abs(reach - asked), short_by) : short_by);
 }
 
-// The branch with ga = sign sqrt(S^2 - D^2) / |n1 x n2|^2.
 template <bool kWithinLimits>
-bool RotarySolver::solve_branch(const Tilt& tilt, double sign, double seed_inner,
+bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec3& axis_P, double seed_inner,
                                 const InverseOptions& options, RotarySolution& s) const {
-  // v |n1 x n2|^2 = al n1 + be n2 + ga m: across n1 the first term falls out, across n2 the second.
-  const double al = n1_k_ - cos_axes_ * tilt.b;
-  const double be = tilt.b - cos_axes_ * n1_k_;
-  const double ga = sign * tilt.root;
-  const Vec3 v_across_n2 = al * n1_across_n2_ + ga * m_;
-  const std::array<Turn, 2> turn = {Turn{be * n2_to_k_.y + ga * m_to_k_.y, be * n2_to_k_.x + ga * m_to_k_.x},
-                                    Turn{v_across_n2.dot(tilt.n2_x_u), v_across_n2.dot(tilt.u_across_n2)}};
+  const std::array<Turn, 2> turn = turns(tilt, sign);
   s.branch = sign > 0.0 ? 0 : 1;
   s.sines_known = tilt.sine >= kDigitTilt;
   for (std::size_t k = 0; k < 2; ++k) {
     const double length = std::sqrt(turn[k].x * turn[k].x + turn[k].y * turn[k].y);
     const bool counts = k == 0 || s.sines_known;
-    if (kWithinLimits && counts && window_[k].excludes(turn[k], length)) return false;
+    if (kWithinLimits && counts && window_[k].excludes<double>(turn[k], length)) return false;
     s.sines_known = s.sines_known && length > 0.0;
     s.sines.sin[k] = turn[k].y / length;
     s.sines.cos[k] = turn[k].x / length;
   }
   s.singular = tilt.sine < kFreeTilt;
-  s.angle[0] = wrapped(std::atan2(turn[0].y, turn[0].x));
-  s.angle[1] = s.singular ? seed_inner : wrapped(std::atan2(turn[1].y, turn[1].x));
+  const Lanes angle = lanes::atan2(Lanes{turn[0].y, turn[1].y}, Lanes{turn[0].x, turn[1].x});
+  s.angle[0] = wrapped(angle[0]);
+  s.angle[1] = s.singular ? seed_inner : wrapped(angle[1]);
   if (tilt.sine < kDigitTilt && !s.singular) {
     // C kept from before as long as the tool axis then errs by less than half a digit of the CL file.
     const Vec3 kept = rotation_about(n1_, Angle::radians(s.angle[0])) *
-                      (rotation_about(n2_, Angle::radians(seed_inner)) * tilt.u);
+                      (rotation_about(Vec3(n2_.x, n2_.y, n2_.z), Angle::radians(seed_inner)) * axis_P);
     if (angle_between(kept, kSpindle_M).rad() < options.axis_resolution) {
       s.angle[1] = seed_inner;
       s.singular = true;
     }
   }
   return true;
+}
+
+// What `solve_branch` tests, for both branches of both; the angles of the one that is left.
+RotarySolver::Only RotarySolver::solve_only(const lanes::Triple<Lanes>& axis_P) const {
+  const Tilt<Lanes> tilt = tilt_of(axis_P);
+  Only out;
+  // Neither the pole nor an axis that is only just in reach.
+  const LaneMask clear = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
+  std::array<LaneMask, 2> within{};
+  std::array<std::array<TurnOf<Lanes>, 2>, 2> turn;
+  std::array<std::array<Lanes, 2>, 2> length;
+  for (std::size_t branch = 0; branch < 2; ++branch) {
+    turn[branch] = turns(tilt, branch == 0 ? 1.0 : -1.0);
+    within[branch] = clear;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const TurnOf<Lanes>& t = turn[branch][k];
+      length[branch][k] = lanes::sqrt(t.x * t.x + t.y * t.y);
+      within[branch] &= ~window_[k].excludes<Lanes>(t, length[branch][k]);
+    }
+  }
+  out.second_branch = within[1];
+  out.only = within[0] ^ within[1];
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Lanes y = lanes::select(within[1], turn[1][k].y, turn[0][k].y);
+    const Lanes x = lanes::select(within[1], turn[1][k].x, turn[0][k].x);
+    const Lanes size = lanes::select(within[1], length[1][k], length[0][k]);
+    out.only &= size > 0.0;
+    const Lanes angle = lanes::atan2(y, x);
+    out.angle[k] = lanes::select(angle <= -kPi, Lanes{kPi, kPi}, angle);
+    out.sin[k] = y / size;
+    out.cos[k] = x / size;
+  }
+  return out;
 }
 
 RotarySolutions rotary_solutions(const Machine& machine, const Vec3& axis_P, double seed_inner,

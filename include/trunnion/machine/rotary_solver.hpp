@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 
+#include "trunnion/base/lanes.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
 namespace trunnion {
@@ -17,43 +18,60 @@ class RotarySolver {
   RotarySolutions solve_within_limits(const Vec3& axis_P, double seed_inner,
                                       const InverseOptions& options = {}) const;
 
+  /// What `solve_within_limits` finds for two tool axes of a machine with two rotary axes, where it is one
+  /// solution with C determined (`only`).
+  struct Only {
+    LaneMask only, second_branch;
+    std::array<Lanes, 2> angle, sin, cos;
+  };
+  Only solve_only(const lanes::Triple<Lanes>& axis_P) const;
+  std::size_t count() const { return count_; }
+
  private:
   /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
   /// length.
-  struct Turn {
-    double y = 0.0;
-    double x = 1.0;
+  template <class T>
+  struct TurnOf {
+    T y, x;
   };
+  using Turn = TurnOf<double>;
   /// Positions of an axis within its limits have the cosine of their way from the middle above `least`.
   struct Window {
     double sin = 0.0;
     double cos = 1.0;
     double least = -2.0;  // none
-    bool excludes(const Turn& turn, double length) const {
+    template <class T>
+    auto excludes(const TurnOf<T>& turn, const T& length) const {
       return turn.x * cos + turn.y * sin < least * length;
     }
   };
+  template <class T>
   struct Tilt;
 
+  template <class T>
+  Tilt<T> tilt_of(const lanes::Triple<T>& axis_P) const;
+  /// Turns of both axes of the branch with this sign.
+  template <class T>
+  std::array<TurnOf<T>, 2> turns(const Tilt<T>& tilt, double sign) const;
   template <bool kWithinLimits>
   RotarySolutions solve_two(const Vec3& axis_P, double seed_inner, const InverseOptions& options) const;
   template <bool kWithinLimits>
-  bool solve_branch(const Tilt& tilt, double sign, double seed_inner, const InverseOptions& options,
-                    RotarySolution& out) const;
-  Angle missing_by(const Tilt& tilt, double short_by) const;
+  bool solve_branch(const Tilt<double>& tilt, double sign, const Vec3& axis_P, double seed_inner,
+                    const InverseOptions& options, RotarySolution& out) const;
+  Angle missing_by(const Tilt<double>& tilt, double short_by) const;
 
   std::size_t count_ = 0;
-  Vec3 n1_ = Vec3::UnitX();            // outer
-  Vec3 n2_ = Vec3::UnitZ();            // inner
-  Vec3 m_ = Vec3::Zero();              // n1 x n2
-  double sin_axes_ = 0.0;              // its length
-  double cos_axes_ = 0.0;              // n1.n2
-  double n1_k_ = 0.0;                  // n1.k, k the spindle
-  double n1_k_n2_ = 0.0;               // n1.(k - n2)
-  Vec3 n1_across_n2_ = Vec3::UnitX();  // n1 - (n1.n2) n2
+  Vec3 n1_ = Vec3::UnitX();                            // outer
+  lanes::Triple<double> n2_{0.0, 0.0, 1.0};            // inner
+  lanes::Triple<double> m_{0.0, 0.0, 0.0};             // n1 x n2
+  double sin_axes_ = 0.0;                              // its length
+  double cos_axes_ = 0.0;                              // n1.n2
+  double n1_k_ = 0.0;                                  // n1.k, k the spindle
+  double n1_k_n2_ = 0.0;                               // n1.(k - n2)
+  lanes::Triple<double> n1_across_n2_{1.0, 0.0, 0.0};  // n1 - (n1.n2) n2
   // The turn about n1 of n2 and of m towards k.
-  Turn n2_to_k_;
-  Turn m_to_k_;
+  Turn n2_to_k_{0.0, 1.0};
+  Turn m_to_k_{0.0, 1.0};
   std::array<Window, 2> window_;
 };
 

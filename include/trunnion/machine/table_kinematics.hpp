@@ -23,9 +23,12 @@ class TableKinematics {
   using Sines = RotarySines;
   Sines sines(const JointVector& q) const {
     Sines s;
+    if (rotary_count_ == 0) return s;
+    // Two side by side; of a single axis twice the same.
+    const auto of = lanes::sincos(Lanes{q[rotary_[0]], q[rotary_[rotary_count_ - 1]]});
     for (std::size_t k = 0; k < rotary_count_; ++k) {
-      s.sin[k] = std::sin(q[rotary_[k]]);
-      s.cos[k] = std::cos(q[rotary_[k]]);
+      s.sin[k] = of.sin[static_cast<int>(k)];
+      s.cos[k] = of.cos[static_cast<int>(k)];
     }
     return s;
   }
@@ -40,6 +43,32 @@ class TableKinematics {
   }
   /// Turns a vector of P into M: R_MP.
   Vec3 to_machine(const Vec3& v_P, const Sines& s) const { return turn(0, turn(1, v_P, s), s); }
+
+  /// Several positions side by side, with the formulas of one: T is `double` or `Lanes`.
+  template <class T>
+  struct SinesOf {
+    std::array<T, 2> sin, cos;
+  };
+  /// False: only one at a time. Else there are two rotary axes, and the linear ones stand before them along
+  /// X, Y and Z of M, so that w is a constant and their positions.
+  bool side_by_side() const { return rotary_count_ == 2 && along_xyz_; }
+  template <class T>
+  lanes::Triple<T> linear_positions(const lanes::Triple<T>& tip_P, const SinesOf<T>& s) const {
+    const lanes::Triple<T> outer = turned(1, tip_P - constant(2), s) - constant(1);
+    return turned(0, outer, s) - constant(0);
+  }
+  template <class T>
+  lanes::Triple<T> turned(std::size_t k, const lanes::Triple<T>& v, const SinesOf<T>& s) const {
+    return turn_[k].turned(v, s.sin[k], s.cos[k]);
+  }
+  template <class T>
+  lanes::Triple<T> turned_back(std::size_t k, const lanes::Triple<T>& v, const SinesOf<T>& s) const {
+    return turn_[k].turned(v, T(-s.sin[k]), s.cos[k]);
+  }
+  /// w, b and g at zero.
+  lanes::Triple<double> constant(std::size_t slot) const {
+    return {constant_[slot].x(), constant_[slot].y(), constant_[slot].z()};
+  }
 
   /// Positions of the linear axes `linear(0)` to `linear(2)` that put the tip at `tip_P`, mm.
   Vec3 linear_positions(const Vec3& tip_P, const Sines& s) const {
