@@ -30,6 +30,18 @@ inline constexpr auto kDigitPairs = [] {
   return out;
 }();
 
+/// "0000" to "9999", for the numbers of motion blocks.
+inline constexpr auto kFourDigits = [] {
+  std::array<char, 40000> out{};
+  for (std::size_t i = 0; i < 10000; ++i) {
+    out[4 * i] = static_cast<char>('0' + i / 1000);
+    out[4 * i + 1] = static_cast<char>('0' + i / 100 % 10);
+    out[4 * i + 2] = static_cast<char>('0' + i / 10 % 10);
+    out[4 * i + 3] = static_cast<char>('0' + i % 10);
+  }
+  return out;
+}();
+
 inline char* put_pair(char* p, std::uint32_t value) {
   std::memcpy(p, &kDigitPairs[std::size_t{2} * value], 2);
   return p + 2;
@@ -40,10 +52,8 @@ inline char* put_pair(char* p, std::uint32_t value) {
 /// foresee.
 inline char* put_unsigned(char* p, std::uint32_t value) {
   if (value < 10000) {
-    std::array<char, 4> all;
-    put_pair(put_pair(all.data(), value / 100), value % 100);
     std::uint32_t digits = 0;
-    std::memcpy(&digits, all.data(), sizeof(digits));
+    std::memcpy(&digits, &kFourDigits[std::size_t{4} * value], sizeof(digits));
     const unsigned zeros = (value < 10 ? 1U : 0U) + (value < 100 ? 1U : 0U) + (value < 1000 ? 1U : 0U);
     digits >>= 8 * zeros;  // the first character is the lowest byte
     std::memcpy(p, &digits, sizeof(digits));
@@ -70,6 +80,14 @@ struct NumberStyle {
 /// `Decimals` digits of `fraction` < 10^Decimals, with leading zeros.
 template <int Decimals>
 inline char* put_fraction(char* p, std::uint32_t fraction) {
+  if constexpr (Decimals == 4) {
+    std::memcpy(p, &kFourDigits[std::size_t{4} * fraction], 4);
+    return p + 4;
+  }
+  if constexpr (Decimals == 3) {
+    std::memcpy(p, &kFourDigits[std::size_t{4} * fraction + 1], 3);
+    return p + 3;
+  }
   for (int i = Decimals - 2; i >= 0; i -= 2) {
     std::memcpy(p + i, &kDigitPairs[std::size_t{2} * (fraction % 100)], 2);
     fraction /= 100;
@@ -111,6 +129,10 @@ inline char* put_four_decimals(char* p, std::int64_t quanta) {
 
 /// As put_any_number.
 inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
+  // Feeds.
+  if (style.decimals == 3 && style.trailing_zeros && !style.plus_sign && quanta >= 0 &&
+      quanta <= kFourDecimals)
+    return put_point_number<3>(p, static_cast<std::uint64_t>(quanta));
   if (!is_four_decimals(style) || quanta > kFourDecimals || quanta < -kFourDecimals)
     return put_any_number(p, quanta, style);
   return put_four_decimals(p, quanta);

@@ -1,6 +1,7 @@
 #include "trunnion/nc/reader.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -65,6 +66,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
       }
     }
   }
+  note_plain_words();
 }
 
 void Reader::State::note_simple(const Pattern& p) {
@@ -209,8 +211,8 @@ void Reader::State::run_motion(LineMotion& m) {
     motion.feed_mode = FeedMode::per_minute;
     motion.feed = 0;
   }
-  for (std::size_t i = 0; i < kAxisLetters; ++i) {
-    if ((m.words.mask & (1U << i)) == 0) continue;
+  for (unsigned rest = m.words.mask; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const auto letter = static_cast<AxisLetter>(i);
     position.set(letter,
                  c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
@@ -232,6 +234,11 @@ void Reader::State::read_line(std::string_view text) {
   if (p == end) return;
   if (!options.raw_lines.empty() && is_raw({p, static_cast<std::size_t>(end - p)})) {
     return emit(Raw{std::string(p, end)});
+  }
+  LineMotion plain;
+  if (!ended && take_plain_motion(begin, p, end, plain)) {
+    if (parsed.has_values) parsed.clear();
+    return run_motion(plain);
   }
   parsed.clear();
   scanner.scan(begin, p, end, parsed);

@@ -72,6 +72,10 @@ class LineScanner {
 
   /// Position behind the block number (and the blanks around it).
   const char* skip_block_number(const char* p, const char* end) const;
+  /// Something else than an address word may begin with this capital letter.
+  bool begins_other(char letter) const {
+    return letter_begins_phrase_[static_cast<std::size_t>(letter - '@') & 31U];
+  }
   /// `begin` is the start of the line (for columns), [p, end) what is to be read.
   void scan(const char* begin, const char* p, const char* end, ParsedLine& out) const;
 

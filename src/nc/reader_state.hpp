@@ -16,6 +16,14 @@ namespace trunnion::nc {
 inline constexpr std::size_t kCodes = 10000;
 enum class Simple : std::uint8_t { no, silent, rapid, linear, per_minute, inverse_time };
 
+/// What a letter begins in the lines that take_plain_motion reads.
+struct PlainWord {
+  enum class Kind : std::uint8_t { other, axis, feed, code };
+  Kind kind = Kind::other;
+  AxisLetter axis = AxisLetter::X;
+  std::int8_t decimals = 0;  // of the axis' quanta
+};
+
 /// What the control knows after the text so far.
 struct Reader::State {
   State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
@@ -33,6 +41,7 @@ struct Reader::State {
   std::array<Simple, kCodes> g_codes{};
   std::array<Simple, kCodes> m_codes{};
   std::array<std::uint8_t, 32> kept_letters{};  // letter -> placeholder + 1 that later lines use
+  std::array<PlainWord, 256> plain_words{};     // of each character
 
   // Text.
   std::string carry;  // an unfinished line
@@ -83,6 +92,11 @@ struct Reader::State {
     bool named = false;  // a motion word stands in the line
   };
   bool take_axis(Word& word, std::uint8_t axis, LineMotion& m);
+  /// The words from `p` on, where they are those of a motion in the form that nearly every line has: capital
+  /// letters, plain numbers. False, with nothing but `m` touched, for any other line, right or wrong.
+  /// @param end  of the line; the character there can be read and is no part of a word
+  bool take_plain_motion(const char* begin, const char* p, const char* end, LineMotion& m);
+  void note_plain_words();
   bool take_simple(Word& word, LineMotion& m);
   void set_kind(MotionKind kind, LineMotion& m);
   void set_feed_mode(FeedMode mode);

@@ -1,4 +1,6 @@
 // What the reader takes, what it refuses, and where it says the fault is.
+#include <array>
+#include <cctype>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -43,6 +45,51 @@ TEST(Reader, TakesWordsInAnyOrderAndAnySpelling) {
   EXPECT_THAT(read("linuxcnc", "F100.0Z+2.X01G01;move\n\n  ( a comment ) \nN7 m30"),
               ElementsAre("program start  1", "comment move", "feed X 10000 Z 20000 | per min 100000",
                           "comment a comment", "program end"));
+}
+
+// Lines in capital letters have a way of their own: it takes and refuses what the other one does.
+TEST(Reader, ReadsCapitalLettersAsItReadsSmallOnes) {
+  std::mt19937_64 random(20261121);
+  const std::array<std::string, 14> pieces = {"X", "Y", "Z", "A", "C", "F",  "G",
+                                              "M", "-", ".", " ", "1", "25", "0"};
+  for (const std::string& name :
+       {std::string("linuxcnc"), std::string("fanuc_30i"), std::string("heidenhain_tnc640")}) {
+    const auto controller = test::shipped_controller(name);
+    std::size_t understood = 0;
+    for (int i = 0; i < 500; ++i) {
+      std::string line = name == "heidenhain_tnc640" ? "L X+1. F100. "
+                         : i % 2 == 0                ? "G1 F100. "
+                                                     : "G94 G1 X1. F30. ";
+      for (int n = 0; n < 8; ++n) {
+        line += pieces[random() % 5];
+        for (std::size_t k = random() % 8 == 0 ? 2 : 0; k > 0; --k) line += pieces[5 + random() % 9];
+        line += std::to_string(random() % 1000) +
+                (random() % 8 != 0 ? "." + std::to_string(random() % 2000) : "");
+        if (random() % 3 == 0) break;
+      }
+      std::string small = line;
+      for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      const auto outcome = [&](const std::string& text) {
+        Diagnostics diagnostics;
+        const auto blocks = nc::read_program(controller, text + "\n", "p.nc", diagnostics);
+        std::vector<std::string> out;
+        for (const auto& f : diagnostics.findings()) {
+          std::string found = f.text();
+          for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+          out.push_back(found);
+        }
+        std::vector<std::string> motions;
+        nc::Reader reader(controller, "p.nc", diagnostics,
+                          [&](const nc::Block& block) { motions.push_back(to_text(block)); });
+        reader.feed(text + "\n");
+        if (motions.size() > 1) ++understood;
+        out.insert(out.end(), motions.begin(), motions.end());
+        return out;
+      };
+      EXPECT_EQ(outcome(line), outcome(small)) << name << ": " << line;
+    }
+    EXPECT_GT(understood, 20U) << name;
+  }
 }
 
 TEST(Reader, ResolvesTheFeedMode) {
