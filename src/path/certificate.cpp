@@ -189,14 +189,15 @@ Station station(const TableKinematics& kinematics, const JointVector& q,
   s.q = q;
   s.sines = sines;
   s.w = kinematics.w(q);
-  const Vec3 b = kinematics.b(q);
-  const Vec3 g = kinematics.g(q);
-  const Vec3 inner = kinematics.turn_back(0, s.w, s.sines) + b;
-  s.tip_P = kinematics.turn_back(1, inner, s.sines) + g;
-  s.axis_P = kinematics.axis_P(s.sines);
-  s.arm2_outer = kinematics.direction(0).cross(s.w).squaredNorm();
-  s.arm2_inner = kinematics.direction(1).cross(inner).squaredNorm();
-  s.size_mm = s.w.lpNorm<1>() + b.lpNorm<1>() + g.lpNorm<1>();
+  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
+  const auto vector = [](const lanes::Triple<double>& v) { return Vec3(v.x, v.y, v.z); };
+  const StationOf<double> of(kinematics, triple(s.w), triple(kinematics.b(q)), triple(kinematics.g(q)),
+                             {sines.sin, sines.cos});
+  s.tip_P = vector(of.tip_P);
+  s.axis_P = vector(of.axis_P);
+  s.arm2_outer = of.arm2_outer;
+  s.arm2_inner = of.arm2_inner;
+  s.size_mm = of.size_mm;
   return s;
 }
 
@@ -212,7 +213,7 @@ Bound Certifier::tip(const Station& a, const Station& b, const Reference& refere
                      double floor_mm) const {
   const double rounding = tip_rounding(kinematics_, a, b);
   const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
-  const double upper = parabola.largest() + beyond_parabola(PieceNorms(kinematics_, a, b).M3()) + rounding;
+  const double upper = parabola.largest() + beyond_parabola(piece_norms(kinematics_, a, b).M3()) + rounding;
   const double lower = std::max(0.0, std::sqrt(parabola.largest_sample2()) - rounding);
   // Where the figure itself is wanted it may as well be sharp.
   constexpr double kShareOfSlack = 0.1;
@@ -234,7 +235,7 @@ Bound Certifier::axis(const Station& a, const Station& b, const Reference& refer
 }
 
 double Certifier::bow_from_norms(const Station& a, const Station& b) const {
-  return PieceNorms(kinematics_, a, b).M2() / 8.0 + tip_rounding(kinematics_, a, b);
+  return piece_norms(kinematics_, a, b).M2() / 8.0 + tip_rounding(kinematics_, a, b);
 }
 
 double Certifier::bow_from_cubic(const Station& a, const Station& b) const {
@@ -244,14 +245,14 @@ double Certifier::bow_from_cubic(const Station& a, const Station& b) const {
 double Certifier::distance_from_parabola(const Station& a, const Station& b,
                                          const Reference& reference) const {
   const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
-  return parabola.largest() + beyond_parabola(PieceNorms(kinematics_, a, b).M3()) +
+  return parabola.largest() + beyond_parabola(piece_norms(kinematics_, a, b).M3()) +
          tip_rounding(kinematics_, a, b);
 }
 
 Within Certifier::tip_within(const Station& a, const Station& b, const Reference& reference,
                              double tolerance_mm) const {
   const double rounding = tip_rounding(kinematics_, a, b);
-  const PieceNorms norms(kinematics_, a, b);
+  const NormsOf<double> norms = piece_norms(kinematics_, a, b);
   // The chord of the piece is no farther from the segment (a convex set) than its ends are, and these no
   // farther than from the segment's ends: nearly always the two are the same.
   const double ends2 =

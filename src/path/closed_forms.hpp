@@ -5,51 +5,28 @@
 
 #include "path/convex.hpp"
 #include "path/expansion.hpp"
+#include "path/side_by_side.hpp"
 
 namespace trunnion::path {
 
 // Closed forms of the certificate, in the order of their cost (README of this layer, "The certificate"). All
 // bounds are proved for exact arithmetic; `rounding` covers the doubles.
 
-/// Rounding of one evaluation of the chain in doubles: a few units in the last place of every coordinate in
-/// it, the angles times the arm included.
-inline constexpr double kUnitsInTheLastPlace = 32.0 * std::numeric_limits<double>::epsilon();
-
-/// The same for the distances of the tip on a piece, mm.
+/// Rounding of the distances of the tip on a piece, mm.
 inline double tip_rounding(const TableKinematics& k, const Station& a, const Station& b) {
-  const double turn = 1.0 + std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
-                      std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1));
-  return kUnitsInTheLastPlace * (a.size_mm + b.size_mm) * turn;
+  const double angles = std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) + std::abs(k.angle(a.q, 1)) +
+                        std::abs(k.angle(b.q, 1));
+  return tip_rounding(a.size_mm + b.size_mm, angles);
 }
 
-/// Bounds on the derivatives of the tip over a piece from norms: turns, arms at the ends and the way of the
-/// linear axes; no sine, no direction.
-class PieceNorms {
- public:
-  PieceNorms(const TableKinematics& k, const Station& a, const Station& b)
-      : al_(std::abs(k.angle(b.q, 0) - k.angle(a.q, 0))), ga_(std::abs(k.angle(b.q, 1) - k.angle(a.q, 1))) {
-    // Along a straight w the arm is largest at an end; a turn about n0 does not change it.
-    const double rho = std::sqrt(std::max(a.arm2_outer, b.arm2_outer));
-    D_ = (b.w - a.w).norm();
-    const double slope = k.linear_axes_first() ? D_ : D_ + (k.b(b.q) - k.b(a.q)).norm();
-    al_rho_ = al_ * rho;
-    U1_ = slope + al_rho_;
-    U2_ = al_ * (2.0 * D_ + al_rho_);
-    sig_ = std::sqrt(std::max(a.arm2_inner, b.arm2_inner)) + U2_ / 8.0;
-  }
-  /// max |p''|
-  double M2() const { return ga_ * (ga_ * sig_ + 2.0 * U1_) + U2_; }
-  /// max |p'''|
-  double M3() const {
-    const double U3 = al_ * al_ * (3.0 * D_ + al_rho_);
-    return ga_ * (ga_ * (ga_ * sig_ + 3.0 * U1_) + 3.0 * U2_) + U3;
-  }
-
- private:
-  double al_, ga_;  // turns of the outer and the inner axis
-  double D_ = 0.0;  // way of what the outer axis turns
-  double al_rho_ = 0.0, U1_ = 0.0, U2_ = 0.0, sig_ = 0.0;
-};
+/// NormsOf of the piece between two stations.
+inline NormsOf<double> piece_norms(const TableKinematics& k, const Station& a, const Station& b) {
+  const double way = (b.w - a.w).norm();
+  const double slope = k.linear_axes_first() ? way : way + (k.b(b.q) - k.b(a.q)).norm();
+  return {
+      std::abs(k.angle(b.q, 0) - k.angle(a.q, 0)), std::abs(k.angle(b.q, 1) - k.angle(a.q, 1)), way, slope,
+      std::max(a.arm2_outer, b.arm2_outer),        std::max(a.arm2_inner, b.arm2_inner)};
+}
 
 /// Where the tip is in the middle of a piece, without a new sine.
 inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station& b) {

@@ -13,6 +13,15 @@ constexpr double kDefaultRotaryRate_rad_s = 9000.0 * kRadPerDegree / kSecondsPer
 // Mild preference for the middle of the travel, far below the cost of any motion: it decides ties only.
 constexpr double kCentreWeight_s = 1e-6;
 
+// An angle that misses a limit by its own rounding is at it.
+constexpr double kAtLimit = 1e-12;
+
+// Nearly always one turn is within the limits, and no other.
+bool is_only_turn(const Axis& axis, double angle) {
+  return axis.within_limits(angle) && angle - kTwoPi < axis.min - kAtLimit &&
+         angle + kTwoPi > axis.max + kAtLimit;
+}
+
 }  // namespace
 
 double seconds_per_unit(const Axis& axis) {
@@ -25,10 +34,7 @@ std::size_t turns_within(const Axis& axis, double angle, double near, std::array
     out[0] = *nearest_turn(axis, angle, near);
     return 1;
   }
-  constexpr double kAtLimit = 1e-12;
-  // Nearly always one turn is within the limits, and no other.
-  if (axis.within_limits(angle) && angle - kTwoPi < axis.min - kAtLimit &&
-      angle + kTwoPi > axis.max + kAtLimit) {
+  if (is_only_turn(axis, angle)) {
     out[0] = angle;
     return 1;
   }
@@ -66,7 +72,6 @@ void GlobalChoice::start(const JointVector& seed, std::size_t count) {
   axis_before_ = kinematics_.axis_P(kinematics_.sines(seed));
   traces_.clear();
   first_.clear();
-  traces_.reserve(count);
   first_.reserve(count);
   Layer& layer = layers_[now_];
   layer.count = 1;
@@ -268,24 +273,107 @@ bool GlobalChoice::add(const ChoicePoint& point) {
   return true;
 }
 
-void GlobalChoice::take(std::vector<ChosenPoint>& out) const {
+void GlobalChoice::look_ahead(std::span<const ChoicePoint> points) {
+  for (std::size_t i = 0; i < points.size(); i += 2) {
+    // An odd last one stands for two.
+    const std::array<const ToolPose*, 2> pose = {&points[i].pose,
+                                                 &points[std::min(i + 1, points.size() - 1)].pose};
+    const auto side_by_side = [&](const auto& of) {
+      const Vec3& a = of(*pose[0]);
+      const Vec3& b = of(*pose[1]);
+      return lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
+    };
+    const RotarySolver::Only solved =
+        solver_.solve_only(side_by_side([](const ToolPose& p) -> const Vec3& { return p.axis_P; }));
+    const auto linear =
+        kinematics_.linear_positions(side_by_side([](const ToolPose& p) -> const Vec3& { return p.tip_P; }),
+                                     TableKinematics::SinesOf<Lanes>{solved.sin, solved.cos});
+    for (std::size_t lane = 0; lane < std::min<std::size_t>(2, points.size() - i); ++lane) {
+      Only& only = ahead_[i + lane];
+      only.known = solved.only[lane] != 0;
+      only.branch = solved.second_branch[lane] != 0 ? 1 : 0;
+      only.angle = {solved.angle[0][lane], solved.angle[1][lane]};
+      only.sines = {{solved.sin[0][lane], solved.sin[1][lane]}, {solved.cos[0][lane], solved.cos[1][lane]}};
+      only.linear = {linear.x[lane], linear.y[lane], linear.z[lane]};
+    }
+  }
+}
+
+// Of an axis' position, where no other whole turn is within its limits.
+std::optional<double> GlobalChoice::only_turn(std::size_t k, double angle, double near) const {
+  const Axis& axis = *rotary_axis_[k];
+  if (!axis.has_limits()) return std::abs(near - angle) < kPi ? angle : *nearest_turn(axis, angle, near);
+  if (is_only_turn(axis, angle)) return angle;
+  return std::nullopt;
+}
+
+bool GlobalChoice::add_only(const ChoicePoint& point, const Only& only, ChosenPoint& out) {
+  const Layer& before = layers_[now_];
+  if (!only.known || before.count != 1) return false;
+  const Candidate& from = before.at[0];
+  Layer& after = layers_[1 - now_];
+  Candidate& next = after.at[0];
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto turn = only_turn(k, only.angle[k], from.angle[k]);
+    if (!turn) return false;
+    next.angle[k] = *turn;
+  }
+  next.linear = only.linear;
+  next.sines = only.sines;
+  next.branch = only.branch;
+  next.singular = false;
+  next.reconfigure = reconfigures(point, from, next);
+  next.from = 0;
+  next.cost = 0.0;
+  after.count = 1;
+  now_ = 1 - now_;
+  axis_before_ = point.pose.axis_P;
+  put({next.angle, next.linear, next.sines, 0, next.branch, false, next.reconfigure}, out);
+  return true;
+}
+
+void GlobalChoice::put(const Trace& trace, ChosenPoint& out) const {
+  out.q = out.q_leave = joints(trace.angle, trace.linear);
+  out.branch = trace.branch;
+  out.singular = trace.singular;
+  out.reconfigure = trace.reconfigure;
+  out.sines = {trace.sines, trace.angle};
+}
+
+void GlobalChoice::take(std::span<ChosenPoint> out) const {
   const Layer& end = layers_[now_];
   std::size_t best = 0;
   for (std::size_t c = 1; c < end.count; ++c) {
     if (end.at[c].cost < end.at[best].cost) best = c;
   }
-  const std::size_t begin = out.size();
-  out.resize(begin + first_.size());
   for (std::size_t i = first_.size(); i-- > 0;) {
+    if (first_[i] == kNoTrace) {
+      best = 0;
+      continue;
+    }
     const Trace& t = traces_[first_[i] + best];
-    ChosenPoint& chosen = out[begin + i];
-    chosen.q = joints(t.angle, t.linear);
-    chosen.branch = t.branch;
-    chosen.singular = t.singular;
-    chosen.reconfigure = t.reconfigure;
-    chosen.sines = {t.sines, t.angle};
+    put(t, out[i]);
     best = t.from;
   }
+}
+
+const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, const JointVector& seed,
+                                        std::vector<ChosenPoint>& out) {
+  const std::size_t begin = out.size();
+  out.resize(begin + points.size());
+  start(seed, points.size());
+  const bool looks = kinematics_.side_by_side();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (looks && i % kAhead == 0) look_ahead(points.subspan(i, std::min(kAhead, points.size() - i)));
+    if (looks && add_only(points[i], ahead_[i % kAhead], out[begin + i])) {
+      first_.push_back(kNoTrace);
+    } else if (!add(points[i])) {
+      out.resize(begin);
+      return &points[i];
+    }
+  }
+  take(std::span(out).subspan(begin));
+  return nullptr;
 }
 
 }  // namespace trunnion::path

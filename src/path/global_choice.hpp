@@ -1,5 +1,7 @@
 #pragma once
 #include <array>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "trunnion/machine/rotary_solver.hpp"
@@ -22,12 +24,9 @@ class GlobalChoice {
  public:
   GlobalChoice(const Machine& machine, const ChoiceOptions& options);
 
-  /// `count`: of the points that will come, for the memory.
-  void start(const JointVector& seed, std::size_t count);
-  /// False when nothing reaches the point.
-  bool add(const ChoicePoint& point);
-  /// Walks back from the cheapest end and appends one ChosenPoint (without q_leave) per point.
-  void take(std::vector<ChosenPoint>& out) const;
+  /// Appends one ChosenPoint for each point to `out`. Gives the first point that nothing reaches, or none.
+  const ChoicePoint* choose(std::span<const ChoicePoint> points, const JointVector& seed,
+                            std::vector<ChosenPoint>& out);
 
  private:
   static constexpr std::size_t kMaxCandidates = 16;
@@ -65,12 +64,31 @@ class GlobalChoice {
     bool follows_seed = false;         // C may be the seed's: at the pole
   };
 
+  /// A point that one solution reaches, as far as it can be told without the points before.
+  struct Only {
+    bool known = false;
+    std::uint8_t branch = 0;
+    std::array<double, 2> angle;
+    RotarySines sines;
+    Vec3 linear;
+  };
+  static constexpr std::size_t kAhead = 64;
+
+  void start(const JointVector& seed, std::size_t count);
+  void look_ahead(std::span<const ChoicePoint> points);
+  /// The next point, where one position came before and one reaches it; false where that is not so.
+  bool add_only(const ChoicePoint& point, const Only& only, ChosenPoint& out);
+  bool add(const ChoicePoint& point);
+  /// Walks back from the cheapest end through the points that `add` took.
+  void take(std::span<ChosenPoint> out) const;
+  void put(const Trace& trace, ChosenPoint& out) const;
   void solve(const ToolPose& pose, const Candidate& seed);
   void candidates(const Candidate& seed, Layer& out) const;
   void add_turns(std::size_t solution, const Candidate& seed, Layer& out) const;
   void reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate);
   double step_cost(const Candidate& a, const Candidate& b) const;
   double centre_preference(const Candidate& c) const;
+  std::optional<double> only_turn(std::size_t k, double angle, double near) const;
   bool same_position(const Candidate& a, const Candidate& b) const;
   bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
   bool way_within_limits(const Candidate& a, const Vec3& axis_b_P) const;
@@ -96,8 +114,10 @@ class GlobalChoice {
   std::size_t now_ = 0;  // layer of the last point
   Solved solved_;
   Layer reached_;
+  std::array<Only, kAhead> ahead_;
+  static constexpr std::uint32_t kNoTrace = 0xffffffff;
   std::vector<Trace> traces_;
-  std::vector<std::uint32_t> first_;  // index of each point's first trace
+  std::vector<std::uint32_t> first_;  // index of each point's first trace; kNoTrace: add_only took it
 };
 
 }  // namespace trunnion::path

@@ -53,6 +53,13 @@ SegmentReport Refiner::decide(const Point& a, const Point& b, const Tolerance& t
   return work_->segment.decide(work_->ends(a, b, sines_b), tolerance, known_mm, out);
 }
 
+bool Refiner::bounds_decide() const {
+  return work_->segment.predictor_is_below_truth();
+}
+SegmentReport Refiner::kept() const {
+  return work_->segment.kept();
+}
+
 SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& tolerance) {
   return work_->segment.measure(work_->ends(a, b), tolerance);
 }

@@ -81,7 +81,7 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   const double ends = std::max(off(a.tip_P), off(b.tip_P));
   if (ends > tolerance_.tip_mm) return Verdict::beyond;
   if (axis_surely_within(a, b)) {
-    const PieceNorms norms(kinematics(), a, b);
+    const NormsOf<double> norms = piece_norms(kinematics(), a, b);
     const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
     if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
     const Vec3 middle_P = middle_tip(kinematics(), a, b);
@@ -113,11 +113,10 @@ bool SegmentRefiner::axis_surely_within(const Station& a, const Station& b) cons
 
 SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& tolerance, double known_mm,
                                      std::vector<Point>& out) {
-  SegmentReport report;
-  report.certified = options_.certify;
+  SegmentReport report = kept();
   const Station& a = *ends.at_a;
   const Station& b = *ends.at_b;
-  const PieceNorms norms(kinematics(), a, b);
+  const NormsOf<double> norms = piece_norms(kinematics(), a, b);
   const double rounding = tip_rounding(kinematics(), a, b);
   const double bow = norms.M2() / 8.0 + rounding;
   // Any point of the reference is at least as far as the nearest one: its ends serve.

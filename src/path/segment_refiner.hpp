@@ -33,6 +33,14 @@ class SegmentRefiner {
   SegmentReport decide(const SegmentEnds& ends, const Tolerance& tolerance, double known_mm,
                        std::vector<Point>& out);
 
+  bool predictor_is_below_truth() const { return predictor_is_below_truth_; }
+  /// Report of a segment that `decide` has only to look at.
+  SegmentReport kept() const {
+    SegmentReport report;
+    report.certified = options_.certify;
+    return report;
+  }
+
   /// How the segment bends, in cells along its ideal path (nodes on the chord and the great circle).
   const Spacing& spacing_of(const SegmentEnds& ends, const Tolerance& tolerance);
   /// What the tolerance leaves for the bow when the words are rounded, mm.

@@ -122,11 +122,8 @@ struct Run {
 Result<void> choose_global(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
                            std::vector<ChosenPoint>& out) {
   GlobalChoice choice(run.machine, run.options);
-  choice.start(seed, points.size());
-  for (const ChoicePoint& point : points) {
-    if (!choice.add(point)) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
-  }
-  choice.take(out);
+  if (const ChoicePoint* lost = choice.choose(points, seed, out))
+    return tl::unexpected(unreachable(run.machine, *lost, run.options, run.cl_file));
   return {};
 }
 
@@ -192,7 +189,6 @@ void settle_pole(const Run& run, std::span<const ChoicePoint> points, std::span<
 
 void settle_poles(const Run& run, std::span<const ChoicePoint> points, std::span<ChosenPoint> chosen,
                   ChoiceSummary& summary) {
-  for (ChosenPoint& c : chosen) c.q_leave = c.q;
   if (run.chooser.rotary().size() < 2) return;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (!chosen[i].singular) continue;

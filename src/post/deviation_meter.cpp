@@ -51,6 +51,11 @@ ToolPose DeviationMeter::pose(const MachineState& state, const RotarySines& sine
 
 void DeviationMeter::place(Vertex& vertex, const JointVector& to, const ProgramState& program) const {
   vertex.station = path::station(kinematics(), vertex.q);
+  place_at_station(vertex, to, program);
+}
+
+void DeviationMeter::place_at_station(Vertex& vertex, const JointVector& to,
+                                      const ProgramState& program) const {
   if (certify_) {
     vertex.tip_P = vertex.station.tip_P;
     vertex.axis_P = vertex.station.axis_P;
@@ -73,11 +78,9 @@ JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double
 
 Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                                        const ProgramState& program) const {
-  const auto at = [&](double t) {
-    Vertex x = to;
+  const auto put = [&](Vertex& x, double t) {
     x.q = between(from, to, t);
     place(x, to.q, program);
-    return x;
   };
   // The tip decides, and where it stands still the tool axis: a heavier axis would pull the place along the
   // path, away from where the tip is nearest. mm per rad.
@@ -87,8 +90,8 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
   constexpr int kMostSteps = 8;
   constexpr double kEnough = 1e-8;     // of the block: what a minimum can be told by
   constexpr double kEnough_mm = 1e-6;  // of the way: wherever the block is divided, the bounds hold
-  Vertex before = from;
   Vertex x = to;
+  ToolPose before{from.tip_P, from.axis_P};
   double t_before = 0.0;
   double t = 1.0;
   for (int i = 0; i < kMostSteps; ++i) {
@@ -102,18 +105,20 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
     const double next = std::clamp(t + step, 0.0, 1.0);
     const double moves = std::abs(next - t);
     if (moves <= kEnough || moves * moves * slope2 <= kEnough_mm * kEnough_mm) return x;
-    before = std::exchange(x, at(next));
+    before = {x.tip_P, x.axis_P};
     t_before = std::exchange(t, next);
+    put(x, next);
   }
   // On a nearly straight piece the distance has one minimum, and its square is nearly a parabola.
   constexpr int kBits = 26;  // half the digits of a double
   std::uintmax_t most = 64;
   const auto distance2 = [&](double place) {
-    const Vertex v = at(place);
-    const double turned_mm = kAxisBesideTip_mm * angle_between(v.axis_P, corner.axis_P).rad();
-    return (v.tip_P - corner.tip_P).squaredNorm() + turned_mm * turned_mm;
+    put(x, place);
+    const double turned_mm = kAxisBesideTip_mm * angle_between(x.axis_P, corner.axis_P).rad();
+    return (x.tip_P - corner.tip_P).squaredNorm() + turned_mm * turned_mm;
   };
-  return at(boost::math::tools::brent_find_minima(distance2, 0.0, 1.0, kBits, most).first);
+  put(x, boost::math::tools::brent_find_minima(distance2, 0.0, 1.0, kBits, most).first);
+  return x;
 }
 
 DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,

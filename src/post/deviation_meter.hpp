@@ -105,6 +105,8 @@ class DeviationMeter {
 
   /// Fills in where the tool stands at `vertex.q`, on the way to `to`.
   void place(Vertex& vertex, const JointVector& to, const ProgramState& program) const;
+  /// The same where its station is there already.
+  void place_at_station(Vertex& vertex, const JointVector& to, const ProgramState& program) const;
   /// The position between two vertices of a block that comes nearest to a CL point.
   Vertex nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                          const ProgramState& program) const;

@@ -275,6 +275,10 @@ void Pipeline::moved(const JointVector& q, double seconds) {
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
+  if (!compensator_ && !offsets_ && !in_part()) {
+    check_limits(point, q);
+    return q;
+  }
   if (loses_motion_) hold_idle_turns(q);
   Vec3 tip_P = point.tip_P + point.beside_P;
   // The grid of a plane's words is not that of the joints.
@@ -299,12 +303,12 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     if (found->held) {
       diagnostics_.warning_once("table range", job_.cl_file, point.where, compensator_->range_message(at));
     }
-    double correction = 0.0;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-      if (machine_.axes[id].kind == AxisKind::linear)
-        correction = std::hypot(correction, found->q[id] - q[id]);
+    double correction2 = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double by = found->q[kinematics_.linear(i)] - q[kinematics_.linear(i)];
+      correction2 += by * by;
     }
-    report_.largest_correction_mm = std::max(report_.largest_correction_mm, correction);
+    report_.largest_correction_mm = std::max(report_.largest_correction_mm, std::sqrt(correction2));
     report_.largest_error_mm = std::max(report_.largest_error_mm, found->before_mm);
     q = found->q;
     round_joints(q);

@@ -1,4 +1,5 @@
 #pragma once
+#include "trunnion/path/grid_run.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "post/chunk.hpp"
@@ -17,10 +18,13 @@ class Preparer {
   void prepare(Chunk& chunk);
 
  private:
+  void place(Chunk& chunk);
+  void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance, bool judged);
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;
-  std::vector<TableKinematics::Sines> sines_;  // of the chunk's points
+  path::GridRun grid_;                         // where the machine allows it
+  std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
   double known_mm_ = 0.0;
   bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare

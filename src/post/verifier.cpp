@@ -34,6 +34,7 @@ void Verifier::text(std::string_view piece) {
 void Verifier::share_text_with(Verifier& other) {
   state_->follower = other.state_.get();
   other.state_->follows = true;
+  other.state_->leader = state_.get();
 }
 
 Result<VerifyReport> Verifier::finish() {

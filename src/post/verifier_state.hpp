@@ -82,7 +82,7 @@ struct Verifier::State {
   }
 
   void take(const nc::Block& block) {
-    if (const auto* motion = std::get_if<nc::Motion>(&block)) take(*motion, nullptr);
+    if (const auto* motion = std::get_if<nc::Motion>(&block)) return take(*motion, nullptr);
     if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
     if (const auto* arc = std::get_if<nc::Arc>(&block)) take(*arc);
     if (const auto* hole = std::get_if<nc::Hole>(&block)) take(*hole);
@@ -235,7 +235,8 @@ struct Verifier::State {
     Vertex& v = *present;
     static_cast<BlockEnd&>(v) = end;
     check_limits(v);
-    meter.place(v, v.q, program);
+    v.station = station_of(v.q);
+    meter.place_at_station(v, v.q, program);
     if (have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
     if (!started) {
       start(v);
@@ -250,6 +251,13 @@ struct Verifier::State {
     elapse(seconds);
     std::swap(previous, present);
     have_previous = true;
+  }
+
+  /// Of the nominal machine. Who reads the same text has mostly asked for the same place just before.
+  const path::Station& station_of(const JointVector& q) {
+    if (leader != nullptr && leader->have_previous && leader->previous->station.q == q)
+      return leader->previous->station;
+    return own_station = path::station(meter.kinematics(), q);
   }
 
   void elapse(double seconds) {
@@ -454,8 +462,10 @@ struct Verifier::State {
   double block_axis_rad = 0.0;
   bool block_proved = true;
   VerifyReport report;
-  State* follower = nullptr;  // takes the blocks that `reader` reads, too
-  bool follows = false;       // takes those of another one's
+  path::Station own_station;
+  State* follower = nullptr;      // takes the blocks that `reader` reads, too
+  const State* leader = nullptr;  // whose follower this one is
+  bool follows = false;           // takes those of another one's
   nc::Reader reader;
 };
 

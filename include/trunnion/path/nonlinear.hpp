@@ -78,6 +78,10 @@ class Refiner {
   /// `sines_b`: of the rotary positions of `b`, where they are known.
   SegmentReport decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
                        std::vector<Point>& out, const TableKinematics::Sines* sines_b = nullptr);
+  /// The first bounds of `decide` settle what they can: no predictor is asked what it thinks of such a
+  /// segment. Then its report is `kept`.
+  bool bounds_decide() const;
+  SegmentReport kept() const;
   /// The segment as it stands, nothing inserted.
   SegmentReport measure(const Point& a, const Point& b, const Tolerance& tolerance);
 

@@ -1,0 +1,95 @@
+#include "trunnion/path/grid_run.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/path/certificate.hpp"
+
+#include "support/machines.hpp"
+
+namespace trunnion::path {
+namespace {
+
+struct Walk {
+  std::vector<Point> points;
+  std::vector<ChosenPoint> chosen;
+};
+
+// A random walk of joint positions; some sines are not known.
+Walk random_walk(const Machine& machine, const TableKinematics& kinematics, std::mt19937_64& random,
+                 std::size_t count) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  Walk run;
+  JointVector q;
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    q[id] = u(random) * (machine.axes[id].kind == AxisKind::rotary ? 1.5 : 100.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double step = std::exp(4.0 * u(random) - 3.5);
+    for (AxisId id = 0; id < machine.axes.size(); ++id)
+      q[id] += step * u(random) * (machine.axes[id].kind == AxisKind::rotary ? 0.05 : 1.0);
+    const ToolPose pose = kinematics.pose(q);
+    Point point;
+    point.q = q;
+    point.tip_P = pose.tip_P;
+    point.axis_P = pose.axis_P;
+    run.points.push_back(point);
+    ChosenPoint chosen;
+    chosen.q = chosen.q_leave = q;
+    if (i % 7 != 3) chosen.sines = {kinematics.sines(q), {q[kinematics.rotary(0)], q[kinematics.rotary(1)]}};
+    run.chosen.push_back(chosen);
+  }
+  return run;
+}
+
+// Two at a time: the bits of one. A segment that is said to keep is one that the proof lets through, and its
+// bow is the bound from norms.
+TEST(GridRun, GivesWhatOnePointAtATimeGives) {
+  std::mt19937_64 random(20261121);
+  std::size_t kept = 0;
+  std::size_t left = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const TableKinematics kinematics(machine, machine.tool_vector());
+    if (!kinematics.side_by_side()) continue;
+    JointVector quantum;
+    for (AxisId id = 0; id < machine.axes.size(); ++id)
+      quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
+    const Rounding rounding = Rounding::of(machine, machine.tool_vector(), quantum);
+    const Certifier certifier(kinematics);
+    const Tolerance tolerance{0.005, Angle::degrees(0.05)};
+    GridRun grid(kinematics, rounding);
+    for (const std::size_t count : {1U, 2U, 37U, 500U}) {
+      Walk run = random_walk(machine, kinematics, random, count + 1);
+      Point before = run.points.front();
+      round_to_words(kinematics, rounding, before.tip_P, before.q);
+      std::vector<Point> points(run.points.begin() + 1, run.points.end());
+      const std::vector<ChosenPoint> chosen(run.chosen.begin() + 1, run.chosen.end());
+      grid.place(&before, points, chosen);
+      grid.judge(tolerance);
+      Station from = station(kinematics, before.q);
+      for (std::size_t i = 0; i < count; ++i) {
+        JointVector q = chosen[i].q;
+        const RotarySines sines = round_to_words(kinematics, rounding, points[i].tip_P, q, chosen[i].sines);
+        ASSERT_EQ(points[i].q, q) << name << ' ' << i;
+        EXPECT_EQ(grid.sines(i).sin, sines.sin);
+        EXPECT_EQ(grid.sines(i).cos, sines.cos);
+        const Station to = station(kinematics, q, sines);
+        const Point& a = i == 0 ? before : points[i - 1];
+        const Reference reference{a.tip_P, points[i].tip_P, a.axis_P, points[i].axis_P};
+        EXPECT_DOUBLE_EQ(grid.bow_mm(i), certifier.bow_from_norms(from, to));
+        if (grid.keeps(i)) {
+          EXPECT_EQ(certifier.tip_within(from, to, reference, tolerance.tip_mm), Within::yes);
+          EXPECT_EQ(certifier.axis_within(from, to, reference, tolerance.axis), Within::yes);
+        }
+        ++(grid.keeps(i) ? kept : left);
+        from = to;
+      }
+    }
+  }
+  EXPECT_GT(kept, 100U);
+  EXPECT_GT(left, 100U);
+}
+
+}  // namespace
+}  // namespace trunnion::path
