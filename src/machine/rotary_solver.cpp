@@ -185,35 +185,27 @@ bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec
   return true;
 }
 
-// What `solve_branch` tests, for both branches of both; the angles of the one that is left.
-RotarySolver::Only RotarySolver::solve_only(const lanes::Triple<Lanes>& axis_P) const {
+// What `solve_branch` tests; angles of the branches that at least one of the two can have.
+RotarySolver::Pair RotarySolver::solve_pair(const lanes::Triple<Lanes>& axis_P) const {
   const Tilt<Lanes> tilt = tilt_of(axis_P);
-  Only out;
-  // Neither the pole nor an axis that is only just in reach.
-  const LaneMask clear = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
-  std::array<LaneMask, 2> within{};
-  std::array<std::array<TurnOf<Lanes>, 2>, 2> turn;
-  std::array<std::array<Lanes, 2>, 2> length;
+  Pair out;
+  out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
   for (std::size_t branch = 0; branch < 2; ++branch) {
-    turn[branch] = turns(tilt, branch == 0 ? 1.0 : -1.0);
-    within[branch] = clear;
+    const std::array<TurnOf<Lanes>, 2> turn = turns(tilt, branch == 0 ? 1.0 : -1.0);
+    out.within[branch] = ~LaneMask{};
+    std::array<Lanes, 2> length;
     for (std::size_t k = 0; k < 2; ++k) {
-      const TurnOf<Lanes>& t = turn[branch][k];
-      length[branch][k] = lanes::sqrt(t.x * t.x + t.y * t.y);
-      within[branch] &= ~window_[k].excludes<Lanes>(t, length[branch][k]);
+      length[k] = lanes::sqrt(turn[k].x * turn[k].x + turn[k].y * turn[k].y);
+      out.known &= length[k] > 0.0;
+      out.within[branch] &= ~window_[k].excludes<Lanes>(turn[k], length[k]);
     }
-  }
-  out.second_branch = within[1];
-  out.only = within[0] ^ within[1];
-  for (std::size_t k = 0; k < 2; ++k) {
-    const Lanes y = lanes::select(within[1], turn[1][k].y, turn[0][k].y);
-    const Lanes x = lanes::select(within[1], turn[1][k].x, turn[0][k].x);
-    const Lanes size = lanes::select(within[1], length[1][k], length[0][k]);
-    out.only &= size > 0.0;
-    const Lanes angle = lanes::atan2(y, x);
-    out.angle[k] = lanes::select(angle <= -kPi, Lanes{kPi, kPi}, angle);
-    out.sin[k] = y / size;
-    out.cos[k] = x / size;
+    if (!lanes::any(out.within[branch])) continue;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Lanes angle = lanes::atan2(turn[k].y, turn[k].x);
+      out.angle[branch][k] = lanes::select(angle <= -kPi, Lanes{kPi, kPi}, angle);
+      out.sin[branch][k] = turn[k].y / length[k];
+      out.cos[branch][k] = turn[k].x / length[k];
+    }
   }
   return out;
 }

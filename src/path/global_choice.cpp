@@ -212,41 +212,70 @@ void GlobalChoice::add_turns(std::size_t solution, const Candidate& seed, Layer&
   }
 }
 
-// The best way into `candidate` of the present point, so far.
-void GlobalChoice::reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate) {
-  const Candidate& from = layers_[now_].at[predecessor];
-  Layer& after = layers_[1 - now_];
-  // The same position reached from another predecessor: keep the cheaper one.
-  Candidate* slot = nullptr;
-  for (std::size_t k = 0; k < after.count && slot == nullptr; ++k) {
-    if (same_position(after.at[k], candidate)) slot = &after.at[k];
-  }
-  const double way = from.cost + step_cost(from, candidate);
-  const double preference = centre_preference(candidate);
-  // A reconfiguration makes it no cheaper, and to look for one costs most.
-  if (slot != nullptr && !(way + preference < slot->cost)) return;
-  const bool reconfigure = reconfigures(point, from, candidate);
-  const double cost = way + (reconfigure ? kReconfigureSeconds : 0.0) + preference;
-  if (slot == nullptr && after.count < kMaxCandidates) {
-    slot = &after.at[after.count++];
-  } else {
-    if (slot == nullptr) {
-      slot = std::max_element(after.at.begin(), after.at.end(),
-                              [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+// All ways into the present point.
+void GlobalChoice::gather(const ChoicePoint& point) {
+  const Layer& before = layers_[now_];
+  arrivals_.clear();
+  std::size_t places = 0;
+  for (std::size_t p = 0; p < before.count; ++p) {
+    const Candidate& from = before.at[p];
+    if (p > 0 && solved_.follows_seed) solve(point.pose, from);
+    candidates(from, reached_);
+    for (std::size_t c = 0; c < reached_.count; ++c) {
+      Arrival& arrival = arrivals_.emplace_back();
+      arrival.candidate = reached_.at[c];
+      arrival.candidate.from = static_cast<std::uint8_t>(p);
+      arrival.way = from.cost + step_cost(from, arrival.candidate);
+      arrival.preference = centre_preference(arrival.candidate);
+      const auto same = std::find_if(arrivals_.begin(), arrivals_.end() - 1, [&](const Arrival& other) {
+        return same_position(other.candidate, arrival.candidate);
+      });
+      arrival.place = same == arrivals_.end() - 1 ? places++ : same->place;
     }
-    if (!(cost < slot->cost)) return;
   }
-  *slot = candidate;
-  slot->cost = cost;
-  slot->from = static_cast<std::uint8_t>(predecessor);
-  slot->reconfigure = reconfigure;
 }
 
-bool GlobalChoice::add(const ChoicePoint& point) {
+// The cheapest way into each position. A reconfiguration makes none cheaper, and to look for one costs most:
+// the ways are tried from the shortest on.
+void GlobalChoice::arrive(const ChoicePoint& point) {
+  gather(point);
+  order_.resize(arrivals_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    std::size_t at = i;
+    for (; at > 0 && arrivals_[i].least() < arrivals_[order_[at - 1]].least(); --at)
+      order_[at] = order_[at - 1];
+    order_[at] = i;
+  }
+  const Layer& before = layers_[now_];
+  Layer& after = layers_[1 - now_];
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::size_t count = 0;
+  for (const Arrival& arrival : arrivals_) count = std::max(count, arrival.place + 1);
+  after.count = std::min(count, kMaxCandidates);
+  for (std::size_t i = 0; i < after.count; ++i) after.at[i].cost = kNone;
+  for (const std::size_t i : order_) {
+    const Arrival& arrival = arrivals_[i];
+    if (arrival.place >= after.count) continue;
+    Candidate& slot = after.at[arrival.place];
+    if (!(arrival.least() < slot.cost)) continue;
+    const bool reconfigure = reconfigures(point, before.at[arrival.candidate.from], arrival.candidate);
+    const double cost = arrival.way + (reconfigure ? kReconfigureSeconds : 0.0) + arrival.preference;
+    if (!(cost < slot.cost)) continue;
+    slot = arrival.candidate;
+    slot.cost = cost;
+    slot.reconfigure = reconfigure;
+  }
+}
+
+bool GlobalChoice::add(const ChoicePoint& point, const Solved* ahead) {
   const Layer& before = layers_[now_];
   Layer& after = layers_[1 - now_];
   after.count = 0;
-  solve(point.pose, before.at[0]);
+  if (ahead != nullptr && ahead->known) {
+    solved_ = *ahead;
+  } else {
+    solve(point.pose, before.at[0]);
+  }
   if (before.count == 1) candidates(before.at[0], after);
   if (after.count == 1) {
     // The only way: what it costs decides nothing.
@@ -255,12 +284,7 @@ bool GlobalChoice::add(const ChoicePoint& point) {
     next.from = 0;
     next.cost = 0.0;
   } else {
-    after.count = 0;
-    for (std::size_t p = 0; p < before.count; ++p) {
-      if (p > 0 && solved_.follows_seed) solve(point.pose, before.at[p]);
-      candidates(before.at[p], reached_);
-      for (std::size_t c = 0; c < reached_.count; ++c) reach(point, p, reached_.at[c]);
-    }
+    arrive(point);
   }
   if (after.count == 0) return false;
   first_.push_back(static_cast<std::uint32_t>(traces_.size()));
@@ -283,18 +307,29 @@ void GlobalChoice::look_ahead(std::span<const ChoicePoint> points) {
       const Vec3& b = of(*pose[1]);
       return lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
     };
-    const RotarySolver::Only solved =
-        solver_.solve_only(side_by_side([](const ToolPose& p) -> const Vec3& { return p.axis_P; }));
-    const auto linear =
-        kinematics_.linear_positions(side_by_side([](const ToolPose& p) -> const Vec3& { return p.tip_P; }),
-                                     TableKinematics::SinesOf<Lanes>{solved.sin, solved.cos});
-    for (std::size_t lane = 0; lane < std::min<std::size_t>(2, points.size() - i); ++lane) {
-      Only& only = ahead_[i + lane];
-      only.known = solved.only[lane] != 0;
-      only.branch = solved.second_branch[lane] != 0 ? 1 : 0;
-      only.angle = {solved.angle[0][lane], solved.angle[1][lane]};
-      only.sines = {{solved.sin[0][lane], solved.sin[1][lane]}, {solved.cos[0][lane], solved.cos[1][lane]}};
-      only.linear = {linear.x[lane], linear.y[lane], linear.z[lane]};
+    const RotarySolver::Pair solved =
+        solver_.solve_pair(side_by_side([](const ToolPose& p) -> const Vec3& { return p.axis_P; }));
+    const auto tip_P = side_by_side([](const ToolPose& p) -> const Vec3& { return p.tip_P; });
+    const std::size_t lanes_used = std::min<std::size_t>(2, points.size() - i);
+    for (std::size_t lane = 0; lane < lanes_used; ++lane) {
+      ahead_[i + lane].rotary.count = 0;
+      ahead_[i + lane].known = solved.known[static_cast<int>(lane)] != 0;
+    }
+    for (std::uint8_t branch = 0; branch < 2; ++branch) {
+      if (!lanes::any(solved.within[branch])) continue;
+      const auto& sin = solved.sin[branch];
+      const auto& cos = solved.cos[branch];
+      const auto linear = kinematics_.linear_positions(tip_P, TableKinematics::SinesOf<Lanes>{sin, cos});
+      for (std::size_t lane = 0; lane < lanes_used; ++lane) {
+        const int l = static_cast<int>(lane);
+        if (solved.within[branch][l] == 0) continue;
+        Solved& of = ahead_[i + lane];
+        const std::size_t n = of.rotary.count++;
+        of.sines[n] = {{sin[0][l], sin[1][l]}, {cos[0][l], cos[1][l]}};
+        of.linear[n] = {linear.x[l], linear.y[l], linear.z[l]};
+        of.rotary.at[n] = {
+            {solved.angle[branch][0][l], solved.angle[branch][1][l]}, of.sines[n], true, branch, false};
+      }
     }
   }
 }
@@ -307,9 +342,10 @@ std::optional<double> GlobalChoice::only_turn(std::size_t k, double angle, doubl
   return std::nullopt;
 }
 
-bool GlobalChoice::add_only(const ChoicePoint& point, const Only& only, ChosenPoint& out) {
+bool GlobalChoice::add_only(const ChoicePoint& point, const Solved& solved, ChosenPoint& out) {
   const Layer& before = layers_[now_];
-  if (!only.known || before.count != 1) return false;
+  if (!solved.known || solved.rotary.count != 1 || before.count != 1) return false;
+  const RotarySolution& only = solved.rotary.at[0];
   const Candidate& from = before.at[0];
   Layer& after = layers_[1 - now_];
   Candidate& next = after.at[0];
@@ -318,7 +354,7 @@ bool GlobalChoice::add_only(const ChoicePoint& point, const Only& only, ChosenPo
     if (!turn) return false;
     next.angle[k] = *turn;
   }
-  next.linear = only.linear;
+  next.linear = solved.linear[0];
   next.sines = only.sines;
   next.branch = only.branch;
   next.singular = false;
@@ -367,7 +403,7 @@ const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, con
     if (looks && i % kAhead == 0) look_ahead(points.subspan(i, std::min(kAhead, points.size() - i)));
     if (looks && add_only(points[i], ahead_[i % kAhead], out[begin + i])) {
       first_.push_back(kNoTrace);
-    } else if (!add(points[i])) {
+    } else if (!add(points[i], looks ? &ahead_[i % kAhead] : nullptr)) {
       out.resize(begin);
       return &points[i];
     }

@@ -62,30 +62,32 @@ class GlobalChoice {
     std::array<RotarySines, 2> sines;  // of the angles
     std::array<Vec3, 2> linear;        // positions of the linear axes: the same for every turn
     bool follows_seed = false;         // C may be the seed's: at the pole
-  };
-
-  /// A point that one solution reaches, as far as it can be told without the points before.
-  struct Only {
-    bool known = false;
-    std::uint8_t branch = 0;
-    std::array<double, 2> angle;
-    RotarySines sines;
-    Vec3 linear;
+    bool known = false;                // of those looked up ahead
   };
   static constexpr std::size_t kAhead = 64;
 
   void start(const JointVector& seed, std::size_t count);
   void look_ahead(std::span<const ChoicePoint> points);
   /// The next point, where one position came before and one reaches it; false where that is not so.
-  bool add_only(const ChoicePoint& point, const Only& only, ChosenPoint& out);
-  bool add(const ChoicePoint& point);
+  bool add_only(const ChoicePoint& point, const Solved& solved, ChosenPoint& out);
+  /// `ahead`: what is known of the point, or null.
+  bool add(const ChoicePoint& point, const Solved* ahead);
   /// Walks back from the cheapest end through the points that `add` took.
   void take(std::span<ChosenPoint> out) const;
   void put(const Trace& trace, ChosenPoint& out) const;
   void solve(const ToolPose& pose, const Candidate& seed);
   void candidates(const Candidate& seed, Layer& out) const;
   void add_turns(std::size_t solution, const Candidate& seed, Layer& out) const;
-  void reach(const ChoicePoint& point, std::size_t predecessor, const Candidate& candidate);
+  /// A candidate of the present point as it is reached from a position before.
+  struct Arrival {
+    Candidate candidate;
+    double way = 0.0;
+    double preference = 0.0;
+    std::size_t place = 0;  // candidates that are the same position have one
+    double least() const { return way + preference; }
+  };
+  void gather(const ChoicePoint& point);
+  void arrive(const ChoicePoint& point);
   double step_cost(const Candidate& a, const Candidate& b) const;
   double centre_preference(const Candidate& c) const;
   std::optional<double> only_turn(std::size_t k, double angle, double near) const;
@@ -114,7 +116,9 @@ class GlobalChoice {
   std::size_t now_ = 0;  // layer of the last point
   Solved solved_;
   Layer reached_;
-  std::array<Only, kAhead> ahead_;
+  std::vector<Arrival> arrivals_;
+  std::vector<std::size_t> order_;  // of the arrivals
+  std::array<Solved, kAhead> ahead_;
   static constexpr std::uint32_t kNoTrace = 0xffffffff;
   std::vector<Trace> traces_;
   std::vector<std::uint32_t> first_;  // index of each point's first trace; kNoTrace: add_only took it

@@ -43,37 +43,43 @@ TEST(RotarySolver, EverySolutionTurnsTheToolAxisIntoTheSpindle) {
   }
 }
 
-// Two at a time gives the same bits as one, where one solution is left.
-TEST(RotarySolver, SolveOnlyIsTheSolutionThatLimitsLeave) {
+// Two at a time give the same bits as one.
+TEST(RotarySolver, SolvePairGivesTheSolutionsThatLimitsLeave) {
   std::mt19937_64 random(20261123);
-  std::size_t single = 0;
+  std::array<std::size_t, 3> cases{};
   for (const std::string& name : test::shipped_machines()) {
     const Machine machine = test::shipped_machine(name);
     if (machine.rotary_axes().size() < 2) continue;
     const RotarySolver solver(machine);
     for (int i = 0; i < 2000; ++i) {
       const std::array<Vec3, 2> axis_P = {random_axis(random),
-                                          i % 10 == 0 ? Vec3::UnitZ() : random_axis(random)};
+                                          i % 10 == 0 ? Vec3(Vec3::UnitZ()) : random_axis(random)};
       const auto side_by_side = [&](Eigen::Index k) { return Lanes{axis_P[0][k], axis_P[1][k]}; };
-      const RotarySolver::Only only = solver.solve_only({side_by_side(0), side_by_side(1), side_by_side(2)});
+      const RotarySolver::Pair pair = solver.solve_pair({side_by_side(0), side_by_side(1), side_by_side(2)});
       for (int lane = 0; lane < 2; ++lane) {
         const RotarySolutions one = solver.solve_within_limits(axis_P[static_cast<std::size_t>(lane)], 0.3);
-        if (only.only[lane] == 0) {
-          EXPECT_TRUE(one.count != 1 || !one.at[0].sines_known) << name;
+        if (pair.known[lane] == 0) {
+          EXPECT_TRUE(one.count == 0 || !one.at[0].sines_known) << name;
           continue;
         }
-        ++single;
-        ASSERT_EQ(one.count, 1U) << name;
-        EXPECT_EQ(only.second_branch[lane] != 0, one.at[0].branch == 1);
-        for (std::size_t k = 0; k < 2; ++k) {
-          EXPECT_EQ(only.angle[k][lane], one.at[0].angle[k]);
-          EXPECT_EQ(only.sin[k][lane], one.at[0].sines.sin[k]);
-          EXPECT_EQ(only.cos[k][lane], one.at[0].sines.cos[k]);
+        std::size_t next = 0;
+        for (std::size_t branch = 0; branch < 2; ++branch) {
+          if (pair.within[branch][lane] == 0) continue;
+          ASSERT_LT(next, one.count) << name;
+          const RotarySolution& s = one.at[next++];
+          EXPECT_EQ(s.branch, branch);
+          for (std::size_t k = 0; k < 2; ++k) {
+            EXPECT_EQ(pair.angle[branch][k][lane], s.angle[k]);
+            EXPECT_EQ(pair.sin[branch][k][lane], s.sines.sin[k]);
+            EXPECT_EQ(pair.cos[branch][k][lane], s.sines.cos[k]);
+          }
         }
+        EXPECT_EQ(next, one.count);
+        ++cases[next];
       }
     }
   }
-  EXPECT_GT(single, 1000U);
+  for (const std::size_t count : cases) EXPECT_GT(count, 100U);
 }
 
 TEST(RotarySolver, LimitsLeaveOutWhatNoTurnBringsWithinThem) {

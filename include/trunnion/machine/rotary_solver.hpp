@@ -18,13 +18,13 @@ class RotarySolver {
   RotarySolutions solve_within_limits(const Vec3& axis_P, double seed_inner,
                                       const InverseOptions& options = {}) const;
 
-  /// What `solve_within_limits` finds for two tool axes of a machine with two rotary axes, where it is one
-  /// solution with C determined (`only`).
-  struct Only {
-    LaneMask only, second_branch;
-    std::array<Lanes, 2> angle, sin, cos;
+  /// What `solve_within_limits` finds for two tool axes side by side of a machine with two rotary axes.
+  struct Pair {
+    LaneMask known;                  // far from the pole, and no axis that is only just in reach
+    std::array<LaneMask, 2> within;  // where known: the branch is within the limits, and what follows is it
+    std::array<std::array<Lanes, 2>, 2> angle, sin, cos;  // [branch][axis]
   };
-  Only solve_only(const lanes::Triple<Lanes>& axis_P) const;
+  Pair solve_pair(const lanes::Triple<Lanes>& axis_P) const;
   std::size_t count() const { return count_; }
 
  private:
