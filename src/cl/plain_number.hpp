@@ -6,27 +6,39 @@
 
 namespace trunnion::cl {
 
+inline constexpr std::uint64_t kPowerOfTen[] = {1,       10,        100,        1'000,      10'000,
+                                                100'000, 1'000'000, 10'000'000, 100'000'000};
+
+/// The eight characters at `p`, digits as 0 to 9, and how many of them are digits before the first other one.
+struct EightDigits {
+  explicit EightDigits(const char* p) {
+    static_assert(std::endian::native == std::endian::little, "the first character is the lowest byte");
+    std::memcpy(&digits, p, sizeof(digits));
+    digits ^= 0x3030303030303030;
+    // The highest bit of each byte above 9; a carry reaches bytes behind the first of them only.
+    const std::uint64_t others = ((digits + 0x7676767676767676) | digits) & 0x8080808080808080;
+    count = others == 0 ? 8 : std::countr_zero(others) / 8;
+  }
+  /// Of the `count` digits, at least one.
+  std::uint64_t value() const {
+    std::uint64_t x = digits << (64 - 8 * count);  // zeros in front
+    x = (x * 10 + (x >> 8)) & 0x00FF00FF00FF00FF;
+    x = (x * 100 + (x >> 16)) & 0x0000FFFF0000FFFF;
+    return (x * 10000 + (x >> 32)) & 0x00000000FFFFFFFF;
+  }
+  std::uint64_t digits = 0;
+  int count = 0;
+};
+
 /// Appends the digits at `p` to `mantissa`, eight at a time; at least eight bytes behind `p` can be read.
 /// Returns behind them. The mantissa of more than 19 digits means nothing.
 inline const char* append_digits(const char* p, std::uint64_t& mantissa) {
-  static constexpr std::uint64_t kPower[] = {1,       10,        100,        1'000,      10'000,
-                                             100'000, 1'000'000, 10'000'000, 100'000'000};
-  static_assert(std::endian::native == std::endian::little, "the first character is the lowest byte");
   for (;;) {
-    std::uint64_t x = 0;
-    std::memcpy(&x, p, sizeof(x));
-    x ^= 0x3030303030303030;  // digits are 0 to 9 now
-    // The highest bit of each byte above 9; a carry reaches bytes behind the first of them only.
-    const std::uint64_t others = ((x + 0x7676767676767676) | x) & 0x8080808080808080;
-    const int count = others == 0 ? 8 : std::countr_zero(others) / 8;
-    if (count == 0) return p;
-    x <<= 64 - 8 * count;  // zeros in front
-    x = (x * 10 + (x >> 8)) & 0x00FF00FF00FF00FF;
-    x = (x * 100 + (x >> 16)) & 0x0000FFFF0000FFFF;
-    x = (x * 10000 + (x >> 32)) & 0x00000000FFFFFFFF;
-    mantissa = mantissa * kPower[count] + x;
-    p += count;
-    if (count < 8) return p;
+    const EightDigits eight(p);
+    if (eight.count == 0) return p;
+    mantissa = mantissa * kPowerOfTen[eight.count] + eight.value();
+    p += eight.count;
+    if (eight.count < 8) return p;
   }
 }
 
@@ -42,6 +54,18 @@ inline const char* plain_number(const char* p, double& value, unsigned& places) 
   const bool negative = *p == '-';
   p += negative || *p == '+' ? 1 : 0;
   const char* const begin = p;
+  // Nearly every number has fewer than eight digits on either side of a point.
+  if (const EightDigits whole(p); whole.count < 8 && whole.count > 0 && p[whole.count] == '.') {
+    const char* const fraction = p + whole.count + 1;
+    const EightDigits rest(fraction);
+    if (rest.count < 8 && rest.count > 0) {
+      const std::uint64_t digits = whole.value() * kPowerOfTen[rest.count] + rest.value();
+      const double magnitude = static_cast<double>(static_cast<std::int64_t>(digits)) / kPower[rest.count];
+      places = static_cast<unsigned>(rest.count);
+      value = negative ? -magnitude : magnitude;
+      return fraction + rest.count;
+    }
+  }
   std::uint64_t mantissa = 0;
   // Few digits stand before the point, and more behind it.
   unsigned digit = 0;

@@ -120,22 +120,32 @@ char* put_any_number(char* p, std::int64_t quanta, const NumberStyle& style);
 inline bool is_four_decimals(const NumberStyle& style) {
   return style.decimals == 4 && style.trailing_zeros && !style.plus_sign;
 }
-inline constexpr std::int64_t kFourDecimals = 0xffffffff;  // largest number of quanta
-inline char* put_four_decimals(char* p, std::int64_t quanta) {
+/// Below this on either side four digits stand before the point and four behind it.
+inline constexpr std::int64_t kEightDigits = 100'000'000;
+inline char* put_eight_digits(char* p, std::int32_t quanta) {
   *p = '-';
   p += quanta < 0 ? 1 : 0;
-  return put_point_number<4>(p, static_cast<std::uint64_t>(quanta < 0 ? -quanta : quanta));
+  const auto magnitude = static_cast<std::uint32_t>(quanta < 0 ? -quanta : quanta);
+  const std::uint32_t whole = magnitude / 10000;
+  std::uint32_t digits = 0;
+  std::memcpy(&digits, &kFourDigits[std::size_t{4} * whole], sizeof(digits));
+  const unsigned zeros = (whole < 10 ? 1U : 0U) + (whole < 100 ? 1U : 0U) + (whole < 1000 ? 1U : 0U);
+  digits >>= 8 * zeros;  // the first character is the lowest byte
+  std::memcpy(p, &digits, sizeof(digits));
+  p += 4 - zeros;
+  *p = '.';
+  std::memcpy(p + 1, &kFourDigits[std::size_t{4} * (magnitude % 10000)], 4);
+  return p + 5;
 }
 
 /// As put_any_number.
 inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
+  if (is_four_decimals(style) && quanta < kEightDigits && quanta > -kEightDigits)
+    return put_eight_digits(p, static_cast<std::int32_t>(quanta));
   // Feeds.
-  if (style.decimals == 3 && style.trailing_zeros && !style.plus_sign && quanta >= 0 &&
-      quanta <= kFourDecimals)
+  if (style.decimals == 3 && style.trailing_zeros && !style.plus_sign && quanta >= 0 && quanta < kEightDigits)
     return put_point_number<3>(p, static_cast<std::uint64_t>(quanta));
-  if (!is_four_decimals(style) || quanta > kFourDecimals || quanta < -kFourDecimals)
-    return put_any_number(p, quanta, style);
-  return put_four_decimals(p, quanta);
+  return put_any_number(p, quanta, style);
 }
 
 }  // namespace trunnion::nc

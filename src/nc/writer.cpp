@@ -168,11 +168,12 @@ char* Writer::State::put_axes(char* p, const AxisWords& words, unsigned axes) {
   for (unsigned rest = axes; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const std::int64_t quanta = words.quanta[i];
-    if (quanta > kLargest || quanta < -kLargest) return nullptr;
     position.quanta[i] = quanta;
-    if (four_decimals && quanta <= kFourDecimals && quanta >= -kFourDecimals) {
+    if (four_decimals && quanta < kEightDigits && quanta > -kEightDigits) {
       *p = letter_of(kAllAxisLetters[i]);
-      p = put_four_decimals(p + 1, quanta);
+      p = put_eight_digits(p + 1, static_cast<std::int32_t>(quanta));
+    } else if (quanta > kLargest || quanta < -kLargest) {
+      return nullptr;
     } else {
       p = put_axis(p, i, quanta);
     }

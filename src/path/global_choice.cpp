@@ -88,30 +88,31 @@ JointVector GlobalChoice::joints(const std::array<double, 2>& angle, const Vec3&
   return q;
 }
 
-double GlobalChoice::step_cost(const Candidate& a, const Candidate& b) const {
+double GlobalChoice::step_cost(const Candidate& from, const std::array<double, 2>& angle,
+                               const Vec3& linear) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    sum += std::abs(b.linear[i] - a.linear[i]) * linear_seconds_[k];
+    sum += std::abs(linear[i] - from.linear[i]) * linear_seconds_[k];
   }
   for (std::size_t k = 0; k < rotary_count_; ++k)
-    sum += std::abs(b.angle[k] - a.angle[k]) * rotary_seconds_[k];
+    sum += std::abs(angle[k] - from.angle[k]) * rotary_seconds_[k];
   return sum;
 }
 
-double GlobalChoice::centre_preference(const Candidate& c) const {
+double GlobalChoice::centre_preference(const std::array<double, 2>& angle) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < rotary_count_; ++k) {
     const Axis& axis = *rotary_axis_[k];
-    if (axis.has_limits()) sum += std::abs(c.angle[k] - 0.5 * (axis.min + axis.max)) / (axis.max - axis.min);
+    if (axis.has_limits()) sum += std::abs(angle[k] - 0.5 * (axis.min + axis.max)) / (axis.max - axis.min);
   }
   return kCentreWeight_s * sum;
 }
 
 // Whole turns of an axis that may turn for ever make no difference to what follows.
-bool GlobalChoice::same_position(const Candidate& a, const Candidate& b) const {
+bool GlobalChoice::same_position(const std::array<double, 2>& a, const std::array<double, 2>& b) const {
   for (std::size_t k = 0; k < rotary_count_; ++k) {
-    const double d = b.angle[k] - a.angle[k];
+    const double d = b[k] - a[k];
     const double least = rotary_axis_[k]->has_limits() || std::abs(d) < kPi ? d : std::remainder(d, kTwoPi);
     if (!(std::abs(least) < 1e-9)) return false;
   }
@@ -167,126 +168,142 @@ bool GlobalChoice::holds_on_the_way(const Candidate& a, const Vec3& axis_P) cons
 }
 
 // C at the pole follows `seed`.
-void GlobalChoice::solve(const ToolPose& pose, const Candidate& seed) {
+void GlobalChoice::solve(const ToolPose& pose, const Candidate& seed, Solved& out) const {
   const double seed_inner = rotary_count_ == 0 ? 0.0 : seed.angle[rotary_count_ - 1];
-  solved_.rotary = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
-  solved_.follows_seed = false;
-  for (std::size_t i = 0; i < solved_.rotary.count; ++i) {
-    const RotarySolution& solution = solved_.rotary.at[i];
-    solved_.follows_seed = solved_.follows_seed || !solution.sines_known;
-    solved_.sines[i] =
+  out.rotary = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
+  out.follows_seed = false;
+  for (std::size_t i = 0; i < out.rotary.count; ++i) {
+    const RotarySolution& solution = out.rotary.at[i];
+    out.follows_seed = out.follows_seed || !solution.sines_known;
+    out.sines[i] =
         solution.sines_known ? solution.sines : kinematics_.sines(joints(solution.angle, Vec3::Zero()));
-    solved_.linear[i] = kinematics_.linear_positions(pose.tip_P, solved_.sines[i]);
+    out.linear[i] = kinematics_.linear_positions(pose.tip_P, out.sines[i]);
   }
 }
 
-// All positions that reach the solved pose; free turns follow `seed`.
-void GlobalChoice::candidates(const Candidate& seed, Layer& out) const {
-  out.count = 0;
-  for (std::size_t i = 0; i < solved_.rotary.count; ++i) add_turns(i, seed, out);
-}
-
-void GlobalChoice::add_turns(std::size_t solution, const Candidate& seed, Layer& out) const {
-  const RotarySolution& solved = solved_.rotary.at[solution];
-  std::array<std::array<double, 8>, 2> angles;
-  angles[0][0] = solved.angle[0];
-  angles[1][0] = solved.angle[1];
-  std::array<std::size_t, 2> counts = {1, 1};
-  for (std::size_t k = 0; k < rotary_count_; ++k)
-    counts[k] = turns_within(*rotary_axis_[k], solved.angle[k], seed.angle[k], angles[k]);
-  // Axes that are not square to each other may follow the tool axis by more than half a turn.
-  if (oblique_ && !rotary_axis_[1]->has_limits()) {
-    const double turn = angles[1][0] - seed.angle[1];
-    if (std::abs(turn) > 0.5 * kPi) angles[1][counts[1]++] = angles[1][0] - std::copysign(kTwoPi, turn);
-  }
-  for (std::size_t i = 0; i < counts[0]; ++i) {
-    for (std::size_t j = 0; j < counts[1]; ++j) {
-      if (out.count == kMaxCandidates) return;
-      Candidate& c = out.at[out.count++];
-      c.angle = {angles[0][i], angles[1][j]};
-      c.linear = solved_.linear[solution];
-      c.sines = solved_.sines[solution];
-      c.branch = solved.branch;
-      c.singular = solved.singular;
-    }
-  }
-}
-
-// All ways into the present point.
 void GlobalChoice::gather(const ChoicePoint& point) {
   const Layer& before = layers_[now_];
   arrivals_.clear();
-  std::size_t places = 0;
-  for (std::size_t p = 0; p < before.count; ++p) {
-    const Candidate& from = before.at[p];
-    if (p > 0 && solved_.follows_seed) solve(point.pose, from);
-    candidates(from, reached_);
-    for (std::size_t c = 0; c < reached_.count; ++c) {
-      Arrival& arrival = arrivals_.emplace_back();
-      arrival.candidate = reached_.at[c];
-      arrival.candidate.from = static_cast<std::uint8_t>(p);
-      arrival.way = from.cost + step_cost(from, arrival.candidate);
-      arrival.preference = centre_preference(arrival.candidate);
-      const auto same = std::find_if(arrivals_.begin(), arrivals_.end() - 1, [&](const Arrival& other) {
-        return same_position(other.candidate, arrival.candidate);
-      });
-      arrival.place = same == arrivals_.end() - 1 ? places++ : same->place;
+  places_ = 0;
+  solved_by_.clear();
+  if (solved_->follows_seed) {
+    solved_by_.resize(before.count);
+    for (std::size_t p = 0; p < before.count; ++p) solve(point.pose, before.at[p], solved_by_[p]);
+  }
+  for (std::size_t p = 0; p < before.count; ++p) gather_from(p);
+}
+
+// All positions, of every branch and turn; free turns follow the position before.
+void GlobalChoice::gather_from(std::size_t predecessor) {
+  const Candidate& from = layers_[now_].at[predecessor];
+  const Solved& solved = solved_at(predecessor);
+  const std::size_t first = arrivals_.size();
+  for (std::size_t n = 0; n < solved.rotary.count; ++n) {
+    const std::array<double, 2>& angle = solved.rotary.at[n].angle;
+    std::array<std::array<double, 8>, 2> angles;
+    angles[0][0] = angle[0];
+    angles[1][0] = angle[1];
+    std::array<std::size_t, 2> counts = {1, 1};
+    for (std::size_t k = 0; k < rotary_count_; ++k) {
+      if (const auto turn = only_turn(k, angle[k], from.angle[k])) {
+        angles[k][0] = *turn;
+      } else {
+        counts[k] = turns_within(*rotary_axis_[k], angle[k], from.angle[k], angles[k]);
+        if (!rotary_axis_[k]->has_limits())
+          angles[k][counts[k]++] = angles[k][0] - std::copysign(kTwoPi, angles[k][0] - from.angle[k]);
+      }
+    }
+    for (std::size_t i = 0; i < counts[0]; ++i) {
+      for (std::size_t j = 0; j < counts[1]; ++j) {
+        if (arrivals_.size() - first == kMaxCandidates) return;
+        arrive(solved, predecessor, n, {angles[0][i], angles[1][j]});
+      }
     }
   }
+}
+
+void GlobalChoice::arrive(const Solved& solved, std::size_t predecessor, std::size_t solution,
+                          const std::array<double, 2>& angle) {
+  const Candidate& from = layers_[now_].at[predecessor];
+  const auto same = std::find_if(arrivals_.begin(), arrivals_.end(),
+                                 [&](const Arrival& other) { return same_position(other.angle, angle); });
+  Arrival arrival;
+  arrival.angle = angle;
+  arrival.solution = static_cast<std::uint8_t>(solution);
+  arrival.from = static_cast<std::uint8_t>(predecessor);
+  if (same != arrivals_.end()) {
+    arrival.place = same->place;
+  } else if (places_ == kMaxCandidates) {
+    return;  // no machine's limits leave so many
+  } else {
+    arrival.place = static_cast<std::uint8_t>(places_++);
+  }
+  arrival.way = from.cost + step_cost(from, angle, solved.linear[solution]);
+  arrival.preference = centre_preference(angle);
+  arrivals_.push_back(arrival);
+}
+
+GlobalChoice::Candidate GlobalChoice::candidate(const Arrival& arrival) const {
+  const Solved& solved = solved_at(arrival.from);
+  Candidate c;
+  c.angle = arrival.angle;
+  c.linear = solved.linear[arrival.solution];
+  c.sines = solved.sines[arrival.solution];
+  c.from = arrival.from;
+  c.branch = solved.rotary.at[arrival.solution].branch;
+  c.singular = solved.rotary.at[arrival.solution].singular;
+  return c;
 }
 
 // The cheapest way into each position. A reconfiguration makes none cheaper, and to look for one costs most:
 // the ways are tried from the shortest on.
-void GlobalChoice::arrive(const ChoicePoint& point) {
-  gather(point);
+void GlobalChoice::keep_cheapest(const ChoicePoint& point) {
   order_.resize(arrivals_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {
+    const Arrival& arrival = arrivals_[i];
     std::size_t at = i;
-    for (; at > 0 && arrivals_[i].least() < arrivals_[order_[at - 1]].least(); --at)
-      order_[at] = order_[at - 1];
-    order_[at] = i;
+    for (; at > 0 && arrival.least() < order_[at - 1]->least(); --at) order_[at] = order_[at - 1];
+    order_[at] = &arrival;
   }
   const Layer& before = layers_[now_];
   Layer& after = layers_[1 - now_];
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  std::size_t count = 0;
-  for (const Arrival& arrival : arrivals_) count = std::max(count, arrival.place + 1);
-  after.count = std::min(count, kMaxCandidates);
-  for (std::size_t i = 0; i < after.count; ++i) after.at[i].cost = kNone;
-  for (const std::size_t i : order_) {
-    const Arrival& arrival = arrivals_[i];
-    if (arrival.place >= after.count) continue;
-    Candidate& slot = after.at[arrival.place];
-    if (!(arrival.least() < slot.cost)) continue;
-    const bool reconfigure = reconfigures(point, before.at[arrival.candidate.from], arrival.candidate);
-    const double cost = arrival.way + (reconfigure ? kReconfigureSeconds : 0.0) + arrival.preference;
-    if (!(cost < slot.cost)) continue;
-    slot = arrival.candidate;
-    slot.cost = cost;
-    slot.reconfigure = reconfigure;
+  after.count = places_;
+  for (std::size_t i = 0; i < places_; ++i) after.at[i].cost = std::numeric_limits<double>::infinity();
+  for (const Arrival* arrival : order_) {
+    Candidate& slot = after.at[arrival->place];
+    if (!(arrival->least() < slot.cost)) continue;
+    Candidate reached = candidate(*arrival);
+    reached.reconfigure = reconfigures(point, before.at[arrival->from], reached);
+    reached.cost = arrival->way + (reached.reconfigure ? kReconfigureSeconds : 0.0) + arrival->preference;
+    if (reached.cost < slot.cost) slot = reached;
   }
 }
 
 bool GlobalChoice::add(const ChoicePoint& point, const Solved* ahead) {
   const Layer& before = layers_[now_];
   Layer& after = layers_[1 - now_];
-  after.count = 0;
-  if (ahead != nullptr && ahead->known) {
-    solved_ = *ahead;
-  } else {
-    solve(point.pose, before.at[0]);
+  solved_ = ahead;
+  if (ahead == nullptr || !ahead->known) {
+    solve(point.pose, before.at[0], own_);
+    solved_ = &own_;
   }
-  if (before.count == 1) candidates(before.at[0], after);
-  if (after.count == 1) {
+  gather(point);
+  if (arrivals_.empty()) return false;
+  if (before.count == 1 && arrivals_.size() == 1) {
     // The only way: what it costs decides nothing.
     Candidate& next = after.at[0];
+    next = candidate(arrivals_[0]);
     next.reconfigure = reconfigures(point, before.at[0], next);
-    next.from = 0;
-    next.cost = 0.0;
+    after.count = 1;
   } else {
-    arrive(point);
+    keep_cheapest(point);
   }
-  if (after.count == 0) return false;
+  go_on(point);
+  return true;
+}
+
+void GlobalChoice::go_on(const ChoicePoint& point) {
+  const Layer& after = layers_[1 - now_];
   first_.push_back(static_cast<std::uint32_t>(traces_.size()));
   for (std::size_t c = 0; c < after.count; ++c) {
     const Candidate& x = after.at[c];
@@ -294,6 +311,53 @@ bool GlobalChoice::add(const ChoicePoint& point, const Solved* ahead) {
   }
   now_ = 1 - now_;
   axis_before_ = point.pose.axis_P;
+}
+
+// What `add` does, for what a run at small tilts consists of.
+bool GlobalChoice::add_both(const ChoicePoint& point, const Solved& solved) {
+  const Layer& before = layers_[now_];
+  if (!solved.known || solved.rotary.count != 2 || before.count > 2) return false;
+  std::array<std::array<std::array<double, 2>, 2>, 2> angle;  // [branch][position before][axis]
+  for (std::size_t n = 0; n < 2; ++n) {
+    for (std::size_t p = 0; p < before.count; ++p) {
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto turn = only_turn(k, solved.rotary.at[n].angle[k], before.at[p].angle[k]);
+        if (!turn) return false;
+        angle[n][p][k] = *turn;
+      }
+    }
+  }
+  if (same_position(angle[0][0], angle[1][0])) return false;
+  Layer& after = layers_[1 - now_];
+  after.count = 2;
+  for (std::size_t n = 0; n < 2; ++n) {
+    std::array<double, 2> least{};
+    for (std::size_t p = 0; p < before.count; ++p)
+      least[p] = before.at[p].cost + step_cost(before.at[p], angle[n][p], solved.linear[n]) +
+                 centre_preference(angle[n][p]);
+    Candidate& next = after.at[n];
+    next.linear = solved.linear[n];
+    next.sines = solved.sines[n];
+    next.branch = solved.rotary.at[n].branch;
+    next.singular = false;
+    // The shorter way; the other one too where the tool would have to leave the part.
+    std::size_t from = before.count == 2 && least[1] < least[0] ? 1 : 0;
+    next.angle = angle[n][from];
+    next.reconfigure = reconfigures(point, before.at[from], next);
+    next.cost = least[from] + (next.reconfigure ? kReconfigureSeconds : 0.0);
+    if (before.count == 2 && least[1 - from] < next.cost) {
+      Candidate other = next;
+      other.angle = angle[n][1 - from];
+      other.reconfigure = reconfigures(point, before.at[1 - from], other);
+      other.cost = least[1 - from] + (other.reconfigure ? kReconfigureSeconds : 0.0);
+      if (other.cost < next.cost) {
+        next = other;
+        from = 1 - from;
+      }
+    }
+    next.from = static_cast<std::uint8_t>(from);
+  }
+  go_on(point);
   return true;
 }
 
@@ -334,10 +398,15 @@ void GlobalChoice::look_ahead(std::span<const ChoicePoint> points) {
   }
 }
 
-// Of an axis' position, where no other whole turn is within its limits.
+// The position of an axis, where no other whole turn is within its limits or of use: axes that are not square
+// to each other may follow the tool axis by more than half a turn.
 std::optional<double> GlobalChoice::only_turn(std::size_t k, double angle, double near) const {
   const Axis& axis = *rotary_axis_[k];
-  if (!axis.has_limits()) return std::abs(near - angle) < kPi ? angle : *nearest_turn(axis, angle, near);
+  if (!axis.has_limits()) {
+    const double nearest = std::abs(near - angle) < kPi ? angle : *nearest_turn(axis, angle, near);
+    if (oblique_ && k == 1 && std::abs(nearest - near) > 0.5 * kPi) return std::nullopt;
+    return nearest;
+  }
   if (is_only_turn(axis, angle)) return angle;
   return std::nullopt;
 }
@@ -403,6 +472,8 @@ const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, con
     if (looks && i % kAhead == 0) look_ahead(points.subspan(i, std::min(kAhead, points.size() - i)));
     if (looks && add_only(points[i], ahead_[i % kAhead], out[begin + i])) {
       first_.push_back(kNoTrace);
+    } else if (looks && add_both(points[i], ahead_[i % kAhead])) {
+      continue;
     } else if (!add(points[i], looks ? &ahead_[i % kAhead] : nullptr)) {
       out.resize(begin);
       return &points[i];

@@ -70,28 +70,40 @@ class GlobalChoice {
   void look_ahead(std::span<const ChoicePoint> points);
   /// The next point, where one position came before and one reaches it; false where that is not so.
   bool add_only(const ChoicePoint& point, const Solved& solved, ChosenPoint& out);
+  /// The same where both branches reach it in one turn each, from at most two positions.
+  bool add_both(const ChoicePoint& point, const Solved& solved);
   /// `ahead`: what is known of the point, or null.
   bool add(const ChoicePoint& point, const Solved* ahead);
   /// Walks back from the cheapest end through the points that `add` took.
   void take(std::span<ChosenPoint> out) const;
   void put(const Trace& trace, ChosenPoint& out) const;
-  void solve(const ToolPose& pose, const Candidate& seed);
-  void candidates(const Candidate& seed, Layer& out) const;
-  void add_turns(std::size_t solution, const Candidate& seed, Layer& out) const;
-  /// A candidate of the present point as it is reached from a position before.
+  void solve(const ToolPose& pose, const Candidate& seed, Solved& out) const;
+  /// A position of the present point as it is reached from one before.
   struct Arrival {
-    Candidate candidate;
-    double way = 0.0;
+    std::array<double, 2> angle;
+    std::uint8_t solution = 0;
+    std::uint8_t from = 0;   // the position before
+    std::uint8_t place = 0;  // arrivals at the same position have one
+    double way = 0.0;        // cost so far, but for a reconfiguration
     double preference = 0.0;
-    std::size_t place = 0;  // candidates that are the same position have one
     double least() const { return way + preference; }
   };
+  /// All arrivals at the pose that was solved. `solved_at(p)`: as the position p before makes it.
   void gather(const ChoicePoint& point);
-  void arrive(const ChoicePoint& point);
-  double step_cost(const Candidate& a, const Candidate& b) const;
-  double centre_preference(const Candidate& c) const;
+  void gather_from(std::size_t predecessor);
+  void arrive(const Solved& solved, std::size_t predecessor, std::size_t solution,
+              const std::array<double, 2>& angle);
+  void keep_cheapest(const ChoicePoint& point);
+  const Solved& solved_at(std::size_t predecessor) const {
+    return solved_by_.empty() ? *solved_ : solved_by_[predecessor];
+  }
+  Candidate candidate(const Arrival& arrival) const;
+  /// The layer that was made is the present one.
+  void go_on(const ChoicePoint& point);
+  double step_cost(const Candidate& from, const std::array<double, 2>& angle, const Vec3& linear) const;
+  double centre_preference(const std::array<double, 2>& angle) const;
   std::optional<double> only_turn(std::size_t k, double angle, double near) const;
-  bool same_position(const Candidate& a, const Candidate& b) const;
+  bool same_position(const std::array<double, 2>& a, const std::array<double, 2>& b) const;
   bool reconfigures(const ChoicePoint& point, const Candidate& a, const Candidate& b) const;
   bool way_within_limits(const Candidate& a, const Vec3& axis_b_P) const;
   bool holds_on_the_way(const Candidate& a, const Vec3& axis_P) const;
@@ -113,11 +125,13 @@ class GlobalChoice {
   JointVector seed_;
   Vec3 axis_before_ = Vec3::UnitZ();
   std::array<Layer, 2> layers_;
-  std::size_t now_ = 0;  // layer of the last point
-  Solved solved_;
-  Layer reached_;
+  std::size_t now_ = 0;             // layer of the last point
+  const Solved* solved_ = nullptr;  // the present pose
+  Solved own_;
+  std::vector<Solved> solved_by_;  // at the pole: for each position before
   std::vector<Arrival> arrivals_;
-  std::vector<std::size_t> order_;  // of the arrivals
+  std::size_t places_ = 0;
+  std::vector<const Arrival*> order_;
   std::array<Solved, kAhead> ahead_;
   static constexpr std::uint32_t kNoTrace = 0xffffffff;
   std::vector<Trace> traces_;
