@@ -8,7 +8,8 @@ namespace {
 
 // Half a turn, and the rounding of an angle.
 constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
-// Of the tolerance of the tool axis: below what inserted points lead through the pole, who have rounded words.
+// Of the tolerance of the tool axis: below what inserted points lead through the pole, who have rounded
+// words.
 constexpr double kShare = 0.2;
 /// Angle about `n` from the part of a across it to that of b, in (-pi, pi].
 double turn_about(const Vec3& n, const Vec3& a, const Vec3& b) {
