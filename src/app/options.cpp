@@ -96,8 +96,8 @@ void ClCliOptions::add_to(CLI::App& c) {
   c.add_option(
        "--cutter-compensation", cutter_compensation,
        "CUTCOM in the CL file: an error (refuse), or left out because the points are those of the tool's "
-       "center (tool-center)")
-      ->check(CLI::IsMember({"refuse", "tool-center"}))
+       "center (tool-center), or written for the control, which adds the wear in its register to them (wear)")
+      ->check(CLI::IsMember({"refuse", "tool-center", "wear"}))
       ->capture_default_str();
 }
 
@@ -129,6 +129,7 @@ cl::ReaderOptions ClCliOptions::resolve() const {
   if (cutter_compensation == "tool-center") {
     out.cutter_compensation = cl::ReaderOptions::CutterCompensation::tool_center;
   }
+  if (cutter_compensation == "wear") out.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
   return out;
 }
 

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <string>
 
 #include "trunnion/base/number_text.hpp"
@@ -259,16 +260,48 @@ void read_fini(Context& context, const Statement& statement) {
   context.emit(statement.where, End{});
 }
 
+// LEFT or RIGHT, the plane, and the register as ADJUST,n, OSETNO,n or n.
+void read_wear(Context& context, const Statement& statement) {
+  CutterCompensation out;
+  bool side = false;
+  for (std::size_t i = 0; i < statement.fields.size(); ++i) {
+    const std::string_view text = statement.fields[i].text;
+    if (text == "OFF" || text == "LEFT" || text == "RIGHT") {
+      using Side = CutterCompensation::Side;
+      out.side = text == "OFF" ? Side::off : text == "LEFT" ? Side::left : Side::right;
+      side = true;
+    } else if (text == "ADJUST" || text == "OSETNO" || text == "XYPLAN" || text == "ON") {
+      continue;
+    } else if (const std::optional<double> number =
+                   parse_number(text) ? context.number(statement, i) : std::nullopt;
+               number && *number >= 1.0 && *number <= 999.0 && *number == std::floor(*number)) {
+      out.wear_register = static_cast<std::uint32_t>(*number);
+    } else {
+      return context.error(
+          statement.fields[i].where,
+          "CUTCOM: '" + std::string(text.substr(0, 40)) +
+              "' is not understood; LEFT, RIGHT or OFF, XYPLAN and a register from 1 to 999 are");
+    }
+  }
+  if (!side) return context.error(statement.where, "CUTCOM: neither LEFT, RIGHT nor OFF");
+  context.emit(statement.where, out);
+}
+
 // The file gives the contour to be compensated, or that of the tool's center: unless it says so (Creo), only
 // the programmer knows.
 void read_cutcom(Context& context, const Statement& statement) {
   const std::string_view side = statement.has_fields() ? statement.fields[0].text : std::string_view{};
+  using Choice = ReaderOptions::CutterCompensation;
+  if (context.options().cutter_compensation == Choice::wear) return read_wear(context, statement);
   if (side == "OFF") return;
-  const bool center = context.modal.points_on_center ||
-                      context.options().cutter_compensation == ReaderOptions::CutterCompensation::tool_center;
+  const bool center =
+      context.modal.points_on_center || context.options().cutter_compensation == Choice::tool_center;
   if (!center) {
-    return context.error(statement.where, "CUTCOM/" + std::string(side.substr(0, 40)) +
-                                              " changes the geometry and is not understood by this program");
+    return context.error(
+        statement.where,
+        "CUTCOM/" + std::string(side.substr(0, 40)) +
+            " changes the geometry: whether the points are those of the tool's center the file "
+            "does not say (--cutter-compensation tool-center or wear)");
   }
   context.warning_once("CUTCOM", statement.where,
                        "CUTCOM is left out: the points are those of the tool's center");

@@ -93,6 +93,10 @@ struct Describe {
            std::to_string(b.step) + " dwell ms " + std::to_string(b.dwell_ms) + " | per min " +
            std::to_string(b.feed);
   }
+  std::string operator()(const CutterCompensation& b) const {
+    static constexpr std::array kSides = {"off", "left", "right"};
+    return std::string("cutter ") + kSides[static_cast<std::size_t>(b.side)] + " " + std::to_string(b.number);
+  }
   std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
 };
 

@@ -104,6 +104,15 @@ void read_compensation(Section& root, Controller& c) {
     read_into(s, "off_for_tool_change", c.tcp.off_for_tool_change);
     read_into(s, "replaces_length", c.tcp.replaces_length);
   });
+  in_section(root, "cutter_compensation", [&](Section& s) {
+    read_template(s, "off", {}, c.cutter_compensation[0]);
+    read_template(s, "left", {P::number}, c.cutter_compensation[1]);
+    read_template(s, "right", {P::number}, c.cutter_compensation[2]);
+    for (std::size_t i = 1; i < 3; ++i) {
+      if (c.cutter_compensation[0].empty() || !holds(c.cutter_compensation[i], P::number))
+        s.error("off", "'left', 'right' and 'off' go together, the first two with {number}");
+    }
+  });
   in_section(root, "tilted_plane", [&](Section& s) {
     read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c}, c.tilted_plane.on);
     read_template(s, "off", {}, c.tilted_plane.off);

@@ -258,6 +258,11 @@ void add_state(Compiler& compiler, const Controller& c) {
                "[path_mode] continuous_within");
   compiler.add(c.tilted_plane.on, {EventKind::plane_on}, "[tilted_plane] on");
   compiler.add(c.tilted_plane.off, {EventKind::plane_off}, "[tilted_plane] off");
+  static constexpr std::array kSides = {"off", "left", "right"};
+  for (std::size_t i = 0; i < kSides.size(); ++i) {
+    compiler.add(c.cutter_compensation[i], {EventKind::cutter, static_cast<int>(i)},
+                 std::string("[cutter_compensation] ") + kSides[i]);
+  }
 }
 
 void add_shapes(Compiler& compiler, const Controller& c) {

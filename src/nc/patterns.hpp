@@ -37,6 +37,7 @@ enum class EventKind : std::uint8_t {
   path_mode,      // argument: PathModeKind
   plane_on,
   plane_off,
+  cutter,        // argument: CutterSide
   cycle_return,  // argument: 1 to the clearance, 0 to where the tool came from
   cycle_off,
   arc,    // argument: 1 clockwise

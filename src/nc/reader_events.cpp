@@ -169,6 +169,8 @@ void Reader::State::run_event(const FoundEvent& found) {
       plane = false;
       position.forget(kAllAxes);
       return emit(TiltedPlane{});
+    case EventKind::cutter:
+      return run_cutter(found);
     case EventKind::cycle_return:
       cycle_to_clear = found.event.argument == 1;
       return;
@@ -311,6 +313,15 @@ void Reader::State::run_path_mode(const FoundEvent& found) {
   now.tolerance = scaled(found, Placeholder::tolerance, format.decimals(AxisLetter::X));
   if (path_mode && path_mode->kind == now.kind && path_mode->tolerance == now.tolerance) return;
   path_mode = now;
+  emit(now);
+}
+
+void Reader::State::run_cutter(const FoundEvent& found) {
+  CutterCompensation now;
+  now.side = static_cast<CutterSide>(found.event.argument);
+  if (now.side != CutterSide::off) now.number = whole(found, Placeholder::number, 0);
+  if (now.side == cutter.side && now.number == cutter.number) return;
+  cutter = now;
   emit(now);
 }
 

@@ -69,6 +69,7 @@ struct Reader::State {
   std::optional<Hole> cycle;       // in force
   std::int64_t cycle_initial = 0;  // Z at which it was switched on
   bool cycle_to_clear = false;
+  CutterCompensation cutter;
   Captures kept;
   bool started = false;
   bool ended = false;
@@ -136,6 +137,7 @@ struct Reader::State {
   void run_latch(const FoundEvent& found);
   void run_run_time_step(const FoundEvent& found);
   void run_path_mode(const FoundEvent& found);
+  void run_cutter(const FoundEvent& found);
   void run_plane(const FoundEvent& found);
   void run_dwell(const FoundEvent& found);
   void run_retract(AxisLetter letter);

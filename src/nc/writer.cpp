@@ -244,10 +244,14 @@ Result<void> Writer::State::write_motion(const Motion& m) {
     position.forget(kLinearAxes);  // from here on they are counted otherwise
     changed = changed_axes(m.words);
   }
-  std::array<char, kMotionRoom + 2 * kWordRoom> buffer;
+  std::array<char, kMotionRoom + 3 * kWordRoom> buffer;
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
   p = put_leading(p, m, with_pending);
+  if (!cutter_words.empty() && (changed & kPlaneWords) != 0) {
+    p = put_text(p, cutter_words);
+    cutter_words.clear();
+  }
   p = put_axes(p, m.words, changed);
   if (p == nullptr) return refuse("coordinate too large", m.source);
   if (m.kind == MotionKind::feed) {

@@ -151,6 +151,28 @@ Result<void> Writer::State::write(const LengthCompensation& b) {
                               : put_words(c.length.on, values, "length compensation");
 }
 
+Result<void> Writer::State::write(const CutterCompensation& b) {
+  const std::int64_t number = b.side == CutterSide::off ? 0 : b.number;
+  if (b.side == cutter.side && number == cutter.number) return {};
+  if (b.side != CutterSide::off && cutter.side != CutterSide::off)
+    return refuse("cutter compensation must be off before it changes its side or register");
+  const Template& words = c.cutter_compensation[static_cast<std::size_t>(b.side)];
+  if (words.empty()) return refuse("the controller file has no words for cutter compensation");
+  cutter = {b.side, number};
+  cutter_words.clear();
+  const auto values = Values().set(Placeholder::number, std::to_string(number));
+  for (const auto& line : words) cutter_words += render(line, values) + c.line.separator;
+  return {};
+}
+
+Result<void> Writer::State::end_cutter_compensation(const char* before) {
+  if (cutter.side != CutterSide::off)
+    return refuse(std::string("cutter compensation must be off before ") + before);
+  if (cutter_words.empty()) return {};
+  cutter_words.clear();
+  return put_template(c.cutter_compensation[0], {});
+}
+
 Result<void> Writer::State::write(const TcpControl& b) {
   const bool has_offset = b.on && holds(c.tcp.on, Placeholder::length_offset);
   const std::int64_t offset = has_offset ? b.length_offset : 0;
@@ -366,6 +388,22 @@ Result<void> Writer::State::write_block(const Block& block) {
   TRUNNION_EXPECTS(!ended);
   if (setup_pending && !heads) {
     if (auto done = flush_setup(!std::holds_alternative<PathMode>(block)); !done) return done;
+  }
+  if (cutter.side != CutterSide::off || !cutter_words.empty()) {
+    const char* before = std::holds_alternative<ToolCall>(block)             ? "a tool change"
+                         : std::holds_alternative<Retract>(block)            ? "a safe position"
+                         : std::holds_alternative<ProgramEnd>(block)         ? "the end of the program"
+                         : std::holds_alternative<WorkOffset>(block)         ? "a work offset"
+                         : std::holds_alternative<OffsetShift>(block)        ? "an offset shift"
+                         : std::holds_alternative<TiltedPlane>(block)        ? "a tilted plane"
+                         : std::holds_alternative<TcpControl>(block)         ? "tool-centre-point control"
+                         : std::holds_alternative<LengthCompensation>(block) ? "length compensation"
+                         : std::holds_alternative<Hole>(block)               ? "a drilling cycle"
+                         : std::holds_alternative<VariableMotion>(block)     ? "values at run time"
+                                                                             : nullptr;
+    if (before != nullptr) {
+      if (auto done = end_cutter_compensation(before); !done) return done;
+    }
   }
   if (cycle && !std::holds_alternative<Hole>(block) && !std::holds_alternative<Motion>(block)) {
     if (auto done = end_cycle(); !done) return done;

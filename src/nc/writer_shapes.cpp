@@ -20,7 +20,7 @@ std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_numbe
 }
 
 Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef where) const {
-  if (!pending_words.empty() || length_to_restore || tcp_to_restore)
+  if (!pending_words.empty() || !cutter_words.empty() || length_to_restore || tcp_to_restore)
     return refuse("an arc or a drilling cycle needs a straight motion before it", where);
   const auto mode = static_cast<std::size_t>(FeedMode::per_minute);
   if (feed_quanta <= 0 || feed_quanta > feed_limit[mode]) {

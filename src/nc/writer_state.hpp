@@ -50,7 +50,9 @@ struct Writer::State {
   std::optional<LengthCompensation> length_to_restore;
   std::optional<TcpControl> tcp_to_restore;
   bool ended = false;
-  bool pending_tcp = false;   // pending_words switch tool-centre-point control on
+  bool pending_tcp = false;  // pending_words switch tool-centre-point control on
+  CutterCompensation cutter;
+  std::string cutter_words;   // that belong into the next motion block with X or Y
   std::string pending_words;  // length or TCP words that belong into the next motion block
 
   std::int64_t block_number;
@@ -104,6 +106,9 @@ struct Writer::State {
   Result<void> write(const ProgramEnd&);
   Result<void> write(const Comment& b);
   Result<void> write(const Raw& b);
+  Result<void> write(const CutterCompensation& b);
+  // Before what needs the tool where the program says.
+  Result<void> end_cutter_compensation(const char* before);
   Result<void> write(const Dwell& b);
   Result<void> write(const Spindle& b);
   Result<void> write(const Coolant& b);

@@ -34,26 +34,28 @@ nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
 }  // namespace
 
 Result<void> Pipeline::emit_event(const cl::Record& record) {
-  return std::visit(Visitor{
-                        [&](const cl::Spindle& s) { return emit_spindle(s, record.where); },
-                        [&](const cl::Coolant& c) { return write(nc::Coolant{coolant_kind(c.kind)}); },
-                        [&](const cl::ToolChange& t) { return emit_tool_change(t); },
-                        [&](const cl::ToolGeometry& g) {
-                          if (g.diameter_mm) tool_diameter_mm_ = *g.diameter_mm;
-                          return Result<void>{};
-                        },
-                        [&](const cl::Dwell& d) { return emit_dwell(d, record.where); },
-                        [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
-                        [&](const cl::Text& t) { return emit_text(t, record.where); },
-                        [&](const cl::OperationBegin& o) {
-                          begin_operation(o.name);
-                          return write(nc::Comment{o.name});
-                        },
-                        [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
-                        [&](const cl::PostWord& w) { return take_post_word(w, record.where); },
-                        [](const auto&) { return Result<void>{}; },
-                    },
-                    record.data);
+  return std::visit(
+      Visitor{
+          [&](const cl::Spindle& s) { return emit_spindle(s, record.where); },
+          [&](const cl::Coolant& c) { return write(nc::Coolant{coolant_kind(c.kind)}); },
+          [&](const cl::ToolChange& t) { return emit_tool_change(t); },
+          [&](const cl::ToolGeometry& g) {
+            if (g.diameter_mm) tool_diameter_mm_ = *g.diameter_mm;
+            return Result<void>{};
+          },
+          [&](const cl::CutterCompensation& c) { return emit_cutter_compensation(c, record.where); },
+          [&](const cl::Dwell& d) { return emit_dwell(d, record.where); },
+          [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
+          [&](const cl::Text& t) { return emit_text(t, record.where); },
+          [&](const cl::OperationBegin& o) {
+            begin_operation(o.name);
+            return write(nc::Comment{o.name});
+          },
+          [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
+          [&](const cl::PostWord& w) { return take_post_word(w, record.where); },
+          [](const auto&) { return Result<void>{}; },
+      },
+      record.data);
 }
 
 Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {

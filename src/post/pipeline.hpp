@@ -107,6 +107,9 @@ class Pipeline {
   Result<void> emit_event(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change);
+  Result<void> emit_cutter_compensation(const cl::CutterCompensation& c, SourceRef where);
+  /// What a control asks of motion number `i` while it compensates.
+  Result<void> check_compensated(std::size_t i);
   Result<void> emit_dwell(const cl::Dwell& dwell, SourceRef where);
   Result<void> emit_text(const cl::Text& text, SourceRef where);
   Result<void> take_tolerance(const cl::Tolerance& tolerance, SourceRef where);
@@ -188,6 +191,8 @@ class Pipeline {
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
   std::int64_t length_offset_ = 1;
+  nc::CutterSide cutter_ = nc::CutterSide::off;
+  bool cutter_changes_ = false;  // with the next motion
 
   std::optional<ClearPlane> clear_plane_;  // CLEARP
   std::optional<PlaneFrame> plane_;        // in which words are written

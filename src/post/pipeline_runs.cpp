@@ -26,6 +26,9 @@ Result<void> Pipeline::emit_run() {
     if (i == motions.size()) break;
     const Pending& motion = motions[i];
     if (auto done = emit_waiting_turn(motion); !done) return done;
+    if (cutter_ != nc::CutterSide::off || cutter_changes_) {
+      if (auto done = check_compensated(i); !done) return done;
+    }
     if (chosen[i].reconfigure && !approach_) {
       const auto there = emit_reconfiguration(chosen[i], motion);
       if (!there) return tl::unexpected(there.error());

@@ -89,6 +89,8 @@ struct Verifier::State {
     if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
     if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
     if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
+    if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block))
+      compensates = cutter->side == nc::CutterSide::off ? std::nullopt : std::optional(rotary);
     if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
     if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
     // What the machine does takes its turn among the motions, which may have to wait for theirs.
@@ -136,6 +138,10 @@ struct Verifier::State {
     for (AxisId id = 0; id < machine.axes.size(); ++id) {
       words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
       if (machine.axes[id].kind == AxisKind::rotary && motion.words.has(letters[id])) rotary[id] = words[id];
+    }
+    if (compensates && (rapid || !(*compensates == rotary))) {
+      findings.error(file, motion.source, "a rapid, or a turn of a rotary axis, under cutter compensation");
+      compensates.reset();
     }
     const std::uint16_t wanted = plane ? linear : needed;
     // In a tilted plane the control keeps the rotary axes: words for them leave it.
@@ -435,7 +441,8 @@ struct Verifier::State {
   JointVector least, most;   // travel of the axes
   JointVector word_offsets;  // word minus joint position
   std::uint16_t needed = 0;
-  std::uint16_t linear = 0;  // of those
+  std::uint16_t linear = 0;                // of those
+  std::optional<JointVector> compensates;  // rotary words from which cutter compensation is on
   bool tcp = false;
   std::optional<PlaneFrame> plane;
   JointVector rotary;         // as the last words had them

@@ -105,7 +105,9 @@ inline Interpreted interpret(const std::string& program) {
   const Folder folder;
   std::ofstream(folder.path / "p.ngc") << program;
   std::ofstream tools(folder.path / "tool.tbl");
-  for (int t = 1; t <= 99; ++t) tools << "T" << t << " P" << t << " Z" << t / 10.0 << " D0.25\n";
+  // From 91 on nothing, as the register of a new tool that holds wear.
+  for (int t = 1; t <= 99; ++t)
+    tools << "T" << t << " P" << t << " Z" << t / 10.0 << (t > 90 ? " D0\n" : " D0.25\n");
   tools.close();
   // Its tool table is mapped from HOME: two interpreters at a time would cut off each other's file.
   const std::string command =

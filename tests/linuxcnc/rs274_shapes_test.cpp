@@ -150,5 +150,61 @@ TEST(Rs274, MakesTheSameOfArcsAndDrillingCycles) {
   }
 }
 
+// A square of feeds at one tilt, led in and out by lines.
+std::vector<nc::Block> compensated_square(nc::CutterSide side, std::int64_t number) {
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}, nc::Spindle{nc::SpindleTurn::clockwise, 900}};
+  nc::Motion motion;
+  for (const auto letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::A, AxisLetter::C})
+    motion.words.set(letter, 300000);
+  const auto go = [&](std::int64_t x, std::int64_t y) {
+    motion.words.set(AxisLetter::X, x);
+    motion.words.set(AxisLetter::Y, y);
+    blocks.emplace_back(motion);
+  };
+  go(-50000, -50000);
+  motion.kind = nc::MotionKind::feed;
+  motion.feed = 500000;
+  if (side != nc::CutterSide::off) blocks.emplace_back(nc::CutterCompensation{side, number});
+  go(0, 0);
+  go(0, 300000);
+  go(400000, 300000);
+  go(400000, 0);
+  if (side != nc::CutterSide::off) blocks.emplace_back(nc::CutterCompensation{});
+  go(500000, -50000);
+  motion.words.set(AxisLetter::A, 100000);
+  go(500000, 0);
+  blocks.emplace_back(nc::ProgramEnd{});
+  return blocks;
+}
+
+TEST(Rs274, AddsTheWearOfTheRegisterToTheSideThatWeMean) {
+  if (!test::has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  const auto run = [&](nc::CutterSide side, std::int64_t number) {
+    const auto blocks = compensated_square(side, number);
+    const std::string text = test::nc_text(controller, blocks);
+    EXPECT_EQ(ours(controller, text).size(), 7U) << text;
+    const auto out = test::interpret(text);
+    EXPECT_EQ(out.exit_code, 0) << out.messages << text;
+    return out.motions;
+  };
+  const auto plain = run(nc::CutterSide::off, 0);
+  for (const auto side : {nc::CutterSide::left, nc::CutterSide::right}) {
+    const auto none = run(side, 95);
+    ASSERT_EQ(none.size(), plain.size());
+    for (std::size_t i = 0; i < plain.size(); ++i) EXPECT_EQ(none[i].xyzabc, plain[i].xyzabc) << i;
+    // 0.25 mm of diameter: along +Y the tool goes to the left by half of it, which is -X.
+    const auto worn = run(side, 7);
+    const double shift = side == nc::CutterSide::left ? -0.125 : 0.125;
+    double most = 0.0;
+    for (const auto& motion : worn) {
+      const double y = std::stod(motion.xyzabc[1]);
+      const double x = std::stod(motion.xyzabc[0]);
+      if (motion.feed && y > 10.0 && x < 10.0) most = x;
+    }
+    EXPECT_NEAR(most, shift, 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace trunnion

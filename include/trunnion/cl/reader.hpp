@@ -25,8 +25,9 @@ struct ReaderOptions {
   enum class Frames : std::uint8_t { automatic, apply, ignore };
   Frames frames = Frames::automatic;
   /// CUTCOM/LEFT and RIGHT. `refuse`: an error, unless the file says that its points are those of the tool's
-  /// center. `tool_center`: they are, and CUTCOM is left out with a warning.
-  enum class CutterCompensation : std::uint8_t { refuse, tool_center };
+  /// center. `tool_center`: they are, and CUTCOM is left out with a warning. `wear`: they are, and the
+  /// control adds the wear of a register: CutterCompensation records.
+  enum class CutterCompensation : std::uint8_t { refuse, tool_center, wear };
   CutterCompensation cutter_compensation = CutterCompensation::refuse;
   /// false: every arc becomes straight motions that stay within `arc_tolerance_mm` of it. true: ArcMotion
   /// records.

@@ -116,6 +116,18 @@ struct ToolGeometry {
   std::optional<double> length_mm;
 };
 
+/// CUTCOM, where the points are those of the tool's centre and the control is to add the wear that stands in
+/// its register (ReaderOptions::CutterCompensation::wear). The motions are as the file gives them.
+struct CutterCompensation {
+  enum class Side : std::uint8_t {
+    off,
+    left,
+    right
+  };  // of the contour, seen along the motion from the spindle
+  Side side = Side::off;
+  std::optional<std::uint32_t> wear_register;  // nothing: the tool's number
+};
+
 /// DELAY/t: the tool stands still.
 struct Dwell {
   double seconds = 0.0;
@@ -170,8 +182,9 @@ struct End {};
 /// One thing that the file says. Motions come first in the variant: they are nearly all of a file.
 struct Record {
   SourceRef where;  // of the major word
-  std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, ToolGeometry, Dwell, Stop,
-               Text, OperationBegin, OperationEnd, Tolerance, Frame, PostWord, ShapeBegin, End>
+  std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, ToolGeometry,
+               CutterCompensation, Dwell, Stop, Text, OperationBegin, OperationEnd, Tolerance, Frame,
+               PostWord, ShapeBegin, End>
       data;
 };
 

@@ -100,6 +100,14 @@ struct ToolCall {
 struct LengthCompensation {
   std::int64_t number = 0;
 };
+/// The control shifts the path by the radius in register `number` (G41 D, G42 D), from the next motion in X
+/// and Y on. The post has it add wear to paths of the tool's centre: what the program says is the path with
+/// nothing in the register.
+enum class CutterSide : std::uint8_t { off, left, right };
+struct CutterCompensation {
+  CutterSide side = CutterSide::off;
+  std::int64_t number = 0;  // 0 when off
+};
 /// Tool-centre-point control: X Y Z are the tip in the part, which the control keeps while the rotary axes
 /// move.
 struct TcpControl {
@@ -174,9 +182,10 @@ struct Stop {
   bool optional = false;
 };
 
-using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
-                           LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
-                           OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole>;
+using Block =
+    std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
+                 LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
+                 OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole, CutterCompensation>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -1,0 +1,123 @@
+// Cutter compensation that adds wear to a path of the tool's centre.
+#include <gtest/gtest.h>
+
+#include "post/posting.hpp"
+
+namespace trunnion::post {
+namespace {
+
+PostOptions with(cl::ReaderOptions::CutterCompensation choice) {
+  PostOptions options;
+  options.cl.cutter_compensation = choice;
+  return options;
+}
+PostOptions wear() {
+  return with(cl::ReaderOptions::CutterCompensation::wear);
+}
+
+// A contour across a tilted tool axis, led in and out by lines, as NX writes it.
+std::string contour(const std::string& lead_in = "", const std::string& inside = "") {
+  const Vec3 axis(0.0, 0.6, 0.8);
+  const auto point = [&](double x, double y, double height) {
+    const Vec3 tip = Vec3(x, 0.0, 0.0) + y * Vec3(0.0, 0.8, -0.6) + height * axis;
+    return "GOTO/" + fixed_text(tip.x(), 4) + "," + fixed_text(tip.y(), 4) + "," + fixed_text(tip.z(), 4) +
+           ",0,0.6,0.8\n";
+  };
+  std::string cl = "LOADTL/7\nSPINDL/RPM,3000,CLW\nFEDRAT/MMPM,500\nRAPID\n" + point(-5, -5, 20);
+  cl += point(-5, -5, 0) + "CUTCOM/LEFT,XYPLAN\n" + (lead_in.empty() ? point(0, -2, 0) : lead_in);
+  cl += point(0, 30, 0) + inside + point(40, 30, 0) + point(40, -2, 0);
+  return cl + "CUTCOM/OFF\n" + point(45, -5, 0) + "RAPID\n" + point(45, -5, 20) + "FINI\n";
+}
+
+std::string without(std::string text, const std::string& word) {
+  for (auto at = text.find(word); at != std::string::npos; at = text.find(word)) text.erase(at, word.size());
+  return text;
+}
+
+TEST(Cutter, WearGoesOutWithTheLinesThatLeadInAndOut) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const std::string control : {"linuxcnc", "fanuc_30i", "haas_ngc"}) {
+    const auto p = test::posted(contour(), machine, wear(), control);
+    ASSERT_TRUE(p.report) << control << ": " << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << control;
+    const auto on = p.nc.find("G41 D7 X");
+    const auto off = p.nc.find("G40 X");
+    EXPECT_NE(on, std::string::npos) << p.nc;
+    EXPECT_NE(off, std::string::npos) << p.nc;
+    EXPECT_LT(on, off);
+    EXPECT_NE(p.nc.find("REGISTER 7 HOLDS WEAR ONLY"), std::string::npos) << p.nc;
+    // The path itself is that of the tool's centre.
+    const auto centre =
+        test::posted(contour(), machine, with(cl::ReaderOptions::CutterCompensation::tool_center), control);
+    ASSERT_TRUE(centre.report);
+    EXPECT_EQ(centre.report->points_in, p.report->points_in);
+    EXPECT_EQ(centre.report->verification->points_out, p.report->verification->points_out);
+    const auto again = test::verified(p.nc, contour(), machine, 0.01, control);
+    EXPECT_FALSE(again);  // CUTCOM is refused unless somebody says what the points are
+  }
+}
+
+TEST(Cutter, TheRegisterIsThatOfTheWord) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = contour();
+  cl.replace(cl.find("LEFT,XYPLAN"), 11, "RIGHT,XYPLAN,ADJUST,21");
+  const auto p = test::posted(cl, machine, wear());
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_NE(p.nc.find("G42 D21 X"), std::string::npos) << p.nc;
+}
+
+TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto error = [&](const std::string& cl, const std::string& control) {
+    const auto p = test::posted(cl, machine, wear(), control);
+    return p.report ? "no error" : p.report.error().text();
+  };
+  const auto expect = [&](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_NE(text.find("part.cls:"), std::string::npos) << text;
+  };
+  // Their compensation takes the radius of the tool, not of a register.
+  for (const std::string control : {"siemens_840d_sl", "heidenhain_tnc640", "hnc_8"})
+    expect(error(contour(), control), "no words for it");
+  expect(error(contour("GOTO/-5,-7,-1,0,0.6,0.8\n"), "linuxcnc"), "a line across the tool axis");
+  expect(error(contour("", "GOTO/10,10,10,0,0.5,0.8660254\n"), "linuxcnc"), "the tool axis turns");
+  expect(error(contour("", "RAPID\n"), "linuxcnc"), "CUTCOM/OFF is missing before this rapid");
+  expect(error(without(contour(), "CUTCOM/OFF\n"), "linuxcnc"), "CUTCOM/OFF is missing");
+  std::string plane = contour();
+  plane.replace(plane.find("XYPLAN"), 6, "ZXPLAN");
+  const auto p = test::posted(plane, machine, wear());
+  ASSERT_FALSE(p.report);
+  EXPECT_NE(p.report.error().text().find("'ZXPLAN' is not understood"), std::string::npos)
+      << p.report.error().text();
+  PostOptions rtcp = wear();
+  rtcp.rtcp = true;
+  const auto under = test::posted(contour(), machine, rtcp, "fanuc_30i");
+  ASSERT_FALSE(under.report);
+  EXPECT_NE(under.report.error().text().find("tool-centre-point"), std::string::npos);
+}
+
+TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = contour();
+  const auto p = test::posted(cl, machine, wear());
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const auto verify = [&](const std::string& text) {
+    const nc::Controller c = test::shipped_controller("linuxcnc");
+    Diagnostics d;
+    VerifyOptions options;
+    options.tolerance_mm = 0.01;
+    cl::ReaderOptions reading;
+    reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
+    static_cast<void>(post::verify(std::make_unique<test::TextOf>(cl), "part.cls",
+                                   std::make_unique<test::TextOf>(text), "part.nc", machine, c, reading,
+                                   options, d));
+    return d.error_count();
+  };
+  EXPECT_EQ(verify(p.nc), 0U);
+  std::string edited = p.nc;
+  edited.insert(edited.find('\n', edited.find("G41 D7 X")), " A30.5");
+  EXPECT_GT(verify(edited), 0U);
+}
+
+}  // namespace
+}  // namespace trunnion::post
