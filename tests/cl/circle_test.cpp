@@ -133,7 +133,9 @@ TEST(Circle, WithoutKeptArcsTheReaderGivesTheChords) {
 TEST(Circle, CutterCompensationIsRefusedUnlessTheFileIsOnCenter) {
   const std::string contour = "GOTO/0,0,0\nCUTCOM/LEFT\nGOTO/1,0,0\nCUTCOM/OFF\n";
   EXPECT_EQ(joined(read(contour).findings),
-            "2:1: error: CUTCOM/LEFT changes the geometry and is not understood by this program\n");
+            "2:1: error: CUTCOM/LEFT changes the geometry: whether the points are those of the tool's center "
+            "the file "
+            "does not say (--cutter-compensation tool-center or wear)\n");
   EXPECT_EQ(joined(read("$$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_CENTER\n" + contour).findings),
             "3:1: warning: CUTCOM is left out: the points are those of the tool's center\n");
 }

@@ -123,7 +123,9 @@ TEST_F(ReferenceCl, NxCirclesAreRefusedForTheirCompensationAndReadWithoutIt) {
   const auto refused = read("nx_clsf_cutcom_circle.clsf");
   ASSERT_GE(refused.findings.size(), 2U);
   EXPECT_EQ(refused.findings[1],
-            "17:1: error: CUTCOM/LEFT changes the geometry and is not understood by this program");
+            "17:1: error: CUTCOM/LEFT changes the geometry: whether the points are those of the tool's "
+            "center the file "
+            "does not say (--cutter-compensation tool-center or wear)");
   ReaderOptions options;
   options.cutter_compensation = ReaderOptions::CutterCompensation::tool_center;
   options.keep_arcs = true;

@@ -1,4 +1,5 @@
 // Arcs and drilling cycles: LinuxCNC's interpreter makes of our words what our reader makes of them.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -193,16 +194,15 @@ TEST(Rs274, AddsTheWearOfTheRegisterToTheSideThatWeMean) {
     const auto none = run(side, 95);
     ASSERT_EQ(none.size(), plain.size());
     for (std::size_t i = 0; i < plain.size(); ++i) EXPECT_EQ(none[i].xyzabc, plain[i].xyzabc) << i;
-    // 0.25 mm of diameter: along +Y the tool goes to the left by half of it, which is -X.
+    // 0.25 inch of diameter (the unit of its tool table): along +Y the tool goes to the left by half of it,
+    // which is -X.
     const auto worn = run(side, 7);
-    const double shift = side == nc::CutterSide::left ? -0.125 : 0.125;
-    double most = 0.0;
-    for (const auto& motion : worn) {
-      const double y = std::stod(motion.xyzabc[1]);
-      const double x = std::stod(motion.xyzabc[0]);
-      if (motion.feed && y > 10.0 && x < 10.0) most = x;
-    }
-    EXPECT_NEAR(most, shift, 1e-4);
+    const double shift = (side == nc::CutterSide::left ? -0.125 : 0.125) * 25.4;
+    const auto along_y = std::find_if(worn.begin(), worn.end(), [](const test::Straight& motion) {
+      return motion.feed && std::stod(motion.xyzabc[1]) > 10.0;
+    });
+    ASSERT_NE(along_y, worn.end());
+    EXPECT_NEAR(std::stod(along_y->xyzabc[0]), shift, 1e-4);
   }
 }
 
