@@ -307,7 +307,7 @@ void GlobalChoice::go_on(const ChoicePoint& point) {
   first_.push_back(static_cast<std::uint32_t>(traces_.size()));
   for (std::size_t c = 0; c < after.count; ++c) {
     const Candidate& x = after.at[c];
-    traces_.push_back({x.angle, x.linear, x.sines, x.from, x.branch, x.singular, x.reconfigure});
+    traces_.push_back({x.angle, x.from, x.branch, x.singular, x.reconfigure});
   }
   now_ = 1 - now_;
   axis_before_ = point.pose.axis_P;
@@ -433,19 +433,20 @@ bool GlobalChoice::add_only(const ChoicePoint& point, const Solved& solved, Chos
   after.count = 1;
   now_ = 1 - now_;
   axis_before_ = point.pose.axis_P;
-  put({next.angle, next.linear, next.sines, 0, next.branch, false, next.reconfigure}, out);
+  put(next, out);
   return true;
 }
 
-void GlobalChoice::put(const Trace& trace, ChosenPoint& out) const {
-  out.q = out.q_leave = joints(trace.angle, trace.linear);
-  out.branch = trace.branch;
-  out.singular = trace.singular;
-  out.reconfigure = trace.reconfigure;
-  out.sines = {trace.sines, trace.angle};
+void GlobalChoice::put(const Candidate& chosen, ChosenPoint& out) const {
+  out.q = out.q_leave = joints(chosen.angle, chosen.linear);
+  out.branch = chosen.branch;
+  out.singular = chosen.singular;
+  out.reconfigure = chosen.reconfigure;
+  out.sines = {chosen.sines, chosen.angle};
 }
 
-void GlobalChoice::take(std::span<ChosenPoint> out) const {
+// A run of which every point has several positions is held to its end: of each only the angles are kept.
+void GlobalChoice::take(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) const {
   const Layer& end = layers_[now_];
   std::size_t best = 0;
   for (std::size_t c = 1; c < end.count; ++c) {
@@ -456,9 +457,16 @@ void GlobalChoice::take(std::span<ChosenPoint> out) const {
       best = 0;
       continue;
     }
-    const Trace& t = traces_[first_[i] + best];
-    put(t, out[i]);
-    best = t.from;
+    const Trace& trace = traces_[first_[i] + best];
+    Candidate chosen;
+    chosen.angle = trace.angle;
+    chosen.branch = trace.branch;
+    chosen.singular = trace.singular;
+    chosen.reconfigure = trace.reconfigure;
+    chosen.sines = kinematics_.sines(joints(trace.angle, Vec3::Zero()));
+    chosen.linear = kinematics_.linear_positions(points[i].pose.tip_P, chosen.sines);
+    put(chosen, out[i]);
+    best = trace.from;
   }
 }
 
@@ -479,7 +487,7 @@ const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, con
       return &points[i];
     }
   }
-  take(std::span(out).subspan(begin));
+  take(points, std::span(out).subspan(begin));
   return nullptr;
 }
 

@@ -48,8 +48,6 @@ class GlobalChoice {
   // What must be kept of a candidate to walk back.
   struct Trace {
     std::array<double, 2> angle;
-    Vec3 linear;
-    RotarySines sines;
     std::uint8_t from;
     std::uint8_t branch;
     bool singular;
@@ -75,8 +73,8 @@ class GlobalChoice {
   /// `ahead`: what is known of the point, or null.
   bool add(const ChoicePoint& point, const Solved* ahead);
   /// Walks back from the cheapest end through the points that `add` took.
-  void take(std::span<ChosenPoint> out) const;
-  void put(const Trace& trace, ChosenPoint& out) const;
+  void take(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) const;
+  void put(const Candidate& chosen, ChosenPoint& out) const;
   void solve(const ToolPose& pose, const Candidate& seed, Solved& out) const;
   /// A position of the present point as it is reached from one before.
   struct Arrival {

@@ -140,6 +140,7 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
 
 Result<void> Intake::choose(Chunk& chunk) {
   choice_points_.clear();
+  choice_points_.reserve(chunk.motions.size());
   for (const Pending& p : chunk.motions) choice_points_.push_back(p.point);
   const path::ChoiceSummary so_far = summary_;
   const auto choice = [&] {
@@ -178,6 +179,48 @@ void Intake::take_post_word(const cl::PostWord& word) {
   }
 }
 
+// What is said of the pole, planes, shapes and runs in which points are dropped look at a run as a whole.
+bool Intake::may_divide(const Chunk& chunk) const {
+  if (chunk.motions.size() < 2 * kLongRun || !chunk.pole.empty() || options_.tilted_plane) return false;
+  if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
+  return std::none_of(chunk.events.begin(), chunk.events.end(), [](const Event& event) {
+    return std::holds_alternative<cl::ShapeBegin>(event.record.data);
+  });
+}
+
+std::unique_ptr<Chunk> Intake::next_piece() {
+  if (!whole_) return nullptr;
+  Chunk& whole = *whole_;
+  const std::size_t begin = piece_begin_;
+  const std::size_t end = std::min(begin + kLongRun, whole.motions.size());
+  const bool is_last = end == whole.motions.size();
+  const auto range = [&](const auto& from, auto& to) {
+    to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin),
+              from.begin() + static_cast<std::ptrdiff_t>(end));
+  };
+  auto piece = store_.take();
+  range(whole.motions, piece->motions);
+  range(whole.chosen, piece->chosen);
+  piece->inverse = whole.inverse;
+  for (const Event& event : whole.events) {
+    if (event.before >= begin && (event.before < end || is_last))
+      piece->events.push_back({event.before - begin, event.record});
+  }
+  for (const ToleranceFrom& from : whole.tolerances) {
+    if (from.motion <= begin) piece->tolerances.assign(1, {0, from.tolerance});
+    if (from.motion > begin && (from.motion < end || is_last))
+      piece->tolerances.push_back({from.motion - begin, from.tolerance});
+  }
+  piece->before = whole.before;
+  piece->has_before = whole.has_before;
+  whole.before =
+      rounded_point(kinematics_, rounding_, piece->motions.back().point, piece->chosen.back().q_leave);
+  whole.has_before = true;
+  piece_begin_ = end;
+  if (is_last) whole_.reset();
+  return piece;
+}
+
 std::unique_ptr<Chunk> Intake::flush() {
   Chunk& chunk = *chunk_;
   chunk.inverse = inverse_;
@@ -190,7 +233,12 @@ std::unique_ptr<Chunk> Intake::flush() {
       has_last_ = true;
     }
   }
-  return std::exchange(chunk_, fresh());
+  auto out = std::exchange(chunk_, fresh());
+  if (out->failure || !may_divide(*out)) return out;
+  choice_points_ = {};
+  whole_ = std::move(out);
+  piece_begin_ = 0;
+  return next_piece();
 }
 
 }  // namespace trunnion::post

@@ -34,6 +34,8 @@ class Intake {
 
   /// Takes the next record; gives a chunk when one is complete.
   std::unique_ptr<Chunk> take(const cl::Record& record, const cl::Resolution& resolution);
+  /// Of a long run that was chosen as a whole the next piece, before anything else is taken; null: none.
+  std::unique_ptr<Chunk> next_piece();
   /// What is left at the end of the file.
   std::unique_ptr<Chunk> finish() { return flush(); }
 
@@ -43,6 +45,7 @@ class Intake {
  private:
   std::unique_ptr<Chunk> flush();
   std::unique_ptr<Chunk> fresh();
+  bool may_divide(const Chunk& chunk) const;
   Result<void> choose(Chunk& chunk);
   void take_post_word(const cl::PostWord& word);
   bool may_cut(const ToolPose& pose) const;
@@ -62,6 +65,8 @@ class Intake {
   path::Point last_;  // the last point handed on
   bool has_last_ = false;
   std::unique_ptr<Chunk> chunk_;
+  std::unique_ptr<Chunk> whole_;  // a run that goes on in pieces
+  std::size_t piece_begin_ = 0;   // of its motions, the next piece
   std::vector<path::ChoicePoint> choice_points_;
   std::size_t shape_left_ = 0;       // motions of an arc or a hole that are to come: it stays in one chunk
   std::optional<cl::Record> shape_;  // that the next motion begins

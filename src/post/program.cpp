@@ -32,6 +32,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
 
 std::unique_ptr<Chunk> Program::next() {
   const auto stopped = [&] { return choice_failed_ || diagnostics_.error_count() > errors_before_; };
+  if (auto piece = intake_.next_piece()) return piece;
   while (!ended_) {
     std::unique_ptr<Chunk> chunk;
     if (!reader_.next(record_)) {
