@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/campaigns.hpp"
+#include "diagnosis/search.hpp"
+
+// What an effect's evidence costs, by closed forms, and what follows from it over a short travel.
+namespace trunnion::diagnosis {
+namespace {
+
+Share seen_by(const VectorXd& columns, const VectorXd& along) {
+  return {MatrixXd(columns.asDiagonal()), along};
+}
+
+// min over g of k ln(1 + g) + S/(1 + g) is k (1 + ln(S/k)).
+TEST(Evidence, EquallySeenColumnsCostAsTheirNumberSays) {
+  for (const double size : {5.0, 12.0, 40.0}) {
+    const Share share = seen_by(VectorXd::Constant(3, 1e4), Eigen::Vector3d(size, -size, 0.0));
+    EXPECT_NEAR(occam(share, VectorXd::Ones(3), 1.0), occam(2.0 * size * size, 3.0), 0.02) << size;
+  }
+}
+
+TEST(Evidence, WhatIsHardlySeenCostsNothing) {
+  const Share one = seen_by(VectorXd::Constant(1, 1e4), VectorXd::Constant(1, 30.0));
+  const Share four = seen_by(Eigen::Vector4d(1e4, 10.0, 1.0, 0.1), Eigen::Vector4d(30.0, 0.0, 0.0, 0.0));
+  EXPECT_NEAR(occam(four, VectorXd::Ones(4), 1.0), occam(one, VectorXd::Ones(1), 1.0), 0.01);
+}
+
+TEST(Evidence, NoiseAloneIsExplainedByAPriorOfNoWidth) {
+  const Share share = seen_by(VectorXd::Constant(2, 1e3), Eigen::Vector2d(0.9, 0.5));
+  EXPECT_NEAR(occam(share, VectorXd::Ones(2), 1.0), 0.81 + 0.25, 0.01);
+}
+
+// The same readings explained by a parameter of its usual size, and by one of 3000 times it: there the prior
+// of the width is 4 ln w, and the least of ln(1 + g) + S/(1 + g) + 2 ln(g / (t^2 100)) is at g = S/3.
+TEST(Evidence, ParametersFarFromUsualCostMore) {
+  const double s = 900.0, t = 0.01;
+  const auto cost = [&](double column) {
+    return occam(seen_by(VectorXd::Constant(1, column), VectorXd::Constant(1, std::sqrt(s))),
+                 VectorXd::Ones(1), 1.0);
+  };
+  EXPECT_NEAR(cost(t), std::log(s / 3.0) + 3.0 + 2.0 * std::log(s / 3.0 / (t * t * 100.0)), 0.02);
+  EXPECT_NEAR(cost(1e4), std::log(s) + 1.0, 0.02);
+}
+
+TEST(Evidence, UnitsOfParametersAndNoiseDoNotMatter) {
+  const Share share = seen_by(Eigen::Vector2d(50.0, 7.0), Eigen::Vector2d(20.0, -6.0));
+  const Share scaled = {share.to_columns * Eigen::Vector2d(1e3, 1e-3).asDiagonal() * 2.0, share.along * 2.0};
+  EXPECT_NEAR(occam(scaled, Eigen::Vector2d(1e-3, 1e3), 4.0), occam(share, VectorXd::Ones(2), 1.0), 1e-9);
+}
+
+struct ShortTravel : testing::TestWithParam<const char*> {};
+
+// One ball over a few poses moves the linear axes by a tenth of their travel: there a straightness is a
+// straight line, which a squareness, a tilt or another component is too. The truth must be among the sets.
+TEST_P(ShortTravel, TheTruthIsAmongTheSets) {
+  const std::string id = GetParam();
+  const bool rotation = id[11] >= 'A' && id[11] <= 'C';
+  const std::string unit = rotation ? "_urad" : "_um",
+                    plan =
+                        "[[run]]\nid = \"ball\"\nminutes = 15\nquantity = \"displacement\"\nn = [[1, 0, 0], "
+                        "[0, 1, 0], [0, 0, 1]]\n"
+                        "tool_z_mm = -150.0\nu_random = 0.5\nu_common = 0\nball_mm = [40, 20, 30]\n"
+                        "grid = { A_deg = [0, 45, 90], C_deg = [0, 60, 120, 180, 240, 300] }\n";
+  const std::string p = rotation ? "60" : "15", q = rotation ? "-45" : "-11";
+  const std::string truth = "[model]\nname = \"truth\"\n[[effect]]\nid = \"" + id +
+                            "\"\n[effect.parameters]\nP1" + unit + " = " + p + "\nP2" + unit + " = " + q +
+                            "\nP3" + unit + " = " + q + "\nP4" + unit + " = " + p + "\n";
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Dataset data = test::measured(machine, plan, truth, 5);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"base\"\n"));
+  std::string said(text_of(d.verdict));
+  bool held = false;
+  for (const auto& set : d.sets) {
+    held = held || std::find(set.begin(), set.end(), id) != set.end();
+    for (const auto& name : set) said += " " + name;
+    said += " |";
+  }
+  EXPECT_TRUE(held) << said;
+}
+
+INSTANTIATE_TEST_SUITE_P(Components, ShortTravel,
+                         testing::Values("component:EXX", "component:EYX", "component:EXY", "component:EXZ",
+                                         "component:EZX", "component:ECX", "component:EYZ"),
+                         [](const auto& tested) { return std::string(tested.param).substr(10); });
+
+}  // namespace
+}  // namespace trunnion::diagnosis
