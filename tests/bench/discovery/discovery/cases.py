@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import campaigns, foreign, machines, physics, unseen
+from . import campaigns, foreign, machines, physics, small, unseen
 from .chain import readings
 from .oracle import Oracle, rescaled, small_basis, strength
 
 LAMBDAS = (20, 50, 100, 400)
-FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160}
+FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160, "S": 180}
 NULLS = ["clean"] * 4 + ["offsets"] * 2 + ["drifting", "outliers", "unequal", "wrong_sigma"]
 ROUGH = ["outliers", "unequal", "few", "common_empty", "part_frame", "state_only"]
 SUBJECTS = {
@@ -291,6 +291,26 @@ def unusual_design(name, index, rng):
     return case
 
 
+def small_campaign(name, index, rng):
+    """Few runs over what they happen to move, one effect of natural size: often too little to tell effects apart."""
+    which = list(small.DESIGNS)[index % len(small.DESIGNS)]
+    machine = machines.MACHINES[rng.integers(len(machines.MACHINES))]()
+    rows = small.campaign(which, machine, rng)
+    while True:
+        effect = identifier(str(rng.choice([k for k in KINDS if k not in small.LEFT_OUT])), rng)
+        if small.shown(effect, rows):
+            break
+    base = known_base(machine, rows, rng, [effect]) if rng.random() < 0.4 else []
+    _, parameters, choice = drawn_effect(effect, machine, rows, rng)
+    size = float(rng.choice(small.SIZES))
+    linear = physics.linear_keys(effect, machine, rows, choice)
+    hidden = (effect, {k: v * size if k in linear else v for k, v in parameters.items()}, choice)
+    ground = physics.add_twists(*(physics.twists(*b, machine, rows) for b in base)) if base else {}
+    own = physics.add_twists(ground, physics.twists(*hidden, machine, rows))
+    seen = strength(Oracle(machine, rows, base).exact_signal(own, ground))
+    return finished(name, machine, rows, base, [hidden], rng, {"stratum": "S", "kind": which, "lambda": seen})
+
+
 def case(name):
     from . import confounded
     stratum, _, number = name.partition("-")
@@ -313,4 +333,6 @@ def case(name):
         return outside_library(name, index, rng, unseen, "F")
     if stratum == "D":
         return unusual_design(name, index, rng)
+    if stratum == "S":
+        return small_campaign(name, index, rng)
     raise ValueError(f"no such case: {name}")

@@ -115,6 +115,10 @@ def rates(records):
     out.append(rate("uncommon campaigns: false alarms", filter(is_null, designs), false_alarm, 0.03, False))
     shown = [r for r in designs if not is_null(r) and separable(r)]
     out.append(rate(f"uncommon campaigns: right effect first, rivals below {SEPARATE}", shown, first_right, 0.95))
+    few = [r for r in records if stratum(r) == "S"]
+    out.append(rate("small campaigns, lambda 50 or more: the truth in a set", (r for r in few if r["about"]["lambda"] >= 50), in_a_set,
+                    0.95))
+    out.append(rate("small campaigns: a name without the truth", few, lambda r: r["verdict"] in NAMING and not in_a_set(r), 0.03, False))
     pairs = [r for r in records if stratum(r) == "C"]
     out.append(rate("confounded pairs: ambiguous", pairs, lambda r: r["verdict"] == "ambiguous", 0.95))
     out.append(rate("confounded pairs: the truth in a set", pairs, in_a_set, 0.95))
@@ -188,6 +192,8 @@ def reason(r):
         return "" if (r.get("planned") or {}).get("effects") == r["truth"] else f"planned run does not resolve it: {r.get('planned')}"
     if kind == "H2":
         return "" if right(r) else "not both"
+    if kind == "S" and r["about"]["lambda"] >= 50 and not in_a_set(r):
+        return "truth in no set"
     if r["about"].get("lambda", 0) >= 50 and separable(r) and not first_right(r):
         return "right effect not first"
     if r["verdict"] in NAMING and not in_a_set(r):
