@@ -187,7 +187,14 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   JointVector above = q;
   // A shift of the work offset needs room there.
   const double room_mm = offsets_ && shifts() ? 2.0 * job_.offset_limits.clamp_mm : 0.0;
-  if (const auto id = machine_.axis("Z")) above[*id] = std::max(q[*id], machine_.axes[*id].max - room_mm);
+  if (const auto id = machine_.axis("Z")) {
+    above[*id] = std::max(q[*id], machine_.axes[*id].max - room_mm);
+    // Words of the part may be rounded upwards, beyond the travel by more than rounding of Z itself.
+    const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::Z);
+    JointVector there = above;
+    kinematics_.solve_linear(word_tip_P(above), kinematics_.sines(above), there);
+    if (there[*id] > machine_.axes[*id].max + 0.5 * digit_mm) above[*id] -= digit_mm;
+  }
   if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
   return emit_motion(above, nc::MotionKind::rapid, {}, where);
 }
