@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <oneapi/tbb/parallel_for.h>
 #include <set>
 
@@ -126,10 +127,17 @@ std::vector<const Atom*> pointers(const std::vector<Atom>& members) {
   return out;
 }
 
-std::vector<Eigen::Index> columns_of(const Products& products, std::size_t member, bool the_others) {
+std::vector<Eigen::Index> columns_of(const Products& products, const std::vector<std::size_t>& members) {
   std::vector<Eigen::Index> out;
-  for (Eigen::Index k = 0; k < products.moments.size(); ++k)
-    if ((k >= products.first[member] && k < products.first[member + 1]) != the_others) out.push_back(k);
+  for (const std::size_t m : members)
+    for (Eigen::Index k = products.first[m]; k < products.first[m + 1]; ++k) out.push_back(k);
+  return out;
+}
+
+std::vector<std::size_t> all_but(std::size_t count, std::size_t member) {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < count; ++k)
+    if (k != member) out.push_back(k);
   return out;
 }
 
@@ -174,9 +182,9 @@ double Search::price(const Atom& atom, const Share& share) const {
 
 // Everything from inner products of the members; only correlated noise and the bounded tests of rough data
 // need the columns themselves.
-Share Search::share_beside_rest(const Products& products, const std::vector<Atom>& members,
-                                std::size_t member) const {
-  const auto own = columns_of(products, member, false), rest = columns_of(products, member, true);
+Share Search::share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
+                           const std::vector<std::size_t>& others) const {
+  const auto own = columns_of(products, {member}), rest = columns_of(products, others);
   MatrixXd gram = products.gram(own, own);
   VectorXd moments = products.moments(own);
   if (!rest.empty()) {
@@ -188,6 +196,26 @@ Share Search::share_beside_rest(const Products& products, const std::vector<Atom
   return share_of(members[member], gram, moments);
 }
 
+// Each member beside those before it, in the order that costs least: what two of them share is paid for once,
+// but it is paid for.
+double Search::price(const std::vector<Atom>& members, const Products& products,
+                     const std::vector<double>& corrections) const {
+  std::vector<std::size_t> order(members.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  double least = INFINITY;
+  do {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const std::vector<std::size_t> before(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(k));
+      Share share = share_beside(products, members, order[k], before);
+      share.along *= corrections[order[k]];
+      sum += price(members[order[k]], share);
+    }
+    least = std::min(least, sum);
+  } while (std::next_permutation(order.begin(), order.end()));
+  return least;
+}
+
 EffectSet Search::evaluate(std::vector<Atom> members) const {
   EffectSet out;
   out.members = std::move(members);
@@ -197,8 +225,9 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
       atoms_.base().white.squaredNorm() -
       products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) * products.moments);
   out.criterion = out.rss / noise_.variance;
+  std::vector<double> corrections;  // of lengths, for the noise's correlation
   for (std::size_t k = 0; k < out.members.size(); ++k) {
-    Share share = share_beside_rest(products, out.members, k);
+    const Share share = share_beside(products, out.members, k, all_but(out.members.size(), k));
     Eigen::Index rank = share.along.size();
     const double plain = share.along.squaredNorm() / noise_.variance;
     double drop = plain;
@@ -222,9 +251,9 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
     out.drop.push_back(drop);
     out.rank.push_back(rank);
     out.p.push_back(p);
-    if (plain > 0.0) share.along *= std::sqrt(drop / plain);
-    out.criterion += price(out.members[k], share);
+    corrections.push_back(plain > 0.0 ? std::sqrt(drop / plain) : 1.0);
   }
+  out.criterion += price(out.members, products, corrections);
   return out;
 }
 

@@ -61,8 +61,10 @@ class Search {
  private:
   EffectSet evaluate(std::vector<Atom> members) const;
   void complete(EffectSet& set) const;
-  Share share_beside_rest(const Products& products, const std::vector<Atom>& members,
-                          std::size_t member) const;
+  Share share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
+                     const std::vector<std::size_t>& others) const;
+  double price(const std::vector<Atom>& members, const Products& products,
+               const std::vector<double>& corrections) const;
   double price(const Atom& atom, const Share& share) const;
   void expand(const EffectSet& from, std::size_t keep);
   Atom known_shape(Atom atom, const Remainder& given) const;
