@@ -30,9 +30,10 @@ double way(const Angles& a, const Angles& b) {
 
 // Where the axes come to when they follow the tool axis in small steps; nothing where a step is not small.
 std::optional<Angles> followed(const Machine& machine, const Vec3& from, const Vec3& to, Angles at) {
-  constexpr int kSteps = 1500;
-  for (int i = 1; i <= kSteps; ++i) {
-    const auto solutions = rotary_solutions(machine, slerp(from, to, static_cast<double>(i) / kSteps), at[1]);
+  constexpr int kWaySteps = 1500;
+  for (int i = 1; i <= kWaySteps; ++i) {
+    const auto solutions =
+        rotary_solutions(machine, slerp(from, to, static_cast<double>(i) / kWaySteps), at[1]);
     std::optional<Angles> next;
     for (std::size_t k = 0; k < solutions.count; ++k) {
       const Angles found = nearest_turns(solutions.at[k].angle, at);
