@@ -109,7 +109,7 @@ TEST(ErrorCourse, OneStraightTwistAtATime) {
       Model model;
       model.effects.push_back(model_effect(family.variants.front()));
       ModelEffect& entry = model.effects.front();
-      for (int i = 0; i < test::cases(60); ++i) {
+      for (int i = 0; i < 60; ++i) {
         for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
           const Parameter& p = entry.effect->info().parameters[k];
           // Rotations of a tenth of a radian: their second order shows too.
@@ -163,7 +163,7 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
     }
     EXPECT_GT(models.size(), 10U);
     for (Model& model : models) {
-      for (int i = 0; i < test::cases(30); ++i) {
+      for (int i = 0; i < 30; ++i) {
         for (ModelEffect& entry : model.effects) {
           for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
             const Parameter& p = entry.effect->info().parameters[k];
