@@ -237,6 +237,8 @@ def two_hidden(name, index, rng):
             hidden.append(one)
             signals.append(signal)
             columns.append(oracle.project(oracle.raw_columns(*one)))
+        if not all(small_basis(c).shape[1] for c in columns):
+            continue
         rho = max(max(oracle.rivals(s, set(effects), c, h).values()) for s, c, h in zip(signals, columns, hidden))
         cosine = abs(signals[0] @ signals[1]) / math.sqrt(strength(signals[0]) * strength(signals[1]))
         if rho < 0.8 and cosine < 0.6:
