@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/axes_of.hpp"
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
 #include "trunnion/thermal/predictor.hpp"
@@ -69,7 +70,8 @@ Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnos
   spdlog::debug("machine '{}' from {}", machine->name, machine->file);
   spdlog::debug("controller '{}' from {}{}", controller->name, controller->file,
                 controller->bases.empty() ? "" : " on " + controller->bases.front());
-  return MachineFiles{std::move(*machine), std::move(*controller)};
+  auto on_machine = post::with_axes_of(*machine, std::move(*controller));
+  return MachineFiles{std::move(*machine), std::move(on_machine)};
 }
 
 Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,

@@ -35,7 +35,7 @@ TEST(Fit, FindsAPeriodThatTheModelLeavesOpenBesideLargeBaseErrors) {
   EXPECT_NEAR(pitch_mm(found.model), 7.3, 0.05);
 }
 
-TEST(Add, StartsFromTheShapeThatTheDiagnosisFound) {
+TEST(LongAdd, StartsFromTheShapeThatTheDiagnosisFound) {
   const ScrewData s;
   const Model base = model_for(s.machine, s.data, kBase);
   const Diagnosis said = diagnose(s.machine, s.data, base, {.plan = false});
@@ -72,7 +72,7 @@ TEST(Fit, TakesNoRoundingForAMeasurement) {
 }
 
 // Tilts of set-ups that a run cannot see stay where they started, and do not carry those that it sees away.
-TEST(Diagnose, SetUpTiltsThatSomeRunsCannotSeeStayUsual) {
+TEST(LongAdd, SetUpTiltsThatSomeRunsCannotSeeStayUsual) {
   const Machine machine = shipped_machine("paper");
   std::string truth = "[model]\nname = \"t\"\n[[effect]]\nid = \"setup_tilt\"\n[effect.parameters]\n";
   for (const std::string run : {"straight_x", "straight_y", "straight_z", "angle_X", "angle_Y"})

@@ -7,6 +7,7 @@
 
 #include "diagnosis/campaigns.hpp"
 #include "diagnosis/fit_core.hpp"
+#include "support/cases.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -272,8 +273,8 @@ TEST(Diagnose, LargeEffectsOfAShortRunAreNoScatter) {
                                        {"component:EZC", "cos1_um = 30\nsin2_um = 25\n"},
                                        {"sag:A", "A_sin_urad = 150\nY_sin_um = 40\nZ_cos_um = -40\n"}}) {
     const std::string truth = "[model]\nname = \"truth\"\n" + effect(id, parameters);
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      const Dataset data = test::measured(machine, plan, truth, seed);
+    for (int seed = 1; seed <= test::cases(3); ++seed) {
+      const Dataset data = test::measured(machine, plan, truth, static_cast<std::uint64_t>(seed));
       const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, nothing));
       EXPECT_TRUE(holds(d, id)) << id << ": " << said(d);
       EXPECT_LT(d.noise_factor, 1.5) << id;  // 54 readings: 1.2 is 3 standard deviations

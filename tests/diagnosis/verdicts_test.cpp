@@ -4,6 +4,7 @@
 #include "trunnion/diagnosis/diagnose.hpp"
 
 #include "diagnosis/campaigns.hpp"
+#include "support/cases.hpp"
 
 // A data set for every verdict, and for every kind of data that a shop hands in.
 namespace trunnion::diagnosis {
@@ -200,10 +201,10 @@ TEST(Data, CommonUncertaintyLeftOpen) {
 TEST(Data, Outliers) {
   BallPlan plan;
   plan.simulation = "outlier_fraction = 0.04\n";
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    const Diagnosis nothing = said_of(plan.text(), "", seed);
+  for (int seed = 1; seed <= test::cases(3); ++seed) {
+    const Diagnosis nothing = said_of(plan.text(), "", static_cast<std::uint64_t>(seed));
     EXPECT_EQ(nothing.verdict, Verdict::nothing_to_find) << summary(nothing);
-    const Diagnosis d = said_of(plan.text(), kLocationC, seed);
+    const Diagnosis d = said_of(plan.text(), kLocationC, static_cast<std::uint64_t>(seed));
     EXPECT_EQ(d.verdict, Verdict::named) << summary(d);
     EXPECT_EQ(d.effects, std::vector<std::string>{"location:C"});
     EXPECT_GT(d.outliers, 3U);

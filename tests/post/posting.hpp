@@ -5,6 +5,7 @@
 #include <string>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/axes_of.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "support/cl_text.hpp"
@@ -22,7 +23,7 @@ struct Posted {
 /// CL text posted into memory.
 inline Posted posted(const std::string& cl, const Machine& machine, const post::PostOptions& options = {},
                      const std::string& control = "linuxcnc", const Model* model = nullptr) {
-  const nc::Controller c = shipped_controller(control);
+  const nc::Controller c = post::with_axes_of(machine, shipped_controller(control));
   post::PostJob job;
   job.cl_file = "part.cls";
   job.machine = &machine;
@@ -43,13 +44,26 @@ inline Posted posted(const std::string& cl, const Machine& machine, const post::
 inline Result<post::VerifyReport> verified(const std::string& nc_text, const std::string& cl,
                                            const Machine& machine, double tolerance_mm,
                                            const std::string& control = "linuxcnc", bool collect = false) {
-  const nc::Controller c = shipped_controller(control);
+  const nc::Controller c = post::with_axes_of(machine, shipped_controller(control));
   post::VerifyOptions options;
   options.tolerance_mm = tolerance_mm;
   options.collect = collect;
   Diagnostics d;
   return post::verify(std::make_unique<TextOf>(cl), "part.cls", std::make_unique<TextOf>(nc_text), "part.nc",
                       machine, c, {}, options, d);
+}
+
+/// One line of CL text.
+inline std::string point_text(const Vec3& tip, const Vec3& axis) {
+  std::string out = "GOTO/";
+  for (Eigen::Index i = 0; i < 3; ++i) out += fixed_text(tip[i], 4) + ",";
+  for (Eigen::Index i = 0; i < 3; ++i) out += fixed_text(axis[i], 9) + (i < 2 ? "," : "\n");
+  return out;
+}
+
+/// The tool axis at `tilt` from Z, turned by `turn` about it; rad.
+inline Vec3 tilted(double tilt, double turn) {
+  return {std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt)};
 }
 
 /// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.

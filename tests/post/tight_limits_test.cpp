@@ -11,16 +11,8 @@ namespace {
 
 using test::posted;
 
-std::string point_text(const Vec3& tip, const Vec3& axis) {
-  std::string out = "GOTO/";
-  for (Eigen::Index i = 0; i < 3; ++i) out += fixed_text(tip[i], 4) + ",";
-  for (Eigen::Index i = 0; i < 3; ++i) out += fixed_text(axis[i], 9) + (i < 2 ? "," : "\n");
-  return out;
-}
-
-Vec3 tilted(double tilt, double turn) {
-  return {std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt)};
-}
+using test::point_text;
+using test::tilted;
 
 // Quarter turns about the part: to change the branch between two of them is no way round the limit of C, as
 // the tool would swing through the pole.

@@ -78,8 +78,8 @@ struct RunTimeDrift {
 struct PostJob {
   std::string cl_file;  // for messages
   const Machine* machine = nullptr;
-  const nc::Controller* controller = nullptr;
-  const Model* model = nullptr;  // errors to compensate and to verify with; nothing: nominal
+  const nc::Controller* controller = nullptr;  // as it is set up on the machine (`with_axes_of`)
+  const Model* model = nullptr;                // errors to compensate and to verify with; nothing: nominal
   const TemperatureHistory* temperatures = nullptr;  // of the model's sensors; nothing: at reference
   /// Thermal offsets over the program's time or for each operation; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;

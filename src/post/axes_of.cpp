@@ -1,0 +1,15 @@
+#include "trunnion/post/axes_of.hpp"
+
+namespace trunnion::post {
+
+nc::Controller with_axes_of(const Machine& machine, nc::Controller controller) {
+  for (const Axis& axis : machine.axes) {
+    const auto letter = nc::axis_letter(axis.name);
+    if (letter && !axis.cyclic)
+      controller.rotary.modulo_axes =
+          static_cast<std::uint16_t>(controller.rotary.modulo_axes & ~nc::AxisWords::bit(*letter));
+  }
+  return controller;
+}
+
+}  // namespace trunnion::post
