@@ -428,8 +428,8 @@ bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
 }
 
 // Intermediate points of the linear interpolation, linear axes moved by -R_MP e(t) (paper 001, Eq. 3.4),
-// rotary axes left. Where the prediction stays short the segment is halved: the middle, where it is exact,
-// comes to stand on the chord.
+// rotary axes left. Where the prediction stays short the segment is halved: the middle, whose error is known
+// whatever predicts the rest, comes to stand on the chord.
 bool SegmentRefiner::subtract(const Station& a, const Station& b, double t0, double t1, int halvings) {
   const ErrorModel model(kinematics(), a, b, options_.predictor);
   const std::size_t before = nodes_.size();
@@ -440,7 +440,7 @@ bool SegmentRefiner::subtract(const Station& a, const Station& b, double t0, dou
   const double t = 0.5 * (t0 + t1);
   const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
   const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
-  const Node middle = maker_.node_at(t, q, tip - model.at(0.5), true);
+  const Node middle = maker_.node_at(t, q, tip - model.midpoint(), true);
   const bool first = subtract(a, middle.station, t0, t, halvings + 1);
   nodes_.push_back(middle);
   return subtract(middle.station, b, t, t1, halvings + 1) && first;

@@ -40,6 +40,10 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
   }
   if (options.tilted_plane && options.rtcp)
     return fail(ErrorCode::wrong_use, "--tilted-plane and --rtcp: a program is written in one of the two");
+  if (options.rtcp && (options.nonlinear.thin || options.nonlinear.move_programmed_points))
+    return fail(ErrorCode::wrong_use,
+                std::string(options.nonlinear.thin ? "--thin" : "--move-programmed-points") +
+                    " and --rtcp: under tool-centre-point control every programmed point stays where it is");
   if (options.tilted_plane && !job.controller->has_tilted_plane()) {
     return fail(ErrorCode::wrong_use,
                 "--tilted-plane: the control '" + job.controller->name + "' has no tilted plane");
