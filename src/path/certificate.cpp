@@ -30,9 +30,12 @@ constexpr double kRemainderShare = 0.2;
 constexpr double kRemainderOfTolerance = 0.01;
 
 // The tool axis is a unit vector.
+double axis_rounding(double angles) {
+  return kUnitsInTheLastPlace * (1.0 + angles);
+}
 double axis_rounding(const TableKinematics& k, const Station& a, const Station& b) {
-  return kUnitsInTheLastPlace * (1.0 + std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
-                                 std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1)));
+  return axis_rounding(std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) + std::abs(k.angle(a.q, 1)) +
+                       std::abs(k.angle(b.q, 1)));
 }
 
 struct TipRole {
@@ -179,25 +182,58 @@ bool opposite(const Reference& reference) {
 
 }  // namespace
 
+namespace {
+
+// The tip and the tool axis side by side, with the formulas of StationOf.
+void put_station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines,
+                 Station& s) {
+  using Both = lanes::Triple<Lanes>;
+  const auto both = [](const Vec3& tip, const Vec3& axis) {
+    return Both{Lanes{tip.x(), axis.x()}, Lanes{tip.y(), axis.y()}, Lanes{tip.z(), axis.z()}};
+  };
+  const auto of_tip = [](const Vec3& v) {
+    return Both{Lanes{v.x(), 0.0}, Lanes{v.y(), 0.0}, Lanes{v.z(), 0.0}};
+  };
+  const auto lane = [](const Both& v, int i) { return Vec3(v.x[i], v.y[i], v.z[i]); };
+  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
+  const auto size = [](const Vec3& v) { return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z()); };
+  const auto twice = [](double x) { return lanes::splat<Lanes>(x); };
+  const TableKinematics::SinesOf<Lanes> turns{{twice(sines.sin[0]), twice(sines.sin[1])},
+                                              {twice(sines.cos[0]), twice(sines.cos[1])}};
+  const Vec3 w = kinematics.w(q);
+  const Vec3 b = kinematics.b(q);
+  const Vec3 g = kinematics.g(q);
+  const Both inner = kinematics.turned_back(0, both(w, kinematics.spindle()), turns) + of_tip(b);
+  const Both placed = kinematics.turned_back(1, inner, turns) + of_tip(g);
+  const lanes::Triple<double> inner_tip{inner.x[0], inner.y[0], inner.z[0]};
+  s.q = q;
+  s.sines = sines;
+  s.tip_P = lane(placed, 0);
+  s.axis_P = lane(placed, 1);
+  s.w = w;
+  s.arm2_outer = lanes::squared(lanes::cross(triple(kinematics.direction(0)), triple(w)));
+  s.arm2_inner = lanes::squared(lanes::cross(triple(kinematics.direction(1)), inner_tip));
+  s.tip_shift_P = Vec3::Zero();
+  s.axis_shift_P = Vec3::Zero();
+  s.size_mm = size(w) + size(b) + size(g);
+}
+
+}  // namespace
+
+void put_station(const TableKinematics& kinematics, const JointVector& q, Station& out) {
+  put_station(kinematics, q, kinematics.sines(q), out);
+}
+
 Station station(const TableKinematics& kinematics, const JointVector& q) {
-  return station(kinematics, q, kinematics.sines(q));
+  Station s;
+  put_station(kinematics, q, s);
+  return s;
 }
 
 Station station(const TableKinematics& kinematics, const JointVector& q,
                 const TableKinematics::Sines& sines) {
   Station s;
-  s.q = q;
-  s.sines = sines;
-  s.w = kinematics.w(q);
-  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
-  const auto vector = [](const lanes::Triple<double>& v) { return Vec3(v.x, v.y, v.z); };
-  const StationOf<double> of(kinematics, triple(s.w), triple(kinematics.b(q)), triple(kinematics.g(q)),
-                             {sines.sin, sines.cos});
-  s.tip_P = vector(of.tip_P);
-  s.axis_P = vector(of.axis_P);
-  s.arm2_outer = of.arm2_outer;
-  s.arm2_inner = of.arm2_inner;
-  s.size_mm = of.size_mm;
+  put_station(kinematics, q, sines, s);
   return s;
 }
 
@@ -236,6 +272,13 @@ Bound Certifier::axis(const Station& a, const Station& b, const Reference& refer
 
 double Certifier::bow_from_norms(const Station& a, const Station& b) const {
   return piece_norms(kinematics_, a, b).M2() / 8.0 + tip_rounding(kinematics_, a, b);
+}
+
+Certifier::Bows Certifier::bows_from_norms(const Station& a, const Station& b) const {
+  const Lanes bow = tip_and_axis_norms(kinematics_, a, b).M2() / 8.0;
+  const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
+                        std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+  return {bow[0] + path::tip_rounding(a.size_mm + b.size_mm, angles), bow[1] + axis_rounding(angles)};
 }
 
 double Certifier::bow_from_cubic(const Station& a, const Station& b) const {
@@ -281,13 +324,10 @@ Within Certifier::tip_within(const Station& a, const Station& b, const Reference
 Within Certifier::axis_within(const Station& a, const Station& b, const Reference& reference,
                               Angle tolerance) const {
   if (opposite(reference)) return Within::unknown;
-  // |u''| <= (|dA| + |dC|)^2: a unit vector turned about two axes.
-  const double turn = std::abs(kinematics_.angle(b.q, 0) - kinematics_.angle(a.q, 0)) +
-                      std::abs(kinematics_.angle(b.q, 1) - kinematics_.angle(a.q, 1));
-  const double bow = turn * turn / 8.0;
+  const double bow = tip_and_axis_norms(kinematics_, a, b).M2()[1] / 8.0;
   const double rounding = axis_rounding(kinematics_, a, b);
-  // The arc's ends are no nearer than the arc itself, and sin x >= 2x/pi up to a right angle.
-  const double left = std::min(tolerance.rad(), 0.5 * kPi) * 2.0 / kPi - bow - rounding;
+  // The arc's ends are no nearer than the arc itself.
+  const double left = sine_at_least(tolerance.rad()) - bow - rounding;
   const double ends2 =
       std::max((a.axis_P - reference.axis0_P).squaredNorm(), (b.axis_P - reference.axis1_P).squaredNorm());
   if (left >= 0.0 && ends2 <= left * left) return Within::yes;

@@ -28,6 +28,23 @@ inline NormsOf<double> piece_norms(const TableKinematics& k, const Station& a, c
       std::max(a.arm2_outer, b.arm2_outer),        std::max(a.arm2_inner, b.arm2_inner)};
 }
 
+/// Of the tip, and beside it of the tool axis: of that the unit vector k stands in the place of w, nothing
+/// moves it but the turns.
+inline NormsOf<Lanes> tip_and_axis_norms(const TableKinematics& k, const Station& a, const Station& b) {
+  const double way = (b.w - a.w).norm();
+  const double slope = k.linear_axes_first() ? way : way + (k.b(b.q) - k.b(a.q)).norm();
+  // Turned back about n1, the axis is as far from it as in P.
+  const auto axis_arm2 = [&](const Station& s) {
+    return k.direction(1).cross(Vec3(s.axis_P - s.axis_shift_P)).squaredNorm();
+  };
+  return {lanes::splat<Lanes>(std::abs(k.angle(b.q, 0) - k.angle(a.q, 0))),
+          lanes::splat<Lanes>(std::abs(k.angle(b.q, 1) - k.angle(a.q, 1))),
+          Lanes{way, 0.0},
+          Lanes{slope, 0.0},
+          Lanes{std::max(a.arm2_outer, b.arm2_outer), k.direction(0).cross(k.spindle()).squaredNorm()},
+          Lanes{std::max(a.arm2_inner, b.arm2_inner), std::max(axis_arm2(a), axis_arm2(b))}};
+}
+
 /// Where the tip is in the middle of a piece, without a new sine.
 inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station& b) {
   const TableKinematics::Sines mid = middle_sines(k, a, b);

@@ -110,8 +110,13 @@ ErrorCourse::ErrorCourse(const Machine& machine, const Vec3& tool_mm, const Mode
     const Axis& axis = machine.axes[id];
     // Turned about a point, a vector grows by twice its distance at most.
     constant_mm_ += 2.0 * axis.point_mm.norm();
-    return Joint{id,      axis.kind == AxisKind::rotary, AxisTurn(axis.direction), axis.point_mm, axis.min,
-                 axis.max};
+    return Joint{id,
+                 axis.kind == AxisKind::rotary,
+                 AxisTurn(axis.direction),
+                 axis.point_mm,
+                 axis.min,
+                 axis.max,
+                 range_ ? range_->per_unit[id] : TwistBend{}};
   };
   tool_chain_.reserve(machine.tool_chain.size());
   part_chain_.reserve(machine.part_chain.size());
@@ -149,22 +154,26 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
   double turn = 0.0;  // of the rotary ones
   double th1 = 0.0;
   double T1 = 0.0;
-  for (const auto* chain : {&tool_chain_, &part_chain_}) {
-    for (const Joint& joint : *chain) {
-      const double a = q0[joint.id];
-      const double b = q1[joint.id];
-      if (!(std::min(a, b) >= joint.min && std::max(a, b) <= joint.max)) return std::nullopt;
-      const double d = std::abs(b - a);
-      const TwistBend& per_unit = range_->per_unit[joint.id];
-      th1 += per_unit.rot_rad * d;
-      T1 += per_unit.trans_mm * d;
-      if (joint.rotary) {
-        turn += d;
-      } else {
-        way += d;
-        S += std::max(std::abs(a), std::abs(b));
-      }
+  const auto add = [&](const Joint& joint) {
+    const double a = q0[joint.id];
+    const double b = q1[joint.id];
+    if (!(std::min(a, b) >= joint.min && std::max(a, b) <= joint.max)) return false;
+    const double d = std::abs(b - a);
+    th1 += joint.per_unit.rot_rad * d;
+    T1 += joint.per_unit.trans_mm * d;
+    if (joint.rotary) {
+      turn += d;
+    } else {
+      way += d;
+      S += std::max(std::abs(a), std::abs(b));
     }
+    return true;
+  };
+  for (const Joint& joint : tool_chain_) {
+    if (!add(joint)) return std::nullopt;
+  }
+  for (const Joint& joint : part_chain_) {
+    if (!add(joint)) return std::nullopt;
   }
   const double th = range_->largest.rot_rad;
   const double T = range_->largest.trans_mm;

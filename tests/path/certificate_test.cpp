@@ -80,6 +80,38 @@ TEST_P(CertificateOf, NoSampleLiesAboveTheBound) {
   expect_no_sample_above(test::shipped_machine(GetParam()), test::cases(1000000, kSegments) / 4, 20261121);
 }
 
+// What the verification settles nearly every block by: tip and tool axis are nowhere farther from the chord
+// of their ends, place by place.
+TEST_P(CertificateOf, NothingIsFartherFromItsChordThanTheBowsFromNorms) {
+  RandomSegments random(test::shipped_machine(GetParam()), 9);
+  const TableKinematics& kinematics = random.kinematics();
+  const Certifier certifier(kinematics);
+  for (int i = 0; i < test::cases(20000); ++i) {
+    const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
+    const Segment s = random.next(family, kSteps[(i / 5) % 3]);
+    const Certifier::Bows bows = certifier.bows_from_norms(s.a, s.b);
+    EXPECT_NEAR(bows.tip_mm, certifier.bow_from_norms(s.a, s.b), 1e-12 * (1.0 + bows.tip_mm));
+    double tip = 0.0;
+    double axis = 0.0;
+    for (int k = 1; k < 16; ++k) {
+      const double t = k / 16.0;
+      const ToolPose pose = kinematics.pose(JointVector::interpolate(s.a.q, s.b.q, t));
+      tip = std::max(tip, (pose.tip_P - (1.0 - t) * s.a.tip_P - t * s.b.tip_P).norm());
+      axis = std::max(axis, (pose.axis_P - (1.0 - t) * s.a.axis_P - t * s.b.axis_P).norm());
+    }
+    ASSERT_LE(tip, bows.tip_mm) << "case " << i;
+    ASSERT_LE(axis, bows.axis) << "case " << i;
+  }
+}
+
+TEST(Certificate, SineIsNotBelowItsBound) {
+  for (int i = 0; i <= 1570; ++i) {
+    const double angle = 1e-3 * i;
+    EXPECT_LE(sine_at_least(angle), std::sin(angle) + 1e-16);
+    EXPECT_GE(sine_at_least(angle), std::min(0.83, 0.98 * std::sin(angle)));
+  }
+}
+
 TEST_P(CertificateOf, BoundIsWithinFivePercentOfTheTruth) {
   RandomSegments random(test::shipped_machine(GetParam()), 7);
   const Certifier certifier(random.kinematics());

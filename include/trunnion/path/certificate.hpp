@@ -21,6 +21,7 @@ struct Station {
   double size_mm = 0.0;  // sum of the coordinates' magnitudes: measure of rounding
 };
 Station station(const TableKinematics& kinematics, const JointVector& q);
+void put_station(const TableKinematics& kinematics, const JointVector& q, Station& out);
 /// The same where the sines are known.
 Station station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines);
 /// The station moved by what errors add to the nominal tip and axis. What a motion between two such stations
@@ -45,6 +46,12 @@ struct Bound {
 /// rounding, or the work limit was met.
 enum class Within : std::uint8_t { yes, no, unknown };
 
+/// A number that the sine of an angle >= 0 is not below, up to a right angle; beyond it that of one within.
+inline double sine_at_least(double angle_rad) {
+  const double x = angle_rad < 1.0 ? angle_rad : 1.0;  // the series' first terms are near up to there
+  return x * (1.0 - x * x / 6.0);
+}
+
 /// Proved bounds for pieces of path as a control runs them without tool-centre-point control: q linear
 /// between two stations, on the nominal machine. The ends of a piece need not lie on its reference.
 /// Mathematics and proof: README of this layer. No allocation; one Certifier may serve many threads.
@@ -68,7 +75,13 @@ class Certifier {
 
   /// Largest distance of the tip from its own chord, from norms alone (no sine, no direction), mm.
   double bow_from_norms(const Station& a, const Station& b) const;
-  /// The same from the exact second and third derivative in the middle and a bound on the fourth.
+  /// The same, and of the tool axis as a vector from the chord of its ends.
+  struct Bows {
+    double tip_mm = 0.0;
+    double axis = 0.0;
+  };
+  Bows bows_from_norms(const Station& a, const Station& b) const;
+  /// Of the tip from the exact second and third derivative in the middle and a bound on the fourth.
   double bow_from_cubic(const Station& a, const Station& b) const;
   /// Largest distance from the reference: of the parabola through the ends and the middle, and a bound on
   /// the third derivative from norms, mm.

@@ -51,6 +51,7 @@ class ErrorCourse {
     AxisTurn turn;  // its direction, for a linear joint too
     Vec3 point_mm = Vec3::Zero();
     double min = 0.0, max = 0.0;  // its travel
+    TwistBend per_unit;           // of `range_`, where there is one
   };
   const ModelEvaluator& model_;
   Vec3 tool_mm_;
