@@ -61,7 +61,13 @@ void DeviationMeter::place_at_station(Vertex& vertex, const JointVector& to,
     vertex.axis_P = vertex.station.axis_P;
     return;
   }
-  if (truth_ != nullptr) truth_->errors(program.towards(to, vertex.q), program.lagged(), vertex.errors);
+  if (fixed_) {  // nothing but the position counts
+    MachineState state;
+    state.q = vertex.q;
+    truth_->errors(state, {}, vertex.errors);
+  } else if (truth_ != nullptr) {
+    truth_->errors(program.towards(to, vertex.q), program.lagged(), vertex.errors);
+  }
   const ToolPose at = pose(vertex.q, vertex.station.sines, vertex.errors);
   vertex.tip_P = at.tip_P;
   vertex.axis_P = at.axis_P;
@@ -227,6 +233,22 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<c
   };
   take(sum.tip_mm, tip);
   take(sum.axis_rad, axis);
+}
+
+std::optional<path::Certifier::Bows> DeviationMeter::bow_at_most(const Vertex& from, const Vertex& to,
+                                                                 const path::Certifier::Bows& nominal) const {
+  if (certify_) return nominal;
+  const auto errors = bend_at_most(from.q, to.q);
+  if (!errors) return std::nullopt;
+  return path::Certifier::Bows{nominal.tip_mm + errors->tip_mm, nominal.axis + errors->axis_rad};
+}
+
+bool DeviationMeter::keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                               double limit_mm) const {
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  if (certify_) return tip_is_within(from.station, to.station, reference, 0.0, limit_mm);
+  const auto errors = bend_at_most(from.q, to.q);
+  return errors && tip_is_within(actual(from), actual(to), reference, errors->tip_mm, limit_mm);
 }
 
 std::optional<path::ErrorCourse::Bend> DeviationMeter::bend_at_most(const JointVector& from,

@@ -35,7 +35,8 @@ struct Vertex : BlockEnd {
   path::Station station;  // of q on the nominal machine, where bounds are proved
   Vec3 tip_P = Vec3::Zero();
   Vec3 axis_P = Vec3::UnitZ();
-  ChainErrors errors;  // of the machine at q, where it is verified on one with errors
+  ChainErrors errors;   // of the machine at q, where it is verified on one with errors
+  bool placed = false;  // found on the CL path, where the verifier stands: Place::off_tip_mm is of it
 };
 
 /// A point of the CL path.
@@ -44,15 +45,25 @@ struct Target {
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t line = 0;
   bool rapid = false;
-  bool step = false;  // cl::Motion::step
+  bool step = false;      // cl::Motion::step
+  double along_mm = 0.0;  // way of the tip from the start of the file, from point to point
 };
 
 /// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:
 /// about a tool's length, so that a turn about the tip counts as much as the motion of the holder.
 inline constexpr double kAxisWeight_mm = 50.0;
 
+/// angle_between for unit vectors, rad; mostly they are near each other.
+inline double turn_between(const Vec3& u, const Vec3& v) {
+  const double chord2 = (u - v).squaredNorm();
+  // 2 arcsin(c / 2): the first term left out is below 1e-12 of it.
+  constexpr double kSmallChord2 = 1e-3;
+  if (!(chord2 < kSmallChord2)) return angle_between(u, v).rad();
+  return std::sqrt(chord2) * (1.0 + chord2 * (1.0 / 24.0 + chord2 * (3.0 / 640.0)));
+}
+
 inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) {
-  const double turned_mm = kAxisWeight_mm * angle_between(v.axis_P, axis_P).rad();
+  const double turned_mm = kAxisWeight_mm * turn_between(v.axis_P, axis_P);
   return std::sqrt((v.tip_P - tip_P).squaredNorm() + turned_mm * turned_mm);
 }
 
@@ -93,6 +104,20 @@ class DeviationMeter {
   }
   DeviationMeter(const DeviationMeter&) = delete;
   DeviationMeter& operator=(const DeviationMeter&) = delete;
+
+  /// `bow_at_most` knows a bound: the machine stands where a position was placed, whatever comes after it.
+  bool may_bow(const Vertex& from, const Vertex& to) const {
+    return (certify_ || (asked_ && fixed_)) && !from.tcp && !to.tcp;
+  }
+  /// How far such a motion leaves the straight line between the places of its ends, at most: from norms
+  /// (`nominal`) and from what the errors are at most anywhere, no value of either on the way. Nothing where
+  /// none is known.
+  std::optional<path::Certifier::Bows> bow_at_most(const Vertex& from, const Vertex& to,
+                                                   const path::Certifier::Bows& nominal) const;
+  /// It is proved that the tip keeps to the segment a-b within this; for motions of which `bow_at_most` knows
+  /// a bound.
+  bool keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                 double limit_mm) const;
 
   /// Proofs were asked for.
   bool proves() const { return asked_; }

@@ -23,8 +23,11 @@ Verifier::Verifier(const Machine& machine, const nc::Controller& controller, con
 Verifier::~Verifier() = default;
 
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
-  ++state_->report.points_in;
-  state_->targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step});
+  State& s = *state_;
+  ++s.report.points_in;
+  const double along_mm =
+      s.targets.empty() ? 0.0 : s.targets.back().along_mm + (motion.tip_P - s.targets.back().tip_P).norm();
+  s.targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step, along_mm});
 }
 
 void Verifier::text(std::string_view piece) {
@@ -35,6 +38,11 @@ void Verifier::share_text_with(Verifier& other) {
   state_->follower = other.state_.get();
   other.state_->follows = true;
   other.state_->leader = state_.get();
+  // Nothing that only one of them knows of changes where its words lead.
+  const auto only_words = [](const State& s) {
+    return !s.offsets && s.options.run_time_temperatures == nullptr;
+  };
+  other.state_->same_words = only_words(*state_) && only_words(*other.state_);
 }
 
 Result<VerifyReport> Verifier::finish() {
@@ -62,6 +70,7 @@ Result<VerifyReport> Verifier::finish() {
       ++s.report.points_missed;
     }
   }
+  s.report_travel();
   return std::move(s.report);
 }
 

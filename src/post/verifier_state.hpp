@@ -28,6 +28,23 @@ struct Place {
   std::size_t segment = 0;
   double t = 0.0;
   double distance = std::numeric_limits<double>::infinity();  // combined measure, mm
+  // Of the position that was found to be there; of none: infinite.
+  double off_tip_mm = std::numeric_limits<double>::infinity();
+  double off_axis = std::numeric_limits<double>::infinity();  // length of a vector
+};
+
+// How the words of an axis are read.
+struct WordOfAxis {
+  std::size_t letter = 0;
+  double scale = 1.0;                             // quanta in a mm or a degree
+  double factor = 1.0;                            // mm, or rad in a degree
+  std::uint16_t rotary = 0;                       // bit of the word, of a rotary axis
+  double linear_share = 0.0, rotary_share = 0.0;  // 1 where it is one
+
+  /// As nc::AxisFormat::internal.
+  double internal(const nc::AxisWords& words) const {
+    return static_cast<double>(words.quanta[letter]) / scale * factor;
+  }
 };
 
 // Far more CL points than one block of a thinned program passes.
@@ -70,9 +87,22 @@ struct Verifier::State {
       needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
       if (m.axes[id].kind == AxisKind::linear)
         linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
+      word_of[id] = word_of_axis(c.numbers.axes, letters[id], m.axes[id].kind);
       least[id] = m.axes[id].min;
       most[id] = m.axes[id].max;
     }
+    cone_cosine = std::cos(o.pole.cone.rad());
+  }
+
+  static WordOfAxis word_of_axis(const nc::AxisFormat& format, nc::AxisLetter letter, AxisKind kind) {
+    const bool rotary = kind == AxisKind::rotary;
+    WordOfAxis out;
+    out.letter = nc::index(letter);
+    for (int i = 0; i < format.decimals(letter); ++i) out.scale *= 10.0;
+    if (nc::is_rotary(letter)) out.factor = kRadPerDegree;
+    if (rotary) out.rotary = nc::AxisWords::bit(letter);
+    (rotary ? out.rotary_share : out.linear_share) = 1.0;
+    return out;
   }
 
   static nc::ReaderOptions reader_options(const VerifyOptions& o) {
@@ -129,47 +159,16 @@ struct Verifier::State {
   void step(const nc::Spindle& spindle) { program.spindle(static_cast<double>(spindle.rpm)); }
 
   /// `terms`: the motion with what it adds at run time, or null.
-  void take(const nc::Motion& motion, const nc::VariableMotion* terms) {
-    ++report.points_out;
-    const bool rapid = motion.kind == nc::MotionKind::rapid;
-    ++(rapid ? report.rapid_blocks : report.feed_blocks);
-    // Positions are not all known at the start of a program and after a retract to machine coordinates.
-    JointVector words;
-    for (AxisId id = 0; id < machine.axes.size(); ++id) {
-      words[id] = controller.numbers.axes.internal(letters[id], motion.words[letters[id]]);
-      if (machine.axes[id].kind == AxisKind::rotary && motion.words.has(letters[id])) rotary[id] = words[id];
-    }
-    if (compensates && (rapid || !(*compensates == rotary))) {
-      findings.error(file, motion.source, "a rapid, or a turn of a rotary axis, under cutter compensation");
-      compensates.reset();
-    }
-    const std::uint16_t wanted = plane ? linear : needed;
-    // In a tilted plane the control keeps the rotary axes: words for them leave it.
-    const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
-    if ((motion.words.mask & wanted) != wanted || leaves_plane) {
-      from_unknown = true;
-      return;
-    }
-    BlockEnd v = end_at(words);
-    v.from_unknown = std::exchange(from_unknown, false);
-    v.nc_line = motion.source.line;
-    v.feed_mode = motion.feed_mode;
-    v.feed = motion.feed;
-    v.rapid = rapid;
-    if (terms != nullptr)
-      waiting.emplace_back(std::make_unique<WithTerms>(WithTerms{v, *terms}));
-    else
-      waiting.emplace_back(v);
-    work();
-  }
+  void take(const nc::Motion& motion, const nc::VariableMotion* terms);
+  void take(const BlockEnd& end);
 
   /// Where the axes stand for these words.
   BlockEnd end_at(const JointVector& words) const {
     BlockEnd v;
     v.tcp = tcp && !plane;
     if (v.tcp) v.word_tip_P = tip_of(words);
-    v.q = plane ? joints_of_plane_words(words)
-                : shift.joints(tcp ? joints_of_part_words(words) : joints_of_words(words), tcp);
+    v.q = plane ? joints_of_plane_words(words) : tcp ? joints_of_part_words(words) : joints_of_words(words);
+    if (!plane && !shift.is_idle()) v.q = shift.joints(v.q, tcp);
     return v;
   }
 
@@ -201,7 +200,7 @@ struct Verifier::State {
 
   JointVector joints_of_words(const JointVector& words) const {
     JointVector q;
-    for (AxisId id = 0; id < machine.axes.size(); ++id) q[id] = words[id] - word_offsets[id];
+    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = words[id] - word_offsets[id];
     return q;
   }
 
@@ -221,82 +220,26 @@ struct Verifier::State {
   }
 
   // A block can be judged when the CL motions are known up to well beyond it.
-  void work() {
-    while (next_waiting < waiting.size() && (all_expected || targets.size() > at.segment + kLookAhead)) {
-      std::visit([this](const auto& what) { step(what); }, waiting[next_waiting++]);
-    }
-    // Half at a time: what is left is moved, and in a program that had to wait for its end that may be all of
-    // it.
-    if (next_waiting > std::max(kLookAhead, waiting.size() / 2)) {
-      waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(next_waiting));
-      next_waiting = 0;
-    }
-    if (at.segment > std::max(kLookAhead, targets.size() / 2)) {
-      targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
-      at.segment = 0;
-    }
-  }
+  bool may_step() const { return all_expected || targets.size() > at.segment + kLookAhead; }
+  // The same for a block to `q` that begins where the last one ends, and that cannot reach beyond the motions
+  // that are known.
+  bool is_within_known(const BlockEnd& end) const;
+  void work();
+  void forget_passed();
 
-  void step(const BlockEnd& end) {
-    Vertex& v = *present;
-    static_cast<BlockEnd&>(v) = end;
-    check_limits(v);
-    v.station = station_of(v.q);
-    meter.place_at_station(v, v.q, program);
-    if (have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
-    if (!started) {
-      start(v);
-    } else if (v.rapid) {
-      rapid(v);
-    } else {
-      feed(v);
-    }
-    const double seconds = block_seconds(v);
-    if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
-    if (options.truth != nullptr) program.move_to(v.q, seconds);  // nothing else asks for it
-    elapse(seconds);
-    std::swap(previous, present);
-    have_previous = true;
-  }
-
-  /// Of the nominal machine. Who reads the same text has mostly asked for the same place just before.
-  const path::Station& station_of(const JointVector& q) {
-    if (leader != nullptr && leader->have_previous && leader->previous->station.q == q)
-      return leader->previous->station;
-    return own_station = path::station(meter.kinematics(), q);
-  }
-
+  void step(const BlockEnd& end);
   void elapse(double seconds) {
     report.duration_s += seconds;
     if (offsets) offsets->advance(seconds);
   }
 
-  // Time of the block as the control runs it.
-  double block_seconds(const Vertex& v) {
-    if (!have_previous) return 0.0;
-    if (v.rapid) return planner.rapid_seconds(previous->q, v.q);
-    const bool under_tcp = v.tcp && previous->tcp;
-    const auto way = under_tcp ? std::optional((v.word_tip_P - previous->word_tip_P).norm()) : std::nullopt;
-    const double seconds = planner.seconds_of(previous->q, v.q, way, v.feed_mode, v.feed);
-    // Where it came from is not known: neither is its speed.
-    if (seconds > 0.0 && !v.from_unknown && v.tcp == previous->tcp) check_speed(v, seconds);
-    return seconds;
-  }
-
-  void check_speed(const Vertex& v, double seconds) {
-    const double needed_s =
-        v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(*previous, v, t); })
-              : planner.slowest_axis_s(previous->q, v.q);
-    const double ratio = needed_s / seconds;
-    report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
-    constexpr double kRounding = 1e-6;  // of the evaluation itself
-    if (ratio <= 1.0 + kRounding) return;
-    ++report.too_fast_count;
-    if (report.too_fast.size() >= options.worst_count) return;
-    const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
-    report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
-                               machine.axes[planner.slowest_axis(previous->q, v.q)].name, ratio});
-  }
+  // Time of the block as the control runs it; its speed is looked at, too.
+  double block_seconds(const Vertex& v);
+  double seconds_of(const Vertex& v) const;
+  // The leader, which stands where `v` is, came from where this one comes from.
+  bool is_block_of_leader(const Vertex& v) const;
+  double seconds_of_leader(const Vertex& v);
+  void check_speed(const Vertex& v, double seconds);
 
   // How near a block must come to a CL point that is reached by a rapid to be that point; blocks on the way
   // may be anywhere. Above compensation and rounding, on a machine with errors above those; below the length
@@ -315,7 +258,14 @@ struct Verifier::State {
   // A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
   void pass_end_of_cut();
 
-  void feed(const Vertex& v);
+  void feed(Vertex& v);
+  /// Neither the block to `v`, which ends at `place`, nor a CL point that it passes changes a figure of the
+  /// report: from a bound that costs little.
+  bool changes_no_figure(const Vertex& v, const Place& place);
+  bool keeps_tip(const Vertex& v, const Place& place, double limit_mm) const;
+  /// Takes the deviations of the block, and of the CL points that it passes. True when the block ends at one
+  /// of them and a little beyond it.
+  bool judge(const Vertex& v, const Place& place);
 
   // A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
   // compensation, tolerance or the machine's errors explain. True when it is the end `v`.
@@ -340,6 +290,15 @@ struct Verifier::State {
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& v) const;
+  /// As find_ahead, where the place can only be beside one CL point, the next or the one behind it.
+  /// `off_axis`: by which the axis of `v` misses that of the next.
+  std::optional<Place> find_at_corner(const Vertex& v, double off_axis) const;
+  Place find_ahead(const Vertex& v) const;
+  // How far ahead along the path a block may end, from how far it came.
+  double reach_of(double way_mm) const;
+  static double reach_of(double turn_rad, Angle tolerance);
+  /// `v` at this fraction of a segment.
+  Place placed_at(const Vertex& v, std::size_t segment, double t) const;
   bool is_at_end(const Vertex& v, const Target& a, const Target& b) const;
   /// Fraction of the segment a-b at which `v` stands, when its foot is on the way ahead and it is within the
   /// tolerances.
@@ -366,6 +325,7 @@ struct Verifier::State {
     block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
     report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
     report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
+    if (!in_cone) judged_axis_rad = std::max(judged_axis_rad, d.axis_rad.upper);
     Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
     largest = std::max(largest, Angle::radians(d.axis_rad.upper));
   }
@@ -400,30 +360,9 @@ struct Verifier::State {
                              0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
   }
 
-  void check_limits(const Vertex& v) {
-    bool beyond_any = false;
-    if (report.travel.empty())
-      for (AxisId id = 0; id < machine.axes.size(); ++id)
-        report.travel.push_back({machine.axes[id], v.q[id], v.q[id]});
-    for (AxisId id = 0; id < machine.axes.size(); ++id) {
-      AxisTravel& travel = report.travel[id];
-      travel.smallest = std::min(travel.smallest, v.q[id]);
-      travel.largest = std::max(travel.largest, v.q[id]);
-    }
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      beyond_any = beyond_any || !(v.q[id] >= least[id] && v.q[id] <= most[id]);
-    if (!beyond_any) return;
-    for (const LimitViolation& violation : limit_violations(machine, v.q)) {
-      // Half a quantum beyond is the rounding of a position at the limit.
-      if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
-      ++report.beyond_limits_count;
-      if (report.beyond_limits.size() >= options.worst_count) continue;
-      const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
-      report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
-                                      machine.axes[violation.axis].name, machine.axes[violation.axis].kind,
-                                      violation.value, violation.by});
-    }
-  }
+  void check_limits(const Vertex& v);
+  /// What the report says of the axes' way.
+  void report_travel();
 
   const Machine& machine;
   const nc::Controller& controller;
@@ -437,9 +376,13 @@ struct Verifier::State {
   WorkShift shift;
   RunTimeValues values;
   ProgramState program;
+  std::size_t axis_count = machine.axes.size();
   std::array<nc::AxisLetter, kMaxAxes> letters{};
-  JointVector least, most;   // travel of the axes
-  JointVector word_offsets;  // word minus joint position
+  std::array<WordOfAxis, kMaxAxes> word_of{};
+  JointVector least, most;            // travel of the axes
+  JointVector smallest_q, largest_q;  // positions so far
+  double cone_cosine = 0.0;           // of the pole's cone
+  JointVector word_offsets;           // word minus joint position
   std::uint16_t needed = 0;
   std::uint16_t linear = 0;                // of those
   std::optional<JointVector> compensates;  // rotary words from which cutter compensation is on
@@ -464,15 +407,24 @@ struct Verifier::State {
   Vertex* previous = &vertices[0];
   Vertex* present = &vertices[1];
   bool have_previous = false;
+  mutable std::array<Vertex, 2> cut_at;  // used by keeps_tip
   double path_mm = 0.0;
+  double last_seconds = 0.0;  // of the last block
+  double last_speed_ratio = 0.0;
+  mutable std::optional<path::Certifier::Bows>
+      bows;                   // of the last block on the nominal machine, where needed
+  bool shares_block = false;  // its ends are those of the leader's last block
   double block_tip_mm = 0.0;
   double block_axis_rad = 0.0;
+  double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
   bool block_proved = true;
   VerifyReport report;
-  path::Station own_station;
-  State* follower = nullptr;      // takes the blocks that `reader` reads, too
-  const State* leader = nullptr;  // whose follower this one is
-  bool follows = false;           // takes those of another one's
+  State* follower = nullptr;         // takes the blocks that `reader` reads, too
+  const State* leader = nullptr;     // whose follower this one is
+  bool follows = false;              // takes those of another one's
+  bool same_words = false;           // which mean the same to both
+  std::optional<BlockEnd> last_end;  // of the motion at hand, for the follower
+  bool within_limits = false;        // the last block
   nc::Reader reader;
 };
 

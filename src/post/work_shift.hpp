@@ -38,6 +38,8 @@ class WorkShift {
   /// The block that leaves the work offset as it was.
   nc::OffsetShift none(bool tcp, nc::OffsetShift::Kind kind) const;
 
+  /// Nothing has been added or set.
+  bool is_idle() const { return set_.empty() && added_.isZero(0.0); }
   void read(const nc::OffsetShift& shift);
   void read(const nc::WorkOffset& offset) { active_ = offset.index; }
   /// What is added now.

@@ -1,0 +1,216 @@
+// The blocks of the program read back, one after the other: where the axes stand, within their limits, how
+// fast.
+#include <algorithm>
+#include <utility>
+
+#include "post/verifier_state.hpp"
+
+namespace trunnion::post {
+
+void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* terms) {
+  ++report.points_out;
+  const bool rapid = motion.kind == nc::MotionKind::rapid;
+  ++(rapid ? report.rapid_blocks : report.feed_blocks);
+  last_end.reset();
+  // Who reads the same text has just found the same.
+  if (terms == nullptr && leader != nullptr && leader->last_end && !compensates) {
+    rotary = leader->rotary;
+    from_unknown = false;
+    return take(*leader->last_end);
+  }
+  JointVector words;
+  for (AxisId id = 0; id < axis_count; ++id) words[id] = word_of[id].internal(motion.words);
+  for (AxisId id = 0; id < axis_count; ++id) {
+    if ((motion.words.mask & word_of[id].rotary) != 0) rotary[id] = words[id];
+  }
+  if (compensates && (rapid || !(*compensates == rotary))) {
+    findings.error(file, motion.source, "a rapid, or a turn of a rotary axis, under cutter compensation");
+    compensates.reset();
+  }
+  // Positions are not all known at the start of a program and after a retract to machine coordinates.
+  const std::uint16_t wanted = plane ? linear : needed;
+  // In a tilted plane the control keeps the rotary axes: words for them leave it.
+  const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
+  if ((motion.words.mask & wanted) != wanted || leaves_plane) {
+    from_unknown = true;
+    return;
+  }
+  BlockEnd v = end_at(words);
+  v.from_unknown = std::exchange(from_unknown, false);
+  v.nc_line = motion.source.line;
+  v.feed_mode = motion.feed_mode;
+  v.feed = motion.feed;
+  v.rapid = rapid;
+  if (terms != nullptr) {
+    waiting.emplace_back(std::make_unique<WithTerms>(WithTerms{v, *terms}));
+    return work();
+  }
+  if (follower != nullptr) last_end = v;
+  take(v);
+}
+
+void Verifier::State::take(const BlockEnd& end) {
+  if (next_waiting < waiting.size()) work();
+  if (next_waiting < waiting.size() || !(may_step() || is_within_known(end))) {
+    waiting.emplace_back(end);
+    return;
+  }
+  step(end);
+  forget_passed();
+}
+
+bool Verifier::State::is_within_known(const BlockEnd& end) const {
+  if (!started || away || end.rapid || end.in_cycle || end.tcp || at.segment + 1 >= targets.size())
+    return false;
+  double way_mm = 0.0;
+  double turn = 0.0;
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    const double d = std::abs(end.q[id] - previous->q[id]);
+    way_mm += word_of[id].linear_share * d;
+    turn += word_of[id].rotary_share * d;
+  }
+  // The tip is no farther from a rotary axis than the chain is long; twice that, for what `find` takes for
+  // its reach and for the errors of the machine.
+  const double reach_mm = 2.0 * (way_mm + turn * (previous->station.size_mm + way_mm) + hit_tolerance());
+  return targets.back().along_mm - targets[at.segment + 1].along_mm > reach_mm;
+}
+
+void Verifier::State::work() {
+  const auto may = [&] {
+    if (may_step()) return true;
+    const auto* end = std::get_if<BlockEnd>(&waiting[next_waiting]);
+    return end != nullptr && is_within_known(*end);
+  };
+  while (next_waiting < waiting.size() && may()) {
+    std::visit([this](const auto& what) { step(what); }, waiting[next_waiting++]);
+  }
+  // Half at a time: what is left is moved, and in a program that had to wait for its end that may be all of
+  // it.
+  if (next_waiting == waiting.size()) {
+    waiting.clear();
+    next_waiting = 0;
+  } else if (next_waiting > std::max(kLookAhead, waiting.size() / 2)) {
+    waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(next_waiting));
+    next_waiting = 0;
+  }
+  forget_passed();
+}
+
+void Verifier::State::forget_passed() {
+  if (at.segment > std::max(kLookAhead, targets.size() / 2)) {
+    targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
+    at.segment = 0;
+  }
+}
+
+void Verifier::State::step(const BlockEnd& end) {
+  Vertex& v = *present;
+  static_cast<BlockEnd&>(v) = end;
+  v.placed = false;
+  // Who reads the same text has mostly been at the same place just before.
+  const bool is_leaders = leader != nullptr && leader->have_previous && leader->previous->q == v.q;
+  if (is_leaders)
+    v.station = leader->previous->station;
+  else
+    path::put_station(meter.kinematics(), v.q, v.station);
+  shares_block = is_leaders && is_block_of_leader(v);
+  bows.reset();
+  if (!(is_leaders && same_words && leader->within_limits)) check_limits(v);
+  meter.place_at_station(v, v.q, program);
+  if (options.collect && have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
+  if (!started) {
+    start(v);
+  } else if (v.rapid) {
+    rapid(v);
+  } else {
+    feed(v);
+  }
+  const double seconds = shares_block ? seconds_of_leader(v) : block_seconds(v);
+  if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
+  if (options.truth != nullptr && !meter.is_fixed())
+    program.move_to(v.q, seconds);  // nothing else asks for it
+  elapse(seconds);
+  std::swap(previous, present);
+  have_previous = true;
+}
+
+bool Verifier::State::is_block_of_leader(const Vertex& v) const {
+  return same_words && have_previous && leader->previous->nc_line == v.nc_line &&
+         leader->present->q == previous->q;
+}
+
+double Verifier::State::seconds_of_leader(const Vertex& v) {
+  last_seconds = leader->last_seconds;
+  if (leader->last_speed_ratio > 1.0)
+    check_speed(v, last_seconds);
+  else
+    report.max_speed_ratio = std::max(report.max_speed_ratio, leader->last_speed_ratio);
+  return last_seconds;
+}
+
+double Verifier::State::block_seconds(const Vertex& v) {
+  last_speed_ratio = 0.0;
+  last_seconds = seconds_of(v);
+  // Where it came from is not known: neither is its speed.
+  if (!v.rapid && last_seconds > 0.0 && !v.from_unknown && v.tcp == previous->tcp)
+    check_speed(v, last_seconds);
+  return last_seconds;
+}
+
+double Verifier::State::seconds_of(const Vertex& v) const {
+  if (!have_previous) return 0.0;
+  if (v.rapid) return planner.rapid_seconds(previous->q, v.q);
+  const bool under_tcp = v.tcp && previous->tcp;
+  const auto way = under_tcp ? std::optional((v.word_tip_P - previous->word_tip_P).norm()) : std::nullopt;
+  return planner.seconds_of(previous->q, v.q, way, v.feed_mode, v.feed);
+}
+
+void Verifier::State::check_speed(const Vertex& v, double seconds) {
+  const double needed_s =
+      v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(*previous, v, t); })
+            : planner.slowest_axis_s(previous->q, v.q);
+  const double ratio = needed_s / seconds;
+  last_speed_ratio = ratio;
+  report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
+  constexpr double kRounding = 1e-6;  // of the evaluation itself
+  if (ratio <= 1.0 + kRounding) return;
+  ++report.too_fast_count;
+  if (report.too_fast.size() >= options.worst_count) return;
+  const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+  report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                             machine.axes[planner.slowest_axis(previous->q, v.q)].name, ratio});
+}
+
+void Verifier::State::check_limits(const Vertex& v) {
+  if (!have_previous) smallest_q = largest_q = v.q;
+  // Axes that the machine does not have stand at 0, within 0 and 0.
+  bool beyond_any = false;
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    const double q = v.q[id];
+    smallest_q[id] = q < smallest_q[id] ? q : smallest_q[id];
+    largest_q[id] = q > largest_q[id] ? q : largest_q[id];
+    beyond_any |= !(q >= least[id]) | !(q <= most[id]);
+  }
+  within_limits = !beyond_any;
+  if (within_limits) return;
+  for (const LimitViolation& violation : limit_violations(machine, v.q)) {
+    // Half a quantum beyond is the rounding of a position at the limit.
+    if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
+    ++report.beyond_limits_count;
+    if (report.beyond_limits.size() >= options.worst_count) continue;
+    const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
+    report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+                                    machine.axes[violation.axis].name, machine.axes[violation.axis].kind,
+                                    violation.value, violation.by});
+  }
+}
+
+void Verifier::State::report_travel() {
+  const State& s = same_words ? *leader : *this;
+  if (!s.have_previous) return;
+  report.travel.reserve(axis_count);
+  for (AxisId id = 0; id < axis_count; ++id)
+    report.travel.push_back({machine.axes[id], s.smallest_q[id], s.largest_q[id]});
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,178 @@
+// Blocks whose cheap bound says that they change no figure are not evaluated further. Beside a verification
+// that evaluates every block (it keeps them all): the same verdict, the same points, and figures between what
+// was found on the path and what was proved for every block.
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/posting.hpp"
+#include "support/cases.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr double kQuietTolerance_mm = 0.004;
+
+Model standing_errors(const Machine& machine) {
+  Diagnostics d;
+  const auto model = parse_model(
+      "[model]\nname = \"m\"\n"
+      "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 12.0\nY0C_um = -9.0\nA0C_urad = 30.0\n"
+      "[[effect]]\nid = \"component:EXX\"\n[effect.parameters]\nP1_um = 8.0\nP3_um = -5.0\n"
+      "[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = 25.0\nsin2_urad = -15.0\n",
+      "m.toml", machine, {}, d);
+  if (!model) throw std::runtime_error(model.error().text());
+  return *model;
+}
+
+// A cut or the CL file's point changed: one linear word of a block.
+std::string with_changed_word(const std::string& nc, std::mt19937_64& random, double by_mm) {
+  std::string text = nc;
+  const auto first = text.find("G93");
+  for (;;) {
+    auto at = std::uniform_int_distribution<std::size_t>(first, text.size() - 40)(random);
+    at = text.find_first_of("XYZ", at);
+    if (at == std::string::npos) continue;
+    const auto end = text.find_first_of(" \n", at);
+    const auto number = parse_number(std::string_view(text).substr(at + 1, end - at - 1));
+    const auto rapid = text.rfind("G0", at);
+    if (!number || (rapid != std::string::npos && rapid > text.rfind("G1", at))) continue;
+    return text.replace(at + 1, end - at - 1, fixed_text(number.value + by_mm, 4));
+  }
+}
+
+void expect_same_figures(const std::string& nc, const std::string& cl, const Machine& machine,
+                         VerifyOptions options, const std::string& what) {
+  const nc::Controller c = test::shipped_controller("linuxcnc");
+  const auto verify_with = [&](bool collect) {
+    Diagnostics d;
+    options.collect = collect;
+    auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
+                         "part.nc", machine, c, {}, options, d);
+    if (!report) throw std::runtime_error(report.error().text());
+    return *report;
+  };
+  const VerifyReport quiet = verify_with(false);
+  const VerifyReport every = verify_with(true);
+  constexpr double kRounding = 1e-9;
+  EXPECT_EQ(quiet.passed(), every.passed()) << what;
+  EXPECT_EQ(quiet.points_missed, every.points_missed) << what;
+  EXPECT_EQ(quiet.certified, every.certified) << what;
+  EXPECT_NEAR(quiet.max_point_deviation_mm, every.max_point_deviation_mm, 1e-6) << what;
+  EXPECT_NEAR(quiet.max_speed_ratio, every.max_speed_ratio, kRounding) << what;
+  EXPECT_NEAR(quiet.duration_s, every.duration_s, kRounding * every.duration_s) << what;
+  EXPECT_EQ(quiet.beyond_limits_count, every.beyond_limits_count) << what;
+  // What was found on the path is not above what is proved, and that not above what is proved of every block.
+  EXPECT_GE(quiet.certified_tip_deviation_mm, every.max_tip_deviation_mm - kRounding) << what;
+  EXPECT_LE(quiet.certified_tip_deviation_mm, every.certified_tip_deviation_mm + kRounding) << what;
+  EXPECT_GE(1.06 * quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad()) << what;
+  EXPECT_LE(quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad() + kRounding) << what;
+  ASSERT_EQ(quiet.worst.size(), every.worst.size()) << what;
+  for (std::size_t i = 0; i < quiet.worst.size(); ++i) {
+    EXPECT_LE(quiet.worst[i].tip_mm, every.worst[i].tip_mm + kRounding) << what;
+    EXPECT_GE(1.06 * quiet.worst[i].tip_mm + kRounding, every.worst[i].tip_mm) << what;
+  }
+}
+
+class QuietBlocks : public testing::TestWithParam<std::string> {};
+
+TEST_P(QuietBlocks, ChangeNoFigure) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Model model = standing_errors(machine);
+  const ModelEvaluator truth(model);
+  std::mt19937_64 random(21);
+  for (int i = 0; i < test::cases(4); ++i) {
+    const std::string cl = test::sample_path(static_cast<unsigned>(40 + i), 400 << i % 2);
+    PostOptions options;
+    options.tolerance_mm = kQuietTolerance_mm;
+    options.nonlinear.thin = i % 4 == 3;  // CL points in the middle of blocks
+    const test::Posted corrected = test::posted(cl, machine, options, "linuxcnc", &model);
+    ASSERT_TRUE(corrected.report) << corrected.report.error().text();
+    const test::Posted plain = test::posted(cl, machine, options);
+    for (const double share : {0.0, 0.2, 0.7, 1.5, 6.0}) {
+      for (const auto* nc : {&plain.nc, &corrected.nc}) {
+        const std::string text =
+            share == 0.0 ? *nc : with_changed_word(*nc, random, share * kQuietTolerance_mm);
+        for (const ModelEvaluator* errors : {static_cast<const ModelEvaluator*>(nullptr), &truth}) {
+          VerifyOptions v;
+          v.tolerance_mm = kQuietTolerance_mm;
+          v.truth = errors;
+          // With one place in the list a single wrong word makes all that comes behind it quiet.
+          v.worst_count = share > 1.0 ? 1 : 10;
+          expect_same_figures(text, cl, machine, v,
+                              GetParam() + " " + std::to_string(i) + " " + std::to_string(share) +
+                                  (nc == &plain.nc ? " plain" : " corrected") +
+                                  (errors == nullptr ? " nominal" : " with errors"));
+        }
+      }
+    }
+  }
+}
+
+// Two that read the same text say what each says alone.
+TEST_P(QuietBlocks, FollowerSaysWhatItSaysAlone) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Model model = standing_errors(machine);
+  const std::string cl = test::sample_path(50, 900);
+  PostOptions options;
+  options.tolerance_mm = kQuietTolerance_mm;
+  const test::Posted p = test::posted(cl, machine, options, "linuxcnc", &model);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  VerifyReport follower = *p.report->nominal_verification;
+  const auto alone = test::verified(p.nc, cl, machine, kQuietTolerance_mm);
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(follower.certified_tip_deviation_mm, alone->certified_tip_deviation_mm);
+  EXPECT_EQ(follower.max_point_deviation_mm, alone->max_point_deviation_mm);
+  EXPECT_EQ(follower.max_axis_deviation, alone->max_axis_deviation);
+  EXPECT_EQ(follower.max_speed_ratio, alone->max_speed_ratio);
+  EXPECT_EQ(follower.duration_s, alone->duration_s);
+  EXPECT_EQ(follower.points_out, alone->points_out);
+  EXPECT_EQ(follower.feed_blocks, alone->feed_blocks);
+  EXPECT_EQ(follower.rapid_blocks, alone->rapid_blocks);
+  EXPECT_EQ(follower.points_missed, alone->points_missed);
+  ASSERT_EQ(follower.travel.size(), alone->travel.size());
+  for (std::size_t i = 0; i < follower.travel.size(); ++i) {
+    EXPECT_EQ(follower.travel[i].smallest, alone->travel[i].smallest);
+    EXPECT_EQ(follower.travel[i].largest, alone->travel[i].largest);
+  }
+  ASSERT_EQ(follower.worst.size(), alone->worst.size());
+  for (std::size_t i = 0; i < follower.worst.size(); ++i)
+    EXPECT_EQ(follower.worst[i].tip_mm, alone->worst[i].tip_mm);
+}
+
+// CL points that a block passes at less than what other blocks miss the path by still tell how far they are.
+TEST(QuietBlock, CountsThePointsThatItPasses) {
+  const auto text_of = [](const std::vector<std::pair<double, double>>& points) {
+    std::string out = "FEDRAT/MMPM,1200\nRAPID\n";
+    for (const auto& [x, y] : points)
+      out += "GOTO/" + fixed_text(x, 4) + "," + fixed_text(y, 4) + ",0,0,0.6,0.8\n";
+    return out + "FINI\n";
+  };
+  std::vector<std::pair<double, double>> path;
+  for (int i = 0; i <= 100; ++i) path.emplace_back(i, 0.0);
+  // Beside the path between the first points, then past the others in one block.
+  std::vector<std::pair<double, double>> way;
+  for (int i = 0; i < 20; ++i) {
+    way.emplace_back(i, 0.0);
+    way.emplace_back(i + 0.5, 0.003);
+  }
+  way.emplace_back(20.0, 0.0);
+  way.emplace_back(20.5, 0.001);
+  way.emplace_back(99.5, 0.001);
+  way.emplace_back(100.0, 0.0);
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const test::Posted p = test::posted(text_of(way), machine);
+  ASSERT_TRUE(p.report);
+  const auto v = test::verified(p.nc, text_of(path), machine, kQuietTolerance_mm);
+  ASSERT_TRUE(v);
+  EXPECT_EQ(v->points_missed, 0U);
+  EXPECT_NEAR(v->certified_tip_deviation_mm, 0.003, 2e-4);
+  EXPECT_NEAR(v->max_point_deviation_mm, 0.001, 2e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, QuietBlocks, testing::Values("trunnion_offset", "paper", "xyzac_trt"));
+
+}  // namespace
+}  // namespace trunnion::post
