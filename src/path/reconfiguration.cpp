@@ -7,15 +7,17 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/rotary_solver.hpp"
 
-#include "path/global_choice.hpp"
 #include "path/reach.hpp"
 #include "path/rotary_connection.hpp"
+#include "path/turns.hpp"
 
 namespace trunnion::path {
 namespace {
 
 // Steps in which the way is looked at before its end within the limits is halved down to: below a degree.
 constexpr int kSteps = 256;
+// Whole turns of an axis that are looked at, nearest first: what is wanted is the least turn.
+constexpr std::size_t kTurnsOfAxis = 8;
 constexpr int kHalvings = 60;
 // More turns than whole turns and branches there are on half a great circle: a bug.
 constexpr int kMostTurns = 16;
@@ -77,18 +79,22 @@ class TurnPlanner {
     const double seed_inner = count == 0 ? 0.0 : seed[kinematics_.rotary(count - 1)];
     const RotarySolutions solutions = solver_.solve_within_limits(at.axis_P, seed_inner, options_.inverse);
     for (std::size_t i = 0; i < solutions.count; ++i) {
-      std::array<std::array<double, 8>, 2> angles{};
-      std::array<std::size_t, 2> counts = {1, 1};
+      const std::size_t first = out.size();
+      out.push_back(seed);
       for (std::size_t k = 0; k < count; ++k) {
         const AxisId id = kinematics_.rotary(k);
-        counts[k] = turns_within(machine_.axes[id], solutions.at[i].angle[k], seed[id], angles[k]);
+        const Turns turns(machine_.axes[id], solutions.at[i].angle[k], seed[id], kTurnsOfAxis);
+        const std::vector<JointVector> so_far(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
+        out.resize(first);
+        for (std::size_t j = 0; j < turns.count(); ++j) {
+          for (JointVector q : so_far) {
+            q[id] = turns.at(j);
+            out.push_back(q);
+          }
+        }
       }
-      for (std::size_t j = 0; j < counts[0] * counts[1]; ++j) {
-        JointVector& q = out.emplace_back(seed);
-        if (count > 0) q[kinematics_.rotary(0)] = angles[0][j % counts[0]];
-        if (count > 1) q[kinematics_.rotary(1)] = angles[1][j / counts[0]];
-        kinematics_.solve_linear(at.tip_P, kinematics_.sines(q), q);
-      }
+      for (std::size_t j = first; j < out.size(); ++j)
+        kinematics_.solve_linear(at.tip_P, kinematics_.sines(out[j]), out[j]);
     }
     return out;
   }

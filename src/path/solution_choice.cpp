@@ -8,23 +8,23 @@
 #include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
+#include "path/choice_account.hpp"
 #include "path/global_choice.hpp"
-#include "path/reach.hpp"
+#include "path/pole_settler.hpp"
 #include "path/rotary_connection.hpp"
+#include "path/turns.hpp"
 
 namespace trunnion::path {
 namespace {
 
-constexpr std::size_t kMaxCandidates = 16;
-
-struct Candidate {
+struct LocalCandidate {
   JointVector q;
   std::uint8_t branch = 0;
   bool singular = false;
 };
 
-struct Layer {
-  std::array<Candidate, kMaxCandidates> at;
+struct LocalCandidates {
+  std::array<LocalCandidate, 2> at;
   std::size_t count = 0;
 };
 
@@ -63,40 +63,31 @@ class Chooser {
     }
   }
 
-  // All candidates for `pose`; C at the pole and free turns follow `seed`.
-  void candidates(const ToolPose& pose, const JointVector& seed, Layer& out) const {
+  // Of both branches at `pose` the turns nearest to `seed`: no other does better by any local measure. C at
+  // the pole follows `seed`.
+  void candidates(const ToolPose& pose, const JointVector& seed, LocalCandidates& out) const {
     out.count = 0;
     const double seed_inner = rotary_.empty() ? 0.0 : seed[rotary_.back()];
     const RotarySolutions solutions = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
-    for (std::size_t i = 0; i < solutions.count; ++i) add_turns(pose, seed, solutions.at[i], out);
+    for (std::size_t i = 0; i < solutions.count; ++i) {
+      const RotarySolution& solution = solutions.at[i];
+      LocalCandidate c{seed, solution.branch, solution.singular};
+      bool within = true;
+      for (std::size_t k = 0; k < rotary_.size(); ++k) {
+        const auto turn = nearest_turn(machine_.axes[rotary_[k]], solution.angle[k], seed[rotary_[k]]);
+        within = within && turn.has_value();
+        if (turn) c.q[rotary_[k]] = *turn;
+      }
+      if (!within) continue;
+      kinematics_.solve_linear(pose.tip_P, kinematics_.sines(c.q), c.q);
+      out.at[out.count++] = c;
+    }
   }
 
   const std::vector<AxisId>& rotary() const { return rotary_; }
   const TableKinematics& kinematics() const { return kinematics_; }
 
  private:
-  void add_turns(const ToolPose& pose, const JointVector& seed, const RotarySolution& solution,
-                 Layer& out) const {
-    std::array<std::array<double, 8>, 2> angles{};
-    std::array<std::size_t, 2> counts = {1, 1};
-    for (std::size_t k = 0; k < rotary_.size(); ++k) {
-      counts[k] = turns_within(machine_.axes[rotary_[k]], solution.angle[k], seed[rotary_[k]], angles[k]);
-    }
-    for (std::size_t i = 0; i < counts[0]; ++i) {
-      for (std::size_t j = 0; j < counts[1]; ++j) {
-        if (out.count == kMaxCandidates) return;
-        Candidate& c = out.at[out.count++];
-        c = Candidate{};
-        c.q = seed;
-        if (!rotary_.empty()) c.q[rotary_[0]] = angles[0][i];
-        if (rotary_.size() > 1) c.q[rotary_[1]] = angles[1][j];
-        c.branch = solution.branch;
-        c.singular = solution.singular;
-        kinematics_.solve_linear(pose.tip_P, kinematics_.sines(c.q), c.q);
-      }
-    }
-  }
-
   const Machine& machine_;
   const ChoiceOptions& options_;
   std::vector<AxisId> rotary_;
@@ -104,13 +95,6 @@ class Chooser {
   RotarySolver solver_;
   AxisId named_axis_ = 0;
 };
-
-// Why no branch reaches a pose: the tilt itself, or a limit of a rotary axis.
-Error unreachable(const Machine& machine, const ChoicePoint& point, const ChoiceOptions& options,
-                  const std::string& cl_file) {
-  return {ErrorCode::check_failed, unreachable_text(machine, point.pose.axis_P, options.inverse), cl_file,
-          point.where};
-}
 
 struct Run {
   const Machine& machine;
@@ -132,7 +116,7 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
   JointVector q = seed;
   Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
   const RotaryConnection connection(run.chooser.kinematics(), run.options.axis_tolerance);
-  Layer layer;
+  LocalCandidates layer;
   for (const ChoicePoint& point : points) {
     run.chooser.candidates(point.pose, q, layer);
     if (layer.count == 0) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
@@ -145,60 +129,13 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
         best = c;
       }
     }
-    const Candidate& c = layer.at[best];
+    const LocalCandidate& c = layer.at[best];
     const bool leave = !point.rapid && !connection.connects(q, axis_before, c.q, point.pose.axis_P);
     out.push_back({c.q, c.branch, c.singular, leave, c.q, {}});
     q = c.q;
     axis_before = point.pose.axis_P;
   }
   return {};
-}
-
-// Gives C its position at the points first..last of the pole, which were chosen with C as it came.
-void settle_pole(const Run& run, std::span<const ChoicePoint> points, std::span<ChosenPoint> chosen,
-                 std::size_t first, std::size_t last, ChoiceSummary& summary) {
-  if (last + 1 == chosen.size()) return;  // nothing follows that asks for a position
-  const AxisId inner = run.chooser.rotary().back();
-  const double in = chosen[first].q[inner];
-  const double turn = chosen[last + 1].q[inner] - in;
-  if (turn == 0.0 || points[last + 1].rapid || chosen[last + 1].reconfigure) return;
-  const auto place = [&](std::size_t i, double angle) {
-    JointVector q = chosen[i].q;
-    q[inner] = angle;
-    solve_linear(run.machine, points[i].pose.tip_P, run.options.tool_mm, q);
-    return q;
-  };
-  double way = 0.0;
-  for (std::size_t i = first + 1; i <= last; ++i)
-    way += (points[i].pose.tip_P - points[i - 1].pose.tip_P).norm();
-  if (points[first].rapid) {
-    for (std::size_t i = first; i <= last; ++i) chosen[i].q = place(i, in + turn);
-  } else if (way > 0.0) {
-    double gone = 0.0;
-    for (std::size_t i = first + 1; i <= last; ++i) {
-      gone += (points[i].pose.tip_P - points[i - 1].pose.tip_P).norm();
-      chosen[i].q = place(i, in + turn * gone / way);
-    }
-  } else {
-    chosen[last].q_leave = place(last, in + turn);
-    ++summary.turns_in_place;
-    return;
-  }
-  for (std::size_t i = first; i <= last; ++i) chosen[i].q_leave = chosen[i].q;
-}
-
-void settle_poles(const Run& run, std::span<const ChoicePoint> points, std::span<ChosenPoint> chosen,
-                  ChoiceSummary& summary) {
-  if (run.chooser.rotary().size() < 2) return;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (!chosen[i].singular) continue;
-    std::size_t last = i;
-    // A rapid within the pole begins a new stretch: C may turn there.
-    while (last + 1 < chosen.size() && chosen[last + 1].singular && !points[last + 1].rapid) ++last;
-    const bool pole_goes_on = last + 1 < chosen.size() && chosen[last + 1].singular;
-    if (!pole_goes_on) settle_pole(run, points, chosen, i, last, summary);
-    i = last;
-  }
 }
 
 }  // namespace
@@ -213,28 +150,13 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
                                                        : choose_local(run, points, seed, out);
   if (!chosen) return chosen;
-  settle_poles(run, points, std::span(out).subspan(begin), summary);
-  JointVector before = seed;
-  std::uint8_t branch = summary.goes_on ? summary.last_branch
-                        : begin > 0     ? out[begin - 1].branch
-                        : out.empty()   ? std::uint8_t{0}
-                                        : out[begin].branch;
-  std::array<double, kMaxAxes> seconds{};
-  for (AxisId id = 0; id < machine.axes.size(); ++id) seconds[id] = seconds_per_unit(machine.axes[id]);
-  for (std::size_t i = begin; i < out.size(); ++i) {
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      summary.axis_time_s += std::abs(out[i].q[id] - before[id]) * seconds[id];
-    for (const AxisId id : chooser.rotary()) summary.rotary_travel_rad += std::abs(out[i].q[id] - before[id]);
-    if (out[i].reconfigure) ++summary.reconfigurations;
-    if (out[i].singular) {
-      ++summary.pole_points;
-    } else {
-      if (out[i].branch != branch) ++summary.branch_changes;
-      branch = out[i].branch;
-    }
-    before = out[i].q;
-  }
-  summary.last_branch = branch;
+  const auto of_run = std::span(out).subspan(begin);
+  PoleSettler(chooser.kinematics()).settle(points, of_run, summary, [] { return PoleSettler::Ahead{}; });
+  const std::uint8_t branch = summary.goes_on ? summary.last_branch
+                              : begin > 0     ? out[begin - 1].branch
+                              : out.empty()   ? std::uint8_t{0}
+                                              : out[begin].branch;
+  ChoiceAccount(machine, seed, branch).add(of_run, summary);
   return {};
 }
 
@@ -246,9 +168,8 @@ bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOp
   for (std::size_t i = 0; i < solutions.count; ++i) {
     if (solutions.at[i].singular) return false;
     std::size_t turns = 1;
-    std::array<double, 8> angles;
     for (std::size_t k = 0; k < rotary.size(); ++k)
-      turns *= turns_within(machine.axes[rotary[k]], solutions.at[i].angle[k], 0.0, angles);
+      turns *= Turns(machine.axes[rotary[k]], solutions.at[i].angle[k], 0.0, 2).count();
     count += turns;
   }
   return count == 1;

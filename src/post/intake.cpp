@@ -77,7 +77,7 @@ path::ChoiceOptions Intake::choice_options() const {
 
 // Where points may be dropped or moved a run is looked at as a whole.
 bool Intake::may_cut(const ToolPose& pose) const {
-  const std::size_t count = chunk_->motions.size();
+  const std::size_t count = run_size();
   if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
   if (method_ != path::ChoiceMethod::global) return count >= kLocalRun;
   return count >= kLongRun && count % kLookEvery == 0 &&
@@ -93,10 +93,10 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
       shape_ = record;
       return nullptr;
     }
-    chunk_->events.push_back({chunk_->motions.size(), record});
+    chunk_->events.push_back({run_size(), record});
     if (const auto* word = std::get_if<cl::Tolerance>(&record.data)) {
       tolerances_.take(*word);
-      chunk_->tolerances.push_back({chunk_->motions.size(), tolerances_.cutting()});
+      chunk_->tolerances.push_back({run_size(), tolerances_.cutting()});
     }
     if (const auto* word = std::get_if<cl::PostWord>(&record.data)) {
       auto before = flush();
@@ -122,20 +122,43 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     done = flush();
     feed_seen_ = false;
     summary_.goes_on = false;
-  } else if (!chunk_->motions.empty() && may_cut(chunk_->motions.back().point.pose)) {
+  } else if (!run_is_empty() && may_cut(last_pose())) {
     done = flush();
     summary_.goes_on = true;
   }
   if (shape_) {
     --shape_left_;
-    chunk_->events.push_back({chunk_->motions.size(), *std::exchange(shape_, std::nullopt)});
+    chunk_->events.push_back({run_size(), *std::exchange(shape_, std::nullopt)});
   }
   feed_seen_ = feed_seen_ || !motion->rapid;
   chunk_->motions.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
                              motion->feed,
                              motion->axis_P,
                              motion->step});
+  if (chunk_->motions.size() == (held_ ? kLongRun : 2 * kLongRun) && may_hold()) hold();
   return done;
+}
+
+// What is said of the pole, planes and runs in which points are dropped look at a run as a whole.
+bool Intake::may_hold() const {
+  return method_ == path::ChoiceMethod::global && options_.pole.tolerance.rad() <= 0.0 &&
+         !options_.tilted_plane && !options_.nonlinear.thin && !options_.nonlinear.move_programmed_points;
+}
+
+void Intake::hold() {
+  if (!held_) {
+    held_ = std::make_unique<path::HeldRun>(machine_, last_.q, choice_options(), job_.cl_file);
+    held_feeds_.clear();
+  }
+  choice_points_.clear();
+  for (const Pending& p : chunk_->motions) {
+    if (held_feeds_.empty() || held_feeds_.back().feed != p.feed || held_feeds_.back().step != p.step)
+      held_feeds_.push_back({held_->size() + choice_points_.size(), p.feed, p.step});
+    choice_points_.push_back(p.point);
+  }
+  held_->add(choice_points_);
+  if (!choice_points_.empty()) held_last_ = choice_points_.back();
+  chunk_->motions.clear();
 }
 
 Result<void> Intake::choose(Chunk& chunk) {
@@ -179,7 +202,7 @@ void Intake::take_post_word(const cl::PostWord& word) {
   }
 }
 
-// What is said of the pole, planes, shapes and runs in which points are dropped look at a run as a whole.
+// As for a run that is held; shapes too.
 bool Intake::may_divide(const Chunk& chunk) const {
   if (chunk.motions.size() < 2 * kLongRun || !chunk.pole.empty() || options_.tilted_plane) return false;
   if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
@@ -188,19 +211,45 @@ bool Intake::may_divide(const Chunk& chunk) const {
   });
 }
 
+// An arc or a hole stays in one piece.
+std::size_t Intake::end_of_piece() const {
+  std::size_t end = std::min(piece_begin_ + kLongRun, whole_size_);
+  for (const Event& event : whole_->events) {
+    const auto* begin = std::get_if<cl::ShapeBegin>(&event.record.data);
+    if (begin != nullptr && event.before < end) end = std::max(end, event.before + begin->shape->motions);
+  }
+  return end;
+}
+
+void Intake::take_held(std::size_t count, Chunk& piece) {
+  choice_points_.clear();
+  unheld_->take(count, choice_points_, piece.chosen, summary_);
+  piece.motions.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    while (held_feed_ + 1 < held_feeds_.size() && held_feeds_[held_feed_ + 1].motion <= piece_begin_ + i)
+      ++held_feed_;
+    const HeldFeed& feed = held_feeds_[held_feed_];
+    piece.motions.push_back({choice_points_[i], feed.feed, choice_points_[i].pose.axis_P, feed.step});
+  }
+}
+
 std::unique_ptr<Chunk> Intake::next_piece() {
   if (!whole_) return nullptr;
   Chunk& whole = *whole_;
   const std::size_t begin = piece_begin_;
-  const std::size_t end = std::min(begin + kLongRun, whole.motions.size());
-  const bool is_last = end == whole.motions.size();
+  const std::size_t end = end_of_piece();
+  const bool is_last = end == whole_size_;
   const auto range = [&](const auto& from, auto& to) {
     to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin),
               from.begin() + static_cast<std::ptrdiff_t>(end));
   };
   auto piece = store_.take();
-  range(whole.motions, piece->motions);
-  range(whole.chosen, piece->chosen);
+  if (unheld_) {
+    take_held(end - begin, *piece);
+  } else {
+    range(whole.motions, piece->motions);
+    range(whole.chosen, piece->chosen);
+  }
   piece->inverse = whole.inverse;
   for (const Event& event : whole.events) {
     if (event.before >= begin && (event.before < end || is_last))
@@ -217,13 +266,38 @@ std::unique_ptr<Chunk> Intake::next_piece() {
       rounded_point(kinematics_, rounding_, piece->motions.back().point, piece->chosen.back().q_leave);
   whole.has_before = true;
   piece_begin_ = end;
-  if (is_last) whole_.reset();
+  if (is_last) {
+    whole_.reset();
+    unheld_.reset();
+  }
   return piece;
 }
 
+std::unique_ptr<Chunk> Intake::flush_held() {
+  hold();
+  const auto done = held_->finish(choice_options());
+  if (done) {
+    last_ = rounded_point(kinematics_, rounding_, held_last_, held_->last().q_leave);
+    has_last_ = true;
+  } else {
+    chunk_->failure = done.error();
+  }
+  unheld_ = std::move(held_);
+  auto out = std::exchange(chunk_, fresh());
+  if (out->failure) {
+    unheld_.reset();
+    return out;
+  }
+  whole_ = std::move(out);
+  whole_size_ = unheld_->size();
+  piece_begin_ = held_feed_ = 0;
+  return next_piece();
+}
+
 std::unique_ptr<Chunk> Intake::flush() {
+  chunk_->inverse = inverse_;
+  if (held_) return flush_held();
   Chunk& chunk = *chunk_;
-  chunk.inverse = inverse_;
   if (!chunk.motions.empty()) {
     const auto done = choose(chunk);
     if (!done) {
@@ -237,6 +311,7 @@ std::unique_ptr<Chunk> Intake::flush() {
   if (out->failure || !may_divide(*out)) return out;
   choice_points_ = {};
   whole_ = std::move(out);
+  whole_size_ = whole_->motions.size();
   piece_begin_ = 0;
   return next_piece();
 }

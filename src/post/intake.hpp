@@ -1,7 +1,9 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "trunnion/path/held_run.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "post/chunk.hpp"
@@ -25,7 +27,8 @@ class PathTolerances {
 
 /// First stage: gathers the records of the CL file into chunks and chooses the joints of their motions. A
 /// chunk ends where nothing that follows can change the choice: before the rapid that begins a new run, at a
-/// tool change, and within a long run behind a point that one position only reaches.
+/// tool change, and within a long run behind a point that one position only reaches. A long run in which
+/// there is no such point is held to its end, packed, and goes on in pieces.
 class Intake {
  public:
   /// `store` must outlive the intake.
@@ -45,6 +48,17 @@ class Intake {
  private:
   std::unique_ptr<Chunk> flush();
   std::unique_ptr<Chunk> fresh();
+  bool may_hold() const;
+  void hold();
+  std::unique_ptr<Chunk> flush_held();
+  void take_held(std::size_t count, Chunk& piece);
+  std::size_t end_of_piece() const;
+  /// Motions of the present run.
+  bool run_is_empty() const { return chunk_->motions.empty() && !held_; }
+  const ToolPose& last_pose() const {
+    return chunk_->motions.empty() ? held_last_.pose : chunk_->motions.back().point.pose;
+  }
+  std::size_t run_size() const { return chunk_->motions.size() + (held_ ? held_->size() : 0); }
   bool may_divide(const Chunk& chunk) const;
   Result<void> choose(Chunk& chunk);
   void take_post_word(const cl::PostWord& word);
@@ -65,8 +79,20 @@ class Intake {
   path::Point last_;  // the last point handed on
   bool has_last_ = false;
   std::unique_ptr<Chunk> chunk_;
-  std::unique_ptr<Chunk> whole_;  // a run that goes on in pieces
-  std::size_t piece_begin_ = 0;   // of its motions, the next piece
+  std::unique_ptr<path::HeldRun> held_;  // the present run up to chunk_->motions, where it is held
+  /// What a held run says beside its points, where it changes.
+  struct HeldFeed {
+    std::size_t motion = 0;
+    cl::Feed feed;
+    bool step = false;
+  };
+  std::vector<HeldFeed> held_feeds_;
+  path::ChoicePoint held_last_;
+  std::unique_ptr<Chunk> whole_;           // a run that goes on in pieces
+  std::unique_ptr<path::HeldRun> unheld_;  // its motions, where they were held
+  std::size_t whole_size_ = 0;
+  std::size_t piece_begin_ = 0;  // of its motions, the next piece
+  std::size_t held_feed_ = 0;    // that is in force there
   std::vector<path::ChoicePoint> choice_points_;
   std::size_t shape_left_ = 0;       // motions of an arc or a hole that are to come: it stays in one chunk
   std::optional<cl::Record> shape_;  // that the next motion begins

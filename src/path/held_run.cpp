@@ -1,0 +1,195 @@
+#include "trunnion/path/held_run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <deque>
+#include <optional>
+#include <utility>
+
+#include "path/choice_account.hpp"
+#include "path/global_choice.hpp"
+#include "path/pole_settler.hpp"
+
+namespace trunnion::path {
+namespace {
+
+/// Points in blocks, the last and the first of which may be full only in part.
+class PointStore {
+ public:
+  static constexpr std::size_t kBlock = 1024;
+
+  void add(const ChoicePoint& point) {
+    if (size_ % kBlock == 0) blocks_.push_back(std::make_unique<Block>());
+    Block& block = *blocks_.back();
+    const std::size_t i = size_++ % kBlock;
+    block.pose[i] = point.pose;
+    block.where[i] = point.where;
+    block.rapid[i] = point.rapid;
+  }
+  std::size_t size() const { return size_; }
+  ChoicePoint at(std::size_t index) const {
+    const Block& block = *blocks_[index / kBlock - gone_];
+    const std::size_t i = index % kBlock;
+    return {block.pose[i], block.where[i], block.rapid[i]};
+  }
+  void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
+    for (std::size_t i = begin; i < end; ++i) out.push_back(at(i));
+  }
+  /// Points before this one are not asked for any more.
+  void forget_before(std::size_t index) {
+    for (; gone_ < index / kBlock; ++gone_) blocks_.pop_front();
+  }
+
+ private:
+  struct Block {
+    std::array<ToolPose, kBlock> pose;
+    std::array<SourceRef, kBlock> where;
+    std::bitset<kBlock> rapid;
+  };
+  std::deque<std::unique_ptr<Block>> blocks_;
+  std::size_t gone_ = 0;  // blocks
+  std::size_t size_ = 0;
+};
+
+// LINTOL changes the tolerance while the run is read, and more digits the resolution.
+bool differ(const ChoiceOptions& a, const ChoiceOptions& b) {
+  return a.inverse.axis_resolution != b.inverse.axis_resolution ||
+         a.axis_tolerance.rad() != b.axis_tolerance.rad() || a.tool_mm != b.tool_mm;
+}
+
+}  // namespace
+
+class HeldRun::Work {
+ public:
+  Work(const Machine& machine, const JointVector& seed, const ChoiceOptions& options, std::string cl_file)
+      : machine_(machine),
+        seed_(seed),
+        options_(options),
+        cl_file_(std::move(cl_file)),
+        choice_(std::make_unique<GlobalChoice>(machine_, options_)),
+        kinematics_(machine_, options_.tool_mm),
+        settler_(kinematics_) {
+    choice_->start(seed_);
+  }
+
+  void add(std::span<const ChoicePoint> points) {
+    for (const ChoicePoint& point : points) store_.add(point);
+    if (!lost_) advance(points);
+  }
+  std::size_t size() const { return store_.size(); }
+
+  Result<void> finish(const ChoiceOptions& options) {
+    if (differ(options, options_)) {
+      options_ = options;
+      choice_ = std::make_unique<GlobalChoice>(machine_, options_);
+      choose_again(GlobalChoice::kFewPositions);
+    }
+    for (std::size_t most = 0; !lost_ && (most = choice_->settle()) > 0;) choose_again(most);
+    if (lost_) return tl::unexpected(unreachable(machine_, *lost_, options_, cl_file_));
+    return {};
+  }
+
+  ChosenPoint last() const { return choice_->end(); }
+
+  std::size_t take(std::size_t most, std::vector<ChoicePoint>& points, std::vector<ChosenPoint>& chosen,
+                   ChoiceSummary& summary) {
+    const std::size_t begin = choice_->place().next;
+    const std::size_t end = std::min(begin + most, store_.size());
+    if (begin == end) return 0;
+    const std::size_t first = points.size();
+    store_.append(begin, end, points);
+    chosen.resize(first + (end - begin));
+    const auto piece = std::span(chosen).subspan(first);
+    const auto of_piece = std::span<const ChoicePoint>(points).subspan(first);
+    choice_->replay(of_piece, piece);
+    settler_.settle(of_piece, piece, summary, [&] { return pole_ahead(end); });
+    if (!account_) account_.emplace(machine_, seed_, summary.goes_on ? summary.last_branch : piece[0].branch);
+    account_->add(piece, summary);
+    store_.forget_before(end);
+    return end - begin;
+  }
+
+ private:
+  void advance(std::span<const ChoicePoint> points) {
+    if (const ChoicePoint* lost = choice_->advance(points)) lost_ = *lost;
+  }
+
+  void choose_again(std::size_t most) {
+    choice_->start(seed_, most);
+    lost_.reset();
+    for (std::size_t i = 0; i < store_.size() && !lost_; i += PointStore::kBlock) {
+      ahead_points_.clear();
+      store_.append(i, std::min(i + PointStore::kBlock, store_.size()), ahead_points_);
+      advance(ahead_points_);
+    }
+  }
+
+  // The stretch at the pole that goes on behind `begin`, the next point of the replay.
+  PoleSettler::Ahead pole_ahead(std::size_t begin) {
+    PoleSettler::Ahead out;
+    const GlobalChoice::Place here = choice_->place();
+    Vec3 tip_P = begin > 0 && begin < store_.size() ? store_.at(begin - 1).pose.tip_P : Vec3::Zero();
+    while (!out.next && choice_->place().next < store_.size()) {
+      const std::size_t from = choice_->place().next;
+      ahead_points_.clear();
+      store_.append(from, std::min(from + PoseSolver::kAhead, store_.size()), ahead_points_);
+      ahead_.resize(ahead_points_.size());
+      choice_->replay(ahead_points_, ahead_);
+      for (std::size_t i = 0; i < ahead_.size() && !out.next; ++i) {
+        if (PoleSettler::goes_on(ahead_points_[i], ahead_[i])) {
+          out.way_mm += (ahead_points_[i].pose.tip_P - tip_P).norm();
+          tip_P = ahead_points_[i].pose.tip_P;
+          ++out.points;
+        } else {
+          out.next = ahead_[i];
+          out.next_rapid = ahead_points_[i].rapid;
+        }
+      }
+    }
+    choice_->go_to(here);
+    return out;
+  }
+
+  Machine machine_;
+  JointVector seed_;
+  ChoiceOptions options_;
+  std::string cl_file_;
+  std::unique_ptr<GlobalChoice> choice_;
+  TableKinematics kinematics_;
+  PoleSettler settler_;
+  PointStore store_;
+  std::optional<ChoicePoint> lost_;
+  std::optional<ChoiceAccount> account_;
+  std::vector<ChoicePoint> ahead_points_;
+  std::vector<ChosenPoint> ahead_;
+};
+
+HeldRun::HeldRun(const Machine& machine, const JointVector& seed, const ChoiceOptions& options,
+                 std::string cl_file)
+    : work_(std::make_unique<Work>(machine, seed, options, std::move(cl_file))) {}
+
+HeldRun::~HeldRun() = default;
+
+void HeldRun::add(std::span<const ChoicePoint> points) {
+  work_->add(points);
+}
+
+std::size_t HeldRun::size() const {
+  return work_->size();
+}
+
+Result<void> HeldRun::finish(const ChoiceOptions& options) {
+  return work_->finish(options);
+}
+
+ChosenPoint HeldRun::last() const {
+  return work_->last();
+}
+
+std::size_t HeldRun::take(std::size_t most, std::vector<ChoicePoint>& points,
+                          std::vector<ChosenPoint>& chosen, ChoiceSummary& summary) {
+  return work_->take(most, points, chosen, summary);
+}
+
+}  // namespace trunnion::path

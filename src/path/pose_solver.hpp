@@ -1,0 +1,44 @@
+#pragma once
+#include <array>
+#include <span>
+
+#include "trunnion/machine/rotary_solver.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/path/solution_choice.hpp"
+
+namespace trunnion::path {
+
+/// The inverse of a pose, turns aside.
+struct SolvedPose {
+  RotarySolutions rotary;
+  std::array<RotarySines, 2> sines;  // of the angles
+  std::array<Vec3, 2> linear;        // positions of the linear axes: the same for every turn
+  bool follows_seed = false;         // C may be the seed's: at the pole
+  bool known = false;                // of those looked up ahead
+};
+
+/// Solves poses one by one, and where the machine's chain allows it two at a time.
+class PoseSolver {
+ public:
+  /// `kinematics` must outlive this.
+  PoseSolver(const Machine& machine, const TableKinematics& kinematics, const InverseOptions& inverse)
+      : kinematics_(kinematics), inverse_(inverse), solver_(machine) {}
+
+  /// C at the pole follows `seed_inner`.
+  void solve(const ToolPose& pose, double seed_inner, SolvedPose& out) const;
+
+  /// So many points can be looked up at once.
+  static constexpr std::size_t kAhead = 64;
+  bool looks_ahead() const { return kinematics_.side_by_side(); }
+  /// Up to kAhead points; those that need the general way are not `known`.
+  void look_ahead(std::span<const ChoicePoint> points);
+  const SolvedPose& ahead(std::size_t i) const { return ahead_[i]; }
+
+ private:
+  const TableKinematics& kinematics_;
+  InverseOptions inverse_;
+  RotarySolver solver_;
+  std::array<SolvedPose, kAhead> ahead_;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,117 @@
+#include "trunnion/path/held_run.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "support/machines.hpp"
+
+namespace trunnion::path {
+namespace {
+
+// Small tilts, so that both branches reach nearly every point; through the pole, along it, and with rapids.
+std::vector<ChoicePoint> wandering(std::mt19937_64& random, std::size_t count, double max_tilt) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::vector<ChoicePoint> out;
+  Vec3 tip = Vec3::Zero();
+  double x = 0.0, y = 0.0, dx = 0.0, dy = 0.0;
+  std::size_t upright = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    ChoicePoint p;
+    if (upright == 0 && random() % 300 == 0) upright = random() % 1500;
+    if (upright > 0) {
+      --upright;
+      p.pose.axis_P = Vec3::UnitZ();
+    } else {
+      dx = 0.9 * dx + 0.02 * u(random);
+      dy = 0.9 * dy + 0.02 * u(random);
+      x = std::clamp(x + dx, -max_tilt, max_tilt);
+      y = std::clamp(y + dy, -max_tilt, max_tilt);
+      p.pose.axis_P = Vec3(x, y, 1.0).normalized();
+    }
+    tip += 0.2 * Vec3(u(random), u(random), u(random));
+    p.pose.tip_P = tip;
+    p.where = {static_cast<std::uint32_t>(i + 1), 1};
+    p.rapid = i == 0 || random() % 700 == 0;
+    out.push_back(p);
+  }
+  return out;
+}
+
+class HeldRunOn : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
+  Machine machine = test::shipped_machine(GetParam());
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 12; ++i) {
+    const AxisId inner = machine.rotary_axes().back();
+    machine.axes[inner].cyclic = i % 3 != 2;
+    machine.axes[inner].max = i % 3 == 2 ? (1.0 + i) * kPi : std::numeric_limits<double>::infinity();
+    machine.axes[inner].min = -machine.axes[inner].max;
+    ChoiceOptions options;
+    options.tool_mm = machine.tool_vector();
+    const auto path = wandering(random, 500 + random() % 5000, i % 2 == 0 ? 0.1 : 0.4);
+    JointVector seed;
+    seed[inner] = 0.5;
+    std::vector<ChosenPoint> at_once;
+    ChoiceSummary summary_at_once;
+    ASSERT_TRUE(choose_solutions(machine, path, seed, options, "part.cls", at_once, summary_at_once));
+
+    ChoiceOptions other = options;
+    if (i % 4 == 0) other.axis_tolerance = Angle::degrees(1.0);
+    HeldRun held(machine, seed, other, "part.cls");
+    for (std::size_t k = 0; k < path.size();) {
+      const std::size_t n = std::min<std::size_t>(path.size() - k, 1 + random() % 1500);
+      held.add(std::span(path).subspan(k, n));
+      k += n;
+    }
+    ASSERT_EQ(held.size(), path.size());
+    ASSERT_TRUE(held.finish(options));
+    const ChosenPoint last = held.last();
+    std::vector<ChoicePoint> points;
+    std::vector<ChosenPoint> chosen;
+    ChoiceSummary summary;
+    while (held.take(1 + random() % 700, points, chosen, summary) > 0) continue;
+    ASSERT_EQ(points.size(), path.size());
+    ASSERT_EQ(chosen.size(), path.size());
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      ASSERT_EQ(points[k].pose.tip_P, path[k].pose.tip_P);
+      ASSERT_EQ(points[k].pose.axis_P, path[k].pose.axis_P);
+      ASSERT_EQ(points[k].where, path[k].where);
+      ASSERT_EQ(points[k].rapid, path[k].rapid);
+      // Lengths along the pole are summed in another order.
+      for (AxisId id = 0; id < machine.axes.size(); ++id) {
+        ASSERT_NEAR(chosen[k].q[id], at_once[k].q[id], 1e-9) << k;
+        ASSERT_NEAR(chosen[k].q_leave[id], at_once[k].q_leave[id], 1e-9) << k;
+      }
+      ASSERT_EQ(chosen[k].branch, at_once[k].branch);
+      ASSERT_EQ(chosen[k].singular, at_once[k].singular);
+      ASSERT_EQ(chosen[k].reconfigure, at_once[k].reconfigure);
+    }
+    EXPECT_EQ(last.q, chosen.back().q);
+    EXPECT_NEAR(summary.axis_time_s, summary_at_once.axis_time_s, 1e-6);
+    EXPECT_EQ(summary.branch_changes, summary_at_once.branch_changes);
+    EXPECT_EQ(summary.turns_in_place, summary_at_once.turns_in_place);
+    EXPECT_EQ(summary.pole_points, summary_at_once.pole_points);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, HeldRunOn, ::testing::ValuesIn(test::shipped_machines()));
+
+TEST(HeldRun, SaysWhichPointNothingReaches) {
+  const Machine machine = test::shipped_machine("trunnion_offset");  // A from -30 to 120 deg
+  std::vector<ChoicePoint> path(3000);
+  for (std::size_t i = 0; i < path.size(); ++i) path[i].where = {static_cast<std::uint32_t>(i + 1), 1};
+  const double tilt = 130.0 * kRadPerDegree;
+  path[2500].pose.axis_P = Vec3(0, std::sin(tilt), std::cos(tilt));
+  ChoiceOptions options;
+  options.tool_mm = machine.tool_vector();
+  HeldRun held(machine, {}, options, "part.cls");
+  held.add(path);
+  const auto done = held.finish(options);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().text().substr(0, 14), "part.cls:2501:");
+}
+
+}  // namespace
+}  // namespace trunnion::path
