@@ -24,8 +24,6 @@ constexpr int kSamples = 9;
 const Angle kHarmonicTurn = Angle::degrees(60.0);
 // Share of the largest error that the middle of a bow has at least; less is S-shaped.
 constexpr double kBowShaped = 0.9;
-// Depth to which `subtract` halves a segment whose prediction stays short.
-constexpr int kSubtractHalvings = 12;
 
 double word_error(const Machine& machine, const Rounding& rounding) {
   double sum = 0.0;
@@ -67,7 +65,8 @@ double SegmentRefiner::largest_turn() const {
   return turn;
 }
 
-SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b) const {
+SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b, double off_axis2,
+                                                      const Vec3* known_middle_P) const {
   if (options_.certify) {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes
@@ -80,14 +79,19 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   };
   const double ends = std::max(off(a.tip_P), off(b.tip_P));
   if (ends > tolerance_.tip_mm) return Verdict::beyond;
-  if (axis_surely_within(a, b)) {
+  if (axis_surely_within(a, b, off_axis2)) {
     const NormsOf<double> norms = piece_norms(kinematics(), a, b);
     const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
     if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
-    const Vec3 middle_P = middle_tip(kinematics(), a, b);
+    const Vec3 middle_P = known_middle_P != nullptr ? *known_middle_P : middle_tip(kinematics(), a, b);
     if (off(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
     const Vec3 bow = middle_P - 0.5 * (a.tip_P + b.tip_P);
-    if (bow.norm() + beyond_parabola(norms.M3()) <= left_mm) return Verdict::proved;
+    const double beyond = beyond_parabola(norms.M3());
+    if (bow.norm() + beyond <= left_mm) return Verdict::proved;
+    // Rounded ends stand off where the bow is not at its largest.
+    const double room_mm = left_mm + ends - beyond;
+    if (bow.norm() <= room_mm && ParabolaForm(reference_, a, b, middle_P).largest() <= room_mm)
+      return Verdict::proved;
     if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return Verdict::proved;
   }
   double tip_mm = 0.0;
@@ -99,13 +103,14 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
 
 // A unit vector turned about two axes bends by at most (|dA| + |dC|)^2 / 8 off its chord; a chord is no
 // longer than pi/2 times the sine of its angle up to a right angle.
-bool SegmentRefiner::axis_surely_within(const Station& a, const Station& b) const {
+bool SegmentRefiner::axis_surely_within(const Station& a, const Station& b, double off_axis2) const {
   double turn = 0.0;
   for (std::size_t k = 0; k < 2; ++k)
     turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
   const double bow = turn * turn / 8.0;
   const double limit = tolerance_.axis.rad() * 2.0 / kPi;  // below its sine
   if (bow > limit) return false;
+  if (off_axis2 <= (limit - bow) * (limit - bow)) return true;
   const ArcShape arc(reference_.axis0_P, reference_.axis1_P);
   return std::max(ArcShape::distance(arc.foot(a.axis_P)), ArcShape::distance(arc.foot(b.axis_P))) + bow <=
          limit;
@@ -133,19 +138,25 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
                       off2_axis <= left_axis * left_axis;
   if (surely && bow <= known_mm) return report;
   start(ends, tolerance);
-  const ErrorModel model(kinematics(), a, b, options_.predictor);
-  report.midpoint_mm = model.midpoint().norm();
   // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add, and to
   // look for its largest value takes longer than a sharper bound.
+  const bool exact = options_.predictor.kind == Predictor::Kind::exact;
+  std::optional<ErrorModel> model;
+  if (!exact) model.emplace(kinematics(), a, b, options_.predictor);
+  const Vec3 middle_P = exact ? middle_tip(kinematics(), a, b) : Vec3::Zero();
+  report.midpoint_mm = (exact ? Vec3(middle_P - 0.5 * (a.tip_P + b.tip_P)) : model->midpoint()).norm();
   const double bow_with_middle = report.midpoint_mm + beyond_parabola(norms.M3()) + rounding;
-  const bool judged_by_itself =
-      options_.predictor.kind == Predictor::Kind::exact &&
-      (bow <= known_mm || bow_with_middle <= known_mm || certifier_.bow_from_cubic(a, b) <= known_mm);
-  if (!judged_by_itself) report.predicted_mm = model.largest_distance();
+  const bool judged_by_itself = exact && (bow <= known_mm || bow_with_middle <= known_mm ||
+                                          certifier_.bow_from_cubic(a, b) <= known_mm);
+  const auto predicted_mm = [&] {
+    if (!model) model.emplace(kinematics(), a, b, options_.predictor);
+    return model->largest_distance();
+  };
+  if (!judged_by_itself) report.predicted_mm = predicted_mm();
   if (surely) return report;
-  const Verdict verdict = piece_verdict(a, b);
+  const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
   report.converged = verdict != Verdict::beyond;
-  if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = model.largest_distance();
+  if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
   const bool asked = options_.method != Method::adaptive && report.predicted_mm > tolerance.tip_mm;
   if ((report.converged && !asked) || options_.method == Method::none) return report;
   report.converged = insert(report);
@@ -409,8 +420,13 @@ SegmentReport SegmentRefiner::span_report(const Station& programmed_a, const Sta
 }
 
 bool SegmentRefiner::all_within() const {
+  double off_before2 = (ends_.at_a->axis_P - ends_.a->axis_P).squaredNorm();
   for (std::size_t i = 0; i <= nodes_.size(); ++i) {
-    if (!piece_within(station_at(i), station_at(i + 1))) return false;
+    const Station& b = station_at(i + 1);
+    const Vec3& programmed = i < nodes_.size() ? nodes_[i].axis_P : ends_.b->axis_P;
+    const double off2 = (b.axis_P - programmed).squaredNorm();
+    if (piece_verdict(station_at(i), b, std::max(off_before2, off2)) == Verdict::beyond) return false;
+    off_before2 = off2;
   }
   return true;
 }
@@ -425,52 +441,6 @@ bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
   for (const Place& place : places_)
     nodes_.push_back(maker_.node(place.t, between_ends(place.displacement_P, place.t), how, true));
   return all_within();
-}
-
-// Intermediate points of the linear interpolation, linear axes moved by -R_MP e(t) (paper 001, Eq. 3.4),
-// rotary axes left. Where the prediction stays short the segment is halved: the middle, whose error is known
-// whatever predicts the rest, comes to stand on the chord.
-bool SegmentRefiner::subtract(const Station& a, const Station& b, double t0, double t1, int halvings) {
-  const ErrorModel model(kinematics(), a, b, options_.predictor);
-  const std::size_t before = nodes_.size();
-  if (halvings > 0 && piece_within(a, b)) return true;
-  if (subtract_evenly(a, b, t0, t1, model)) return true;
-  nodes_.resize(before);
-  if (halvings >= kSubtractHalvings || nodes_.size() >= options_.max_inserted) return false;
-  const double t = 0.5 * (t0 + t1);
-  const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
-  const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
-  const Node middle = maker_.node_at(t, q, tip - model.midpoint(), true);
-  const bool first = subtract(a, middle.station, t0, t, halvings + 1);
-  nodes_.push_back(middle);
-  return subtract(middle.station, b, t, t1, halvings + 1) && first;
-}
-
-bool SegmentRefiner::subtract_evenly(const Station& a, const Station& b, double t0, double t1,
-                                     const ErrorModel& model) {
-  constexpr std::size_t kTries = 3;
-  const std::size_t before = nodes_.size();
-  const double ratio = std::sqrt(model.largest_distance() / tolerance_.tip_mm);
-  const auto least = static_cast<std::size_t>(std::max(2.0, std::ceil(ratio)));
-  for (std::size_t pieces = least; pieces < least + kTries && pieces <= options_.max_inserted; ++pieces) {
-    nodes_.resize(before);
-    bool within = true;
-    Station last = a;
-    for (std::size_t j = 1; j <= pieces && within; ++j) {
-      if (j == pieces) {
-        within = piece_within(last, b);
-        break;
-      }
-      const double k = static_cast<double>(j) / static_cast<double>(pieces);
-      const JointVector q = JointVector::interpolate(a.q, b.q, k);
-      const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
-      nodes_.push_back(maker_.node_at(t0 + k * (t1 - t0), q, tip - model.at(k), true));
-      within = piece_within(last, nodes_.back().station);
-      last = nodes_.back().station;
-    }
-    if (within) return true;
-  }
-  return false;
 }
 
 }  // namespace trunnion::path

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -58,14 +59,18 @@ class SegmentRefiner {
  private:
   /// `sampled`: within, as far as samples can tell.
   enum class Verdict : std::uint8_t { beyond, sampled, proved };
-  Verdict piece_verdict(const Station& a, const Station& b) const;
+  /// `off_axis2`: square of what the axes at the ends are at most off some axes of the reference.
+  /// And where its tip is in the middle, if that is known.
+  Verdict piece_verdict(const Station& a, const Station& b,
+                        double off_axis2 = std::numeric_limits<double>::infinity(),
+                        const Vec3* known_middle_P = nullptr) const;
   enum class Side : std::uint8_t { on_chord, two_sided };
   static constexpr std::size_t kFewestCells = 4;
   /// Below this the straight joint path and the great circle need the same number of points.
   static constexpr Angle kSmallTurn = Angle::degrees(5.0);
 
   bool needs_points(SegmentReport& report);
-  bool axis_surely_within(const Station& a, const Station& b) const;
+  bool axis_surely_within(const Station& a, const Station& b, double off_axis2) const;
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
   bool halve(const SegmentReport& report);
