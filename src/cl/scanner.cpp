@@ -59,8 +59,8 @@ bool begins_goto(std::string_view line) {
 
 Scanner::Scanner(std::unique_ptr<TextSource> source, std::string file, Diagnostics& diagnostics)
     : source_(std::move(source)), file_(std::move(file)), diagnostics_(diagnostics) {
-  buffer_.resize(kBufferBytes + kPadding);
-  buffer_[0] = '\0';
+  buffer_ = std::make_unique_for_overwrite<char[]>(kBufferBytes + kPadding);
+  std::fill_n(buffer_.get(), kPadding, '\0');
 }
 
 void Scanner::fatal(SourceRef where, std::string message) {
@@ -71,12 +71,12 @@ void Scanner::fatal(SourceRef where, std::string message) {
 // Moves what is unread to the front and reads on behind it. False when nothing more came.
 bool Scanner::refill() {
   if (source_ended_) return false;
-  std::memmove(buffer_.data(), buffer_.data() + cursor_, end_ - cursor_);
+  std::memmove(buffer_.get(), buffer_.get() + cursor_, end_ - cursor_);
   end_ -= cursor_;
   cursor_ = 0;
   const std::size_t before = end_;
   while (end_ < kBufferBytes) {
-    const auto count = source_->read(buffer_.data() + end_, kBufferBytes - end_);
+    const auto count = source_->read(buffer_.get() + end_, kBufferBytes - end_);
     if (!count) {
       read_failure_ = count.error();
       fatal({line_, 0}, count.error().message);
@@ -89,7 +89,7 @@ bool Scanner::refill() {
     }
     end_ += *count;
   }
-  std::fill_n(buffer_.begin() + static_cast<std::ptrdiff_t>(end_), kPadding, '\0');
+  std::fill_n(buffer_.get() + end_, kPadding, '\0');
   return end_ > before;
 }
 
@@ -98,7 +98,7 @@ bool Scanner::physical_line(std::string_view& line) {
   std::size_t searched = cursor_;
   const char* newline = nullptr;
   for (;;) {
-    newline = static_cast<const char*>(std::memchr(buffer_.data() + searched, '\n', end_ - searched));
+    newline = static_cast<const char*>(std::memchr(buffer_.get() + searched, '\n', end_ - searched));
     if (newline != nullptr) break;
     const std::size_t unread = end_ - cursor_;
     if (unread >= kBufferBytes) {
@@ -110,9 +110,9 @@ bool Scanner::physical_line(std::string_view& line) {
     searched = cursor_ + unread;
   }
   if (cursor_ == end_ || stopped_) return false;
-  const char* begin = buffer_.data() + cursor_;
-  const char* stop = newline != nullptr ? newline : buffer_.data() + end_;
-  cursor_ = static_cast<std::size_t>(stop - buffer_.data()) + (newline != nullptr ? 1 : 0);
+  const char* begin = buffer_.get() + cursor_;
+  const char* stop = newline != nullptr ? newline : buffer_.get() + end_;
+  cursor_ = static_cast<std::size_t>(stop - buffer_.get()) + (newline != nullptr ? 1 : 0);
   ++line_;
   line = {begin, static_cast<std::size_t>(stop - begin)};
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
@@ -122,7 +122,7 @@ bool Scanner::physical_line(std::string_view& line) {
 }
 
 void Scanner::unread_line(std::string_view line) {
-  cursor_ = static_cast<std::size_t>(line.data() - buffer_.data());
+  cursor_ = static_cast<std::size_t>(line.data() - buffer_.get());
   --line_;
 }
 
@@ -289,7 +289,7 @@ bool Scanner::plain_goto(PlainGoto& out) {
   constexpr std::size_t kComfort = 2048;  // longer than any plain GOTO, so that one refill at most is needed
   if (stopped_) return false;
   if (end_ - cursor_ < kComfort) refill();
-  const char* const line_start = buffer_.data() + cursor_;
+  const char* const line_start = buffer_.get() + cursor_;
   const char* p = line_start;
   while (is_blank(*p)) ++p;
   std::uint32_t word = 0;
@@ -330,7 +330,7 @@ bool Scanner::plain_goto(PlainGoto& out) {
     ++p;
   }
   if (*p == '\r') ++p;
-  const char* const text_end = buffer_.data() + end_;
+  const char* const text_end = buffer_.get() + end_;
   if (p == text_end && source_ended_) {
     // last line without a newline
   } else if (*p == '\n') {
@@ -344,7 +344,7 @@ bool Scanner::plain_goto(PlainGoto& out) {
   out.axis_decimals = static_cast<std::uint8_t>(std::max({places[3], places[4], places[5]}));
   goto_cursor_ = cursor_;
   goto_line_ = line_;
-  cursor_ = static_cast<std::size_t>(p - buffer_.data());
+  cursor_ = static_cast<std::size_t>(p - buffer_.get());
   line_ += lines;
   return true;
 }

@@ -52,7 +52,7 @@ class Scanner {
   std::unique_ptr<TextSource> source_;
   std::string file_;
   Diagnostics& diagnostics_;
-  std::vector<char> buffer_;
+  std::unique_ptr<char[]> buffer_;  // only what is read into it is touched
   std::size_t cursor_ = 0;  // in buffer_
   std::size_t end_ = 0;     // in buffer_; buffer_[end_] is 0
   bool source_ended_ = false;
