@@ -53,8 +53,8 @@ class Scanner {
   std::string file_;
   Diagnostics& diagnostics_;
   std::unique_ptr<char[]> buffer_;  // only what is read into it is touched
-  std::size_t cursor_ = 0;  // in buffer_
-  std::size_t end_ = 0;     // in buffer_; buffer_[end_] is 0
+  std::size_t cursor_ = 0;          // in buffer_
+  std::size_t end_ = 0;             // in buffer_; buffer_[end_] is 0
   bool source_ended_ = false;
   std::optional<Error> read_failure_;
   bool stopped_ = false;

@@ -185,8 +185,23 @@ bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec
   return true;
 }
 
+std::uint8_t RotarySolver::branch_of(double outer) const {
+  const auto at = lanes::sincos(outer);
+  return at.sin * m_to_k_.y + at.cos * m_to_k_.x > 0.0 ? 0 : 1;
+}
+
+// The outer axis stands atan2(root, be) to either side of where it takes n2 to k.
+bool RotarySolver::solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, RotarySolution& out) const {
+  constexpr double kTanHalfApart = 0.1;  // of 0.199
+  const Tilt<double> tilt = tilt_of(lanes::Triple<double>{axis_P.x(), axis_P.y(), axis_P.z()});
+  const double be = tilt.b - cos_axes_ * n1_k_;
+  if (count_ != 2 || tilt.sine < kDigitTilt || !(tilt.root > kTanHalfApart * std::abs(be))) return false;
+  return solve_branch<true>(tilt, branch == 0 ? 1.0 : -1.0, axis_P, 0.0, {}, out);
+}
+
 // What `solve_branch` tests; angles of the branches that at least one of the two can have.
-RotarySolver::Pair RotarySolver::solve_pair(const lanes::Triple<Lanes>& axis_P) const {
+RotarySolver::Pair RotarySolver::solve_pair(const lanes::Triple<Lanes>& axis_P,
+                                            const std::array<bool, 2>& wanted) const {
   const Tilt<Lanes> tilt = tilt_of(axis_P);
   Pair out;
   out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
@@ -199,7 +214,7 @@ RotarySolver::Pair RotarySolver::solve_pair(const lanes::Triple<Lanes>& axis_P) 
       out.known &= length[k] > 0.0;
       out.within[branch] &= ~window_[k].excludes<Lanes>(turn[k], length[k]);
     }
-    if (!lanes::any(out.within[branch])) continue;
+    if (!wanted[branch] || !lanes::any(out.within[branch])) continue;
     for (std::size_t k = 0; k < 2; ++k) {
       const Lanes angle = lanes::atan2(turn[k].y, turn[k].x);
       out.angle[branch][k] = lanes::select(angle <= -kPi, Lanes{kPi, kPi}, angle);

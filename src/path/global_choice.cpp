@@ -364,7 +364,8 @@ std::size_t GlobalChoice::settle() {
   picks_.resize(traces_.layers());
   for (std::size_t i = picks_.size(); i-- > 0;) {
     const StepTraces::Read read = traces_.take_last(best);
-    picks_[i] = read.settled ? kAlreadyPut : read.step.pick;
+    const unsigned plain = read.plain ? kPlain | (read.count == 2 ? kOfTwo : 0U) : 0U;
+    picks_[i] = read.settled ? kAlreadyPut : static_cast<std::uint16_t>(plain | read.step.pick);
     best = read.settled ? 0 : read.step.from;
   }
   traces_ = {};
@@ -383,13 +384,42 @@ const SolvedPose& GlobalChoice::solved_for_replay(const ChoicePoint& point, std:
   return own_;
 }
 
+// The branches of the next points that were picked.
+void GlobalChoice::look_ahead_for_replay(std::span<const ChoicePoint> points) {
+  std::array<std::uint8_t, PoseSolver::kAhead> wanted{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint16_t pick = picks_[place_.next - 1 + i];
+    const bool of_two = (pick & kPlain) != 0 && (pick & kOfTwo) != 0;
+    wanted[i] = static_cast<std::uint8_t>(of_two ? 1 << (pick & 1) : 3);
+  }
+  solver_.look_ahead(points, std::span(wanted).first(points.size()));
+}
+
+GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint16_t pick) const {
+  if ((pick & kPlain) != 0) {
+    const std::size_t n = pick & 1;
+    std::array<double, 2> angle = solved.rotary.at[n].angle;
+    for (std::size_t k = 0; k < rotary_count_; ++k)
+      angle[k] = steps_.only_turn(k, angle[k], place_.position.angle[k]).value_or(angle[k]);
+    return candidate(solved, n, angle, {});
+  }
+  Candidate chosen;
+  visit_positions(solved, place_.position,
+                  [&](std::size_t at, std::size_t n, const std::array<double, 2>& angle) {
+                    if (at != pick) return false;
+                    chosen = candidate(solved, n, angle, {});
+                    return true;
+                  });
+  return chosen;
+}
+
 // Of an axis that may turn for ever the turn follows from the point before.
 void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) {
   std::size_t looked_up = 0;  // points before this one
   std::size_t first = 0;
   bool left_behind = false;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::size_t pick = picks_[place_.next++];
+    const std::uint16_t pick = picks_[place_.next++];
     if (pick == kAlreadyPut) {
       left_behind = true;
       continue;
@@ -406,16 +436,10 @@ void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenP
       const auto most = static_cast<std::ptrdiff_t>(std::min(points.size() - i, PoseSolver::kAhead));
       const auto run = std::find(here, here + most, kAlreadyPut) - here;
       looked_up = i + static_cast<std::size_t>(run);
-      solver_.look_ahead(points.subspan(i, looked_up - i));
+      look_ahead_for_replay(points.subspan(i, looked_up - i));
     }
     const SolvedPose& solved = solved_for_replay(points[i], i - first);
-    Candidate chosen;
-    visit_positions(solved, place_.position,
-                    [&](std::size_t at, std::size_t n, const std::array<double, 2>& angle) {
-                      if (at != pick) return false;
-                      chosen = candidate(solved, n, angle, {});
-                      return true;
-                    });
+    Candidate chosen = picked(solved, pick);
     chosen.reconfigure = steps_.reconfigures(place_.position, place_.axis_P, chosen, points[i]);
     put(chosen, out[i]);
     place_.position = chosen;

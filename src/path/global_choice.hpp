@@ -109,6 +109,8 @@ class GlobalChoice {
   /// true.
   template <class Visit>
   void visit_positions(const SolvedPose& solved, const ChoicePosition& from, const Visit& visit) const;
+  void look_ahead_for_replay(std::span<const ChoicePoint> points);
+  Candidate picked(const SolvedPose& solved, std::uint16_t pick) const;
   const SolvedPose& solved_for_replay(const ChoicePoint& point, std::size_t ahead);
   JointVector joints(const ChoicePosition& position) const;
   void put(const Candidate& chosen, ChosenPoint& out) const;
@@ -137,6 +139,9 @@ class GlobalChoice {
   std::vector<TracedStep> steps_of_layer_;
 
   static constexpr std::uint16_t kAlreadyPut = 0xffff;
+  // The pick is the solution, in its only turn; there are two.
+  static constexpr std::uint16_t kPlain = 0x8000;
+  static constexpr std::uint16_t kOfTwo = 0x4000;
   std::vector<std::uint16_t> picks_;  // of each point, once settled
   Candidate end_;
   Place place_;

@@ -18,6 +18,7 @@ void NodeMaker::start(const Point& a, const Point& b) {
   b_ = &b;
   follows_ = false;
   if (kinematics_->rotary_count() < 2) return;
+  branch_ = solver_.branch_of(kinematics_->angle(a.q, 0));
   // Below it the position nearest to the straight path of the axes is the one.
   constexpr double kFar = 20.0 * kRadPerDegree;
   const auto from = angles_of(*kinematics_, a.q);
@@ -43,38 +44,62 @@ double NodeMaker::off_course(const Vec3& axis_P, const JointVector& straight,
   return travel;
 }
 
+// The turn of a solution on the way from a to b, where `q` is on the straight one; false where none is within
+// the limits.
+bool NodeMaker::reach(const RotarySolution& solution, const Vec3& axis_P, JointVector& q) const {
+  bool reachable = true;
+  for (std::size_t k = 0; k < kinematics_->rotary_count(); ++k) {
+    const AxisId id = kinematics_->rotary(k);
+    double near = q[id];
+    if (follows_ && k == 1) {
+      const auto from = angles_of(*kinematics_, a_->q);
+      const double outer = q[kinematics_->rotary(0)];
+      near = from[1] + connection_.followed_turn(from, a_->axis_P, outer, axis_P).value_or(near - from[1]);
+    }
+    const auto angle = nearest_turn(machine_->axes[id], solution.angle[k], near);
+    reachable = reachable && angle.has_value();
+    q[id] = angle.value_or(q[id]);
+  }
+  return reachable;
+}
+
+KnownSines NodeMaker::known_sines(const TableKinematics& kinematics, const RotarySolution& solution,
+                                  const JointVector& q) {
+  KnownSines known;
+  if (!solution.sines_known) return known;
+  known.sines = solution.sines;
+  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) known.angle[k] = q[kinematics.rotary(k)];
+  return known;
+}
+
 // Of the solutions for the axis, the one on the way from a to b; the straight joint path itself where there
 // is none.
 void NodeMaker::set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const {
   const std::size_t count = kinematics_->rotary_count();
   if (count == 0) return;
   const JointVector seed = q;
+  // So near the straight path no other branch is nearer.
+  RotarySolution near;
+  if (count == 2 && !follows_ && solver_.solve_one_of_two(axis_P, branch_, near)) {
+    JointVector candidate = seed;
+    if (reach(near, axis_P, candidate) &&
+        off_course(axis_P, seed, candidate) < 0.5 * RotarySolver::kApart_rad) {
+      q = candidate;
+      known = known_sines(*kinematics_, near, q);
+      return;
+    }
+  }
   const double seed_inner = seed[kinematics_->rotary(count - 1)];
   const RotarySolutions solutions = solver_.solve_within_limits(axis_P, seed_inner);
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < solutions.count; ++i) {
     JointVector candidate = seed;
-    bool reachable = true;
-    for (std::size_t k = 0; k < count; ++k) {
-      const AxisId id = kinematics_->rotary(k);
-      double near = seed[id];
-      if (follows_ && k == 1) {
-        const auto from = angles_of(*kinematics_, a_->q);
-        const double outer = candidate[kinematics_->rotary(0)];
-        near = from[1] + connection_.followed_turn(from, a_->axis_P, outer, axis_P).value_or(near - from[1]);
-      }
-      const auto angle = nearest_turn(machine_->axes[id], solutions.at[i].angle[k], near);
-      reachable = reachable && angle.has_value();
-      candidate[id] = angle.value_or(seed[id]);
-    }
+    const bool reachable = reach(solutions.at[i], axis_P, candidate);
     const double off = reachable ? off_course(axis_P, seed, candidate) : nearest;
     if (!(off < nearest)) continue;
     nearest = off;
     q = candidate;
-    known = {};
-    if (!solutions.at[i].sines_known) continue;
-    known.sines = solutions.at[i].sines;
-    for (std::size_t k = 0; k < count; ++k) known.angle[k] = q[kinematics_->rotary(k)];
+    known = known_sines(*kinematics_, solutions.at[i], q);
   }
 }
 

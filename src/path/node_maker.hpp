@@ -52,6 +52,9 @@ class NodeMaker {
   Node node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
                const KnownSines& known) const;
   void set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const;
+  bool reach(const RotarySolution& solution, const Vec3& axis_P, JointVector& q) const;
+  static KnownSines known_sines(const TableKinematics& kinematics, const RotarySolution& solution,
+                                const JointVector& q);
   double off_course(const Vec3& axis_P, const JointVector& straight, const JointVector& candidate) const;
 
   const Machine* machine_;
@@ -59,7 +62,8 @@ class NodeMaker {
   const Rounding* rounding_;
   RotarySolver solver_;
   RotaryConnection connection_;
-  bool follows_ = false;  // the rotary axes follow the great circle from a to b, and turn far
+  std::uint8_t branch_ = 0;  // of a
+  bool follows_ = false;     // the rotary axes follow the great circle from a to b, and turn far
   const Point* a_ = nullptr;
   const Point* b_ = nullptr;
 };

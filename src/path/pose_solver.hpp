@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include "trunnion/machine/rotary_solver.hpp"
@@ -30,8 +31,9 @@ class PoseSolver {
   /// So many points can be looked up at once.
   static constexpr std::size_t kAhead = 64;
   bool looks_ahead() const { return kinematics_.side_by_side(); }
-  /// Up to kAhead points; those that need the general way are not `known`.
-  void look_ahead(std::span<const ChoicePoint> points);
+  /// Up to kAhead points; those that need the general way are not `known`. `wanted`: of each point the
+  /// branches that are asked for, a bit each; none: all.
+  void look_ahead(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted = {});
   const SolvedPose& ahead(std::size_t i) const { return ahead_[i]; }
 
  private:

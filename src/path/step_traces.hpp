@@ -24,17 +24,19 @@ class StepTraces {
 
   /// A layer of one position, which is settled already.
   void add_settled() { add(kSettled); }
-  /// A layer of one position, the only one, reached from the only one before.
-  void add_one() { add(std::uint8_t{0}); }
-  /// A layer of two positions, each the only one of its kind, reached from position 0 or 1.
+  /// A layer of one position, the only solution in its only turn, reached from the only one before.
+  void add_one() { add(kPlain); }
+  /// A layer of two positions, the two solutions in their only turns, reached from position 0 or 1.
   void add_two(std::uint16_t first_from, std::uint16_t second_from) {
-    add(static_cast<std::uint8_t>(kTwo | first_from << 1 | second_from << 3 | 1 << 4));
+    add(static_cast<std::uint8_t>(kPlain | kTwo | first_from << 1 | second_from << 3 | 1 << 4));
   }
   void add(std::span<const TracedStep> steps);
 
   struct Read {
     TracedStep step;
     bool settled = false;
+    bool plain = false;     // as `add_one` or `add_two` wrote it: the pick is the solution
+    std::size_t count = 0;  // of positions of a plain layer
   };
   /// Of position `at` of the last layer, which is taken off.
   Read take_last(std::size_t at);
@@ -42,7 +44,8 @@ class StepTraces {
  private:
   // Bit 0: two positions; then the bit of `from` and that of `pick` of each.
   static constexpr std::uint8_t kTwo = 1;
-  static constexpr std::uint8_t kSmall = 32;
+  static constexpr std::uint8_t kPlain = 32;
+  static constexpr std::uint8_t kSmall = 64;
   static constexpr std::uint8_t kSettled = 0x40;
   static constexpr std::uint8_t kNibbles =
       0x80;                                    // before it the number of positions, before that a byte each

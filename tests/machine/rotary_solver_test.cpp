@@ -82,6 +82,38 @@ TEST(RotarySolver, SolvePairGivesTheSolutionsThatLimitsLeave) {
   for (const std::size_t count : cases) EXPECT_GT(count, 100U);
 }
 
+TEST(RotarySolver, OneOfTwoIsThatOfBothAndFarFromTheOther) {
+  std::mt19937_64 random(20261124);
+  std::array<std::size_t, 2> cases{};
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    if (machine.rotary_axes().size() < 2) continue;
+    const RotarySolver solver(machine);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 axis_P = i % 20 == 0 ? Vec3(Vec3::UnitZ()) : random_axis(random);
+      const RotarySolutions all = solver.solve(axis_P, 0.3);
+      const RotarySolutions within = solver.solve_within_limits(axis_P, 0.3);
+      for (std::uint8_t branch = 0; branch < 2; ++branch) {
+        RotarySolution one;
+        const bool found = solver.solve_one_of_two(axis_P, branch, one);
+        ++cases[found ? 1 : 0];
+        if (!found) continue;
+        ASSERT_EQ(all.count, 2U) << name;
+        EXPECT_GT(std::abs(std::remainder(all.at[0].angle[0] - all.at[1].angle[0], kTwoPi)),
+                  RotarySolver::kApart_rad);
+        const RotarySolution& same = within.at[within.at[0].branch == branch ? 0 : 1];
+        ASSERT_EQ(same.branch, branch);
+        EXPECT_EQ(one.angle, same.angle);
+        EXPECT_EQ(one.sines.sin, same.sines.sin);
+        EXPECT_EQ(one.sines.cos, same.sines.cos);
+        EXPECT_TRUE(one.sines_known);
+        EXPECT_EQ(solver.branch_of(one.angle[0]), branch);
+      }
+    }
+  }
+  for (const std::size_t count : cases) EXPECT_GT(count, 100U);
+}
+
 TEST(RotarySolver, LimitsLeaveOutWhatNoTurnBringsWithinThem) {
   std::mt19937_64 random(20261122);
   for (const std::string& name : test::shipped_machines()) {

@@ -140,6 +140,7 @@ TEST(GlobalChoice, WideLimitsDoNotTurnTheAxisAway) {
 TEST(StepTraces, ReadsBackWhatWasWritten) {
   std::mt19937_64 random(4);
   std::vector<std::vector<TracedStep>> layers;
+  std::vector<bool> plain;
   StepTraces traces;
   for (int i = 0; i < 4000; ++i) {
     const std::array<std::size_t, 5> most = {1, 2, 6, 16, 300};
@@ -149,7 +150,11 @@ TEST(StepTraces, ReadsBackWhatWasWritten) {
     for (std::size_t k = 0; k < count; ++k)
       layer.push_back(
           {static_cast<std::uint16_t>(random() % before), static_cast<std::uint16_t>(random() % count)});
-    if (count == 2 && before == 2 && random() % 2 == 0) {
+    plain.push_back(count <= 2 && before <= 2 && random() % 2 == 0);
+    if (plain.back() && count == 1) {
+      layer[0] = {};
+      traces.add_one();
+    } else if (plain.back()) {
       layer[0].pick = 0;
       layer[1].pick = 1;
       traces.add_two(layer[0].from, layer[1].from);
@@ -163,6 +168,10 @@ TEST(StepTraces, ReadsBackWhatWasWritten) {
     const std::size_t at = random() % layers[i].size();
     const StepTraces::Read read = traces.take_last(at);
     EXPECT_FALSE(read.settled);
+    EXPECT_EQ(read.plain, plain[i]);
+    if (plain[i]) {
+      EXPECT_EQ(read.count, layers[i].size());
+    }
     EXPECT_EQ(read.step.from, layers[i][at].from);
     EXPECT_EQ(read.step.pick, layers[i][at].pick);
   }

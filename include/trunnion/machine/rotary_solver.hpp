@@ -24,8 +24,17 @@ class RotarySolver {
     std::array<LaneMask, 2> within;  // where known: the branch is within the limits, and what follows is it
     std::array<std::array<Lanes, 2>, 2> angle, sin, cos;  // [branch][axis]
   };
-  Pair solve_pair(const lanes::Triple<Lanes>& axis_P) const;
+  /// Of a branch that is not `wanted` only `within` is filled in.
+  Pair solve_pair(const lanes::Triple<Lanes>& axis_P, const std::array<bool, 2>& wanted = {true, true}) const;
   std::size_t count() const { return count_; }
+
+  /// With two rotary axes: the branch on which the outer one stands at this angle.
+  std::uint8_t branch_of(double outer) const;
+  /// Far from the pole, and where the outer axis stands on the two branches farther apart than kApart_rad:
+  /// what `solve_within_limits` gives for one of them, in half its time. Else, and where it gives none:
+  /// false.
+  bool solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, RotarySolution& out) const;
+  static constexpr double kApart_rad = 0.19;
 
  private:
   /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
