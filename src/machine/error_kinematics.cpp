@@ -20,7 +20,7 @@ Vec3 lane(const Carried& at, int i) {
 }
 
 // exp(sign * twist) applied to both; the sign is -1 on the way back through a joint, whose inverse it is.
-void displace(const Twist& twist, double sign, Carried& at) {
+void displace_turning(const Twist& twist, double sign, Carried& at) {
   // The series of `exp` (geom) below this angle; errors of machines are far below it.
   constexpr double kSeries = 1e-2;
   const lanes::Triple<double> w{sign * twist.rot_rad.x(), sign * twist.rot_rad.y(), sign * twist.rot_rad.z()};
@@ -37,12 +37,21 @@ void displace(const Twist& twist, double sign, Carried& at) {
     at = at + t;
     return;
   }
-  const double a = 1.0 - x2 / 6.0 * (1.0 - x2 / 20.0);
-  const double b = 0.5 - x2 / 24.0 * (1.0 - x2 / 30.0);
-  const double c = 1.0 / 6.0 - x2 / 120.0;
-  const Carried Kv = lanes::cross(w, at);
-  const Carried Kt = lanes::cross(w, t);
-  at = at + (a * Kv + b * lanes::cross(w, Kv)) + (t + (b * Kt + c * lanes::cross(w, Kt)));
+  // exp(twist) v = v + t + K (a v + b t + K (b v + c t)), K u = w x u.
+  const double a = 1.0 - x2 * (1.0 / 6.0) * (1.0 - x2 * (1.0 / 20.0));
+  const double b = 0.5 - x2 * (1.0 / 24.0) * (1.0 - x2 * (1.0 / 30.0));
+  const double c = 1.0 / 6.0 - x2 * (1.0 / 120.0);
+  const Carried inner = lanes::cross(w, b * at + c * t);
+  at = at + (t + lanes::cross(w, a * at + b * t + inner));
+}
+
+// Most errors do not turn anything.
+inline void displace(const Twist& twist, double sign, Carried& at) {
+  if (twist.rot_rad.x() == 0.0 && twist.rot_rad.y() == 0.0 && twist.rot_rad.z() == 0.0) {
+    at = at + of_point(sign * twist.trans_mm);
+  } else {
+    displace_turning(twist, sign, at);
+  }
 }
 
 }  // namespace
