@@ -54,6 +54,8 @@ Writer::State::State(const Controller& controller, std::string& text)
                        16 * c.line.separator.size() <
                    kWordRoom);
   turn = c.numbers.axes.turn();
+  plain_words = is_four_decimals(linear) && is_four_decimals(rotary) && c.rotary.modulo_axes == 0 &&
+                c.line.separator.size() == 1;
 }
 
 tl::unexpected<Error> Writer::State::refuse(const std::string& message, SourceRef where) const {
@@ -159,31 +161,32 @@ Result<void> Writer::State::refuse_feed(const Motion& m) const {
                 m.source);
 }
 
-// The words of these axes, a separator behind each; null when a number is too large for the control.
-char* Writer::State::put_axes(char* p, const AxisWords& words, unsigned axes) {
-  const bool one_character = c.line.separator.size() == 1;
-  const char separator = one_character ? c.line.separator.front() : ' ';
-  const bool four_decimals =
-      is_four_decimals(linear) && is_four_decimals(rotary) && c.rotary.modulo_axes == 0;
+// Of as many axes as have numbers of eight digits; as put_axes for the rest.
+char* Writer::State::put_plain_axes(char* p, const AxisWords& words, unsigned axes) {
+  const char separator = c.line.separator.front();
   for (unsigned rest = axes; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const std::int64_t quanta = words.quanta[i];
+    // Both ends in one comparison.
+    if (static_cast<std::uint64_t>(quanta) + kEightDigits - 1 >= 2 * kEightDigits - 1)
+      return put_axes(p, words, rest);
     position.quanta[i] = quanta;
-    if (four_decimals && quanta < kEightDigits && quanta > -kEightDigits) {
-      *p = letter_of(kAllAxisLetters[i]);
-      p = put_eight_digits(p + 1, static_cast<std::int32_t>(quanta));
-    } else if (quanta > kLargest || quanta < -kLargest) {
-      return nullptr;
-    } else {
-      p = put_axis(p, i, quanta);
-    }
-    if (one_character) {
-      *p++ = separator;
-    } else {
-      p = put_text(p, c.line.separator);
-    }
+    *p = letter_of(kAllAxisLetters[i]);
+    p = put_eight_digits(p + 1, static_cast<std::int32_t>(quanta));
+    *p++ = separator;
   }
-  position.mask = static_cast<std::uint16_t>(position.mask | axes);
+  return p;
+}
+
+// The words of these axes, a separator behind each; null when a number is too large for the control.
+char* Writer::State::put_axes(char* p, const AxisWords& words, unsigned axes) {
+  for (unsigned rest = axes; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    const std::int64_t quanta = words.quanta[i];
+    if (quanta > kLargest || quanta < -kLargest) return nullptr;
+    position.quanta[i] = quanta;
+    p = put_separator(put_axis(p, i, quanta));
+  }
   return p;
 }
 
@@ -252,8 +255,9 @@ Result<void> Writer::State::write_motion(const Motion& m) {
     p = put_text(p, cutter_words);
     cutter_words.clear();
   }
-  p = put_axes(p, m.words, changed);
+  p = plain_words ? put_plain_axes(p, m.words, changed) : put_axes(p, m.words, changed);
   if (p == nullptr) return refuse("coordinate too large", m.source);
+  position.mask = static_cast<std::uint16_t>(position.mask | changed);
   if (m.kind == MotionKind::feed) {
     p = put_feed(p, m);
   } else if (!c.motion.rapid_suffix.empty()) {

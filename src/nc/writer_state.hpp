@@ -25,6 +25,8 @@ struct Writer::State {
   std::array<NumberStyle, 2> feed_style;
   std::array<std::int64_t, 2> feed_limit{};  // largest F in quanta; 0: no such feed
   std::int64_t turn = 0;
+  // Every axis word has four decimals and no other form than its digits, and one character stands behind it.
+  bool plain_words = false;
 
   // What the control knows.
   AxisWords position;
@@ -89,6 +91,7 @@ struct Writer::State {
     return put_number(p + 1, quanta, is_rotary(letter) ? rotary : linear);
   }
   char* put_axes(char* p, const AxisWords& words, unsigned axes);
+  char* put_plain_axes(char* p, const AxisWords& words, unsigned axes);
 
   // Motion word, words that wait for a motion, feed mode: in this order in front of the axis words.
   char* put_leading(char* p, const Motion& m, bool with_pending);
