@@ -8,15 +8,18 @@
 namespace trunnion::path {
 
 ChoiceAccount::ChoiceAccount(const Machine& machine, const JointVector& seed, std::uint8_t branch)
-    : axes_(machine.axes.size()), rotary_(machine.rotary_axes()), before_(seed), branch_(branch) {
-  for (AxisId id = 0; id < axes_; ++id) seconds_[id] = seconds_per_unit(machine.axes[id]);
+    : rotary_(machine.rotary_axes()), before_(seed), branch_(branch) {
+  for (AxisId id = 0; id < machine.axes.size(); ++id) seconds_[id] = seconds_per_unit(machine.axes[id]);
 }
 
 void ChoiceAccount::add(std::span<const ChosenPoint> chosen, ChoiceSummary& summary) {
+  double axis_time_s = summary.axis_time_s;
+  double rotary_travel_rad = summary.rotary_travel_rad;
   for (const ChosenPoint& point : chosen) {
-    for (AxisId id = 0; id < axes_; ++id)
-      summary.axis_time_s += std::abs(point.q[id] - before_[id]) * seconds_[id];
-    for (const AxisId id : rotary_) summary.rotary_travel_rad += std::abs(point.q[id] - before_[id]);
+    // Positions that the machine has no axis for take no time.
+    for (AxisId id = 0; id < kMaxAxes; ++id)
+      axis_time_s += std::abs(point.q[id] - before_[id]) * seconds_[id];
+    for (const AxisId id : rotary_) rotary_travel_rad += std::abs(point.q[id] - before_[id]);
     if (point.reconfigure) ++summary.reconfigurations;
     if (point.singular) {
       ++summary.pole_points;
@@ -26,6 +29,8 @@ void ChoiceAccount::add(std::span<const ChosenPoint> chosen, ChoiceSummary& summ
     }
     before_ = point.q;
   }
+  summary.axis_time_s = axis_time_s;
+  summary.rotary_travel_rad = rotary_travel_rad;
   summary.last_branch = branch_;
 }
 

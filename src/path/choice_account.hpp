@@ -15,7 +15,6 @@ class ChoiceAccount {
   void add(std::span<const ChosenPoint> chosen, ChoiceSummary& summary);
 
  private:
-  std::size_t axes_;
   std::vector<AxisId> rotary_;
   std::array<double, kMaxAxes> seconds_{};
   JointVector before_;
