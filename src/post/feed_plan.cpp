@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "trunnion/base/lanes.hpp"
+
 namespace trunnion::post {
 namespace {
 
@@ -20,27 +22,33 @@ double rapid_rate(const Axis& axis) {
 
 FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controller, FeedOutput output)
     : count_(machine.axes.size()), controller_(controller), output_(output) {
+  feed_.fill(1.0);
+  linear_share_.fill(1.0);
   for (AxisId id = 0; id < count_; ++id) {
     const Axis& axis = machine.axes[id];
     const double rapid = rapid_rate(axis);
     const double feed = axis.max_feed.value_or(rapid);
-    axes_[id] = {axis.kind == AxisKind::linear, rapid, feed, feed};
+    axes_[id] = {axis.kind == AxisKind::linear, rapid, feed};
+    feed_[id] = feed;
+    linear_share_[id] = axes_[id].linear ? 1.0 : 0.0;
   }
 }
 
 double FeedPlanner::slowest_axis_s(const JointVector& a, const JointVector& b) const {
-  double seconds = 0.0;
-  for (AxisId id = 0; id < count_; ++id) {
-    seconds = std::max(seconds, std::abs(b[id] - a[id]) / axes_[id].feed);
-  }
-  return seconds;
+  static_assert(kMaxAxes == 5, "two pairs and one");
+  const auto pair = [&](AxisId id) {
+    const Lanes way = Lanes{b[id], b[id + 1]} - Lanes{a[id], a[id + 1]};
+    return lanes::abs(way) / Lanes{feed_[id], feed_[id + 1]};
+  };
+  const Lanes larger = lanes::larger(pair(0), pair(2));
+  return std::max({larger[0], larger[1], std::abs(b[4] - a[4]) / feed_[4]});
 }
 
 AxisId FeedPlanner::slowest_axis(const JointVector& a, const JointVector& b) const {
   AxisId slowest = 0;
   double seconds = -1.0;
   for (AxisId id = 0; id < count_; ++id) {
-    const double needs = std::abs(b[id] - a[id]) / axes_[id].feed;
+    const double needs = std::abs(b[id] - a[id]) / feed_[id];
     if (needs <= seconds) continue;
     seconds = needs;
     slowest = id;
@@ -51,14 +59,14 @@ AxisId FeedPlanner::slowest_axis(const JointVector& a, const JointVector& b) con
 double FeedPlanner::linear_rate_mm_s() const {
   double rate = std::numeric_limits<double>::infinity();
   for (AxisId id = 0; id < count_; ++id) {
-    if (axes_[id].linear) rate = std::min(rate, axes_[id].feed);
+    if (axes_[id].linear) rate = std::min(rate, feed_[id]);
   }
   return rate;
 }
 
 void FeedPlanner::limit_rotary(double rad_s) {
   for (AxisId id = 0; id < count_; ++id) {
-    if (!axes_[id].linear) axes_[id].feed = std::min(axes_[id].most, rad_s);
+    if (!axes_[id].linear) feed_[id] = std::min(axes_[id].most, rad_s);
   }
 }
 
@@ -71,12 +79,14 @@ double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) co
 }
 
 FeedPlanner::ControlPath FeedPlanner::control_path(const JointVector& a, const JointVector& b,
-                                                   std::optional<double> tcp_way_mm) const {
+                                                   const std::optional<double>& tcp_way_mm) const {
   double linear = 0.0;
   double rotary = 0.0;
-  for (AxisId id = 0; id < count_; ++id) {
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double d = b[id] - a[id];
-    (axes_[id].linear ? linear : rotary) += d * d;
+    const double d2 = d * d;
+    linear += d2 * linear_share_[id];
+    rotary += d2 * (1.0 - linear_share_[id]);
   }
   if (tcp_way_mm) linear = *tcp_way_mm * *tcp_way_mm;
   if (linear == 0.0) return {std::sqrt(rotary), true};
@@ -106,9 +116,9 @@ double FeedPlanner::seconds_of(const ControlPath& path, nc::FeedMode mode, std::
 
 // The largest F of this mode with which the block does not last less than `seconds` but for half a digit, and
 // never less than the axes need.
-BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const Move& move, double seconds) const {
+BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s,
+                               double seconds) const {
   const nc::FeedFormat& format = controller_.numbers.feed;
-  const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
   BlockFeed out;
   out.mode = mode;
   out.wanted_s = seconds;
@@ -126,7 +136,7 @@ BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const Move& move, double secon
   }
   const auto lasts = [&] { return seconds_of(path, mode, out.quanta); };
   out.seconds = lasts();
-  if (out.seconds < move.axes_s && out.quanta > 1) {
+  if (out.seconds < axes_s && out.quanta > 1) {
     --out.quanta;
     out.seconds = lasts();
   }
@@ -134,17 +144,21 @@ BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const Move& move, double secon
 }
 
 BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
-  bool turns = false;
-  for (AxisId id = 0; id < count_; ++id) {
-    turns = turns || (!axes_[id].linear && move.a[id] != move.b[id]);
-  }
+  const auto turns = [&] {
+    for (AxisId id = 0; id < count_; ++id) {
+      if (!axes_[id].linear && move.a[id] != move.b[id]) return true;
+    }
+    return false;
+  };
   const double tip_s = move.tip_mm / feed_mm_s;
   const double seconds = std::max(tip_s, move.axes_s);
-  const bool inverse = turns && output_ == FeedOutput::inverse && controller_.has_inverse_time();
-  BlockFeed out = in_mode(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute, move, seconds);
+  const bool inverse = output_ == FeedOutput::inverse && controller_.has_inverse_time() && turns();
+  const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
+  const auto in = [&](nc::FeedMode mode) { return in_mode(mode, path, move.axes_s, seconds); };
+  BlockFeed out = in(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute);
   if (inverse && out.runs_away()) {
     // Below the lowest rate of inverse time; a feed per minute has none.
-    const BlockFeed other = in_mode(nc::FeedMode::per_minute, move, seconds);
+    const BlockFeed other = in(nc::FeedMode::per_minute);
     if (other.seconds > out.seconds) out = other;
     out.other_mode = true;
   }

@@ -82,18 +82,20 @@ class FeedPlanner {
     bool rotary_only = false;
   };
   ControlPath control_path(const JointVector& a, const JointVector& b,
-                           std::optional<double> tcp_way_mm) const;
+                           const std::optional<double>& tcp_way_mm) const;
   double seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const;
-  BlockFeed in_mode(nc::FeedMode mode, const Move& move, double seconds) const;
+  BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds) const;
 
   struct PlannedAxis {
     bool linear = true;
     double rapid = 1.0;  // mm/s, rad/s
-    double feed = 1.0;
-    double most = 1.0;  // what the machine file gives
+    double most = 1.0;   // what the machine file gives for cutting
   };
   std::size_t count_;
   std::array<PlannedAxis, kMaxAxes> axes_;
+  // Of positions that the machine has no axis for, too: these do not change.
+  std::array<double, kMaxAxes> feed_;          // mm/s, rad/s
+  std::array<double, kMaxAxes> linear_share_;  // 1 for a linear axis, 0 for a rotary one
   const nc::Controller& controller_;
   FeedOutput output_;
 };

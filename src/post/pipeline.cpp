@@ -64,11 +64,16 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     letters_[id] = *nc::axis_letter(machine_.axes[id].name);
     least_[id] = machine_.axes[id].min;
     most_[id] = machine_.axes[id].max;
+    plain_.words.set(letters_[id], 0);
+    if (machine_.axes[id].kind != AxisKind::linear) continue;
+    word_radius_mm_ = std::hypot(word_radius_mm_, 0.5 * rounding_.quantum[id]);
   }
+  axis_count_ = machine_.axes.size();
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
     loses_motion_ = evaluator_->depends_on() >= DependsOn::motion;
+    knows_history_ = evaluator_->depends_on() > DependsOn::position;
   }
   if (job.offsets != nullptr) {
     offsets_.emplace(*job.offsets, job.offset_limits,
@@ -269,7 +274,7 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 }
 
 void Pipeline::moved(const JointVector& q, double seconds) {
-  if (!compensator_) return elapse(seconds);
+  if (!knows_history_) return elapse(seconds);
   const auto lagged = state_.lagged();
   const std::vector<double> before(lagged.begin(), lagged.end());
   state_.move_to(q, seconds);
@@ -299,7 +304,8 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     report_.largest_error_mm = std::max(report_.largest_error_mm, deviation_P.norm());
   }
   if (compensator_) {
-    const MachineState at = state_.towards(expected(q), q, seconds);
+    MachineState at = knows_history_ ? state_.towards(expected(q), q, seconds) : state_.now();
+    at.q = q;
     const auto found = compensated(tip_P, point.axis_P, at);
     if (!found) {
       Error error = found.error();
@@ -341,10 +347,7 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
 }
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
-  // Positions that the machine has no axis for are zero, as their travel.
-  int beyond_any = 0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) beyond_any += q[id] >= least_[id] && q[id] <= most_[id] ? 0 : 1;
-  if (beyond_any == 0) return;
+  if (within_travel(q)) return;
   for (const LimitViolation& v : limit_violations(machine_, q)) {
     if (v.by <= 0.5 * rounding_.quantum[v.axis] + 1e-12) continue;  // rounding of a position at the limit
     BeyondAxis& beyond = beyond_[v.axis];
@@ -359,6 +362,7 @@ void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                    SourceRef where, std::uint16_t only) {
+  if (only == kAllWords && !in_part() && !variables()) return write_plain(q, kind, feed, where);
   const JointVector words = this->words(q);
   nc::Motion motion;
   motion.kind = kind;

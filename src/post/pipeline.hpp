@@ -49,6 +49,8 @@ class Pipeline {
     SourceRef where;  // of the worst
   };
 
+  static constexpr std::uint16_t kAllWords = 0xFFFF;
+
   Result<void> begin_offsets();
   Result<void> finish_offsets();
   bool variables() const { return offsets_ && job_.offset_output == OffsetOutput::variables; }
@@ -82,6 +84,9 @@ class Pipeline {
   double retract_way_mm(const path::Point& point, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
   void begin_segment(const path::Point& from, const path::Point& to);
+  bool is_plain() const;
+  Result<std::size_t> emit_plain(std::size_t first, std::size_t end);
+  Result<void> emit_plain_block(const path::Point& from, const path::Point& to, const Pending& motion);
   Result<void> emit_to(const path::Point& point, const Pending& motion);
   /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
   const PreparedSegment* prepared(std::size_t i) const;
@@ -145,8 +150,9 @@ class Pipeline {
   /// X Y Z words of `q` under tool-centre-point control, rounded: the tip in P, mm.
   Vec3 word_tip_P(const JointVector& q) const;
   JointVector words(const JointVector& q) const;
+  Result<void> write_plain(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where);
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
-                           std::uint16_t only = 0xFFFF);
+                           std::uint16_t only = kAllWords);
   /// Words are coordinates of the part or of a plane on it, not of the machine.
   bool in_part() const { return options_.rtcp || plane_.has_value(); }
   JointVector part_words(const JointVector& q) const;
@@ -163,6 +169,7 @@ class Pipeline {
   Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
   JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
+  bool within_travel(const JointVector& q) const;
   void note(const path::SegmentReport& report);
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
     return rounded_point(kinematics_, rounding_, point, q);
@@ -188,6 +195,9 @@ class Pipeline {
   std::array<nc::AxisLetter, kMaxAxes> letters_{};
   JointVector least_, most_;  // travel of the axes
   JointVector word_offsets_;  // word minus joint position
+  std::size_t axis_count_ = 0;
+  double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
+  nc::Motion plain_;             // a feed motion of all axes
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
   std::int64_t length_offset_ = 1;
@@ -212,7 +222,8 @@ class Pipeline {
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
-  bool loses_motion_ = false;  // there are errors of the sense of motion
+  bool loses_motion_ = false;   // there are errors of the sense of motion
+  bool knows_history_ = false;  // there are errors that depend on more than the position
   std::optional<OffsetTracker> offsets_;
   std::optional<DeviationMeter> meter_;     // of the machine with its errors
   mutable path::Station station_;           // of the nominal machine, where it was last asked for

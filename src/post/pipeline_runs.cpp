@@ -39,7 +39,17 @@ Result<void> Pipeline::emit_run() {
       i = last;
       continue;
     }
-    if (auto done = emit_segment(chunk_->points[i], motion, prepared(i)); !done) return done;
+    const PreparedSegment* const segment = prepared(i);
+    if (segment != nullptr && is_plain()) {
+      const std::size_t end = event < events.size() ? events[event].before : motions.size();
+      const auto next = emit_plain(i, end);
+      if (!next) return tl::unexpected(next.error());
+      if (*next > i) {
+        i = *next - 1;
+        continue;
+      }
+    }
+    if (auto done = emit_segment(chunk_->points[i], motion, segment); !done) return done;
     if (chosen[i].q_leave == chosen[i].q) continue;
     if (auto done = emit_segment(rounded(motion.point, chosen[i].q_leave), motion, nullptr); !done)
       return done;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/path/known_place.hpp"
+
 #include "post/pipeline.hpp"
 
 namespace trunnion::post {
@@ -11,6 +13,10 @@ namespace {
 // Share of the tolerance that a piece may take at the samples of `bends`: the rest is left to what lies
 // between them.
 constexpr double kBentWithErrors = 0.98;
+// Rounding of the words at both ends of a piece, and what the errors make of it.
+constexpr double kBothEnds = 2.0;
+// Linear axes need not be square to each other: the sum of their ways is at most sqrt(3) times its root.
+constexpr double kAskew = 2.0;
 
 }  // namespace
 
@@ -67,23 +73,34 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of
 // the errors over the motion is all that is needed of them.
 bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const {
+  if (options_.rtcp || plane_ || holds_digits_) return false;
   const auto most = meter_->bend_at_most(last_emitted_, q);
-  if (!most || options_.rtcp || plane_ || holds_digits_) return false;
-  constexpr double kWords_mm2 = 4.0;  // both ends, and what the errors make of it
-  double word2 = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::linear) word2 += rounding_.quantum[id] * rounding_.quantum[id];
-  }
-  const double slack_mm = most->tip_mm + 0.5 * std::sqrt(kWords_mm2 * word2);
+  if (!most) return false;
+  const double slack_mm = most->tip_mm + kBothEnds * word_radius_mm_;
   if (slack_mm >= limit_mm) return false;
-  const auto placed = [&](const path::Station& nominal, const path::Point& point) {
-    return path::shifted(nominal, point.tip_P + point.beside_P - nominal.tip_P, Vec3::Zero());
+  const Vec3 from_P = last_.tip_P + last_.beside_P;
+  const Vec3 to_P = to.tip_P + to.beside_P;
+  const Vec3& tip0_P = segment_->first.tip_P;
+  const Vec3& tip1_P = segment_->second.tip_P;
+  // The nominal tip is off these by the correction, which began at rounded words and was rounded.
+  const double moved_mm = kAskew * (report_.largest_correction_mm + 2.0 * word_radius_mm_);
+  const double left_mm =
+      limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
+  if (left_mm >= 0.0) {
+    // Nearly always the ends are those of the segment.
+    const double ends2 = std::max((from_P - tip0_P).squaredNorm(), (to_P - tip1_P).squaredNorm());
+    if (ends2 <= left_mm * left_mm) return true;
+    if (distance_to_segment(from_P, tip0_P, tip1_P) <= left_mm &&
+        distance_to_segment(to_P, tip0_P, tip1_P) <= left_mm)
+      return true;
+  }
+  const auto placed = [](const path::Station& nominal, const Vec3& tip_P) {
+    return path::shifted(nominal, tip_P - nominal.tip_P, Vec3::Zero());
   };
   if (station_.q != last_emitted_) station_ = path::station(kinematics_, last_emitted_);
   const path::Station before = std::exchange(station_, path::station(kinematics_, q));
-  const path::Reference reference{segment_->first.tip_P, segment_->second.tip_P, segment_->first.axis_P,
-                                  segment_->second.axis_P};
-  return meter_->certifier().tip_within(placed(before, last_), placed(station_, to), reference,
+  const path::Reference reference{tip0_P, tip1_P, segment_->first.axis_P, segment_->second.axis_P};
+  return meter_->certifier().tip_within(placed(before, from_P), placed(station_, to_P), reference,
                                         limit_mm - slack_mm) == path::Within::yes;
 }
 
