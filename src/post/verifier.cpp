@@ -52,6 +52,7 @@ Result<VerifyReport> Verifier::finish() {
   }
   s.all_expected = true;
   s.work();
+  s.settle_rapid_end();
   if (s.started && s.at.segment + 1 < s.targets.size()) {
     const Target& next = s.targets[s.at.segment + 1];
     if (combined_distance(*s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();

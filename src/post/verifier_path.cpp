@@ -82,17 +82,36 @@ void Verifier::State::rapid(const Vertex& v) {
   if (v.in_cycle && steps(v)) return;
   pass_repeated_points();
   pass_end_of_cut();
+  if (comes_nearer(v)) return;
+  settle_rapid_end();
   const std::size_t next = at.segment + 1;
   const Target* target = next < targets.size() ? &targets[next] : nullptr;
   const bool met =
       target != nullptr && target->rapid && distance_to(v, target->tip_P, target->axis_P) <= hit_tolerance();
   if (met) {
-    point_hit((v.tip_P - target->tip_P).norm());
+    rapid_end =
+        RapidEnd{*target, (v.tip_P - target->tip_P).norm(), distance_to(v, target->tip_P, target->axis_P)};
     const auto d = meter.sampled(*previous, v, targets[next - 1], *target, program);
     report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, d.tip_mm.upper);
     at = {next, 0.0, 0.0};
   }
   record(v, 0.0, 0.0, target != nullptr ? target->line : 0, met);
+}
+
+bool Verifier::State::comes_nearer(const Vertex& v) {
+  if (!rapid_end || at.t != 0.0 || targets[at.segment].tip_P != rapid_end->target.tip_P) return false;
+  const Target& end = rapid_end->target;
+  const double distance = distance_to(v, end.tip_P, end.axis_P);
+  if (distance >= rapid_end->distance) return false;
+  rapid_end->distance = distance;
+  rapid_end->tip_mm = (v.tip_P - end.tip_P).norm();
+  record(v, 0.0, 0.0, end.line, true);
+  return true;
+}
+
+void Verifier::State::settle_rapid_end() {
+  if (rapid_end) point_hit(rapid_end->tip_mm);
+  rapid_end.reset();
 }
 
 void Verifier::State::pass_repeated_points() {

@@ -252,6 +252,10 @@ struct Verifier::State {
 
   void rapid(const Vertex& v);
 
+  // Points of a rapid may lie within reach of its end: it is met by the block that comes nearest.
+  bool comes_nearer(const Vertex& v);
+  void settle_rapid_end();
+
   // CL points at which the tool stands already ask for no block.
   void pass_repeated_points();
 
@@ -394,6 +398,12 @@ struct Verifier::State {
 
   std::vector<Target> targets;
   Place at;
+  struct RapidEnd {
+    Target target;
+    double tip_mm;
+    double distance;
+  };
+  std::optional<RapidEnd> rapid_end;  // the last CL point that a rapid has come to
   bool started = false;
   bool all_expected = false;
   double drilled_mm = 0.0;  // in the hole at hand, from where the feed begins

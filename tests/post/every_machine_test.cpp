@@ -210,7 +210,7 @@ TEST(EveryMachine, RandomOptionsMakeProgramsThatVerify) {
 }
 
 TEST(LongEveryMachine, RandomOptionsMakeProgramsThatVerify) {
-  random_options_everywhere(200);
+  random_options_everywhere(test::cases(200, "TRUNNION_CASES"));
 }
 
 TEST(LongEveryMachine, RandomPathsOnEveryControlKeepTravelAndSpeed) {
