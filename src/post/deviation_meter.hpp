@@ -147,6 +147,9 @@ class DeviationMeter {
   JointVector between(const Vertex& from, const Vertex& to, double t) const;
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
 
+  /// The block takes up lost motion: micrometres, in which an axis reverses.
+  bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
+
  private:
   ToolPose pose(const MachineState& state, const RotarySines& sines, std::span<const double> lagged) const;
   /// The same, with the errors of the machine there (not used on the nominal one).
@@ -175,7 +178,6 @@ class DeviationMeter {
   void between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
                      const path::Reference& reference, const Deviation& uninteresting, int depth,
                      Deviation& sum) const;
-  bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;

@@ -20,12 +20,16 @@ constexpr std::size_t kLocalRun = 4096;
 constexpr std::size_t kLongRun = 1024;
 // Where it does not, the next look is so many motions farther on.
 constexpr std::size_t kLookEvery = 32;
+// Of the tool axis' tolerance: a hundredth of a degree, 175 urad, of the usual 0.05 is more than the angular
+// errors of a machine change within a block.
+constexpr double kAxisShareWithErrors = 0.8;
 
 }  // namespace
 
-PathTolerances::PathTolerances(const PostOptions& options, const Machine& machine)
+PathTolerances::PathTolerances(const PostJob& job, const PostOptions& options)
     : options_(options),
-      axis_given_(options.axis_tolerance.value_or(machine.axis_tolerance)),
+      axis_share_(job.model != nullptr ? kAxisShareWithErrors : 1.0),
+      axis_given_(options.axis_tolerance.value_or(job.machine->axis_tolerance) * axis_share_),
       cutting_{options.rtcp ? kNoTipError_mm : options.tolerance_mm, axis_given_} {
   if (options.rapid_tolerance_mm) rapid_ = path::Tolerance{*options.rapid_tolerance_mm, axis_given_};
 }
@@ -39,7 +43,7 @@ void PathTolerances::take(const cl::Tolerance& t) {
     const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
     rapid_ = path::Tolerance{std::min(given, *t.value_mm), cutting_.axis};
   } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
-    cutting_.axis = std::min(axis_given_, Angle::radians(*t.axis_angle));
+    cutting_.axis = std::min(axis_given_, Angle::radians(*t.axis_angle) * axis_share_);
   }
 }
 
@@ -52,7 +56,7 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_
       rounding_(rounding),
       store_(store),
       kinematics_(machine_, tool_mm),
-      tolerances_(options, machine_),
+      tolerances_(job, options),
       method_(options.choice),
       axis_(options.choice_axis),
       chunk_(fresh()) {}

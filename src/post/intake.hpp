@@ -10,16 +10,19 @@
 
 namespace trunnion::post {
 
-/// Tolerances of the path as the options and the words of the CL file (LINTOL) have them.
+/// Tolerances of the path as the options and the words of the CL file (LINTOL) have them. On a machine with
+/// errors a share of the tool axis' tolerance is left to them: five axes correct the tip and the direction of
+/// the tool at the points, and nothing between them.
 class PathTolerances {
  public:
-  PathTolerances(const PostOptions& options, const Machine& machine);
+  PathTolerances(const PostJob& job, const PostOptions& options);
   void take(const cl::Tolerance& word);
   const path::Tolerance& cutting() const { return cutting_; }
   const std::optional<path::Tolerance>& rapid() const { return rapid_; }
 
  private:
   const PostOptions& options_;
+  double axis_share_;
   Angle axis_given_;
   path::Tolerance cutting_;
   std::optional<path::Tolerance> rapid_;

@@ -55,7 +55,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
       rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_, options.rtcp))),
       refiner_(machine_, tool_mm_, rounding_, options.nonlinear),
       planner_(machine_, controller_, options.feed),
-      tolerances_(options, machine_),
+      tolerances_(job, options),
       word_offsets_(words_of(machine_, JointVector(), tool_mm_)),
       state_(machine_.axes.size(),
              job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),

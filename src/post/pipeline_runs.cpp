@@ -145,7 +145,7 @@ Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->points[i]);
   inserted_.clear();
   reports_.clear();
-  const bool leaves_room = options_.nonlinear.thin && meter_;
+  const bool leaves_room = meter_.has_value();
   refiner_.refine_run(run_, leaves_room ? span_tolerance() : tolerances_.cutting(), inserted_, reports_);
   for (const path::SegmentReport& report : reports_) note(report);
   // Pieces that pass programmed points are on more than one segment.

@@ -67,14 +67,25 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   const auto up = corrected(away(last_), 0.0);
   if (!up) return tl::unexpected(up.error());
   if (auto r = emit_feed_per_minute(*up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
+  state_.move_to(*up);
+  last_emitted_ = *up;
   path::Point back = last_;
   back.q = after;
   path::round_to_words(kinematics_, rounding_, back.tip_P, back.q);
   const auto above = corrected(away(back), 0.0);
-  const auto at = corrected(back, 0.0);
-  if (!above || !at) return tl::unexpected(!above ? above.error() : at.error());
+  if (!above) return tl::unexpected(above.error());
   if (auto r = emit_safe_turn(*above, motion.point.where); !r) return r;
   if (auto r = emit_motion(*above, nc::MotionKind::rapid, {}, motion.point.where); !r) return r;
+  // Lost motion is that of the axes as they come to stand above, and is taken up there: in the air.
+  last_ = away(back);
+  last_emitted_ = *above;
+  auto at = corrected(back, 0.0);
+  if (at && loses_motion_) {
+    const auto taken_up = emit_take_up(*at, motion.point.where);
+    if (!taken_up) return tl::unexpected(taken_up.error());
+    if (*taken_up) at = corrected(back, 0.0);
+  }
+  if (!at) return tl::unexpected(at.error());
   last_ = back;
   last_emitted_ = *at;
   state_.move_to(last_emitted_);

@@ -117,7 +117,6 @@ bool Pipeline::span_bends(const path::Point& to, const JointVector& q) const {
 
 path::Tolerance Pipeline::span_tolerance() const {
   constexpr double kTipShare = 0.1;   // left to the errors between the blocks
-  constexpr double kAxisShare = 0.2;  // to those of the tool axis, which are not corrected
   constexpr double kRoundings = 4.0;  // nominal and corrected words, at both ends
   double quanta2 = 0.0;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
@@ -126,7 +125,6 @@ path::Tolerance Pipeline::span_tolerance() const {
   path::Tolerance out = tolerances_.cutting();
   const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
   out.tip_mm -= std::min(left_mm, 0.5 * out.tip_mm);
-  out.axis = out.axis * (1.0 - kAxisShare);
   return out;
 }
 

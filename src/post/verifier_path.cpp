@@ -145,6 +145,7 @@ void Verifier::State::feed(Vertex& v) {
     record_feed(v, last.line, false);
     return;
   }
+  if (away && meter.takes_up(*previous, v, program)) return record(v, 0.0, 0.0, place_of_path().line, false);
   if (away ? comes_back(v) : leaves(v)) return;
   const Place place = find(v);
   const bool quiet = changes_no_figure(v, place);

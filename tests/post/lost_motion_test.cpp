@@ -17,32 +17,6 @@ using test::Posted;
 using test::posted;
 
 // Lost motion in every axis, and errors that bend paths: location, straightness, angles, a periodic one.
-Model random_errors(const Machine& machine, std::mt19937_64& random) {
-  const auto any = [&](double size) {
-    return fixed_text(std::uniform_real_distribution<double>(-size, size)(random), 3);
-  };
-  const auto lost = [&](double most) {
-    return fixed_text(std::uniform_real_distribution<double>(0.0, most)(random), 3);
-  };
-  std::string text = "[model]\nname = \"m\"\n";
-  for (const Axis& axis : machine.axes) {
-    const bool rotary = axis.kind == AxisKind::rotary;
-    text += "[[effect]]\nid = \"backlash:" + axis.name + "\"\n[effect.parameters]\n" +
-            (rotary ? "b_urad = " + lost(15.0) : "b_um = " + lost(8.0)) + "\n";
-  }
-  text += "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = " + any(60.0) +
-          "\nY0C_um = " + any(60.0) + "\nA0C_urad = " + any(80.0) +
-          "\n[[effect]]\nid = \"component:EYX\"\n[effect.parameters]\nP2_um = " + any(8.0) +
-          "\nP3_um = " + any(5.0) +
-          "\n[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = " + any(25.0) +
-          "\nsin2_urad = " + any(15.0) +
-          "\n[[effect]]\nid = \"periodic:Y\"\n[effect.parameters]\nsin_um = " + any(1.5) + "\np_mm = 10.0\n";
-  Diagnostics d;
-  const auto model = parse_model(text, "m.toml", machine, {}, d);
-  if (!model) throw std::runtime_error(model.error().text());
-  return *model;
-}
-
 struct Kind {
   const char* name;
   path::Method method;
@@ -61,7 +35,7 @@ TEST_P(PlacementOn, MachinesWithErrorsAndLostMotionKeepTheTolerance) {
   const auto count = static_cast<unsigned>(test::cases(3, "TRUNNION_CASES"));
   for (unsigned seed = 1; seed <= count; ++seed) {
     std::mt19937_64 random(seed);
-    const Model model = random_errors(machine, random);
+    const Model model = test::random_errors(machine, random);
     const std::string cl = test::sample_path(100 + seed);
     const std::string dense = test::sample_path(100 + seed, 400);
     for (const double tolerance_mm : {0.004, 0.01, 0.002}) {

@@ -66,6 +66,34 @@ inline Vec3 tilted(double tilt, double turn) {
   return {std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt)};
 }
 
+/// Errors of every kind that changes how a program is made: lost motion in every axis, table location,
+/// straightness, wobble, pitch.
+inline Model random_errors(const Machine& machine, std::mt19937_64& random) {
+  const auto any = [&](double size) {
+    return fixed_text(std::uniform_real_distribution<double>(-size, size)(random), 3);
+  };
+  const auto lost = [&](double most) {
+    return fixed_text(std::uniform_real_distribution<double>(0.0, most)(random), 3);
+  };
+  std::string text = "[model]\nname = \"m\"\n";
+  for (const Axis& axis : machine.axes) {
+    const bool rotary = axis.kind == AxisKind::rotary;
+    text += "[[effect]]\nid = \"backlash:" + axis.name + "\"\n[effect.parameters]\n" +
+            (rotary ? "b_urad = " + lost(15.0) : "b_um = " + lost(8.0)) + "\n";
+  }
+  text += "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = " + any(60.0) +
+          "\nY0C_um = " + any(60.0) + "\nA0C_urad = " + any(80.0) +
+          "\n[[effect]]\nid = \"component:EYX\"\n[effect.parameters]\nP2_um = " + any(8.0) +
+          "\nP3_um = " + any(5.0) +
+          "\n[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = " + any(25.0) +
+          "\nsin2_urad = " + any(15.0) +
+          "\n[[effect]]\nid = \"periodic:Y\"\n[effect.parameters]\nsin_um = " + any(1.5) + "\np_mm = 10.0\n";
+  Diagnostics d;
+  const auto model = parse_model(text, "m.toml", machine, {}, d);
+  if (!model) throw std::runtime_error(model.error().text());
+  return *model;
+}
+
 /// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.
 inline std::string sample_path(unsigned seed, int points = 60) {
   std::mt19937_64 random(seed);
