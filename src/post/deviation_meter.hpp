@@ -53,13 +53,16 @@ struct Target {
 /// about a tool's length, so that a turn about the tip counts as much as the motion of the holder.
 inline constexpr double kAxisWeight_mm = 50.0;
 
-/// angle_between for unit vectors, rad; mostly they are near each other.
-inline double turn_between(const Vec3& u, const Vec3& v) {
-  const double chord2 = (u - v).squaredNorm();
+/// angle_between for unit vectors, rad; mostly they are near each other. `chord2`: the square of their
+/// difference.
+inline double turn_between(const Vec3& u, const Vec3& v, double chord2) {
   // 2 arcsin(c / 2): the first term left out is below 1e-12 of it.
   constexpr double kSmallChord2 = 1e-3;
   if (!(chord2 < kSmallChord2)) return angle_between(u, v).rad();
   return std::sqrt(chord2) * (1.0 + chord2 * (1.0 / 24.0 + chord2 * (3.0 / 640.0)));
+}
+inline double turn_between(const Vec3& u, const Vec3& v) {
+  return turn_between(u, v, (u - v).squaredNorm());
 }
 
 inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) {

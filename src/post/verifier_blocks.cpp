@@ -12,6 +12,7 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   const bool rapid = motion.kind == nc::MotionKind::rapid;
   ++(rapid ? report.rapid_blocks : report.feed_blocks);
   last_end.reset();
+  stepped = false;
   // Who reads the same text has just found the same.
   if (terms == nullptr && leader != nullptr && leader->last_end && !compensates) {
     rotary = leader->rotary;
@@ -51,7 +52,10 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
 
 void Verifier::State::take(const BlockEnd& end) {
   if (next_waiting < waiting.size()) work();
-  if (next_waiting < waiting.size() || !(may_step() || is_within_known(end))) {
+  // Where the leader could be judged its follower can: that asks for twice the way.
+  const bool led = leader != nullptr && leader->stepped && same_words;
+  stepped = next_waiting == waiting.size() && (led || may_step() || is_within_known(end));
+  if (!stepped) {
     waiting.emplace_back(end);
     return;
   }

@@ -329,9 +329,17 @@ Place Verifier::State::find(const Vertex& v) const {
 Place Verifier::State::placed_at(const Vertex& v, std::size_t segment, double t) const {
   const Target& a = targets[segment];
   const Target& b = targets[segment + 1];
-  const Vec3 axis_P = point_of_arc(a.axis_P, b.axis_P, t);
-  const Vec3 tip_P = a.tip_P + t * (b.tip_P - a.tip_P);
-  return {segment, t, distance_to(v, tip_P, axis_P), (v.tip_P - tip_P).norm(), (v.axis_P - axis_P).norm()};
+  return placed_at(v, segment, t, (v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm());
+}
+
+Place Verifier::State::placed_at(const Vertex& v, std::size_t segment, double t, double off_tip_mm) const {
+  const Vec3 axis_P = point_of_arc(targets[segment].axis_P, targets[segment + 1].axis_P, t);
+  const double chord2 = (v.axis_P - axis_P).squaredNorm();
+  double turned = turn_between(v.axis_P, axis_P, chord2);
+  if (in_cone(axis_P)) turned = std::max(0.0, turned - options.pole.tolerance.rad());
+  const double turned_mm = kAxisWeight_mm * turned;
+  return {segment, t, std::sqrt(off_tip_mm * off_tip_mm + turned_mm * turned_mm), off_tip_mm,
+          std::sqrt(chord2)};
 }
 
 // find_ahead comes to the segment behind the corner, since what lies before it is not longer than its reach,
@@ -366,13 +374,14 @@ std::optional<Place> Verifier::State::find_at_corner(const Vertex& v, double off
     // Else the block turned by what it has passed of the segment, less these two.
     return std::nullopt;
   }
-  const double t0 = passes ? parameter_of(v, a, corner) : std::max(parameter_of(v, a, corner), at.t);
-  const double t1 = parameter_of(v, corner, b);
+  const double t0 =
+      std::clamp((v.tip_P - a.tip_P).dot(before) / (before_mm * before_mm), passes ? 0.0 : at.t, 1.0);
+  const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / (behind_mm * behind_mm), 0.0, 1.0);
   const double off0_mm = (v.tip_P - a.tip_P - t0 * before).norm();
   const double off1_mm = (v.tip_P - corner.tip_P - t1 * behind).norm();
-  Place found = placed_at(v, k, t0);
+  Place found = placed_at(v, k, t0, off0_mm);
   if (off0_mm >= off1_mm - kNearer_mm) {
-    const Place there = placed_at(v, k + 1, t1);
+    const Place there = placed_at(v, k + 1, t1, off1_mm);
     if (there.distance < found.distance - kNearer_mm) found = there;
   }
   if (!passes) return found;

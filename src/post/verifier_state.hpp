@@ -303,6 +303,7 @@ struct Verifier::State {
   static double reach_of(double turn_rad, Angle tolerance);
   /// `v` at this fraction of a segment.
   Place placed_at(const Vertex& v, std::size_t segment, double t) const;
+  Place placed_at(const Vertex& v, std::size_t segment, double t, double off_tip_mm) const;
   bool is_at_end(const Vertex& v, const Target& a, const Target& b) const;
   /// Fraction of the segment a-b at which `v` stands, when its foot is on the way ahead and it is within the
   /// tolerances.
@@ -434,6 +435,7 @@ struct Verifier::State {
   bool follows = false;              // takes those of another one's
   bool same_words = false;           // which mean the same to both
   std::optional<BlockEnd> last_end;  // of the motion at hand, for the follower
+  bool stepped = false;              // and it has been judged already
   bool within_limits = false;        // the last block
   nc::Reader reader;
 };
