@@ -324,7 +324,8 @@ Within Certifier::tip_within(const Station& a, const Station& b, const Reference
 Within Certifier::axis_within(const Station& a, const Station& b, const Reference& reference,
                               Angle tolerance) const {
   if (opposite(reference)) return Within::unknown;
-  const double bow = tip_and_axis_norms(kinematics_, a, b).M2()[1] / 8.0;
+  const NormsOf<double> norms = axis_norms(kinematics_, a, b);
+  const double bow = norms.M2() / 8.0;
   const double rounding = axis_rounding(kinematics_, a, b);
   // The arc's ends are no nearer than the arc itself.
   const double left = sine_at_least(tolerance.rad()) - bow - rounding;
@@ -340,6 +341,8 @@ Within Certifier::axis_within(const Station& a, const Station& b, const Referenc
       std::max(ArcShape::distance(shape.foot(a.axis_P)), ArcShape::distance(shape.foot(b.axis_P)));
   if (ends - rounding > sine) return Within::no;
   if (ends + bow + rounding <= sine) return Within::yes;
+  if (axis_from_parabola(shape, a.axis_P, middle_axis(kinematics_, a, b), b.axis_P, norms) + rounding <= sine)
+    return Within::yes;
   Search<AxisRole> search(kinematics_, shape, Goal{sine, 1.0, 0.0}, rounding);
   search.piece(a, b);
   return search.verdict();

@@ -28,21 +28,29 @@ inline NormsOf<double> piece_norms(const TableKinematics& k, const Station& a, c
       std::max(a.arm2_outer, b.arm2_outer),        std::max(a.arm2_inner, b.arm2_inner)};
 }
 
-/// Of the tip, and beside it of the tool axis: of that the unit vector k stands in the place of w, nothing
-/// moves it but the turns.
+/// Squared arm of the tool axis from the inner rotary one: turned back about it, it is as far from it as in
+/// P.
+inline double axis_arm2(const TableKinematics& k, const Station& s) {
+  return k.direction(1).cross(Vec3(s.axis_P - s.axis_shift_P)).squaredNorm();
+}
+
+/// NormsOf for the tool axis: the unit vector k stands in the place of w, nothing moves it but the turns.
+inline NormsOf<double> axis_norms(const TableKinematics& k, const Station& a, const Station& b) {
+  return {
+      std::abs(k.angle(b.q, 0) - k.angle(a.q, 0)),     std::abs(k.angle(b.q, 1) - k.angle(a.q, 1)), 0.0, 0.0,
+      k.direction(0).cross(k.spindle()).squaredNorm(), std::max(axis_arm2(k, a), axis_arm2(k, b))};
+}
+
+/// Of the tip, and beside it of the tool axis.
 inline NormsOf<Lanes> tip_and_axis_norms(const TableKinematics& k, const Station& a, const Station& b) {
   const double way = (b.w - a.w).norm();
   const double slope = k.linear_axes_first() ? way : way + (k.b(b.q) - k.b(a.q)).norm();
-  // Turned back about n1, the axis is as far from it as in P.
-  const auto axis_arm2 = [&](const Station& s) {
-    return k.direction(1).cross(Vec3(s.axis_P - s.axis_shift_P)).squaredNorm();
-  };
   return {lanes::splat<Lanes>(std::abs(k.angle(b.q, 0) - k.angle(a.q, 0))),
           lanes::splat<Lanes>(std::abs(k.angle(b.q, 1) - k.angle(a.q, 1))),
           Lanes{way, 0.0},
           Lanes{slope, 0.0},
           Lanes{std::max(a.arm2_outer, b.arm2_outer), k.direction(0).cross(k.spindle()).squaredNorm()},
-          Lanes{std::max(a.arm2_inner, b.arm2_inner), std::max(axis_arm2(a), axis_arm2(b))}};
+          Lanes{std::max(a.arm2_inner, b.arm2_inner), std::max(axis_arm2(k, a), axis_arm2(k, b))}};
 }
 
 /// Where the tip is in the middle of a piece, without a new sine.
@@ -52,6 +60,43 @@ inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station
   const Vec3 shift = 0.5 * (a.tip_shift_P + b.tip_shift_P);
   if (k.linear_axes_first()) return k.turn_back(1, inner + k.b(a.q), mid) + k.g(a.q) + shift;
   return k.turn_back(1, inner + 0.5 * (k.b(a.q) + k.b(b.q)), mid) + 0.5 * (k.g(a.q) + k.g(b.q)) + shift;
+}
+
+/// Largest |e - parabola| for |p'''| up to M3.
+inline double beyond_parabola(double M3) {
+  constexpr double kSqrt3 = 1.7320508075688772;
+  return M3 / (72.0 * kSqrt3);
+}
+
+/// Where the tool axis points in the middle of a piece, without a new sine.
+inline Vec3 middle_axis(const TableKinematics& k, const Station& a, const Station& b) {
+  return k.axis_P(middle_sines(k, a, b)) + 0.5 * (a.axis_shift_P + b.axis_shift_P);
+}
+
+/// A bound on the distance of the tool axis from the plane sector that an arc spans (convex.hpp), over a
+/// piece. Across the plane the axis runs as the parabola through the ends and the middle but for M3 / (72
+/// sqrt 3): what it leaves its chord by is mostly its way round the sphere, which lies in the plane. How far
+/// it may be beyond the ends of the arc is told by the whole bow, M2 / 8. Nothing where it may be behind the
+/// sector's tip.
+inline double axis_from_parabola(const ArcShape& shape, const Vec3& a, const Vec3& middle, const Vec3& b,
+                                 const NormsOf<double>& norms) {
+  const ArcShape::Foot foot_a = shape.foot(a);
+  const ArcShape::Foot foot_b = shape.foot(b);
+  const double x = shape.beside(a);
+  const double y = shape.beside(b);
+  const double c = shape.beside(middle) - 0.5 * (x + y);
+  const double sign = c < 0.0 ? -1.0 : 1.0;
+  const double across = std::max({largest_bowed(sign * x, sign * y, std::abs(c)), -sign * x, -sign * y}) +
+                        beyond_parabola(norms.M3());
+  const double bow = norms.M2() / 8.0;
+  double over = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double beyond = largest_bowed(foot_a.over[k], foot_b.over[k], bow);
+    if (beyond > 0.0 && !(std::min(foot_a.front[k], foot_b.front[k]) > bow))
+      return std::numeric_limits<double>::infinity();
+    over = std::max(over, beyond);
+  }
+  return over > 0.0 ? std::sqrt(across * across + over * over) : across;
 }
 
 /// Distance from a segment of the curve that runs through the ends and the middle of a piece as a parabola.
@@ -112,12 +157,6 @@ class ParabolaForm {
   double per_length2_ = 0.0;
   Foot a_, b_, m_;
 };
-
-/// Largest |e - parabola| for |p'''| up to M3.
-inline double beyond_parabola(double M3) {
-  constexpr double kSqrt3 = 1.7320508075688772;
-  return M3 / (72.0 * kSqrt3);
-}
 
 /// Largest of |(1/4 - s^2)(f2/2 + s f3/6)| over |s| <= 1/2: f3 split along f2 (closed maximum) and across it.
 inline double largest_of_cubic(const Vec3& f2, const Vec3& f3) {

@@ -97,6 +97,8 @@ class ArcShape {
     // x - u0, not x: n is known to 1e-16 / |u1 - u0| only.
     return {std::abs(n_.dot(x - u0_)), {-t0_.dot(x), -t1_.dot(x)}, {u0_.dot(x), u1_.dot(x)}};
   }
+  /// Distance from the arc's plane, with its sign.
+  double beside(const Vec3& x) const { return n_.dot(x - u0_); }
   static double distance(const Foot& f) {
     if (f.over[0] <= 0.0 && f.over[1] <= 0.0) return f.across;
     // Beyond an end: the nearer ray, or the tip of the cone when both lie behind.
