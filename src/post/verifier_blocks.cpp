@@ -80,10 +80,12 @@ bool Verifier::State::is_within_known(const BlockEnd& end) const {
 }
 
 void Verifier::State::work() {
+  // What is no motion waits for those before it only.
   const auto may = [&] {
     if (may_step()) return true;
-    const auto* end = std::get_if<BlockEnd>(&waiting[next_waiting]);
-    return end != nullptr && is_within_known(*end);
+    const auto& what = waiting[next_waiting];
+    if (const auto* end = std::get_if<BlockEnd>(&what)) return is_within_known(*end);
+    return !std::holds_alternative<std::unique_ptr<WithTerms>>(what);
   };
   while (next_waiting < waiting.size() && may()) {
     std::visit([this](const auto& what) { step(what); }, waiting[next_waiting++]);
@@ -188,14 +190,14 @@ void Verifier::State::check_speed(const Vertex& v, double seconds) {
 void Verifier::State::check_limits(const Vertex& v) {
   if (!have_previous) smallest_q = largest_q = v.q;
   // Axes that the machine does not have stand at 0, within 0 and 0.
-  bool beyond_any = false;
+  double room = 0.0;
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double q = v.q[id];
-    smallest_q[id] = q < smallest_q[id] ? q : smallest_q[id];
-    largest_q[id] = q > largest_q[id] ? q : largest_q[id];
-    beyond_any |= !(q >= least[id]) | !(q <= most[id]);
+    smallest_q[id] = std::min(smallest_q[id], q);
+    largest_q[id] = std::max(largest_q[id], q);
+    room = std::min({room, q - least[id], most[id] - q});
   }
-  within_limits = !beyond_any;
+  within_limits = room >= 0.0;
   if (within_limits) return;
   for (const LimitViolation& violation : limit_violations(machine, v.q)) {
     // Half a quantum beyond is the rounding of a position at the limit.
