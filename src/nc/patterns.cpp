@@ -35,7 +35,9 @@ void tokenise(std::string_view text, std::vector<PatternToken>& out) {
 }
 
 std::vector<PatternToken> tokens_of(std::string_view line) {
+  constexpr std::size_t kUsual = 8;
   std::vector<PatternToken> out;
+  out.reserve(kUsual);
   std::string fault;
   while (!line.empty()) {
     const auto piece = next_piece(line, fault);
@@ -107,16 +109,18 @@ class Compiler {
   // The last line of a template with more than symbols means the event; lines before it hold values or mean
   // nothing.
   void add(const Template& lines, Event event, const std::string& origin) {
+    std::vector<std::vector<PatternToken>> tokens;
+    tokens.reserve(lines.size());
+    for (const std::string& line : lines) tokens.push_back(tokens_of(line));
     std::size_t main = lines.size();
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (!is_symbols_only(tokens_of(lines[i]))) main = i;
+      if (!is_symbols_only(tokens[i])) main = i;
     }
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      auto tokens = tokens_of(lines[i]);
       if (i == main) {
-        put(std::move(tokens), event, origin);
+        put(std::move(tokens[i]), event, origin);
       } else {
-        later_.push_back({std::move(tokens), origin});
+        later_.push_back({std::move(tokens[i]), origin});
       }
     }
   }
