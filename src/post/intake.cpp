@@ -218,9 +218,9 @@ bool Intake::may_divide(const Chunk& chunk) const {
 // An arc or a hole stays in one piece.
 std::size_t Intake::end_of_piece() const {
   std::size_t end = std::min(piece_begin_ + kLongRun, whole_size_);
-  for (const Event& event : whole_->events) {
-    const auto* begin = std::get_if<cl::ShapeBegin>(&event.record.data);
-    if (begin != nullptr && event.before < end) end = std::max(end, event.before + begin->shape->motions);
+  for (std::size_t i = piece_event_; i < whole_->events.size() && whole_->events[i].before < end; ++i) {
+    const auto* begin = std::get_if<cl::ShapeBegin>(&whole_->events[i].record.data);
+    if (begin != nullptr) end = std::max(end, whole_->events[i].before + begin->shape->motions);
   }
   return end;
 }
@@ -255,9 +255,10 @@ std::unique_ptr<Chunk> Intake::next_piece() {
     range(whole.chosen, piece->chosen);
   }
   piece->inverse = whole.inverse;
-  for (const Event& event : whole.events) {
-    if (event.before >= begin && (event.before < end || is_last))
-      piece->events.push_back({event.before - begin, event.record});
+  for (; piece_event_ < whole.events.size(); ++piece_event_) {
+    const Event& event = whole.events[piece_event_];
+    if (event.before >= end && !is_last) break;
+    piece->events.push_back({event.before - begin, event.record});
   }
   for (const ToleranceFrom& from : whole.tolerances) {
     if (from.motion <= begin) piece->tolerances.assign(1, {0, from.tolerance});
@@ -294,7 +295,7 @@ std::unique_ptr<Chunk> Intake::flush_held() {
   }
   whole_ = std::move(out);
   whole_size_ = unheld_->size();
-  piece_begin_ = held_feed_ = 0;
+  piece_begin_ = piece_event_ = held_feed_ = 0;
   return next_piece();
 }
 
@@ -316,7 +317,7 @@ std::unique_ptr<Chunk> Intake::flush() {
   choice_points_ = {};
   whole_ = std::move(out);
   whole_size_ = whole_->motions.size();
-  piece_begin_ = 0;
+  piece_begin_ = piece_event_ = 0;
   return next_piece();
 }
 

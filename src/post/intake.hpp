@@ -95,6 +95,7 @@ class Intake {
   std::unique_ptr<path::HeldRun> unheld_;  // its motions, where they were held
   std::size_t whole_size_ = 0;
   std::size_t piece_begin_ = 0;  // of its motions, the next piece
+  std::size_t piece_event_ = 0;  // the first of its events that is not handed on
   std::size_t held_feed_ = 0;    // that is in force there
   std::vector<path::ChoicePoint> choice_points_;
   std::size_t shape_left_ = 0;       // motions of an arc or a hole that are to come: it stays in one chunk

@@ -112,10 +112,14 @@ TEST(GlobalChoice, EqualsAnExhaustiveSearchWithManyTurns) {
 TEST(GlobalChoice, BeginsSoManyTurnsAwayAsThePathWinds) {
   for (const double turns : {5.0, 9.0, 14.0, 27.0}) {
     for (const double sense : {-1.0, 1.0}) {
-      const Machine machine = with_c_limits(-0.5 * turns - 0.55, 0.5 * turns + 0.55);
-      EXPECT_EQ(reconfigurations(machine, winding(sense * turns, 9)), 0u) << turns << " x " << sense;
-      // A turn more than there is.
-      EXPECT_GE(reconfigurations(machine, winding(sense * (turns + 2.0), 9)), 1u) << turns << " x " << sense;
+      for (const bool one_branch : {false, true}) {
+        Machine machine = with_c_limits(-0.5 * turns - 0.55, 0.5 * turns + 0.55);
+        if (one_branch) machine.axes[3].min = 0.0;
+        EXPECT_EQ(reconfigurations(machine, winding(sense * turns, 9)), 0u) << turns << " x " << sense;
+        // More turns than there are.
+        EXPECT_GE(reconfigurations(machine, winding(sense * (turns + 2.0), 9)), 1u)
+            << turns << " x " << sense;
+      }
     }
   }
 }
