@@ -68,6 +68,11 @@ inline double beyond_parabola(double M3) {
   return M3 / (72.0 * kSqrt3);
 }
 
+/// The same with the third derivative of the middle, which changes by at most M4/2 up to the ends.
+inline double beyond_parabola(const Expansion& e) {
+  return beyond_parabola(e.f3.norm() + 0.5 * e.M4);
+}
+
 /// Where the tool axis points in the middle of a piece, without a new sine.
 inline Vec3 middle_axis(const TableKinematics& k, const Station& a, const Station& b) {
   return k.axis_P(middle_sines(k, a, b)) + 0.5 * (a.axis_shift_P + b.axis_shift_P);

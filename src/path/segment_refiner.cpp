@@ -74,31 +74,45 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
                : Verdict::beyond;
   }
   // Sampled, where the cheap proofs and the middle do not answer.
-  const auto off = [&](const Vec3& p) {
-    return distance_to_segment(p, reference_.tip0_P, reference_.tip1_P);
-  };
-  const double ends = std::max(off(a.tip_P), off(b.tip_P));
-  if (ends > tolerance_.tip_mm) return Verdict::beyond;
-  if (axis_surely_within(a, b, off_axis2)) {
-    const NormsOf<double> norms = piece_norms(kinematics(), a, b);
-    const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
-    if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
-    const Vec3 middle_P = known_middle_P != nullptr ? *known_middle_P : middle_tip(kinematics(), a, b);
-    if (off(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
-    const Vec3 bow = middle_P - 0.5 * (a.tip_P + b.tip_P);
-    const double beyond = beyond_parabola(norms.M3());
-    if (bow.norm() + beyond <= left_mm) return Verdict::proved;
-    // Rounded ends stand off where the bow is not at its largest.
-    const double room_mm = left_mm + ends - beyond;
-    if (bow.norm() <= room_mm && ParabolaForm(reference_, a, b, middle_P).largest() <= room_mm)
-      return Verdict::proved;
-    if (ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm) return Verdict::proved;
-  }
+  const Verdict tip = tip_verdict(a, b, known_middle_P);
+  if (tip == Verdict::beyond) return tip;
+  if (tip == Verdict::proved && (axis_surely_within(a, b, off_axis2) ||
+                                 certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes))
+    return tip;
   double tip_mm = 0.0;
   double axis_rad = 0.0;
   judge(a, b, tip_mm, axis_rad);
   return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
                                                                           : Verdict::beyond;
+}
+
+// `sampled`: samples have to tell.
+SegmentRefiner::Verdict SegmentRefiner::tip_verdict(const Station& a, const Station& b,
+                                                    const Vec3* known_middle_P) const {
+  const auto off = [&](const Vec3& p) {
+    return distance_to_segment(p, reference_.tip0_P, reference_.tip1_P);
+  };
+  const double ends = std::max(off(a.tip_P), off(b.tip_P));
+  if (ends > tolerance_.tip_mm) return Verdict::beyond;
+  const NormsOf<double> norms = piece_norms(kinematics(), a, b);
+  const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
+  if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
+  const Vec3 middle_P = known_middle_P != nullptr ? *known_middle_P : middle_tip(kinematics(), a, b);
+  if (off(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
+  const Vec3 bow = middle_P - 0.5 * (a.tip_P + b.tip_P);
+  const double beyond = beyond_parabola(norms.M3());
+  if (bow.norm() + beyond <= left_mm) return Verdict::proved;
+  // Rounded ends stand off where the bow is not at its largest, and what leads along the segment is no error;
+  // nor is it from the straight course of the ends, which is what a prediction is held against.
+  const double room_mm = left_mm + ends;
+  const Reference straight = {a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  const double parabola_mm = std::max(ParabolaForm(reference_, a, b, middle_P).largest(),
+                                      ParabolaForm(straight, a, b, middle_P).largest());
+  if (parabola_mm + beyond <= room_mm) return Verdict::proved;
+  if (parabola_mm <= room_mm &&
+      parabola_mm + beyond_parabola(expand(tip_curve(kinematics(), a, b))) <= room_mm)
+    return Verdict::proved;
+  return ends + certifier_.bow_from_cubic(a, b) <= tolerance_.tip_mm ? Verdict::proved : Verdict::sampled;
 }
 
 // A unit vector turned about two axes bends by at most (|dA| + |dC|)^2 / 8 off its chord; a chord is no
@@ -154,11 +168,17 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   };
   if (!judged_by_itself) report.predicted_mm = predicted_mm();
   if (surely) return report;
-  const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
-  report.converged = verdict != Verdict::beyond;
-  if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
-  const bool asked = options_.method != Method::adaptive && report.predicted_mm > tolerance.tip_mm;
-  if ((report.converged && !asked) || options_.method == Method::none) return report;
+  // Where a prediction asks for points it does not matter what else is known; the middle alone may do so.
+  const bool asks = options_.method != Method::adaptive && options_.method != Method::none;
+  const bool middle_asks =
+      asks && exact && distance_to_segment(middle_P, a.tip_P, b.tip_P) > tolerance.tip_mm;
+  if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
+    const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
+    report.converged = verdict != Verdict::beyond;
+    if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
+    const bool asked = asks && report.predicted_mm > tolerance.tip_mm;
+    if ((report.converged && !asked) || options_.method == Method::none) return report;
+  }
   report.converged = insert(report);
   report.inserted = static_cast<std::uint32_t>(nodes_.size());
   put_nodes(ends, out);

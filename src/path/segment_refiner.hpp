@@ -64,6 +64,7 @@ class SegmentRefiner {
   Verdict piece_verdict(const Station& a, const Station& b,
                         double off_axis2 = std::numeric_limits<double>::infinity(),
                         const Vec3* known_middle_P = nullptr) const;
+  Verdict tip_verdict(const Station& a, const Station& b, const Vec3* known_middle_P) const;
   enum class Side : std::uint8_t { on_chord, two_sided };
   static constexpr std::size_t kFewestCells = 4;
   /// Below this the straight joint path and the great circle need the same number of points.
