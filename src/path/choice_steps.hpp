@@ -33,11 +33,25 @@ class ChoiceSteps {
   /// Of one position, or of two side by side.
   template <class T>
   T cost(const ChoicePosition& from, const std::array<T, 2>& angle, const lanes::Triple<T>& linear) const {
-    T sum = lanes::abs(T(linear.x - from.linear[0])) * linear_seconds_[0];
-    sum += lanes::abs(T(linear.y - from.linear[1])) * linear_seconds_[1];
-    sum += lanes::abs(T(linear.z - from.linear[2])) * linear_seconds_[2];
+    return cost<T, double>(from.angle, {from.linear.x(), from.linear.y(), from.linear.z()}, angle, linear);
+  }
+  template <class T, class From>
+  T cost(const std::array<From, 2>& from_angle, const lanes::Triple<From>& from_linear,
+         const std::array<T, 2>& angle, const lanes::Triple<T>& linear) const {
+    T sum = lanes::abs(T(linear.x - from_linear.x)) * linear_seconds_[0];
+    sum += lanes::abs(T(linear.y - from_linear.y)) * linear_seconds_[1];
+    sum += lanes::abs(T(linear.z - from_linear.z)) * linear_seconds_[2];
     for (std::size_t k = 0; k < rotary_count_; ++k)
-      sum += lanes::abs(T(angle[k] - from.angle[k])) * rotary_seconds_[k];
+      sum += lanes::abs(T(angle[k] - from_angle[k])) * rotary_seconds_[k];
+    return sum;
+  }
+  /// What the rotary axes take at least, in whatever turns.
+  Lanes least_turn(const std::array<Lanes, 2>& from_angle, const std::array<Lanes, 2>& angle) const {
+    Lanes sum{};
+    for (std::size_t k = 0; k < rotary_count_; ++k) {
+      const Lanes by = angle[k] - from_angle[k];
+      sum += lanes::abs(Lanes(by - kTwoPi * lanes::nearest<Lanes>(by / kTwoPi))) * rotary_seconds_[k];
+    }
     return sum;
   }
   template <class T>
@@ -61,7 +75,7 @@ class ChoiceSteps {
   /// square to each other may follow the tool axis by more than half a turn.
   std::optional<double> only_turn(std::size_t k, double angle, double near) const;
   /// `only_turn` of two angles side by side; false where one of them has none.
-  bool only_turns(std::size_t k, const Lanes& angle, double near, Lanes& out) const {
+  bool only_turns(std::size_t k, const Lanes& angle, const Lanes& near, Lanes& out) const {
     out = angle;
     if (limited_[k]) {
       const LaneMask only = (angle >= axis_[k].min) & (angle <= axis_[k].max) &
@@ -72,7 +86,7 @@ class ChoiceSteps {
     const Lanes far = lanes::abs(Lanes(near - angle));
     if (far[0] < near_turn_[k] && far[1] < near_turn_[k]) return true;
     for (int lane = 0; lane < 2; ++lane) {
-      const auto turn = only_turn(k, angle[lane], near);
+      const auto turn = only_turn(k, angle[lane], near[lane]);
       if (!turn) return false;
       out[lane] = *turn;
     }
@@ -82,12 +96,12 @@ class ChoiceSteps {
   bool same_position(const std::array<double, 2>& a, const std::array<double, 2>& b) const;
 
   /// From `a`, with the tool axis `axis_a_P`, to `b` at `point` the tool has to leave the part.
+  static constexpr double kSurelyNone = 10.0 * kRadPerDegree;  // turn of the axes on one branch
   bool reconfigures(const ChoicePosition& a, const Vec3& axis_a_P, const ChoicePosition& b,
                     const ChoicePoint& point) const {
     if (point.rapid) return false;
     double turn = 0.0;
     for (std::size_t k = 0; k < rotary_count_; ++k) turn += std::abs(b.angle[k] - a.angle[k]);
-    constexpr double kSurelyNone = 10.0 * kRadPerDegree;
     if (turn < kSurelyNone && a.branch == b.branch) return false;
     return !connection_.connects(a.angle, axis_a_P, b.angle, point.pose.axis_P) ||
            !way_within_limits(a, axis_a_P, point.pose.axis_P);

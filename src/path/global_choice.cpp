@@ -71,7 +71,7 @@ const ChoicePoint* GlobalChoice::advance(std::span<const ChoicePoint> points, st
         traces_.add_settled();
         put(layers_[now_].at[0], out[i]);
       }
-    } else if (looks && add_both(points[i], *ahead)) {
+    } else if (looks && (add_straight_on(points[i], *ahead) || add_both(points[i], *ahead))) {
       continue;
     } else if (!add(points[i], ahead)) {
       return &points[i];
@@ -104,6 +104,55 @@ bool GlobalChoice::add_only(const ChoicePoint& point, const SolvedPose& solved) 
   return true;
 }
 
+// What `add_both` does where each branch is reached from itself by a small step, and to come from the other
+// one takes more for the turn alone.
+bool GlobalChoice::add_straight_on(const ChoicePoint& point, const SolvedPose& solved) {
+  const Layer& before = layers_[now_];
+  if (!solved.known || solved.rotary.count != 2 || before.count != 2 || leaves_out_) return false;
+  const Candidate& p = before.at[0];
+  const Candidate& q = before.at[1];
+  // No turn makes up for more: one of them was come to by leaving the part.
+  constexpr double kMostOfTurns_s = 5.0;
+  if (p.branch != 0 || q.branch != 1 || std::abs(p.cost - q.cost) > kMostOfTurns_s) return false;
+  const std::array<Lanes, 2> from = {Lanes{p.angle[0], q.angle[0]}, Lanes{p.angle[1], q.angle[1]}};
+  const std::array<Lanes, 2> other = {Lanes{q.angle[0], p.angle[0]}, Lanes{q.angle[1], p.angle[1]}};
+  std::array<Lanes, 2> angle;
+  Lanes turn{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Lanes both = {solved.rotary.at[0].angle[k], solved.rotary.at[1].angle[k]};
+    if (!steps_.only_turns(k, both, from[k], angle[k])) return false;
+    turn += lanes::abs(Lanes(angle[k] - from[k]));
+  }
+  const auto side_by_side = [](const Vec3& a, const Vec3& b) {
+    return lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
+  };
+  const Lanes cost = Lanes{p.cost, q.cost} +
+                     steps_.cost<Lanes, Lanes>(from, side_by_side(p.linear, q.linear), angle,
+                                               side_by_side(solved.linear[0], solved.linear[1])) +
+                     steps_.centre_preference(angle);
+  const Lanes from_other = Lanes{q.cost, p.cost} + steps_.least_turn(other, angle);
+  constexpr double kRounding = 1e-9;  // of the sums, s
+  if (lanes::any(LaneMask((turn >= ChoiceSteps::kSurelyNone) | (from_other <= cost + kRounding))))
+    return false;
+  Layer& after = layers_[1 - now_];
+  after.count = 2;
+  for (std::size_t n = 0; n < 2; ++n) {
+    const int lane = static_cast<int>(n);
+    Candidate& next = after.at[n];
+    next.angle = {angle[0][lane], angle[1][lane]};
+    next.linear = solved.linear[n];
+    next.sines = solved.sines[n];
+    next.branch = static_cast<std::uint8_t>(n);
+    next.solution = static_cast<std::uint8_t>(n);
+    next.singular = next.reconfigure = false;
+    next.cost = cost[lane];
+  }
+  traces_.add_two(0, 1);
+  now_ = 1 - now_;
+  axis_before_ = point.pose.axis_P;
+  return true;
+}
+
 // What `add` does, for what a run at small tilts consists of. The two branches lie side by side.
 bool GlobalChoice::add_both(const ChoicePoint& point, const SolvedPose& solved) {
   const Layer& before = layers_[now_];
@@ -114,7 +163,7 @@ bool GlobalChoice::add_both(const ChoicePoint& point, const SolvedPose& solved) 
   for (std::size_t p = 0; p < before.count; ++p) {
     for (std::size_t k = 0; k < 2; ++k) {
       const Lanes both = {one.angle[k], two.angle[k]};
-      if (!steps_.only_turns(k, both, before.at[p].angle[k], angle[p][k])) return false;
+      if (!steps_.only_turns(k, both, lanes::splat<Lanes>(before.at[p].angle[k]), angle[p][k])) return false;
     }
   }
   const double apart = std::abs(angle[0][0][1] - angle[0][0][0]);
@@ -372,29 +421,6 @@ std::size_t GlobalChoice::settle() {
   return 0;
 }
 
-ChosenPoint GlobalChoice::end() const {
-  ChosenPoint out;
-  put(end_, out);
-  return out;
-}
-
-const SolvedPose& GlobalChoice::solved_for_replay(const ChoicePoint& point, std::size_t ahead) {
-  if (solver_.looks_ahead() && solver_.ahead(ahead).known) return solver_.ahead(ahead);
-  solver_.solve(point.pose, rotary_count_ == 0 ? 0.0 : place_.position.angle[rotary_count_ - 1], own_);
-  return own_;
-}
-
-// The branches of the next points that were picked.
-void GlobalChoice::look_ahead_for_replay(std::span<const ChoicePoint> points) {
-  std::array<std::uint8_t, PoseSolver::kAhead> wanted{};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint16_t pick = picks_[place_.next - 1 + i];
-    const bool of_two = (pick & kPlain) != 0 && (pick & kOfTwo) != 0;
-    wanted[i] = static_cast<std::uint8_t>(of_two ? 1 << (pick & 1) : 3);
-  }
-  solver_.look_ahead(points, std::span(wanted).first(points.size()));
-}
-
 GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint16_t pick) const {
   if ((pick & kPlain) != 0) {
     const std::size_t n = pick & 1;
@@ -411,40 +437,6 @@ GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint
                     return true;
                   });
   return chosen;
-}
-
-// Of an axis that may turn for ever the turn follows from the point before.
-void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) {
-  std::size_t looked_up = 0;  // points before this one
-  std::size_t first = 0;
-  bool left_behind = false;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint16_t pick = picks_[place_.next++];
-    if (pick == kAlreadyPut) {
-      left_behind = true;
-      continue;
-    }
-    if (left_behind) {
-      place_.position.angle = out[i - 1].sines.angle;
-      place_.position.branch = out[i - 1].branch;
-      place_.axis_P = points[i - 1].pose.axis_P;
-      left_behind = false;
-    }
-    if (i >= looked_up && solver_.looks_ahead()) {
-      first = i;
-      const auto here = picks_.begin() + static_cast<std::ptrdiff_t>(place_.next - 1);
-      const auto most = static_cast<std::ptrdiff_t>(std::min(points.size() - i, PoseSolver::kAhead));
-      const auto run = std::find(here, here + most, kAlreadyPut) - here;
-      looked_up = i + static_cast<std::size_t>(run);
-      look_ahead_for_replay(points.subspan(i, looked_up - i));
-    }
-    const SolvedPose& solved = solved_for_replay(points[i], i - first);
-    Candidate chosen = picked(solved, pick);
-    chosen.reconfigure = steps_.reconfigures(place_.position, place_.axis_P, chosen, points[i]);
-    put(chosen, out[i]);
-    place_.position = chosen;
-    place_.axis_P = points[i].pose.axis_P;
-  }
 }
 
 const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, const JointVector& seed,

@@ -85,6 +85,7 @@ class GlobalChoice {
   bool add_only(const ChoicePoint& point, const SolvedPose& solved);
   /// The same where both branches reach it in one turn each, from at most two positions.
   bool add_both(const ChoicePoint& point, const SolvedPose& solved);
+  bool add_straight_on(const ChoicePoint& point, const SolvedPose& solved);
   /// `ahead`: what is known of the point, or null.
   bool add(const ChoicePoint& point, const SolvedPose* ahead);
   /// All arrivals at the pose that was solved. `solved_at(p)`: as the position p before makes it.
