@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace trunnion::path {
 namespace {
@@ -25,13 +26,40 @@ double length_between(double x, double y) {
   return std::sqrt(8.0 * c);
 }
 
-// I-length that `count` >= 2 pieces cover in a tube of w^2 tolerances.
+// I-length that `count` >= 2 pieces cover between ends displaced by x0 and x1 tolerances.
+double covered_between(std::size_t count, double x0, double x1) {
+  return length_between(x0, 1.0) + kInnerLength * static_cast<double>(count - 2) + length_between(1.0, x1);
+}
+
+// The same in a tube of w^2 tolerances.
 double covered(std::size_t count, double w, double end0, double end1) {
   const double w2 = w * w;
   const double x0 = std::clamp(end0 / w2, -1.0, 1.0);
   const double x1 = std::clamp(end1 / w2, -1.0, 1.0);
-  return w *
-         (length_between(x0, 1.0) + kInnerLength * static_cast<double>(count - 2) + length_between(1.0, x1));
+  return w * covered_between(count, x0, x1);
+}
+
+// w of the narrowest tube in which `count` pieces cover `length`; 1 where none up to 1 does. 40 halvings
+// reach the last digit that matters.
+double narrowest_tube(std::size_t count, double end0, double end1, double length) {
+  constexpr int kHalvings = 40;
+  if (end0 == 0.0 && end1 == 0.0) {
+    // Then it is a proportion: where the halvings would end.
+    constexpr double kSteps = static_cast<double>(std::int64_t{1} << kHalvings);
+    const double whole = covered_between(count, 0.0, 0.0);
+    const auto covers = [&](double step) { return step / kSteps * whole >= length; };
+    double step = std::clamp(std::ceil(length / whole * kSteps), 1.0, kSteps);
+    while (step > 1.0 && covers(step - 1.0)) step -= 1.0;
+    while (step < kSteps && !covers(step)) step += 1.0;
+    return step / kSteps;
+  }
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double w = 0.5 * (low + high);
+    (covered(count, w, end0, end1) < length ? low : high) = w;
+  }
+  return high;
 }
 
 }  // namespace
@@ -95,14 +123,7 @@ void Spacing::place_on_chord(std::size_t count, std::vector<Place>& out) const {
 void Spacing::place_two_sided(std::size_t count, double end0, double end1, std::vector<Place>& out) const {
   out.clear();
   if (count < 2) return;
-  double low = 0.0;
-  double high = 1.0;
-  // The narrowest tube that these pieces cover; 40 halvings reach the last digit that matters.
-  for (int i = 0; i < 40; ++i) {
-    const double w = 0.5 * (low + high);
-    (covered(count, w, end0, end1) < total() ? low : high) = w;
-  }
-  const double w = high;
+  const double w = narrowest_tube(count, end0, end1, total());
   const double x0 = std::clamp(end0 / (w * w), -1.0, 1.0);
   const double scale = total() / covered(count, w, end0, end1);
   for (std::size_t j = 1; j < count; ++j) {

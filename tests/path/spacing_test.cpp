@@ -1,0 +1,57 @@
+#include "path/spacing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace trunnion::path {
+namespace {
+
+// I-length of a piece between ends displaced by x and y tolerances (README of the layer, "Placement").
+double piece_length(double x, double y) {
+  const double m = 1.0 + 0.5 * (x + y);
+  return std::sqrt(4.0 * (m + std::sqrt(std::max(0.0, m * m - 0.25 * (y - x) * (y - x)))));
+}
+
+// The narrowest tube w^2 that `count` pieces with ends on the chord cover, found by halving.
+double narrowest(std::size_t count, double total) {
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < 40; ++i) {
+    const double w = 0.5 * (low + high);
+    const double covers = w * (2.0 * piece_length(0.0, 1.0) + 4.0 * static_cast<double>(count - 2));
+    (covers < total ? low : high) = w;
+  }
+  return high;
+}
+
+// Where the ends stay on the chord the tube is calculated and not looked for.
+TEST(Spacing, NarrowestTubeIsWhereHalvingEnds) {
+  std::mt19937_64 random(20261123);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  constexpr double kTolerance_mm = 0.005;
+  constexpr double kHalfStep = 0x1p-41;  // of the halvings
+  Spacing spacing;
+  std::vector<Place> places;
+  std::size_t wide = 0;
+  for (int i = 0; i < 5000; ++i) {
+    std::vector<Cell> cells;
+    const double size = std::exp(8.0 * u(random) - 4.0);
+    for (int k = 0; k < 4; ++k)
+      cells.push_back({0.25 * k, 0.25 * (k + 1), Vec3(0.0, 0.001 * size * (0.5 + u(random)), 0.0), 0.0});
+    spacing.set(cells, kTolerance_mm, 1e-3, true);
+    const auto count = 2 + static_cast<std::size_t>(u(random) * 6.0);
+    spacing.place_two_sided(count, 0.0, 0.0, places);
+    ASSERT_EQ(places.size(), count - 1);
+    const double w = narrowest(count, spacing.total());
+    wide += w == 1.0 ? 1 : 0;
+    for (const Place& place : places)
+      EXPECT_NEAR(std::sqrt(place.displacement_P.norm() / kTolerance_mm), w, kHalfStep);
+  }
+  EXPECT_GT(wide, 100U);
+  EXPECT_LT(wide, 4900U);
+}
+
+}  // namespace
+}  // namespace trunnion::path
