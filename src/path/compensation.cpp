@@ -90,7 +90,7 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
       sines = kinematics_.sines(state.q);
     }
   }
-  out.axis_left = angle_between(actual_pose.axis_P, axis_P);
+  out.axis_P = actual_pose.axis_P;
   out.q = state.q;
   return out;
 }

@@ -369,7 +369,7 @@ TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
       const ToolPose actual = tool_pose(forward(machine, c->q, machine.tool_vector(), truth.errors(state)));
       EXPECT_LT((actual.tip_P - p.tip_P).norm(), 2e-6);
       const double left = angle_between(actual.axis_P, p.axis_P).rad();
-      EXPECT_NEAR(left, c->axis_left.rad(), 1e-12);
+      EXPECT_NEAR(left, angle_between(c->axis_P, p.axis_P).rad(), 1e-12);
       const double sin_tilt = p.axis_P.cross(machine.axes[*machine.axis("C")].direction).norm();
       if (sin_tilt > 0.11) {
         EXPECT_LT(left, 1e-9) << sin_tilt;

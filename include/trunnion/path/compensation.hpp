@@ -25,10 +25,10 @@ struct CompensationOptions {
 /// What to command so that the erroneous machine does what the CL file prescribes.
 struct Corrected {
   JointVector q;
-  double before_mm = 0.0;  // deviation of the tip without correction
-  double left_mm = 0.0;    // with it, before rounding
-  Angle axis_left;         // deviation of the tool axis that stays
-  int steps = 0;           // evaluations of the error model that moved q
+  double before_mm = 0.0;       // deviation of the tip without correction
+  double left_mm = 0.0;         // with it, before rounding
+  Vec3 axis_P = Vec3::UnitZ();  // actual tool axis with it: its deviation stays
+  int steps = 0;                // evaluations of the error model that moved q
   /// The state lies outside a table's measured range, whose end value was held (see
   /// Compensator::range_message).
   bool held = false;
