@@ -20,21 +20,27 @@ Vec3 lane(const Carried& at, int i) {
 }
 
 // exp(sign * twist) applied to both; the sign is -1 on the way back through a joint, whose inverse it is.
-void displace_turning(const Twist& twist, double sign, Carried& at) {
+Carried displaced_far(const Twist& twist, double sign, const Carried& at) {
+  const Pose X = exp(twist * sign);
+  const Vec3 p = X * lane(at, 0);
+  const Vec3 u = X.R * lane(at, 1);
+  return {Lanes{p.x(), u.x()}, Lanes{p.y(), u.y()}, Lanes{p.z(), u.z()}};
+}
+
+// A call would take both through memory.
+[[gnu::always_inline]] inline void displace(const Twist& twist, double sign, Carried& at) {
+  const Carried t = of_point(sign * twist.trans_mm);
+  // Most errors do not turn anything.
+  if (twist.rot_rad.x() == 0.0 && twist.rot_rad.y() == 0.0 && twist.rot_rad.z() == 0.0) {
+    at = at + t;
+    return;
+  }
   // The series of `exp` (geom) below this angle; errors of machines are far below it.
   constexpr double kSeries = 1e-2;
   const lanes::Triple<double> w{sign * twist.rot_rad.x(), sign * twist.rot_rad.y(), sign * twist.rot_rad.z()};
   const double x2 = lanes::squared(w);
   if (x2 >= kSeries * kSeries) {
-    const Pose X = exp(twist * sign);
-    const Vec3 p = X * lane(at, 0);
-    const Vec3 u = X.R * lane(at, 1);
-    at = {Lanes{p.x(), u.x()}, Lanes{p.y(), u.y()}, Lanes{p.z(), u.z()}};
-    return;
-  }
-  const Carried t = of_point(sign * twist.trans_mm);
-  if (x2 == 0.0) {
-    at = at + t;
+    at = displaced_far(twist, sign, at);
     return;
   }
   // exp(twist) v = v + t + K (a v + b t + K (b v + c t)), K u = w x u.
@@ -43,15 +49,6 @@ void displace_turning(const Twist& twist, double sign, Carried& at) {
   const double c = 1.0 / 6.0 - x2 * (1.0 / 120.0);
   const Carried inner = lanes::cross(w, b * at + c * t);
   at = at + (t + lanes::cross(w, a * at + b * t + inner));
-}
-
-// Most errors do not turn anything.
-inline void displace(const Twist& twist, double sign, Carried& at) {
-  if (twist.rot_rad.x() == 0.0 && twist.rot_rad.y() == 0.0 && twist.rot_rad.z() == 0.0) {
-    at = at + of_point(sign * twist.trans_mm);
-  } else {
-    displace_turning(twist, sign, at);
-  }
 }
 
 }  // namespace
