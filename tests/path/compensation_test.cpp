@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <unistd.h>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/effects/state_track.hpp"
@@ -152,18 +153,19 @@ TEST(Compensation, TwentyRandomMachinesWithTheTrueModel) {
   EXPECT_LE(most_steps, 3);
 }
 
+// Tests run side by side, and so do builds of two working copies.
+std::filesystem::path own_folder() {
+  return std::filesystem::temp_directory_path() /
+         (std::string("trunnion_compensation_") +
+          testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + std::to_string(::getpid()));
+}
+
 // Component tables from simulated measurements of every component, five runs averaged, straight into a model:
 // over one axis, or (`planar`) those of X and Y over the grid of both.
 class GridMeasurement {
  public:
   GridMeasurement(const Machine& machine, Draw& draw, bool planar = false)
-      : machine_(machine),
-        draw_(draw),
-        planar_(planar),
-        // Of its own: tests run side by side.
-        folder_(std::filesystem::temp_directory_path() /
-                (std::string("trunnion_compensation_grid_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+      : machine_(machine), draw_(draw), planar_(planar), folder_(own_folder()) {
     std::filesystem::create_directories(folder_);
   }
   ~GridMeasurement() { std::filesystem::remove_all(folder_); }
@@ -436,7 +438,7 @@ TEST(Compensation, EffectsWithMemoryFollowTheProgram) {
 
 TEST(Compensation, OutsideATableItHoldsOrStops) {
   const Machine machine = test::effect_machine("paper");
-  const auto folder = std::filesystem::temp_directory_path() / "trunnion_compensation_range";
+  const auto folder = own_folder();
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "t.csv") << "X_mm,EXX_um\n-50,1\n50,2\n";
   Diagnostics d;
