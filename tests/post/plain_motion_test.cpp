@@ -39,14 +39,19 @@ std::string with_words(std::string cl, unsigned seed) {
 TEST(PlainMotion, HasTheTextOfTheGeneralWay) {
   std::size_t lines = 0;
   std::size_t refused = 0;
+  double lost_s = 0.0;
   for (const std::string& name : test::shipped_machines()) {
     Machine machine = test::shipped_machine(name);
     Axis& x = machine.axes[*machine.axis("X")];
     const double x_max = x.max;
+    Axis& c = machine.axes[*machine.axis("C")];
+    const auto c_feed = c.max_feed;
     for (const char* control : {"linuxcnc", "fanuc_30i", "heidenhain_tnc640"}) {
       for (unsigned seed = 0; seed < 12; ++seed) {
         // Some leave the travel, and are told how many positions do.
         x.max = seed % 6 == 5 ? 10.0 : x_max;
+        // In some C cannot follow the feed.
+        c.max_feed = seed % 5 == 1 ? std::optional(0.05) : c_feed;
         PostOptions options;
         options.verify = false;
         options.tolerance_mm = seed % 3 == 0 ? 0.001 : 0.02;
@@ -71,11 +76,45 @@ TEST(PlainMotion, HasTheTextOfTheGeneralWay) {
         EXPECT_EQ(plain.report->points_inserted, general.report->points_inserted);
         EXPECT_EQ(plain.report->worst_predicted_mm, general.report->worst_predicted_mm);
         lines += plain.report->nc_lines;
+        lost_s += plain.report->feed_time_lost_s;
       }
     }
   }
   EXPECT_GT(lines, 5000U);
   EXPECT_LT(refused, 72U);
+  EXPECT_GT(lost_s, 10.0);
+}
+
+// The tip goes round C's axis, so that only rounding moves X, Y and Z: blocks whose F cannot say how long
+// they last go the general way in the midst of a run.
+TEST(PlainMotion, LeavesBlocksThatRunAwayToTheGeneralWay) {
+  std::size_t held = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const Vec3 on_axis_P = machine.axes[*machine.axis("C")].point_mm - machine.part_zero_mm;
+    std::string cl = "MULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,1200\nRAPID\n";
+    for (int i = 0; i < 200; ++i) {
+      const double turn = 0.013 * i;
+      const double radius_mm = i % 20 < 12 ? 30.0 : 30.0 + 0.2 * (i % 5);
+      const Vec3 tip = on_axis_P + radius_mm * Vec3(std::cos(turn), std::sin(turn), 0.0);
+      const Vec3 axis(std::sin(0.5) * std::cos(turn), std::sin(0.5) * std::sin(turn), std::cos(0.5));
+      cl += "GOTO/" + fixed_text(tip.x(), 4) + "," + fixed_text(tip.y(), 4) + ",5.0," +
+            fixed_text(axis.x(), 9) + "," + fixed_text(axis.y(), 9) + "," + fixed_text(axis.z(), 9) + "\n";
+    }
+    cl += "FINI\n";
+    PostOptions options;
+    options.verify = false;
+    // 0.5 mm/s, to the bit.
+    const auto plain = test::posted(with_feed(cl, "FEDRAT/MMPM,30"), machine, options);
+    const auto general = test::posted(with_feed(cl, "FEDRAT/MMPR,0.005"), machine, options);
+    ASSERT_TRUE(plain.report) << name << plain.report.error().text();
+    ASSERT_TRUE(general.report) << name;
+    EXPECT_EQ(plain.nc, general.nc) << name;
+    EXPECT_EQ(plain.report->blocks_held, general.report->blocks_held);
+    EXPECT_EQ(plain.report->duration_s, general.report->duration_s);
+    held += plain.report->blocks_held;
+  }
+  EXPECT_GT(held, 10U);
 }
 
 }  // namespace
