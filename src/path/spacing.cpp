@@ -135,7 +135,11 @@ void Spacing::place_two_sided(std::size_t count, double end0, double end1, std::
 
 Vec3 Spacing::against(double t) const {
   // Bow per square of length between the cells' middles, then its direction.
-  const auto bend = [](const Cell& c) { return Vec3(c.bow_P / ((c.t1 - c.t0) * (c.t1 - c.t0))); };
+  // Two nodes of the last attempt may have come to the same place: nothing bends between them.
+  const auto bend = [](const Cell& c) {
+    const double width2 = (c.t1 - c.t0) * (c.t1 - c.t0);
+    return width2 > 0.0 ? Vec3(c.bow_P / width2) : Vec3(Vec3::Zero());
+  };
   const auto middle = [](const Cell& c) { return 0.5 * (c.t0 + c.t1); };
   const std::vector<Cell>& cells = *cells_;
   const auto after = std::upper_bound(cells.begin(), cells.end(), t,

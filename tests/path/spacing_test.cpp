@@ -53,5 +53,25 @@ TEST(Spacing, NarrowestTubeIsWhereHalvingEnds) {
   EXPECT_LT(wide, 4900U);
 }
 
+// Nodes of an attempt that came to one place leave a part without width; where it leads the integral too.
+TEST(Spacing, PartsWithoutWidthGiveNoPlaceThatIsNoNumber) {
+  Spacing spacing;
+  std::vector<Place> places;
+  for (const double bow_mm : {0.0, 1e-9, 0.02}) {
+    const std::vector<Cell> cells = {{0.0, 0.5, Vec3(0.0, 0.01, 0.0), 0.0},
+                                     {0.5, 0.5, Vec3(0.0, bow_mm, 0.0), 0.0},
+                                     {0.5, 0.5, Vec3(0.0, bow_mm, 0.0), 0.0},
+                                     {0.5, 1.0, Vec3(0.0, 0.003, 0.0), 0.0}};
+    spacing.set(cells, 0.005, 1e-3, true);
+    for (std::size_t count = 2; count < 6; ++count) {
+      spacing.place_two_sided(count, 0.0, 0.0, places);
+      for (const Place& place : places) {
+        EXPECT_TRUE(place.t >= 0.0 && place.t <= 1.0) << place.t;
+        EXPECT_TRUE(place.displacement_P.allFinite());
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trunnion::path
