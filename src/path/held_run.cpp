@@ -12,10 +12,9 @@
 #include "path/pole_settler.hpp"
 
 namespace trunnion::path {
-namespace {
 
 /// Points in blocks, the last and the first of which may be full only in part.
-class PointStore {
+class HeldRun::PointStore {
  public:
   static constexpr std::size_t kBlock = 1024;
 
@@ -51,6 +50,8 @@ class PointStore {
   std::size_t gone_ = 0;  // blocks
   std::size_t size_ = 0;
 };
+
+namespace {
 
 // LINTOL changes the tolerance while the run is read, and more digits the resolution.
 bool differ(const ChoiceOptions& a, const ChoiceOptions& b) {

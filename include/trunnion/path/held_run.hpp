@@ -29,6 +29,7 @@ class HeldRun {
                    ChoiceSummary& summary);
 
  private:
+  class PointStore;
   class Work;
   std::unique_ptr<Work> work_;
 };
