@@ -1,4 +1,5 @@
-// Runs a command and prints what it took: processor time (s), wall time (s), peak memory (kB). A process
+// Runs a command and prints what it took: processor time in the program (s) and in all (s), wall time (s),
+// peak memory (kB). A process
 // inherits the peak memory of the one that starts it, so that one must be small.
 //   measure COMMAND [ARGUMENT...]
 #include <cstdio>
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   rusage used{};
   if (child < 0 || wait4(child, &status, 0, &used) != child) return 1;
   const double wall = now() - start;
-  std::printf("%.6f %.6f %ld\n", seconds(used.ru_utime) + seconds(used.ru_stime), wall, used.ru_maxrss);
+  const double user = seconds(used.ru_utime);
+  std::printf("%.6f %.6f %.6f %ld\n", user, user + seconds(used.ru_stime), wall, used.ru_maxrss);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
