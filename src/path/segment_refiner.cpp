@@ -276,11 +276,14 @@ void SegmentRefiner::put_nodes(const SegmentEnds& ends, std::vector<Point>& out)
 
 bool SegmentRefiner::insert(SegmentReport& report) {
   if (halve(report)) return true;
-  const bool axis_holds =
+  bool axis_holds =
       certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, tolerance_.axis) == Within::yes;
   if (options_.method == Method::subtract && axis_holds) {
     report.linear_nodes = true;
-    return subtract(*ends_.at_a, *ends_.at_b, 0.0, 1.0, 0);
+    if (subtract(*ends_.at_a, *ends_.at_b, 0.0, 1.0, 0)) return true;
+    // The rounding of the words takes what the axis has left.
+    nodes_.clear();
+    axis_holds = false;
   }
   const NodeAxis how = choose_axis(axis_holds);
   report.linear_nodes = how == NodeAxis::joint_linear;

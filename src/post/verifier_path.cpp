@@ -295,11 +295,12 @@ bool Verifier::State::comes_back(const Vertex& v) {
   const Vec3 way = previous->tip_P - v.tip_P;
   if (distance_to(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
   if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
-  // Inside the pole's cone the tool may stand off the CL file's axis: it comes back along its own.
-  const bool tilted = in_cone(place.axis_P);
+  // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then.
+  const bool in_cone = this->in_cone(place.axis_P);
+  const bool tilted = in_cone && angle_between(v.axis_P, place.axis_P) > options.axis_tolerance;
   const Target out{place.tip_P + way.norm() * (tilted ? v.axis_P : place.axis_P), place.axis_P, place.line,
                    false};
-  take_deviation(meter.of(*previous, v, out, place, program, uninteresting()), tilted);
+  take_deviation(meter.of(*previous, v, out, place, program, uninteresting()), in_cone);
   record_feed(v, place.line, at.t == 0.0);
   return true;
 }
