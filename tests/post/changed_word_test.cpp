@@ -95,17 +95,8 @@ Count change_words(path::Method method, double share, unsigned seed, int tries) 
   std::mt19937_64 random(seed);
   Count count;
   while (tries > 0) {
-    std::string text = nc;
-    const auto first = text.find("G93");
-    auto at = std::uniform_int_distribution<std::size_t>(first, text.size() - 40)(random);
-    at = text.find_first_of("XYZ", at);
-    if (at == std::string::npos) continue;
-    const auto end = text.find_first_of(" \n", at);
-    const auto number = parse_number(std::string_view(text).substr(at + 1, end - at - 1));
-    const auto rapid = text.rfind("G0", at);
-    if (!number || (rapid != std::string::npos && rapid > text.rfind("G1", at))) continue;
     --tries;
-    text.replace(at + 1, end - at - 1, fixed_text(number.value + share * kTolerance_mm, 4));
+    const std::string text = test::with_changed_word(nc, random, share * kTolerance_mm);
     const auto v = test::verified(text, cl, machine, kTolerance_mm);
     if (!v) throw std::runtime_error(v.error().text());
     const Truth truth = sampled(machine, blocks_of(machine, c, text), path);
@@ -113,8 +104,7 @@ Count change_words(path::Method method, double share, unsigned seed, int tries) 
     count.found += v->passed() ? 0 : 1;
     if (truth.tip_mm > kClear * kTolerance_mm) {
       ++count.beyond;
-      EXPECT_FALSE(v->within_tolerance())
-          << "samples " << truth.tip_mm << ", NC " << text.substr(at, end - at);
+      EXPECT_FALSE(v->within_tolerance()) << "samples " << truth.tip_mm << ", tries left " << tries;
     } else if (std::max(truth.tip_mm, truth.point_mm) * kClear < kTolerance_mm) {
       ++count.within;
       EXPECT_TRUE(v->within_tolerance())

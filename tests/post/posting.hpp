@@ -3,6 +3,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <string_view>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/axes_of.hpp"
@@ -92,6 +93,22 @@ inline Model random_errors(const Machine& machine, std::mt19937_64& random) {
   const auto model = parse_model(text, "m.toml", machine, {}, d);
   if (!model) throw std::runtime_error(model.error().text());
   return *model;
+}
+
+/// `nc` with one linear word of a feed block changed: of a point of the CL file or of one between.
+inline std::string with_changed_word(const std::string& nc, std::mt19937_64& random, double by_mm) {
+  std::string text = nc;
+  const auto first = text.find("G93");
+  for (;;) {
+    auto at = std::uniform_int_distribution<std::size_t>(first, text.size() - 40)(random);
+    at = text.find_first_of("XYZ", at);
+    if (at == std::string::npos) continue;
+    const auto end = text.find_first_of(" \n", at);
+    const auto number = parse_number(std::string_view(text).substr(at + 1, end - at - 1));
+    const auto rapid = text.rfind("G0", at);
+    if (!number || (rapid != std::string::npos && rapid > text.rfind("G1", at))) continue;
+    return text.replace(at + 1, end - at - 1, fixed_text(number.value + by_mm, 4));
+  }
 }
 
 /// A smooth five-axis path, tilt 10 to 60 deg, with a rapid link in the middle.

@@ -27,22 +27,6 @@ Model standing_errors(const Machine& machine) {
   return *model;
 }
 
-// A cut or the CL file's point changed: one linear word of a block.
-std::string with_changed_word(const std::string& nc, std::mt19937_64& random, double by_mm) {
-  std::string text = nc;
-  const auto first = text.find("G93");
-  for (;;) {
-    auto at = std::uniform_int_distribution<std::size_t>(first, text.size() - 40)(random);
-    at = text.find_first_of("XYZ", at);
-    if (at == std::string::npos) continue;
-    const auto end = text.find_first_of(" \n", at);
-    const auto number = parse_number(std::string_view(text).substr(at + 1, end - at - 1));
-    const auto rapid = text.rfind("G0", at);
-    if (!number || (rapid != std::string::npos && rapid > text.rfind("G1", at))) continue;
-    return text.replace(at + 1, end - at - 1, fixed_text(number.value + by_mm, 4));
-  }
-}
-
 void expect_same_figures(const std::string& nc, const std::string& cl, const Machine& machine,
                          VerifyOptions options, const std::string& what) {
   const nc::Controller c = test::shipped_controller("linuxcnc");
@@ -94,7 +78,7 @@ TEST_P(QuietBlocks, ChangeNoFigure) {
     for (const double share : {0.0, 0.2, 0.7, 1.5, 6.0}) {
       for (const auto* nc : {&plain.nc, &corrected.nc}) {
         const std::string text =
-            share == 0.0 ? *nc : with_changed_word(*nc, random, share * kQuietTolerance_mm);
+            share == 0.0 ? *nc : test::with_changed_word(*nc, random, share * kQuietTolerance_mm);
         for (const ModelEvaluator* errors : {static_cast<const ModelEvaluator*>(nullptr), &truth}) {
           VerifyOptions v;
           v.tolerance_mm = kQuietTolerance_mm;

@@ -6,6 +6,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "thermal/day_log.hpp"
+
 namespace trunnion::thermal {
 namespace {
 
@@ -56,21 +58,11 @@ TEST(ThermalLog, TextReadsBack) {
 // 24 h at 30 Hz with eight sensors: 2.6 million rows, 23 million fields. How long that takes is a benchmark
 // (tests/bench), because a test that looks at the clock fails on a slow machine.
 TEST(LongThermalLog, ADayAt30HzIsRead) {
-  constexpr std::size_t kRows = 24UL * 3600UL * 30UL;
-  std::string text = "time_s,T_1_degC,T_2_degC,T_3_degC,T_4_degC,T_5_degC,T_6_degC,T_7_degC,T_8_degC\n";
-  text.reserve(kRows * 80);
-  for (std::size_t i = 0; i < kRows; ++i) {
-    text += fixed_text(static_cast<double>(i) / 30.0, 3);
-    for (std::size_t k = 0; k < 8; ++k)
-      text += "," + fixed_text(20.0 + static_cast<double>((i * (k + 7)) % 9973) * 1e-3, 3);
-    text += '\n';
-  }
   Diagnostics diagnostics;
-  const auto log = parse_log(text, "day.csv", diagnostics);
+  const auto log = parse_log(test::day_log_text(), "day.csv", diagnostics);
   ASSERT_TRUE(log);
-  EXPECT_EQ(log->runs[0].rows(), kRows);
-  EXPECT_DOUBLE_EQ(log->runs[0].temperature_degC[7][12345],
-                   20.0 + static_cast<double>((12345 * 14) % 9973) / 1000.0);
+  EXPECT_EQ(log->runs[0].rows(), test::kDayRows);
+  EXPECT_DOUBLE_EQ(log->runs[0].temperature_degC[7][12345], test::day_degC(12345, 7));
 }
 
 }  // namespace
