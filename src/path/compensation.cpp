@@ -15,6 +15,7 @@ Compensator::Compensator(const Machine& machine, const Model& model, const Vec3&
       kinematics_(machine, tool_mm),
       solver_(machine),
       with_errors_(machine, tool_mm),
+      course_(machine, tool_mm, evaluator_),
       datum_shift_P_(datum_shift_P(machine, evaluator_)) {}
 
 ToolPose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
@@ -57,24 +58,23 @@ bool Compensator::turn_rotaries(const Vec3& axis_P, JointVector& q) const {
 }
 
 Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
-                                         std::span<const double> lagged) const {
+                                         std::span<const double> lagged, const Vec3& near) const {
   MachineState state = at;
   const RangeCheck range = evaluator_.check_range(state);
   if (range.verdict == RangeCheck::Verdict::refused) return fail(ErrorCode::check_failed, range.message);
   Corrected out;
   out.held = range.verdict == RangeCheck::Verdict::held;
-  Vec3 target_P = tip_P;
+  Vec3 target_P = tip_P + near;
   Vec3 target_axis_P = axis_P;
   bool turns = options_.orientation;
   TableKinematics::Sines sines = kinematics_.sines(state.q);
-  ToolPose actual_pose;
-  for (;; ++out.steps) {
-    kinematics_.solve_linear(target_P, sines, state.q);
-    actual_pose = actual(state, sines, lagged);
+  kinematics_.solve_linear(target_P, sines, state.q);
+  for (;;) {
+    const ToolPose actual_pose = actual(state, sines, lagged);
     const Vec3 error_P = actual_pose.tip_P - tip_P;
-    const Vec3 axis_error_P = actual_pose.axis_P - axis_P;
     out.left_mm = error_P.norm();
-    if (out.steps == 0) out.before_mm = out.left_mm;
+    out.axis_P = actual_pose.axis_P;
+    if (out.steps == 0) out.before_mm = (actual_pose.tip_P - target_P).norm();
     constexpr double kAxisConverged = 1e-10;  // rad: 0.1 nm at 1 m
     const bool axis_done = !turns || angle_between(actual_pose.axis_P, axis_P).rad() < kAxisConverged;
     if (out.left_mm < options_.converged_mm && axis_done) break;
@@ -83,14 +83,23 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
                                                std::to_string(out.steps) + " steps the tip is still " +
                                                shortest_text(out.left_mm) + " mm off");
     }
+    ++out.steps;
     target_P -= error_P;
-    if (turns && !axis_done) {
-      target_axis_P = (target_axis_P - axis_error_P).normalized();
+    if (!axis_done) {
+      target_axis_P = (target_axis_P - (actual_pose.axis_P - axis_P)).normalized();
       turns = turn_rotaries(target_axis_P, state.q);
       sines = kinematics_.sines(state.q);
     }
+    const JointVector before = state.q;
+    kinematics_.solve_linear(target_P, sines, state.q);
+    if (options_.orientation) continue;
+    // The step takes off all but what the errors change on it.
+    if (const auto left = course_.change_at_most(before, state.q); left && *left < options_.converged_mm) {
+      out.left_mm = *left;
+      break;
+    }
   }
-  out.axis_P = actual_pose.axis_P;
+  out.aim_P = target_P - tip_P;
   out.q = state.q;
   return out;
 }

@@ -123,6 +123,7 @@ ErrorCourse::ErrorCourse(const Machine& machine, const Vec3& tool_mm, const Mode
   for (auto id = machine.tool_chain.rbegin(); id != machine.tool_chain.rend(); ++id)
     tool_chain_.push_back(joint(*id));
   for (const AxisId id : machine.part_chain) part_chain_.push_back(joint(id));
+  find_change_per_mm();
 }
 
 ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState& to,
@@ -187,6 +188,42 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
     return second / 8.0 + 0.5 * (th1 * 2.0 * arm + t1);
   };
   return Bend{bound(S, way, T, T1), bound(1.0, 0.0, 0.0, 0.0), nullptr};
+}
+
+// A twist of the rates h and t over a motion d moves a vector of length p, itself moved by the errors before
+// it, by (h (p + T) + t) d at most: the differential of exp is no longer than its argument's. The motion
+// itself goes on through the links behind it, whose rotations turn it by th d.
+void ErrorCourse::find_change_per_mm() {
+  if (!range_) return;
+  double S = constant_mm_;
+  for (const auto* chain : {&tool_chain_, &part_chain_}) {
+    for (const Joint& joint : *chain) {
+      if (!joint.rotary) S += std::max(std::abs(joint.min), std::abs(joint.max));
+    }
+  }
+  const double th = range_->largest.rot_rad;
+  const double T = range_->largest.trans_mm;
+  // As above: then the vector that is carried is no longer than twice the nominal one. No travel, no bound.
+  if (!(th * S + 2.0 * T <= S && th <= 1.0 && std::isfinite(S))) return;
+  for (const auto* chain : {&tool_chain_, &part_chain_}) {
+    for (const Joint& joint : *chain) {
+      if (joint.rotary) continue;
+      const double change = joint.per_unit.rot_rad * (2.0 * S + T) + joint.per_unit.trans_mm + th;
+      linear_.push_back({joint.id, joint.min, joint.max, change});
+    }
+  }
+}
+
+std::optional<double> ErrorCourse::change_at_most(const JointVector& q0, const JointVector& q1) const {
+  if (linear_.empty()) return std::nullopt;
+  double sum = 0.0;
+  for (const Linear& axis : linear_) {
+    const double a = q0[axis.id];
+    const double b = q1[axis.id];
+    if (!(std::min(a, b) >= axis.min && std::max(a, b) <= axis.max)) return std::nullopt;
+    sum += axis.change_per_mm * std::abs(b - a);
+  }
+  return sum;
 }
 
 ErrorCourse::Bend ErrorCourse::over(const End& from, const End& to) const {

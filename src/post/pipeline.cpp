@@ -324,6 +324,7 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     report_.largest_correction_mm = std::max(report_.largest_correction_mm, std::sqrt(correction2));
     report_.largest_error_mm = std::max(report_.largest_error_mm, found->before_mm);
     q = found->q;
+    aim_P_ = found->aim_P;
     round_joints(q);
   }
   // What the axes do follows from the words, and those are rounded.

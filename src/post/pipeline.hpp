@@ -215,6 +215,7 @@ class Pipeline {
   bool approach_ = true;  // the next motion starts from an unknown or safe position
   path::Point last_;      // nominal, on the word grid
   JointVector last_emitted_;
+  Vec3 aim_P_ = Vec3::Zero();  // path::Corrected::aim_P of the last point
   std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
   std::vector<path::Point> inserted_;
   std::vector<path::Point> run_;

@@ -17,7 +17,7 @@ constexpr double kTakeUp_s = 0.01;
 // First as the axes move already, since every reversal costs a block; then as the motion so found goes.
 Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const {
   constexpr int kTries = 3;  // each turns an axis; more than one at a time is rare
-  if (!loses_motion_) return compensator_->corrected(tip_P, axis_P, at, state_.lagged());
+  if (!loses_motion_) return compensator_->corrected(tip_P, axis_P, at, state_.lagged(), aim_P_);
   at.direction = state_.now().direction;
   for (int i = 1;; ++i) {
     auto found = compensator_->corrected(tip_P, axis_P, at, state_.lagged());

@@ -353,6 +353,35 @@ TEST(Compensation, MovesAgainstTheError) {
   EXPECT_EQ(c->steps, 1);
 }
 
+// What a neighbour was corrected by saves a step and changes nothing; the bound that ends the iteration
+// holds.
+TEST(Compensation, BeginsFromItsNeighbour) {
+  Draw draw(12);
+  int one_step = 0;
+  for (int m = 0; m < 5; ++m) {
+    const Machine machine = random_machine(draw);
+    const auto poses = random_poses(machine, draw, 200);
+    Model model = random_model(machine, draw);
+    model = scaled(model, 0.050 / mean_error(machine, model, poses));
+    const ModelEvaluator truth(model);
+    const Compensator compensator(machine, model, machine.tool_vector());
+    for (const Pose5& p : poses) {
+      const auto far = compensator.corrected(p.tip_P, p.axis_P, p.state);
+      ASSERT_TRUE(far) << far.error().message;
+      const auto near = compensator.corrected(p.tip_P, p.axis_P, p.state, {}, far->aim_P + draw.vector(5e-4));
+      ASSERT_TRUE(near) << near.error().message;
+      EXPECT_LT(near->left_mm, 1e-6);
+      EXPECT_LE(tip_error(machine, truth, p, near->q), near->left_mm + 1e-10);
+      EXPECT_LE(tip_error(machine, truth, p, far->q), far->left_mm + 1e-10);
+      EXPECT_NEAR(near->before_mm, far->before_mm, 1e-3 * far->before_mm + 1e-6);
+      EXPECT_NEAR(far->before_mm, tip_error(machine, truth, p, p.state.q), 1e-12);
+      EXPECT_LE(near->steps, far->steps);
+      one_step += near->steps == 1;
+    }
+  }
+  EXPECT_GT(one_step, 900);
+}
+
 TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
   Draw draw(11);
   for (int m = 0; m < 5; ++m) {

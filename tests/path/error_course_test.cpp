@@ -148,6 +148,8 @@ TEST(ErrorCourse, OneStraightTwistAtATime) {
 TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
   double tightest = 1e9;
   int found = 0;
+  int changes = 0;
+  double nearest = 1e9;
   for (const std::string& name : test::effect_machines()) {
     const Machine machine = test::effect_machine(name);
     test::RandomStates random(machine, 24);
@@ -186,10 +188,24 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
         ASSERT_LE(seen.tip_mm, most->tip_mm + 1e-12) << name << " " << i;
         ASSERT_LE(seen.axis_rad, most->axis_rad + 1e-14) << name << " " << i;
         if (seen.tip_mm > 1e-6) tightest = std::min(tightest, most->tip_mm / seen.tip_mm);
+        // Linear axes alone.
+        for (const AxisId id : machine.rotary_axes()) m.to.q[id] = m.from.q[id];
+        const auto change =
+            ErrorCourse(machine, machine.tool_vector(), truth).change_at_most(m.from.q, m.to.q);
+        if (!change) continue;
+        ++changes;
+        const double changed =
+            (shift(machine, truth, m.from, m.to.q).tip_P - shift(machine, truth, m.from, m.from.q).tip_P)
+                .norm();
+        ASSERT_LE(changed, *change + 1e-12) << name << " " << i;
+        if (changed > 1e-6) nearest = std::min(nearest, *change / changed);
       }
     }
   }
   EXPECT_GT(found, 2500);
+  EXPECT_GT(changes, 2500);
+  // A positioning error alone.
+  EXPECT_LT(nearest, 1.1);
   // A shift that turns with an axis: the bound is the sagitta of its arc.
   EXPECT_LT(tightest, 1.1);
 }

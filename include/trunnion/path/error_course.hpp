@@ -44,6 +44,10 @@ class ErrorCourse {
   /// axes, or where an effect knows no range.
   std::optional<Bend> at_most(const JointVector& q0, const JointVector& q1) const;
 
+  /// Bound on |delta(q1) - delta(q0)|, mm, where the rotary axes stand the same in both and all else of the
+  /// state, too, from the same ranges. Nothing where `at_most` has nothing to say.
+  std::optional<double> change_at_most(const JointVector& q0, const JointVector& q1) const;
+
  private:
   struct Joint {
     AxisId id = 0;
@@ -53,13 +57,21 @@ class ErrorCourse {
     double min = 0.0, max = 0.0;  // its travel
     TwistBend per_unit;           // of `range_`, where there is one
   };
+  struct Linear {
+    AxisId id = 0;
+    double min = 0.0, max = 0.0;  // its travel
+    double change_per_mm = 0.0;   // of delta, at most
+  };
+  void find_change_per_mm();
+
   const ModelEvaluator& model_;
   Vec3 tool_mm_;
   Vec3 part_zero_mm_;
   std::vector<Joint> tool_chain_;  // from the tool inwards
   std::vector<Joint> part_chain_;  // from the bed outwards
   std::optional<TwistRange> range_;
-  double constant_mm_ = 0.0;  // the tip is no farther from any link than this and the positions' sum
+  std::vector<Linear> linear_;  // where there are such bounds
+  double constant_mm_ = 0.0;    // the tip is no farther from any link than this and the positions' sum
 };
 
 }  // namespace trunnion::path
