@@ -22,6 +22,11 @@ Place place_of(std::span<const double> nodes, double x) {
   return {i, std::clamp((x - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)};
 }
 
+double straight_value(std::span<const double> nodes, std::span<const double> values, double x) {
+  const auto [i, t] = place_of(nodes, x);
+  return (1.0 - t) * values[i] + t * values[i + 1];
+}
+
 namespace {
 
 // Fractions of the way from x0 to x1 at which a node is passed, 0 and 1 excluded.
@@ -52,11 +57,9 @@ Interpolant::Range range_of(const Grid& grid) {
 class Linear final : public Interpolant {
  public:
   explicit Linear(const Grid& grid) : grid_(grid) {}
-  double value(double u, double) const override {
-    const auto [i, t] = place_of(grid_.u, u);
-    return (1.0 - t) * grid_.values[i] + t * grid_.values[i + 1];
-  }
+  double value(double u, double) const override { return straight_value(grid_.u, grid_.values, u); }
   std::optional<Range> range() const override { return range_of(grid_); }
+  const Grid* straight() const override { return &grid_; }
   // Straight between the nodes: farthest off at one of them.
   std::optional<double> bend(double u0, double, double u1, double) const override {
     const auto [low, high] = std::minmax(u0, u1);

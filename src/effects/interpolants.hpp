@@ -22,5 +22,7 @@ struct Place {
   double fraction;
 };
 Place place_of(std::span<const double> nodes, double x);
+/// Of a function that is straight between the nodes and held beyond them.
+double straight_value(std::span<const double> nodes, std::span<const double> values, double x);
 
 }  // namespace trunnion::effects

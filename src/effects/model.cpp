@@ -4,6 +4,8 @@
 
 #include "trunnion/base/contract.hpp"
 
+#include "effects/interpolants.hpp"
+
 namespace trunnion {
 
 std::vector<double> ModelEffect::values() const {
@@ -116,7 +118,13 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
   std::size_t begin = 0;
   for (const ModelEffect& e : model.effects) {
     const std::size_t count = e.effect->lags(e.shape()).size();
-    const Entry entry{e.effect, e.effect->link(), begin, count, e.values(), e.parameters.empty()};
+    const Entry entry{e.effect,
+                      e.effect->link(),
+                      begin,
+                      count,
+                      e.values(),
+                      e.parameters.empty(),
+                      e.effect->straight_course()};
     depends_on_ = std::max(depends_on_, count > 0 ? std::max(e.effect->depends_on(), DependsOn::conditions)
                                                   : e.effect->depends_on());
     if (count == 0 && e.effect->depends_on() == DependsOn::nothing) {
@@ -126,6 +134,9 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
     }
     begin += count;
   }
+  const auto behind =
+      std::stable_partition(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.course; });
+  without_course_ = static_cast<std::size_t>(behind - entries_.begin());
 }
 
 void ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged,
@@ -133,7 +144,16 @@ void ModelEvaluator::errors(const MachineState& state, std::span<const double> l
   if (lagged.empty()) lagged = rest_;
   TRUNNION_EXPECTS(lagged.size() == lags_.size());
   out = constant_;
-  for (const Entry& e : entries_) at(out, e.link) += e.twist(state, lagged);
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& e = entries_[i];
+    Twist& link = at(out, e.link);
+    if (i < without_course_) {
+      link += e.twist(state, lagged);
+    } else {
+      const StraightCourse& course = *e.course;
+      link += course.unit * effects::straight_value(course.nodes, course.values, state.q[course.axis]);
+    }
+  }
 }
 
 ChainBends ModelEvaluator::bends(const MachineState& from, const MachineState& to) const {
@@ -171,6 +191,10 @@ std::optional<TwistRange> ModelEvaluator::range(std::span<const Axis> axes) cons
 RangeCheck ModelEvaluator::check_range(const MachineState& state) const {
   RangeCheck worst;
   for (const Entry& e : entries_) {
+    if (e.course) {
+      const double q = state.q[e.course->axis];
+      if (q >= e.course->nodes.front() && q <= e.course->nodes.back()) continue;
+    }
     RangeCheck check = e.effect->check_range(state);
     if (check.verdict > worst.verdict) worst = std::move(check);
   }

@@ -221,6 +221,12 @@ RangeCheck TableEffect::check_range(const MachineState& state) const {
   return {};
 }
 
+std::optional<StraightCourse> TableEffect::straight_course() const {
+  const Grid* grid = function_->straight();
+  if (grid == nullptr || arguments_[0].rotary) return std::nullopt;
+  return StraightCourse{arguments_[0].axis, unit_, grid->u, grid->values};
+}
+
 std::vector<std::pair<std::string, std::string>> TableEffect::file_keys() const {
   return {{"table", spec_.file},
           {"interpolation", std::string(text_of(spec_.interpolation.method))},

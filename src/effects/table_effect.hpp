@@ -33,6 +33,7 @@ class TableEffect final : public Effect {
   std::optional<TwistRange> range(std::span<const double> parameters,
                                   std::span<const Axis> axes) const override;
   RangeCheck check_range(const MachineState& state) const override;
+  std::optional<StraightCourse> straight_course() const override;
   std::vector<std::pair<std::string, std::string>> file_keys() const override;
 
   const TableSpec& spec() const { return spec_; }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <random>
 #include <thread>
 #include <tuple>
 
@@ -320,6 +321,38 @@ TEST_F(ModelFile, TablesStandBesideTheModel) {
   EXPECT_THAT(
       error_of("[[effect]]\nid = \"component:EXX\"\ntable = \"exx.csv\"\ninterpolation = \"bilinear\"\n"),
       HasSubstr("bilinear interpolation takes two arguments"));
+}
+
+// The evaluator's own way with straight tables: against the effects themselves, at random positions, ends and
+// nodes among them.
+TEST_F(ModelFile, TablesAreReadAsTheirEffectsReadThem) {
+  write("x.csv", "X_mm,EXX_um,EBX_urad,EZX_um\n-100,0,5,1\n-20,3,-4,2\n100,4,5,0\n0,1,5,-7\n");
+  write("c.csv", "C_deg,EXC_um\n0,0\n90,1\n180,2\n270,3\n");
+  std::string text = "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 12\n";
+  for (const char* component : {"EXX", "EBX", "EZX"})
+    text += std::string("[[effect]]\nid = \"component:") + component + "\"\ntable = \"x.csv\"\n";
+  text += "[[effect]]\nid = \"component:EXC\"\ntable = \"c.csv\"\n";
+  const Model m = good(text);
+  const ModelEvaluator evaluator(m);
+  std::mt19937_64 random(31);
+  std::uniform_real_distribution<double> x(-130.0, 130.0);
+  std::uniform_real_distribution<double> c(-7.0, 7.0);
+  for (int i = 0; i < 20000; ++i) {
+    MachineState s;
+    s.q[0] =
+        i % 10 == 0 ? std::array{-100.0, -20.0, 0.0, 100.0}[static_cast<std::size_t>(i / 10 % 4)] : x(random);
+    s.q[4] = c(random);
+    Twist expected;
+    bool held = false;
+    for (std::size_t k = 1; k <= 3; ++k) {
+      expected += m.effects[k].effect->fixed_part(s, {}, {});
+      held = held || m.effects[k].effect->check_range(s).verdict != RangeCheck::Verdict::inside;
+    }
+    const ChainErrors errors = evaluator.errors(s);
+    ASSERT_LT((errors.joint[0].trans_mm - expected.trans_mm).norm(), 1e-17) << s.q[0];
+    ASSERT_LT((errors.joint[0].rot_rad - expected.rot_rad).norm(), 1e-17) << s.q[0];
+    ASSERT_EQ(evaluator.check_range(s).verdict != RangeCheck::Verdict::inside, held) << s.q[0];
+  }
 }
 
 TEST_F(ModelFile, ATableWithALineBesideASquarenessGivesOneNote) {

@@ -172,6 +172,14 @@ struct TwistRange {
   }
 };
 
+/// A twist whose size is straight between nodes of the position of one axis, and held beyond them.
+struct StraightCourse {
+  AxisId axis = 0;
+  Twist unit;
+  std::vector<double> nodes;  // ascending, two or more: mm, rad
+  std::vector<double> values;
+};
+
 /// One physical effect: maps (state, parameters) to a twist of one link.
 ///
 /// Laws that every effect keeps (tests/effects/contract_test.cpp): the twist is `fixed_part` plus the sum of
@@ -210,6 +218,9 @@ class Effect {
   virtual std::optional<TwistRange> range(std::span<const double> parameters,
                                           std::span<const Axis> axes) const;
   virtual RangeCheck check_range(const MachineState& state) const;
+  /// The whole twist as such a course, where it is one whatever the parameters are; its nodes are the range
+  /// that `check_range` knows.
+  virtual std::optional<StraightCourse> straight_course() const { return std::nullopt; }
   /// At least what the twist depends on: what does not is evaluated less often.
   virtual DependsOn depends_on() const { return DependsOn::motion; }
   /// Quantities that people know better than the linear parameters they follow from (the fixed point of a

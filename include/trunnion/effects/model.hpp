@@ -121,6 +121,7 @@ class ModelEvaluator {
     std::size_t lag_begin, lag_count;
     std::vector<double> parameters;
     bool only_fixed_part;  // no parameter scales it: an error table
+    std::optional<StraightCourse> course;
 
     Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
@@ -128,7 +129,8 @@ class ModelEvaluator {
 
   DependsOn depends_on_ = DependsOn::nothing;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
-  std::vector<Entry> entries_;  // the others
+  std::vector<Entry> entries_;  // the others; those with a course behind those without
+  std::size_t without_course_ = 0;
   std::vector<LagRequest> lags_;
   std::vector<double> rest_;
 };

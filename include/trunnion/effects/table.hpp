@@ -55,6 +55,9 @@ class Interpolant {
     double slope_v = 0.0;
   };
   virtual std::optional<Range> range() const;
+  /// Its nodes and values, where it takes one argument, is straight between the nodes and held beyond them;
+  /// null: it is another function.
+  virtual const Grid* straight() const { return nullptr; }
 };
 
 /// linear takes one argument, bilinear two; nurbs and spline either. Fails (wrong_input) on fewer than 2
