@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "trunnion/base/lanes.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/cl/arc.hpp"
 #include "trunnion/geom/direction.hpp"
@@ -18,6 +19,12 @@ constexpr double kWorstLengthError = 1e-2;
 // Decimals of a file whose axis components are taken as rounded. Fewer are typed by hand: `0,0,1` and
 // `.6,0,.8` are exact.
 constexpr unsigned kRoundedDecimals = 3;
+
+// Of a tool axis: the same bits however it is read.
+template <class T>
+T length_of(const lanes::Triple<T>& v) {
+  return lanes::sqrt(lanes::squared(v));
+}
 
 }  // namespace
 
@@ -171,7 +178,7 @@ std::optional<Vec3> Context::axis(const Statement& statement, std::size_t first)
     warning_once("axis length", where,
                  word + ": the tool axis has length " + fixed_text(length, 4) + " and was normalised");
   }
-  return Vec3(v / std::sqrt(v.squaredNorm()));  // the same bits as in plain_motion
+  return Vec3(v / length_of(lanes::Triple<double>{v.x(), v.y(), v.z()}));
 }
 
 void Context::count_decimals(unsigned coordinate, unsigned axis_places) {
@@ -342,7 +349,7 @@ bool Context::plain_motion(const PlainGoto& plain, Record& record) {
   if (!(tip_A.cwiseAbs().maxCoeff() <= kLongest_mm)) return false;
   if (plain.count == 6) {
     const Vec3 v(plain.value[3], plain.value[4], plain.value[5]);
-    const double length = std::sqrt(v.squaredNorm());
+    const double length = length_of(lanes::Triple<double>{v.x(), v.y(), v.z()});
     if (!(std::abs(length - 1.0) <= Direction::kMaxLengthError)) return false;
     modal.axis_A = v / length;
   }
@@ -358,6 +365,41 @@ bool Context::plain_motion(const PlainGoto& plain, Record& record) {
   modal.rapid_next = false;
   ++motion_count_;
   return true;
+}
+
+// As plain_motion, two side by side.
+std::size_t Context::plain_cuts(std::span<PlainCut> cuts) {
+  std::size_t good = 0;
+  for (bool go_on = true; go_on && good < cuts.size();) {
+    const bool two = good + 1 < cuts.size();
+    PlainCut& a = cuts[good];
+    PlainCut& b = cuts[two ? good + 1 : good];
+    const auto side_by_side = [](const Vec3& v, const Vec3& w) {
+      return lanes::Triple<Lanes>{{v.x(), w.x()}, {v.y(), w.y()}, {v.z(), w.z()}};
+    };
+    const auto tip = modal.mm_per_unit * side_by_side(a.tip_P, b.tip_P);
+    const auto axis = side_by_side(a.axis_P, b.axis_P);
+    const Lanes length = length_of(axis);
+    const LaneMask plain = (lanes::abs(Lanes(length - 1.0)) <= Direction::kMaxLengthError) &
+                           (lanes::abs(tip.x) <= kLongest_mm) & (lanes::abs(tip.y) <= kLongest_mm) &
+                           (lanes::abs(tip.z) <= kLongest_mm);
+    const lanes::Triple<Lanes> unit{axis.x / length, axis.y / length, axis.z / length};
+    const auto put = [&](PlainCut& cut, int lane) {
+      cut.tip_P = {tip.x[lane], tip.y[lane], tip.z[lane]};
+      cut.axis_P = {unit.x[lane], unit.y[lane], unit.z[lane]};
+      ++good;
+    };
+    if (plain[0] != 0) put(a, 0);
+    go_on = two && plain[0] != 0 && plain[1] != 0;
+    if (go_on) put(b, 1);
+  }
+  if (good > 0) {
+    modal.tip_A = cuts[good - 1].tip_P;
+    modal.axis_A = cuts[good - 1].axis_P;
+    modal.has_position = true;
+    motion_count_ += good;
+  }
+  return good;
 }
 
 bool Context::take(Record& record) {

@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -152,6 +153,13 @@ class Context {
   /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by
   /// word.
   bool plain_motion(const PlainGoto& plain, Record& record);
+  /// Plain cuts may come now: motions at the modal feed, with nothing to do but what `plain_cuts` does.
+  bool takes_cuts() const {
+    return pending_.empty() && !modal.ended && !modal.new_msys && !modal.pending_arc && !modal.cycle &&
+           !modal.turned && !modal.rapid_next;
+  }
+  /// Makes motions of numbers as they stand in the file, in place; how many of them are of the plain kind.
+  std::size_t plain_cuts(std::span<PlainCut> cuts);
   /// An MSYS was read: how its points are meant is settled with the first tool axis behind it.
   void take_msys(const PendingMsys& msys);
   /// The next record made by the words read so far.

@@ -44,6 +44,14 @@ class Reader::Impl {
       read_slowly();
     }
   }
+  std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed) {
+    if (is_nci_ || ended_ || !context.takes_cuts()) return 0;
+    const std::size_t count = scanner_.plain_run(cuts);
+    const std::size_t good = context.plain_cuts(cuts.first(count));
+    if (good < count) scanner_.unread_run(count - good);
+    feed = context.modal.feed;
+    return good;
+  }
   std::size_t line_count() const { return scanner_.line_count(); }
   const std::optional<Error>& read_failure() const { return scanner_.read_failure(); }
 
@@ -92,6 +100,9 @@ Reader::~Reader() = default;
 
 bool Reader::next(Record& record) {
   return impl_->next(record);
+}
+std::size_t Reader::next_cuts(std::span<PlainCut> cuts, Feed& feed) {
+  return impl_->next_cuts(cuts, feed);
 }
 const std::optional<Error>& Reader::read_failure() const {
   return impl_->read_failure();

@@ -346,7 +346,33 @@ bool Scanner::plain_goto(PlainGoto& out) {
   goto_line_ = line_;
   cursor_ = static_cast<std::size_t>(p - buffer_.get());
   line_ += lines;
+  if (count == 6 && lines == 1) {
+    const auto length = static_cast<std::size_t>(p - line_start);
+    if (length == last_length_ && p[-1] == '\n') layout_.learn(line_start, length);
+    last_length_ = length;
+  }
   return true;
+}
+
+std::size_t Scanner::plain_run(std::span<PlainCut> cuts) {
+  const std::size_t length = layout_.length();
+  if (stopped_ || length == 0) return 0;
+  std::size_t count = 0;
+  for (; count < cuts.size() && end_ - cursor_ >= GotoLayout::kWidest; ++count) {
+    PlainCut& cut = cuts[count];
+    std::array<double, 6> value;
+    if (!layout_.read(buffer_.get() + cursor_, value.data())) break;
+    cut.tip_P = {value[0], value[1], value[2]};
+    cut.axis_P = {value[3], value[4], value[5]};
+    cut.where = {++line_, layout_.column()};
+    cursor_ += length;
+  }
+  return count;
+}
+
+void Scanner::unread_run(std::size_t count) {
+  cursor_ -= count * layout_.length();
+  line_ -= static_cast<std::uint32_t>(count);
 }
 
 void Scanner::unread_goto() {

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/cl/reader.hpp"
 
+#include "cl/goto_layout.hpp"
 #include "cl/statement.hpp"
 
 namespace trunnion::cl {
@@ -27,6 +29,11 @@ class Scanner {
   bool plain_goto(PlainGoto& out);
   /// Puts the last plain_goto back, so that `next` reads it again.
   void unread_goto();
+  /// Reads GOTOs of six numbers, one behind the other, that are laid out as plain ones before them: their
+  /// numbers and places into `cuts`, as they stand; how many there are.
+  std::size_t plain_run(std::span<PlainCut> cuts);
+  /// Puts the last `count` of them back.
+  void unread_run(std::size_t count);
 
   /// The next physical line as it stands; false at the end.
   bool line(std::string_view& text) { return physical_line(text); }
@@ -61,6 +68,8 @@ class Scanner {
   std::uint32_t line_ = 0;  // number of the physical line read last
   std::size_t goto_cursor_ = 0;
   std::uint32_t goto_line_ = 0;
+  GotoLayout layout_;
+  std::size_t last_length_ = 0;  // of the last plain GOTO of six numbers on one line
 
   std::string compacted_;          // statement at hand, upper case, no blanks
   std::vector<SourceRef> places_;  // of each character of compacted_

@@ -139,7 +139,35 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
                              motion->feed,
                              motion->axis_P,
                              motion->step});
+  hold_where_long();
+  return done;
+}
+
+void Intake::hold_where_long() {
   if (chunk_->motions.size() == (held_ ? kLongRun : 2 * kLongRun) && may_hold()) hold();
+}
+
+// Up to where a run may be cut or is held the next time; 0 within an arc or a hole.
+std::size_t Intake::cuts_taken() const {
+  static_assert(kLongRun % kLookEvery == 0 && kLocalRun % kLookEvery == 0 && kMostCuts == kLookEvery);
+  return shape_left_ > 0 || shape_ ? 0 : kLookEvery - chunk_->motions.size() % kLookEvery;
+}
+
+std::unique_ptr<Chunk> Intake::take(std::span<const cl::PlainCut> cuts, const cl::Feed& feed,
+                                    const cl::Resolution& resolution) {
+  inverse_.axis_resolution = resolution.axis;
+  points_ += cuts.size();
+  std::unique_ptr<Chunk> done;
+  if (!run_is_empty() && may_cut(last_pose())) {
+    done = flush();
+    summary_.goes_on = true;
+  }
+  feed_seen_ = true;
+  auto& motions = chunk_->motions;
+  if (motions.capacity() < 2 * kLongRun) motions.reserve(2 * kLongRun);
+  for (const cl::PlainCut& cut : cuts)
+    motions.push_back({{{cut.tip_P, cut.axis_P}, cut.where, false}, feed, cut.axis_P, false});
+  hold_where_long();
   return done;
 }
 

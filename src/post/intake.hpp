@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "trunnion/path/held_run.hpp"
@@ -40,6 +41,11 @@ class Intake {
 
   /// Takes the next record; gives a chunk when one is complete.
   std::unique_ptr<Chunk> take(const cl::Record& record, const cl::Resolution& resolution);
+  /// As `take` for so many motions at most, none of which is a rapid.
+  static constexpr std::size_t kMostCuts = 32;
+  std::size_t cuts_taken() const;
+  std::unique_ptr<Chunk> take(std::span<const cl::PlainCut> cuts, const cl::Feed& feed,
+                              const cl::Resolution& resolution);
   /// Of a long run that was chosen as a whole the next piece, before anything else is taken; null: none.
   std::unique_ptr<Chunk> next_piece();
   /// What is left at the end of the file.
@@ -53,6 +59,7 @@ class Intake {
   std::unique_ptr<Chunk> fresh();
   bool may_hold() const;
   void hold();
+  void hold_where_long();
   std::unique_ptr<Chunk> flush_held();
   void take_held(std::size_t count, Chunk& piece);
   std::size_t end_of_piece() const;

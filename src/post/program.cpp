@@ -35,7 +35,11 @@ std::unique_ptr<Chunk> Program::next() {
   if (auto piece = intake_.next_piece()) return piece;
   while (!ended_) {
     std::unique_ptr<Chunk> chunk;
-    if (!reader_.next(record_)) {
+    cl::Feed feed;
+    const std::size_t count = reader_.next_cuts(std::span(cuts_).first(intake_.cuts_taken()), feed);
+    if (count > 0) {
+      if (!stopped()) chunk = intake_.take(std::span(cuts_).first(count), feed, reader_.resolution());
+    } else if (!reader_.next(record_)) {
       ended_ = true;
       if (stopped()) return nullptr;
       chunk = intake_.finish();

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -38,6 +39,7 @@ class Program {
   Intake intake_;
   cl::Reader reader_;
   cl::Record record_;
+  std::array<cl::PlainCut, Intake::kMostCuts> cuts_;
   bool ended_ = false;
   bool choice_failed_ = false;
   std::optional<Error> emit_failure_;

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -113,6 +114,77 @@ TEST(Fuzz, PlainAndWordByWordReadingAgreeToTheBit) {
     ASSERT_EQ(a[i].tip_P, b[i].tip_P) << i;
     ASSERT_EQ(a[i].axis_P, b[i].axis_P) << i;
   }
+}
+
+std::string laid_out(const char* form, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> coordinate(-999.0, 9999.0);
+  std::normal_distribution<double> component;
+  const Vec3 axis = Vec3(component(random), component(random), component(random)).normalized();
+  char line[400];
+  std::snprintf(line, sizeof(line), form, coordinate(random), 0.01 * coordinate(random),
+                coordinate(random) - 9000.0, axis.x(), axis.y(), axis.z());
+  return line;
+}
+
+// Files in columns, and ones that are not, with words and faults in between.
+TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
+  constexpr std::array kForms = {"GOTO/%10.4f,%10.4f,%10.4f,%10.6f,%10.6f,%10.6f\n",
+                                 "GOTO/%11.4f,%11.4f,%11.4f,%9.6f,%9.6f,%9.6f\r\n",
+                                 "GOTO / %9.3f, %9.3f, %9.3f, %10.7f, %10.7f, %10.7f \n",
+                                 "  goto/%8.1f,%8.2f,%8.3f,%8.4f,%8.5f,%10.7f\n",
+                                 "GOTO/%.4f,%.4f,%.4f,%.7f,%.7f,%.7f\n",
+                                 "GOTO/%14.4f,%14.4f,%14.4f,%11.8f,%11.7f,%11.6f\n",
+                                 "GOTO/%9.2f,%9.2f,%9.2f,%4.1f,%4.1f,%4.1f\n"};
+  constexpr std::array kWords = {"RAPID\n",        "FEDRAT/800,MMPM\n",
+                                 "UNITS/INCHES\n", "UNITS/MM\n",
+                                 "$$ said\n",      "TLAXIS/0,0.6,0.8\n",
+                                 "GODLTA/1,2,3\n", "GOTO/1,2,3\n",
+                                 "CYCLE/OFF\n",    "GOTO/1.0,2.0,3.0,0.5,0.5,0.5\n"};
+  // Behind them the file is read motion by motion.
+  constexpr std::array kHeavy = {"CYCLE/DRILL,2,MMPM,100,1\n", "MSYS/1,2,3,0,1,0,1,0,0\n"};
+  std::mt19937_64 random(9);
+  std::size_t in_runs_of_all = 0, motions_of_all = 0;
+  for (int round = 0; round < 400; ++round) {
+    std::string text;
+    const std::size_t forms = 1 + random() % 3;
+    std::array<std::size_t, 3> form{};
+    for (std::size_t& f : form) f = random() % kForms.size();
+    for (std::size_t line = 0; line < 300; ++line) {
+      if (random() % 40 == 0) text += kWords[random() % kWords.size()];
+      if (random() % 1000 == 0) text += kHeavy[random() % kHeavy.size()];
+      text += laid_out(kForms[form[line / 50 % forms]], random);
+    }
+    if (round % 2 == 0) {
+      for (int k = 0; k < round % 24; ++k)
+        text[random() % text.size()] = "0123456789.,-+ $/\nG"[random() % 19];
+    }
+    if (round % 5 == 0) text.pop_back();
+    std::size_t in_runs = 0;
+    const auto one_by_one = test::read(text);
+    const auto at_once = test::read_in_runs(text, 1 + random() % 40, in_runs);
+    in_runs_of_all += in_runs;
+    motions_of_all += one_by_one.motions().size();
+    ASSERT_EQ(at_once.findings, one_by_one.findings);
+    ASSERT_EQ(at_once.records.size(), one_by_one.records.size());
+    ASSERT_EQ(at_once.resolution.axis, one_by_one.resolution.axis);
+    ASSERT_EQ(at_once.resolution.coordinate_mm, one_by_one.resolution.coordinate_mm);
+    for (std::size_t i = 0; i < one_by_one.records.size(); ++i) {
+      const Record& a = at_once.records[i];
+      const Record& b = one_by_one.records[i];
+      ASSERT_EQ(a.where, b.where) << i;
+      ASSERT_EQ(a.data.index(), b.data.index()) << i;
+      const auto* motion = std::get_if<Motion>(&b.data);
+      if (motion == nullptr) continue;
+      const auto& other = std::get<Motion>(a.data);
+      ASSERT_EQ(other.tip_P, motion->tip_P) << i;
+      ASSERT_EQ(other.axis_P, motion->axis_P) << i;
+      for (Eigen::Index k = 0; k < 3; ++k)
+        ASSERT_EQ(std::signbit(other.tip_P[k]), std::signbit(motion->tip_P[k])) << i;
+      ASSERT_EQ(other.feed, motion->feed) << i;
+      ASSERT_EQ(other.rapid, motion->rapid) << i;
+    }
+  }
+  EXPECT_GT(2.5 * static_cast<double>(in_runs_of_all), static_cast<double>(motions_of_all));
 }
 
 }  // namespace

@@ -42,6 +42,30 @@ inline Reading read(std::string_view text, const ReaderOptions& options = {}) {
   return reading;
 }
 
+/// The same, plain motions as many at once as there are, at most `most`; in `in_runs` how many those are.
+inline Reading read_in_runs(std::string_view text, std::size_t most, std::size_t& in_runs,
+                            const ReaderOptions& options = {}) {
+  Diagnostics diagnostics;
+  Reader reader(text, "f", options, diagnostics);
+  Reading reading;
+  Record record;
+  std::vector<PlainCut> cuts(most);
+  in_runs = 0;
+  for (;;) {
+    Feed feed;
+    const std::size_t count = reader.next_cuts(cuts, feed);
+    in_runs += count;
+    for (std::size_t i = 0; i < count; ++i)
+      reading.records.push_back({cuts[i].where, Motion{cuts[i].tip_P, cuts[i].axis_P, feed}});
+    if (count == 0 && !reader.next(record)) break;
+    if (count == 0) reading.records.push_back(record);
+  }
+  reading.resolution = reader.resolution();
+  EXPECT_EQ(reader.motion_count(), reading.motions().size());
+  for (const Finding& finding : diagnostics.findings()) reading.findings.push_back(finding.text().substr(2));
+  return reading;
+}
+
 inline std::string joined(const std::vector<std::string>& findings) {
   std::string all;
   for (const std::string& finding : findings) all += finding + "\n";

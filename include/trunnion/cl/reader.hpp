@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -76,6 +77,11 @@ class Reader {
   /// The next record; false at the end of the text. Reading a motion into a record that held a motion
   /// allocates nothing.
   bool next(Record& record);
+
+  /// The next motions at once, as many as there are in a row of the plain kind: no rapids, their lines laid
+  /// out as those before them. They have one feed. 0: `next` gives what follows. Either may be called at any
+  /// time.
+  std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed);
 
   /// The failure of the source that ended the text early, if one did (it is among the diagnostics, too).
   const std::optional<Error>& read_failure() const;

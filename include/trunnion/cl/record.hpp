@@ -35,6 +35,13 @@ struct Motion {
   bool step = false;
 };
 
+/// A straight motion at the modal feed, no rapid.
+struct PlainCut {
+  Vec3 tip_P = Vec3::Zero();
+  Vec3 axis_P = Vec3::UnitZ();  // unit, from the tip to the spindle
+  SourceRef where;
+};
+
 /// FROM: where the tool stands at the start; no motion is asked for.
 struct From {
   Vec3 tip_P = Vec3::Zero();
