@@ -122,29 +122,59 @@ inline bool is_four_decimals(const NumberStyle& style) {
 }
 /// Below this on either side four digits stand before the point and four behind it.
 inline constexpr std::int64_t kEightDigits = 100'000'000;
+/// Digits of 0 to 9999 with a point behind them, first character lowest; in the highest byte how many there
+/// are.
+inline constexpr auto kWholeAndPoint = [] {
+  std::array<std::uint64_t, 10000> out{};
+  for (std::uint64_t n = 0; n < out.size(); ++n) {
+    std::uint64_t text = '.';
+    std::uint64_t count = 1;
+    std::uint64_t rest = n;
+    do {
+      text = text << 8 | ('0' + rest % 10);
+      rest /= 10;
+      ++count;
+    } while (rest > 0);
+    out[n] = text | count << 56;
+  }
+  return out;
+}();
+/// The two stretches of up to four digits and the point: `quanta` in thousandths or ten thousandths, where
+/// twelve characters may be written.
+template <int Decimals>
+inline char* put_magnitude(char* p, std::uint32_t magnitude) {
+  static_assert(Decimals == 3 || Decimals == 4);
+  constexpr std::uint32_t kScale = Decimals == 4 ? 10000 : 1000;
+  const std::uint32_t whole = magnitude / kScale;
+  const std::uint64_t text = kWholeAndPoint[whole];
+  std::memcpy(p, &text, sizeof(text));
+  return put_fraction<Decimals>(p + (text >> 56), magnitude - kScale * whole);
+}
 inline char* put_eight_digits(char* p, std::int32_t quanta) {
   *p = '-';
   p += quanta < 0 ? 1 : 0;
-  const auto magnitude = static_cast<std::uint32_t>(quanta < 0 ? -quanta : quanta);
-  const std::uint32_t whole = magnitude / 10000;
-  std::uint32_t digits = 0;
-  std::memcpy(&digits, &kFourDigits[std::size_t{4} * whole], sizeof(digits));
-  const unsigned zeros = (whole < 10 ? 1U : 0U) + (whole < 100 ? 1U : 0U) + (whole < 1000 ? 1U : 0U);
-  digits >>= 8 * zeros;  // the first character is the lowest byte
-  std::memcpy(p, &digits, sizeof(digits));
-  p += 4 - zeros;
-  *p = '.';
-  std::memcpy(p + 1, &kFourDigits[std::size_t{4} * (magnitude % 10000)], 4);
-  return p + 5;
+  return put_magnitude<4>(p, static_cast<std::uint32_t>(quanta < 0 ? -quanta : quanta));
 }
+/// `number` < 10^8, where twelve characters may be written.
+inline char* put_number_word(char* p, std::uint32_t number) {
+  const auto put_high = [&p](std::uint32_t high) {
+    const std::uint64_t text = kWholeAndPoint[high];
+    std::memcpy(p, &text, sizeof(text));
+    return p + (text >> 56) - 1;  // without the point
+  };
+  if (number < 10000) return put_high(number);
+  return put_fraction<4>(put_high(number / 10000), number % 10000);
+}
+/// Below it three decimals leave four digits before the point.
+inline constexpr std::int64_t kSevenDigits = 10'000'000;
 
 /// As put_any_number.
 inline char* put_number(char* p, std::int64_t quanta, const NumberStyle& style) {
   if (is_four_decimals(style) && quanta < kEightDigits && quanta > -kEightDigits)
     return put_eight_digits(p, static_cast<std::int32_t>(quanta));
   // Feeds.
-  if (style.decimals == 3 && style.trailing_zeros && !style.plus_sign && quanta >= 0 && quanta < kEightDigits)
-    return put_point_number<3>(p, static_cast<std::uint64_t>(quanta));
+  if (style.decimals == 3 && style.trailing_zeros && !style.plus_sign && quanta >= 0 && quanta < kSevenDigits)
+    return put_magnitude<3>(p, static_cast<std::uint32_t>(quanta));
   return put_any_number(p, quanta, style);
 }
 

@@ -98,6 +98,12 @@ struct Writer::State {
   char* put_feed(char* p, const Motion& m);
   Result<void> write_motion(const Motion& m);
 
+  // Runs of them.
+  struct Run;
+  bool run_goes(const std::array<AxisLetter, RunBlock::kAxes>& letters, FeedMode mode) const;
+  Run begin_run(const std::array<AxisLetter, RunBlock::kAxes>& letters, FeedMode mode) const;
+  std::size_t put_together(Run& run, std::span<const RunBlock> blocks);
+
   // Everything else.
   Result<void> flush_setup(bool with_default_path_mode);
   Result<void> restore_after_retract(std::uint16_t changed);

@@ -1,6 +1,9 @@
 #pragma once
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "trunnion/base/result.hpp"
@@ -8,6 +11,13 @@
 #include "trunnion/nc/controller.hpp"
 
 namespace trunnion::nc {
+
+/// A feed motion as it stands in a run of them: the words of five axes, and F.
+struct RunBlock {
+  static constexpr std::size_t kAxes = 5;
+  std::array<std::int32_t, kAxes> words;  // quanta, in the order of their letters
+  std::int32_t feed;                      // quanta
+};
 
 /// Blocks -> NC text in the words of one control.
 ///
@@ -27,6 +37,14 @@ class Writer {
 
   Result<void> write(const Motion& motion);
   Result<void> write(const Block& block);
+
+  /// Writes the first of these motions of the axes with these letters, as many of them as leave nothing to be
+  /// asked, and gives their number: the text is that of `write` for each. What is not written, `write` takes,
+  /// or refuses. Letters in their order.
+  std::size_t write_run(const std::array<AxisLetter, RunBlock::kAxes>& letters, FeedMode mode,
+                        std::span<const RunBlock> blocks);
+  /// As things are it would write any.
+  bool takes_run(const std::array<AxisLetter, RunBlock::kAxes>& letters, FeedMode mode) const;
 
   /// Lines written so far, all kinds.
   std::size_t lines() const;

@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "nc/writer_state.hpp"
+
+// Runs of feed motions: nearly all of a program.
+namespace trunnion::nc {
+namespace {
+
+constexpr std::size_t kAxes = RunBlock::kAxes;
+// So many blocks are put together before they go to the text.
+constexpr std::size_t kTogether = 64;
+// Longest block: five words of eleven characters, F, a block number, and what the copies write beyond.
+constexpr std::size_t kBlockRoom = 128;
+constexpr std::size_t kLongest = 96;
+
+// A few characters, copied as eight.
+struct Affix {
+  static constexpr std::size_t kRoom = 8;
+  std::array<char, kRoom> text{};
+  std::size_t size = 0;
+
+  explicit Affix(const std::string& from) : size(from.size()) {
+    std::copy_n(from.begin(), std::min(size, kRoom), text.begin());
+  }
+  char* put(char* p) const {
+    std::memcpy(p, text.data(), kRoom);
+    return p + size;
+  }
+};
+
+bool words_fit(const RunBlock& block) {
+  constexpr std::uint32_t kMost = kEightDigits - 1;
+  bool fits = true;
+  for (const std::int32_t quanta : block.words)
+    fits &= static_cast<std::uint32_t>(quanta) + kMost <= 2 * kMost;
+  return fits;
+}
+
+}  // namespace
+
+/// What does not change from block to block, and the last block.
+struct Writer::State::Run {
+  Affix prefix, end;
+  std::array<char, kAxes> names{};
+  char separator = ' ';
+  NumberStyle feed_style{};
+  bool feed_in_thousandths = false;
+  bool feed_always = false;
+  bool numbered = false;
+  std::int32_t most_feed = 0;
+  RunBlock before;
+
+  explicit Run(const Controller& c) : prefix(c.block_numbers.prefix), end(c.line.end) {}
+
+  /// The words of a block, a separator behind each.
+  char* put(char* p, const RunBlock& block) {
+    for (std::size_t k = 0; k < kAxes; ++k) {
+      const std::int32_t quanta = block.words[k];
+      if (quanta == before.words[k]) continue;
+      *p = names[k];
+      p = put_eight_digits(p + 1, quanta);
+      *p++ = separator;
+    }
+    return p;
+  }
+  char* put_feed(char* p, std::int32_t feed) {
+    if (feed == before.feed && !feed_always) return p;
+    *p++ = 'F';
+    p = feed_in_thousandths ? put_magnitude<3>(p, static_cast<std::uint32_t>(feed))
+                            : put_number(p, feed, feed_style);
+    *p++ = separator;
+    return p;
+  }
+};
+
+// A motion is nothing but its words: all of them known, the same motion word and feed mode as before.
+bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
+  bool goes = plain_words && started && !ended && !setup_pending && !cycle && !length_to_restore &&
+              !tcp_to_restore && pending_words.empty() && cutter_words.empty() && c.motion.modal &&
+              motion_kind == MotionKind::feed && feed_mode == mode && c.line.max_length >= kLongest &&
+              c.line.end.size() <= Affix::kRoom && c.block_numbers.prefix.size() <= Affix::kRoom &&
+              c.block_numbers.max < kEightDigits && c.block_numbers.start >= 0 &&
+              feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
+  for (std::size_t i = 0; i < kAxes && goes; ++i) {
+    const std::int64_t at = position[letters[i]];
+    goes = position.has(letters[i]) && at < kEightDigits && at > -kEightDigits &&
+           (i == 0 || letters[i - 1] < letters[i]);
+  }
+  return goes;
+}
+
+Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>& letters,
+                                            FeedMode mode) const {
+  const auto of = static_cast<std::size_t>(mode);
+  Run run(c);
+  run.separator = c.line.separator.front();
+  run.feed_style = feed_style[of];
+  run.feed_in_thousandths =
+      run.feed_style.decimals == 3 && run.feed_style.trailing_zeros && !run.feed_style.plus_sign;
+  run.feed_always = mode == FeedMode::inverse_time && c.feed.inverse_time_every_block;
+  run.numbered = c.block_numbers.enabled;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  run.most_feed =
+      static_cast<std::int32_t>(std::min(feed_limit[of], run.feed_in_thousandths ? kSevenDigits - 1 : kMost));
+  for (std::size_t k = 0; k < kAxes; ++k) {
+    run.names[k] = letter_of(letters[k]);
+    run.before.words[k] = static_cast<std::int32_t>(position[letters[k]]);
+  }
+  run.before.feed = static_cast<std::int32_t>(feed[of]);
+  return run;
+}
+
+// As many as there is room for, up to the first that is not plain.
+std::size_t Writer::State::put_together(Run& run, std::span<const RunBlock> blocks) {
+  std::array<char, kTogether * kBlockRoom> buffer;
+  char* p = buffer.data();
+  std::size_t done = 0;
+  const std::size_t most = std::min(blocks.size(), kTogether);
+  for (; done < most; ++done) {
+    const RunBlock& block = blocks[done];
+    char* const begin = p;
+    if (run.numbered) {
+      p = put_number_word(run.prefix.put(p), static_cast<std::uint32_t>(block_number));
+      *p++ = run.separator;
+    }
+    char* const words = p;
+    if (words_fit(block)) p = run.put(p, block);
+    if (p == words || block.feed <= 0 || block.feed > run.most_feed) {
+      p = begin;
+      break;
+    }
+    p = run.end.put(run.put_feed(p, block.feed) - 1);  // in the place of the last separator
+    run.before = block;
+    if (!run.numbered) continue;
+    block_number += c.block_numbers.step;
+    if (block_number > c.block_numbers.max) block_number = c.block_numbers.start;
+  }
+  out.append(buffer.data(), static_cast<std::size_t>(p - buffer.data()));
+  return done;
+}
+
+bool Writer::takes_run(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
+  return state_->run_goes(letters, mode);
+}
+
+std::size_t Writer::write_run(const std::array<AxisLetter, kAxes>& letters, FeedMode mode,
+                              std::span<const RunBlock> blocks) {
+  State& state = *state_;
+  if (!state.run_goes(letters, mode)) return 0;
+  State::Run run = state.begin_run(letters, mode);
+  std::size_t done = 0;
+  for (std::size_t more = kTogether; more == kTogether && done < blocks.size();) {
+    more = state.put_together(run, blocks.subspan(done));
+    done += more;
+  }
+  if (done == 0) return 0;
+  for (std::size_t k = 0; k < kAxes; ++k) state.position.quanta[index(letters[k])] = run.before.words[k];
+  state.feed[static_cast<std::size_t>(mode)] = run.before.feed;
+  state.lines += done;
+  state.motions += done;
+  return done;
+}
+
+}  // namespace trunnion::nc
