@@ -11,14 +11,6 @@ namespace {
 
 using Vectors = lanes::Triple<Lanes>;
 
-Lanes load(const std::vector<double>& column, std::size_t row) {
-  Lanes out;
-  std::memcpy(&out, column.data() + row, sizeof(out));
-  return out;
-}
-void store(std::vector<double>& column, std::size_t row, const Lanes& value) {
-  std::memcpy(column.data() + row, &value, sizeof(value));
-}
 Vectors side_by_side(const Vec3& a, const Vec3& b) {
   return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
 }
@@ -40,125 +32,121 @@ void turn_on(Lanes& sin, Lanes& cos, const Lanes& by) {
   cos = cos - e * cos - d * s;
 }
 
-}  // namespace
-
-// Two points on the grid, and what is prescribed there.
-struct GridRun::Place {
-  std::array<Lanes, 2> angle;
-  TableKinematics::SinesOf<Lanes> sines;
-  Vectors linear;
-  Vectors tip_P, axis_P;
-};
-
-void GridRun::put(std::size_t row, const Place& place) {
-  const Vectors w = kinematics_.constant(0) + place.linear;
-  const StationOf<Lanes> station(kinematics_, w, kinematics_.constant(1), kinematics_.constant(2),
-                                 place.sines);
-  for (std::size_t k = 0; k < 2; ++k) {
-    store(angle_[k], row, place.angle[k]);
-    store(sin_[k], row, place.sines.sin[k]);
-    store(cos_[k], row, place.sines.cos[k]);
-  }
-  store(w_[0], row, w.x);
-  store(w_[1], row, w.y);
-  store(w_[2], row, w.z);
-  store(arm2_outer_, row, station.arm2_outer);
-  store(arm2_inner_, row, station.arm2_inner);
-  store(size_mm_, row, station.size_mm);
-  store(off2_mm2_, row, lanes::squared(station.tip_P - place.tip_P));
-  store(off2_axis_, row, lanes::squared(station.axis_P - place.axis_P));
+// The last point of one pair and the first of the next.
+Lanes across(const Lanes& before, const Lanes& now) {
+  return Lanes{before[1], now[0]};
 }
 
-void GridRun::place(const Point* before, std::span<Point> points, std::span<const ChosenPoint> chosen) {
-  count_ = points.size();
-  for (auto* columns : {&angle_, &sin_, &cos_}) {
-    for (Column& column : *columns) column.resize(count_ + 2);
+}  // namespace
+
+GridRun::Pair GridRun::evaluated(const std::array<Lanes, 2>& angle,
+                                 const TableKinematics::SinesOf<Lanes>& sines, const Vectors& linear,
+                                 const Vectors& tip_P, const Vectors& axis_P) const {
+  const Vectors w = kinematics_.constant(0) + linear;
+  const StationOf<Lanes> station(kinematics_, w, kinematics_.constant(1), kinematics_.constant(2), sines);
+  return {angle,
+          w,
+          station.arm2_outer,
+          station.arm2_inner,
+          station.size_mm,
+          lanes::squared(station.tip_P - tip_P),
+          lanes::squared(station.axis_P - axis_P)};
+}
+
+void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tolerance) {
+  tolerance_ = tolerance;
+  sines_.resize(count + 1);
+  bow_mm_.resize(count + 1);
+  keeps_.resize(count + 1);
+  last_ = Pair{};
+  if (before == nullptr) return;
+  const RotarySines s = kinematics_.sines(before->q);
+  const auto twice = [](double x) { return lanes::splat<Lanes>(x); };
+  const auto q = [&](AxisId id) { return twice(before->q[id]); };
+  last_ = evaluated({q(rotary_[0]), q(rotary_[1])},
+                    {{twice(s.sin[0]), twice(s.sin[1])}, {twice(s.cos[0]), twice(s.cos[1])}},
+                    {q(linear_[0]), q(linear_[1]), q(linear_[2])}, side_by_side(before->tip_P, before->tip_P),
+                    side_by_side(before->axis_P, before->axis_P));
+}
+
+[[gnu::flatten]] void GridRun::add(std::size_t i, const std::array<const ToolPose*, 2>& pose,
+                                   const std::array<const ChosenPoint*, 2>& chosen,
+                                   const std::array<JointVector*, 2>& out) {
+  const KnownSines& known_a = chosen[0]->sines;
+  const KnownSines& known_b = chosen[1]->sines;
+  std::array<Lanes, 2> angle;
+  TableKinematics::SinesOf<Lanes> sines;
+  LaneMask near = ~LaneMask{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    angle[k] = rounded_pair(rounding_, rotary_[k], Lanes{chosen[0]->q[rotary_[k]], chosen[1]->q[rotary_[k]]});
+    const Lanes by = angle[k] - Lanes{known_a.angle[k], known_b.angle[k]};
+    near &= lanes::abs(by) <= RotarySines::kSmallTurn_rad;
+    sines.sin[k] = Lanes{known_a.sines.sin[k], known_b.sines.sin[k]};
+    sines.cos[k] = Lanes{known_a.sines.cos[k], known_b.sines.cos[k]};
+    turn_on(sines.sin[k], sines.cos[k], by);
   }
-  for (Column& column : w_) column.resize(count_ + 2);
-  for (Column* column : {&arm2_outer_, &arm2_inner_, &size_mm_, &off2_mm2_, &off2_axis_})
-    column->resize(count_ + 2);
-  const std::array<AxisId, 2> rotary = {kinematics_.rotary(0), kinematics_.rotary(1)};
-  const std::array<AxisId, 3> linear = {kinematics_.linear(0), kinematics_.linear(1), kinematics_.linear(2)};
-  if (before != nullptr) {
-    const RotarySines s = kinematics_.sines(before->q);
-    Place place;
+  for (int lane = 0; lane < 2; ++lane) {
+    JointVector& q = *out[static_cast<std::size_t>(lane)];
+    q[rotary_[0]] = angle[0][lane];
+    q[rotary_[1]] = angle[1][lane];
+  }
+  if (lanes::any(~near)) {
+    const RotarySines s = known_a.at(kinematics_, *out[0]);
+    const RotarySines t = known_b.at(kinematics_, *out[1]);
     for (std::size_t k = 0; k < 2; ++k) {
-      place.angle[k] = lanes::splat<Lanes>(before->q[rotary[k]]);
-      place.sines.sin[k] = lanes::splat<Lanes>(s.sin[k]);
-      place.sines.cos[k] = lanes::splat<Lanes>(s.cos[k]);
+      sines.sin[k] = Lanes{s.sin[k], t.sin[k]};
+      sines.cos[k] = Lanes{s.cos[k], t.cos[k]};
     }
-    place.linear = {lanes::splat<Lanes>(before->q[linear[0]]), lanes::splat<Lanes>(before->q[linear[1]]),
-                    lanes::splat<Lanes>(before->q[linear[2]])};
-    place.tip_P = side_by_side(before->tip_P, before->tip_P);
-    place.axis_P = side_by_side(before->axis_P, before->axis_P);
-    put(0, place);
   }
-  for (std::size_t i = 0; i < count_; i += 2) {
-    const std::size_t j = std::min(i + 1, count_ - 1);  // an odd last one stands for two
-    Point& a = points[i];
-    Point& b = points[j];
-    const KnownSines& known_a = chosen[i].sines;
-    const KnownSines& known_b = chosen[j].sines;
-    Place place;
-    bool near = true;
-    for (std::size_t k = 0; k < 2; ++k) {
-      place.angle[k] = rounded_pair(rounding_, rotary[k], Lanes{a.q[rotary[k]], b.q[rotary[k]]});
-      const Lanes by = place.angle[k] - Lanes{known_a.angle[k], known_b.angle[k]};
-      near = near && std::abs(by[0]) <= RotarySines::kSmallTurn_rad &&
-             std::abs(by[1]) <= RotarySines::kSmallTurn_rad;
-      place.sines.sin[k] = Lanes{known_a.sines.sin[k], known_b.sines.sin[k]};
-      place.sines.cos[k] = Lanes{known_a.sines.cos[k], known_b.sines.cos[k]};
-      turn_on(place.sines.sin[k], place.sines.cos[k], by);
-    }
-    b.q[rotary[0]] = place.angle[0][1];
-    b.q[rotary[1]] = place.angle[1][1];
-    a.q[rotary[0]] = place.angle[0][0];
-    a.q[rotary[1]] = place.angle[1][0];
-    if (!near) {
-      const RotarySines s = known_a.at(kinematics_, a.q);
-      const RotarySines t = known_b.at(kinematics_, b.q);
-      for (std::size_t k = 0; k < 2; ++k) {
-        place.sines.sin[k] = Lanes{s.sin[k], t.sin[k]};
-        place.sines.cos[k] = Lanes{s.cos[k], t.cos[k]};
-      }
-    }
-    place.tip_P = side_by_side(a.tip_P, b.tip_P);
-    place.axis_P = side_by_side(a.axis_P, b.axis_P);
-    const Vectors exact = kinematics_.linear_positions(place.tip_P, place.sines);
-    place.linear = {rounded_pair(rounding_, linear[0], exact.x), rounded_pair(rounding_, linear[1], exact.y),
-                    rounded_pair(rounding_, linear[2], exact.z)};
-    const std::array<Lanes, 3> words = {place.linear.x, place.linear.y, place.linear.z};
-    for (std::size_t n = 0; n < 3; ++n) {
-      b.q[linear[n]] = words[n][1];
-      a.q[linear[n]] = words[n][0];
-    }
-    put(i + 1, place);
+  const Vectors tip_P = side_by_side(pose[0]->tip_P, pose[1]->tip_P);
+  const Vectors axis_P = side_by_side(pose[0]->axis_P, pose[1]->axis_P);
+  const Vectors exact = kinematics_.linear_positions(tip_P, sines);
+  const Vectors linear = {rounded_pair(rounding_, linear_[0], exact.x),
+                          rounded_pair(rounding_, linear_[1], exact.y),
+                          rounded_pair(rounding_, linear_[2], exact.z)};
+  for (int lane = 0; lane < 2; ++lane) {
+    const auto n = static_cast<std::size_t>(lane);
+    JointVector& q = *out[n];
+    q[linear_[0]] = linear.x[lane];
+    q[linear_[1]] = linear.y[lane];
+    q[linear_[2]] = linear.z[lane];
+    sines_[i + n] = {{sines.sin[0][lane], sines.sin[1][lane]}, {sines.cos[0][lane], sines.cos[1][lane]}};
   }
+  const Pair to = evaluated(angle, sines, linear, tip_P, axis_P);
+  judge(i, to);
+  last_ = to;
 }
 
 // The first bounds of SegmentRefiner::decide: the curve within its norms of the chord, and the chord, whose
 // ends stand as far off as they do, within the rest of the tolerance.
-void GridRun::judge(const Tolerance& tolerance) {
-  bow_mm_.resize(count_ + 1);
-  keeps_.resize(count_ + 1);
-  const double axis_limit = tolerance.axis.rad() * 2.0 / kPi;  // below its sine
-  for (std::size_t i = 0; i < count_; i += 2) {
-    const auto turn = [&](std::size_t k) { return lanes::abs(load(angle_[k], i + 1) - load(angle_[k], i)); };
-    const auto larger = [&](const Column& c) { return lanes::larger(load(c, i), load(c, i + 1)); };
-    const auto sum = [&](const Column& c) { return lanes::abs(load(c, i)) + lanes::abs(load(c, i + 1)); };
-    const auto way = [&](std::size_t n) { return load(w_[n], i + 1) - load(w_[n], i); };
-    const Lanes outer = turn(0);
-    const Lanes inner = turn(1);
-    const Lanes D = lanes::sqrt(lanes::squared(Vectors{way(0), way(1), way(2)}));
-    const NormsOf<Lanes> norms(outer, inner, D, D, larger(arm2_outer_), larger(arm2_inner_));
-    const Lanes bow = norms.M2() / 8.0 + tip_rounding<Lanes>(sum(size_mm_), sum(angle_[0]) + sum(angle_[1]));
-    const Lanes left = tolerance.tip_mm - bow;
-    const Lanes left_axis = axis_limit - (outer + inner) * (outer + inner) / 8.0;
-    const LaneMask keeps = (left >= 0.0) & (larger(off2_mm2_) <= left * left) & (left_axis >= 0.0) &
-                           (larger(off2_axis_) <= left_axis * left_axis);
-    store(bow_mm_, i, bow);
-    std::memcpy(keeps_.data() + i, &keeps, sizeof(keeps));
-  }
+void GridRun::judge(std::size_t i, const Pair& to) {
+  const auto turn = [&](std::size_t k) {
+    return lanes::abs(to.angle[k] - across(last_.angle[k], to.angle[k]));
+  };
+  const auto larger = [](const Lanes& last, const Lanes& now) {
+    return lanes::larger(across(last, now), now);
+  };
+  const auto sum = [](const Lanes& last, const Lanes& now) {
+    return lanes::abs(across(last, now)) + lanes::abs(now);
+  };
+  const Lanes outer = turn(0);
+  const Lanes inner = turn(1);
+  const Lanes D = lanes::sqrt(
+      lanes::squared(Vectors{to.w.x - across(last_.w.x, to.w.x), to.w.y - across(last_.w.y, to.w.y),
+                             to.w.z - across(last_.w.z, to.w.z)}));
+  const NormsOf<Lanes> norms(outer, inner, D, D, larger(last_.arm2_outer, to.arm2_outer),
+                             larger(last_.arm2_inner, to.arm2_inner));
+  const Lanes bow = norms.M2() / 8.0 +
+                    tip_rounding<Lanes>(sum(last_.size_mm, to.size_mm),
+                                        sum(last_.angle[0], to.angle[0]) + sum(last_.angle[1], to.angle[1]));
+  const double axis_limit = tolerance_.axis.rad() * 2.0 / kPi;  // below its sine
+  const Lanes left = tolerance_.tip_mm - bow;
+  const Lanes left_axis = axis_limit - (outer + inner) * (outer + inner) / 8.0;
+  const LaneMask keeps = (left >= 0.0) & (larger(last_.off2_mm2, to.off2_mm2) <= left * left) &
+                         (left_axis >= 0.0) &
+                         (larger(last_.off2_axis, to.off2_axis) <= left_axis * left_axis);
+  std::memcpy(bow_mm_.data() + i, &bow, sizeof(bow));
+  std::memcpy(keeps_.data() + i, &keeps, sizeof(keeps));
 }
 
 }  // namespace trunnion::path

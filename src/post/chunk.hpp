@@ -1,7 +1,10 @@
 #pragma once
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,12 +35,14 @@ struct ToleranceFrom {
   path::Tolerance tolerance;
 };
 
-/// The segment that ends at a motion, refined beforehand.
+/// The segment that ends at a motion, as it was refined beforehand.
 struct PreparedSegment {
-  bool known = false;
-  path::Tolerance tolerance;  // for which
-  path::SegmentReport report;
-  std::size_t first = 0;  // of its points in Chunk::inserted; report.inserted of them
+  static constexpr std::int32_t kUnknown = -2;
+  static constexpr std::int32_t kKept = -1;  // no figure of the report is to be had from it
+  std::int32_t report = kUnknown;            // else its number in Chunk::reports
+  std::uint32_t first = 0;                   // of its points in Chunk::inserted
+
+  bool known() const { return report != kUnknown; }
 };
 
 /// A piece of the program that goes from stage to stage: so many motions and what is said between them.
@@ -52,11 +57,34 @@ struct Chunk {
   path::Point before;                   // where the chunk before ends
   bool has_before = false;
 
-  std::vector<path::Point> points;  // of the motions, on the word grid
+  std::vector<JointVector> joints;  // of the motions, on the word grid
   std::vector<PreparedSegment> segments;
+  std::vector<path::SegmentReport> reports;
   std::vector<path::Point> inserted;
 
   std::string text;  // the NC text of these motions
+
+  /// The motion's end, on the word grid.
+  path::Point point(std::size_t i) const {
+    path::Point out;
+    out.q = joints[i];
+    out.tip_P = motions[i].point.pose.tip_P;
+    out.axis_P = motions[i].point.pose.axis_P;
+    out.where = motions[i].point.where;
+    return out;
+  }
+  /// Under which the segment that ends at motion `i` was prepared.
+  const path::Tolerance& tolerance_at(std::size_t i) const {
+    const auto behind =
+        std::upper_bound(tolerances.begin(), tolerances.end(), i,
+                         [](std::size_t at, const ToleranceFrom& t) { return at < t.motion; });
+    return std::prev(behind)->tolerance;
+  }
+  /// Points that were inserted in it.
+  std::span<const path::Point> inserted_in(const PreparedSegment& segment) const {
+    if (segment.report < 0) return {};
+    return {inserted.data() + segment.first, reports[static_cast<std::size_t>(segment.report)].inserted};
+  }
 
   /// Empty, with the memory that it has.
   void clear() {
@@ -66,8 +94,9 @@ struct Chunk {
     chosen.clear();
     pole.clear();
     failure.reset();
-    points.clear();
+    joints.clear();
     segments.clear();
+    reports.clear();
     inserted.clear();
     text.clear();
   }

@@ -21,9 +21,12 @@ double rapid_rate(const Axis& axis) {
 }  // namespace
 
 FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controller, FeedOutput output)
-    : count_(machine.axes.size()), controller_(controller), output_(output) {
+    : count_(machine.axes.size()),
+      controller_(controller),
+      output_(output),
+      inverse_(output == FeedOutput::inverse && controller.has_inverse_time()) {
   feed_.fill(1.0);
-  linear_share_.fill(1.0);
+  for (AxisId id = 0; id < kMaxAxes; ++id) linear_share_[id] = 1.0;
   for (AxisId id = 0; id < count_; ++id) {
     const Axis& axis = machine.axes[id];
     const double rapid = rapid_rate(axis);
@@ -32,6 +35,13 @@ FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controlle
     feed_[id] = feed;
     linear_share_[id] = axes_[id].linear ? 1.0 : 0.0;
   }
+  for (AxisId id = 0; id < kMaxAxes; ++id) rotary_share_[id] = 1.0 - linear_share_[id];
+  set_slowness();
+}
+
+void FeedPlanner::set_slowness() {
+  constexpr double kMore = 1.0 + 1e-12;  // far above the rounding of a product
+  for (AxisId id = 0; id < kMaxAxes; ++id) slowness_[id] = kMore / feed_[id];
 }
 
 double FeedPlanner::slowest_axis_s(const JointVector& a, const JointVector& b) const {
@@ -68,6 +78,7 @@ void FeedPlanner::limit_rotary(double rad_s) {
   for (AxisId id = 0; id < count_; ++id) {
     if (!axes_[id].linear) feed_[id] = std::min(axes_[id].most, rad_s);
   }
+  set_slowness();
 }
 
 double FeedPlanner::rapid_seconds(const JointVector& a, const JointVector& b) const {
@@ -86,7 +97,7 @@ FeedPlanner::ControlPath FeedPlanner::control_path(const JointVector& a, const J
     const double d = b[id] - a[id];
     const double d2 = d * d;
     linear += d2 * linear_share_[id];
-    rotary += d2 * (1.0 - linear_share_[id]);
+    rotary += d2 * rotary_share_[id];
   }
   if (tcp_way_mm) linear = *tcp_way_mm * *tcp_way_mm;
   if (linear == 0.0) return {std::sqrt(rotary), true};
@@ -152,7 +163,7 @@ BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   };
   const double tip_s = move.tip_mm / feed_mm_s;
   const double seconds = std::max(tip_s, move.axes_s);
-  const bool inverse = output_ == FeedOutput::inverse && controller_.has_inverse_time() && turns();
+  const bool inverse = inverse_ && turns();
   const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
   const auto in = [&](nc::FeedMode mode) { return in_mode(mode, path, move.axes_s, seconds); };
   BlockFeed out = in(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute);
@@ -162,9 +173,6 @@ BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
     if (other.seconds > out.seconds) out = other;
     out.other_mode = true;
   }
-  // Where the tip's own time is below a thousandth of the axes' it is no measure of a feed: nothing is "lost"
-  // then.
-  constexpr double kTipMoves = 1e-3;
   if (tip_s > kTipMoves * move.axes_s) out.lost_s = seconds - tip_s;
   return out;
 }

@@ -3,12 +3,19 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/post/post.hpp"
 
 namespace trunnion::post {
+
+/// Of the time that a block is meant to take: below the rounding of any F that is worth writing.
+inline constexpr double kRunsAway = 0.95;
+/// Where the tip's own time is below a thousandth of the axes' it is no measure of a feed: nothing is "lost"
+/// then.
+inline constexpr double kTipMoves = 1e-3;
 
 /// How long a block takes and what F says so.
 struct BlockFeed {
@@ -20,10 +27,14 @@ struct BlockFeed {
   bool other_mode = false;  // per minute, since inverse time cannot say it
 
   /// The control will run the block clearly faster than it is meant to: no F says its duration.
-  bool runs_away() const {
-    constexpr double kClearly = 0.95;  // above the rounding of any F that is worth writing
-    return seconds < kClearly * wanted_s;
-  }
+  bool runs_away() const { return seconds < kRunsAway * wanted_s; }
+};
+
+/// Feeds of blocks one after the other.
+struct RunFeeds {
+  static constexpr std::size_t kMost = 64;
+  std::array<std::int32_t, kMost> quanta;
+  std::array<double, kMost> seconds, lost_s;  // as BlockFeed has them
 };
 
 /// Plans the feed of one block after the other.
@@ -47,6 +58,17 @@ class FeedPlanner {
   BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const {
     return plan({a, b, tip_mm, std::nullopt, slowest_axis_s(a, b)}, feed_mm_s);
   }
+  /// A position on the way of a run: where the joints stand, and the tip relative to the part.
+  struct Stop {
+    const JointVector* q;
+    const Vec3* tip_P;
+  };
+  /// The mode of a block in which rotary axes turn.
+  nc::FeedMode run_mode() const { return inverse_ ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute; }
+  /// What `plan` gives for the blocks from stop to stop, two at a time, as far as they are plain: linear axes
+  /// move, all feeds have the mode `run_mode` and less than 2^31 quanta, and say how long the block lasts.
+  /// Gives their number, at most RunFeeds::kMost.
+  std::size_t plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
   /// Time of a rapid: the slowest axis at its rapid rate.
   double rapid_seconds(const JointVector& a, const JointVector& b) const;
   /// Time of a block with this F as the control runs it; `tcp_way_mm`: see Move. Includes the lowest rate
@@ -86,6 +108,12 @@ class FeedPlanner {
   double seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const;
   BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds) const;
 
+  void set_slowness();
+  struct Ways;
+  Ways ways(const Stop& from, const Stop& to) const;
+  template <nc::FeedMode kMode>
+  std::size_t plan_pairs(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
+
   struct PlannedAxis {
     bool linear = true;
     double rapid = 1.0;  // mm/s, rad/s
@@ -94,10 +122,13 @@ class FeedPlanner {
   std::size_t count_;
   std::array<PlannedAxis, kMaxAxes> axes_;
   // Of positions that the machine has no axis for, too: these do not change.
-  std::array<double, kMaxAxes> feed_;          // mm/s, rad/s
-  std::array<double, kMaxAxes> linear_share_;  // 1 for a linear axis, 0 for a rotary one
+  std::array<double, kMaxAxes> feed_;  // mm/s, rad/s
+  JointVector linear_share_;           // 1 for a linear axis, 0 for a rotary one
+  JointVector rotary_share_;           // the other way round
+  JointVector slowness_;               // 1 / feed_, a little more
   const nc::Controller& controller_;
   FeedOutput output_;
+  bool inverse_;  // time, where rotary axes turn
 };
 
 }  // namespace trunnion::post

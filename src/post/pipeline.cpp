@@ -9,9 +9,6 @@
 namespace trunnion::post {
 namespace {
 
-// Halvings of one piece for the bend of the errors: beyond this the errors change faster than any machine's.
-constexpr int kMaxBends = 6;
-
 // Under tool-centre-point control the linear words are not joint positions: those are not rounded.
 JointVector quantum_of(const Machine& machine, const nc::Controller& controller, bool rtcp) {
   JointVector out;
@@ -65,10 +62,12 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     least_[id] = machine_.axes[id].min;
     most_[id] = machine_.axes[id].max;
     plain_.words.set(letters_[id], 0);
+    quanta_per_unit_[id] = 1.0 / controller_.numbers.axes.quantum(letters_[id]);
     if (machine_.axes[id].kind != AxisKind::linear) continue;
     word_radius_mm_ = std::hypot(word_radius_mm_, 0.5 * rounding_.quantum[id]);
   }
   axis_count_ = machine_.axes.size();
+  writes_runs_ = axis_count_ == nc::RunBlock::kAxes && !options.rtcp;
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
     compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
@@ -85,6 +84,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
                    options.axis_tolerance.value_or(machine_.axis_tolerance));
     for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
     station_ = vertices_[0].station;
+    corrects_by_place_ = writes_runs_ && meter_->is_fixed() && !loses_motion_ && !knows_history_;
   }
   if (!options.verify) return;
   const std::string nc_file = "<program>";
@@ -226,10 +226,15 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     if (*taken_up) found = corrected(to, tip_mm / *rate);
     if (!found) return tl::unexpected(found.error());
   }
-  JointVector q = *found;
-  if (q == last_emitted_) return {};
+  if (*found == last_emitted_) return {};
+  return emit_corrected(to, *found, *rate, feed, where, depth);
+}
+
+Result<void> Pipeline::emit_corrected(const path::Point& to, JointVector q, double rate_mm_s,
+                                      const cl::Feed& feed, SourceRef where, int depth) {
+  const double tip_mm = (to.tip_P - last_.tip_P).norm();
   const bool bent = (compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q);
-  if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, *rate))) {
+  if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, rate_mm_s))) {
     // The errors bend the path between the two: a point between them, compensated itself.
     const path::Point middle = middle_before(to);
     ++report_.points_inserted;
@@ -237,14 +242,14 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
     last_ = middle;
     return emit_feed(to, feed, where, depth + 1);
   }
-  BlockFeed block = planner_.plan(move_to(q, tip_mm), *rate);
+  BlockFeed block = planner_.plan(move_to(q, tip_mm), rate_mm_s);
   holds_digits_ = false;
   if (block.other_mode || block.runs_away()) {
     if (const auto held = without_idle_digits(to, q)) {
       q = *held;
       holds_digits_ = true;
       ++report_.blocks_held;
-      block = planner_.plan(move_to(q, tip_mm), *rate);
+      block = planner_.plan(move_to(q, tip_mm), rate_mm_s);
     }
   }
   moved(q, block.seconds);

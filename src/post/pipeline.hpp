@@ -50,6 +50,9 @@ class Pipeline {
   };
 
   static constexpr std::uint16_t kAllWords = 0xFFFF;
+  /// Halvings of one piece for the bend of the errors: beyond this the errors change faster than any
+  /// machine's.
+  static constexpr int kMaxBends = 6;
 
   Result<void> begin_offsets();
   Result<void> finish_offsets();
@@ -84,9 +87,18 @@ class Pipeline {
   double retract_way_mm(const path::Point& point, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
   void begin_segment(const path::Point& from, const path::Point& to);
+  /// The one that ends at motion `i` of the chunk.
+  void begin_segment(std::size_t i);
   bool is_plain() const;
   Result<std::size_t> emit_plain(std::size_t first, std::size_t end);
-  Result<void> emit_plain_block(const path::Point& from, const path::Point& to, const Pending& motion);
+  struct PlainRun;
+  Result<void> add_plain(PlainRun& run, std::size_t i);
+  Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i);
+  path::Point point_of(const FeedPlanner::Stop& stop, std::size_t i) const;
+  Result<void> emit_plain_run(PlainRun& run);
+  std::size_t write_plain_run(const PlainRun& run, std::size_t done);
+  bool run_words(const JointVector& q, nc::RunBlock& block) const;
+  Result<void> emit_plain_block(const PlainRun& run, std::size_t block);
   Result<void> emit_to(const path::Point& point, const Pending& motion);
   /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
   const PreparedSegment* prepared(std::size_t i) const;
@@ -129,6 +141,9 @@ class Pipeline {
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
+  /// From where `q` is found on: `rate_mm_s` that of the tip.
+  Result<void> emit_corrected(const path::Point& to, JointVector q, double rate_mm_s, const cl::Feed& feed,
+                              SourceRef where, int depth);
   double lost_turn(const MachineState& at, AxisId id, std::int8_t sense) const;
   void hold_idle_turns(JointVector& q) const;
   /// Before the motion to `q`: true when a block went out that takes up lost motion.
@@ -193,8 +208,10 @@ class Pipeline {
   FeedPlanner planner_;
   PathTolerances tolerances_;
   std::array<nc::AxisLetter, kMaxAxes> letters_{};
-  JointVector least_, most_;  // travel of the axes
-  JointVector word_offsets_;  // word minus joint position
+  JointVector least_, most_;     // travel of the axes
+  JointVector word_offsets_;     // word minus joint position
+  JointVector quanta_per_unit_;  // of the words
+  bool writes_runs_ = false;     // the words of all axes stand on their grid
   std::size_t axis_count_ = 0;
   double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
   nc::Motion plain_;             // a feed motion of all axes
@@ -223,8 +240,9 @@ class Pipeline {
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
   std::unique_ptr<path::Compensator> compensator_;
-  bool loses_motion_ = false;   // there are errors of the sense of motion
-  bool knows_history_ = false;  // there are errors that depend on more than the position
+  bool loses_motion_ = false;       // there are errors of the sense of motion
+  bool corrects_by_place_ = false;  // errors hang on the position alone, and runs can be written
+  bool knows_history_ = false;      // there are errors that depend on more than the position
   std::optional<OffsetTracker> offsets_;
   std::optional<DeviationMeter> meter_;     // of the machine with its errors
   mutable path::Station station_;           // of the nominal machine, where it was last asked for

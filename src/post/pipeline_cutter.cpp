@@ -36,7 +36,7 @@ Result<void> Pipeline::emit_cutter_compensation(const cl::CutterCompensation& c,
 }
 
 Result<void> Pipeline::check_compensated(std::size_t i) {
-  const path::Point& to = chunk_->points[i];
+  const path::Point to = chunk_->point(i);
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::check_failed, "CUTCOM: " + why, job_.cl_file, to.where);
   };

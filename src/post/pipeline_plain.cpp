@@ -3,7 +3,8 @@
 
 #include "trunnion/base/lanes.hpp"
 
-#include "post/pipeline.hpp"
+#include "post/joint_pair.hpp"
+#include "post/plain_run.hpp"
 
 namespace trunnion::post {
 
@@ -32,57 +33,219 @@ Result<void> Pipeline::write_plain(const JointVector& q, nc::MotionKind kind, co
   return writer_.write(plain_);
 }
 
-// Nothing but the nominal machine has a say in where the axes go, and words are theirs.
+// Words are positions of the axes, and nothing but the place has a say in where those go: on the nominal
+// machine, or on one whose errors hang on the position alone.
 bool Pipeline::is_plain() const {
-  return !compensator_ && !offsets_ && !in_part() && !approach_ && placed_ && !turn_waits_ &&
-         cutter_ == nc::CutterSide::off && !cutter_changes_;
+  return (!compensator_ || corrects_by_place_) && !offsets_ && !in_part() && !approach_ && placed_ &&
+         !turn_waits_ && cutter_ == nc::CutterSide::off && !cutter_changes_;
 }
 
 // As emit_segment for the motions from `first` on, up to `end`: those that were prepared, cut at a feed per
-// minute and leave nothing to be asked. The first other one ends it.
+// minute and leave nothing to be asked. The first other one ends it. Nothing is said between them, so that
+// the tolerance of the first one holds for all.
 Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
-  const path::Tolerance& now = tolerances_.cutting();
-  const path::Point* last = &last_;
+  if (compensator_ && !writer_.takes_run(letters_, planner_.run_mode())) return first;
+  const auto& motions = chunk_->motions;
+  PlainRun run;
+  const FeedPlanner::Stop from =
+      first == 0 ? FeedPlanner::Stop{&chunk_->before.q, &chunk_->before.tip_P}
+                 : FeedPlanner::Stop{&chunk_->joints[first - 1], &motions[first - 1].point.pose.tip_P};
+  run.begin(from, first);
+  if (compensator_) run.begin(last_emitted_, *from.tip_P, first);
+  double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
   for (; i < end; ++i) {
-    const Pending& motion = chunk_->motions[i];
+    const Pending& motion = motions[i];
     const PreparedSegment& segment = chunk_->segments[i];
     const path::ChosenPoint& chosen = chunk_->chosen[i];
-    if (!segment.known || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
-        segment.tolerance.tip_mm != now.tip_mm || segment.tolerance.axis != now.axis ||
+    if (!segment.known() || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
         chosen.q_leave != chosen.q)
       break;
-    note(segment.report);
-    for (std::size_t k = 0; k <= segment.report.inserted; ++k) {
-      const path::Point& to =
-          k < segment.report.inserted ? chunk_->inserted[segment.first + k] : chunk_->points[i];
-      auto done = emit_plain_block(*last, to, motion);
-      if (!done) return tl::unexpected(done.error());
-      last = &to;
+    const std::size_t blocks = 1 + chunk_->inserted_in(segment).size();
+    if (motion.feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
+      if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
+      feed_mm_s = motion.feed.value;
     }
+    if (segment.report >= 0) note(chunk_->reports[static_cast<std::size_t>(segment.report)]);
+    if (auto done = add_plain(run, i); !done) return tl::unexpected(done.error());
   }
-  if (last != &last_) last_ = *last;
+  if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
+  if (i > first) last_ = chunk_->point(i - 1);
   return i;
 }
 
-Result<void> Pipeline::emit_plain_block(const path::Point& from, const path::Point& to,
-                                        const Pending& motion) {
-  if (within_travel(to.q)) {
-    if (to.q == last_emitted_) {
-      Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
-      return done;
+// The blocks of motion `i`.
+Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
+  const ToolPose& end = chunk_->motions[i].point.pose;
+  const auto inserted = chunk_->inserted_in(chunk_->segments[i]);
+  Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
+  if (compensator_) {
+    begin_segment(i);
+    for (const path::Point& point : inserted) {
+      done = add_corrected(run, point, point.tip_P, i);
+      if (!done) return done;
     }
-    const double tip_mm = (to.tip_P - from.tip_P).norm();
-    const BlockFeed block = planner_.plan(move_to(to.q, tip_mm), motion.feed.value);
-    if (!block.other_mode && !block.runs_away()) {
+    return add_corrected(run, chunk_->point(i), end.tip_P, i);
+  }
+  for (const path::Point& point : inserted) {
+    if (run.count == PlainRun::kMost) done = emit_plain_run(run);
+    if (!done) return done;
+    run.add({&point.q, &point.tip_P}, i);
+  }
+  if (run.count == PlainRun::kMost) done = emit_plain_run(run);
+  run.add({&chunk_->joints[i], &end.tip_P}, i);
+  return done;
+}
+
+void Pipeline::begin_segment(std::size_t i) {
+  const auto target = [](const ToolPose& pose, SourceRef where) {
+    return Target{pose.tip_P, pose.axis_P, where.line, false};
+  };
+  const path::ChoicePoint& to = chunk_->motions[i].point;
+  const path::Point& before = chunk_->before;
+  const Target from = i == 0 ? target({before.tip_P, before.axis_P}, before.where)
+                             : target(chunk_->motions[i - 1].point.pose, chunk_->motions[i - 1].point.where);
+  segment_ = {from, target(to.pose, to.where)};
+}
+
+// The block to `to`, whose tip is `tip_P` of the chunk, of motion `i`: as emit_feed, but that it waits where
+// it needs no point before it.
+Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i) {
+  Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
+  if (run.count == PlainRun::kMost) done = emit_plain_run(run);
+  if (!done) return done;
+  const auto found = corrected(to, 0.0);
+  if (!found) return tl::unexpected(found.error());
+  if (*found != last_emitted_ && within_travel(*found) && !bends(to, *found)) {
+    run.add(*found, tip_P, i);
+    last_emitted_ = *found;
+    last_ = to;
+    holds_digits_ = false;
+    return done;
+  }
+  done = emit_plain_run(run);
+  if (!done) return done;
+  const Pending& motion = chunk_->motions[i];
+  if (*found != last_emitted_)
+    done = emit_corrected(to, *found, motion.feed.value, motion.feed, motion.point.where, 0);
+  last_ = to;
+  run.begin(last_emitted_, tip_P, i);
+  return done;
+}
+
+// All of them; afterwards the run begins at the last one.
+Result<void> Pipeline::emit_plain_run(PlainRun& run) {
+  Result<void> one;  // default-initialised: `{}` would clear the room of an Error first
+  if (run.count == 0) return one;
+  if (compensator_) last_emitted_ = *run.stops[0].q;
+  bool asked = false;
+  for (std::size_t done = 0; done < run.count;) {
+    const std::size_t most = std::min(run.count - done, run.together);
+    const std::size_t written = writes_runs_ ? write_plain_run(run, done) : 0;
+    done += written;
+    run.together = written == most ? std::min(4 * run.together, PlainRun::kMost) : PlainRun::kFewest;
+    if (written == most) continue;
+    asked = true;
+    ++done;
+    one = emit_plain_block(run, done);
+    if (!one) return one;
+  }
+  const FeedPlanner::Stop& end = run.stops[run.count];
+  const std::size_t motion = run.motions[run.count];
+  if (!compensator_) {
+    run.begin(FeedPlanner::Stop(end), motion);
+    return one;
+  }
+  if (asked) {
+    last_ = point_of(end, motion);
+    begin_segment(motion);
+  }
+  run.begin(last_emitted_, *end.tip_P, motion);
+  return one;
+}
+
+// The point of the chunk with this tip, of motion `i` or where it begins.
+path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) const {
+  const auto ends_there = [&](std::size_t k) { return stop.tip_P == &chunk_->motions[k].point.pose.tip_P; };
+  if (ends_there(i)) return chunk_->point(i);
+  if (i > 0 && ends_there(i - 1)) return chunk_->point(i - 1);
+  for (const path::Point& inserted : chunk_->inserted_in(chunk_->segments[i])) {
+    if (stop.tip_P == &inserted.tip_P) return inserted;
+  }
+  return chunk_->before;
+}
+
+// The words of a position within the travel, on their grid; false where it is not, or a word has more digits
+// than a run of blocks takes.
+bool Pipeline::run_words(const JointVector& q, nc::RunBlock& block) const {
+  static_assert(kMaxAxes == 5 && nc::RunBlock::kAxes == 5, "two pairs and one");
+  constexpr double kMostQuanta = 1e9;
+  const auto pair = [&](AxisId id) {
+    const Lanes at = joint_pair(q, id);
+    const Lanes words =
+        lanes::nearest<Lanes>((at + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id));
+    const LaneMask fits = lanes::abs(words) < kMostQuanta;
+    const Lanes said = lanes::select(fits, words, Lanes{});
+    block.words[id] = static_cast<std::int32_t>(said[0]);
+    block.words[id + 1] = static_cast<std::int32_t>(said[1]);
+    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id)) & fits;
+  };
+  const LaneMask within = pair(0) & pair(2);
+  const double last = lanes::nearest((q[4] + word_offsets_[4]) * quanta_per_unit_[4]);
+  if (!(std::abs(last) < kMostQuanta)) return false;
+  block.words[4] = static_cast<std::int32_t>(last);
+  return (within[0] & within[1]) != 0 && q[4] >= least_[4] && q[4] <= most_[4];
+}
+
+// Of the blocks behind the first `done` of them, some, up to the first one that leaves something to be asked.
+std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
+  if (!(*run.stops[done].q == last_emitted_) || !writer_.takes_run(letters_, planner_.run_mode())) return 0;
+  RunFeeds feeds;
+  const std::size_t most = std::min(run.count - done, run.together);
+  const std::span<const FeedPlanner::Stop> stops(run.stops.data() + done, most + 1);
+  const std::size_t planned =
+      planner_.plan_run(stops, chunk_->motions[run.motions[done + 1]].feed.value, feeds);
+  std::array<nc::RunBlock, PlainRun::kMost> blocks;
+  std::size_t count = 0;
+  for (; count < planned && run_words(*stops[count + 1].q, blocks[count]); ++count)
+    blocks[count].feed = feeds.quanta[count];
+  count = writer_.write_run(letters_, planner_.run_mode(), {blocks.data(), count});
+  if (count == 0) return 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    report_.duration_s += feeds.seconds[i];
+    report_.feed_time_lost_s += feeds.lost_s[i];
+  }
+  holds_digits_ = false;
+  last_emitted_ = *stops[count].q;
+  return count;
+}
+
+// One of them, with all questions.
+Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) {
+  const JointVector& q = *run.stops[block].q;
+  const Vec3& from_P = *run.stops[block - 1].tip_P;
+  const Vec3& to_P = *run.stops[block].tip_P;
+  const std::size_t i = run.motions[block];
+  const Pending& motion = chunk_->motions[i];
+  if (!compensator_ && within_travel(q)) {
+    Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
+    if (q == last_emitted_) return done;
+    const BlockFeed feed = planner_.plan(move_to(q, (to_P - from_P).norm()), motion.feed.value);
+    if (!feed.other_mode && !feed.runs_away()) {
       holds_digits_ = false;
-      report_.duration_s += block.seconds;
-      report_.feed_time_lost_s += block.lost_s;
-      last_emitted_ = to.q;
-      return write_plain(to.q, nc::MotionKind::feed, block, motion.point.where);
+      report_.duration_s += feed.seconds;
+      report_.feed_time_lost_s += feed.lost_s;
+      last_emitted_ = q;
+      return write_plain(q, nc::MotionKind::feed, feed, motion.point.where);
     }
   }
-  if (&from != &last_) last_ = from;
+  last_ = point_of(run.stops[block - 1], run.motions[block - 1]);
+  const path::Point to = point_of(run.stops[block], i);
+  if (!compensator_) return emit_feed(to, motion.feed, motion.point.where, 0);
+  begin_segment(i);
+  // It needs no point before it where it begins as was thought.
+  if (*run.stops[block - 1].q == last_emitted_)
+    return emit_corrected(to, q, motion.feed.value, motion.feed, motion.point.where, kMaxBends);
   return emit_feed(to, motion.feed, motion.point.where, 0);
 }
 

@@ -49,7 +49,7 @@ Result<void> Pipeline::emit_run() {
         continue;
       }
     }
-    if (auto done = emit_segment(chunk_->points[i], motion, segment); !done) return done;
+    if (auto done = emit_segment(chunk_->point(i), motion, segment); !done) return done;
     if (chosen[i].q_leave == chosen[i].q) continue;
     if (auto done = emit_segment(rounded(motion.point, chosen[i].q_leave), motion, nullptr); !done)
       return done;
@@ -59,11 +59,19 @@ Result<void> Pipeline::emit_run() {
 
 const PreparedSegment* Pipeline::prepared(std::size_t i) const {
   const PreparedSegment& segment = chunk_->segments[i];
-  if (!segment.known) return nullptr;
+  if (!segment.known()) return nullptr;
   const path::Tolerance& now = tolerances_.cutting();
-  if (segment.tolerance.tip_mm != now.tip_mm || segment.tolerance.axis != now.axis) return nullptr;
-  const path::Point& from = i == 0 ? chunk_->before : chunk_->points[i - 1];
-  return last_.q == from.q && last_.tip_P == from.tip_P && last_.axis_P == from.axis_P ? &segment : nullptr;
+  const path::Tolerance& then = chunk_->tolerance_at(i);
+  if (then.tip_mm != now.tip_mm || then.axis != now.axis) return nullptr;
+  const auto begins_at = [&](const JointVector& q, const Vec3& tip_P, const Vec3& axis_P) {
+    return last_.q == q && last_.tip_P == tip_P && last_.axis_P == axis_P;
+  };
+  if (i == 0) {
+    const path::Point& from = chunk_->before;
+    return begins_at(from.q, from.tip_P, from.axis_P) ? &segment : nullptr;
+  }
+  const ToolPose& from = chunk_->motions[i - 1].point.pose;
+  return begins_at(chunk_->joints[i - 1], from.tip_P, from.axis_P) ? &segment : nullptr;
 }
 
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
@@ -84,9 +92,9 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   }
   begin_segment(last_, to);
   if (prepared != nullptr) {
-    note(prepared->report);
-    for (std::size_t k = 0; k < prepared->report.inserted; ++k) {
-      if (auto done = emit_to(chunk_->inserted[prepared->first + k], motion); !done) return done;
+    if (prepared->report >= 0) note(chunk_->reports[static_cast<std::size_t>(prepared->report)]);
+    for (const path::Point& point : chunk_->inserted_in(*prepared)) {
+      if (auto done = emit_to(point, motion); !done) return done;
     }
     return emit_to(to, motion);
   }
@@ -142,7 +150,7 @@ std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) cons
 
 Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   run_.assign(1, last_);
-  for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->points[i]);
+  for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->point(i));
   inserted_.clear();
   reports_.clear();
   const bool leaves_room = meter_.has_value();

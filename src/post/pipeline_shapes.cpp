@@ -116,7 +116,7 @@ bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
   for (std::size_t k = i; k < i + count; ++k) {
     const path::ChosenPoint& chosen = chunk_->chosen[k];
     if (chosen.reconfigure || !(chosen.q_leave == chosen.q)) return false;
-    if (!same_rotary(chunk_->points[k].q, chunk_->points[i].q)) return false;
+    if (!same_rotary(chunk_->joints[k], chunk_->joints[i])) return false;
     if ((chunk_->motions[k].programmed_axis_P - chunk_->motions[k].point.pose.axis_P).norm() > 0.0)
       return false;
   }
@@ -125,7 +125,7 @@ bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
 
 Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t count) {
   const SourceRef where = chunk_->motions[i].point.where;
-  const path::Point& end = chunk_->points[i + count - 1];
+  const path::Point end = chunk_->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
   if (!placed_ || approach_ || arc.feed.mode == cl::FeedMode::inverse || controller_.arcs.clockwise.empty() ||
       !same_rotary(last_.q, end.q) || (last_.tip_P - arc.start_P).norm() > kSamePlace_mm)
@@ -149,7 +149,7 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   block.source = where;
   JointVector q = end.q;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits, all the way
-    const auto found = corrected(chunk_->points[k], 0.0);
+    const auto found = corrected(chunk_->point(k), 0.0);
     if (!found) return tl::unexpected(found.error());
     q = *found;
   }
@@ -212,7 +212,7 @@ double Pipeline::emit_rate(double rate_mm_s, double length_mm, std::int64_t& fee
 
 Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_t count) {
   const SourceRef where = chunk_->motions[i].point.where;
-  const path::Point& end = chunk_->points[i + count - 1];
+  const path::Point end = chunk_->point(i + count - 1);
   nc::Hole block;
   block.kind = static_cast<nc::Hole::Kind>(hole.kind);
   block.dwell_ms = std::llround(hole.dwell_s * 1000.0);
@@ -243,7 +243,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
       std::abs(way.z() - length_mm) > kSkewShare * tolerance_mm)
     return false;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits
-    if (const auto found = corrected(chunk_->points[k], 0.0); !found) return tl::unexpected(found.error());
+    if (const auto found = corrected(chunk_->point(k), 0.0); !found) return tl::unexpected(found.error());
   }
   const nc::AxisFormat& format = controller_.numbers.axes;
   const nc::AxisLetter z = nc::AxisLetter::Z;
@@ -293,7 +293,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
 
 // The rapid to above the hole; none where the cycle itself goes there, at the height at which the tool is.
 Result<void> Pipeline::emit_across(const cl::Hole& hole, std::size_t i, bool cycle_goes) {
-  const path::Point& to = chunk_->points[i];
+  const path::Point to = chunk_->point(i);
   if (cycle_goes && placed_ && !approach_ && same_rotary(last_emitted_, to.q)) {
     const std::int64_t now = quanta_of(xyz_of(words(last_emitted_)))[nc::AxisLetter::Z];
     const std::int64_t there = quanta_of(word_xyz(to.tip_P, to.q))[nc::AxisLetter::Z];

@@ -14,57 +14,55 @@ Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Roun
 
 void Preparer::place(Chunk& chunk) {
   const std::size_t count = chunk.motions.size();
-  chunk.points.clear();
-  chunk.points.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const path::ChoicePoint& programmed = chunk.motions[i].point;
-    path::Point& point = chunk.points.emplace_back();
-    point.q = chunk.chosen[i].q;
-    point.tip_P = programmed.pose.tip_P;
-    point.axis_P = programmed.pose.axis_P;
-    point.where = programmed.where;
-  }
-  if (kinematics_.side_by_side())
-    return grid_.place(chunk.has_before ? &chunk.before : nullptr, chunk.points, chunk.chosen);
-  sines_.resize(count);
-  for (std::size_t i = 0; i < count; ++i)
-    sines_[i] = path::round_to_words(kinematics_, rounding_, chunk.points[i].tip_P, chunk.points[i].q,
-                                     chunk.chosen[i].sines);
-}
-
-void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance, bool judged) {
-  PreparedSegment& segment = chunk.segments[i];
-  segment.known = true;
-  segment.tolerance = tolerance;
-  segment.first = chunk.inserted.size();
-  if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= known_mm_ && refiner_.bounds_decide()) {
-    segment.report = refiner_.kept();
+  chunk.joints.resize(count);
+  const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
+  if (kinematics_.side_by_side()) {
+    grid_.place(chunk.has_before ? &chunk.before : nullptr, chunk.chosen, pose_at,
+                chunk.tolerances[0].tolerance, chunk.joints);
     return;
   }
-  const path::Point& from = i == 0 ? chunk.before : chunk.points[i - 1];
+  sines_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    chunk.joints[i] = chunk.chosen[i].q;
+    sines_[i] = path::round_to_words(kinematics_, rounding_, pose_at(i).tip_P, chunk.joints[i],
+                                     chunk.chosen[i].sines);
+  }
+}
+
+void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance) {
+  PreparedSegment& segment = chunk.segments[i];
+  const path::Point from = i == 0 ? chunk.before : chunk.point(i - 1);
   const TableKinematics::Sines sines = kinematics_.side_by_side() ? grid_.sines(i) : sines_[i];
-  segment.report = refiner_.decide(from, chunk.points[i], tolerance, known_mm_, chunk.inserted, &sines);
-  known_mm_ = std::max(known_mm_, std::min(segment.report.predicted_mm, segment.report.midpoint_mm));
+  segment.first = static_cast<std::uint32_t>(chunk.inserted.size());
+  segment.report = static_cast<std::int32_t>(chunk.reports.size());
+  const path::SegmentReport& report = chunk.reports.emplace_back(
+      refiner_.decide(from, chunk.point(i), tolerance, known_mm_, chunk.inserted, &sines));
+  known_mm_ = std::max(known_mm_, std::min(report.predicted_mm, report.midpoint_mm));
 }
 
 void Preparer::prepare(Chunk& chunk) {
   if (chunk.failure) return;
-  place(chunk);
   const std::size_t count = chunk.motions.size();
   chunk.segments.assign(count, {});
-  if (whole_runs_ || count == 0) return;
+  chunk.joints.clear();
+  if (count == 0) return;
+  place(chunk);
+  if (whole_runs_) return;
   std::size_t next = 0;
   path::Tolerance tolerance = chunk.tolerances[0].tolerance;
   // Where the tolerance changes within the chunk the refiner decides.
-  const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1;
-  if (judged) grid_.judge(tolerance);
+  const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
   for (std::size_t i = 0; i < count; ++i) {
+    if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
+      continue;
+    if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= known_mm_) {
+      chunk.segments[i].report = PreparedSegment::kKept;
+      continue;
+    }
     for (; next < chunk.tolerances.size() && chunk.tolerances[next].motion <= i; ++next) {
       tolerance = chunk.tolerances[next].tolerance;
     }
-    if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
-      continue;
-    decide(chunk, i, tolerance, judged);
+    decide(chunk, i, tolerance);
   }
 }
 

@@ -19,7 +19,7 @@ class Preparer {
 
  private:
   void place(Chunk& chunk);
-  void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance, bool judged);
+  void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance);
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;

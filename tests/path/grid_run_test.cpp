@@ -63,15 +63,18 @@ TEST(GridRun, GivesWhatOnePointAtATimeGives) {
       Walk run = random_walk(machine, kinematics, random, count + 1);
       Point before = run.points.front();
       round_to_words(kinematics, rounding, before.tip_P, before.q);
-      std::vector<Point> points(run.points.begin() + 1, run.points.end());
+      const std::vector<Point> points(run.points.begin() + 1, run.points.end());
+      std::vector<ToolPose> poses;
+      for (const Point& point : run.points) poses.push_back({point.tip_P, point.axis_P});
       const std::vector<ChosenPoint> chosen(run.chosen.begin() + 1, run.chosen.end());
-      grid.place(&before, points, chosen);
-      grid.judge(tolerance);
+      std::vector<JointVector> placed(count);
+      const auto pose_at = [&](std::size_t i) -> const ToolPose& { return poses[i + 1]; };
+      grid.place(&before, chosen, pose_at, tolerance, placed);
       Station from = station(kinematics, before.q);
       for (std::size_t i = 0; i < count; ++i) {
         JointVector q = chosen[i].q;
         const RotarySines sines = round_to_words(kinematics, rounding, points[i].tip_P, q, chosen[i].sines);
-        ASSERT_EQ(points[i].q, q) << name << ' ' << i;
+        ASSERT_EQ(placed[i], q) << name << ' ' << i;
         EXPECT_EQ(grid.sines(i).sin, sines.sin);
         EXPECT_EQ(grid.sines(i).cos, sines.cos);
         const Station to = station(kinematics, q, sines);

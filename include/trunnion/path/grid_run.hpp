@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -15,37 +16,55 @@ namespace trunnion::path {
 class GridRun {
  public:
   GridRun(const TableKinematics& kinematics, const Rounding& rounding)
-      : kinematics_(kinematics), rounding_(rounding) {}
+      : kinematics_(kinematics),
+        rounding_(rounding),
+        rotary_{kinematics.rotary(0), kinematics.rotary(1)},
+        linear_{kinematics.linear(0), kinematics.linear(1), kinematics.linear(2)} {}
 
-  /// Rounds the positions of `points`, which are those of `chosen`. `before`: the point that comes before
-  /// them, on the grid already; null where none does.
-  void place(const Point* before, std::span<Point> points, std::span<const ChosenPoint> chosen);
-  /// Sines of the rounded rotary positions of points[i].
-  RotarySines sines(std::size_t i) const {
-    return {{sin_[0][i + 1], sin_[1][i + 1]}, {cos_[0][i + 1], cos_[1][i + 1]}};
+  /// Puts the points of `chosen`, of which `pose_at(i)` is prescribed, on the grid, and bounds the segments
+  /// that end there. `before`: the point that comes before them, on the grid already; null where none does,
+  /// and then nothing is said of the first segment.
+  template <class PoseAt>
+  void place(const Point* before, std::span<const ChosenPoint> chosen, const PoseAt& pose_at,
+             const Tolerance& tolerance, std::span<JointVector> out) {
+    begin(before, chosen.size(), tolerance);
+    for (std::size_t i = 0; i < chosen.size(); i += 2) {
+      const std::size_t j = std::min(i + 1, chosen.size() - 1);  // an odd last one stands for two
+      add(i, {&pose_at(i), &pose_at(j)}, {&chosen[i], &chosen[j]}, {&out[i], &out[j]});
+    }
   }
-
-  /// Bounds of the segments that end at the points placed last; point 0 needs a point before.
-  void judge(const Tolerance& tolerance);
-  /// The segment that ends at points[i] surely keeps to the tolerance.
+  /// Sines of the rounded rotary positions of point i.
+  RotarySines sines(std::size_t i) const { return sines_[i]; }
+  /// The segment that ends at point i surely keeps to the tolerance.
   bool keeps(std::size_t i) const { return keeps_[i] != 0; }
   /// It leaves its own chord by no more than this.
   double bow_mm(std::size_t i) const { return bow_mm_[i]; }
 
  private:
-  using Column = std::vector<double>;
-  struct Place;
-  void put(std::size_t row, const Place& place);
+  /// Two points on the grid, with what the bounds of the segments that meet there are made of.
+  struct Pair {
+    std::array<Lanes, 2> angle;
+    lanes::Triple<Lanes> w;
+    Lanes arm2_outer, arm2_inner, size_mm;
+    Lanes off2_mm2, off2_axis;  // by which the position misses what is programmed, squared
+  };
+  void begin(const Point* before, std::size_t count, const Tolerance& tolerance);
+  void add(std::size_t i, const std::array<const ToolPose*, 2>& pose,
+           const std::array<const ChosenPoint*, 2>& chosen, const std::array<JointVector*, 2>& out);
+  Pair evaluated(const std::array<Lanes, 2>& angle, const TableKinematics::SinesOf<Lanes>& sines,
+                 const lanes::Triple<Lanes>& linear, const lanes::Triple<Lanes>& tip_P,
+                 const lanes::Triple<Lanes>& axis_P) const;
+  void judge(std::size_t i, const Pair& to);
 
   TableKinematics kinematics_;
   Rounding rounding_;
-  std::size_t count_ = 0;
-  // Of the points, the one before them first; one row more than there are.
-  std::array<Column, 2> angle_, sin_, cos_;
-  std::array<Column, 3> w_;
-  Column arm2_outer_, arm2_inner_, size_mm_;
-  Column off2_mm2_, off2_axis_;  // by which the position misses what is programmed, squared
-  Column bow_mm_;                // of the segments
+  std::array<AxisId, 2> rotary_;
+  std::array<AxisId, 3> linear_;
+  Tolerance tolerance_;
+  Pair last_;  // the two points before
+  // Of the points, with room for one more.
+  std::vector<RotarySines> sines_;
+  std::vector<double> bow_mm_;  // of the segments
   std::vector<std::int64_t> keeps_;
 };
 
