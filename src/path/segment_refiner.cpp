@@ -170,8 +170,9 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   if (surely) return report;
   // Where a prediction asks for points it does not matter what else is known; the middle alone may do so.
   const bool asks = options_.method != Method::adaptive && options_.method != Method::none;
-  const bool middle_asks =
-      asks && exact && distance_to_segment(middle_P, a.tip_P, b.tip_P) > tolerance.tip_mm;
+  bow_mm_ = distance_to_segment(exact ? middle_P : Vec3(model->midpoint() + 0.5 * (a.tip_P + b.tip_P)),
+                                a.tip_P, b.tip_P);
+  const bool middle_asks = asks && exact && bow_mm_ > tolerance.tip_mm;
   if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
     const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
     report.converged = verdict != Verdict::beyond;
@@ -240,9 +241,9 @@ bool SegmentRefiner::needs_points(SegmentReport& report) {
   report.midpoint_mm = model.midpoint().norm();
   judge_pieces(report);
   report.programmed_mm = report.tip_mm;
-  const double middle = distance_to_segment(model.midpoint() + 0.5 * (ends_.at_a->tip_P + ends_.at_b->tip_P),
-                                            ends_.at_a->tip_P, ends_.at_b->tip_P);
-  const bool bowed = report.tip_mm <= kWellBelow * tolerance_.tip_mm || middle >= kBowShaped * report.tip_mm;
+  bow_mm_ = distance_to_segment(model.midpoint() + 0.5 * (ends_.at_a->tip_P + ends_.at_b->tip_P),
+                                ends_.at_a->tip_P, ends_.at_b->tip_P);
+  const bool bowed = report.tip_mm <= kWellBelow * tolerance_.tip_mm || bow_mm_ >= kBowShaped * report.tip_mm;
   report.harmonic_fails = largest_turn() > kHarmonicTurn.rad() || !bowed;
   report.converged = report.tip_mm <= tolerance_.tip_mm && report.axis <= tolerance_.axis;
   return !report.converged ||
@@ -275,7 +276,7 @@ void SegmentRefiner::put_nodes(const SegmentEnds& ends, std::vector<Point>& out)
 }
 
 bool SegmentRefiner::insert(SegmentReport& report) {
-  if (halve(report)) return true;
+  if (insert_evenly()) return true;
   bool axis_holds =
       certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, tolerance_.axis) == Within::yes;
   if (options_.method == Method::subtract && axis_holds) {
@@ -291,14 +292,21 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
 }
 
-// One node in the middle is the fewest there can be, and most segments that need points need no more: then
-// nothing has to be known of how the segment bends. Halves of a bow have a quarter of it.
-bool SegmentRefiner::halve(const SegmentReport& report) {
-  constexpr double kQuarter = 4.0;
-  if (options_.method != Method::reinsert || options_.max_inserted == 0 || ends_.moved ||
-      largest_turn() >= kSmallTurn.rad() || report.midpoint_mm > kQuarter * tolerance_.tip_mm)
-    return false;
-  nodes_.assign(1, maker_.node(0.5, Vec3::Zero(), NodeAxis::great_circle, true));
+// Where the axes turn little a segment bends evenly: pieces of one length do, as few as its bow asks for, and
+// nothing more has to be known of how it bends. A piece of n has n^2 times less bow than the whole. One node
+// in the middle, the fewest there can be, is tried before there is room for the rounding of the words.
+bool SegmentRefiner::insert_evenly() {
+  constexpr double kMostPieces = 16.0;
+  if (options_.method != Method::reinsert || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
+  const bool halves = bow_mm_ <= 4.0 * tolerance_.tip_mm;
+  const double wanted = halves ? 2.0 : std::ceil(std::sqrt(bow_mm_ / tube_mm(tolerance_)));
+  if (!(wanted <= kMostPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
+  const auto pieces = static_cast<std::size_t>(wanted);
+  nodes_.clear();
+  for (std::size_t i = 1; i < pieces; ++i) {
+    const double t = static_cast<double>(i) / wanted;
+    nodes_.push_back(maker_.node(t, Vec3::Zero(), NodeAxis::great_circle, true));
+  }
   if (all_within()) return true;
   nodes_.clear();
   return false;

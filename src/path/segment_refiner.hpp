@@ -74,7 +74,7 @@ class SegmentRefiner {
   bool axis_surely_within(const Station& a, const Station& b, double off_axis2) const;
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
-  bool halve(const SegmentReport& report);
+  bool insert_evenly();
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
   bool insert_planned(NodeAxis how, Side side, std::size_t pieces);
   bool insert_longest_steps(NodeAxis how, Side side, std::size_t most);
@@ -119,7 +119,8 @@ class SegmentRefiner {
   SegmentEnds ends_;
   Tolerance tolerance_;
   Reference reference_;
-  double end0_ = 0.0;  // displacement of the ends against the bow, in tolerances
+  double bow_mm_ = 0.0;  // how far the middle is off the chord of the ends
+  double end0_ = 0.0;    // displacement of the ends against the bow, in tolerances
   double end1_ = 0.0;
   std::vector<Cell> cells_;
   double largest_cell_turn_ = 0.0;

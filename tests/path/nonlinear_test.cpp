@@ -191,6 +191,43 @@ TEST_P(RefinerOf, OneNodeHalfWayMendsASmallBow) {
   EXPECT_GT(small_bows, 20);
 }
 
+// Larger bows get pieces of one length, as many as the bow of the middle asks for, all on the chord.
+TEST_P(RefinerOf, EvenPiecesMendABow) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Rounding rounding = four_decimals(machine);
+  test::RandomSegments random(machine, 7);
+  Refiner refiner(machine, machine.tool_vector(), rounding, options_of(kCases[0]));
+  const Tolerance tolerance{0.001, Angle::degrees(0.2)};
+  const double tube_mm = tolerance.tip_mm - 0.5e-4 * std::sqrt(3.0);
+  int even = 0;
+  int others = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto s = random.next(test::Family::chord, Angle::degrees(3.0));
+    if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
+    Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
+    Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
+    round_to_words(random.kinematics(), rounding, a.tip_P, a.q);
+    round_to_words(random.kinematics(), rounding, b.tip_P, b.q);
+    const double bow_mm = sampled(machine, a, b, {}).tip;
+    if (bow_mm < 4.5 * tolerance.tip_mm || bow_mm > 100.0 * tolerance.tip_mm) continue;
+    std::vector<Point> out;
+    const SegmentReport report = refiner.refine(a, b, tolerance, out);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(sampled(machine, a, b, out).tip, tolerance.tip_mm);
+    const double asked = std::ceil(std::sqrt(1.01 * bow_mm / tube_mm));
+    const double pieces = static_cast<double>(out.size()) + 1.0;
+    EXPECT_LE(pieces, asked + 2.0) << i;
+    double off_mm = 0.0;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      const double t = static_cast<double>(k + 1) / pieces;
+      off_mm = std::max(off_mm, (out[k].tip_P - (1.0 - t) * a.tip_P - t * b.tip_P).norm());
+    }
+    ++(off_mm < 1e-9 ? even : others);
+  }
+  EXPECT_GT(even, 20);
+  EXPECT_LT(others, even);
+}
+
 INSTANTIATE_TEST_SUITE_P(Machines, RefinerOf, testing::ValuesIn(test::shipped_machines()));
 
 // Issue: a half turn of C at A = 0. Nodes on the great circle flip C by 180 degrees between any two; linear
