@@ -1,5 +1,6 @@
 // Plain motions go out without the questions that concern other programs only; the text is that of the
 // general way. A feed per revolution takes every motion there, and is the same feed.
+#include <array>
 #include <gtest/gtest.h>
 
 #include "post/posting.hpp"
@@ -83,6 +84,67 @@ TEST(PlainMotion, HasTheTextOfTheGeneralWay) {
   EXPECT_GT(lines, 5000U);
   EXPECT_LT(refused, 72U);
   EXPECT_GT(lost_s, 10.0);
+}
+
+// Errors that hang on the place alone: corrected positions go out in runs, too.
+Model errors_of_place(const Machine& machine, std::mt19937_64& random) {
+  const auto any = [&](double size) {
+    return fixed_text(std::uniform_real_distribution<double>(-size, size)(random), 3);
+  };
+  const std::string text =
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = " + any(60.0) +
+      "\nA0C_urad = " + any(80.0) +
+      "\n[[effect]]\nid = \"component:EYX\"\n[effect.parameters]\nP2_um = " + any(40.0) +
+      "\nP3_um = " + any(20.0) +
+      "\n[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = " + any(50.0) +
+      "\n[[effect]]\nid = \"periodic:Y\"\n[effect.parameters]\nsin_um = " + any(3.0) + "\np_mm = 10.0\n";
+  Diagnostics d;
+  const auto model = parse_model(text, "m.toml", machine, {}, d);
+  if (!model) throw std::runtime_error(model.error().text());
+  return *model;
+}
+
+TEST(PlainMotion, HasTheTextOfTheGeneralWayWithErrorsOfThePlace) {
+  std::mt19937_64 random(14);
+  std::size_t lines = 0;
+  std::size_t inserted = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    Machine machine = test::shipped_machine(name);
+    Axis& c = machine.axes[*machine.axis("C")];
+    const auto c_feed = c.max_feed;
+    Axis& x = machine.axes[*machine.axis("X")];
+    const double x_max = x.max;
+    for (unsigned seed = 0; seed < 16; ++seed) {
+      c.max_feed = seed % 5 == 1 ? std::optional(0.05) : c_feed;
+      x.max = seed % 8 == 5 ? 10.0 : x_max;
+      const Model model = errors_of_place(machine, random);
+      PostOptions options;
+      options.verify = false;
+      options.tolerance_mm = std::array{0.02, 0.005, 0.001}[seed % 3];
+      options.feed = seed % 2 == 0 ? FeedOutput::inverse : FeedOutput::per_minute;
+      if (seed % 4 >= 2) {
+        options.nonlinear.method = path::Method::reinsert;
+        options.nonlinear.certify = seed % 8 >= 4;
+      }
+      const char* const control = seed % 6 == 4 ? "fanuc_30i" : "linuxcnc";
+      const std::string cl = with_words(test::sample_path(seed, 80), seed);
+      const auto plain = test::posted(with_feed(cl, "FEDRAT/MMPM,1500"), machine, options, control, &model);
+      const auto general = test::posted(with_feed(cl, "FEDRAT/MMPR,0.25"), machine, options, control, &model);
+      ASSERT_EQ(plain.report.has_value(), general.report.has_value()) << name << ' ' << seed;
+      if (!plain.report) {
+        EXPECT_EQ(plain.report.error().text(), general.report.error().text());
+        continue;
+      }
+      EXPECT_EQ(plain.nc, general.nc) << name << ' ' << seed;
+      EXPECT_EQ(plain.report->duration_s, general.report->duration_s);
+      EXPECT_EQ(plain.report->points_inserted, general.report->points_inserted);
+      EXPECT_EQ(plain.report->largest_correction_mm, general.report->largest_correction_mm);
+      lines += plain.report->nc_lines;
+      inserted += plain.report->points_inserted;
+    }
+  }
+  EXPECT_GT(lines, 3000U);
+  EXPECT_GT(inserted, 1000U);
 }
 
 // The tip goes round C's axis, so that only rounding moves X, Y and Z: blocks whose F cannot say how long
