@@ -29,13 +29,9 @@ constexpr double kRemainderShare = 0.2;
 // The same of the tolerance of a decision, where the slack is not known beforehand.
 constexpr double kRemainderOfTolerance = 0.01;
 
-// The tool axis is a unit vector.
-double axis_rounding(double angles) {
-  return kUnitsInTheLastPlace * (1.0 + angles);
-}
 double axis_rounding(const TableKinematics& k, const Station& a, const Station& b) {
-  return axis_rounding(std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) + std::abs(k.angle(a.q, 1)) +
-                       std::abs(k.angle(b.q, 1)));
+  return path::axis_rounding(std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
+                             std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1)));
 }
 
 struct TipRole {

@@ -104,4 +104,56 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
   return out;
 }
 
+bool Compensator::corrected_pair(const std::array<NominalPlace, 2>& at, const Vec3& near,
+                                 std::array<Corrected, 2>& out) const {
+  if (options_.orientation || !kinematics_.side_by_side()) return false;
+  TableKinematics::SinesOf<Lanes> sines;
+  for (std::size_t k = 0; k < 2; ++k) {
+    sines.sin[k] = Lanes{at[0].sines.sin[k], at[1].sines.sin[k]};
+    sines.cos[k] = Lanes{at[0].sines.cos[k], at[1].sines.cos[k]};
+  }
+  std::array<JointVector, 2> q = {at[0].q, at[1].q};
+  std::array<Vec3, 2> target_P = {at[0].prescribed.tip_P + near, at[1].prescribed.tip_P + near};
+  const auto solve = [&] {
+    const Vec3& a = target_P[0];
+    const Vec3& b = target_P[1];
+    const auto linear = kinematics_.linear_positions(
+        lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}}, sines);
+    for (int i = 0; i < 2; ++i) {
+      JointVector& joints = q[static_cast<std::size_t>(i)];
+      joints[kinematics_.linear(0)] = linear.x[i];
+      joints[kinematics_.linear(1)] = linear.y[i];
+      joints[kinematics_.linear(2)] = linear.z[i];
+    }
+  };
+  std::array<ChainErrors, 2> errors;
+  MachineState state;
+  solve();
+  for (std::size_t i = 0; i < 2; ++i) {
+    state.q = at[i].q;
+    if (evaluator_.check_range(state).verdict != RangeCheck::Verdict::inside) return false;
+    state.q = q[i];
+    evaluator_.errors(state, {}, errors[i]);
+  }
+  const std::array<ToolPose, 2> actual = with_errors_.pose_pair(q, sines, errors);
+  const std::array<JointVector, 2> before = q;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Vec3 tip_P = actual[i].tip_P - datum_shift_P_;
+    out[i].before_mm = (tip_P - target_P[i]).norm();
+    out[i].axis_P = actual[i].axis_P;
+    target_P[i] -= tip_P - at[i].prescribed.tip_P;
+    out[i].aim_P = target_P[i] - at[i].prescribed.tip_P;
+  }
+  solve();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto left = course_.change_at_most(before[i], q[i]);
+    if (!left || !(*left < options_.converged_mm)) return false;
+    out[i].q = q[i];
+    out[i].left_mm = *left;
+    out[i].steps = 1;
+    out[i].held = false;
+  }
+  return true;
+}
+
 }  // namespace trunnion::path

@@ -32,11 +32,6 @@ void turn_on(Lanes& sin, Lanes& cos, const Lanes& by) {
   cos = cos - e * cos - d * s;
 }
 
-// The last point of one pair and the first of the next.
-Lanes across(const Lanes& before, const Lanes& now) {
-  return Lanes{before[1], now[0]};
-}
-
 }  // namespace
 
 GridRun::Pair GridRun::evaluated(const std::array<Lanes, 2>& angle,
@@ -44,11 +39,7 @@ GridRun::Pair GridRun::evaluated(const std::array<Lanes, 2>& angle,
                                  const Vectors& tip_P, const Vectors& axis_P) const {
   const Vectors w = kinematics_.constant(0) + linear;
   const StationOf<Lanes> station(kinematics_, w, kinematics_.constant(1), kinematics_.constant(2), sines);
-  return {angle,
-          w,
-          station.arm2_outer,
-          station.arm2_inner,
-          station.size_mm,
+  return {{angle, w, station.arm2_outer, station.arm2_inner, station.size_mm},
           lanes::squared(station.tip_P - tip_P),
           lanes::squared(station.axis_P - axis_P)};
 }
@@ -120,28 +111,15 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
 // The first bounds of SegmentRefiner::decide: the curve within its norms of the chord, and the chord, whose
 // ends stand as far off as they do, within the rest of the tolerance.
 void GridRun::judge(std::size_t i, const Pair& to) {
-  const auto turn = [&](std::size_t k) {
-    return lanes::abs(to.angle[k] - across(last_.angle[k], to.angle[k]));
-  };
   const auto larger = [](const Lanes& last, const Lanes& now) {
     return lanes::larger(across(last, now), now);
   };
-  const auto sum = [](const Lanes& last, const Lanes& now) {
-    return lanes::abs(across(last, now)) + lanes::abs(now);
-  };
-  const Lanes outer = turn(0);
-  const Lanes inner = turn(1);
-  const Lanes D = lanes::sqrt(
-      lanes::squared(Vectors{to.w.x - across(last_.w.x, to.w.x), to.w.y - across(last_.w.y, to.w.y),
-                             to.w.z - across(last_.w.z, to.w.z)}));
-  const NormsOf<Lanes> norms(outer, inner, D, D, larger(last_.arm2_outer, to.arm2_outer),
-                             larger(last_.arm2_inner, to.arm2_inner));
-  const Lanes bow = norms.M2() / 8.0 +
-                    tip_rounding<Lanes>(sum(last_.size_mm, to.size_mm),
-                                        sum(last_.angle[0], to.angle[0]) + sum(last_.angle[1], to.angle[1]));
+  const PairMotion motion(last_, to);
+  const Lanes& bow = motion.bow_mm;
   const double axis_limit = tolerance_.axis.rad() * 2.0 / kPi;  // below its sine
   const Lanes left = tolerance_.tip_mm - bow;
-  const Lanes left_axis = axis_limit - (outer + inner) * (outer + inner) / 8.0;
+  const Lanes turn = motion.outer + motion.inner;
+  const Lanes left_axis = axis_limit - turn * turn / 8.0;
   const LaneMask keeps = (left >= 0.0) & (larger(last_.off2_mm2, to.off2_mm2) <= left * left) &
                          (left_axis >= 0.0) &
                          (larger(last_.off2_axis, to.off2_axis) <= left_axis * left_axis);

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/path/pair_place.hpp"
 
 // Formulas that are evaluated for one position or for two at once: T is `double` or `Lanes`.
 namespace trunnion::path {
@@ -70,6 +71,45 @@ struct NormsOf {
 template <class T>
 T tip_rounding(const T& sizes_mm, const T& angles) {
   return kUnitsInTheLastPlace * sizes_mm * (1.0 + angles);
+}
+
+/// The last position of one pair and the first of the next.
+inline Lanes across(const Lanes& before, const Lanes& now) {
+  return Lanes{before[1], now[0]};
+}
+
+/// The two motions that end at a pair: from the last of the pair before, and between them.
+struct PairMotion {
+  Lanes outer, inner;  // turns, not below 0
+  Lanes bow_mm;        // by which the tip leaves its own chord at most
+
+  PairMotion(const PairPlace& last, const PairPlace& to) {
+    const auto turn = [&](std::size_t k) {
+      return lanes::abs(to.angle[k] - across(last.angle[k], to.angle[k]));
+    };
+    const auto larger = [](const Lanes& before, const Lanes& now) {
+      return lanes::larger(across(before, now), now);
+    };
+    const auto sum = [](const Lanes& before, const Lanes& now) {
+      return lanes::abs(across(before, now)) + lanes::abs(now);
+    };
+    outer = turn(0);
+    inner = turn(1);
+    const lanes::Triple<Lanes> way{to.w.x - across(last.w.x, to.w.x), to.w.y - across(last.w.y, to.w.y),
+                                   to.w.z - across(last.w.z, to.w.z)};
+    const Lanes D = lanes::sqrt(lanes::squared(way));
+    const NormsOf<Lanes> norms(outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer),
+                               larger(last.arm2_inner, to.arm2_inner));
+    bow_mm = norms.M2() / 8.0 +
+             tip_rounding<Lanes>(sum(last.size_mm, to.size_mm),
+                                 sum(last.angle[0], to.angle[0]) + sum(last.angle[1], to.angle[1]));
+  }
+};
+
+/// The same of the tool axis, a unit vector.
+template <class T>
+T axis_rounding(const T& angles) {
+  return kUnitsInTheLastPlace * (1.0 + angles);
 }
 
 }  // namespace trunnion::path

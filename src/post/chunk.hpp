@@ -61,6 +61,13 @@ struct Chunk {
   std::vector<PreparedSegment> segments;
   std::vector<path::SegmentReport> reports;
   std::vector<path::Point> inserted;
+  /// On a machine whose errors hang on the position alone: `joints` corrected, as path::CorrectionRun has
+  /// them; empty elsewhere.
+  struct Corrections {
+    std::vector<JointVector> joints;
+    std::vector<std::uint8_t> keeps;
+    double largest_error_mm = 0.0, largest_correction_mm = 0.0;
+  } corrections;
 
   std::string text;  // the NC text of these motions
 
@@ -98,6 +105,8 @@ struct Chunk {
     segments.clear();
     reports.clear();
     inserted.clear();
+    corrections.joints.clear();
+    corrections.keeps.clear();
     text.clear();
   }
 };

@@ -40,6 +40,10 @@ class Pipeline {
 
   const Vec3& tool_mm() const { return tool_mm_; }
   const path::Rounding& rounding() const { return rounding_; }
+  /// Where the errors hang on the position alone; else null.
+  const path::Compensator* compensator_by_place() const {
+    return corrects_by_place_ ? compensator_.get() : nullptr;
+  }
 
  private:
   struct BeyondAxis {
@@ -93,6 +97,7 @@ class Pipeline {
   Result<std::size_t> emit_plain(std::size_t first, std::size_t end);
   struct PlainRun;
   Result<void> add_plain(PlainRun& run, std::size_t i);
+  bool add_known_correction(PlainRun& run, std::size_t i);
   Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i);
   path::Point point_of(const FeedPlanner::Stop& stop, std::size_t i) const;
   Result<void> emit_plain_run(PlainRun& run);
@@ -232,7 +237,7 @@ class Pipeline {
   bool approach_ = true;  // the next motion starts from an unknown or safe position
   path::Point last_;      // nominal, on the word grid
   JointVector last_emitted_;
-  Vec3 aim_P_ = Vec3::Zero();  // path::Corrected::aim_P of the last point
+  Vec3 aim_P_ = Vec3::Zero();              // path::Corrected::aim_P of the last point
   std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
   std::vector<path::Point> inserted_;
   std::vector<path::Point> run_;

@@ -51,7 +51,13 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
       first == 0 ? FeedPlanner::Stop{&chunk_->before.q, &chunk_->before.tip_P}
                  : FeedPlanner::Stop{&chunk_->joints[first - 1], &motions[first - 1].point.pose.tip_P};
   run.begin(from, first);
-  if (compensator_) run.begin(last_emitted_, *from.tip_P, first);
+  if (compensator_) {
+    run.begin(last_emitted_, *from.tip_P, first);
+    run.first = first;
+    report_.largest_error_mm = std::max(report_.largest_error_mm, chunk_->corrections.largest_error_mm);
+    report_.largest_correction_mm =
+        std::max(report_.largest_correction_mm, chunk_->corrections.largest_correction_mm);
+  }
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
   for (; i < end; ++i) {
@@ -71,6 +77,7 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   }
   if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
   if (i > first) last_ = chunk_->point(i - 1);
+  if (compensator_ && i > first) begin_segment(i - 1);
   return i;
 }
 
@@ -80,6 +87,12 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
   const auto inserted = chunk_->inserted_in(chunk_->segments[i]);
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (compensator_) {
+    if (inserted.empty() && add_known_correction(run, i)) {
+      // What is full goes out with the next one.
+      if (run.count == PlainRun::kMost) done = emit_plain_run(run);
+      return done;
+    }
+    if (i > run.first) last_ = chunk_->point(i - 1);
     begin_segment(i);
     for (const path::Point& point : inserted) {
       done = add_corrected(run, point, point.tip_P, i);
@@ -95,6 +108,18 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
   if (run.count == PlainRun::kMost) done = emit_plain_run(run);
   run.add({&chunk_->joints[i], &end.tip_P}, i);
   return done;
+}
+
+// The block to the end of motion `i` as it was corrected and bounded beforehand.
+bool Pipeline::add_known_correction(PlainRun& run, std::size_t i) {
+  const Chunk::Corrections& known = chunk_->corrections;
+  if (known.keeps.empty() || known.keeps[i] == 0 || run.count == PlainRun::kMost) return false;
+  const JointVector& q = known.joints[i];
+  if (known.joints[i - 1] != last_emitted_ || q == last_emitted_ || !within_travel(q)) return false;
+  run.add(FeedPlanner::Stop{&q, &chunk_->motions[i].point.pose.tip_P}, i);
+  last_emitted_ = q;
+  holds_digits_ = false;
+  return true;
 }
 
 void Pipeline::begin_segment(std::size_t i) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/path/correction_run.hpp"
 #include "trunnion/path/known_place.hpp"
 
 #include "post/pipeline.hpp"
@@ -10,11 +11,6 @@
 namespace trunnion::post {
 namespace {
 
-// Share of the tolerance that a piece may take at the samples of `bends`: the rest is left to what lies
-// between them.
-constexpr double kBentWithErrors = 0.98;
-// Rounding of the words at both ends of a piece, and what the errors make of it.
-constexpr double kBothEnds = 2.0;
 // Linear axes need not be square to each other: the sum of their ways is at most sqrt(3) times its root.
 constexpr double kAskew = 2.0;
 
@@ -45,7 +41,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   if (!segment_) return span_bends(to, q);
   const double limit_mm = tolerances_.cutting().tip_mm;
   const bool is_cheap = meter_->is_fixed() && meter_->proves();
-  if (is_cheap && stays_surely(to, q, kBentWithErrors * limit_mm)) return false;
+  if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm)) return false;
   if (!is_cheap) {
     // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
     // way.
@@ -53,7 +49,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
     const path::Certifier certifier(kinematics_);
     const double nominal =
         certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
-    if (2.0 * (nominal + middle) <= kBentWithErrors * limit_mm) return false;
+    if (2.0 * (nominal + middle) <= path::kBentWithErrors * limit_mm) return false;
   }
   Vertex& from = vertices_[0];
   Vertex& at = vertices_[1];
@@ -67,7 +63,8 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
   from.tcp = at.tcp = options_.rtcp;
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
   const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
-  return found.tip_mm.upper > (found.proved && !found.unbounded ? limit_mm : kBentWithErrors * limit_mm);
+  return found.tip_mm.upper >
+         (found.proved && !found.unbounded ? limit_mm : path::kBentWithErrors * limit_mm);
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of
@@ -76,7 +73,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   if (options_.rtcp || plane_ || holds_digits_) return false;
   const auto most = meter_->bend_at_most(last_emitted_, q);
   if (!most) return false;
-  const double slack_mm = most->tip_mm + kBothEnds * word_radius_mm_;
+  const double slack_mm = most->tip_mm + path::kBothEnds * word_radius_mm_;
   if (slack_mm >= limit_mm) return false;
   const Vec3 from_P = last_.tip_P + last_.beside_P;
   const Vec3 to_P = to.tip_P + to.beside_P;
@@ -107,7 +104,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
 // A piece that passes programmed points keeps to the path as the nominal machine runs it: the refinement saw
 // to that. What is left to the errors is how far they take it off that course.
 bool Pipeline::span_bends(const path::Point& to, const JointVector& q) const {
-  const double limit_mm = kBentWithErrors * (tolerances_.cutting().tip_mm - span_tolerance().tip_mm);
+  const double limit_mm = path::kBentWithErrors * (tolerances_.cutting().tip_mm - span_tolerance().tip_mm);
   for (const double t : {0.25, 0.5, 0.75}) {
     const Vec3 nominal_P = kinematics_.pose(JointVector::interpolate(last_.q, to.q, t)).tip_P;
     if ((actual_tip_P(q, t) - nominal_P).norm() > limit_mm) return true;

@@ -16,6 +16,7 @@ struct Pipeline::PlainRun {
   std::array<std::size_t, kMost + 1> motions;    // of the chunk
   std::array<JointVector, kMost + 1> corrected;  // on a machine with errors: where the joints stand
   std::size_t count = 0;                         // of blocks
+  std::size_t first = 0;                         // motion of the chunk with which it all began
   std::size_t together = kFewest;  // so many are looked at together: fewer where some have just stopped it
 
   void begin(const FeedPlanner::Stop& from, std::size_t motion) {

@@ -5,12 +5,15 @@
 namespace trunnion::post {
 
 Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
-                   const PostOptions& options)
+                   const PostOptions& options, const path::Compensator* compensator)
     : rounding_(rounding),
       kinematics_(machine, tool_mm),
       refiner_(machine, tool_mm, rounding, options.nonlinear),
       grid_(kinematics_, rounding),
-      whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {}
+      whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {
+  if (compensator != nullptr && kinematics_.side_by_side() && !whole_runs_)
+    corrections_.emplace(*compensator, kinematics_, rounding_);
+}
 
 void Preparer::place(Chunk& chunk) {
   const std::size_t count = chunk.motions.size();
@@ -27,6 +30,19 @@ void Preparer::place(Chunk& chunk) {
     sines_[i] = path::round_to_words(kinematics_, rounding_, pose_at(i).tip_P, chunk.joints[i],
                                      chunk.chosen[i].sines);
   }
+}
+
+void Preparer::correct(Chunk& chunk) {
+  const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
+  corrections_->correct(
+      chunk.joints, pose_at, [&](std::size_t i) { return grid_.sines(i); },
+      chunk.tolerances[0].tolerance.tip_mm);
+  const auto joints = corrections_->joints();
+  const auto& keeps = corrections_->keeps();
+  chunk.corrections.joints.assign(joints.begin(), joints.end());
+  chunk.corrections.keeps.assign(keeps.begin(), keeps.end());
+  chunk.corrections.largest_error_mm = corrections_->largest_error_mm();
+  chunk.corrections.largest_correction_mm = corrections_->largest_correction_mm();
 }
 
 void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance) {
@@ -48,6 +64,7 @@ void Preparer::prepare(Chunk& chunk) {
   if (count == 0) return;
   place(chunk);
   if (whole_runs_) return;
+  if (corrections_ && chunk.tolerances.size() == 1) correct(chunk);
   std::size_t next = 0;
   path::Tolerance tolerance = chunk.tolerances[0].tolerance;
   // Where the tolerance changes within the chunk the refiner decides.

@@ -1,4 +1,5 @@
 #pragma once
+#include "trunnion/path/correction_run.hpp"
 #include "trunnion/path/grid_run.hpp"
 #include "trunnion/post/post.hpp"
 
@@ -12,18 +13,21 @@ namespace trunnion::post {
 /// hang on who prepared it.
 class Preparer {
  public:
+  /// `compensator`: of a machine whose errors hang on the position alone, must outlive the object; or null.
   Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
-           const PostOptions& options);
+           const PostOptions& options, const path::Compensator* compensator);
 
   void prepare(Chunk& chunk);
 
  private:
   void place(Chunk& chunk);
+  void correct(Chunk& chunk);
   void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance);
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;
-  path::GridRun grid_;                         // where the machine allows it
+  path::GridRun grid_;  // where the machine allows it
+  std::optional<path::CorrectionRun> corrections_;
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
   double known_mm_ = 0.0;

@@ -68,7 +68,8 @@ void Program::pass_on(Chunk& chunk) {
 }
 
 void Program::run_in_turn() {
-  Preparer preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_);
+  Preparer preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_,
+                    pipeline_.compensator_by_place());
   while (auto chunk = next()) {
     if (emit_failure_ || pass_on_failure_) continue;
     preparer.prepare(*chunk);
@@ -84,8 +85,10 @@ void Program::run_in_parallel() {
   const std::size_t tokens = 2 * threads;
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
   tbb::task_arena arena(static_cast<int>(threads));
-  tbb::enumerable_thread_specific<Preparer> preparers(
-      [&] { return Preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_); });
+  tbb::enumerable_thread_specific<Preparer> preparers([&] {
+    return Preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_,
+                    pipeline_.compensator_by_place());
+  });
   using Held = Chunk*;  // owned by whichever stage has it: the pipeline's items must be copied
   const auto read = [&](tbb::flow_control& control_of_flow) -> Held {
     auto chunk = next();

@@ -1,5 +1,7 @@
 #include "trunnion/machine/error_kinematics.hpp"
 
+#include <array>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -37,6 +39,62 @@ void expect_the_pose_of_forward(const Machine& machine, double mm, double rad) {
     ASSERT_LT((pose.tip_P - X_PT.p).norm(), 1e-10);
     ASSERT_LT((pose.axis_P - X_PT.R.col(2)).norm(), 1e-13);
   }
+}
+
+// Some links always have the same errors, and two positions stand side by side.
+void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double rad) {
+  const Vec3 tool = machine.tool_vector();
+  std::mt19937_64 random(20261122);
+  std::uniform_real_distribution<double> length(-300.0, 300.0);
+  std::uniform_real_distribution<double> angle(-7.0, 7.0);
+  for (int i = 0; i < 300; ++i) {
+    ChainErrors constant;
+    ChainLinks varying;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      varying.joint[id] = (i >> id) % 2 == 0;
+      constant.joint[id] = random_twist(random, mm, i % 4 == 0 ? 0.0 : rad);
+    }
+    varying.spindle = i % 3 == 0;
+    varying.part = i % 5 == 0;
+    constant.spindle = random_twist(random, mm, rad);
+    if (i % 7 > 0) constant.part = random_twist(random, mm, rad);
+    std::array<JointVector, 2> q;
+    std::array<ChainErrors, 2> errors{constant, constant};
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (AxisId id = 0; id < machine.axes.size(); ++id) {
+        q[k][id] = machine.axes[id].kind == AxisKind::linear ? length(random) : angle(random);
+        if (varying.joint[id]) errors[k].joint[id] = random_twist(random, mm, i % 2 == 0 ? 0.0 : rad);
+      }
+      if (varying.spindle) errors[k].spindle = random_twist(random, mm, rad);
+      if (varying.part) errors[k].part = random_twist(random, mm, rad);
+    }
+    TableKinematics::SinesOf<Lanes> sines{{Lanes{}, Lanes{}}, {Lanes{1.0, 1.0}, Lanes{1.0, 1.0}}};
+    std::size_t rotary = 0;
+    for (const AxisId id : machine.part_chain) {
+      if (machine.axes[id].kind != AxisKind::rotary) continue;
+      sines.sin[rotary] = Lanes{std::sin(q[0][id]), std::sin(q[1][id])};
+      sines.cos[rotary++] = Lanes{std::cos(q[0][id]), std::cos(q[1][id])};
+    }
+    ErrorKinematics told(machine, tool);
+    const auto pair_told = told.pose_pair(q, sines, errors);
+    ErrorKinematics held(machine, tool);
+    held.hold(constant, varying);
+    const auto pair_held = held.pose_pair(q, sines, errors);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Pose X_PT = forward(machine, q[k], tool, errors[k]);
+      for (const ToolPose& pose : {held.pose(q[k], errors[k]), pair_told[k], pair_held[k]}) {
+        ASSERT_LT((pose.tip_P - X_PT.p).norm(), 1e-10) << machine.name << " " << i;
+        ASSERT_LT((pose.axis_P - X_PT.R.col(2)).norm(), 1e-13) << machine.name << " " << i;
+      }
+    }
+  }
+}
+
+TEST(ErrorKinematics, HoldsWhatNeverChangesAndGoesInPairs) {
+  for (const std::string& name : test::shipped_machines()) {
+    expect_the_same_held_and_in_pairs(test::shipped_machine(name), 0.05, 1e-4);
+  }
+  expect_the_same_held_and_in_pairs(test::shipped_machine("nutating_45"), 3.0, 0.3);
 }
 
 TEST(ErrorKinematics, GivesThePoseOfForwardWithErrors) {

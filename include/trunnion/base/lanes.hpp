@@ -2,6 +2,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -59,6 +60,15 @@ inline Lanes copysign(const Lanes& size, const Lanes& sign) {
 template <class T>
 T larger(const T& a, const T& b) {
   return select(a > b, a, b);
+}
+/// Two that follow one another in memory.
+inline Lanes load(const double* from) {
+  Lanes out;
+  std::memcpy(&out, from, sizeof(out));
+  return out;
+}
+inline void store(double* to, const Lanes& value) {
+  std::memcpy(to, &value, sizeof(value));
 }
 template <class T>
 T splat(double x) {

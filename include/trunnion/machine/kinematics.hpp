@@ -16,6 +16,13 @@ struct ChainErrors {
   Twist part;
 };
 
+/// Some of its links.
+struct ChainLinks {
+  std::array<bool, kMaxAxes> joint{};
+  bool spindle = false;
+  bool part = false;
+};
+
 /// X_PT: pose of the tool tip in the part, the one forward model. `tool_mm` is the vector from S to the point
 /// of interest.
 Pose forward(const Machine& machine, const JointVector& q, const Vec3& tool_mm);

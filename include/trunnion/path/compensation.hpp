@@ -65,6 +65,20 @@ class Compensator {
   Result<Corrected> corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
                               std::span<const double> lagged = {}, const Vec3& near = Vec3::Zero()) const;
 
+  /// A point whose nominal position is known.
+  struct NominalPlace {
+    const JointVector& q;
+    const ToolPose& prescribed;
+    const RotarySines& sines;  // of q
+  };
+  /// Two points side by side on a machine whose errors hang on the position alone, as `corrected` gives them
+  /// where one evaluation from `near` does; false elsewhere, and out of the tables' range.
+  bool corrected_pair(const std::array<NominalPlace, 2>& at, const Vec3& near,
+                      std::array<Corrected, 2>& out) const;
+
+  /// Bounds on what its errors do between two positions.
+  const ErrorCourse& course() const { return course_; }
+
   /// The tool in P on the machine with errors, as the shop sees it: less the datum shift.
   ToolPose actual(const MachineState& at, std::span<const double> lagged = {}) const;
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trunnion/path/nonlinear.hpp"
+#include "trunnion/path/pair_place.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
 namespace trunnion::path {
@@ -41,11 +42,7 @@ class GridRun {
   double bow_mm(std::size_t i) const { return bow_mm_[i]; }
 
  private:
-  /// Two points on the grid, with what the bounds of the segments that meet there are made of.
-  struct Pair {
-    std::array<Lanes, 2> angle;
-    lanes::Triple<Lanes> w;
-    Lanes arm2_outer, arm2_inner, size_mm;
+  struct Pair : PairPlace {
     Lanes off2_mm2, off2_axis;  // by which the position misses what is programmed, squared
   };
   void begin(const Point* before, std::size_t count, const Tolerance& tolerance);
