@@ -36,6 +36,8 @@ bool RotaryConnection::passes_pole(const Vec3& axis_a_P, const Vec3& axis_b_P) c
   const double near = std::sin(tolerance_rad_);
   if (std::min(n.cross(axis_a_P).norm(), n.cross(axis_b_P).norm()) <= near) return true;
   const Vec3 normal = axis_a_P.cross(axis_b_P);
+  constexpr double kSameAxis = 1e-9;  // below it the normal is rounding, and there is no way but the ends
+  if (normal.norm() < kSameAxis && axis_a_P.dot(axis_b_P) > 0.0) return false;
   const Vec3 pole = axis_a_P.dot(n) + axis_b_P.dot(n) >= 0.0 ? n : Vec3(-n);
   const bool between = axis_a_P.cross(pole).dot(normal) >= 0.0 && pole.cross(axis_b_P).dot(normal) >= 0.0;
   return between && std::abs(normal.dot(pole)) <= near * normal.norm();

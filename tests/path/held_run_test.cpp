@@ -1,5 +1,6 @@
 #include "trunnion/path/held_run.hpp"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -9,8 +10,10 @@
 namespace trunnion::path {
 namespace {
 
-// Small tilts, so that both branches reach nearly every point; through the pole, along it, and with rapids.
-std::vector<ChoicePoint> wandering(std::mt19937_64& random, std::size_t count, double max_tilt) {
+// At small tilts both branches reach nearly every point, at larger ones stretches between those that one
+// reaches; through the pole, along it, and with rapids. `longest_mm`: of the steps of the tip.
+std::vector<ChoicePoint> wandering(std::mt19937_64& random, std::size_t count, double max_tilt,
+                                   double longest_mm = 0.2) {
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   std::vector<ChoicePoint> out;
   Vec3 tip = Vec3::Zero();
@@ -29,7 +32,7 @@ std::vector<ChoicePoint> wandering(std::mt19937_64& random, std::size_t count, d
       y = std::clamp(y + dy, -max_tilt, max_tilt);
       p.pose.axis_P = Vec3(x, y, 1.0).normalized();
     }
-    tip += 0.2 * Vec3(u(random), u(random), u(random));
+    tip = 0.999 * tip + longest_mm * Vec3(u(random), u(random), u(random));
     p.pose.tip_P = tip;
     p.where = {static_cast<std::uint32_t>(i + 1), 1};
     p.rapid = i == 0 || random() % 700 == 0;
@@ -43,14 +46,16 @@ class HeldRunOn : public ::testing::TestWithParam<std::string> {};
 TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
   Machine machine = test::shipped_machine(GetParam());
   std::mt19937_64 random(3);
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 24; ++i) {
     const AxisId inner = machine.rotary_axes().back();
     machine.axes[inner].cyclic = i % 3 != 2;
     machine.axes[inner].max = i % 3 == 2 ? (1.0 + i) * kPi : std::numeric_limits<double>::infinity();
     machine.axes[inner].min = -machine.axes[inner].max;
     ChoiceOptions options;
     options.tool_mm = machine.tool_vector();
-    const auto path = wandering(random, 500 + random() % 5000, i % 2 == 0 ? 0.1 : 0.4);
+    const auto path =
+        wandering(random, 500 + random() % 5000,
+                  std::array{0.1, 0.4, 0.8, 1.2}[static_cast<std::size_t>(i) % 4], i % 5 == 0 ? 300.0 : 0.2);
     JointVector seed;
     seed[inner] = 0.5;
     std::vector<ChosenPoint> at_once;
@@ -58,7 +63,7 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
     ASSERT_TRUE(choose_solutions(machine, path, seed, options, "part.cls", at_once, summary_at_once));
 
     ChoiceOptions other = options;
-    if (i % 4 == 0) other.axis_tolerance = Angle::degrees(1.0);
+    if (i % 8 == 0) other.axis_tolerance = Angle::degrees(1.0);
     HeldRun held(machine, seed, other, "part.cls");
     for (std::size_t k = 0; k < path.size();) {
       const std::size_t n = std::min<std::size_t>(path.size() - k, 1 + random() % 1500);
@@ -97,6 +102,95 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Machines, HeldRunOn, ::testing::ValuesIn(test::shipped_machines()));
+
+ChoicePoint tilted(double tilt_deg, double azimuth, const Vec3& tip_P) {
+  ChoicePoint p;
+  const double tilt = tilt_deg * kRadPerDegree;
+  p.pose.axis_P =
+      Vec3(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
+  p.pose.tip_P = tip_P;
+  return p;
+}
+
+// What is chosen at once, which looks for the shorter way only where there may be one, and in a run that is
+// held, which always does; the number of points on the branch that the ends are not on.
+std::size_t points_on_the_other_branch(const std::vector<ChoicePoint>& path, Angle axis_tolerance) {
+  Machine machine = test::shipped_machine("nutating_45");
+  Axis& outer = machine.axes[machine.rotary_axes().front()];
+  outer.cyclic = false;
+  outer.min = -60.0 * kRadPerDegree;  // 41 degrees of tilt; on the other side all
+  outer.max = 180.0 * kRadPerDegree;
+  ChoiceOptions options;
+  options.tool_mm = machine.tool_vector();
+  options.axis_tolerance = axis_tolerance;
+  std::vector<ChosenPoint> at_once;
+  ChoiceSummary summary;
+  EXPECT_TRUE(choose_solutions(machine, path, {}, options, "part.cls", at_once, summary));
+  HeldRun held(machine, {}, options, "part.cls");
+  held.add(path);
+  EXPECT_TRUE(held.finish(options));
+  std::vector<ChoicePoint> points;
+  std::vector<ChosenPoint> chosen;
+  held.take(path.size(), points, chosen, summary);
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_EQ(at_once[i].q, chosen[i].q) << i;
+    EXPECT_EQ(at_once[i].reconfigure, chosen[i].reconfigure) << i;
+    out += chosen[i].branch != chosen.front().branch ? 1U : 0U;
+  }
+  return out;
+}
+
+struct ToAndFro {
+  std::size_t count = 100;
+  bool rapids = false;
+  double by_way_of_deg = 25.0;
+};
+// From 50 degrees, where one position reaches a point, to 25, where two do, and back. There the tip goes to
+// and fro in a direction across the tool that is nearer to that of an axis on one branch than on the other.
+std::vector<ChoicePoint> to_and_fro(const ToAndFro& how, double direction) {
+  std::vector<ChoicePoint> out;
+  const auto at = [&](double tilt, const Vec3& tip_P) { out.push_back(tilted(tilt, 0.3, tip_P)); };
+  for (double tilt = 50.0; tilt > how.by_way_of_deg; tilt -= 1.0) at(tilt, Vec3::Zero());
+  for (double tilt = how.by_way_of_deg; tilt < 25.0; tilt += 1.0) at(tilt, Vec3::Zero());
+  const Vec3 axis_P = tilted(25.0, 0.3, Vec3::Zero()).pose.axis_P;
+  const Vec3 across = axis_P.unitOrthogonal();
+  const Vec3 way = std::cos(direction) * across + std::sin(direction) * axis_P.cross(across);
+  for (std::size_t i = 0; i < how.count; ++i) {
+    const bool is_end = i == 0 || i + 1 == how.count;
+    at(25.0, is_end ? Vec3(Vec3::Zero()) : Vec3((i % 2 == 0 ? 150.0 : -150.0) * way));
+    out.back().rapid = how.rapids && is_end;
+  }
+  for (double tilt = 25.0; tilt > how.by_way_of_deg; tilt -= 1.0) at(tilt, Vec3::Zero());
+  for (double tilt = how.by_way_of_deg; tilt < 51.0; tilt += 1.0) at(tilt, Vec3::Zero());
+  out.front().rapid = true;
+  return out;
+}
+
+std::size_t most_on_the_other_branch(const ToAndFro& how, double axis_tolerance_deg) {
+  std::size_t out = 0;
+  for (int i = 0; i < 16; ++i) {
+    const auto path = to_and_fro(how, i * kPi / 16.0);
+    out = std::max(out, points_on_the_other_branch(path, Angle::degrees(axis_tolerance_deg)));
+  }
+  return out;
+}
+
+TEST(HeldRun, ALongStretchMayBeWorthLeavingThePart) {
+  EXPECT_GT(most_on_the_other_branch({.count = 3000}, 0.05), 2000U);
+  EXPECT_EQ(most_on_the_other_branch({.count = 100}, 0.05), 0U);
+}
+
+TEST(HeldRun, ARapidMayChangeTheBranch) {
+  EXPECT_GT(most_on_the_other_branch({.count = 100, .rapids = true}, 0.05), 50U);
+}
+
+// Within a fifth of the tolerance of it.
+TEST(HeldRun, ThePoleMayChangeTheBranch) {
+  EXPECT_GT(most_on_the_other_branch({.count = 100, .by_way_of_deg = 4.0}, 30.0), 50U);
+  EXPECT_EQ(most_on_the_other_branch({.count = 100, .by_way_of_deg = 8.0}, 30.0), 0U);
+  EXPECT_EQ(most_on_the_other_branch({.count = 100, .by_way_of_deg = 4.0}, 0.05), 0U);
+}
 
 TEST(HeldRun, SaysWhichPointNothingReaches) {
   const Machine machine = test::shipped_machine("trunnion_offset");  // A from -30 to 120 deg
