@@ -116,6 +116,7 @@ RotarySolver::RotarySolver(const Machine& machine) {
   const auto turn_to_k = [&](const Vec3& from) { return Turn{n1_.dot(from.cross(k)), from.dot(k)}; };
   n2_to_k_ = turn_to_k(across(inner, n1_));
   m_to_k_ = turn_to_k(m);
+  mirrors_ = n1_k_ == 0.0 && cos_axes_ == 0.0 && n2_to_k_.y == 0.0 && m_to_k_.x == 0.0;
 }
 
 RotarySolutions RotarySolver::solve(const Vec3& axis_P, double seed_inner,
@@ -199,27 +200,50 @@ bool RotarySolver::solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, Rot
   return solve_branch<true>(tilt, branch == 0 ? 1.0 : -1.0, axis_P, 0.0, {}, out);
 }
 
+double RotarySolver::apart(double outer) const {
+  const auto at = lanes::sincos(outer);
+  return std::abs(at.sin * m_to_k_.y + at.cos * m_to_k_.x) / sin_axes_;
+}
+
 // What `solve_branch` tests; angles of the branches that at least one of the two can have.
 RotarySolver::Pair RotarySolver::solve_pair(const lanes::Triple<Lanes>& axis_P,
                                             const std::array<bool, 2>& wanted) const {
   const Tilt<Lanes> tilt = tilt_of(axis_P);
   Pair out;
   out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
+  out.apart = tilt.root / sin_axes_;
+  std::array<std::array<TurnOf<Lanes>, 2>, 2> turn;
+  turn[0] = turns(tilt, 1.0);
+  if (mirrors_) {
+    const auto& [outer, inner] = turn[0];
+    turn[1] = {TurnOf<Lanes>{-outer.y, outer.x}, TurnOf<Lanes>{-inner.y, -inner.x}};
+  } else {
+    turn[1] = turns(tilt, -1.0);
+  }
+  std::array<std::array<Lanes, 2>, 2> length;
   for (std::size_t branch = 0; branch < 2; ++branch) {
-    const std::array<TurnOf<Lanes>, 2> turn = turns(tilt, branch == 0 ? 1.0 : -1.0);
     out.within[branch] = ~LaneMask{};
-    std::array<Lanes, 2> length;
     for (std::size_t k = 0; k < 2; ++k) {
-      length[k] = lanes::sqrt(turn[k].x * turn[k].x + turn[k].y * turn[k].y);
-      out.known &= length[k] > 0.0;
-      out.within[branch] &= ~window_[k].excludes<Lanes>(turn[k], length[k]);
+      const TurnOf<Lanes>& t = turn[branch][k];
+      length[branch][k] = branch == 1 && mirrors_ ? length[0][k] : lanes::sqrt(Lanes(t.x * t.x + t.y * t.y));
+      out.known &= length[branch][k] > 0.0;
+      out.within[branch] &= ~window_[k].excludes<Lanes>(t, length[branch][k]);
     }
-    if (!wanted[branch] || !lanes::any(out.within[branch])) continue;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const Lanes angle = lanes::atan2(turn[k].y, turn[k].x);
+  }
+  const std::array<bool, 2> asked = {wanted[0] && lanes::any(out.within[0]),
+                                     wanted[1] && lanes::any(out.within[1])};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::size_t first = asked[0] ? 0 : 1;
+    if (!asked[first]) break;
+    lanes::Arctangent<Lanes> arctangent(turn[first][k].y, turn[first][k].x);
+    for (std::size_t branch = first; branch < 2; ++branch) {
+      if (!asked[branch]) continue;
+      const TurnOf<Lanes>& t = turn[branch][k];
+      if (branch > first && !mirrors_) arctangent = {t.y, t.x};
+      const Lanes angle = arctangent.at(t.y, t.x);
       out.angle[branch][k] = lanes::select(angle <= -kPi, Lanes{kPi, kPi}, angle);
-      out.sin[branch][k] = turn[k].y / length[k];
-      out.cos[branch][k] = turn[k].x / length[k];
+      out.sin[branch][k] = t.y / length[branch][k];
+      out.cos[branch][k] = t.x / length[branch][k];
     }
   }
   return out;

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <span>
-#include <vector>
 
 #include "trunnion/path/solution_choice.hpp"
 
@@ -15,7 +14,7 @@ class ChoiceAccount {
   void add(std::span<const ChosenPoint> chosen, ChoiceSummary& summary);
 
  private:
-  std::vector<AxisId> rotary_;
+  std::array<double, kMaxAxes> turns_{};  // 1 for those that turn
   std::array<double, kMaxAxes> seconds_{};
   JointVector before_;
   std::uint8_t branch_;

@@ -67,17 +67,6 @@ double ChoiceSteps::least_cost(const ChoicePosition& from, const ChoicePosition&
   return sum + kReconfigureSeconds;
 }
 
-std::optional<double> ChoiceSteps::only_turn(std::size_t k, double angle, double near) const {
-  const Axis& axis = axis_[k];
-  if (!axis.has_limits()) {
-    const double nearest = std::abs(near - angle) < kPi ? angle : *nearest_turn(axis, angle, near);
-    if (oblique_ && k == 1 && std::abs(nearest - near) > 0.5 * kPi) return std::nullopt;
-    return nearest;
-  }
-  if (is_only_turn(axis, angle)) return angle;
-  return std::nullopt;
-}
-
 bool ChoiceSteps::same_position(const std::array<double, 2>& a, const std::array<double, 2>& b) const {
   for (std::size_t k = 0; k < rotary_count_; ++k) {
     const double d = b[k] - a[k];

@@ -73,7 +73,10 @@ class ChoiceSteps {
   }
   /// The position of an axis, where no other whole turn is within its limits or of use: axes that are not
   /// square to each other may follow the tool axis by more than half a turn.
-  std::optional<double> only_turn(std::size_t k, double angle, double near) const;
+  std::optional<double> only_turn(std::size_t k, double angle, double near) const {
+    double out = 0.0;
+    return has_only_turn(k, angle, near, out) ? std::optional(out) : std::nullopt;
+  }
   /// `only_turn` of two angles side by side; false where one of them has none.
   bool only_turns(std::size_t k, const Lanes& angle, const Lanes& near, Lanes& out) const {
     out = angle;
@@ -86,15 +89,30 @@ class ChoiceSteps {
     const Lanes far = lanes::abs(Lanes(near - angle));
     if (far[0] < near_turn_[k] && far[1] < near_turn_[k]) return true;
     for (int lane = 0; lane < 2; ++lane) {
-      const auto turn = only_turn(k, angle[lane], near[lane]);
-      if (!turn) return false;
-      out[lane] = *turn;
+      double turn = 0.0;
+      if (!has_only_turn(k, angle[lane], near[lane], turn)) return false;
+      out[lane] = turn;
     }
     return true;
+  }
+  /// The same, which is false where there is none.
+  bool has_only_turn(std::size_t k, double angle, double near, double& out) const {
+    out = angle;
+    if (limited_[k]) {
+      const Axis& axis = axis_[k];
+      return angle >= axis.min && angle <= axis.max && angle - kTwoPi < axis.min - kAtLimit &&
+             angle + kTwoPi > axis.max + kAtLimit;
+    }
+    if (std::abs(near - angle) < near_turn_[k]) return true;
+    out = angle + kTwoPi * lanes::nearest((near - angle) / kTwoPi);
+    return !(oblique_ && k == 1) || std::abs(out - near) <= 0.5 * kPi;
   }
   /// Whole turns of an axis that may turn for ever make no difference to what follows.
   bool same_position(const std::array<double, 2>& a, const std::array<double, 2>& b) const;
 
+  /// Where the rotary axes stay on their branch by turning by `turn` in all, and RotarySolver::apart is
+  /// `apart` at least at both ends, cutting on to the other branch makes the tool leave the part.
+  bool parts(double apart, double turn) const { return connection_.parts(apart, turn); }
   /// From `a`, with the tool axis `axis_a_P`, to `b` at `point` the tool has to leave the part.
   static constexpr double kSurelyNone = 10.0 * kRadPerDegree;  // turn of the axes on one branch
   bool reconfigures(const ChoicePosition& a, const Vec3& axis_a_P, const ChoicePosition& b,

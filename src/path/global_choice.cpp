@@ -9,6 +9,7 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     : kinematics_(machine, options.tool_mm),
       steps_(machine, kinematics_, options),
       solver_(machine, kinematics_, options.inverse),
+      replay_solver_(machine, kinematics_, options.inverse),
       rotary_count_(kinematics_.rotary_count()) {}
 
 void GlobalChoice::start(const JointVector& seed, std::size_t most) {
@@ -26,6 +27,7 @@ void GlobalChoice::start(const JointVector& seed, std::size_t most) {
   for (std::size_t k = 0; k < rotary_count_; ++k) c.angle[k] = seed[kinematics_.rotary(k)];
   for (std::size_t k = 0; k < 3; ++k) c.linear[static_cast<Eigen::Index>(k)] = seed[kinematics_.linear(k)];
   place_ = {c, seed_axis_P_, 0};
+  stay_.on = false;
 }
 
 JointVector GlobalChoice::joints(const ChoicePosition& position) const {
@@ -59,49 +61,31 @@ void GlobalChoice::put(const Candidate& chosen, ChosenPoint& out) const {
 
 const ChoicePoint* GlobalChoice::advance(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) {
   const bool looks = solver_.looks_ahead();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::size_t in_block = i % PoseSolver::kAhead;
-    if (looks && in_block == 0)
-      solver_.look_ahead(points.subspan(i, std::min(PoseSolver::kAhead, points.size() - i)));
-    const SolvedPose* ahead = looks ? &solver_.ahead(in_block) : nullptr;
-    if (looks && add_only(points[i], *ahead)) {
-      if (out.empty()) {
-        traces_.add_one();
-      } else {
-        traces_.add_settled();
-        put(layers_[now_].at[0], out[i]);
-      }
-    } else if (looks && (add_straight_on(points[i], *ahead) || add_both(points[i], *ahead))) {
+  std::size_t looked_to = looked_from_ = may_stay_from_ = 0;
+  for (std::size_t i = 0; i < points.size() || stay_.on;) {
+    if (i == points.size()) {
+      i = give_up_stay(i);
       continue;
-    } else if (!add(points[i], ahead)) {
-      return &points[i];
     }
+    if (looks && (i < looked_from_ || i >= looked_to)) {
+      looked_from_ = i;
+      looked_to = std::min(i + PoseSolver::kAhead, points.size());
+      solver_.look_ahead(points.subspan(i, looked_to - i));
+    }
+    if (looks && layers_[now_].count == 1 && !leaves_out_ && solver_.block().known[i - looked_from_] != 0) {
+      if (!out.empty() && traces_.layers() > 0) settle_stretch(points.first(i), out.first(i));
+      const std::size_t end = follow(points, i, looked_to, out);
+      if (end != i) {
+        i = end;
+        continue;
+      }
+    }
+    const SolvedPose* ahead = looks ? &solver_.ahead(i - looked_from_) : nullptr;
+    const bool is_plain = looks && (add_straight_on(points[i], *ahead) || add_both(points[i], *ahead));
+    if (!is_plain && !add(points[i], ahead)) return &points[i];
+    ++i;
   }
   return nullptr;
-}
-
-bool GlobalChoice::add_only(const ChoicePoint& point, const SolvedPose& solved) {
-  const Layer& before = layers_[now_];
-  if (!solved.known || solved.rotary.count != 1 || before.count != 1 || leaves_out_) return false;
-  const RotarySolution& only = solved.rotary.at[0];
-  const Candidate& from = before.at[0];
-  Layer& after = layers_[1 - now_];
-  Candidate& next = after.at[0];
-  for (std::size_t k = 0; k < 2; ++k) {
-    const auto turn = steps_.only_turn(k, only.angle[k], from.angle[k]);
-    if (!turn) return false;
-    next.angle[k] = *turn;
-  }
-  next.linear = solved.linear[0];
-  next.sines = only.sines;
-  next.branch = only.branch;
-  next.singular = false;
-  next.reconfigure = steps_.reconfigures(from, axis_before_, next, point);
-  next.cost = 0.0;
-  after.count = 1;
-  now_ = 1 - now_;
-  axis_before_ = point.pose.axis_P;
-  return true;
 }
 
 // What `add_both` does where each branch is reached from itself by a small step, and to come from the other
@@ -410,15 +394,20 @@ std::size_t GlobalChoice::settle() {
     if (left_out.cost < last.at[best].cost && most_ < kMostPositions) return 4 * most_;
   }
   end_ = last.at[best];
+  take_picks(best);
+  traces_ = {};
+  return 0;
+}
+
+// Which position each point took on the way to this one of the last.
+void GlobalChoice::take_picks(std::size_t best) {
   picks_.resize(traces_.layers());
   for (std::size_t i = picks_.size(); i-- > 0;) {
     const StepTraces::Read read = traces_.take_last(best);
     const unsigned plain = read.plain ? kPlain | (read.count == 2 ? kOfTwo : 0U) : 0U;
-    picks_[i] = read.settled ? kAlreadyPut : static_cast<std::uint16_t>(plain | read.step.pick);
-    best = read.settled ? 0 : read.step.from;
+    picks_[i] = static_cast<std::uint16_t>(plain | read.step.pick);
+    best = read.step.from;
   }
-  traces_ = {};
-  return 0;
 }
 
 GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint16_t pick) const {
@@ -452,7 +441,8 @@ const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, con
     }
     most = settle();
   }
-  replay(points, chosen);
+  // The rest was settled on the way.
+  replay(points.last(picks_.size()), chosen.last(picks_.size()));
   return nullptr;
 }
 

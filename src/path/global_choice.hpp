@@ -15,7 +15,7 @@ namespace trunnion::path {
 
 /// The shortest path over all branches and turns (see ChoiceMethod::global). Forward, point by point, with a
 /// byte a point for the way back; from the last point back, which of its positions each point takes; forward
-/// again, what those positions are.
+/// again, what those positions are. Where only one position reaches a point all before it is settled there.
 ///
 /// At most `most` positions of a point are followed, the cheapest. What is left out is followed as if axes
 /// had no limits and one could change to any turn: the path found is the shortest if that costs no less.
@@ -80,9 +80,18 @@ class GlobalChoice {
     double cost = std::numeric_limits<double>::infinity();
   };
 
+  /// Where `out` is given what is settled goes there, and only what is not is left to `settle` and `replay`.
   const ChoicePoint* advance(std::span<const ChoicePoint> points, std::span<ChosenPoint> out);
-  /// The next point, where one position came before and one reaches it; false where that is not so.
-  bool add_only(const ChoicePoint& point, const SolvedPose& solved);
+  /// Points from number `first` on that one position reaches, with one position before them; up to `end` at
+  /// most, the end of what was looked up. Gives where it ends. Stretches that both branches reach, too, where
+  /// staying on one is the shorter way for certain: it may end before `first` where it turns out not to be.
+  std::size_t follow(std::span<const ChoicePoint> points, std::size_t first, std::size_t end,
+                     std::span<ChosenPoint> out);
+  bool follow_one(const ChoicePoint& point, std::size_t row, bool both, ChosenPoint* out);
+  bool stays(const ChoicePosition& next, double turn, bool rapid, std::size_t row);
+  std::size_t give_up_stay(std::size_t at);
+  void settle_stretch(std::span<const ChoicePoint> points, std::span<ChosenPoint> out);
+  void take_picks(std::size_t best);
   /// The same where both branches reach it in one turn each, from at most two positions.
   bool add_both(const ChoicePoint& point, const SolvedPose& solved);
   bool add_straight_on(const ChoicePoint& point, const SolvedPose& solved);
@@ -119,6 +128,7 @@ class GlobalChoice {
   TableKinematics kinematics_;
   ChoiceSteps steps_;
   PoseSolver solver_;
+  PoseSolver replay_solver_;
   std::size_t rotary_count_;
 
   JointVector seed_;
@@ -139,7 +149,19 @@ class GlobalChoice {
   StepTraces traces_;
   std::vector<TracedStep> steps_of_layer_;
 
-  static constexpr std::uint16_t kAlreadyPut = 0xffff;
+  std::size_t looked_from_ = 0;  // number of the first point that is looked up
+  /// Staying on one branch where both reach the points, until one does.
+  struct Stay {
+    bool on = false;
+    std::size_t begin = 0;  // the first point
+    Candidate before;       // and what came before it
+    Vec3 axis_before_P = Vec3::UnitZ();
+    double apart = 0.0;  // RotarySolver::apart of the last point
+    double seconds = 0.0;
+  };
+  Stay stay_;
+  std::size_t may_stay_from_ = 0;  // it did not do before
+
   // The pick is the solution, in its only turn; there are two.
   static constexpr std::uint16_t kPlain = 0x8000;
   static constexpr std::uint16_t kOfTwo = 0x4000;

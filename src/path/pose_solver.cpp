@@ -1,6 +1,7 @@
 #include "path/pose_solver.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace trunnion::path {
 
@@ -23,47 +24,54 @@ void PoseSolver::solve(const ToolPose& pose, double seed_inner, SolvedPose& out)
 }
 
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted) {
+  const auto store = [](auto& column, std::size_t row, const auto& two) {
+    std::memcpy(column.data() + row, &two, sizeof(two));
+  };
   for (std::size_t i = 0; i < points.size(); i += 2) {
     // An odd last one stands for two.
     const std::size_t j = std::min(i + 1, points.size() - 1);
-    const std::array<const ToolPose*, 2> pose = {&points[i].pose, &points[j].pose};
+    const ToolPose& a = points[i].pose;
+    const ToolPose& b = points[j].pose;
     const unsigned bits = wanted.empty() ? 3U : unsigned{wanted[i]} | wanted[j];
     const std::array<bool, 2> of_branch = {(bits & 1U) != 0, (bits & 2U) != 0};
-    const auto side_by_side = [&](const auto& of) {
-      const Vec3& a = of(*pose[0]);
-      const Vec3& b = of(*pose[1]);
-      return lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
+    const auto side_by_side = [](const Vec3& v, const Vec3& w) {
+      return lanes::Triple<Lanes>{{v.x(), w.x()}, {v.y(), w.y()}, {v.z(), w.z()}};
     };
-    const RotarySolver::Pair solved = solver_.solve_pair(
-        side_by_side([](const ToolPose& p) -> const Vec3& { return p.axis_P; }), of_branch);
-    const auto tip_P = side_by_side([](const ToolPose& p) -> const Vec3& { return p.tip_P; });
-    const std::size_t lanes_used = std::min<std::size_t>(2, points.size() - i);
-    for (std::size_t lane = 0; lane < lanes_used; ++lane) {
-      ahead_[i + lane].rotary.count = 0;
-      ahead_[i + lane].known = solved.known[static_cast<int>(lane)] != 0;
-    }
-    for (std::uint8_t branch = 0; branch < 2; ++branch) {
-      if (!lanes::any(solved.within[branch])) continue;
-      if (!of_branch[branch]) {
-        for (std::size_t lane = 0; lane < lanes_used; ++lane)
-          ahead_[i + lane].rotary.count += solved.within[branch][static_cast<int>(lane)] != 0 ? 1U : 0U;
-        continue;
-      }
-      const auto& sin = solved.sin[branch];
-      const auto& cos = solved.cos[branch];
+    const RotarySolver::Pair solved = solver_.solve_pair(side_by_side(a.axis_P, b.axis_P), of_branch);
+    const auto tip_P = side_by_side(a.tip_P, b.tip_P);
+    store(block_.known, i, solved.known);
+    store(block_.apart, i, solved.apart);
+    for (std::size_t n = 0; n < 2; ++n) {
+      SolvedBlock::Branch& of = block_.branch[n];
+      store(of.within, i, solved.within[n]);
+      if (!of_branch[n] || !lanes::any(solved.within[n])) continue;
+      const auto& sin = solved.sin[n];
+      const auto& cos = solved.cos[n];
       const auto linear = kinematics_.linear_positions(tip_P, TableKinematics::SinesOf<Lanes>{sin, cos});
-      for (std::size_t lane = 0; lane < lanes_used; ++lane) {
-        const int l = static_cast<int>(lane);
-        if (solved.within[branch][l] == 0) continue;
-        SolvedPose& of = ahead_[i + lane];
-        const std::size_t n = of.rotary.count++;
-        of.sines[n] = {{sin[0][l], sin[1][l]}, {cos[0][l], cos[1][l]}};
-        of.linear[n] = {linear.x[l], linear.y[l], linear.z[l]};
-        of.rotary.at[n] = {
-            {solved.angle[branch][0][l], solved.angle[branch][1][l]}, of.sines[n], true, branch, false};
+      for (std::size_t k = 0; k < 2; ++k) {
+        store(of.angle[k], i, solved.angle[n][k]);
+        store(of.sin[k], i, sin[k]);
+        store(of.cos[k], i, cos[k]);
       }
+      store(of.linear[0], i, linear.x);
+      store(of.linear[1], i, linear.y);
+      store(of.linear[2], i, linear.z);
     }
   }
+}
+
+const SolvedPose& PoseSolver::ahead(std::size_t i) {
+  ahead_.known = block_.known[i] != 0;
+  ahead_.rotary.count = 0;
+  for (std::uint8_t branch = 0; branch < 2; ++branch) {
+    const SolvedBlock::Branch& of = block_.branch[branch];
+    if (of.within[i] == 0) continue;
+    const std::size_t n = ahead_.rotary.count++;
+    ahead_.sines[n] = {{of.sin[0][i], of.sin[1][i]}, {of.cos[0][i], of.cos[1][i]}};
+    ahead_.linear[n] = {of.linear[0][i], of.linear[1][i], of.linear[2][i]};
+    ahead_.rotary.at[n] = {{of.angle[0][i], of.angle[1][i]}, ahead_.sines[n], true, branch, false};
+  }
+  return ahead_;
 }
 
 }  // namespace trunnion::path

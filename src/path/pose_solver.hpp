@@ -18,6 +18,22 @@ struct SolvedPose {
   bool known = false;                // of those looked up ahead
 };
 
+/// The inverse of a few poses, a column for each quantity.
+struct SolvedBlock {
+  static constexpr std::size_t kMost = 64;
+  template <class T>
+  using Column = std::array<T, kMost>;
+  struct Branch {
+    Column<std::int64_t> within;                    // not 0: the limits leave it
+    std::array<Column<double>, 2> angle, sin, cos;  // outer and inner axis
+    std::array<Column<double>, 3> linear;
+  };
+  SolvedBlock() {}             // its numbers come with the poses
+  Column<std::int64_t> known;  // 0: it needs the general way
+  std::array<Branch, 2> branch;
+  Column<double> apart;  // RotarySolver::apart, on both branches
+};
+
 /// Solves poses one by one, and where the machine's chain allows it two at a time.
 class PoseSolver {
  public:
@@ -29,18 +45,22 @@ class PoseSolver {
   void solve(const ToolPose& pose, double seed_inner, SolvedPose& out) const;
 
   /// So many points can be looked up at once.
-  static constexpr std::size_t kAhead = 64;
+  static constexpr std::size_t kAhead = SolvedBlock::kMost;
   bool looks_ahead() const { return kinematics_.side_by_side(); }
   /// Up to kAhead points; those that need the general way are not `known`. `wanted`: of each point the
   /// branches that are asked for, a bit each; none: all.
   void look_ahead(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted = {});
-  const SolvedPose& ahead(std::size_t i) const { return ahead_[i]; }
+  const SolvedBlock& block() const { return block_; }
+  /// One of them, until the next one is asked for.
+  const SolvedPose& ahead(std::size_t i);
+  const RotarySolver& rotary() const { return solver_; }
 
  private:
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;
-  std::array<SolvedPose, kAhead> ahead_;
+  SolvedBlock block_;
+  SolvedPose ahead_;
 };
 
 }  // namespace trunnion::path

@@ -19,7 +19,10 @@ double turn_about(const Vec3& n, const Vec3& a, const Vec3& b) {
 }  // namespace
 
 RotaryConnection::RotaryConnection(const TableKinematics& kinematics, Angle tolerance)
-    : kinematics_(kinematics), tolerance_rad_(kShare * tolerance.rad()) {
+    : kinematics_(kinematics),
+      tolerance_rad_(kShare * tolerance.rad()),
+      // At the largest tilt it changes with the square of this distance.
+      fold_rad_(std::sqrt(tolerance_rad_)) {
   if (kinematics.rotary_count() == 2)
     m_ = kinematics.direction(0).cross(kinematics.direction(1)).normalized();
 }
@@ -47,12 +50,10 @@ bool RotaryConnection::one_branch(const Vec3& v_a, const Vec3& v_b) const {
   const double a = m_.dot(v_a);
   const double b = m_.dot(v_b);
   if (a * b > 0.0) return true;
-  // At the largest tilt it changes with the square of this distance.
   const Vec3& n = kinematics_.direction(1);
-  const double near = std::sqrt(tolerance_rad_);
   const auto at_fold = [&](double distance, const Vec3& at) {
     constexpr double kFarFromPole = 4.0;
-    return std::abs(distance) <= near && n.cross(at).norm() > kFarFromPole * std::abs(distance);
+    return std::abs(distance) <= fold_rad_ && n.cross(at).norm() > kFarFromPole * std::abs(distance);
   };
   return at_fold(a, v_a) || at_fold(b, v_b);
 }

@@ -24,6 +24,12 @@ class RotaryConnection {
   /// `a` holds the unit tool axis `axis_a_P`, `b` holds `axis_b_P`. Limits are not looked at.
   bool connects(const Angles& a, const Vec3& axis_a_P, const Angles& b, const Vec3& axis_b_P) const;
   bool connects(const JointVector& a, const Vec3& axis_a_P, const JointVector& b, const Vec3& axis_b_P) const;
+  /// No step between the branches connects where the tool axis turns by at most `turn`, rad, and
+  /// RotarySolver::apart is `apart` at least at both ends: then it stays that far off the pole and the fold.
+  bool parts(double apart, double turn) const {
+    constexpr double kHair = 1e-9;  // of rounding
+    return apart > fold_rad_ + kHair && apart > tolerance_rad_ + turn + kHair;
+  }
   /// The turn of the inner axis when the axes follow from `a` to where the outer one stands at `outer_b`; `a`
   /// and `outer_b` on one branch. Nothing otherwise.
   std::optional<double> followed_turn(const Angles& a, const Vec3& axis_a_P, double outer_b,
@@ -38,6 +44,7 @@ class RotaryConnection {
 
   const TableKinematics& kinematics_;
   double tolerance_rad_;
+  double fold_rad_;        // off the plane of both axes so far a position is on either branch
   Vec3 m_ = Vec3::Zero();  // unit, across both axes
 };
 

@@ -32,11 +32,10 @@ StepTraces::Read StepTraces::take_last(std::size_t at) {
   const std::uint8_t code = bytes_.back();
   bytes_.pop_back();
   --layers_;
-  if (code == kSettled) return {{}, true, false, 1};
   if (code < kSmall) {
     const unsigned bits = static_cast<unsigned>(code & (kPlain - 1)) >> (1 + 2 * at);
     const TracedStep step = {static_cast<std::uint16_t>(bits & 1), static_cast<std::uint16_t>(bits >> 1 & 1)};
-    return {step, false, (code & kPlain) != 0, std::size_t{1} + (code & kTwo)};
+    return {step, (code & kPlain) != 0, std::size_t{1} + (code & kTwo)};
   }
   Read out;
   if (code == kNibbles) {

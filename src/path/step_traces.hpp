@@ -22,8 +22,6 @@ class StepTraces {
   }
   std::size_t layers() const { return layers_; }
 
-  /// A layer of one position, which is settled already.
-  void add_settled() { add(kSettled); }
   /// A layer of one position, the only solution in its only turn, reached from the only one before.
   void add_one() { add(kPlain); }
   /// A layer of two positions, the two solutions in their only turns, reached from position 0 or 1.
@@ -34,7 +32,6 @@ class StepTraces {
 
   struct Read {
     TracedStep step;
-    bool settled = false;
     bool plain = false;     // as `add_one` or `add_two` wrote it: the pick is the solution
     std::size_t count = 0;  // of positions of a plain layer
   };
@@ -46,7 +43,6 @@ class StepTraces {
   static constexpr std::uint8_t kTwo = 1;
   static constexpr std::uint8_t kPlain = 32;
   static constexpr std::uint8_t kSmall = 64;
-  static constexpr std::uint8_t kSettled = 0x40;
   static constexpr std::uint8_t kNibbles =
       0x80;                                    // before it the number of positions, before that a byte each
   static constexpr std::uint8_t kWide = 0x81;  // the same with 16 bits for each number

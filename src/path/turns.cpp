@@ -14,11 +14,6 @@ constexpr double kDefaultRotaryRate_rad_s = 9000.0 * kRadPerDegree / kSecondsPer
 
 }  // namespace
 
-bool is_only_turn(const Axis& axis, double angle) {
-  return axis.within_limits(angle) && angle - kTwoPi < axis.min - kAtLimit &&
-         angle + kTwoPi > axis.max + kAtLimit;
-}
-
 double seconds_per_unit(const Axis& axis) {
   return 1.0 / axis.rapid.value_or(axis.kind == AxisKind::linear ? kDefaultLinearRate_mm_s
                                                                  : kDefaultRotaryRate_rad_s);

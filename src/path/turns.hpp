@@ -33,9 +33,6 @@ class Turns {
 /// An angle that misses a limit by its own rounding is at it.
 inline constexpr double kAtLimit = 1e-12;
 
-/// Nearly always one turn is within the limits, and no other.
-bool is_only_turn(const Axis& axis, double angle);
-
 /// Travel over rate: seconds that an axis takes for a unit of its motion. Where the machine file gives no
 /// rate it is that of a small trunnion: only ratios matter for the choice.
 double seconds_per_unit(const Axis& axis);

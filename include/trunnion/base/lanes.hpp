@@ -81,38 +81,58 @@ T nearest(const T& x) {
   return (x + kNoFraction) - kNoFraction;
 }
 
+/// The arctangent of a vector, before it is known in which quadrant it points: `at(y, x)` of it and of the
+/// ones that it is mirrored to.
+template <class T>
+class Arctangent {
+ public:
+  Arctangent(const T& y, const T& x) {
+    constexpr double kTanEighth = 0.41421356237309503;  // of an eighth of a turn's half: tan(pi / 8)
+    const T ax = abs(x);
+    const T ay = abs(y);
+    const auto steep = ay > ax;
+    const T least = select(steep, ax, ay);
+    const T most = select(steep, ay, ax);
+    const auto wide = least > kTanEighth * most;
+    const T over = select(wide, least - most, least);
+    const T under = select(wide, least + most, most);
+    const T z = over / select(under > 0.0, under, splat<T>(1.0));
+    const T u = z * z;
+    // (atan(z)/z - 1)/z^2 through its values at the eleven Chebyshev nodes of u in [0, tan(pi/8)^2]; 7e-18
+    // off.
+    T p = splat<T>(-0.019176886573127324);
+    for (const double c :
+         {0.03923165784980771, -0.05085449722509816, 0.05858148909853524, -0.06664511447042512,
+          0.07692183190801989, -0.09090904578122865, 0.11111111015256336, -0.14285714284666542,
+          0.1999999999999552, -0.3333333333333333}) {
+      p = p * u + c;
+    }
+    rest_ = z + z * (u * p);
+    // So many eighths of a turn and z on or back from there.
+    const T one = splat<T>(1.0);
+    eighths_ = select(wide, one, T{});
+    way_ = select(steep, -one, one);
+    eighths_ = select(steep, 2.0 - eighths_, eighths_);
+  }
+  /// As std::atan2; 0 for (0, 0) whatever the signs. `y` and `x` as given or with other signs.
+  T at(const T& y, const T& x) const {
+    // pi / 4 in a piece of 33 bits and the rest.
+    constexpr double kEighth1 = 0x1.921fb544p-1, kEighth2 = 3.038550253253096e-11;
+    const auto back = x < 0.0;
+    const T eighths = select(back, 4.0 - eighths_, eighths_);
+    const T way = select(back, -way_, way_);
+    const T angle = eighths * kEighth1 + (eighths * kEighth2 + way * rest_);
+    return copysign(angle, y);
+  }
+
+ private:
+  T eighths_, way_, rest_;
+};
+
 /// As std::atan2 within 3.5e-16 (tests: of long doubles, 4e6 cases); 0 for (0, 0) whatever the signs.
 template <class T>
 T atan2(const T& y, const T& x) {
-  constexpr double kTanEighth = 0.41421356237309503;  // of an eighth of a turn's half: tan(pi / 8)
-  const T ax = abs(x);
-  const T ay = abs(y);
-  const auto steep = ay > ax;
-  const T least = select(steep, ax, ay);
-  const T most = select(steep, ay, ax);
-  const auto wide = least > kTanEighth * most;
-  const T over = select(wide, least - most, least);
-  const T under = select(wide, least + most, most);
-  const T z = over / select(under > 0.0, under, splat<T>(1.0));
-  const T u = z * z;
-  // (atan(z)/z - 1)/z^2 through its values at the eleven Chebyshev nodes of u in [0, tan(pi/8)^2]; 7e-18 off.
-  T p = splat<T>(-0.019176886573127324);
-  for (const double c : {0.03923165784980771, -0.05085449722509816, 0.05858148909853524, -0.06664511447042512,
-                         0.07692183190801989, -0.09090904578122865, 0.11111111015256336, -0.14285714284666542,
-                         0.1999999999999552, -0.3333333333333333}) {
-    p = p * u + c;
-  }
-  // So many eighths of a turn and z on or back from there; pi / 4 in a piece of 33 bits and the rest.
-  constexpr double kEighth1 = 0x1.921fb544p-1, kEighth2 = 3.038550253253096e-11;
-  const T one = splat<T>(1.0);
-  T eighths = select(wide, one, T{});
-  T way = select(steep, -one, one);
-  eighths = select(steep, 2.0 - eighths, eighths);
-  const auto back = x < 0.0;
-  eighths = select(back, 4.0 - eighths, eighths);
-  way = select(back, -way, way);
-  const T angle = eighths * kEighth1 + (eighths * kEighth2 + way * (z + z * (u * p)));
-  return copysign(angle, y);
+  return Arctangent<T>(y, x).at(y, x);
 }
 
 template <class T>

@@ -23,11 +23,16 @@ class RotarySolver {
     LaneMask known;                  // far from the pole, and no axis that is only just in reach
     std::array<LaneMask, 2> within;  // where known: the branch is within the limits, and what follows is it
     std::array<std::array<Lanes, 2>, 2> angle, sin, cos;  // [branch][axis]
+    Lanes apart;                                          // as `apart` of the positions on both branches
   };
   /// Of a branch that is not `wanted` only `within` is filled in.
   Pair solve_pair(const lanes::Triple<Lanes>& axis_P, const std::array<bool, 2>& wanted = {true, true}) const;
   std::size_t count() const { return count_; }
 
+  /// With two rotary axes: the sine of the angle at which the spindle, as the outer axis at this angle
+  /// carries it, stands off the plane of both. The branches meet where it is 0; the tool axis is as far off
+  /// the pole.
+  double apart(double outer) const;
   /// With two rotary axes: the branch on which the outer one stands at this angle.
   std::uint8_t branch_of(double outer) const;
   /// Far from the pole, and where the outer axis stands on the two branches farther apart than kApart_rad:
@@ -82,6 +87,9 @@ class RotarySolver {
   Turn n2_to_k_{0.0, 1.0};
   Turn m_to_k_{0.0, 1.0};
   std::array<Window, 2> window_;
+  // The outer axis stands opposite on the two branches, the inner one half a turn on: axes square to each
+  // other, and the outer one to the spindle.
+  bool mirrors_ = false;
 };
 
 }  // namespace trunnion
