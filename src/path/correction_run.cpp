@@ -20,6 +20,7 @@ void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
   joints_.resize(count);
   known_.assign(count, 0);
   keeps_.assign(count, 0);
+  bow_mm_.resize(count);
   aim_P_ = Vec3::Zero();
   last_ = PairPlace{};
   largest_error_mm_ = largest_correction2_mm2_ = 0.0;
@@ -44,7 +45,7 @@ void CorrectionRun::add(std::size_t first, std::size_t second, const Compensator
       if (!one->held) take(i, at, *one);
     }
   }
-  judge(first, second, {a.prescribed.tip_P + found[0].aim_P, b.prescribed.tip_P + found[1].aim_P});
+  bend(first, second, {a.prescribed.tip_P + found[0].aim_P, b.prescribed.tip_P + found[1].aim_P});
 }
 
 void CorrectionRun::take(std::size_t i, const Compensator::NominalPlace& at, const Corrected& found) {
@@ -67,7 +68,7 @@ void CorrectionRun::take(std::size_t i, const Compensator::NominalPlace& at, con
 // nominal machine stays within its bow of its chord, and the errors within a bound of their straight course.
 // `tips_P`: where the nominal machine puts the tip there, within that rounding. A turn about the inner axis
 // keeps the distance from it: that of the tip in P.
-void CorrectionRun::judge(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P) {
+void CorrectionRun::bend(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P) {
   const JointVector& a = joints_[first];
   const JointVector& b = joints_[second];
   const auto both = [&](AxisId id) { return Lanes{a[id], b[id]}; };
@@ -90,11 +91,38 @@ void CorrectionRun::judge(std::size_t first, std::size_t second, const std::arra
   to.size_mm = magnitude(to.w) + constants_mm_;
   const PairMotion motion(last_, to);
   last_ = to;
-  for (std::size_t i = first; i <= second; ++i) {
-    if (i == 0 || known_[i - 1] == 0 || known_[i] == 0) continue;
-    const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
-    const double bow_mm = motion.bow_mm[static_cast<int>(i - first)];
-    keeps_[i] = errors && bow_mm + errors->tip_mm <= limit_mm_ ? 1 : 0;
+  for (std::size_t i = first; i <= second; ++i) bow_mm_[i] = motion.bow_mm[static_cast<int>(i - first)];
+}
+
+// The errors are asked once for many motions: for one as long as any of them is along each axis, and as far
+// out.
+void CorrectionRun::decide() {
+  constexpr std::size_t kTogether = 32;
+  const std::size_t count = joints_.size();
+  for (std::size_t begin = 1; begin < count; begin += kTogether) {
+    const std::size_t end = std::min(begin + kTogether, count);
+    JointVector out = joints_[begin - 1];  // the farthest of each axis
+    JointVector way;
+    bool all = known_[begin - 1] != 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      all = all && known_[i] != 0;
+      for (AxisId id = 0; id < kMaxAxes; ++id) {
+        const double q = joints_[i][id];
+        if (std::abs(q) > std::abs(out[id])) out[id] = q;
+        way[id] = std::max(way[id], std::abs(q - joints_[i - 1][id]));
+      }
+    }
+    JointVector from = out;
+    for (AxisId id = 0; id < kMaxAxes; ++id) from[id] -= std::copysign(way[id], out[id]);
+    const auto together = all ? compensator_.course().at_most(from, out) : std::optional<ErrorCourse::Bend>();
+    for (std::size_t i = begin; i < end; ++i) {
+      if (together && bow_mm_[i] + together->tip_mm <= limit_mm_) {
+        keeps_[i] = 1;
+      } else if (known_[i - 1] != 0 && known_[i] != 0) {
+        const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
+        keeps_[i] = errors && bow_mm_[i] + errors->tip_mm <= limit_mm_ ? 1 : 0;
+      }
+    }
   }
 }
 

@@ -38,6 +38,7 @@ class CorrectionRun {
       const RotarySines b = sines_at(j);
       add(i, j, {nominal[i], pose_at(i), a}, {nominal[j], pose_at(j), b});
     }
+    decide();
   }
   std::span<const JointVector> joints() const { return joints_; }
   /// The motion from point i - 1 to point i keeps, both ends corrected here.
@@ -52,7 +53,8 @@ class CorrectionRun {
   void add(std::size_t first, std::size_t second, const Compensator::NominalPlace& a,
            const Compensator::NominalPlace& b);
   void take(std::size_t i, const Compensator::NominalPlace& at, const Corrected& found);
-  void judge(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P);
+  void bend(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P);
+  void decide();
 
   const Compensator& compensator_;
   TableKinematics kinematics_;
@@ -64,6 +66,7 @@ class CorrectionRun {
   Vec3 aim_P_ = Vec3::Zero();  // Corrected::aim_P of the last point
   std::vector<JointVector> joints_;
   std::vector<std::uint8_t> known_, keeps_;
+  std::vector<double> bow_mm_;  // of the nominal motions to the points
   double largest_error_mm_ = 0.0;
   double largest_correction2_mm2_ = 0.0;
 };
