@@ -47,11 +47,12 @@ std::string plain_text(const Word& word) {
 }  // namespace
 
 Reader::State::State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
-                     ReaderOptions opts)
+                     ReaderOptions opts, RunSink out_runs)
     : c(controller),
       file(std::move(file_name)),
       diagnostics(found),
       sink(std::move(out_sink)),
+      runs(std::move(out_runs)),
       options(std::move(opts)),
       format(options.format.value_or(c.numbers.axes)),
       patterns(compile_patterns(c, diagnostics)),
@@ -67,6 +68,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
     }
   }
   note_plain_words();
+  if (runs) run = std::make_unique<MotionRun>();
 }
 
 void Reader::State::note_simple(const Pattern& p) {
@@ -310,9 +312,9 @@ bool Reader::State::take_words(LineMotion& m) {
 }
 
 Reader::Reader(const Controller& controller, std::string file, Diagnostics& diagnostics, Sink sink,
-               ReaderOptions options)
+               ReaderOptions options, RunSink runs)
     : state_(std::make_unique<State>(controller, std::move(file), diagnostics, std::move(sink),
-                                     std::move(options))) {
+                                     std::move(options), std::move(runs))) {
   const AxisFormat& own = controller.numbers.axes;
   TRUNNION_EXPECTS(state_->format.decimals(AxisLetter::X) >= own.decimals(AxisLetter::X));
   TRUNNION_EXPECTS(state_->format.decimals(AxisLetter::A) >= own.decimals(AxisLetter::A));
@@ -323,6 +325,9 @@ Reader::~Reader() = default;
 void Reader::feed(std::string_view text) {
   auto& carry = state_->carry;
   while (!text.empty()) {
+    if (carry.empty()) {
+      while (const std::size_t taken = state_->read_run(text)) text.remove_prefix(taken);
+    }
     const void* const newline = std::memchr(text.data(), '\n', text.size());
     if (newline == nullptr) {
       carry += text;

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,15 +25,28 @@ struct PlainWord {
   std::int8_t decimals = 0;  // of the axis' quanta
 };
 
+/// The line of a run that was read last.
+inline constexpr std::size_t kRunWords = kAxisLetters + 1;
+struct RunLine {
+  std::size_t count = 0;  // of its words; 0: no pattern for others
+  std::array<char, kRunWords> letter{};
+  std::array<AxisLetter, kRunWords> axis{};
+  std::array<std::int32_t, kRunWords> value{};
+  std::size_t feed_at = kRunWords;  // of the words; behind all: none
+  std::int64_t feed = 0;
+  std::uint16_t mask = 0;
+};
+
 /// What the control knows after the text so far.
 struct Reader::State {
   State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
-        ReaderOptions opts);
+        ReaderOptions opts, RunSink out_runs);
 
   const Controller& c;
   std::string file;
   Diagnostics& diagnostics;
   Sink sink;
+  RunSink runs;
   ReaderOptions options;
   AxisFormat format;
   PatternSet patterns;
@@ -50,6 +64,9 @@ struct Reader::State {
   std::size_t errors = 0;
   bool given_up = false;
   std::optional<Error> first_error;
+
+  std::unique_ptr<MotionRun> run;  // where somebody takes runs
+  RunLine line_of_run;
 
   // What the control knows.
   Block motion_block = Motion{};
@@ -98,6 +115,18 @@ struct Reader::State {
   /// @param end  of the line; the character there can be read and is no part of a word
   bool take_plain_motion(const char* begin, const char* p, const char* end, LineMotion& m);
   void note_plain_words();
+  /// Reads lines from the start of `text` as a run, as far as they are motions in the form of
+  /// take_plain_motion that change no mode: how many characters they have.
+  std::size_t read_run(std::string_view text);
+  bool may_run() const;
+  /// The line from `p` on as the next of `run`: where the one behind it begins; null, with nothing changed,
+  /// for any other line. A line ends before `end`.
+  const char* take_run_line(const char* p, const char* end);
+  /// The same for a line that has the letters of `line_of_run`, every number with four decimals.
+  const char* take_same_words(const char* p, const char* end);
+  const char* skip_run_number(const char* p) const;
+  bool put_run_line(std::uint32_t column);
+  bool unwrap_run_line();
   bool take_simple(Word& word, LineMotion& m);
   void set_kind(MotionKind kind, LineMotion& m);
   void set_feed_mode(FeedMode mode);

@@ -1,6 +1,7 @@
 // blocks -> text -> blocks is an identity, for every controller that ships with the project.
 #include <fstream>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "nc/random_program.hpp"
 #include "support/controllers.hpp"
@@ -91,6 +92,99 @@ TEST_P(EveryController, PiecesOfTextMayEndAnywhere) {
     ASSERT_TRUE(reader.finish());
     ASSERT_EQ(back.size(), blocks.size());
     for (std::size_t i = 0; i < blocks.size(); ++i) ASSERT_TRUE(same(blocks[i], back[i]));
+  }
+}
+
+// What comes as runs are the blocks that come one by one: random programs, long cuts with and without block
+// numbers, fewer digits, blanks and other line ends, in pieces; findings too, where somebody spoilt a line.
+class Spoilt {
+ public:
+  explicit Spoilt(std::uint64_t seed) : random_(seed) {}
+  bool once_in(int n) { return std::uniform_int_distribution(1, n)(random_) == 1; }
+  std::string text_of(const std::string& text) {
+    const bool breaks = once_in(3);
+    std::string out;
+    for (const char ch : text) {
+      if (breaks && once_in(3000)) out += "?X9.#-"[std::uniform_int_distribution(0, 5)(random_)];
+      if (ch == '\n' && once_in(60)) out += once_in(2) ? " " : "\r";
+      if (ch == '0' && once_in(60)) continue;
+      out += ch;
+      if (ch == ' ' && once_in(200)) out += ch;
+    }
+    return out;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+struct Reading {
+  std::vector<std::string> blocks, findings;
+  std::size_t in_runs = 0;
+};
+
+Reading read_in_pieces(const nc::Controller& controller, const std::string& text, bool runs) {
+  Reading out;
+  const auto take = [&](const nc::Block& block) {
+    const auto* motion = std::get_if<nc::Motion>(&block);
+    const SourceRef at = motion != nullptr ? motion->source : SourceRef{};
+    out.blocks.push_back(to_text(block) + " @" + std::to_string(at.line) + ":" + std::to_string(at.column));
+  };
+  nc::Reader::RunSink run_sink;
+  if (runs) {
+    run_sink = [&](const nc::MotionRun& run) {
+      out.in_runs += run.count;
+      for (std::size_t i = 0; i < run.count; ++i) take(run.motion(i));
+    };
+  }
+  Diagnostics diagnostics;
+  nc::Reader reader(controller, "test.nc", diagnostics, take, {}, run_sink);
+  constexpr std::size_t kPiece = 3001;
+  for (std::size_t i = 0; i < text.size(); i += kPiece) reader.feed(std::string_view(text).substr(i, kPiece));
+  if (!reader.finish()) out.blocks.emplace_back("failed");
+  for (const auto& finding : diagnostics.findings()) out.findings.push_back(finding.text());
+  return out;
+}
+
+TEST_P(EveryController, GivesTheSameBlocksInRuns) {
+  auto controller = test::shipped_controller(GetParam());
+  std::size_t in_runs = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    controller.block_numbers.enabled = seed % 2 == 0;
+    auto blocks = test::RandomProgram(controller, seed).make(40);
+    // A long cut at the end.
+    std::mt19937_64 random(seed);
+    const auto within = [&](std::int64_t most) {
+      return std::uniform_int_distribution<std::int64_t>(-most, most)(random);
+    };
+    nc::Motion cut;
+    cut.kind = nc::MotionKind::feed;
+    cut.feed = 800000;
+    blocks.pop_back();
+    for (const auto letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::C})
+      cut.words.set(letter, within(1000000));
+    nc::Motion start = cut;
+    start.kind = nc::MotionKind::rapid;
+    start.feed = 0;
+    blocks.emplace_back(start);
+    for (int i = 0; i < 700; ++i) {
+      const bool all = within(10) > -8;
+      for (const auto letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z, nc::AxisLetter::C}) {
+        if (all || within(1) == 0) cut.words.set(letter, cut.words[letter] + within(20000));
+      }
+      if (seed % 3 == 0) cut.feed = 800000 + within(700000);
+      blocks.emplace_back(cut);
+    }
+    blocks.emplace_back(nc::ProgramEnd{});
+    const std::string text = Spoilt(seed).text_of(test::nc_text(controller, blocks));
+    const Reading by_one = read_in_pieces(controller, text, false);
+    const Reading by_runs = read_in_pieces(controller, text, true);
+    ASSERT_EQ(by_one.blocks, by_runs.blocks) << seed;
+    ASSERT_EQ(by_one.findings, by_runs.findings) << seed;
+    in_runs += by_runs.in_runs;
+  }
+  if (controller.motion.modal) {
+    EXPECT_GT(in_runs, 10000U);
   }
 }
 

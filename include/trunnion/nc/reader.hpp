@@ -10,6 +10,7 @@
 #include "trunnion/base/result.hpp"
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/nc/controller.hpp"
+#include "trunnion/nc/motion_run.hpp"
 
 namespace trunnion::nc {
 
@@ -32,9 +33,11 @@ struct ReaderOptions {
 class Reader {
  public:
   using Sink = std::function<void(const Block&)>;
-  /// `controller` and `diagnostics` must outlive the reader; `file` is for messages.
+  using RunSink = std::function<void(const MotionRun&)>;
+  /// `controller` and `diagnostics` must outlive the reader; `file` is for messages. `runs` takes motions
+  /// that need not come one by one, in their place among the blocks; null: all come as blocks.
   Reader(const Controller& controller, std::string file, Diagnostics& diagnostics, Sink sink,
-         ReaderOptions options = {});
+         ReaderOptions options = {}, RunSink runs = {});
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   ~Reader();
