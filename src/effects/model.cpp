@@ -109,6 +109,11 @@ Twist ModelEvaluator::Entry::twist(const MachineState& state, std::span<const do
   return only_fixed_part ? effect->fixed_part(state, own, {}) : effect->twist(state, own, parameters);
 }
 
+const Twist& ModelEvaluator::at(const ChainErrors& errors, const Link& link) {
+  if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
+  return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
+}
+
 Twist& ModelEvaluator::at(ChainErrors& errors, const Link& link) {
   if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
   return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
@@ -137,21 +142,43 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
   const auto behind =
       std::stable_partition(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.course; });
   without_course_ = static_cast<std::size_t>(behind - entries_.begin());
+  for (Entry& e : entries_) {
+    const auto first = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const Entry& other) { return other.link == e.link; });
+    e.first_of_link = &*first == &e;
+  }
+}
+
+ChainLinks ModelEvaluator::varying() const {
+  ChainLinks out;
+  for (const Entry& e : entries_) {
+    bool& link = e.link.kind == Link::Kind::joint     ? out.joint[e.link.axis]
+                 : e.link.kind == Link::Kind::spindle ? out.spindle
+                                                      : out.part;
+    link = true;
+  }
+  return out;
 }
 
 void ModelEvaluator::errors(const MachineState& state, std::span<const double> lagged,
                             ChainErrors& out) const {
+  out = constant_;
+  update(state, lagged, out);
+}
+
+void ModelEvaluator::update(const MachineState& state, std::span<const double> lagged,
+                            ChainErrors& out) const {
   if (lagged.empty()) lagged = rest_;
   TRUNNION_EXPECTS(lagged.size() == lags_.size());
-  out = constant_;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const Entry& e = entries_[i];
-    Twist& link = at(out, e.link);
+    Twist& sum = at(out, e.link);
+    if (e.first_of_link) sum = at(constant_, e.link);
     if (i < without_course_) {
-      link += e.twist(state, lagged);
+      sum += e.twist(state, lagged);
     } else {
       const StraightCourse& course = *e.course;
-      link += course.unit * effects::straight_value(course.nodes, course.values, state.q[course.axis]);
+      sum += course.unit * effects::straight_value(course.nodes, course.values, state.q[course.axis]);
     }
   }
 }

@@ -140,7 +140,7 @@ struct ErrorKinematics::TwoTools {
 // The joint poses of `forward` (kinematics.cpp): Trans(q e) Trans(o) Exp(xi) Trans(-o) for a linear axis,
 // Trans(a) Exp(xi) Rot(n, q) Trans(-a) for a rotary one; the part's chain is undone from the bed outwards.
 template <class Tool>
-void ErrorKinematics::carry(Tool& tool) const {
+[[gnu::flatten]] void ErrorKinematics::carry(Tool& tool) const {
   const auto pass = [&](const Held& held, const Vec3& point_mm, double sign, const auto& twist_of) {
     if (held.known) {
       tool.apply(held);

@@ -105,6 +105,11 @@ class ModelEvaluator {
     return out;
   }
   void errors(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
+  /// The same where `out` has the errors of another state: what never changes is left as it is.
+  void update(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
+  /// Errors of the links that `update` does not touch; those of the others are a part of theirs.
+  const ChainErrors& constant() const { return constant_; }
+  ChainLinks varying() const;
   /// The most that any of its effects depends on.
   DependsOn depends_on() const { return depends_on_; }
   /// Sums of Effect::bend over the effects of each link.
@@ -122,10 +127,12 @@ class ModelEvaluator {
     std::vector<double> parameters;
     bool only_fixed_part;  // no parameter scales it: an error table
     std::optional<StraightCourse> course;
+    bool first_of_link = false;
 
     Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
   static Twist& at(ChainErrors& errors, const Link& link);
+  static const Twist& at(const ChainErrors& errors, const Link& link);
 
   DependsOn depends_on_ = DependsOn::nothing;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
