@@ -16,7 +16,9 @@ Compensator::Compensator(const Machine& machine, const Model& model, const Vec3&
       solver_(machine),
       with_errors_(machine, tool_mm),
       course_(machine, tool_mm, evaluator_),
-      datum_shift_P_(datum_shift_P(machine, evaluator_)) {}
+      datum_shift_P_(datum_shift_P(machine, evaluator_)) {
+  with_errors_.hold(evaluator_.constant(), evaluator_.varying());
+}
 
 ToolPose Compensator::actual(const MachineState& at, std::span<const double> lagged) const {
   return actual(at, kinematics_.sines(at.q), lagged);

@@ -123,6 +123,10 @@ ErrorCourse::ErrorCourse(const Machine& machine, const Vec3& tool_mm, const Mode
   for (auto id = machine.tool_chain.rbegin(); id != machine.tool_chain.rend(); ++id)
     tool_chain_.push_back(joint(*id));
   for (const AxisId id : machine.part_chain) part_chain_.push_back(joint(id));
+  for (const auto* chain : {&tool_chain_, &part_chain_}) {
+    for (const Joint& j : *chain)
+      (j.rotary ? rotary_shares_ : linear_shares_).push_back({j.id, j.per_unit, j.min, j.max});
+  }
   find_change_per_mm();
 }
 
@@ -148,46 +152,62 @@ ErrorCourse::Bend ErrorCourse::over(const MachineState& from, const MachineState
 // b^2 S) and what turns behind it (w) are together the motion's turn: w^2 S + 2 w (way + b S) + 2 b way + b^2
 // S = (w + b)^2 S + 2 (w + b) way. What a twist of slope h leaves of a straight course over a motion d is at
 // most h d / 2.
-std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, const JointVector& q1) const {
+template <class T>
+std::optional<std::array<T, 2>> ErrorCourse::largest(const std::array<T, kMaxAxes>& q0,
+                                                     const std::array<T, kMaxAxes>& q1) const {
   if (!range_) return std::nullopt;
-  double S = constant_mm_;
-  double way = 0.0;   // of the linear axes
-  double turn = 0.0;  // of the rotary ones
-  double th1 = 0.0;
-  double T1 = 0.0;
-  const auto add = [&](const Joint& joint) {
-    const double a = q0[joint.id];
-    const double b = q1[joint.id];
-    if (!(std::min(a, b) >= joint.min && std::max(a, b) <= joint.max)) return false;
-    const double d = std::abs(b - a);
-    th1 += joint.per_unit.rot_rad * d;
-    T1 += joint.per_unit.trans_mm * d;
-    if (joint.rotary) {
-      turn += d;
-    } else {
-      way += d;
-      S += std::max(std::abs(a), std::abs(b));
-    }
-    return true;
+  T S = lanes::splat<T>(constant_mm_);
+  T way{};   // of the linear axes
+  T turn{};  // of the rotary ones
+  T th1{};
+  T T1{};
+  auto beyond = T{} > 0.0;
+  const auto change = [&](const Share& axis, const T& a, const T& b) {
+    const T low = lanes::select(a < b, a, b);
+    const T high = lanes::select(a < b, b, a);
+    beyond |= (low < axis.min) | (high > axis.max);
+    const T d = high - low;
+    th1 += axis.per_unit.rot_rad * d;
+    T1 += axis.per_unit.trans_mm * d;
+    return d;
   };
-  for (const Joint& joint : tool_chain_) {
-    if (!add(joint)) return std::nullopt;
+  for (const Share& axis : linear_shares_) {
+    const T a = q0[axis.id];
+    const T b = q1[axis.id];
+    way += change(axis, a, b);
+    S += lanes::larger<T>(lanes::abs(a), lanes::abs(b));
   }
-  for (const Joint& joint : part_chain_) {
-    if (!add(joint)) return std::nullopt;
-  }
+  for (const Share& axis : rotary_shares_) turn += change(axis, q0[axis.id], q1[axis.id]);
   const double th = range_->largest.rot_rad;
-  const double T = range_->largest.trans_mm;
-  const double W = turn + th1;
+  const double largest_mm = range_->largest.trans_mm;
+  const T W = turn + th1;
   // The vector that is carried, moved by the errors and the rests of the links before, is no longer than
   // twice the nominal one: else the rests would be more than is taken here.
-  if (th * S + 2.0 * T + th1 * S + T1 > S || th + th1 > 1.0) return std::nullopt;
-  const auto bound = [&](double arm, double linear, double t, double t1) {
-    const double second = W * (W * (th * arm + t) + 2.0 * (th1 * (arm + t) + t1 + th * linear)) +
-                          th1 * (th1 * (arm + t) + t1 + 2.0 * (linear + turn * arm));
-    return second / 8.0 + 0.5 * (th1 * 2.0 * arm + t1);
+  if (lanes::any(beyond) || lanes::any(th * S + 2.0 * largest_mm + th1 * S + T1 > S) ||
+      lanes::any(th + th1 > 1.0))
+    return std::nullopt;
+  const auto bound = [&](const T& arm, const T& linear, double t, const T& t1) {
+    const T second = W * (W * (th * arm + t) + 2.0 * (th1 * (arm + t) + t1 + th * linear)) +
+                     th1 * (th1 * (arm + t) + t1 + 2.0 * (linear + turn * arm));
+    return T(second / 8.0 + 0.5 * (th1 * 2.0 * arm + t1));
   };
-  return Bend{bound(S, way, T, T1), bound(1.0, 0.0, 0.0, 0.0), nullptr};
+  return std::array<T, 2>{bound(S, way, largest_mm, T1), bound(lanes::splat<T>(1.0), T{}, 0.0, T{})};
+}
+
+std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, const JointVector& q1) const {
+  std::array<double, kMaxAxes> from{};
+  std::array<double, kMaxAxes> to{};
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    from[id] = q0[id];
+    to[id] = q1[id];
+  }
+  const auto bounds = largest(from, to);
+  return bounds ? std::optional(Bend{(*bounds)[0], (*bounds)[1], nullptr}) : std::nullopt;
+}
+
+std::optional<ErrorCourse::BendPair> ErrorCourse::at_most(const JointPair& q0, const JointPair& q1) const {
+  const auto bounds = largest(q0, q1);
+  return bounds ? std::optional(BendPair{(*bounds)[0], (*bounds)[1]}) : std::nullopt;
 }
 
 // A twist of the rates h and t over a motion d moves a vector of length p, itself moved by the errors before
@@ -196,28 +216,19 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
 void ErrorCourse::find_change_per_mm() {
   if (!range_) return;
   double S = constant_mm_;
-  for (const auto* chain : {&tool_chain_, &part_chain_}) {
-    for (const Joint& joint : *chain) {
-      if (!joint.rotary) S += std::max(std::abs(joint.min), std::abs(joint.max));
-    }
-  }
+  for (const Share& axis : linear_shares_) S += std::max(std::abs(axis.min), std::abs(axis.max));
   const double th = range_->largest.rot_rad;
   const double T = range_->largest.trans_mm;
   // As above: then the vector that is carried is no longer than twice the nominal one. No travel, no bound.
-  if (!(th * S + 2.0 * T <= S && th <= 1.0 && std::isfinite(S))) return;
-  for (const auto* chain : {&tool_chain_, &part_chain_}) {
-    for (const Joint& joint : *chain) {
-      if (joint.rotary) continue;
-      const double change = joint.per_unit.rot_rad * (2.0 * S + T) + joint.per_unit.trans_mm + th;
-      linear_.push_back({joint.id, joint.min, joint.max, change});
-    }
-  }
+  knows_change_ = th * S + 2.0 * T <= S && th <= 1.0 && std::isfinite(S);
+  for (Share& axis : linear_shares_)
+    axis.change_per_mm = axis.per_unit.rot_rad * (2.0 * S + T) + axis.per_unit.trans_mm + th;
 }
 
 std::optional<double> ErrorCourse::change_at_most(const JointVector& q0, const JointVector& q1) const {
-  if (linear_.empty()) return std::nullopt;
+  if (!knows_change_) return std::nullopt;
   double sum = 0.0;
-  for (const Linear& axis : linear_) {
+  for (const Share& axis : linear_shares_) {
     const double a = q0[axis.id];
     const double b = q1[axis.id];
     if (!(std::min(a, b) >= axis.min && std::max(a, b) <= axis.max)) return std::nullopt;

@@ -61,16 +61,64 @@ void DeviationMeter::place_at_station(Vertex& vertex, const JointVector& to,
     vertex.axis_P = vertex.station.axis_P;
     return;
   }
-  if (fixed_) {  // nothing but the position counts
-    MachineState state;
-    state.q = vertex.q;
-    truth_->errors(state, {}, vertex.errors);
+  if (fixed_) {
+    put_errors(vertex);
   } else if (truth_ != nullptr) {
     truth_->errors(program.towards(to, vertex.q), program.lagged(), vertex.errors);
   }
   const ToolPose at = pose(vertex.q, vertex.station.sines, vertex.errors);
   vertex.tip_P = at.tip_P;
   vertex.axis_P = at.axis_P;
+}
+
+// Nothing but the position counts.
+void DeviationMeter::put_errors(Vertex& vertex) const {
+  if (truth_ == nullptr) return;
+  MachineState state;
+  state.q = vertex.q;
+  truth_->errors(state, {}, vertex.errors);
+}
+
+bool DeviationMeter::place(const path::StationRun& run, PlacedRun& out) const {
+  const std::size_t count = run.count();
+  out.poses = run.poses();
+  out.bows = run.bows();
+  if (certify_) return true;
+  if (!course_) return false;
+  out.poses_with_errors.resize(count + 1);
+  out.bows_with_errors.resize(count + 1);
+  std::array<MachineState, 2> states;
+  std::array<ChainErrors, 2> errors{truth_->constant(), truth_->constant()};
+  std::array<JointVector, 2> q;
+  for (std::size_t row = 0; row < count; row += 2) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      q[i] = run.q(row + i);
+      states[i].q = q[i];
+      truth_->update(states[i], {}, errors[i]);
+    }
+    const auto poses = with_errors_.pose_pair(q, run.sines_of_pair(row), errors);
+    for (std::size_t i = 0; i < 2; ++i)
+      out.poses_with_errors[row + i] = {poses[i].tip_P - datum_P_, poses[i].axis_P};
+  }
+  path::ErrorCourse::JointPair from;
+  path::ErrorCourse::JointPair to;
+  for (std::size_t row = 0; row + 1 < count; row += 2) {
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      from[id] = lanes::load(&run.of_axis(id)[row]);
+      to[id] = lanes::load(&run.of_axis(id)[row + 1]);
+    }
+    const auto bend = course_->at_most(from, to);
+    if (!bend) return false;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const path::Certifier::Bows& nominal = run.bows()[row + i];
+      const int lane = static_cast<int>(i);
+      out.bows_with_errors[row + i] = {nominal.tip_mm + bend->tip_mm[lane],
+                                       nominal.axis + bend->axis_rad[lane]};
+    }
+  }
+  out.poses = out.poses_with_errors;
+  out.bows = out.bows_with_errors;
+  return true;
 }
 
 JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double t) const {

@@ -3,12 +3,14 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/error_kinematics.hpp"
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/error_course.hpp"
+#include "trunnion/path/station_run.hpp"
 
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
@@ -31,12 +33,10 @@ struct BlockEnd {
 };
 
 /// A position of the program, evaluated.
-struct Vertex : BlockEnd {
+struct Vertex : BlockEnd, ToolPose {
   path::Station station;  // of q on the nominal machine, where bounds are proved
-  Vec3 tip_P = Vec3::Zero();
-  Vec3 axis_P = Vec3::UnitZ();
-  ChainErrors errors;   // of the machine at q, where it is verified on one with errors
-  bool placed = false;  // found on the CL path, where the verifier stands: Place::off_tip_mm is of it
+  ChainErrors errors;     // of the machine at q, where it is verified on one with errors
+  bool placed = false;    // found on the CL path, where the verifier stands: Place::off_tip_mm is of it
 };
 
 /// A point of the CL path.
@@ -47,6 +47,9 @@ struct Target {
   bool rapid = false;
   bool step = false;      // cl::Motion::step
   double along_mm = 0.0;  // way of the tip from the start of the file, from point to point
+  double way_mm = 0.0;    // of it from the point before
+  double turn = 0.0;      // of the tool axis from there, rad
+  bool in_cone = false;   // of the pole, where one has a tolerance of its own
 };
 
 /// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:
@@ -65,7 +68,7 @@ inline double turn_between(const Vec3& u, const Vec3& v) {
   return turn_between(u, v, (u - v).squaredNorm());
 }
 
-inline double combined_distance(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) {
+inline double combined_distance(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) {
   const double turned_mm = kAxisWeight_mm * turn_between(v.axis_P, axis_P);
   return std::sqrt((v.tip_P - tip_P).squaredNorm() + turned_mm * turned_mm);
 }
@@ -103,6 +106,7 @@ class DeviationMeter {
     fixed_ = offsets == nullptr && truth->depends_on() <= DependsOn::position;
     knows_motion_ = truth->depends_on() >= DependsOn::motion;
     datum_P_ = datum_shift_P(machine, *truth);
+    with_errors_.hold(truth->constant(), truth->varying());
     course_.emplace(machine_, tool_mm_, *truth);
   }
   DeviationMeter(const DeviationMeter&) = delete;
@@ -117,6 +121,17 @@ class DeviationMeter {
   /// none is known.
   std::optional<path::Certifier::Bows> bow_at_most(const Vertex& from, const Vertex& to,
                                                    const path::Certifier::Bows& nominal) const;
+  /// Positions of a run on the machine that is verified, and how far the motions between them leave straight
+  /// lines at most, as `bow_at_most`. False where no bound is known. For motions that `may_bow`.
+  struct PlacedRun {
+    std::span<const ToolPose> poses;              // of the rows of the run
+    std::span<const path::Certifier::Bows> bows;  // of the motion from row to row + 1
+    std::vector<ToolPose> poses_with_errors;
+    std::vector<path::Certifier::Bows> bows_with_errors;
+  };
+  bool place(const path::StationRun& run, PlacedRun& out) const;
+  /// The errors at the position of the vertex, for machines that stand where a position was placed.
+  void put_errors(Vertex& vertex) const;
   /// It is proved that the tip keeps to the segment a-b within this; for motions of which `bow_at_most` knows
   /// a bound.
   bool keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,

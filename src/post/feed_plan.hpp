@@ -96,6 +96,11 @@ class FeedPlanner {
   void limit_rotary(double rad_s);
   /// A rate that no linear axis exceeds in any direction, mm/s.
   double linear_rate_mm_s() const;
+  /// What `seconds_of` and `slowest_axis_s` give for blocks one after the other, two at a time: block i goes
+  /// from q[axis][i] to q[axis][i + 1]. Of an odd number one more is read and written.
+  void times_of(const std::array<const double*, kMaxAxes>& q, nc::FeedMode mode,
+                std::span<const std::int64_t> feed, std::span<double> seconds,
+                std::span<double> slowest_s) const;
 
  private:
   /// Length by which the control divides a per-minute F: mm, or rad where only rotary axes move.

@@ -98,7 +98,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     nominal.run_time_temperatures = nullptr;
     nominal_ =
         std::make_unique<Verifier>(*job.machine, controller_, tool_mm_, nominal, nc_file, verification_);
-    verifier_->share_text_with(*nominal_);
+    verifier_->share_with(*nominal_);
   }
 }
 
@@ -129,14 +129,13 @@ Result<void> Pipeline::emit(Chunk& chunk) {
 }
 
 Result<void> Pipeline::pass_on(Chunk& chunk) {
-  for (Verifier* verifier : {verifier_.get(), nominal_.get()}) {
-    if (verifier == nullptr) continue;
+  if (verifier_) {
     for (const Pending& p : chunk.motions) {
-      verifier->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
-                       p.point.where);
+      verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
+                        p.point.where);
     }
+    verifier_->text(chunk.text);
   }
-  if (verifier_) verifier_->text(chunk.text);
   return chunk.text.empty() ? Result<void>{} : sink_(chunk.text);
 }
 

@@ -25,16 +25,25 @@ Verifier::~Verifier() = default;
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   State& s = *state_;
   ++s.report.points_in;
-  const double along_mm =
-      s.targets.empty() ? 0.0 : s.targets.back().along_mm + (motion.tip_P - s.targets.back().tip_P).norm();
-  s.targets.push_back({motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step, along_mm});
+  Target target{motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step};
+  target.in_cone = s.in_cone(motion.axis_P);
+  if (!s.targets.empty()) {
+    const Target& before = s.targets.back();
+    target.way_mm = (motion.tip_P - before.tip_P).norm();
+    target.along_mm = before.along_mm + target.way_mm;
+    target.turn = turn_between(motion.axis_P, before.axis_P);
+  }
+  s.targets.push_back(target);
+  if (s.follower == nullptr) return;
+  ++s.follower->report.points_in;
+  s.follower->targets.push_back(target);
 }
 
 void Verifier::text(std::string_view piece) {
   state_->reader.feed(piece);
 }
 
-void Verifier::share_text_with(Verifier& other) {
+void Verifier::share_with(Verifier& other) {
   state_->follower = other.state_.get();
   other.state_->follows = true;
   other.state_->leader = state_.get();

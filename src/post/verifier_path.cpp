@@ -7,26 +7,9 @@
 namespace trunnion::post {
 namespace {
 
-constexpr double kStill_mm =
-    1e-3 * kAxisWeight_mm;                        // of the turn's weight: then rounding of XYZ would decide
-constexpr double kTipTells_mm = kStill_mm * kPi;  // whatever the turn
-
-// How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
-double parameter_of(const Vertex& v, const Target& a, const Target& b) {
-  const Vec3 d = b.tip_P - a.tip_P;
-  const double l2 = d.squaredNorm();
-  // No turn is above half a one: mostly that decides.
-  double turn = kPi;
-  if (l2 <= kStill_mm * turn * kStill_mm * turn) turn = angle_between(a.axis_P, b.axis_P).rad();
-  if (l2 > kStill_mm * turn * kStill_mm * turn) {
-    return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
-  }
-  return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
-}
-
 // Goes along the chord of a block, to the feet of the CL points that it passes.
 struct Foot {
-  Foot(const Vertex& a, const Vertex& b)
+  Foot(const ToolPose& a, const ToolPose& b)
       : from(a), way(b.tip_P - a.tip_P), turn(b.axis_P - a.axis_P), length2(way.squaredNorm()) {}
   void go_to(const Target& corner) {
     t = length2 > 0.0 ? std::clamp((corner.tip_P - from.tip_P).dot(way) / length2, t, 1.0) : 1.0;
@@ -34,26 +17,11 @@ struct Foot {
   Vec3 tip_P() const { return from.tip_P + t * way; }
   Vec3 axis_P() const { return from.axis_P + t * turn; }
 
-  const Vertex& from;
+  const ToolPose& from;
   Vec3 way, turn;
   double length2;
   double t = 0.0;
 };
-
-// The arc's point near fraction t of it: between ends as near as this where the chord is at t, which is the
-// arc's fraction within 1e-6.
-Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
-  constexpr double kNearChord2 = 2.5e-3;
-  if (t >= 1.0) return u1;
-  if (!((u1 - u0).squaredNorm() < kNearChord2)) return slerp(u0, u1, t);
-  const Vec3 on_chord = u0 + t * (u1 - u0);
-  return on_chord * (1.0 / on_chord.norm());
-}
-
-constexpr double kNearer_mm = 1e-7;  // a later place must be nearer by more than rounding
-
-// Two positions that differ by the rounding of words only.
-constexpr double kSamePoint_mm = 5e-4;
 
 }  // namespace
 
@@ -147,66 +115,113 @@ void Verifier::State::feed(Vertex& v) {
   }
   if (away && meter.takes_up(*previous, v, program)) return record(v, 0.0, 0.0, place_of_path().line, false);
   if (away ? comes_back(v) : leaves(v)) return;
-  const Place place = find(v);
+  const Place place = find(*previous, v);
   const bool quiet = changes_no_figure(v, place);
   const bool passed_point = !quiet && judge(v, place);
-  const Target& end = targets[place.segment + 1];
-  const double to_end2 = (v.tip_P - end.tip_P).squaredNorm();
-  const bool programmed = place.t >= 1.0 || (to_end2 < kSamePoint_mm * kSamePoint_mm &&
-                                             distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm);
-  if (programmed) {
-    point_hit(std::sqrt(to_end2));
-    at = {place.segment + 1, 0.0, 0.0, std::sqrt(to_end2), (v.axis_P - end.axis_P).norm()};
-  } else {
-    at = place;
-  }
+  const std::uint32_t line = targets[place.segment + 1].line;
+  const bool programmed = move_on(v, place);
   v.placed = true;
   if (quiet) return;
   if (v.off_chord_mm > 0.0F) bows_by(v.off_chord_mm);
-  record_feed(v, end.line, programmed || passed_point);
+  record_feed(v, line, programmed || passed_point);
+}
+
+bool Verifier::State::move_on(const ToolPose& v, const Place& place) {
+  if (place.t >= 1.0) {
+    point_hit(place.off_tip_mm);
+    at = {place.segment + 1, 0.0, 0.0, place.off_tip_mm, place.off_axis};
+    return true;
+  }
+  const Target& end = targets[place.segment + 1];
+  const double to_end2 = (v.tip_P - end.tip_P).squaredNorm();
+  const bool programmed =
+      to_end2 < kSamePoint_mm * kSamePoint_mm && distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm;
+  at = place;
+  if (programmed) {
+    const double to_end_mm = std::sqrt(to_end2);
+    point_hit(to_end_mm);
+    at = {place.segment + 1, 0.0, 0.0, to_end_mm, (v.axis_P - end.axis_P).norm()};
+  }
+  return programmed;
+}
+
+Verifier::State::Known Verifier::State::known_figures() const {
+  const DeviationMeter::Deviation known = uninteresting();
+  // Differences that Certifier::axis does not tell: where the tool axis stands, all blocks miss it alike.
+  constexpr double kSameAxis = 1e-9;
+  const double axis = path::sine_at_least(known.axis_rad.upper);
+  return {known.tip_mm.upper, axis,
+          std::min(axis + kSameAxis, std::max(axis, path::sine_at_least(options.axis_tolerance.rad())))};
+}
+
+bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
+  if (!previous->placed || v.off_chord_mm > 0.0F || !meter.may_bow(*previous, v)) return false;
+  const Known known = known_figures();
+  if (!(std::max(at.off_tip_mm, place.off_tip_mm) < known.tip_mm &&
+        std::max(at.off_axis, place.off_axis) < known.axis_limit))
+    return false;
+  bows = shares_block && leader->bows ? leader->bows
+                                      : meter.certifier().bows_from_norms(previous->station, v.station);
+  const auto bow = meter.bow_at_most(*previous, v, *bows);
+  if (!bow) return false;
+  double axis = 0.0;
+  const Quiet quiet = is_quiet(*previous, v, place, *bow, known, axis);
+  if (quiet == Quiet::no || (quiet == Quiet::where_tip_keeps && !keeps_tip(v, place, known.tip_mm)))
+    return false;
+  note_axis(axis, known);
+  return true;
+}
+
+void Verifier::State::note_axis(double axis, const Known& known) {
+  if (axis > known.axis)
+    report.max_axis_deviation = std::max(report.max_axis_deviation, Angle::radians(std::asin(axis)));
 }
 
 // The block is within its bow of the chord between its ends, and that, cut at the feet of the CL points that
 // it passes, is no farther from each (convex) piece of the path than where it is cut: no place on the way is
 // evaluated.
-bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
-  if (!previous->placed || v.off_chord_mm > 0.0F || !meter.may_bow(*previous, v)) return false;
-  const DeviationMeter::Deviation known = uninteresting();
-  // Differences that Certifier::axis does not tell: where the tool axis stands, all blocks miss it alike.
-  constexpr double kSameAxis = 1e-9;
-  const double known_axis = path::sine_at_least(known.axis_rad.upper);
-  const double axis_limit = std::min(known_axis + kSameAxis,
-                                     std::max(known_axis, path::sine_at_least(options.axis_tolerance.rad())));
+Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
+                                                 const path::Certifier::Bows& bow, const Known& known,
+                                                 double& axis) const {
   double tip_mm = std::max(at.off_tip_mm, place.off_tip_mm);
-  double axis = std::max(at.off_axis, place.off_axis);
-  if (!(tip_mm < known.tip_mm.upper && axis < axis_limit)) return false;
-  bows = shares_block && leader->bows ? leader->bows
-                                      : meter.certifier().bows_from_norms(previous->station, v.station);
-  const auto bow = meter.bow_at_most(*previous, v, *bows);
-  if (!bow) return false;
-  bool surely = true;
-  Foot foot(*previous, v);
-  for (std::size_t j = at.segment; j < place.segment; ++j) {
-    const Target& corner = targets[j + 1];
-    foot.go_to(corner);
-    const double off_mm = (foot.tip_P() - corner.tip_P).norm();
-    surely = surely && off_mm + bow->tip_mm <= report.max_point_deviation_mm;
-    tip_mm = std::max(tip_mm, off_mm);
-    axis = std::max(axis, (foot.axis_P() - corner.axis_P).norm());
-  }
-  if (axis + bow->axis > axis_limit) return false;
+  axis = std::max(at.off_axis, place.off_axis);
+  if (!(tip_mm < known.tip_mm && axis < known.axis_limit)) return Quiet::no;
   // Figures of the pole's cone are others; between opposite axes there is no arc.
   for (std::size_t j = at.segment; j <= place.segment; ++j) {
-    if (near_pole(targets[j], targets[j + 1]) || targets[j].axis_P.dot(targets[j + 1].axis_P) < 0.0)
-      return false;
+    if (near_pole(targets[j], targets[j + 1]) || targets[j + 1].turn > 0.5 * kPi) return Quiet::no;
   }
-  if (!(surely && tip_mm + bow->tip_mm <= known.tip_mm.upper) && !keeps_tip(v, place, known.tip_mm.upper))
-    return false;
-  if (axis + bow->axis > known_axis) {
-    report.max_axis_deviation =
-        std::max(report.max_axis_deviation, Angle::radians(std::asin(axis + bow->axis)));
+  bool surely = true;
+  if (place.segment > at.segment) {
+    Foot foot(from, v);
+    for (std::size_t j = at.segment; j < place.segment; ++j) {
+      const Target& corner = targets[j + 1];
+      foot.go_to(corner);
+      const double off_mm = (foot.tip_P() - corner.tip_P).norm();
+      surely = surely && off_mm + bow.tip_mm <= report.max_point_deviation_mm;
+      tip_mm = std::max(tip_mm, off_mm);
+      axis = std::max(axis, (foot.axis_P() - corner.axis_P).norm());
+    }
   }
-  return true;
+  axis += bow.axis;
+  if (axis > known.axis_limit) return Quiet::no;
+  return surely && tip_mm + bow.tip_mm <= known.tip_mm ? Quiet::yes : Quiet::where_tip_keeps;
+}
+
+Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v,
+                                                 const path::Certifier::Bows& bow, const Known& known,
+                                                 Place& place, double& axis) const {
+  // A CL point at which the tool stands.
+  if ((from.tip_P - targets[at.segment + 1].tip_P).squaredNorm() <= kSamePoint_mm * kSamePoint_mm)
+    return Quiet::no;
+  // What may be a way out along the tool axis.
+  constexpr double kAlong2 = 0.99;
+  const Vec3 way = v.tip_P - from.tip_P;
+  const double out = way.dot(from.axis_P);
+  if (out > 0.0 && out * out > kAlong2 * way.squaredNorm()) return Quiet::no;
+  const auto near = find_near(from, v);
+  if (!near) return Quiet::no;
+  place = *near;
+  return is_quiet(from, v, place, bow, known, axis);
 }
 
 // The same cuts, with the tip's curve on each side of them.
@@ -283,7 +298,7 @@ bool Verifier::State::leaves(const Vertex& v) {
   if (!along_axis || way.norm() < hit_tolerance() ||
       angle_between(v.axis_P, previous->axis_P).rad() > kSameAxis_rad)
     return false;
-  if (find(v).distance <= hit_tolerance()) return false;  // a motion of the CL file itself
+  if (find(*previous, v).distance <= hit_tolerance()) return false;  // a motion of the CL file itself
   away = true;
   record(v, 0.0, 0.0, place_of_path().line, false);
   return true;
@@ -305,173 +320,13 @@ bool Verifier::State::comes_back(const Vertex& v) {
   return true;
 }
 
-Place Verifier::State::find(const Vertex& v) const {
-  // Nearly every block of a dense path ends at the next CL point.
-  const Target& a = targets[at.segment];
-  const Target& next = targets[at.segment + 1];
-  const double off2_mm2 = (v.tip_P - next.tip_P).squaredNorm();
-  const double chord2 = (v.axis_P - next.axis_P).squaredNorm();
-  // The chord of an angle is not below 2/pi of it.
-  constexpr double kTurned_mm = 0.5 * kPi * kAxisWeight_mm;
-  const double at_most2 = off2_mm2 + kTurned_mm * kTurned_mm * chord2;
-  if (at_most2 < kSamePoint_mm * kSamePoint_mm || is_at_end(v, a, next))
-    return {at.segment, 1.0, std::sqrt(at_most2), std::sqrt(off2_mm2), std::sqrt(chord2)};
-  if (off2_mm2 < kSamePoint_mm * kSamePoint_mm) {
-    const Place end = placed_at(v, at.segment, 1.0);
-    if (end.distance < kSamePoint_mm) return end;
-  }
-  // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
-  // point the next one may be nearer to a displaced node.
-  if (const auto t = still_on(v, a, next)) return placed_at(v, at.segment, *t);
-  if (const auto place = find_at_corner(v, std::sqrt(chord2))) return *place;
-  return find_ahead(v);
-}
-
-Place Verifier::State::placed_at(const Vertex& v, std::size_t segment, double t) const {
-  const Target& a = targets[segment];
-  const Target& b = targets[segment + 1];
-  return placed_at(v, segment, t, (v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm());
-}
-
-Place Verifier::State::placed_at(const Vertex& v, std::size_t segment, double t, double off_tip_mm) const {
-  const Vec3 axis_P = point_of_arc(targets[segment].axis_P, targets[segment + 1].axis_P, t);
-  const double chord2 = (v.axis_P - axis_P).squaredNorm();
-  double turned = turn_between(v.axis_P, axis_P, chord2);
-  if (in_cone(axis_P)) turned = std::max(0.0, turned - options.pole.tolerance.rad());
-  const double turned_mm = kAxisWeight_mm * turned;
-  return {segment, t, std::sqrt(off_tip_mm * off_tip_mm + turned_mm * turned_mm), off_tip_mm,
-          std::sqrt(chord2)};
-}
-
-// find_ahead comes to the segment behind the corner, since what lies before it is not longer than its reach,
-// and not to the next. The tip tells the place on both.
-std::optional<Place> Verifier::State::find_at_corner(const Vertex& v, double off_axis) const {
-  const std::size_t s = at.segment;
-  if (!previous->placed || s + 3 >= targets.size()) return std::nullopt;
-  const auto off2 = [&](const Target& target) { return (v.tip_P - target.tip_P).squaredNorm(); };
-  // Where the block began a little before a CL point, the corner is the one behind that.
-  const bool passes = off2(targets[s + 2]) < off2(targets[s + 1]);
-  const std::size_t k = passes ? s + 1 : s;
-  const Target& a = targets[k];
-  const Target& corner = targets[k + 1];
-  const Target& b = targets[k + 2];
-  const Vec3 before = corner.tip_P - a.tip_P;
-  const Vec3 behind = b.tip_P - corner.tip_P;
-  const double before_mm = before.norm();
-  const double behind_mm = behind.norm();
-  if (!(std::min(before_mm, behind_mm) > kTipTells_mm) || b.rapid || (passes && corner.rapid) ||
-      near_pole(targets[s], a) || near_pole(corner, b))
-    return std::nullopt;
-  const double reach_mm = reach_of((v.tip_P - previous->tip_P).norm());
-  const double rest_mm = (1.0 - at.t) * (targets[s + 1].tip_P - targets[s].tip_P).norm();
-  const double ahead_mm = passes ? rest_mm + before_mm : rest_mm;
-  if (!(ahead_mm <= reach_mm && ahead_mm + behind_mm > reach_mm)) return std::nullopt;
-  if (passes) {
-    const double ahead_rad =
-        (1.0 - at.t) * turn_between(targets[s].axis_P, a.axis_P) + turn_between(a.axis_P, corner.axis_P);
-    if (ahead_rad > reach_of(turn_between(v.axis_P, previous->axis_P), options.axis_tolerance))
-      return std::nullopt;
-  } else if (!(off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad())) {
-    // Else the block turned by what it has passed of the segment, less these two.
-    return std::nullopt;
-  }
-  const double t0 =
-      std::clamp((v.tip_P - a.tip_P).dot(before) / (before_mm * before_mm), passes ? 0.0 : at.t, 1.0);
-  const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / (behind_mm * behind_mm), 0.0, 1.0);
-  const double off0_mm = (v.tip_P - a.tip_P - t0 * before).norm();
-  const double off1_mm = (v.tip_P - corner.tip_P - t1 * behind).norm();
-  Place found = placed_at(v, k, t0, off0_mm);
-  if (off0_mm >= off1_mm - kNearer_mm) {
-    const Place there = placed_at(v, k + 1, t1, off1_mm);
-    if (there.distance < found.distance - kNearer_mm) found = there;
-  }
-  if (!passes) return found;
-  const double t = std::max(parameter_of(v, targets[s], a), at.t);
-  const double off_mm = (v.tip_P - targets[s].tip_P - t * (a.tip_P - targets[s].tip_P)).norm();
-  return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
-}
-
-double Verifier::State::reach_of(double way_mm) const {
-  return 1.1 * way_mm + 4.0 * options.tolerance_mm;
-}
-double Verifier::State::reach_of(double turn_rad, Angle tolerance) {
-  return 1.1 * turn_rad + 4.0 * tolerance.rad();
-}
-
-Place Verifier::State::find_ahead(const Vertex& v) const {
-  const double reach_mm = reach_of((v.tip_P - previous->tip_P).norm());
-  const double reach_rad = reach_of(turn_between(v.axis_P, previous->axis_P), options.axis_tolerance);
-  Place best;
-  best.segment = at.segment;
-  double ahead_mm = 0.0;
-  double ahead_rad = 0.0;
-  for (std::size_t j = at.segment; j + 1 < targets.size() && j < at.segment + kLookAhead; ++j) {
-    const Target& a = targets[j];
-    const Target& b = targets[j + 1];
-    if (j > at.segment && b.rapid) break;
-    double t = parameter_of(v, a, b);
-    if (j == at.segment) t = std::max(t, at.t);
-    const Vec3 way = b.tip_P - a.tip_P;
-    // The tip alone may be too far off.
-    if ((v.tip_P - a.tip_P - t * way).norm() < best.distance - kNearer_mm) {
-      const Place place = placed_at(v, j, t);
-      if (place.distance < best.distance - kNearer_mm) best = place;
-    }
-    const double rest = j == at.segment ? 1.0 - at.t : 1.0;
-    ahead_mm += rest * way.norm();
-    if (ahead_mm > reach_mm) break;
-    ahead_rad += rest * turn_between(a.axis_P, b.axis_P);
-    if (ahead_rad > reach_rad) break;
-  }
-  // The tool axis may have drawn the place over a CL point that the tip has not passed yet.
-  if (best.segment > at.segment) {
-    const Target& a = targets[best.segment - 1];
-    const Target& b = targets[best.segment];
-    const double here = distance_to_segment(v.tip_P, b.tip_P, targets[best.segment + 1].tip_P);
-    const double t = parameter_of(v, a, b);
-    const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
-    // Where the path comes back along itself what lies behind is as near.
-    const double there = before > t ? (v.tip_P - a.tip_P - before * (b.tip_P - a.tip_P)).norm()
-                                    : distance_to_segment(v.tip_P, a.tip_P, b.tip_P);
-    if (there < here - kNearer_mm) {
-      const double distance = best.distance;
-      best = placed_at(v, best.segment - 1, before);
-      best.distance = distance;
-    }
-  }
-  return best;
-}
-
-// On a machine with errors the tool axis is off its place even where the tip is not. Where the tip tells the
-// place, and the axis is within its tolerance, that is the end of the segment.
-bool Verifier::State::is_at_end(const Vertex& v, const Target& a, const Target& b) const {
-  constexpr double kTells = 20.0;  // of what counts as the same point: a shorter way may be one of the axis
-  if (!report.on_truth) return false;
-  if ((v.tip_P - b.tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return false;
-  if ((b.tip_P - a.tip_P).squaredNorm() < kTells * kTells * kSamePoint_mm * kSamePoint_mm) return false;
-  // The chord of an angle is not below 2/pi of it.
-  return 0.5 * kPi * (v.axis_P - b.axis_P).norm() <= options.axis_tolerance.rad();
-}
-
-std::optional<double> Verifier::State::still_on(const Vertex& v, const Target& a, const Target& b) const {
-  const Vec3 way = b.tip_P - a.tip_P;
-  const double length2 = way.squaredNorm();
-  const double t = length2 > 0.0 ? (v.tip_P - a.tip_P).dot(way) / length2 : 1.0;
-  if (!(t < 1.0)) return std::nullopt;
-  if ((v.tip_P - a.tip_P - std::max(t, at.t) * way).norm() > options.tolerance_mm) return std::nullopt;
-  const double turn = turn_between(a.axis_P, b.axis_P);
-  const double turned = turn > 0.0 ? std::min(1.0, turn_between(a.axis_P, v.axis_P) / turn) : 0.0;
-  const double off = turn_between(v.axis_P, slerp(a.axis_P, b.axis_P, turned));
-  return off <= options.axis_tolerance.rad() ? std::optional(std::max(t, at.t)) : std::nullopt;
-}
-
 DeviationMeter::Deviation Verifier::State::uninteresting() const {
   if (options.collect || report.worst.size() < options.worst_count || report.worst.empty()) return {};
   return {{0.0, report.worst.back().tip_mm}, {0.0, judged_axis_rad}};
 }
 
 bool Verifier::State::near_pole(const Target& a, const Target& b) const {
-  return in_cone(a.axis_P) || in_cone(b.axis_P);
+  return a.in_cone || b.in_cone;
 }
 
 bool Verifier::State::in_cone(const Vec3& axis_P) const {
@@ -479,7 +334,7 @@ bool Verifier::State::in_cone(const Vec3& axis_P) const {
   return std::abs(meter.kinematics().direction(1).dot(axis_P)) >= cone_cosine;
 }
 
-double Verifier::State::distance_to(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) const {
+double Verifier::State::distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const {
   if (!in_cone(axis_P)) return combined_distance(v, tip_P, axis_P);
   const double angle = turn_between(v.axis_P, axis_P) - options.pole.tolerance.rad();
   return std::hypot((v.tip_P - tip_P).norm(), kAxisWeight_mm * std::max(0.0, angle));

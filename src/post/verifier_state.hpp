@@ -33,6 +33,9 @@ struct Place {
   double off_axis = std::numeric_limits<double>::infinity();  // length of a vector
 };
 
+// Two positions that differ by the rounding of words only.
+inline constexpr double kSamePoint_mm = 5e-4;
+
 // How the words of an axis are read.
 struct WordOfAxis {
   std::size_t letter = 0;
@@ -75,7 +78,11 @@ struct Verifier::State {
               take(block);
               if (follower != nullptr) follower->take(block);
             },
-            reader_options(o)) {
+            reader_options(o),
+            [this](const nc::MotionRun& run) {
+              take(run);
+              if (follower != nullptr) follower->take(run);
+            }) {
     report.tolerance_mm = o.tolerance_mm;
     report.axis_tolerance = o.axis_tolerance;
     report.pole_tolerance = o.pole.tolerance;
@@ -161,6 +168,9 @@ struct Verifier::State {
   /// `terms`: the motion with what it adds at run time, or null.
   void take(const nc::Motion& motion, const nc::VariableMotion* terms);
   void take(const BlockEnd& end);
+  /// Motions that nothing stands between: those that change no figure of the report are judged from
+  /// columns, the others one by one.
+  void take(const nc::MotionRun& run);
 
   /// Where the axes stand for these words.
   BlockEnd end_at(const JointVector& words) const {
@@ -233,6 +243,25 @@ struct Verifier::State {
     if (offsets) offsets->advance(seconds);
   }
 
+  /// The ends of the blocks of a run, as far as the CL path and the errors of the machine have no part in it.
+  /// Row 0 is where the first of them begins.
+  struct RunEnds {
+    explicit RunEnds(const TableKinematics& kinematics) : stations(kinematics) {}
+    path::StationRun stations;
+    std::vector<double> seconds, slowest_s;  // of the blocks, and what their slowest axes need
+    double speed_ratio = 0.0;                // the largest
+    JointVector smallest_q, largest_q;
+    bool within_limits = false;  // and no axis is too fast
+  };
+  bool may_take(const nc::MotionRun& run) const;
+  void evaluate(const nc::MotionRun& run, RunEnds& out) const;
+  const RunEnds& ends_of(const nc::MotionRun& run);
+  /// How many blocks have been judged, from the first one on.
+  std::size_t step(const nc::MotionRun& run, const RunEnds& ends);
+  /// As a vertex of its own, but for the errors there.
+  void load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const;
+  void count_blocks(const nc::MotionRun& run, const RunEnds& ends, std::size_t count);
+
   // Time of the block as the control runs it; its speed is looked at, too.
   double block_seconds(const Vertex& v);
   double seconds_of(const Vertex& v) const;
@@ -263,6 +292,24 @@ struct Verifier::State {
   void pass_end_of_cut();
 
   void feed(Vertex& v);
+  /// `v` ends at this place of the path. True when that is a CL point.
+  bool move_on(const ToolPose& v, const Place& place);
+  /// What a block must stay below to change no figure; sines of the axis' angles.
+  struct Known {
+    double tip_mm = 0.0;
+    double axis = 0.0;        // that is in the report already
+    double axis_limit = 0.0;  // that may come into it
+  };
+  Known known_figures() const;
+  enum class Quiet : std::uint8_t { no, where_tip_keeps, yes };
+  /// The block from `from` to `v`, which ends at `place` and leaves its chord by `bow` at most. `axis`: by
+  /// which the tool axis leaves its course at most.
+  Quiet is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
+                 const path::Certifier::Bows& bow, const Known& known, double& axis) const;
+  void note_axis(double axis, const Known& known);
+  /// The same without a look ahead: no, too, for what needs one. `place`: where the block ends.
+  Quiet is_quiet(const ToolPose& from, const ToolPose& v, const path::Certifier::Bows& bow,
+                 const Known& known, Place& place, double& axis) const;
   /// Neither the block to `v`, which ends at `place`, nor a CL point that it passes changes a figure of the
   /// report: from a bound that costs little.
   bool changes_no_figure(const Vertex& v, const Place& place);
@@ -293,21 +340,23 @@ struct Verifier::State {
 
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
-  Place find(const Vertex& v) const;
+  Place find(const ToolPose& from, const ToolPose& v) const;
+  /// The same where nothing beyond the two next CL points has to be looked at.
+  std::optional<Place> find_near(const ToolPose& from, const ToolPose& v) const;
   /// As find_ahead, where the place can only be beside one CL point, the next or the one behind it.
   /// `off_axis`: by which the axis of `v` misses that of the next.
-  std::optional<Place> find_at_corner(const Vertex& v, double off_axis) const;
-  Place find_ahead(const Vertex& v) const;
+  std::optional<Place> find_at_corner(const ToolPose& from, const ToolPose& v, double off_axis) const;
+  Place find_ahead(const ToolPose& from, const ToolPose& v) const;
   // How far ahead along the path a block may end, from how far it came.
   double reach_of(double way_mm) const;
   static double reach_of(double turn_rad, Angle tolerance);
   /// `v` at this fraction of a segment.
-  Place placed_at(const Vertex& v, std::size_t segment, double t) const;
-  Place placed_at(const Vertex& v, std::size_t segment, double t, double off_tip_mm) const;
-  bool is_at_end(const Vertex& v, const Target& a, const Target& b) const;
+  Place placed_at(const ToolPose& v, std::size_t segment, double t) const;
+  Place placed_at(const ToolPose& v, std::size_t segment, double t, double off_tip_mm) const;
+  bool is_at_end(const Target& b, double off2_mm2, double chord2) const;
   /// Fraction of the segment a-b at which `v` stands, when its foot is on the way ahead and it is within the
   /// tolerances.
-  std::optional<double> still_on(const Vertex& v, const Target& a, const Target& b) const;
+  std::optional<double> still_on(const ToolPose& v, const Target& a, const Target& b) const;
 
   // Deviations that change no figure of the report: below the last of the worst places, and below the largest
   // of the axis.
@@ -317,7 +366,7 @@ struct Verifier::State {
   bool near_pole(const Target& a, const Target& b) const;
   bool in_cone(const Vec3& axis_P) const;
   // Combined measure of how far `v` is from a place of the path; what the pole allows is no distance.
-  double distance_to(const Vertex& v, const Vec3& tip_P, const Vec3& axis_P) const;
+  double distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const;
 
   void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false) {
     block_proved = block_proved && d.proved;
@@ -430,7 +479,10 @@ struct Verifier::State {
   double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
   bool block_proved = true;
   VerifyReport report;
-  State* follower = nullptr;         // takes the blocks that `reader` reads, too
+  State* follower = nullptr;  // takes the blocks that `reader` reads, too
+  RunEnds run_ends{meter.kinematics()};
+  bool has_ends = false;  // `run_ends` are those of the run at hand
+  DeviationMeter::PlacedRun placed_run;
   const State* leader = nullptr;     // whose follower this one is
   bool follows = false;              // takes those of another one's
   bool same_words = false;           // which mean the same to both

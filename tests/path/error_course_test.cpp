@@ -182,7 +182,20 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
           if (alone < machine.axes.size() && id != alone) m.to.q[id] = m.from.q[id];
         }
         const auto most = ErrorCourse(machine, machine.tool_vector(), truth).at_most(m.from.q, m.to.q);
+        // Beside the way back: the same bits, and nothing where one of the two has nothing.
+        ErrorCourse::JointPair pair_from;
+        ErrorCourse::JointPair pair_to;
+        for (AxisId id = 0; id < kMaxAxes; ++id) {
+          pair_from[id] = Lanes{m.from.q[id], m.to.q[id]};
+          pair_to[id] = Lanes{m.to.q[id], m.from.q[id]};
+        }
+        const auto pair = ErrorCourse(machine, machine.tool_vector(), truth).at_most(pair_from, pair_to);
+        ASSERT_EQ(pair.has_value(), most.has_value());
         if (!most) continue;
+        for (const int lane : {0, 1}) {
+          ASSERT_EQ(pair->tip_mm[lane], most->tip_mm);
+          ASSERT_EQ(pair->axis_rad[lane], most->axis_rad);
+        }
         ++found;
         const Departure seen = departure(machine, truth, m, 16);
         ASSERT_LE(seen.tip_mm, most->tip_mm + 1e-12) << name << " " << i;

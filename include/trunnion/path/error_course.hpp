@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -43,6 +44,12 @@ class ErrorCourse {
   /// needs none of their values: q0 and q1 are the ends of the motion. Nothing outside the travel of the
   /// axes, or where an effect knows no range.
   std::optional<Bend> at_most(const JointVector& q0, const JointVector& q1) const;
+  /// The same of two motions side by side.
+  struct BendPair {
+    Lanes tip_mm, axis_rad;
+  };
+  using JointPair = std::array<Lanes, kMaxAxes>;
+  std::optional<BendPair> at_most(const JointPair& q0, const JointPair& q1) const;
 
   /// Bound on |delta(q1) - delta(q0)|, mm, where the rotary axes stand the same in both and all else of the
   /// state, too, from the same ranges. Nothing where `at_most` has nothing to say.
@@ -57,21 +64,26 @@ class ErrorCourse {
     double min = 0.0, max = 0.0;  // its travel
     TwistBend per_unit;           // of `range_`, where there is one
   };
-  struct Linear {
+  template <class T>
+  std::optional<std::array<T, 2>> largest(const std::array<T, kMaxAxes>& q0,
+                                          const std::array<T, kMaxAxes>& q1) const;
+  // What `at_most` knows of an axis.
+  struct Share {
     AxisId id = 0;
-    double min = 0.0, max = 0.0;  // its travel
-    double change_per_mm = 0.0;   // of delta, at most
+    TwistBend per_unit;
+    double min = 0.0, max = 0.0;
+    double change_per_mm = 0.0;  // of delta, at most
   };
   void find_change_per_mm();
-
   const ModelEvaluator& model_;
+  std::vector<Share> linear_shares_, rotary_shares_;
   Vec3 tool_mm_;
   Vec3 part_zero_mm_;
   std::vector<Joint> tool_chain_;  // from the tool inwards
   std::vector<Joint> part_chain_;  // from the bed outwards
   std::optional<TwistRange> range_;
-  std::vector<Linear> linear_;  // where there are such bounds
-  double constant_mm_ = 0.0;    // the tip is no farther from any link than this and the positions' sum
+  bool knows_change_ = false;  // of the linear axes
+  double constant_mm_ = 0.0;   // the tip is no farther from any link than this and the positions' sum
 };
 
 }  // namespace trunnion::path

@@ -162,9 +162,10 @@ class Verifier {
   void expect(const cl::Motion& motion, SourceRef where);
   /// Any piece of the NC text, in order. Blocks whose CL motions are not known yet wait.
   void text(std::string_view piece);
-  /// The text that this one is given is `other`'s too, read once: `other` is given none. It must live as long
-  /// as this one is given text, and be finished after it.
-  void share_text_with(Verifier& other);
+  /// The motions and the text that this one is given are `other`'s too, text read once: `other`, of the same
+  /// options but for the machine's errors, is given none. It must live as long as this one is given text, and
+  /// be finished after it.
+  void share_with(Verifier& other);
   /// All motions and all text have been given. Fails when the text could not be read.
   Result<VerifyReport> finish();
 

@@ -1,0 +1,205 @@
+// Where a block of the program read back ends on the CL path.
+#include <algorithm>
+#include <cmath>
+
+#include "post/verifier_state.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr double kStill_mm =
+    1e-3 * kAxisWeight_mm;                        // of the turn's weight: then rounding of XYZ would decide
+constexpr double kTipTells_mm = kStill_mm * kPi;  // whatever the turn
+
+// How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
+double parameter_of(const ToolPose& v, const Target& a, const Target& b) {
+  const Vec3 d = b.tip_P - a.tip_P;
+  const double l2 = d.squaredNorm();
+  // No turn is above half a one: mostly that decides.
+  double turn = kPi;
+  if (l2 <= kStill_mm * turn * kStill_mm * turn) turn = b.turn;
+  if (l2 > kStill_mm * turn * kStill_mm * turn) {
+    return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
+  }
+  return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
+}
+
+// The arc's point near fraction t of it: between ends as near as this where the chord is at t, which is the
+// arc's fraction within 1e-6.
+Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
+  constexpr double kNearChord2 = 2.5e-3;
+  if (t >= 1.0) return u1;
+  if (!((u1 - u0).squaredNorm() < kNearChord2)) return slerp(u0, u1, t);
+  const Vec3 on_chord = u0 + t * (u1 - u0);
+  return on_chord * (1.0 / on_chord.norm());
+}
+
+constexpr double kNearer_mm = 1e-7;  // a later place must be nearer by more than rounding
+
+}  // namespace
+
+Place Verifier::State::find(const ToolPose& from, const ToolPose& v) const {
+  const auto place = find_near(from, v);
+  return place ? *place : find_ahead(from, v);
+}
+
+std::optional<Place> Verifier::State::find_near(const ToolPose& from, const ToolPose& v) const {
+  // Nearly every block of a dense path ends at the next CL point.
+  const Target& a = targets[at.segment];
+  const Target& next = targets[at.segment + 1];
+  const double off2_mm2 = (v.tip_P - next.tip_P).squaredNorm();
+  const double chord2 = (v.axis_P - next.axis_P).squaredNorm();
+  if (off2_mm2 < kSamePoint_mm * kSamePoint_mm) {
+    // The chord of an angle is not below 2/pi of it.
+    constexpr double kTurned_mm = 0.5 * kPi * kAxisWeight_mm;
+    const double at_most2 = off2_mm2 + kTurned_mm * kTurned_mm * chord2;
+    if (at_most2 < kSamePoint_mm * kSamePoint_mm || is_at_end(next, off2_mm2, chord2))
+      return Place{at.segment, 1.0, std::sqrt(at_most2), std::sqrt(off2_mm2), std::sqrt(chord2)};
+    const Place end = placed_at(v, at.segment, 1.0);
+    if (end.distance < kSamePoint_mm) return end;
+  }
+  // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
+  // point the next one may be nearer to a displaced node.
+  if (const auto t = still_on(v, a, next)) return placed_at(v, at.segment, *t);
+  return find_at_corner(from, v, std::sqrt(chord2));
+}
+
+Place Verifier::State::placed_at(const ToolPose& v, std::size_t segment, double t) const {
+  const Target& a = targets[segment];
+  const Target& b = targets[segment + 1];
+  return placed_at(v, segment, t, (v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm());
+}
+
+Place Verifier::State::placed_at(const ToolPose& v, std::size_t segment, double t, double off_tip_mm) const {
+  const Vec3 axis_P = point_of_arc(targets[segment].axis_P, targets[segment + 1].axis_P, t);
+  const double chord2 = (v.axis_P - axis_P).squaredNorm();
+  double turned = turn_between(v.axis_P, axis_P, chord2);
+  if (in_cone(axis_P)) turned = std::max(0.0, turned - options.pole.tolerance.rad());
+  const double turned_mm = kAxisWeight_mm * turned;
+  return {segment, t, std::sqrt(off_tip_mm * off_tip_mm + turned_mm * turned_mm), off_tip_mm,
+          std::sqrt(chord2)};
+}
+
+// find_ahead comes to the segment behind the corner, since what lies before it is not longer than its reach,
+// and not to the next. The tip tells the place on both.
+std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const ToolPose& v,
+                                                     double off_axis) const {
+  const std::size_t s = at.segment;
+  if (!previous->placed || s + 3 >= targets.size()) return std::nullopt;
+  const auto off2 = [&](const Target& target) { return (v.tip_P - target.tip_P).squaredNorm(); };
+  // Where the block began a little before a CL point, the corner is the one behind that.
+  const bool passes = off2(targets[s + 2]) < off2(targets[s + 1]);
+  const std::size_t k = passes ? s + 1 : s;
+  const Target& a = targets[k];
+  const Target& corner = targets[k + 1];
+  const Target& b = targets[k + 2];
+  const Vec3 before = corner.tip_P - a.tip_P;
+  const Vec3 behind = b.tip_P - corner.tip_P;
+  const double before_mm = corner.way_mm;
+  const double behind_mm = b.way_mm;
+  if (!(std::min(before_mm, behind_mm) > kTipTells_mm) || b.rapid || (passes && corner.rapid) ||
+      near_pole(targets[s], a) || near_pole(corner, b))
+    return std::nullopt;
+  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm());
+  const double rest_mm = (1.0 - at.t) * targets[s + 1].way_mm;
+  const double ahead_mm = passes ? rest_mm + before_mm : rest_mm;
+  if (!(ahead_mm <= reach_mm && ahead_mm + behind_mm > reach_mm)) return std::nullopt;
+  if (passes) {
+    const double ahead_rad = (1.0 - at.t) * a.turn + corner.turn;
+    if (ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance))
+      return std::nullopt;
+  } else if (!(off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad())) {
+    // Else the block turned by what it has passed of the segment, less these two.
+    return std::nullopt;
+  }
+  const double t0 =
+      std::clamp((v.tip_P - a.tip_P).dot(before) / (before_mm * before_mm), passes ? 0.0 : at.t, 1.0);
+  const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / (behind_mm * behind_mm), 0.0, 1.0);
+  const double off0_mm = (v.tip_P - a.tip_P - t0 * before).norm();
+  const double off1_mm = (v.tip_P - corner.tip_P - t1 * behind).norm();
+  // The tip alone is no nearer than the tool.
+  std::optional<Place> there;
+  if (off0_mm >= off1_mm - kNearer_mm) there = placed_at(v, k + 1, t1, off1_mm);
+  Place found = there && there->distance < off0_mm - kNearer_mm ? *there : placed_at(v, k, t0, off0_mm);
+  if (there && there->distance < found.distance - kNearer_mm) found = *there;
+  if (!passes) return found;
+  const double t = std::max(parameter_of(v, targets[s], a), at.t);
+  const double off_mm = (v.tip_P - targets[s].tip_P - t * (a.tip_P - targets[s].tip_P)).norm();
+  return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
+}
+
+double Verifier::State::reach_of(double way_mm) const {
+  return 1.1 * way_mm + 4.0 * options.tolerance_mm;
+}
+double Verifier::State::reach_of(double turn_rad, Angle tolerance) {
+  return 1.1 * turn_rad + 4.0 * tolerance.rad();
+}
+
+Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const {
+  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm());
+  const double reach_rad = reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance);
+  Place best;
+  best.segment = at.segment;
+  double ahead_mm = 0.0;
+  double ahead_rad = 0.0;
+  for (std::size_t j = at.segment; j + 1 < targets.size() && j < at.segment + kLookAhead; ++j) {
+    const Target& a = targets[j];
+    const Target& b = targets[j + 1];
+    if (j > at.segment && b.rapid) break;
+    double t = parameter_of(v, a, b);
+    if (j == at.segment) t = std::max(t, at.t);
+    const Vec3 way = b.tip_P - a.tip_P;
+    // The tip alone may be too far off.
+    if ((v.tip_P - a.tip_P - t * way).norm() < best.distance - kNearer_mm) {
+      const Place place = placed_at(v, j, t);
+      if (place.distance < best.distance - kNearer_mm) best = place;
+    }
+    const double rest = j == at.segment ? 1.0 - at.t : 1.0;
+    ahead_mm += rest * b.way_mm;
+    if (ahead_mm > reach_mm) break;
+    ahead_rad += rest * b.turn;
+    if (ahead_rad > reach_rad) break;
+  }
+  // The tool axis may have drawn the place over a CL point that the tip has not passed yet.
+  if (best.segment > at.segment) {
+    const Target& a = targets[best.segment - 1];
+    const Target& b = targets[best.segment];
+    const double here = distance_to_segment(v.tip_P, b.tip_P, targets[best.segment + 1].tip_P);
+    const double t = parameter_of(v, a, b);
+    const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
+    // Where the path comes back along itself what lies behind is as near.
+    const double there = before > t ? (v.tip_P - a.tip_P - before * (b.tip_P - a.tip_P)).norm()
+                                    : distance_to_segment(v.tip_P, a.tip_P, b.tip_P);
+    if (there < here - kNearer_mm) {
+      const double distance = best.distance;
+      best = placed_at(v, best.segment - 1, before);
+      best.distance = distance;
+    }
+  }
+  return best;
+}
+
+// On a machine with errors the tool axis is off its place even where the tip is not. Where the tip tells the
+// place, and the axis is within its tolerance, that is the end of the segment.
+bool Verifier::State::is_at_end(const Target& b, double off2_mm2, double chord2) const {
+  constexpr double kTells = 20.0;  // of what counts as the same point: a shorter way may be one of the axis
+  if (!report.on_truth || off2_mm2 > kSamePoint_mm * kSamePoint_mm) return false;
+  if (b.way_mm < kTells * kSamePoint_mm) return false;
+  // The chord of an angle is not below 2/pi of it.
+  const double tolerance = options.axis_tolerance.rad();
+  return 0.25 * kPi * kPi * chord2 <= tolerance * tolerance;
+}
+
+std::optional<double> Verifier::State::still_on(const ToolPose& v, const Target& a, const Target& b) const {
+  const Vec3 way = b.tip_P - a.tip_P;
+  const double length2 = way.squaredNorm();
+  const double t = length2 > 0.0 ? (v.tip_P - a.tip_P).dot(way) / length2 : 1.0;
+  if (!(t < 1.0)) return std::nullopt;
+  if ((v.tip_P - a.tip_P - std::max(t, at.t) * way).norm() > options.tolerance_mm) return std::nullopt;
+  const double turn = b.turn;
+  const double turned = turn > 0.0 ? std::min(1.0, turn_between(a.axis_P, v.axis_P) / turn) : 0.0;
+  const double off = turn_between(v.axis_P, slerp(a.axis_P, b.axis_P, turned));
+  return off <= options.axis_tolerance.rad() ? std::optional(std::max(t, at.t)) : std::nullopt;
+}
+
+}  // namespace trunnion::post

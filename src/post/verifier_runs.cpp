@@ -1,0 +1,149 @@
+// Motions of the program read back that follow one another with nothing between them.
+#include <algorithm>
+#include <span>
+
+#include "post/verifier_state.hpp"
+
+namespace trunnion::post {
+
+void Verifier::State::take(const nc::MotionRun& run) {
+  has_ends = false;
+  if (next_waiting < waiting.size()) work();
+  std::size_t done = 0;
+  if (may_take(run)) {
+    const RunEnds& ends = ends_of(run);
+    if (ends.within_limits && meter.place(ends.stations, placed_run)) done = step(run, ends);
+  }
+  for (; done < run.count; ++done) take(run.motion(done), nullptr);
+  last_end.reset();
+  stepped = false;
+}
+
+bool Verifier::State::may_take(const nc::MotionRun& run) const {
+  const bool stands_on_path = started && have_previous && previous->placed && !away && !from_unknown;
+  const bool words_are_joints = !tcp && !plane && shift.is_idle() && (run.mask & needed) == needed;
+  return stands_on_path && words_are_joints && waiting.empty() && !compensates && !offsets &&
+         !options.collect && meter.may_bow(*previous, *previous) && meter.kinematics().side_by_side();
+}
+
+const Verifier::State::RunEnds& Verifier::State::ends_of(const nc::MotionRun& run) {
+  // Who reads the same text has mostly come from the same place.
+  if (leader != nullptr && same_words && leader->has_ends && leader->run_ends.stations.q(0) == previous->q)
+    return leader->run_ends;
+  evaluate(run, run_ends);
+  has_ends = true;
+  return run_ends;
+}
+
+void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
+  path::StationRun& stations = out.stations;
+  stations.resize(run.count + 1);
+  for (AxisId id = 0; id < kMaxAxes; ++id) stations.of_axis(id)[0] = previous->q[id];
+  out.within_limits = true;
+  for (AxisId id = 0; id < axis_count; ++id) {
+    const WordOfAxis& word = word_of[id];
+    const auto& quanta = run.quanta[word.letter];
+    double* const q = stations.of_axis(id).data() + 1;
+    Lanes smallest = lanes::splat<Lanes>(previous->q[id]);
+    Lanes largest = smallest;
+    for (std::size_t i = 0; i < run.count; i += 2) {
+      const std::size_t last = std::min(i + 1, run.count - 1);
+      const Lanes words{static_cast<double>(quanta[i]), static_cast<double>(quanta[last])};
+      const Lanes place = words / word.scale * word.factor - word_offsets[id];
+      lanes::store(q + i, place);
+      largest = lanes::larger(largest, place);
+      smallest = -lanes::larger<Lanes>(-smallest, -place);
+    }
+    out.smallest_q[id] = std::min(smallest[0], smallest[1]);
+    out.largest_q[id] = std::max(largest[0], largest[1]);
+    out.within_limits = out.within_limits && out.smallest_q[id] >= least[id] && out.largest_q[id] <= most[id];
+  }
+  stations.evaluate();
+  std::array<const double*, kMaxAxes> q{};
+  for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
+  out.seconds.resize(run.count + 1);
+  out.slowest_s.resize(run.count + 1);
+  planner.times_of(q, run.feed_mode, std::span(run.feed).first(run.count), out.seconds, out.slowest_s);
+  Lanes ratio{};
+  for (std::size_t i = 0; i < run.count; i += 2) {
+    const Lanes seconds = lanes::load(&out.seconds[i]);
+    // What takes no time has no speed.
+    const Lanes of_block =
+        lanes::load(&out.slowest_s[i]) / lanes::select(seconds > 0.0, seconds, Lanes{1.0, 1.0});
+    ratio = lanes::larger(ratio, lanes::select(seconds > 0.0, of_block, Lanes{}));
+  }
+  out.speed_ratio = std::max(ratio[0], ratio[1]);
+  out.within_limits = out.within_limits && out.speed_ratio <= 1.0;
+}
+
+void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const {
+  static_cast<BlockEnd&>(v) = BlockEnd{};
+  v.q = ends.stations.q(row);
+  v.nc_line = run.source[row - 1].line;
+  v.feed_mode = run.feed_mode;
+  v.feed = run.feed[row - 1];
+  v.station = ends.stations.station(row);
+  static_cast<ToolPose&>(v) = placed_run.poses[row];
+  v.placed = true;
+}
+
+std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends) {
+  shares_block = false;
+  Known known = known_figures();
+  std::size_t loaded = 0;  // the row that `previous` is
+  std::size_t i = 0;
+  for (; i < run.count && at.segment + 3 < targets.size(); ++i) {
+    const ToolPose& to = placed_run.poses[i + 1];
+    Place place;
+    double axis = 0.0;
+    const Quiet quiet = is_quiet(placed_run.poses[i], to, placed_run.bows[i], known, place, axis);
+    if (quiet != Quiet::yes) {
+      if (loaded != i) load(run, ends, i, *previous);
+      load(run, ends, i + 1, *present);
+      loaded = i;
+    }
+    if (quiet == Quiet::no ||
+        (quiet == Quiet::where_tip_keeps && !keeps_tip(*present, place, known.tip_mm))) {
+      if (!may_step() && !is_within_known(*present)) break;
+      meter.put_errors(*previous);
+      meter.put_errors(*present);
+      bows.reset();
+      present->placed = false;
+      feed(*present);
+      known = known_figures();
+    } else {
+      note_axis(axis, known);
+      move_on(to, place);
+      if (quiet == Quiet::yes) continue;
+    }
+    std::swap(previous, present);
+    loaded = i + 1;
+    if (!away && previous->placed) continue;
+    ++i;
+    break;
+  }
+  if (loaded != i) load(run, ends, i, *previous);
+  meter.put_errors(*previous);
+  bows.reset();  // none are known of the last block
+  if (i > 0) count_blocks(run, ends, i);
+  forget_passed();
+  return i;
+}
+
+void Verifier::State::count_blocks(const nc::MotionRun& run, const RunEnds& ends, std::size_t count) {
+  report.points_out += count;
+  report.feed_blocks += count;
+  const nc::AxisWords words = run.motion(count - 1).words;
+  for (AxisId id = 0; id < axis_count; ++id) {
+    smallest_q[id] = std::min(smallest_q[id], ends.smallest_q[id]);
+    largest_q[id] = std::max(largest_q[id], ends.largest_q[id]);
+    if (word_of[id].rotary != 0) rotary[id] = word_of[id].internal(words);
+  }
+  within_limits = true;
+  report.max_speed_ratio = std::max(report.max_speed_ratio, ends.speed_ratio);
+  last_seconds = ends.seconds[count - 1];
+  last_speed_ratio = last_seconds > 0.0 ? ends.slowest_s[count - 1] / last_seconds : 0.0;
+  for (std::size_t i = 0; i < count; ++i) elapse(ends.seconds[i]);
+}
+
+}  // namespace trunnion::post
