@@ -15,14 +15,6 @@ Vectors side_by_side(const Vec3& a, const Vec3& b) {
   return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
 }
 
-// As Rounding::rounded, for values that a word can hold.
-Lanes rounded_pair(const Rounding& rounding, AxisId id, const Lanes& value) {
-  const double unit = rounding.quantum[id];
-  if (!(unit > 0.0)) return value;
-  const double offset = rounding.offset[id];
-  return unit * lanes::nearest<Lanes>((value + offset) / unit) - offset;
-}
-
 // As RotarySines::turn.
 void turn_on(Lanes& sin, Lanes& cos, const Lanes& by) {
   const Lanes d = by - by * by * by / 6.0;
@@ -34,11 +26,42 @@ void turn_on(Lanes& sin, Lanes& cos, const Lanes& by) {
 
 }  // namespace
 
+// As they are calculated with, for two points each.
+struct GridRun::Constants {
+  ConstantsOf<Lanes> chain;
+  std::array<Lanes, kMaxAxes> unit, offset;  // of the grid
+  std::array<bool, kMaxAxes> rounds{};
+
+  Constants(const TableKinematics& kinematics, const Rounding& rounding) : chain(kinematics) {
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      unit[id] = lanes::splat<Lanes>(rounding.quantum[id]);
+      offset[id] = lanes::splat<Lanes>(rounding.offset[id]);
+      rounds[id] = rounding.quantum[id] > 0.0;
+    }
+  }
+};
+
+GridRun::GridRun(const TableKinematics& kinematics, const Rounding& rounding)
+    : kinematics_(kinematics),
+      constants_(std::make_unique<const Constants>(kinematics, rounding)),
+      rotary_{kinematics.rotary(0), kinematics.rotary(1)},
+      linear_{kinematics.linear(0), kinematics.linear(1), kinematics.linear(2)} {}
+GridRun::~GridRun() = default;
+GridRun::GridRun(GridRun&&) noexcept = default;
+
+// As Rounding::rounded, for values that a word can hold.
+Lanes GridRun::rounded(AxisId id, const Lanes& value) const {
+  const Constants& c = *constants_;
+  if (!c.rounds[id]) return value;
+  return c.unit[id] * lanes::nearest<Lanes>((value + c.offset[id]) / c.unit[id]) - c.offset[id];
+}
+
 GridRun::Pair GridRun::evaluated(const std::array<Lanes, 2>& angle,
                                  const TableKinematics::SinesOf<Lanes>& sines, const Vectors& linear,
                                  const Vectors& tip_P, const Vectors& axis_P) const {
-  const Vectors w = kinematics_.constant(0) + linear;
-  const StationOf<Lanes> station(kinematics_, w, kinematics_.constant(1), kinematics_.constant(2), sines);
+  const ConstantsOf<Lanes>& chain = constants_->chain;
+  const Vectors w = chain.w0 + linear;
+  const StationOf<Lanes> station(kinematics_, chain, w, sines);
   return {{angle, w, station.arm2_outer, station.arm2_inner, station.size_mm},
           lanes::squared(station.tip_P - tip_P),
           lanes::squared(station.axis_P - axis_P)};
@@ -69,7 +92,7 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
   TableKinematics::SinesOf<Lanes> sines;
   LaneMask near = ~LaneMask{};
   for (std::size_t k = 0; k < 2; ++k) {
-    angle[k] = rounded_pair(rounding_, rotary_[k], Lanes{chosen[0]->q[rotary_[k]], chosen[1]->q[rotary_[k]]});
+    angle[k] = rounded(rotary_[k], Lanes{chosen[0]->q[rotary_[k]], chosen[1]->q[rotary_[k]]});
     const Lanes by = angle[k] - Lanes{known_a.angle[k], known_b.angle[k]};
     near &= lanes::abs(by) <= RotarySines::kSmallTurn_rad;
     sines.sin[k] = Lanes{known_a.sines.sin[k], known_b.sines.sin[k]};
@@ -91,10 +114,9 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
   }
   const Vectors tip_P = side_by_side(pose[0]->tip_P, pose[1]->tip_P);
   const Vectors axis_P = side_by_side(pose[0]->axis_P, pose[1]->axis_P);
-  const Vectors exact = kinematics_.linear_positions(tip_P, sines);
-  const Vectors linear = {rounded_pair(rounding_, linear_[0], exact.x),
-                          rounded_pair(rounding_, linear_[1], exact.y),
-                          rounded_pair(rounding_, linear_[2], exact.z)};
+  const Vectors exact = linear_positions(kinematics_, constants_->chain, tip_P, sines);
+  const Vectors linear = {rounded(linear_[0], exact.x), rounded(linear_[1], exact.y),
+                          rounded(linear_[2], exact.z)};
   for (int lane = 0; lane < 2; ++lane) {
     const auto n = static_cast<std::size_t>(lane);
     JointVector& q = *out[n];

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <limits>
 
 #include "trunnion/machine/table_kinematics.hpp"
@@ -16,28 +17,49 @@ T magnitude(const lanes::Triple<T>& v) {
   return lanes::abs(v.x) + lanes::abs(v.y) + lanes::abs(v.z);
 }
 
-/// What a Station says of its position, from w, b, g there and the sines.
+/// What is the same at every position of a machine whose linear axes stand before the rotary ones along X, Y
+/// and Z of M: w at zero, b and g, the spindle and the directions of the rotary axes (TableKinematics).
+template <class T>
+struct ConstantsOf {
+  lanes::Triple<T> w0, b, g, spindle;
+  std::array<lanes::Triple<T>, 2> axis;
+
+  explicit ConstantsOf(const TableKinematics& k)
+      : w0(of(k.constant(0))),
+        b(of(k.constant(1))),
+        g(of(k.constant(2))),
+        spindle(of(k.spindle())),
+        axis{of(k.direction(0)), of(k.direction(1))} {}
+
+ private:
+  static lanes::Triple<T> of(const lanes::Triple<double>& v) {
+    return {lanes::splat<T>(v.x), lanes::splat<T>(v.y), lanes::splat<T>(v.z)};
+  }
+  static lanes::Triple<T> of(const Vec3& v) { return of(lanes::Triple<double>{v.x(), v.y(), v.z()}); }
+};
+
+/// Positions of the linear axes that put the tip at `tip_P`: TableKinematics::linear_positions.
+template <class T>
+lanes::Triple<T> linear_positions(const TableKinematics& k, const ConstantsOf<T>& c,
+                                  const lanes::Triple<T>& tip_P, const TableKinematics::SinesOf<T>& s) {
+  return k.turned(0, k.turned(1, tip_P - c.g, s) - c.b, s) - c.w0;
+}
+
+/// What a Station says of its position, from w there and the sines.
 template <class T>
 struct StationOf {
   lanes::Triple<T> tip_P, axis_P;
   T arm2_outer, arm2_inner;
   T size_mm;
 
-  template <class B>
-  StationOf(const TableKinematics& k, const lanes::Triple<T>& w, const lanes::Triple<B>& b,
-            const lanes::Triple<B>& g, const TableKinematics::SinesOf<T>& s) {
-    const lanes::Triple<T> inner = k.turned_back(0, w, s) + b;
-    tip_P = k.turned_back(1, inner, s) + g;
-    const lanes::Triple<T> spindle{lanes::splat<T>(k.spindle().x()), lanes::splat<T>(k.spindle().y()),
-                                   lanes::splat<T>(k.spindle().z())};
-    axis_P = k.turned_back(1, k.turned_back(0, spindle, s), s);
-    const auto direction = [&](std::size_t i) {
-      const Vec3& n = k.direction(i);
-      return lanes::Triple<double>{n.x(), n.y(), n.z()};
-    };
-    arm2_outer = lanes::squared(lanes::cross(direction(0), w));
-    arm2_inner = lanes::squared(lanes::cross(direction(1), inner));
-    size_mm = magnitude(w) + magnitude(b) + magnitude(g);
+  StationOf(const TableKinematics& k, const ConstantsOf<T>& c, const lanes::Triple<T>& w,
+            const TableKinematics::SinesOf<T>& s) {
+    const lanes::Triple<T> inner = k.turned_back(0, w, s) + c.b;
+    tip_P = k.turned_back(1, inner, s) + c.g;
+    axis_P = k.turned_back(1, k.turned_back(0, c.spindle, s), s);
+    arm2_outer = lanes::squared(lanes::cross(c.axis[0], w));
+    arm2_inner = lanes::squared(lanes::cross(c.axis[1], inner));
+    size_mm = magnitude(w) + magnitude(c.b) + magnitude(c.g);
   }
 };
 

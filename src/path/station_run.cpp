@@ -51,25 +51,23 @@ TableKinematics::SinesOf<Lanes> StationRun::sines_of_pair(std::size_t row) const
 void StationRun::evaluate() {
   // What an odd last one is paired with.
   for (Column& column : q_) column[count_] = column[count_ - 1];
-  for (std::size_t row = 0; row < count_; row += 2) put_pair(row);
+  const ConstantsOf<Lanes> chain(kinematics_);
+  for (std::size_t row = 0; row < count_; row += 2) put_pair(row, chain);
   for (std::size_t row = 0; row + 1 < count_; row += 2) bow_pair(row);
 }
 
-void StationRun::put_pair(std::size_t row) {
+void StationRun::put_pair(std::size_t row, const ConstantsOf<Lanes>& chain) {
   for (std::size_t k = 0; k < 2; ++k) {
     const auto turned = lanes::sincos(lanes::load(&q_[kinematics_.rotary(k)][row]));
     lanes::store(&sin_[k][row], turned.sin);
     lanes::store(&cos_[k][row], turned.cos);
   }
   const auto position = [&](std::size_t i) { return lanes::load(&q_[kinematics_.linear(i)][row]); };
-  const Pair w = kinematics_.constant(0) + Pair{position(0), position(1), position(2)};
-  const StationOf<Lanes> station(kinematics_, w, kinematics_.constant(1), kinematics_.constant(2),
-                                 sines_of_pair(row));
-  const Vec3& n = kinematics_.direction(1);
+  const Pair w = chain.w0 + Pair{position(0), position(1), position(2)};
+  const StationOf<Lanes> station(kinematics_, chain, w, sines_of_pair(row));
   lanes::store(&arm2_outer_[row], station.arm2_outer);
   lanes::store(&arm2_inner_[row], station.arm2_inner);
-  lanes::store(&axis_arm2_[row],
-               lanes::squared(lanes::cross(lanes::Triple<double>{n.x(), n.y(), n.z()}, station.axis_P)));
+  lanes::store(&axis_arm2_[row], lanes::squared(lanes::cross(chain.axis[1], station.axis_P)));
   lanes::store(&size_mm_[row], station.size_mm);
   for (int i = 0; i < 2; ++i) {
     poses_[row + static_cast<std::size_t>(i)] = {

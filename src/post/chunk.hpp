@@ -57,7 +57,7 @@ struct Chunk {
   path::Point before;                   // where the chunk before ends
   bool has_before = false;
 
-  std::vector<JointVector> joints;  // of the motions, on the word grid
+  std::vector<JointVector> joints;  // of the motions, on the word grid; the preparer writes all of them
   std::vector<PreparedSegment> segments;
   std::vector<path::SegmentReport> reports;
   std::vector<path::Point> inserted;
@@ -101,7 +101,6 @@ struct Chunk {
     chosen.clear();
     pole.clear();
     failure.reset();
-    joints.clear();
     segments.clear();
     reports.clear();
     inserted.clear();

@@ -115,7 +115,7 @@ class FeedPlanner {
 
   void set_slowness();
   struct Ways;
-  Ways ways(const Stop& from, const Stop& to) const;
+  Ways ways(const Stop& from, const Stop& to, bool wants_rotary) const;
   template <nc::FeedMode kMode>
   std::size_t plan_pairs(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
 

@@ -23,11 +23,11 @@ Lanes nearest_up(const Lanes& x) {
 struct FeedPlanner::Ways {
   double tip2_mm2;
   double linear2_mm2;
-  double rotary2_rad2;
-  double axes_s;  // at least what the slowest axis needs
+  double rotary2_rad2;  // where it is wanted
+  double axes_s;        // at least what the slowest axis needs
 };
 
-FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to) const {
+FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to, bool wants_rotary) const {
   static_assert(kMaxAxes == 5, "two pairs and one");
   const JointVector& a = *from.q;
   const JointVector& b = *to.q;
@@ -45,7 +45,8 @@ FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to) const {
     const Lanes y = second2 * joint_pair(share, 2);
     return x[0] + x[1] + y[0] + y[1] + last2 * share[4];
   };
-  return {(*to.tip_P - *from.tip_P).squaredNorm(), sum(linear_share_), sum(rotary_share_),
+  return {(*to.tip_P - *from.tip_P).squaredNorm(), sum(linear_share_),
+          wants_rotary ? sum(rotary_share_) : 0.0,
           std::max(std::max(times[0], times[1]), std::abs(last) * slowness_[4])};
 }
 
@@ -62,8 +63,8 @@ std::size_t FeedPlanner::plan_pairs(std::span<const Stop> stops, double feed_mm_
   const std::size_t count = std::min(stops.size() - 1, RunFeeds::kMost);
   for (std::size_t i = 0; i < count; i += 2) {
     const std::size_t j = std::min(i + 1, count - 1);  // an odd last one stands for two
-    const Ways a = ways(stops[i], stops[i + 1]);
-    const Ways b = ways(stops[j], stops[j + 1]);
+    const Ways a = ways(stops[i], stops[i + 1], kInverse || all_axes);
+    const Ways b = ways(stops[j], stops[j + 1], kInverse || all_axes);
     const Lanes linear2{a.linear2_mm2, b.linear2_mm2};
     const Lanes rotary2{a.rotary2_rad2, b.rotary2_rad2};
     const Lanes tip_s = lanes::sqrt(Lanes{a.tip2_mm2, b.tip2_mm2}) / feed_mm_s;

@@ -1,6 +1,12 @@
 #pragma once
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <limits>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 #include "trunnion/base/lanes.hpp"
 #include "trunnion/machine/machine.hpp"
@@ -13,6 +19,26 @@ inline Lanes joint_pair(const JointVector& q, AxisId id) {
   Lanes out;
   std::memcpy(&out, reinterpret_cast<const std::byte*>(&q) + id * sizeof(double), sizeof(out));
   return out;
+}
+
+/// a == b, without a jump for each axis.
+inline bool same_joints(const JointVector& a, const JointVector& b) {
+  static_assert(kMaxAxes == 5, "two pairs and one");
+  const LaneMask same = (joint_pair(a, 0) == joint_pair(b, 0)) & (joint_pair(a, 2) == joint_pair(b, 2));
+  return (same[0] & same[1]) != 0 && a[4] == b[4];
+}
+
+/// Both numbers as the nearest whole ones; the least that 32 bits hold where one has more.
+inline void put_whole(const Lanes& pair, std::int32_t* out) {
+#if defined(__SSE2__)
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(out), _mm_cvtpd_epi32(pair));
+#else
+  for (int i = 0; i < 2; ++i) {
+    const double whole = std::nearbyint(pair[i]);
+    out[i] = std::abs(whole) < 2147483648.0 ? static_cast<std::int32_t>(whole)
+                                            : std::numeric_limits<std::int32_t>::min();
+  }
+#endif
 }
 
 }  // namespace trunnion::post

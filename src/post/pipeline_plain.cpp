@@ -65,8 +65,13 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
     const PreparedSegment& segment = chunk_->segments[i];
     const path::ChosenPoint& chosen = chunk_->chosen[i];
     if (!segment.known() || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
-        chosen.q_leave != chosen.q)
+        !same_joints(chosen.q_leave, chosen.q))
       break;
+    if (segment.report == PreparedSegment::kKept && !compensator_ && motion.feed.value == feed_mm_s &&
+        run.count < PlainRun::kMost) {
+      run.add({&chunk_->joints[i], &motion.point.pose.tip_P}, i);
+      continue;
+    }
     const std::size_t blocks = 1 + chunk_->inserted_in(segment).size();
     if (motion.feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
       if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
@@ -200,25 +205,19 @@ path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) con
   return chunk_->before;
 }
 
-// The words of a position within the travel, on their grid; false where it is not, or a word has more digits
-// than a run of blocks takes.
+// The words of a position on the grid; false where it is beyond the travel. What more digits would need than
+// a run of blocks takes comes out as more than it takes.
 bool Pipeline::run_words(const JointVector& q, nc::RunBlock& block) const {
   static_assert(kMaxAxes == 5 && nc::RunBlock::kAxes == 5, "two pairs and one");
-  constexpr double kMostQuanta = 1e9;
   const auto pair = [&](AxisId id) {
     const Lanes at = joint_pair(q, id);
-    const Lanes words =
-        lanes::nearest<Lanes>((at + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id));
-    const LaneMask fits = lanes::abs(words) < kMostQuanta;
-    const Lanes said = lanes::select(fits, words, Lanes{});
-    block.words[id] = static_cast<std::int32_t>(said[0]);
-    block.words[id + 1] = static_cast<std::int32_t>(said[1]);
-    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id)) & fits;
+    put_whole((at + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id), &block.words[id]);
+    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id));
   };
   const LaneMask within = pair(0) & pair(2);
-  const double last = lanes::nearest((q[4] + word_offsets_[4]) * quanta_per_unit_[4]);
-  if (!(std::abs(last) < kMostQuanta)) return false;
-  block.words[4] = static_cast<std::int32_t>(last);
+  std::array<std::int32_t, 2> last;
+  put_whole(Lanes{(q[4] + word_offsets_[4]) * quanta_per_unit_[4], 0.0}, last.data());
+  block.words[4] = last[0];
   return (within[0] & within[1]) != 0 && q[4] >= least_[4] && q[4] <= most_[4];
 }
 

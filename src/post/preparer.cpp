@@ -60,7 +60,6 @@ void Preparer::prepare(Chunk& chunk) {
   if (chunk.failure) return;
   const std::size_t count = chunk.motions.size();
   chunk.segments.assign(count, {});
-  chunk.joints.clear();
   if (count == 0) return;
   place(chunk);
   if (whole_runs_) return;

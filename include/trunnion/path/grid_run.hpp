@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,11 +17,9 @@ namespace trunnion::path {
 /// bounds of Refiner::decide. For machines that TableKinematics evaluates side by side.
 class GridRun {
  public:
-  GridRun(const TableKinematics& kinematics, const Rounding& rounding)
-      : kinematics_(kinematics),
-        rounding_(rounding),
-        rotary_{kinematics.rotary(0), kinematics.rotary(1)},
-        linear_{kinematics.linear(0), kinematics.linear(1), kinematics.linear(2)} {}
+  GridRun(const TableKinematics& kinematics, const Rounding& rounding);
+  ~GridRun();
+  GridRun(GridRun&&) noexcept;
 
   /// Puts the points of `chosen`, of which `pose_at(i)` is prescribed, on the grid, and bounds the segments
   /// that end there. `before`: the point that comes before them, on the grid already; null where none does,
@@ -52,9 +51,11 @@ class GridRun {
                  const lanes::Triple<Lanes>& linear, const lanes::Triple<Lanes>& tip_P,
                  const lanes::Triple<Lanes>& axis_P) const;
   void judge(std::size_t i, const Pair& to);
+  Lanes rounded(AxisId id, const Lanes& value) const;
 
+  struct Constants;
   TableKinematics kinematics_;
-  Rounding rounding_;
+  std::unique_ptr<const Constants> constants_;
   std::array<AxisId, 2> rotary_;
   std::array<AxisId, 3> linear_;
   Tolerance tolerance_;

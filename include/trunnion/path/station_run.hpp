@@ -7,6 +7,9 @@
 
 namespace trunnion::path {
 
+template <class T>
+struct ConstantsOf;
+
 /// Positions that follow one another, evaluated two at a time: the same stations as `station` gives one by
 /// one, and the same bows between them as Certifier::bows_from_norms. For machines that TableKinematics
 /// evaluates side by side.
@@ -39,7 +42,7 @@ class StationRun {
   const std::vector<Certifier::Bows>& bows() const { return bows_; }
 
  private:
-  void put_pair(std::size_t row);
+  void put_pair(std::size_t row, const ConstantsOf<Lanes>& chain);
   void bow_pair(std::size_t row);
 
   TableKinematics kinematics_;
