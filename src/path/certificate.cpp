@@ -178,8 +178,6 @@ bool opposite(const Reference& reference) {
 
 }  // namespace
 
-namespace {
-
 // The tip and the tool axis side by side, with the formulas of StationOf.
 void put_station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines,
                  Station& s) {
@@ -213,8 +211,6 @@ void put_station(const TableKinematics& kinematics, const JointVector& q, const 
   s.axis_shift_P = Vec3::Zero();
   s.size_mm = size(w) + size(b) + size(g);
 }
-
-}  // namespace
 
 void put_station(const TableKinematics& kinematics, const JointVector& q, Station& out) {
   put_station(kinematics, q, kinematics.sines(q), out);

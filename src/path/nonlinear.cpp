@@ -25,12 +25,18 @@ struct Refiner::Work {
   std::size_t end = 0;
   bool known = false;
 
-  SegmentEnds ends(const Point& from, const Point& to, const TableKinematics::Sines* sines = nullptr) {
+  SegmentEnds ends(const Point& from, const Point& to, const TableKinematics::Sines* sines_from = nullptr,
+                   const TableKinematics::Sines* sines_to = nullptr) {
+    const auto put = [&](Station& s, const Point& at, const TableKinematics::Sines* sines) {
+      if (sines != nullptr)
+        put_station(segment.kinematics(), at.q, *sines, s);
+      else
+        put_station(segment.kinematics(), at.q, s);
+    };
     const std::size_t start = end;
-    if (!known || !(stations[start].q == from.q)) stations[start] = station(segment.kinematics(), from.q);
+    if (!known || !(stations[start].q == from.q)) put(stations[start], from, sines_from);
     end = 1 - start;
-    stations[end] =
-        sines != nullptr ? station(segment.kinematics(), to.q, *sines) : station(segment.kinematics(), to.q);
+    put(stations[end], to, sines_to);
     known = true;
     return {&from, &to, &stations[start], &stations[end], false};
   }
@@ -49,8 +55,9 @@ SegmentReport Refiner::refine(const Point& a, const Point& b, const Tolerance& t
 }
 
 SegmentReport Refiner::decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
-                              std::vector<Point>& out, const TableKinematics::Sines* sines_b) {
-  return work_->segment.decide(work_->ends(a, b, sines_b), tolerance, known_mm, out);
+                              std::vector<Point>& out, const TableKinematics::Sines* sines_a,
+                              const TableKinematics::Sines* sines_b) {
+  return work_->segment.decide(work_->ends(a, b, sines_a, sines_b), tolerance, known_mm, out);
 }
 
 bool Refiner::bounds_decide() const {

@@ -48,10 +48,14 @@ SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, cons
                                 options.predictor == Predictor{}) {}
 
 void SegmentRefiner::start(const SegmentEnds& ends, const Tolerance& tolerance) {
+  look_at(ends, tolerance);
+  maker_.start(*ends.a, *ends.b);
+}
+
+void SegmentRefiner::look_at(const SegmentEnds& ends, const Tolerance& tolerance) {
   ends_ = ends;
   tolerance_ = tolerance;
   reference_ = {ends.a->tip_P, ends.b->tip_P, ends.a->axis_P, ends.b->axis_P};
-  maker_.start(*ends.a, *ends.b);
   nodes_.clear();
   end0_ = end1_ = 0.0;
 }
@@ -66,7 +70,8 @@ double SegmentRefiner::largest_turn() const {
 }
 
 SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b, double off_axis2,
-                                                      const Vec3* known_middle_P) const {
+                                                      const Vec3* known_middle_P,
+                                                      std::optional<double> ends_mm) const {
   if (options_.certify) {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes
@@ -74,7 +79,8 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
                : Verdict::beyond;
   }
   // Sampled, where the cheap proofs and the middle do not answer.
-  const Verdict tip = tip_verdict(a, b, known_middle_P);
+  if (!ends_mm) ends_mm = std::max(off_mm(a.tip_P), off_mm(b.tip_P));
+  const Verdict tip = tip_verdict(a, b, known_middle_P, *ends_mm);
   if (tip == Verdict::beyond) return tip;
   if (tip == Verdict::proved && (axis_surely_within(a, b, off_axis2) ||
                                  certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes))
@@ -88,17 +94,13 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
 
 // `sampled`: samples have to tell.
 SegmentRefiner::Verdict SegmentRefiner::tip_verdict(const Station& a, const Station& b,
-                                                    const Vec3* known_middle_P) const {
-  const auto off = [&](const Vec3& p) {
-    return distance_to_segment(p, reference_.tip0_P, reference_.tip1_P);
-  };
-  const double ends = std::max(off(a.tip_P), off(b.tip_P));
+                                                    const Vec3* known_middle_P, double ends) const {
   if (ends > tolerance_.tip_mm) return Verdict::beyond;
   const NormsOf<double> norms = piece_norms(kinematics(), a, b);
   const double left_mm = tolerance_.tip_mm - ends - tip_rounding(kinematics(), a, b);
   if (norms.M2() / 8.0 <= left_mm) return Verdict::proved;
   const Vec3 middle_P = known_middle_P != nullptr ? *known_middle_P : middle_tip(kinematics(), a, b);
-  if (off(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
+  if (off_mm(middle_P) > tolerance_.tip_mm) return Verdict::beyond;
   const Vec3 bow = middle_P - 0.5 * (a.tip_P + b.tip_P);
   const double beyond = beyond_parabola(norms.M3());
   if (bow.norm() + beyond <= left_mm) return Verdict::proved;
@@ -151,7 +153,7 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   const bool surely = predictor_is_below_truth_ && left >= 0.0 && off2 <= left * left && left_axis >= 0.0 &&
                       off2_axis <= left_axis * left_axis;
   if (surely && bow <= known_mm) return report;
-  start(ends, tolerance);
+  look_at(ends, tolerance);
   // The exact predictor is the curve itself: where that is proved or disproved it has nothing to add, and to
   // look for its largest value takes longer than a sharper bound.
   const bool exact = options_.predictor.kind == Predictor::Kind::exact;
@@ -180,6 +182,7 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
     const bool asked = asks && report.predicted_mm > tolerance.tip_mm;
     if ((report.converged && !asked) || options_.method == Method::none) return report;
   }
+  maker_.start(*ends.a, *ends.b);
   report.converged = insert(report);
   report.inserted = static_cast<std::uint32_t>(nodes_.size());
   put_nodes(ends, out);
@@ -452,12 +455,17 @@ SegmentReport SegmentRefiner::span_report(const Station& programmed_a, const Sta
 
 bool SegmentRefiner::all_within() const {
   double off_before2 = (ends_.at_a->axis_P - ends_.a->axis_P).squaredNorm();
+  double before_mm = off_mm(ends_.at_a->tip_P);
   for (std::size_t i = 0; i <= nodes_.size(); ++i) {
     const Station& b = station_at(i + 1);
     const Vec3& programmed = i < nodes_.size() ? nodes_[i].axis_P : ends_.b->axis_P;
     const double off2 = (b.axis_P - programmed).squaredNorm();
-    if (piece_verdict(station_at(i), b, std::max(off_before2, off2)) == Verdict::beyond) return false;
+    const double after_mm = off_mm(b.tip_P);
+    if (piece_verdict(station_at(i), b, std::max(off_before2, off2), nullptr,
+                      std::max(before_mm, after_mm)) == Verdict::beyond)
+      return false;
     off_before2 = off2;
+    before_mm = after_mm;
   }
   return true;
 }

@@ -55,16 +55,22 @@ class SegmentRefiner {
     return piece_verdict(a, b) != Verdict::beyond;
   }
   void start(const SegmentEnds& ends, const Tolerance& tolerance);
+  /// The same for questions that need no nodes.
+  void look_at(const SegmentEnds& ends, const Tolerance& tolerance);
 
  private:
   /// `sampled`: within, as far as samples can tell.
   enum class Verdict : std::uint8_t { beyond, sampled, proved };
   /// `off_axis2`: square of what the axes at the ends are at most off some axes of the reference.
-  /// And where its tip is in the middle, if that is known.
+  /// And where its tip is in the middle, if that is known, and how far its ends are off the reference at
+  /// most.
   Verdict piece_verdict(const Station& a, const Station& b,
                         double off_axis2 = std::numeric_limits<double>::infinity(),
-                        const Vec3* known_middle_P = nullptr) const;
-  Verdict tip_verdict(const Station& a, const Station& b, const Vec3* known_middle_P) const;
+                        const Vec3* known_middle_P = nullptr, std::optional<double> ends_mm = {}) const;
+  Verdict tip_verdict(const Station& a, const Station& b, const Vec3* known_middle_P, double ends_mm) const;
+  double off_mm(const Vec3& tip_P) const {
+    return distance_to_segment(tip_P, reference_.tip0_P, reference_.tip1_P);
+  }
   enum class Side : std::uint8_t { on_chord, two_sided };
   static constexpr std::size_t kFewestCells = 4;
   /// Below this the straight joint path and the great circle need the same number of points.

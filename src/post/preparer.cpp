@@ -48,11 +48,15 @@ void Preparer::correct(Chunk& chunk) {
 void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance) {
   PreparedSegment& segment = chunk.segments[i];
   const path::Point from = i == 0 ? chunk.before : chunk.point(i - 1);
-  const TableKinematics::Sines sines = kinematics_.side_by_side() ? grid_.sines(i) : sines_[i];
+  const auto sines_at = [&](std::size_t k) {
+    return kinematics_.side_by_side() ? grid_.sines(k) : sines_[k];
+  };
+  const TableKinematics::Sines sines_a = sines_at(i == 0 ? 0 : i - 1);
+  const TableKinematics::Sines sines_b = sines_at(i);
   segment.first = static_cast<std::uint32_t>(chunk.inserted.size());
   segment.report = static_cast<std::int32_t>(chunk.reports.size());
-  const path::SegmentReport& report = chunk.reports.emplace_back(
-      refiner_.decide(from, chunk.point(i), tolerance, known_mm_, chunk.inserted, &sines));
+  const path::SegmentReport& report = chunk.reports.emplace_back(refiner_.decide(
+      from, chunk.point(i), tolerance, known_mm_, chunk.inserted, i == 0 ? nullptr : &sines_a, &sines_b));
   known_mm_ = std::max(known_mm_, std::min(report.predicted_mm, report.midpoint_mm));
 }
 

@@ -22,6 +22,8 @@ struct Station {
 };
 Station station(const TableKinematics& kinematics, const JointVector& q);
 void put_station(const TableKinematics& kinematics, const JointVector& q, Station& out);
+void put_station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines,
+                 Station& s);
 /// The same where the sines are known.
 Station station(const TableKinematics& kinematics, const JointVector& q, const TableKinematics::Sines& sines);
 /// The station moved by what errors add to the nominal tip and axis. What a motion between two such stations

@@ -75,9 +75,10 @@ class Refiner {
   /// As `refine`, without the figures that only a report of the segment wants: `programmed_mm`, `tip_mm`,
   /// `axis` and `harmonic_fails` stay as they are, and so do `predicted_mm` and `midpoint_mm` where both are
   /// proved to be at most `known_mm`.
-  /// `sines_b`: of the rotary positions of `b`, where they are known.
+  /// `sines_a`, `sines_b`: of the rotary positions of `a` and `b`, where they are known.
   SegmentReport decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
-                       std::vector<Point>& out, const TableKinematics::Sines* sines_b = nullptr);
+                       std::vector<Point>& out, const TableKinematics::Sines* sines_a = nullptr,
+                       const TableKinematics::Sines* sines_b = nullptr);
   /// The first bounds of `decide` settle what they can: no predictor is asked what it thinks of such a
   /// segment. Then its report is `kept`.
   bool bounds_decide() const;
