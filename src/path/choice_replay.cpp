@@ -13,30 +13,45 @@ ChosenPoint GlobalChoice::end() const {
 }
 
 const SolvedPose& GlobalChoice::solved_for_replay(const ChoicePoint& point, std::size_t ahead) {
-  if (replay_solver_.looks_ahead() && replay_solver_.block().known[ahead] != 0)
-    return replay_solver_.ahead(ahead);
+  if (solver_.looks_ahead() && replayed_->known[ahead] != 0) return solver_.ahead(*replayed_, ahead);
   solver_.solve(point.pose, rotary_count_ == 0 ? 0.0 : place_.position.angle[rotary_count_ - 1], own_);
   return own_;
 }
 
+// For the points from the present one on; kept where all before it are.
+SolvedBlock* GlobalChoice::fresh_block() {
+  if (traces_.layers() != PoseSolver::kAhead * kept_.size() || kept_.size() >= kMostKept) return &own_block_;
+  kept_.push_back(std::make_unique<SolvedBlock>());
+  return kept_.back().get();
+}
+
 // The branches of the next points that were picked.
 void GlobalChoice::look_ahead_for_replay(std::span<const ChoicePoint> points) {
+  if (place_.next % PoseSolver::kAhead == 0 && place_.next / PoseSolver::kAhead < kept_.size()) {
+    replayed_ = kept_[place_.next / PoseSolver::kAhead].get();
+    return;
+  }
+  replayed_ = &replay_block_;
   std::array<std::uint8_t, PoseSolver::kAhead> wanted{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::uint16_t pick = picks_[place_.next + i];
     const bool of_two = (pick & kPlain) != 0 && (pick & kOfTwo) != 0;
     wanted[i] = static_cast<std::uint8_t>(of_two ? 1 << (pick & 1) : 3);
   }
-  replay_solver_.look_ahead(points, std::span(wanted).first(points.size()));
+  solver_.look_ahead(points, replay_block_, std::span(wanted).first(points.size()));
 }
 
 // Of an axis that may turn for ever the turn follows from the point before.
 void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::size_t ahead = i % PoseSolver::kAhead;
-    if (ahead == 0 && replay_solver_.looks_ahead())
+    if (ahead == 0 && solver_.looks_ahead())
       look_ahead_for_replay(points.subspan(i, std::min(PoseSolver::kAhead, points.size() - i)));
     const std::uint16_t pick = picks_[place_.next++];
+    if ((pick & kPlain) != 0) {
+      replay_plain(points[i], ahead, pick, out[i]);
+      continue;
+    }
     const SolvedPose& solved = solved_for_replay(points[i], ahead);
     Candidate chosen = picked(solved, pick);
     chosen.reconfigure = steps_.reconfigures(place_.position, place_.axis_P, chosen, points[i]);
@@ -44,6 +59,24 @@ void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenP
     place_.position = chosen;
     place_.axis_P = points[i].pose.axis_P;
   }
+}
+
+// A plain pick is that of a point which was looked up.
+void GlobalChoice::replay_plain(const ChoicePoint& point, std::size_t row, std::uint16_t pick,
+                                ChosenPoint& out) {
+  const SolvedBlock& block = *replayed_;
+  const std::size_t branch = (pick & kOfTwo) != 0 ? pick & 1U : block.branch[0].within[row] != 0 ? 0U : 1U;
+  const SolvedBlock::Branch& of = block.branch[branch];
+  ChoicePosition next;
+  next.branch = static_cast<std::uint8_t>(branch);
+  next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
+  // There is one turn.
+  for (std::size_t k = 0; k < 2; ++k)
+    steps_.has_only_turn(k, of.angle[k][row], place_.position.angle[k], next.angle[k]);
+  const bool reconfigure = steps_.reconfigures(place_.position, place_.axis_P, next, point);
+  put(of, row, next, reconfigure, out);
+  place_.position = next;
+  place_.axis_P = point.pose.axis_P;
 }
 
 // All of it is settled up to the last of these points, where one position is left.

@@ -9,7 +9,6 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     : kinematics_(machine, options.tool_mm),
       steps_(machine, kinematics_, options),
       solver_(machine, kinematics_, options.inverse),
-      replay_solver_(machine, kinematics_, options.inverse),
       rotary_count_(kinematics_.rotary_count()) {}
 
 void GlobalChoice::start(const JointVector& seed, std::size_t most) {
@@ -17,6 +16,7 @@ void GlobalChoice::start(const JointVector& seed, std::size_t most) {
   most_ = most;
   axis_before_ = seed_axis_P_ = kinematics_.axis_P(kinematics_.sines(seed));
   traces_.clear();
+  kept_.clear();
   left_out_ = {};
   leaves_out_ = false;
   for (Layer& layer : layers_) layer.at.resize(std::max<std::size_t>(2, layer.at.size()));
@@ -70,71 +70,27 @@ const ChoicePoint* GlobalChoice::advance(std::span<const ChoicePoint> points, st
     if (looks && (i < looked_from_ || i >= looked_to)) {
       looked_from_ = i;
       looked_to = std::min(i + PoseSolver::kAhead, points.size());
-      solver_.look_ahead(points.subspan(i, looked_to - i));
+      block_ = out.empty() && looked_to - i == PoseSolver::kAhead ? fresh_block() : &own_block_;
+      solver_.look_ahead(points.subspan(i, looked_to - i), *block_);
     }
-    if (looks && layers_[now_].count == 1 && !leaves_out_ && solver_.block().known[i - looked_from_] != 0) {
-      if (!out.empty() && traces_.layers() > 0) settle_stretch(points.first(i), out.first(i));
-      const std::size_t end = follow(points, i, looked_to, out);
+    if (looks && !leaves_out_ && block_->known[i - looked_from_] != 0) {
+      std::size_t end = i;
+      if (layers_[now_].count == 1) {
+        if (!out.empty() && traces_.layers() > 0) settle_stretch(points.first(i), out.first(i));
+        end = follow(points, i, looked_to, out);
+      } else if (layers_[now_].count == 2) {
+        end = follow_both(points, i, looked_to);
+      }
       if (end != i) {
         i = end;
         continue;
       }
     }
-    const SolvedPose* ahead = looks ? &solver_.ahead(i - looked_from_) : nullptr;
-    const bool is_plain = looks && (add_straight_on(points[i], *ahead) || add_both(points[i], *ahead));
-    if (!is_plain && !add(points[i], ahead)) return &points[i];
+    const SolvedPose* ahead = looks ? &solver_.ahead(*block_, i - looked_from_) : nullptr;
+    if (!(looks && add_both(points[i], *ahead)) && !add(points[i], ahead)) return &points[i];
     ++i;
   }
   return nullptr;
-}
-
-// What `add_both` does where each branch is reached from itself by a small step, and to come from the other
-// one takes more for the turn alone.
-bool GlobalChoice::add_straight_on(const ChoicePoint& point, const SolvedPose& solved) {
-  const Layer& before = layers_[now_];
-  if (!solved.known || solved.rotary.count != 2 || before.count != 2 || leaves_out_) return false;
-  const Candidate& p = before.at[0];
-  const Candidate& q = before.at[1];
-  // No turn makes up for more: one of them was come to by leaving the part.
-  constexpr double kMostOfTurns_s = 5.0;
-  if (p.branch != 0 || q.branch != 1 || std::abs(p.cost - q.cost) > kMostOfTurns_s) return false;
-  const std::array<Lanes, 2> from = {Lanes{p.angle[0], q.angle[0]}, Lanes{p.angle[1], q.angle[1]}};
-  const std::array<Lanes, 2> other = {Lanes{q.angle[0], p.angle[0]}, Lanes{q.angle[1], p.angle[1]}};
-  std::array<Lanes, 2> angle;
-  Lanes turn{};
-  for (std::size_t k = 0; k < 2; ++k) {
-    const Lanes both = {solved.rotary.at[0].angle[k], solved.rotary.at[1].angle[k]};
-    if (!steps_.only_turns(k, both, from[k], angle[k])) return false;
-    turn += lanes::abs(Lanes(angle[k] - from[k]));
-  }
-  const auto side_by_side = [](const Vec3& a, const Vec3& b) {
-    return lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
-  };
-  const Lanes cost = Lanes{p.cost, q.cost} +
-                     steps_.cost<Lanes, Lanes>(from, side_by_side(p.linear, q.linear), angle,
-                                               side_by_side(solved.linear[0], solved.linear[1])) +
-                     steps_.centre_preference(angle);
-  const Lanes from_other = Lanes{q.cost, p.cost} + steps_.least_turn(other, angle);
-  constexpr double kRounding = 1e-9;  // of the sums, s
-  if (lanes::any(LaneMask((turn >= ChoiceSteps::kSurelyNone) | (from_other <= cost + kRounding))))
-    return false;
-  Layer& after = layers_[1 - now_];
-  after.count = 2;
-  for (std::size_t n = 0; n < 2; ++n) {
-    const int lane = static_cast<int>(n);
-    Candidate& next = after.at[n];
-    next.angle = {angle[0][lane], angle[1][lane]};
-    next.linear = solved.linear[n];
-    next.sines = solved.sines[n];
-    next.branch = static_cast<std::uint8_t>(n);
-    next.solution = static_cast<std::uint8_t>(n);
-    next.singular = next.reconfigure = false;
-    next.cost = cost[lane];
-  }
-  traces_.add_two(0, 1);
-  now_ = 1 - now_;
-  axis_before_ = point.pose.axis_P;
-  return true;
 }
 
 // What `add` does, for what a run at small tilts consists of. The two branches lie side by side.
@@ -411,13 +367,6 @@ void GlobalChoice::take_picks(std::size_t best) {
 }
 
 GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint16_t pick) const {
-  if ((pick & kPlain) != 0) {
-    const std::size_t n = pick & 1;
-    std::array<double, 2> angle = solved.rotary.at[n].angle;
-    for (std::size_t k = 0; k < rotary_count_; ++k)
-      angle[k] = steps_.only_turn(k, angle[k], place_.position.angle[k]).value_or(angle[k]);
-    return candidate(solved, n, angle, {});
-  }
   Candidate chosen;
   visit_positions(solved, place_.position,
                   [&](std::size_t at, std::size_t n, const std::array<double, 2>& angle) {

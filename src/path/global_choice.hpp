@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -90,11 +91,20 @@ class GlobalChoice {
   bool follow_one(const ChoicePoint& point, std::size_t row, bool both, ChosenPoint* out);
   bool stays(const ChoicePosition& next, double turn, bool rapid, std::size_t row);
   std::size_t give_up_stay(std::size_t at);
+  /// What `add_both` does for points from number `first` on where each branch is reached from itself by a
+  /// small step, and to come from the other one takes more for the turn alone.
+  std::size_t follow_both(std::span<const ChoicePoint> points, std::size_t first, std::size_t end);
+  /// Positions on both branches.
+  struct SideBySide {
+    std::array<Lanes, 2> angle;
+    lanes::Triple<Lanes> linear;
+    Lanes cost;
+  };
+  bool follow_both_one(std::size_t row, SideBySide& at);
   void settle_stretch(std::span<const ChoicePoint> points, std::span<ChosenPoint> out);
   void take_picks(std::size_t best);
   /// The same where both branches reach it in one turn each, from at most two positions.
   bool add_both(const ChoicePoint& point, const SolvedPose& solved);
-  bool add_straight_on(const ChoicePoint& point, const SolvedPose& solved);
   /// `ahead`: what is known of the point, or null.
   bool add(const ChoicePoint& point, const SolvedPose* ahead);
   /// All arrivals at the pose that was solved. `solved_at(p)`: as the position p before makes it.
@@ -121,14 +131,18 @@ class GlobalChoice {
   void visit_positions(const SolvedPose& solved, const ChoicePosition& from, const Visit& visit) const;
   void look_ahead_for_replay(std::span<const ChoicePoint> points);
   Candidate picked(const SolvedPose& solved, std::uint16_t pick) const;
+  SolvedBlock* fresh_block();
   const SolvedPose& solved_for_replay(const ChoicePoint& point, std::size_t ahead);
   JointVector joints(const ChoicePosition& position) const;
   void put(const Candidate& chosen, ChosenPoint& out) const;
+  /// The position on this branch that was solved in row `row`, in other turns.
+  void put(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& position, bool reconfigure,
+           ChosenPoint& out) const;
+  void replay_plain(const ChoicePoint& point, std::size_t row, std::uint16_t pick, ChosenPoint& out);
 
   TableKinematics kinematics_;
   ChoiceSteps steps_;
   PoseSolver solver_;
-  PoseSolver replay_solver_;
   std::size_t rotary_count_;
 
   JointVector seed_;
@@ -166,6 +180,12 @@ class GlobalChoice {
   static constexpr std::uint16_t kPlain = 0x8000;
   static constexpr std::uint16_t kOfTwo = 0x4000;
   std::vector<std::uint16_t> picks_;  // of each point, once settled
+  // The inverse of the first points, for the replay; of more it is solved again: 170 bytes a point.
+  static constexpr std::size_t kMostKept = 1024;
+  std::vector<std::unique_ptr<SolvedBlock>> kept_;
+  SolvedBlock own_block_, replay_block_;
+  SolvedBlock* block_ = nullptr;           // of the points that are looked up
+  const SolvedBlock* replayed_ = nullptr;  // of those that are replayed
   Candidate end_;
   Place place_;
 };

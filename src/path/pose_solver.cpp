@@ -23,7 +23,8 @@ void PoseSolver::solve(const ToolPose& pose, double seed_inner, SolvedPose& out)
   }
 }
 
-void PoseSolver::look_ahead(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted) {
+void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
+                            std::span<const std::uint8_t> wanted) const {
   const auto store = [](auto& column, std::size_t row, const auto& two) {
     std::memcpy(column.data() + row, &two, sizeof(two));
   };
@@ -39,10 +40,10 @@ void PoseSolver::look_ahead(std::span<const ChoicePoint> points, std::span<const
     };
     const RotarySolver::Pair solved = solver_.solve_pair(side_by_side(a.axis_P, b.axis_P), of_branch);
     const auto tip_P = side_by_side(a.tip_P, b.tip_P);
-    store(block_.known, i, solved.known);
-    store(block_.apart, i, solved.apart);
+    store(out.known, i, solved.known);
+    store(out.apart, i, solved.apart);
     for (std::size_t n = 0; n < 2; ++n) {
-      SolvedBlock::Branch& of = block_.branch[n];
+      SolvedBlock::Branch& of = out.branch[n];
       store(of.within, i, solved.within[n]);
       if (!of_branch[n] || !lanes::any(solved.within[n])) continue;
       const auto& sin = solved.sin[n];
@@ -60,11 +61,11 @@ void PoseSolver::look_ahead(std::span<const ChoicePoint> points, std::span<const
   }
 }
 
-const SolvedPose& PoseSolver::ahead(std::size_t i) {
-  ahead_.known = block_.known[i] != 0;
+const SolvedPose& PoseSolver::ahead(const SolvedBlock& block, std::size_t i) {
+  ahead_.known = block.known[i] != 0;
   ahead_.rotary.count = 0;
   for (std::uint8_t branch = 0; branch < 2; ++branch) {
-    const SolvedBlock::Branch& of = block_.branch[branch];
+    const SolvedBlock::Branch& of = block.branch[branch];
     if (of.within[i] == 0) continue;
     const std::size_t n = ahead_.rotary.count++;
     ahead_.sines[n] = {{of.sin[0][i], of.sin[1][i]}, {of.cos[0][i], of.cos[1][i]}};

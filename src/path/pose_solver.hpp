@@ -49,17 +49,16 @@ class PoseSolver {
   bool looks_ahead() const { return kinematics_.side_by_side(); }
   /// Up to kAhead points; those that need the general way are not `known`. `wanted`: of each point the
   /// branches that are asked for, a bit each; none: all.
-  void look_ahead(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted = {});
-  const SolvedBlock& block() const { return block_; }
-  /// One of them, until the next one is asked for.
-  const SolvedPose& ahead(std::size_t i);
+  void look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
+                  std::span<const std::uint8_t> wanted = {}) const;
+  /// Pose number `i` of a block, until the next one is asked for.
+  const SolvedPose& ahead(const SolvedBlock& block, std::size_t i);
   const RotarySolver& rotary() const { return solver_; }
 
  private:
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;
-  SolvedBlock block_;
   SolvedPose ahead_;
 };
 
