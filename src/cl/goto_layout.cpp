@@ -60,7 +60,7 @@ void GotoLayout::take_field(std::size_t number, const Field& field) {
   }
   for (std::size_t i = field.begin; i < field.point; ++i) {
     fixed_[i] = 0;
-    free_[i] = kFree;
+    number_[i] = kFree;
     pair.leading[i / 64][lane] |= std::uint64_t{1} << (i % 64);
     if (i + 1 == field.point) {
       mark(digits_, i);
@@ -71,7 +71,7 @@ void GotoLayout::take_field(std::size_t number, const Field& field) {
   }
   for (std::size_t i = field.point + 1; i < field.end; ++i) {
     fixed_[i] = 0;
-    free_[i] = kFree;
+    number_[i] = kFree;
     mark(digits_, i);
   }
 }
@@ -85,8 +85,8 @@ void GotoLayout::learn(const char* line, std::size_t length) {
   pairs_ = {};
   std::copy_n(line, length, fixed_.begin());
   std::fill(fixed_.begin() + static_cast<std::ptrdiff_t>(length), fixed_.end(), std::uint8_t{0});
-  free_ = {};
-  std::fill(free_.begin() + static_cast<std::ptrdiff_t>(length), free_.end(), kFree);
+  number_ = behind_ = {};
+  std::fill(behind_.begin() + static_cast<std::ptrdiff_t>(length), behind_.end(), kFree);
   for (std::size_t n = 0; n < fields.size(); ++n) take_field(n, fields[n]);
   length_ = length;
   column_ = 1;
@@ -103,6 +103,12 @@ namespace {
 
 __m128i load16(const void* from) {
   return _mm_loadu_si128(static_cast<const __m128i*>(from));
+}
+__m128i aligned16(const void* from) {
+  return _mm_load_si128(static_cast<const __m128i*>(from));
+}
+void store16(void* to, __m128i value) {
+  _mm_store_si128(static_cast<__m128i*>(to), value);
 }
 std::uint64_t bits(__m128i mask) {
   return static_cast<std::uint64_t>(static_cast<unsigned>(_mm_movemask_epi8(mask)));
@@ -131,47 +137,40 @@ bool GotoLayout::read(const char* line, double* numbers) const {
   if (line[length_ - 1] != '\n') return false;
   constexpr std::size_t kBefore = 16;  // the first number may be short
   alignas(16) std::array<char, kBefore + kWidest> clean;
-  __m128i all_fixed = _mm_set1_epi8(-1);
-  std::array<std::uint64_t, 2 * 64 / 16> digit{}, minus{}, leading{};
+  __m128i fits = _mm_set1_epi8(-1);
+  Places D{}, M{};  // digits and signs
   for (std::size_t v = 0; v < kVectors; ++v) {
     const __m128i text = load16(line + 16 * v);
     const __m128i value = _mm_sub_epi8(text, _mm_set1_epi8('0'));
     const __m128i is_digit = _mm_cmpeq_epi8(_mm_min_epu8(value, _mm_set1_epi8(9)), value);
+    store16(&clean[kBefore + 16 * v], _mm_and_si128(value, is_digit));
     const __m128i is_minus = _mm_cmpeq_epi8(text, _mm_set1_epi8('-'));
     const __m128i is_blank = _mm_cmpeq_epi8(text, _mm_set1_epi8(' '));
-    const __m128i is_fixed = _mm_cmpeq_epi8(text, load16(&fixed_[16 * v]));
-    all_fixed = _mm_and_si128(all_fixed, _mm_or_si128(is_fixed, load16(&free_[16 * v])));
-    _mm_store_si128(reinterpret_cast<__m128i*>(&clean[kBefore + 16 * v]), _mm_and_si128(value, is_digit));
-    digit[v] = bits(is_digit);
-    minus[v] = bits(is_minus);
-    leading[v] = bits(_mm_or_si128(is_blank, _mm_or_si128(is_digit, is_minus)));
+    const __m128i of_number =
+        _mm_and_si128(_mm_or_si128(_mm_or_si128(is_digit, is_minus), is_blank), aligned16(&number_[16 * v]));
+    const __m128i as_before = _mm_cmpeq_epi8(text, aligned16(&fixed_[16 * v]));
+    fits = _mm_and_si128(fits, _mm_or_si128(_mm_or_si128(of_number, as_before), aligned16(&behind_[16 * v])));
+    D[v / 4] |= bits(is_digit) << (16 * (v % 4));
+    M[v / 4] |= bits(is_minus) << (16 * (v % 4));
   }
-  const auto places = [](const auto& of) {
-    return Places{of[0] | of[1] << 16 | of[2] << 32 | of[3] << 48, of[4]};
-  };
-  static_assert(kVectors == 5);
-  const Places D = places(digit);
-  const Places M = places(minus);
-  const Places L = places(leading);
   // Behind a digit or a sign before the point stands a digit.
   const Places begun = {(D[0] | M[0]) & leading_[0], (D[1] | M[1]) & leading_[1]};
   const Places to_come = {begun[0] << 1, begun[1] << 1 | begun[0] >> 63};
   std::uint64_t wrong = 0;
-  for (std::size_t w = 0; w < 2; ++w)
-    wrong |= ((digits_[w] | to_come[w]) & ~D[w]) | (leading_[w] & ~L[w]) | (no_digit_[w] & D[w]);
-  if (wrong != 0 || bits(all_fixed) != 0xffff) return false;
+  for (std::size_t w = 0; w < 2; ++w) wrong |= ((digits_[w] | to_come[w]) & ~D[w]) | (no_digit_[w] & D[w]);
+  if (wrong != 0 || bits(fits) != 0xffff) return false;
   const __m128i minus0 = _mm_set1_epi64x(static_cast<long long>(M[0]));
   const __m128i minus1 = _mm_set1_epi64x(static_cast<long long>(M[1]));
   for (std::size_t n = 0; n < pairs_.size(); ++n) {
     const Pair& pair = pairs_[n];
     const char* const a = clean.data() + kBefore + pair.end[0] - kDigits;
     const char* const b = clean.data() + kBefore + pair.end[1] - kDigits;
-    const __m128i digits = _mm_or_si128(_mm_and_si128(load_two(a - 1, b - 1), load16(pair.before.data())),
-                                        _mm_and_si128(load_two(a, b), load16(pair.behind.data())));
+    const __m128i digits = _mm_or_si128(_mm_and_si128(load_two(a - 1, b - 1), aligned16(pair.before.data())),
+                                        _mm_and_si128(load_two(a, b), aligned16(pair.behind.data())));
     const __m128d size = _mm_div_pd(value_of_digits(digits), _mm_load_pd(pair.scale.data()));
     // One bit is set where there is a sign, and less that number the highest is.
-    const __m128i sign = _mm_or_si128(_mm_and_si128(minus0, load16(pair.leading[0].data())),
-                                      _mm_and_si128(minus1, load16(pair.leading[1].data())));
+    const __m128i sign = _mm_or_si128(_mm_and_si128(minus0, aligned16(pair.leading[0].data())),
+                                      _mm_and_si128(minus1, aligned16(pair.leading[1].data())));
     const __m128d negative = _mm_castsi128_pd(_mm_sub_epi64(_mm_setzero_si128(), sign));
     _mm_storeu_pd(numbers + 2 * n, _mm_xor_pd(size, _mm_and_pd(negative, _mm_set1_pd(-0.0))));
   }

@@ -37,9 +37,10 @@ class GotoLayout {
 
   std::size_t length_ = 0;
   std::uint32_t column_ = 1;
-  // Characters that stand as they are, and 0xff where others may.
+  // Characters that stand as they are; 0xff where those of a number stand; 0xff behind the line.
   alignas(16) std::array<std::uint8_t, kWidest> fixed_{};
-  alignas(16) std::array<std::uint8_t, kWidest> free_{};
+  alignas(16) std::array<std::uint8_t, kWidest> number_{};
+  alignas(16) std::array<std::uint8_t, kWidest> behind_{};
   Places digits_{};   // that are digits
   Places leading_{};  // blanks, a sign and digits
   Places no_digit_{};
