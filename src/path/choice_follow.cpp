@@ -13,55 +13,64 @@ constexpr double kSurelyShorter_s = 1.5 * kReconfigureSeconds;
 std::size_t GlobalChoice::follow(std::span<const ChoicePoint> points, std::size_t first, std::size_t end,
                                  std::span<ChosenPoint> out) {
   const SolvedBlock& block = *block_;
-  Candidate& at = layers_[now_].at[0];
+  Candidate& reached = layers_[now_].at[0];
+  ChoicePosition at = reached;
+  bool reconfigure = false;
   std::size_t i = first;
+  const auto axis_before_P = [&] { return i > first ? points[i - 1].pose.axis_P : axis_before_; };
   for (; i < end; ++i) {
     const std::size_t row = i - looked_from_;
-    const bool both = block.branch[0].within[row] != 0 && block.branch[1].within[row] != 0;
+    const bool one = block.branch[0].within[row] != 0;
+    const bool both = one && block.branch[1].within[row] != 0;
     if (both && !stay_.on) {
       if (out.empty() || i < may_stay_from_) break;
-      stay_ = {true, i, at, axis_before_, solver_.rotary().apart(at.angle[0]), 0.0};
+      stay_ = {true, i, at, axis_before_P(), solver_.rotary().apart(at.angle[0]), 0.0};
     }
-    if (!follow_one(points[i], row, both, out.empty() ? nullptr : &out[i])) {
+    ChoicePosition next;
+    next.branch = both ? at.branch : one ? std::uint8_t{0} : std::uint8_t{1};
+    const SolvedBlock::Branch& of = block.branch[next.branch];
+    double turn = 0.0;
+    if (block.known[row] == 0 || of.within[row] == 0 || !only_position(of, row, at, next, turn) ||
+        (stay_.on && !stays(at, next, turn, points[i].rapid, row))) {
       if (stay_.on) return give_up_stay(i);
       break;
     }
+    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next.branch == at.branch;
+    reconfigure = !goes_on && steps_.reconfigures(at, axis_before_P(), next, points[i]);
+    if (out.empty()) {
+      traces_.add_one();
+    } else {
+      put(of, row, next, reconfigure, out[i]);
+    }
+    at = next;
     if (!both) stay_.on = false;
   }
   if (i == first) return i;
-  const std::size_t last = i - 1 - looked_from_;
+  go_to_only(at, points[i - 1].pose.axis_P);
+  reached.reconfigure = reconfigure;
   const SolvedBlock::Branch& of = block.branch[at.branch];
-  at.sines = {{of.sin[0][last], of.sin[1][last]}, {of.cos[0][last], of.cos[1][last]}};
-  at.cost = 0.0;
-  at.singular = false;
+  const std::size_t last = i - 1 - looked_from_;
+  reached.sines = {{of.sin[0][last], of.sin[1][last]}, {of.cos[0][last], of.cos[1][last]}};
   if (!out.empty()) place_ = {at, axis_before_, 0};
   return i;
 }
 
-bool GlobalChoice::follow_one(const ChoicePoint& point, std::size_t row, bool both, ChosenPoint* out) {
-  const SolvedBlock& block = *block_;
+// The present layer has this position, and what it took to come there decides nothing.
+void GlobalChoice::go_to_only(const ChoicePosition& position, const Vec3& axis_P) {
   Candidate& at = layers_[now_].at[0];
-  const std::size_t branch = both ? at.branch : block.branch[0].within[row] != 0 ? 0 : 1;
-  const SolvedBlock::Branch& of = block.branch[branch];
-  if (block.known[row] == 0 || of.within[row] == 0) return false;
-  ChoicePosition next;
-  next.branch = static_cast<std::uint8_t>(branch);
-  next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
-  double turn = 0.0;
+  at = {};
+  static_cast<ChoicePosition&>(at) = position;
+  axis_before_ = axis_P;
+}
+
+// Where the pose of this row is reached from `at` in one turn of each axis only; `turn`: of both, rad.
+bool GlobalChoice::only_position(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& at,
+                                 ChoicePosition& next, double& turn) const {
   for (std::size_t k = 0; k < 2; ++k) {
     if (!steps_.has_only_turn(k, of.angle[k][row], at.angle[k], next.angle[k])) return false;
     turn += std::abs(next.angle[k] - at.angle[k]);
   }
-  if (stay_.on && !stays(next, turn, point.rapid, row)) return false;
-  const bool goes_on = turn < ChoiceSteps::kSurelyNone && next.branch == at.branch;
-  at.reconfigure = !goes_on && steps_.reconfigures(at, axis_before_, next, point);
-  static_cast<ChoicePosition&>(at) = next;
-  axis_before_ = point.pose.axis_P;
-  if (out == nullptr) {
-    traces_.add_one();
-  } else {
-    put(of, row, next, at.reconfigure, *out);
-  }
+  next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
   return true;
 }
 
@@ -83,8 +92,8 @@ void GlobalChoice::put(const SolvedBlock::Branch& of, std::size_t row, const Cho
 }
 
 // A step on one branch, to which there is no other but by leaving the part.
-bool GlobalChoice::stays(const ChoicePosition& next, double turn, bool rapid, std::size_t row) {
-  const Candidate& at = layers_[now_].at[0];
+bool GlobalChoice::stays(const ChoicePosition& at, const ChoicePosition& next, double turn, bool rapid,
+                         std::size_t row) {
   const double apart = block_->apart[row];
   if (rapid || next.branch != at.branch || turn >= ChoiceSteps::kSurelyNone ||
       !steps_.parts(std::min(apart, stay_.apart), turn))
@@ -98,8 +107,7 @@ bool GlobalChoice::stays(const ChoicePosition& next, double turn, bool rapid, st
 std::size_t GlobalChoice::give_up_stay(std::size_t at) {
   stay_.on = false;
   may_stay_from_ = at + 1;
-  layers_[now_].at[0] = stay_.before;
-  axis_before_ = stay_.axis_before_P;
+  go_to_only(stay_.before, stay_.axis_before_P);
   place_ = {stay_.before, stay_.axis_before_P, 0};
   return stay_.begin;
 }

@@ -88,8 +88,10 @@ class GlobalChoice {
   /// staying on one is the shorter way for certain: it may end before `first` where it turns out not to be.
   std::size_t follow(std::span<const ChoicePoint> points, std::size_t first, std::size_t end,
                      std::span<ChosenPoint> out);
-  bool follow_one(const ChoicePoint& point, std::size_t row, bool both, ChosenPoint* out);
-  bool stays(const ChoicePosition& next, double turn, bool rapid, std::size_t row);
+  void go_to_only(const ChoicePosition& position, const Vec3& axis_P);
+  bool only_position(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& at,
+                     ChoicePosition& next, double& turn) const;
+  bool stays(const ChoicePosition& at, const ChoicePosition& next, double turn, bool rapid, std::size_t row);
   std::size_t give_up_stay(std::size_t at);
   /// What `add_both` does for points from number `first` on where each branch is reached from itself by a
   /// small step, and to come from the other one takes more for the turn alone.
@@ -168,7 +170,7 @@ class GlobalChoice {
   struct Stay {
     bool on = false;
     std::size_t begin = 0;  // the first point
-    Candidate before;       // and what came before it
+    ChoicePosition before;  // and what came before it
     Vec3 axis_before_P = Vec3::UnitZ();
     double apart = 0.0;  // RotarySolver::apart of the last point
     double seconds = 0.0;
