@@ -86,14 +86,8 @@ class ChoiceSteps {
                             (angle + kTwoPi > axis_[k].max + kAtLimit);
       return !lanes::any(LaneMask(~only));
     }
-    const Lanes far = lanes::abs(Lanes(near - angle));
-    if (far[0] < near_turn_[k] && far[1] < near_turn_[k]) return true;
-    for (int lane = 0; lane < 2; ++lane) {
-      double turn = 0.0;
-      if (!has_only_turn(k, angle[lane], near[lane], turn)) return false;
-      out[lane] = turn;
-    }
-    return true;
+    out = angle + kTwoPi * lanes::nearest<Lanes>((near - angle) / kTwoPi);
+    return !(oblique_ && k == 1) || !lanes::any(LaneMask(lanes::abs(Lanes(out - near)) > 0.5 * kPi));
   }
   /// The same, which is false where there is none.
   bool has_only_turn(std::size_t k, double angle, double near, double& out) const {

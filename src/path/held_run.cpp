@@ -18,13 +18,20 @@ class HeldRun::PointStore {
  public:
   static constexpr std::size_t kBlock = 1024;
 
-  void add(const ChoicePoint& point) {
-    if (size_ % kBlock == 0) blocks_.push_back(std::make_unique<Block>());
-    Block& block = *blocks_.back();
-    const std::size_t i = size_++ % kBlock;
-    block.pose[i] = point.pose;
-    block.where[i] = point.where;
-    block.rapid[i] = point.rapid;
+  void add(std::span<const ChoicePoint> points) {
+    while (!points.empty()) {
+      const std::size_t begin = size_ % kBlock;
+      if (begin == 0) blocks_.push_back(std::make_unique<Block>());
+      Block& block = *blocks_.back();
+      const std::size_t count = std::min(points.size(), kBlock - begin);
+      for (std::size_t i = 0; i < count; ++i) {
+        block.pose[begin + i] = points[i].pose;
+        block.where[begin + i] = points[i].where;
+        block.rapid[begin + i] = points[i].rapid;
+      }
+      size_ += count;
+      points = points.subspan(count);
+    }
   }
   std::size_t size() const { return size_; }
   ChoicePoint at(std::size_t index) const {
@@ -33,7 +40,15 @@ class HeldRun::PointStore {
     return {block.pose[i], block.where[i], block.rapid[i]};
   }
   void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
-    for (std::size_t i = begin; i < end; ++i) out.push_back(at(i));
+    out.reserve(out.size() + (end - begin));
+    while (begin < end) {
+      const Block& block = *blocks_[begin / kBlock - gone_];
+      const std::size_t first = begin % kBlock;
+      const std::size_t last = std::min(first + (end - begin), kBlock);
+      for (std::size_t i = first; i < last; ++i)
+        out.push_back({block.pose[i], block.where[i], block.rapid[i]});
+      begin += last - first;
+    }
   }
   /// Points before this one are not asked for any more.
   void forget_before(std::size_t index) {
@@ -75,7 +90,7 @@ class HeldRun::Work {
   }
 
   void add(std::span<const ChoicePoint> points) {
-    for (const ChoicePoint& point : points) store_.add(point);
+    store_.add(points);
     if (!lost_) advance(points);
   }
   std::size_t size() const { return store_.size(); }
