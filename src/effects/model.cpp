@@ -1,6 +1,7 @@
 #include "trunnion/effects/model.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "trunnion/base/contract.hpp"
 
@@ -142,6 +143,15 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
   const auto behind =
       std::stable_partition(entries_.begin(), entries_.end(), [](const Entry& e) { return !e.course; });
   without_course_ = static_cast<std::size_t>(behind - entries_.begin());
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    inside_min_[id] = -std::numeric_limits<double>::infinity();
+    inside_max_[id] = std::numeric_limits<double>::infinity();
+  }
+  for (std::size_t i = without_course_; i < entries_.size(); ++i) {
+    const StraightCourse& course = *entries_[i].course;
+    inside_min_[course.axis] = std::max(inside_min_[course.axis], course.nodes.front());
+    inside_max_[course.axis] = std::min(inside_max_[course.axis], course.nodes.back());
+  }
   for (Entry& e : entries_) {
     const auto first = std::find_if(entries_.begin(), entries_.end(),
                                     [&](const Entry& other) { return other.link == e.link; });
@@ -176,10 +186,11 @@ void ModelEvaluator::update(const MachineState& state, std::span<const double> l
     if (e.first_of_link) sum = at(constant_, e.link);
     if (i < without_course_) {
       sum += e.twist(state, lagged);
-    } else {
-      const StraightCourse& course = *e.course;
-      sum += course.unit * effects::straight_value(course.nodes, course.values, state.q[course.axis]);
+      continue;
     }
+    const StraightCourse& course = *e.course;
+    const double value = effects::straight_value(course.nodes, course.values, state.q[course.axis]);
+    (course.component < 3 ? sum.trans_mm[course.component] : sum.rot_rad[course.component - 3]) += value;
   }
 }
 
@@ -217,11 +228,13 @@ std::optional<TwistRange> ModelEvaluator::range(std::span<const Axis> axes) cons
 
 RangeCheck ModelEvaluator::check_range(const MachineState& state) const {
   RangeCheck worst;
-  for (const Entry& e : entries_) {
-    if (e.course) {
-      const double q = state.q[e.course->axis];
-      if (q >= e.course->nodes.front() && q <= e.course->nodes.back()) continue;
-    }
+  std::size_t count = entries_.size();
+  bool inside = true;
+  for (AxisId id = 0; id < kMaxAxes; ++id)
+    inside = inside && state.q[id] >= inside_min_[id] && state.q[id] <= inside_max_[id];
+  if (inside) count = without_course_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Entry& e = entries_[i];
     RangeCheck check = e.effect->check_range(state);
     if (check.verdict > worst.verdict) worst = std::move(check);
   }

@@ -224,7 +224,10 @@ RangeCheck TableEffect::check_range(const MachineState& state) const {
 std::optional<StraightCourse> TableEffect::straight_course() const {
   const Grid* grid = function_->straight();
   if (grid == nullptr || arguments_[0].rotary) return std::nullopt;
-  return StraightCourse{arguments_[0].axis, unit_, grid->u, grid->values};
+  int component = 0;
+  const bool rotates = unit_.trans_mm.isZero(0.0);
+  (rotates ? unit_.rot_rad : unit_.trans_mm).maxCoeff(&component);
+  return StraightCourse{arguments_[0].axis, rotates ? component + 3 : component, grid->u, grid->values};
 }
 
 std::vector<std::pair<std::string, std::string>> TableEffect::file_keys() const {

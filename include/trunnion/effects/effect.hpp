@@ -172,10 +172,10 @@ struct TwistRange {
   }
 };
 
-/// A twist whose size is straight between nodes of the position of one axis, and held beyond them.
+/// A twist of one component that is straight between nodes of the position of one axis, and held beyond them.
 struct StraightCourse {
   AxisId axis = 0;
-  Twist unit;
+  int component = 0;          // 0 to 2: of trans_mm, 3 to 5: of rot_rad
   std::vector<double> nodes;  // ascending, two or more: mm, rad
   std::vector<double> values;
 };

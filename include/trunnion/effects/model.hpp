@@ -138,6 +138,7 @@ class ModelEvaluator {
   ChainErrors constant_;        // sum of the effects that do not depend on the state
   std::vector<Entry> entries_;  // the others; those with a course behind those without
   std::size_t without_course_ = 0;
+  JointVector inside_min_, inside_max_;  // all courses are within their nodes there
   std::vector<LagRequest> lags_;
   std::vector<double> rest_;
 };
