@@ -43,7 +43,7 @@ bool words_fit(const RunBlock& block) {
 /// What does not change from block to block, and the last block.
 struct Writer::State::Run {
   Affix prefix, end;
-  std::array<char, kAxes> names{};
+  std::array<std::array<char, 2>, kAxes> names{};  // a separator, the letter
   char separator = ' ';
   NumberStyle feed_style{};
   bool feed_in_thousandths = false;
@@ -54,24 +54,23 @@ struct Writer::State::Run {
 
   explicit Run(const Controller& c) : prefix(c.block_numbers.prefix), end(c.line.end) {}
 
-  /// The words of a block, a separator behind each.
-  char* put(char* p, const RunBlock& block) {
+  /// The words of a block, a separator before each.
+  char* put(char* p, const RunBlock& block) const {
+#pragma GCC unroll 5
     for (std::size_t k = 0; k < kAxes; ++k) {
       const std::int32_t quanta = block.words[k];
       if (quanta == before.words[k]) continue;
-      *p = names[k];
-      p = put_eight_digits(p + 1, quanta);
-      *p++ = separator;
+      std::memcpy(p, names[k].data(), 2);
+      p = put_eight_digits(p + 2, quanta);
     }
     return p;
   }
   char* put_feed(char* p, std::int32_t feed) {
     if (feed == before.feed && !feed_always) return p;
-    *p++ = 'F';
-    p = feed_in_thousandths ? put_magnitude<3>(p, static_cast<std::uint32_t>(feed))
-                            : put_number(p, feed, feed_style);
     *p++ = separator;
-    return p;
+    *p++ = 'F';
+    return feed_in_thousandths ? put_magnitude<3>(p, static_cast<std::uint32_t>(feed))
+                               : put_number(p, feed, feed_style);
   }
 };
 
@@ -80,8 +79,9 @@ bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedM
   bool goes = plain_words && started && !ended && !setup_pending && !cycle && !length_to_restore &&
               !tcp_to_restore && pending_words.empty() && cutter_words.empty() && c.motion.modal &&
               motion_kind == MotionKind::feed && feed_mode == mode && c.line.max_length >= kLongest &&
-              c.line.end.size() <= Affix::kRoom && c.block_numbers.prefix.size() <= Affix::kRoom &&
-              c.block_numbers.max < kEightDigits && c.block_numbers.start >= 0 &&
+              !c.line.end.empty() && c.line.end.size() <= Affix::kRoom &&
+              c.block_numbers.prefix.size() <= Affix::kRoom && c.block_numbers.max < kEightDigits &&
+              c.block_numbers.start >= 0 &&
               feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < kAxes && goes; ++i) {
     const std::int64_t at = position[letters[i]];
@@ -105,7 +105,7 @@ Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>&
   run.most_feed =
       static_cast<std::int32_t>(std::min(feed_limit[of], run.feed_in_thousandths ? kSevenDigits - 1 : kMost));
   for (std::size_t k = 0; k < kAxes; ++k) {
-    run.names[k] = letter_of(letters[k]);
+    run.names[k] = {run.separator, letter_of(letters[k])};
     run.before.words[k] = static_cast<std::int32_t>(position[letters[k]]);
   }
   run.before.feed = static_cast<std::int32_t>(feed[of]);
@@ -114,30 +114,27 @@ Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>&
 
 // As many as there is room for, up to the first that is not plain.
 std::size_t Writer::State::put_together(Run& run, std::span<const RunBlock> blocks) {
-  std::array<char, kTogether * kBlockRoom> buffer;
-  char* p = buffer.data();
+  std::array<char, 1 + kTogether * kBlockRoom> buffer;
+  char* const text = buffer.data() + 1;
+  char* p = text;
   std::size_t done = 0;
   const std::size_t most = std::min(blocks.size(), kTogether);
   for (; done < most; ++done) {
     const RunBlock& block = blocks[done];
-    char* const begin = p;
-    if (run.numbered) {
-      p = put_number_word(run.prefix.put(p), static_cast<std::uint32_t>(block_number));
-      *p++ = run.separator;
-    }
-    char* const words = p;
-    if (words_fit(block)) p = run.put(p, block);
-    if (p == words || block.feed <= 0 || block.feed > run.most_feed) {
-      p = begin;
-      break;
-    }
-    p = run.end.put(run.put_feed(p, block.feed) - 1);  // in the place of the last separator
+    if (!words_fit(block) || block.feed <= 0 || block.feed > run.most_feed) break;
+    // Without a number the first separator stands where the line before ends.
+    char* const words =
+        run.numbered ? put_number_word(run.prefix.put(p), static_cast<std::uint32_t>(block_number)) : p - 1;
+    char* const behind = run.put(words, block);
+    if (behind == words) break;
+    if (!run.numbered) *words = run.end.text[run.end.size - 1];
+    p = run.end.put(run.put_feed(behind, block.feed));
     run.before = block;
     if (!run.numbered) continue;
     block_number += c.block_numbers.step;
     if (block_number > c.block_numbers.max) block_number = c.block_numbers.start;
   }
-  out.append(buffer.data(), static_cast<std::size_t>(p - buffer.data()));
+  out.append(text, static_cast<std::size_t>(p - text));
   return done;
 }
 

@@ -27,7 +27,8 @@ struct FeedPlanner::Ways {
   double axes_s;        // at least what the slowest axis needs
 };
 
-FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to, bool wants_rotary) const {
+[[gnu::always_inline]] inline FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to,
+                                                                  bool wants_rotary) const {
   static_assert(kMaxAxes == 5, "two pairs and one");
   const JointVector& a = *from.q;
   const JointVector& b = *to.q;
