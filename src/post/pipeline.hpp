@@ -96,6 +96,7 @@ class Pipeline {
   bool is_plain() const;
   Result<std::size_t> emit_plain(std::size_t first, std::size_t end);
   struct PlainRun;
+  std::size_t add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const;
   Result<void> add_plain(PlainRun& run, std::size_t i);
   bool add_known_correction(PlainRun& run, std::size_t i);
   Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i);

@@ -61,17 +61,14 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
   for (; i < end; ++i) {
+    if (!compensator_) i = add_kept(run, i, end, feed_mm_s);
+    if (i == end) break;
     const Pending& motion = motions[i];
     const PreparedSegment& segment = chunk_->segments[i];
     const path::ChosenPoint& chosen = chunk_->chosen[i];
     if (!segment.known() || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
         !same_joints(chosen.q_leave, chosen.q))
       break;
-    if (segment.report == PreparedSegment::kKept && !compensator_ && motion.feed.value == feed_mm_s &&
-        run.count < PlainRun::kMost) {
-      run.add({&chunk_->joints[i], &motion.point.pose.tip_P}, i);
-      continue;
-    }
     const std::size_t blocks = 1 + chunk_->inserted_in(segment).size();
     if (motion.feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
       if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
@@ -83,6 +80,27 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
   if (i > first) last_ = chunk_->point(i - 1);
   if (compensator_ && i > first) begin_segment(i - 1);
+  return i;
+}
+
+// The motions from `i` on whose segments keep, as far as they are plain, have this feed and find room. Gives
+// the next one.
+std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const {
+  const Pending* const motions = chunk_->motions.data();
+  const PreparedSegment* const segments = chunk_->segments.data();
+  const path::ChosenPoint* const chosen = chunk_->chosen.data();
+  const JointVector* const joints = chunk_->joints.data();
+  std::size_t count = run.count;
+  for (; i < end && count < PlainRun::kMost; ++i) {
+    if (segments[i].report != PreparedSegment::kKept || chosen[i].reconfigure ||
+        motions[i].feed.mode != cl::FeedMode::per_minute || motions[i].feed.value != feed_mm_s ||
+        !same_joints(chosen[i].q_leave, chosen[i].q))
+      break;
+    ++count;
+    run.stops[count] = {&joints[i], &motions[i].point.pose.tip_P};
+    run.motions[count] = i;
+  }
+  run.count = count;
   return i;
 }
 
@@ -235,10 +253,14 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
     blocks[count].feed = feeds.quanta[count];
   count = writer_.write_run(letters_, planner_.run_mode(), {blocks.data(), count});
   if (count == 0) return 0;
+  double duration_s = report_.duration_s;
+  double lost_s = report_.feed_time_lost_s;
   for (std::size_t i = 0; i < count; ++i) {
-    report_.duration_s += feeds.seconds[i];
-    report_.feed_time_lost_s += feeds.lost_s[i];
+    duration_s += feeds.seconds[i];
+    lost_s += feeds.lost_s[i];
   }
+  report_.duration_s = duration_s;
+  report_.feed_time_lost_s = lost_s;
   holds_digits_ = false;
   last_emitted_ = *stops[count].q;
   return count;
