@@ -112,6 +112,47 @@ std::size_t GlobalChoice::give_up_stay(std::size_t at) {
   return stay_.begin;
 }
 
+namespace {
+
+// Positions on both branches.
+struct SideBySide {
+  std::array<Lanes, 2> angle;
+  lanes::Triple<Lanes> linear;
+  Lanes cost;
+};
+
+// A step to the poses of this row; false where it is none of each branch from itself.
+bool goes_straight_on(const ChoiceSteps& steps, const SolvedBlock& block, std::size_t row, SideBySide& at) {
+  const SolvedBlock::Branch& a = block.branch[0];
+  const SolvedBlock::Branch& b = block.branch[1];
+  // No turn makes up for more: one of them was come to by leaving the part.
+  constexpr double kMostOfTurns_s = 5.0;
+  if (block.known[row] == 0 || a.within[row] == 0 || b.within[row] == 0 ||
+      std::abs(at.cost[0] - at.cost[1]) > kMostOfTurns_s)
+    return false;
+  SideBySide next;
+  std::array<Lanes, 2> other;
+  Lanes turn{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Lanes angle = {a.angle[k][row], b.angle[k][row]};
+    if (!steps.only_turns(k, angle, at.angle[k], next.angle[k])) return false;
+    turn += lanes::abs(Lanes(next.angle[k] - at.angle[k]));
+    other[k] = Lanes{at.angle[k][1], at.angle[k][0]};
+  }
+  const auto linear = [&](std::size_t k) { return Lanes{a.linear[k][row], b.linear[k][row]}; };
+  next.linear = lanes::Triple<Lanes>{linear(0), linear(1), linear(2)};
+  next.cost = at.cost + steps.cost<Lanes, Lanes>(at.angle, at.linear, next.angle, next.linear) +
+              steps.centre_preference(next.angle);
+  const Lanes from_other = Lanes{at.cost[1], at.cost[0]} + steps.least_turn(other, next.angle);
+  constexpr double kRounding = 1e-9;  // of the sums, s
+  if (lanes::any(LaneMask((turn >= ChoiceSteps::kSurelyNone) | (from_other <= next.cost + kRounding))))
+    return false;
+  at = next;
+  return true;
+}
+
+}  // namespace
+
 std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::size_t first,
                                       std::size_t end) {
   Candidate& a = layers_[now_].at[0];
@@ -123,7 +164,7 @@ std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::
   both.linear = lanes::Triple<Lanes>{linear(0), linear(1), linear(2)};
   both.cost = Lanes{a.cost, b.cost};
   std::size_t i = first;
-  while (i < end && follow_both_one(i - looked_from_, both)) ++i;
+  for (; i < end && goes_straight_on(steps_, *block_, i - looked_from_, both); ++i) traces_.add_two(0, 1);
   if (i == first) return i;
   const std::size_t last = i - 1 - looked_from_;
   for (std::size_t n = 0; n < 2; ++n) {
@@ -139,37 +180,6 @@ std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::
   }
   axis_before_ = points[i - 1].pose.axis_P;
   return i;
-}
-
-bool GlobalChoice::follow_both_one(std::size_t row, SideBySide& at) {
-  const SolvedBlock& block = *block_;
-  const SolvedBlock::Branch& a = block.branch[0];
-  const SolvedBlock::Branch& b = block.branch[1];
-  // No turn makes up for more: one of them was come to by leaving the part.
-  constexpr double kMostOfTurns_s = 5.0;
-  if (block.known[row] == 0 || a.within[row] == 0 || b.within[row] == 0 ||
-      std::abs(at.cost[0] - at.cost[1]) > kMostOfTurns_s)
-    return false;
-  SideBySide next;
-  std::array<Lanes, 2> other;
-  Lanes turn{};
-  for (std::size_t k = 0; k < 2; ++k) {
-    const Lanes angle = {a.angle[k][row], b.angle[k][row]};
-    if (!steps_.only_turns(k, angle, at.angle[k], next.angle[k])) return false;
-    turn += lanes::abs(Lanes(next.angle[k] - at.angle[k]));
-    other[k] = Lanes{at.angle[k][1], at.angle[k][0]};
-  }
-  const auto linear = [&](std::size_t k) { return Lanes{a.linear[k][row], b.linear[k][row]}; };
-  next.linear = lanes::Triple<Lanes>{linear(0), linear(1), linear(2)};
-  next.cost = at.cost + steps_.cost<Lanes, Lanes>(at.angle, at.linear, next.angle, next.linear) +
-              steps_.centre_preference(next.angle);
-  const Lanes from_other = Lanes{at.cost[1], at.cost[0]} + steps_.least_turn(other, next.angle);
-  constexpr double kRounding = 1e-9;  // of the sums, s
-  if (lanes::any(LaneMask((turn >= ChoiceSteps::kSurelyNone) | (from_other <= next.cost + kRounding))))
-    return false;
-  at = next;
-  traces_.add_two(0, 1);
-  return true;
 }
 
 }  // namespace trunnion::path

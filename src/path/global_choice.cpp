@@ -359,6 +359,10 @@ std::size_t GlobalChoice::settle() {
 void GlobalChoice::take_picks(std::size_t best) {
   picks_.resize(traces_.layers());
   for (std::size_t i = picks_.size(); i-- > 0;) {
+    if (traces_.take_straight()) {
+      picks_[i] = static_cast<std::uint16_t>(kPlain | kOfTwo | best);
+      continue;
+    }
     const StepTraces::Read read = traces_.take_last(best);
     const unsigned plain = read.plain ? kPlain | (read.count == 2 ? kOfTwo : 0U) : 0U;
     picks_[i] = static_cast<std::uint16_t>(plain | read.step.pick);

@@ -96,13 +96,6 @@ class GlobalChoice {
   /// What `add_both` does for points from number `first` on where each branch is reached from itself by a
   /// small step, and to come from the other one takes more for the turn alone.
   std::size_t follow_both(std::span<const ChoicePoint> points, std::size_t first, std::size_t end);
-  /// Positions on both branches.
-  struct SideBySide {
-    std::array<Lanes, 2> angle;
-    lanes::Triple<Lanes> linear;
-    Lanes cost;
-  };
-  bool follow_both_one(std::size_t row, SideBySide& at);
   void settle_stretch(std::span<const ChoicePoint> points, std::span<ChosenPoint> out);
   void take_picks(std::size_t best);
   /// The same where both branches reach it in one turn each, from at most two positions.

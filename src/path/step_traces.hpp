@@ -35,6 +35,14 @@ class StepTraces {
     bool plain = false;     // as `add_one` or `add_two` wrote it: the pick is the solution
     std::size_t count = 0;  // of positions of a plain layer
   };
+  /// Takes the last layer off where it is of two positions that were reached in a straight line: the two
+  /// solutions, each from the position with its number.
+  bool take_straight() {
+    if (bytes_.back() != kStraight) return false;
+    bytes_.pop_back();
+    --layers_;
+    return true;
+  }
   /// Of position `at` of the last layer, which is taken off.
   Read take_last(std::size_t at);
 
@@ -43,6 +51,7 @@ class StepTraces {
   static constexpr std::uint8_t kTwo = 1;
   static constexpr std::uint8_t kPlain = 32;
   static constexpr std::uint8_t kSmall = 64;
+  static constexpr std::uint8_t kStraight = kPlain | kTwo | 1 << 3 | 1 << 4;
   static constexpr std::uint8_t kNibbles =
       0x80;                                    // before it the number of positions, before that a byte each
   static constexpr std::uint8_t kWide = 0x81;  // the same with 16 bits for each number
