@@ -126,6 +126,28 @@ std::string laid_out(const char* form, std::mt19937_64& random) {
   return line;
 }
 
+void expect_same(const test::Reading& at_once, const test::Reading& one_by_one) {
+  ASSERT_EQ(at_once.findings, one_by_one.findings);
+  ASSERT_EQ(at_once.records.size(), one_by_one.records.size());
+  ASSERT_EQ(at_once.resolution.axis, one_by_one.resolution.axis);
+  ASSERT_EQ(at_once.resolution.coordinate_mm, one_by_one.resolution.coordinate_mm);
+  for (std::size_t i = 0; i < one_by_one.records.size(); ++i) {
+    const Record& a = at_once.records[i];
+    const Record& b = one_by_one.records[i];
+    ASSERT_EQ(a.where, b.where) << i;
+    ASSERT_EQ(a.data.index(), b.data.index()) << i;
+    const auto* motion = std::get_if<Motion>(&b.data);
+    if (motion == nullptr) continue;
+    const auto& other = std::get<Motion>(a.data);
+    ASSERT_EQ(other.tip_P, motion->tip_P) << i;
+    ASSERT_EQ(other.axis_P, motion->axis_P) << i;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      ASSERT_EQ(std::signbit(other.tip_P[k]), std::signbit(motion->tip_P[k])) << i;
+    ASSERT_EQ(other.feed, motion->feed) << i;
+    ASSERT_EQ(other.rapid, motion->rapid) << i;
+  }
+}
+
 // Files in columns, and ones that are not, with words and faults in between.
 TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
   constexpr std::array kForms = {"GOTO/%10.4f,%10.4f,%10.4f,%10.6f,%10.6f,%10.6f\n",
@@ -164,27 +186,31 @@ TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
     const auto at_once = test::read_in_runs(text, 1 + random() % 40, in_runs);
     in_runs_of_all += in_runs;
     motions_of_all += one_by_one.motions().size();
-    ASSERT_EQ(at_once.findings, one_by_one.findings);
-    ASSERT_EQ(at_once.records.size(), one_by_one.records.size());
-    ASSERT_EQ(at_once.resolution.axis, one_by_one.resolution.axis);
-    ASSERT_EQ(at_once.resolution.coordinate_mm, one_by_one.resolution.coordinate_mm);
-    for (std::size_t i = 0; i < one_by_one.records.size(); ++i) {
-      const Record& a = at_once.records[i];
-      const Record& b = one_by_one.records[i];
-      ASSERT_EQ(a.where, b.where) << i;
-      ASSERT_EQ(a.data.index(), b.data.index()) << i;
-      const auto* motion = std::get_if<Motion>(&b.data);
-      if (motion == nullptr) continue;
-      const auto& other = std::get<Motion>(a.data);
-      ASSERT_EQ(other.tip_P, motion->tip_P) << i;
-      ASSERT_EQ(other.axis_P, motion->axis_P) << i;
-      for (Eigen::Index k = 0; k < 3; ++k)
-        ASSERT_EQ(std::signbit(other.tip_P[k]), std::signbit(motion->tip_P[k])) << i;
-      ASSERT_EQ(other.feed, motion->feed) << i;
-      ASSERT_EQ(other.rapid, motion->rapid) << i;
-    }
+    expect_same(at_once, one_by_one);
+    if (HasFatalFailure()) return;
   }
   EXPECT_GT(2.5 * static_cast<double>(in_runs_of_all), static_cast<double>(motions_of_all));
+}
+
+// Every character of a line in columns, each by every other that may mean something there.
+TEST(Fuzz, AnotherCharacterInALineOfTheLayoutReadsAsAlone) {
+  // In the second one a number begins before the 64th character and ends behind it.
+  for (const std::string line :
+       {"GOTO/    19.9640,    -1.1993,    60.0000, 0.107253,  -0.412865,   0.904455\n",
+        "GOTO/   19.9640,   -1.1993,   60.0000,    0.1073,   -0.4129,     0.9045\n"}) {
+    for (std::size_t at = 0; at < line.size(); ++at) {
+      for (const char c : std::string("07 -+.,\t$/GE\r\n\x7f")) {
+        std::string other = line;
+        other[at] = c;
+        std::size_t in_runs = 0;
+        const std::string text = line + line + line + other + line + line;
+        const auto at_once = test::read_in_runs(text, 32, in_runs);
+        EXPECT_GE(in_runs, 1U);
+        expect_same(at_once, test::read(text));
+        ASSERT_FALSE(HasFatalFailure()) << text;
+      }
+    }
+  }
 }
 
 }  // namespace
