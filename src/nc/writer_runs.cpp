@@ -15,21 +15,6 @@ constexpr std::size_t kTogether = 64;
 constexpr std::size_t kBlockRoom = 128;
 constexpr std::size_t kLongest = 96;
 
-// A few characters, copied as eight.
-struct Affix {
-  static constexpr std::size_t kRoom = 8;
-  std::array<char, kRoom> text{};
-  std::size_t size = 0;
-
-  explicit Affix(const std::string& from) : size(from.size()) {
-    std::copy_n(from.begin(), std::min(size, kRoom), text.begin());
-  }
-  char* put(char* p) const {
-    std::memcpy(p, text.data(), kRoom);
-    return p + size;
-  }
-};
-
 bool words_fit(const RunBlock& block) {
   constexpr std::uint32_t kMost = kEightDigits - 1;
   bool fits = true;
@@ -42,6 +27,21 @@ bool words_fit(const RunBlock& block) {
 
 /// What does not change from block to block, and the last block.
 struct Writer::State::Run {
+  // A few characters, copied as eight.
+  struct Affix {
+    static constexpr std::size_t kRoom = 8;
+    std::array<char, kRoom> text{};
+    std::size_t size = 0;
+
+    explicit Affix(const std::string& from) : size(from.size()) {
+      std::copy_n(from.begin(), std::min(size, kRoom), text.begin());
+    }
+    char* put(char* p) const {
+      std::memcpy(p, text.data(), kRoom);
+      return p + size;
+    }
+  };
+
   Affix prefix, end;
   std::array<std::array<char, 2>, kAxes> names{};  // a separator, the letter
   char separator = ' ';
@@ -79,8 +79,8 @@ bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedM
   bool goes = plain_words && started && !ended && !setup_pending && !cycle && !length_to_restore &&
               !tcp_to_restore && pending_words.empty() && cutter_words.empty() && c.motion.modal &&
               motion_kind == MotionKind::feed && feed_mode == mode && c.line.max_length >= kLongest &&
-              !c.line.end.empty() && c.line.end.size() <= Affix::kRoom &&
-              c.block_numbers.prefix.size() <= Affix::kRoom && c.block_numbers.max < kEightDigits &&
+              !c.line.end.empty() && c.line.end.size() <= Run::Affix::kRoom &&
+              c.block_numbers.prefix.size() <= Run::Affix::kRoom && c.block_numbers.max < kEightDigits &&
               c.block_numbers.start >= 0 &&
               feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < kAxes && goes; ++i) {
