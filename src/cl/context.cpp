@@ -374,11 +374,8 @@ std::size_t Context::plain_cuts(std::span<PlainCut> cuts) {
     const bool two = good + 1 < cuts.size();
     PlainCut& a = cuts[good];
     PlainCut& b = cuts[two ? good + 1 : good];
-    const auto side_by_side = [](const Vec3& v, const Vec3& w) {
-      return lanes::Triple<Lanes>{{v.x(), w.x()}, {v.y(), w.y()}, {v.z(), w.z()}};
-    };
-    const auto tip = modal.mm_per_unit * side_by_side(a.tip_P, b.tip_P);
-    const auto axis = side_by_side(a.axis_P, b.axis_P);
+    const auto tip = modal.mm_per_unit * lanes::side_by_side(a.tip_P, b.tip_P);
+    const auto axis = lanes::side_by_side(a.axis_P, b.axis_P);
     const Lanes length = length_of(axis);
     const LaneMask plain = (lanes::abs(Lanes(length - 1.0)) <= Direction::kMaxLengthError) &
                            (lanes::abs(tip.x) <= kLongest_mm) & (lanes::abs(tip.y) <= kLongest_mm) &

@@ -122,9 +122,7 @@ struct ErrorKinematics::TwoTools {
   [[gnu::always_inline]] void displace(const TwistOf& twist_of, double sign) {
     const Twist& a = twist_of(errors[0]);
     const Twist& b = twist_of(errors[1]);
-    const auto both = [sign](const Vec3& u, const Vec3& v) {
-      return sign * lanes::Triple<Lanes>{Lanes{u.x(), v.x()}, Lanes{u.y(), v.y()}, Lanes{u.z(), v.z()}};
-    };
+    const auto both = [sign](const Vec3& u, const Vec3& v) { return sign * lanes::side_by_side(u, v); };
     const auto t = both(a.trans_mm, b.trans_mm);
     if (turns_nothing(a.rot_rad) && turns_nothing(b.rot_rad)) {
       tip = tip + t;

@@ -117,10 +117,7 @@ bool Compensator::corrected_pair(const std::array<NominalPlace, 2>& at, const Ve
   std::array<JointVector, 2> q = {at[0].q, at[1].q};
   std::array<Vec3, 2> target_P = {at[0].prescribed.tip_P + near, at[1].prescribed.tip_P + near};
   const auto solve = [&] {
-    const Vec3& a = target_P[0];
-    const Vec3& b = target_P[1];
-    const auto linear = kinematics_.linear_positions(
-        lanes::Triple<Lanes>{{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}}, sines);
+    const auto linear = kinematics_.linear_positions(lanes::side_by_side(target_P[0], target_P[1]), sines);
     for (int i = 0; i < 2; ++i) {
       JointVector& joints = q[static_cast<std::size_t>(i)];
       joints[kinematics_.linear(0)] = linear.x[i];

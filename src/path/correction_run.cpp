@@ -76,8 +76,7 @@ void CorrectionRun::bend(std::size_t first, std::size_t second, const std::array
     const Vec3& n = kinematics_.direction(k);
     return lanes::Triple<double>{n.x(), n.y(), n.z()};
   };
-  const lanes::Triple<Lanes> tip{
-      {tips_P[0].x(), tips_P[1].x()}, {tips_P[0].y(), tips_P[1].y()}, {tips_P[0].z(), tips_P[1].z()}};
+  const lanes::Triple<Lanes> tip = lanes::side_by_side(tips_P[0], tips_P[1]);
   PairPlace to;
   to.angle = {both(kinematics_.rotary(0)), both(kinematics_.rotary(1))};
   to.w =

@@ -11,10 +11,6 @@ namespace {
 
 using Vectors = lanes::Triple<Lanes>;
 
-Vectors side_by_side(const Vec3& a, const Vec3& b) {
-  return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
-}
-
 // As RotarySines::turn.
 void turn_on(Lanes& sin, Lanes& cos, const Lanes& by) {
   const Lanes d = by - by * by * by / 6.0;
@@ -79,8 +75,9 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
   const auto q = [&](AxisId id) { return twice(before->q[id]); };
   last_ = evaluated({q(rotary_[0]), q(rotary_[1])},
                     {{twice(s.sin[0]), twice(s.sin[1])}, {twice(s.cos[0]), twice(s.cos[1])}},
-                    {q(linear_[0]), q(linear_[1]), q(linear_[2])}, side_by_side(before->tip_P, before->tip_P),
-                    side_by_side(before->axis_P, before->axis_P));
+                    {q(linear_[0]), q(linear_[1]), q(linear_[2])},
+                    lanes::side_by_side(before->tip_P, before->tip_P),
+                    lanes::side_by_side(before->axis_P, before->axis_P));
 }
 
 [[gnu::flatten]] void GridRun::add(std::size_t i, const std::array<const ToolPose*, 2>& pose,
@@ -112,8 +109,8 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
       sines.cos[k] = Lanes{s.cos[k], t.cos[k]};
     }
   }
-  const Vectors tip_P = side_by_side(pose[0]->tip_P, pose[1]->tip_P);
-  const Vectors axis_P = side_by_side(pose[0]->axis_P, pose[1]->axis_P);
+  const Vectors tip_P = lanes::side_by_side(pose[0]->tip_P, pose[1]->tip_P);
+  const Vectors axis_P = lanes::side_by_side(pose[0]->axis_P, pose[1]->axis_P);
   const Vectors exact = linear_positions(kinematics_, constants_->chain, tip_P, sines);
   const Vectors linear = {rounded(linear_[0], exact.x), rounded(linear_[1], exact.y),
                           rounded(linear_[2], exact.z)};

@@ -35,11 +35,8 @@ void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& ou
     const ToolPose& b = points[j].pose;
     const unsigned bits = wanted.empty() ? 3U : unsigned{wanted[i]} | wanted[j];
     const std::array<bool, 2> of_branch = {(bits & 1U) != 0, (bits & 2U) != 0};
-    const auto side_by_side = [](const Vec3& v, const Vec3& w) {
-      return lanes::Triple<Lanes>{{v.x(), w.x()}, {v.y(), w.y()}, {v.z(), w.z()}};
-    };
-    const RotarySolver::Pair solved = solver_.solve_pair(side_by_side(a.axis_P, b.axis_P), of_branch);
-    const auto tip_P = side_by_side(a.tip_P, b.tip_P);
+    const RotarySolver::Pair solved = solver_.solve_pair(lanes::side_by_side(a.axis_P, b.axis_P), of_branch);
+    const auto tip_P = lanes::side_by_side(a.tip_P, b.tip_P);
     store(out.known, i, solved.known);
     store(out.apart, i, solved.apart);
     for (std::size_t n = 0; n < 2; ++n) {

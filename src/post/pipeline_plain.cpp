@@ -12,8 +12,8 @@ bool Pipeline::within_travel(const JointVector& q) const {
   static_assert(kMaxAxes == 5, "two pairs and one");
   // Positions that the machine has no axis for are zero, as their travel.
   const auto pair = [&](AxisId id) {
-    const Lanes at{q[id], q[id + 1]};
-    return (at >= Lanes{least_[id], least_[id + 1]}) & (at <= Lanes{most_[id], most_[id + 1]});
+    const Lanes at = joint_pair(q, id);
+    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id));
   };
   const LaneMask both = pair(0) & pair(2);
   return (both[0] & both[1]) != 0 && q[4] >= least_[4] && q[4] <= most_[4];

@@ -190,6 +190,11 @@ template <class T>
 struct Triple {
   T x, y, z;
 };
+/// Of two vectors that say x(), y() and z().
+template <class V>
+Triple<Lanes> side_by_side(const V& a, const V& b) {
+  return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
+}
 template <class A, class B>
 auto operator+(const Triple<A>& a, const Triple<B>& b) {
   return Triple<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z};
