@@ -18,18 +18,25 @@ Twist random_twist(std::mt19937_64& random, double mm, double rad) {
   return {vector(mm), vector(rad)};
 }
 
+// Rotary axes turn more than once.
+JointVector random_position(const Machine& machine, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> length(-300.0, 300.0);
+  std::uniform_real_distribution<double> angle(-7.0, 7.0);
+  JointVector q;
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    q[id] = machine.axes[id].kind == AxisKind::linear ? length(random) : angle(random);
+  return q;
+}
+
 // `forward` makes products of poses: another way to the same place.
 void expect_the_pose_of_forward(const Machine& machine, double mm, double rad) {
   const Vec3 tool = machine.tool_vector();
   const ErrorKinematics kinematics(machine, tool);
   std::mt19937_64 random(20261121);
-  std::uniform_real_distribution<double> length(-300.0, 300.0);
-  std::uniform_real_distribution<double> angle(-7.0, 7.0);
   for (int i = 0; i < 1000; ++i) {
-    JointVector q;
+    const JointVector q = random_position(machine, random);
     ChainErrors errors;
     for (AxisId id = 0; id < machine.axes.size(); ++id) {
-      q[id] = machine.axes[id].kind == AxisKind::linear ? length(random) : angle(random);
       if (i % 3 > 0) errors.joint[id] = random_twist(random, mm, i % 3 == 1 ? rad : 0.0);
     }
     if (i % 2 > 0) errors.spindle = random_twist(random, mm, rad);
@@ -45,8 +52,6 @@ void expect_the_pose_of_forward(const Machine& machine, double mm, double rad) {
 void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double rad) {
   const Vec3 tool = machine.tool_vector();
   std::mt19937_64 random(20261122);
-  std::uniform_real_distribution<double> length(-300.0, 300.0);
-  std::uniform_real_distribution<double> angle(-7.0, 7.0);
   for (int i = 0; i < 300; ++i) {
     ChainErrors constant;
     ChainLinks varying;
@@ -61,8 +66,8 @@ void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double
     std::array<JointVector, 2> q;
     std::array<ChainErrors, 2> errors{constant, constant};
     for (std::size_t k = 0; k < 2; ++k) {
+      q[k] = random_position(machine, random);
       for (AxisId id = 0; id < machine.axes.size(); ++id) {
-        q[k][id] = machine.axes[id].kind == AxisKind::linear ? length(random) : angle(random);
         if (varying.joint[id]) errors[k].joint[id] = random_twist(random, mm, i % 2 == 0 ? 0.0 : rad);
       }
       if (varying.spindle) errors[k].spindle = random_twist(random, mm, rad);

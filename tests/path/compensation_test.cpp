@@ -101,6 +101,19 @@ Model scaled(Model model, double factor) {
   return model;
 }
 
+// A random machine with random errors that move the tip by so much on an average over these poses.
+struct RandomCase {
+  RandomCase(Draw& draw, int count, double mean_mm)
+      : machine(random_machine(draw)),
+        poses(random_poses(machine, draw, count)),
+        model(random_model(machine, draw)) {
+    model = scaled(model, mean_mm / mean_error(machine, model, poses));
+  }
+  Machine machine;
+  std::vector<Pose5> poses;
+  Model model;
+};
+
 // What the control runs: words of 4 decimals, XYZ computed from the rounded angles.
 JointVector through_nc_text(const Machine& machine, const Compensator& compensator, const Pose5& p) {
   const Vec3 tool = machine.tool_vector();
@@ -359,13 +372,11 @@ TEST(Compensation, BeginsFromItsNeighbour) {
   Draw draw(12);
   int one_step = 0;
   for (int m = 0; m < 5; ++m) {
-    const Machine machine = random_machine(draw);
-    const auto poses = random_poses(machine, draw, 200);
-    Model model = random_model(machine, draw);
-    model = scaled(model, 0.050 / mean_error(machine, model, poses));
-    const ModelEvaluator truth(model);
-    const Compensator compensator(machine, model, machine.tool_vector());
-    for (const Pose5& p : poses) {
+    const RandomCase at(draw, 200, 0.050);
+    const Machine& machine = at.machine;
+    const ModelEvaluator truth(at.model);
+    const Compensator compensator(machine, at.model, machine.tool_vector());
+    for (const Pose5& p : at.poses) {
       const auto far = compensator.corrected(p.tip_P, p.axis_P, p.state);
       ASSERT_TRUE(far) << far.error().message;
       const auto near = compensator.corrected(p.tip_P, p.axis_P, p.state, {}, far->aim_P + draw.vector(5e-4));
@@ -385,14 +396,12 @@ TEST(Compensation, BeginsFromItsNeighbour) {
 TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
   Draw draw(11);
   for (int m = 0; m < 5; ++m) {
-    const Machine machine = random_machine(draw);
-    const auto poses = random_poses(machine, draw, 100);
-    Model model = random_model(machine, draw);
-    model = scaled(model, 0.150 / mean_error(machine, model, poses));
-    const ModelEvaluator truth(model);
+    const RandomCase at(draw, 100, 0.150);
+    const Machine& machine = at.machine;
+    const ModelEvaluator truth(at.model);
     const CompensationOptions options{.orientation = true, .min_sin_tilt = 0.1};
-    const Compensator compensator(machine, model, machine.tool_vector(), options);
-    for (const Pose5& p : poses) {
+    const Compensator compensator(machine, at.model, machine.tool_vector(), options);
+    for (const Pose5& p : at.poses) {
       const auto c = compensator.corrected(p.tip_P, p.axis_P, p.state);
       ASSERT_TRUE(c) << c.error().message;
       MachineState state = p.state;

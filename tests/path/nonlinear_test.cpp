@@ -160,67 +160,68 @@ TEST_P(RefinerOf, ConvergesOnRandomSegments) {
   }
 }
 
-// A bow of less than four tolerances is a quarter of that in each half: one node half way, and never more
-// than that.
-TEST_P(RefinerOf, OneNodeHalfWayMendsASmallBow) {
-  const Machine machine = test::shipped_machine(GetParam());
+// A segment on the word grid with a bow, and what the refiner made of it: points on whose way the tip keeps
+// the tolerance.
+struct Mended {
+  Point a, b;
+  double bow_mm = 0.0;
+  std::vector<Point> out;
+  SegmentReport report;
+};
+
+// Of 2000 random segments on this machine those that bow by so many tolerances.
+std::vector<Mended> mended_bows(const Machine& machine, unsigned seed, const Tolerance& tolerance,
+                                double least, double most) {
   const Rounding rounding = four_decimals(machine);
-  test::RandomSegments random(machine, 6);
+  test::RandomSegments random(machine, seed);
   Refiner refiner(machine, machine.tool_vector(), rounding, options_of(kCases[0]));
-  const Tolerance tolerance{0.005, Angle::degrees(0.2)};
-  int small_bows = 0;
+  std::vector<Mended> mended;
   for (int i = 0; i < 2000; ++i) {
     const auto s = random.next(test::Family::chord, Angle::degrees(3.0));
     if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
-    Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
-    Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
-    round_to_words(random.kinematics(), rounding, a.tip_P, a.q);
-    round_to_words(random.kinematics(), rounding, b.tip_P, b.q);
-    const double bow_mm = sampled(machine, a, b, {}).tip;
-    if (bow_mm < 1.1 * tolerance.tip_mm || bow_mm > 3.0 * tolerance.tip_mm) continue;
-    ++small_bows;
-    std::vector<Point> out;
-    const SegmentReport report = refiner.refine(a, b, tolerance, out);
-    EXPECT_TRUE(report.converged);
-    ASSERT_EQ(out.size(), 1U) << i;
-    EXPECT_LE(sampled(machine, a, b, out).tip, tolerance.tip_mm);
-    // Motion along the chord is no bow, but it is of the error in the middle.
-    if (report.midpoint_mm > 3.0 * tolerance.tip_mm) continue;
-    EXPECT_LT((out[0].tip_P - 0.5 * (a.tip_P + b.tip_P)).norm(), 1e-9) << i << " " << report.midpoint_mm;
+    Mended m;
+    m.a = {s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
+    m.b = {s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
+    round_to_words(random.kinematics(), rounding, m.a.tip_P, m.a.q);
+    round_to_words(random.kinematics(), rounding, m.b.tip_P, m.b.q);
+    m.bow_mm = sampled(machine, m.a, m.b, {}).tip;
+    if (m.bow_mm < least * tolerance.tip_mm || m.bow_mm > most * tolerance.tip_mm) continue;
+    m.report = refiner.refine(m.a, m.b, tolerance, m.out);
+    EXPECT_TRUE(m.report.converged) << i;
+    EXPECT_LE(sampled(machine, m.a, m.b, m.out).tip, tolerance.tip_mm) << i;
+    mended.push_back(std::move(m));
   }
-  EXPECT_GT(small_bows, 20);
+  return mended;
+}
+
+// A bow of less than four tolerances is a quarter of that in each half: one node half way, and never more
+// than that.
+TEST_P(RefinerOf, OneNodeHalfWayMendsASmallBow) {
+  const Tolerance tolerance{0.005, Angle::degrees(0.2)};
+  const auto small_bows = mended_bows(test::shipped_machine(GetParam()), 6, tolerance, 1.1, 3.0);
+  for (const Mended& m : small_bows) {
+    ASSERT_EQ(m.out.size(), 1U) << m.bow_mm;
+    // Motion along the chord is no bow, but it is of the error in the middle.
+    if (m.report.midpoint_mm > 3.0 * tolerance.tip_mm) continue;
+    EXPECT_LT((m.out[0].tip_P - 0.5 * (m.a.tip_P + m.b.tip_P)).norm(), 1e-9) << m.report.midpoint_mm;
+  }
+  EXPECT_GT(small_bows.size(), 20U);
 }
 
 // Larger bows get pieces of one length, as many as the bow of the middle asks for, all on the chord.
 TEST_P(RefinerOf, EvenPiecesMendABow) {
-  const Machine machine = test::shipped_machine(GetParam());
-  const Rounding rounding = four_decimals(machine);
-  test::RandomSegments random(machine, 7);
-  Refiner refiner(machine, machine.tool_vector(), rounding, options_of(kCases[0]));
   const Tolerance tolerance{0.001, Angle::degrees(0.2)};
   const double tube_mm = tolerance.tip_mm - 0.5e-4 * std::sqrt(3.0);
   int even = 0;
   int others = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const auto s = random.next(test::Family::chord, Angle::degrees(3.0));
-    if (!within_rotary_limits(machine, s.a.q) || !within_rotary_limits(machine, s.b.q)) continue;
-    Point a{s.a.q, s.a.tip_P, s.a.axis_P, {1, 1}, false};
-    Point b{s.b.q, s.b.tip_P, s.b.axis_P, {2, 1}, false};
-    round_to_words(random.kinematics(), rounding, a.tip_P, a.q);
-    round_to_words(random.kinematics(), rounding, b.tip_P, b.q);
-    const double bow_mm = sampled(machine, a, b, {}).tip;
-    if (bow_mm < 4.5 * tolerance.tip_mm || bow_mm > 100.0 * tolerance.tip_mm) continue;
-    std::vector<Point> out;
-    const SegmentReport report = refiner.refine(a, b, tolerance, out);
-    EXPECT_TRUE(report.converged);
-    EXPECT_LE(sampled(machine, a, b, out).tip, tolerance.tip_mm);
-    const double asked = std::ceil(std::sqrt(1.01 * bow_mm / tube_mm));
-    const double pieces = static_cast<double>(out.size()) + 1.0;
-    EXPECT_LE(pieces, asked + 2.0) << i;
+  for (const Mended& m : mended_bows(test::shipped_machine(GetParam()), 7, tolerance, 4.5, 100.0)) {
+    const double asked = std::ceil(std::sqrt(1.01 * m.bow_mm / tube_mm));
+    const double pieces = static_cast<double>(m.out.size()) + 1.0;
+    EXPECT_LE(pieces, asked + 2.0) << m.bow_mm;
     double off_mm = 0.0;
-    for (std::size_t k = 0; k < out.size(); ++k) {
+    for (std::size_t k = 0; k < m.out.size(); ++k) {
       const double t = static_cast<double>(k + 1) / pieces;
-      off_mm = std::max(off_mm, (out[k].tip_P - (1.0 - t) * a.tip_P - t * b.tip_P).norm());
+      off_mm = std::max(off_mm, (m.out[k].tip_P - (1.0 - t) * m.a.tip_P - t * m.b.tip_P).norm());
     }
     ++(off_mm < 1e-9 ? even : others);
   }

@@ -2,6 +2,7 @@
 // general way. A feed per revolution takes every motion there, and is the same feed.
 #include <array>
 #include <gtest/gtest.h>
+#include <optional>
 
 #include "post/posting.hpp"
 
@@ -37,6 +38,28 @@ std::string with_words(std::string cl, unsigned seed) {
   return cl;
 }
 
+// The report of the plain way, or nothing where both refuse; all that the two may tell is the same.
+std::optional<PostReport> posted_both_ways(const std::string& cl, const Machine& machine,
+                                           const PostOptions& options, const char* control,
+                                           const Model* model = nullptr) {
+  const auto plain = test::posted(with_feed(cl, "FEDRAT/MMPM,1500"), machine, options, control, model);
+  const auto general = test::posted(with_feed(cl, "FEDRAT/MMPR,0.25"), machine, options, control, model);
+  EXPECT_EQ(plain.report.has_value(), general.report.has_value());
+  if (!plain.report || !general.report) {
+    if (!plain.report && !general.report) {
+      EXPECT_EQ(plain.report.error().text(), general.report.error().text());
+    }
+    return std::nullopt;
+  }
+  EXPECT_EQ(plain.nc, general.nc);
+  EXPECT_EQ(plain.report->duration_s, general.report->duration_s);
+  EXPECT_EQ(plain.report->feed_time_lost_s, general.report->feed_time_lost_s);
+  EXPECT_EQ(plain.report->points_inserted, general.report->points_inserted);
+  EXPECT_EQ(plain.report->worst_predicted_mm, general.report->worst_predicted_mm);
+  EXPECT_EQ(plain.report->largest_correction_mm, general.report->largest_correction_mm);
+  return *plain.report;
+}
+
 TEST(PlainMotion, HasTheTextOfTheGeneralWay) {
   std::size_t lines = 0;
   std::size_t refused = 0;
@@ -62,22 +85,14 @@ TEST(PlainMotion, HasTheTextOfTheGeneralWay) {
           options.nonlinear.certify = false;
         }
         const std::string cl = with_words(test::sample_path(seed, 80), seed);
-        const auto plain = test::posted(with_feed(cl, "FEDRAT/MMPM,1500"), machine, options, control);
-        const auto general = test::posted(with_feed(cl, "FEDRAT/MMPR,0.25"), machine, options, control);
-        ASSERT_EQ(plain.report.has_value(), general.report.has_value())
-            << name << ' ' << control << ' ' << seed;
-        if (!plain.report) {
-          EXPECT_EQ(plain.report.error().text(), general.report.error().text());
+        SCOPED_TRACE(name + ' ' + control + ' ' + std::to_string(seed));
+        const auto report = posted_both_ways(cl, machine, options, control);
+        if (!report) {
           ++refused;
           continue;
         }
-        EXPECT_EQ(plain.nc, general.nc) << name << ' ' << control << ' ' << seed;
-        EXPECT_EQ(plain.report->duration_s, general.report->duration_s);
-        EXPECT_EQ(plain.report->feed_time_lost_s, general.report->feed_time_lost_s);
-        EXPECT_EQ(plain.report->points_inserted, general.report->points_inserted);
-        EXPECT_EQ(plain.report->worst_predicted_mm, general.report->worst_predicted_mm);
-        lines += plain.report->nc_lines;
-        lost_s += plain.report->feed_time_lost_s;
+        lines += report->nc_lines;
+        lost_s += report->feed_time_lost_s;
       }
     }
   }
@@ -98,10 +113,7 @@ Model errors_of_place(const Machine& machine, std::mt19937_64& random) {
       "\nP3_um = " + any(20.0) +
       "\n[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = " + any(50.0) +
       "\n[[effect]]\nid = \"periodic:Y\"\n[effect.parameters]\nsin_um = " + any(3.0) + "\np_mm = 10.0\n";
-  Diagnostics d;
-  const auto model = parse_model(text, "m.toml", machine, {}, d);
-  if (!model) throw std::runtime_error(model.error().text());
-  return *model;
+  return test::model_of(text, machine);
 }
 
 TEST(PlainMotion, HasTheTextOfTheGeneralWayWithErrorsOfThePlace) {
@@ -128,19 +140,11 @@ TEST(PlainMotion, HasTheTextOfTheGeneralWayWithErrorsOfThePlace) {
       }
       const char* const control = seed % 6 == 4 ? "fanuc_30i" : "linuxcnc";
       const std::string cl = with_words(test::sample_path(seed, 80), seed);
-      const auto plain = test::posted(with_feed(cl, "FEDRAT/MMPM,1500"), machine, options, control, &model);
-      const auto general = test::posted(with_feed(cl, "FEDRAT/MMPR,0.25"), machine, options, control, &model);
-      ASSERT_EQ(plain.report.has_value(), general.report.has_value()) << name << ' ' << seed;
-      if (!plain.report) {
-        EXPECT_EQ(plain.report.error().text(), general.report.error().text());
-        continue;
-      }
-      EXPECT_EQ(plain.nc, general.nc) << name << ' ' << seed;
-      EXPECT_EQ(plain.report->duration_s, general.report->duration_s);
-      EXPECT_EQ(plain.report->points_inserted, general.report->points_inserted);
-      EXPECT_EQ(plain.report->largest_correction_mm, general.report->largest_correction_mm);
-      lines += plain.report->nc_lines;
-      inserted += plain.report->points_inserted;
+      SCOPED_TRACE(name + ' ' + std::to_string(seed));
+      const auto report = posted_both_ways(cl, machine, options, control, &model);
+      if (!report) continue;
+      lines += report->nc_lines;
+      inserted += report->points_inserted;
     }
   }
   EXPECT_GT(lines, 3000U);

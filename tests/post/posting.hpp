@@ -67,6 +67,14 @@ inline Vec3 tilted(double tilt, double turn) {
   return {std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt)};
 }
 
+/// A model file with this text.
+inline Model model_of(const std::string& text, const Machine& machine) {
+  Diagnostics d;
+  const auto model = parse_model(text, "m.toml", machine, {}, d);
+  if (!model) throw std::runtime_error(model.error().text());
+  return *model;
+}
+
 /// Errors of every kind that changes how a program is made: lost motion in every axis, table location,
 /// straightness, wobble, pitch.
 inline Model random_errors(const Machine& machine, std::mt19937_64& random) {
@@ -89,10 +97,7 @@ inline Model random_errors(const Machine& machine, std::mt19937_64& random) {
           "\n[[effect]]\nid = \"component:EAC\"\n[effect.parameters]\ncos1_urad = " + any(25.0) +
           "\nsin2_urad = " + any(15.0) +
           "\n[[effect]]\nid = \"periodic:Y\"\n[effect.parameters]\nsin_um = " + any(1.5) + "\np_mm = 10.0\n";
-  Diagnostics d;
-  const auto model = parse_model(text, "m.toml", machine, {}, d);
-  if (!model) throw std::runtime_error(model.error().text());
-  return *model;
+  return model_of(text, machine);
 }
 
 /// `nc` with one linear word of a feed block changed: of a point of the CL file or of one between.
