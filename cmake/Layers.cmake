@@ -9,8 +9,9 @@ target_compile_options(trunnion_warnings INTERFACE
   -Wno-restrict $<$<BOOL:${TRUNNION_PCH}>:-Wno-stringop-overflow> $<$<BOOL:${TRUNNION_PCH}>:-Wno-array-bounds>
   $<$<BOOL:${TRUNNION_WERROR}>:-Werror>)
 
-# The same bytes out on every machine: no fused multiply-add unless it is written.
-add_compile_options(-ffp-contract=off)
+# The same bytes out on every machine: no fused multiply-add unless it is written. Nobody asks errno or the floating-point flags what a
+# root was; with that said four roots are one instruction. Vectors of four doubles are handed to nobody (base/lanes.hpp).
+add_compile_options(-ffp-contract=off -fno-math-errno -fno-trapping-math -Wno-psabi)
 if(TRUNNION_SANITIZE)
   # Instrumented code makes gcc see uninitialised values that are not there (its manual says so): the release build keeps that warning.
   # Null and objects that are too small are AddressSanitizer's to find, and the one cast to another type is the socket address: these three

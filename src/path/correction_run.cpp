@@ -22,7 +22,7 @@ void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
   keeps_.assign(count, 0);
   bow_mm_.resize(count);
   aim_P_ = Vec3::Zero();
-  last_ = PairPlace{};
+  last_ = PlaceOf<Lanes>{};
   largest_error_mm_ = largest_correction2_mm2_ = 0.0;
 }
 
@@ -77,7 +77,7 @@ void CorrectionRun::bend(std::size_t first, std::size_t second, const std::array
     return lanes::Triple<double>{n.x(), n.y(), n.z()};
   };
   const lanes::Triple<Lanes> tip = lanes::side_by_side(tips_P[0], tips_P[1]);
-  PairPlace to;
+  PlaceOf<Lanes> to;
   to.angle = {both(kinematics_.rotary(0)), both(kinematics_.rotary(1))};
   to.w =
       kinematics_.constant(0) + lanes::Triple<Lanes>{both(kinematics_.linear(0)), both(kinematics_.linear(1)),
@@ -88,7 +88,7 @@ void CorrectionRun::bend(std::size_t first, std::size_t second, const std::array
       word_radius_mm_;
   to.arm2_inner = arm_inner * arm_inner;
   to.size_mm = magnitude(to.w) + constants_mm_;
-  const PairMotion motion(last_, to);
+  const MotionsOf<Lanes> motion(last_, to);
   last_ = to;
   for (std::size_t i = first; i <= second; ++i) bow_mm_[i] = motion.bow_mm[static_cast<int>(i - first)];
 }

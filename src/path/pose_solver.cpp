@@ -23,39 +23,57 @@ void PoseSolver::solve(const ToolPose& pose, double seed_inner, SolvedPose& out)
   }
 }
 
+// As many points as T holds, from `begin` on; the last one stands for those that are not there.
+template <class T>
+void PoseSolver::look_at(std::span<const ChoicePoint> points, std::size_t begin,
+                         std::span<const std::uint8_t> wanted, SolvedBlock& out) const {
+  const auto store = [&](auto& column, const auto& value) {
+    std::memcpy(column.data() + begin, &value, sizeof(value));
+  };
+  std::array<const ToolPose*, lanes::kCount<T>> pose;
+  unsigned bits = wanted.empty() ? 3U : 0U;
+  for (std::size_t k = 0; k < pose.size(); ++k) {
+    const std::size_t i = std::min(begin + k, points.size() - 1);
+    pose[k] = &points[i].pose;
+    if (!wanted.empty()) bits |= wanted[i];
+  }
+  const std::array<bool, 2> of_branch = {(bits & 1U) != 0, (bits & 2U) != 0};
+  RotarySolver::Together<T> solved;
+  solver_.solve_together(
+      lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return pose[k]->axis_P; }), of_branch,
+      solved);
+  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return pose[k]->tip_P; });
+  store(out.known, solved.known);
+  store(out.apart, solved.apart);
+  for (std::size_t n = 0; n < 2; ++n) {
+    SolvedBlock::Branch& of = out.branch[n];
+    store(of.within, solved.within[n]);
+    if (!of_branch[n] || !lanes::any(solved.within[n])) continue;
+    const auto& sin = solved.sin[n];
+    const auto& cos = solved.cos[n];
+    const auto linear = kinematics_.linear_positions(tip_P, TableKinematics::SinesOf<T>{sin, cos});
+    for (std::size_t k = 0; k < 2; ++k) {
+      store(of.angle[k], solved.angle[n][k]);
+      store(of.sin[k], sin[k]);
+      store(of.cos[k], cos[k]);
+    }
+    store(of.linear[0], linear.x);
+    store(of.linear[1], linear.y);
+    store(of.linear[2], linear.z);
+  }
+}
+
+void PoseSolver::look_at_fours(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
+                               SolvedBlock& out) const {
+  for (std::size_t i = 0; i < points.size(); i += lanes::kCount<Quads>)
+    look_at<Quads>(points, i, wanted, out);
+}
+
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
                             std::span<const std::uint8_t> wanted) const {
-  const auto store = [](auto& column, std::size_t row, const auto& two) {
-    std::memcpy(column.data() + row, &two, sizeof(two));
-  };
-  for (std::size_t i = 0; i < points.size(); i += 2) {
-    // An odd last one stands for two.
-    const std::size_t j = std::min(i + 1, points.size() - 1);
-    const ToolPose& a = points[i].pose;
-    const ToolPose& b = points[j].pose;
-    const unsigned bits = wanted.empty() ? 3U : unsigned{wanted[i]} | wanted[j];
-    const std::array<bool, 2> of_branch = {(bits & 1U) != 0, (bits & 2U) != 0};
-    const RotarySolver::Pair solved = solver_.solve_pair(lanes::side_by_side(a.axis_P, b.axis_P), of_branch);
-    const auto tip_P = lanes::side_by_side(a.tip_P, b.tip_P);
-    store(out.known, i, solved.known);
-    store(out.apart, i, solved.apart);
-    for (std::size_t n = 0; n < 2; ++n) {
-      SolvedBlock::Branch& of = out.branch[n];
-      store(of.within, i, solved.within[n]);
-      if (!of_branch[n] || !lanes::any(solved.within[n])) continue;
-      const auto& sin = solved.sin[n];
-      const auto& cos = solved.cos[n];
-      const auto linear = kinematics_.linear_positions(tip_P, TableKinematics::SinesOf<Lanes>{sin, cos});
-      for (std::size_t k = 0; k < 2; ++k) {
-        store(of.angle[k], i, solved.angle[n][k]);
-        store(of.sin[k], i, sin[k]);
-        store(of.cos[k], i, cos[k]);
-      }
-      store(of.linear[0], i, linear.x);
-      store(of.linear[1], i, linear.y);
-      store(of.linear[2], i, linear.z);
-    }
-  }
+  if (four_) return look_at_fours(points, wanted, out);
+  for (std::size_t i = 0; i < points.size(); i += lanes::kCount<Lanes>)
+    look_at<Lanes>(points, i, wanted, out);
 }
 
 const SolvedPose& PoseSolver::ahead(const SolvedBlock& block, std::size_t i) {

@@ -34,12 +34,12 @@ struct SolvedBlock {
   Column<double> apart;  // RotarySolver::apart, on both branches
 };
 
-/// Solves poses one by one, and where the machine's chain allows it two at a time.
+/// Solves poses one by one, and where the machine's chain allows it a few at a time.
 class PoseSolver {
  public:
   /// `kinematics` must outlive this.
   PoseSolver(const Machine& machine, const TableKinematics& kinematics, const InverseOptions& inverse)
-      : kinematics_(kinematics), inverse_(inverse), solver_(machine) {}
+      : kinematics_(kinematics), inverse_(inverse), solver_(machine), four_(lanes::four_at_a_time()) {}
 
   /// C at the pole follows `seed_inner`.
   void solve(const ToolPose& pose, double seed_inner, SolvedPose& out) const;
@@ -56,9 +56,15 @@ class PoseSolver {
   const RotarySolver& rotary() const { return solver_; }
 
  private:
+  template <class T>
+  void look_at(std::span<const ChoicePoint> points, std::size_t begin, std::span<const std::uint8_t> wanted,
+               SolvedBlock& out) const;
+  TRUNNION_FOUR void look_at_fours(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
+                                   SolvedBlock& out) const;
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;
+  bool four_;
   SolvedPose ahead_;
 };
 

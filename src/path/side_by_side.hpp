@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "trunnion/machine/table_kinematics.hpp"
-#include "trunnion/path/pair_place.hpp"
+#include "trunnion/path/place_of.hpp"
 
 // Formulas that are evaluated for one position or for two at once: T is `double` or `Lanes`.
 namespace trunnion::path {
@@ -95,36 +95,40 @@ T tip_rounding(const T& sizes_mm, const T& angles) {
   return kUnitsInTheLastPlace * sizes_mm * (1.0 + angles);
 }
 
-/// The last position of one pair and the first of the next.
+/// The last position of those before, and all but the last of the next: where the motions to these begin.
 inline Lanes across(const Lanes& before, const Lanes& now) {
   return Lanes{before[1], now[0]};
 }
+inline Quads across(const Quads& before, const Quads& now) {
+  return Quads{before[3], now[0], now[1], now[2]};
+}
 
-/// The two motions that end at a pair: from the last of the pair before, and between them.
-struct PairMotion {
-  Lanes outer, inner;  // turns, not below 0
-  Lanes bow_mm;        // by which the tip leaves its own chord at most
+/// The motions that end at a few positions: from the last of those before, and between them.
+template <class T>
+struct MotionsOf {
+  T outer, inner;  // turns, not below 0
+  T bow_mm;        // by which the tip leaves its own chord at most
 
-  PairMotion(const PairPlace& last, const PairPlace& to) {
-    const auto turn = [&](std::size_t k) {
-      return lanes::abs(to.angle[k] - across(last.angle[k], to.angle[k]));
+  MotionsOf(const PlaceOf<T>& last, const PlaceOf<T>& to) {
+    const auto turn = [&](std::size_t k) -> T {
+      return lanes::abs(T(to.angle[k] - across(last.angle[k], to.angle[k])));
     };
-    const auto larger = [](const Lanes& before, const Lanes& now) {
+    const auto larger = [](const T& before, const T& now) -> T {
       return lanes::larger(across(before, now), now);
     };
-    const auto sum = [](const Lanes& before, const Lanes& now) {
+    const auto sum = [](const T& before, const T& now) -> T {
       return lanes::abs(across(before, now)) + lanes::abs(now);
     };
     outer = turn(0);
     inner = turn(1);
-    const lanes::Triple<Lanes> way{to.w.x - across(last.w.x, to.w.x), to.w.y - across(last.w.y, to.w.y),
-                                   to.w.z - across(last.w.z, to.w.z)};
-    const Lanes D = lanes::sqrt(lanes::squared(way));
-    const NormsOf<Lanes> norms(outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer),
-                               larger(last.arm2_inner, to.arm2_inner));
-    bow_mm = norms.M2() / 8.0 +
-             tip_rounding<Lanes>(sum(last.size_mm, to.size_mm),
-                                 sum(last.angle[0], to.angle[0]) + sum(last.angle[1], to.angle[1]));
+    const lanes::Triple<T> way{to.w.x - across(last.w.x, to.w.x), to.w.y - across(last.w.y, to.w.y),
+                               to.w.z - across(last.w.z, to.w.z)};
+    const T D = lanes::sqrt(T(lanes::squared(way)));
+    const NormsOf<T> norms(outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer),
+                           larger(last.arm2_inner, to.arm2_inner));
+    bow_mm =
+        norms.M2() / 8.0 + tip_rounding<T>(sum(last.size_mm, to.size_mm),
+                                           sum(last.angle[0], to.angle[0]) + sum(last.angle[1], to.angle[1]));
   }
 };
 

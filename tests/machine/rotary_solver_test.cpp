@@ -55,7 +55,8 @@ TEST(RotarySolver, SolvePairGivesTheSolutionsThatLimitsLeave) {
       const std::array<Vec3, 2> axis_P = {random_axis(random),
                                           i % 10 == 0 ? Vec3(Vec3::UnitZ()) : random_axis(random)};
       const auto side_by_side = [&](Eigen::Index k) { return Lanes{axis_P[0][k], axis_P[1][k]}; };
-      const RotarySolver::Pair pair = solver.solve_pair({side_by_side(0), side_by_side(1), side_by_side(2)});
+      RotarySolver::Together<Lanes> pair;
+      solver.solve_together<Lanes>({side_by_side(0), side_by_side(1), side_by_side(2)}, {true, true}, pair);
       for (int lane = 0; lane < 2; ++lane) {
         const RotarySolutions one = solver.solve_within_limits(axis_P[static_cast<std::size_t>(lane)], 0.3);
         if (pair.known[lane] == 0) {

@@ -9,14 +9,48 @@
 
 #include "trunnion/base/units.hpp"
 
-/// Two doubles that are calculated with together. Templates over `double` and `Lanes` are one formula for one
-/// value and for two: every operation is that of IEEE 754 on each lane, so that both give the same bits.
+/// Two or four doubles that are calculated with together. Templates over `double`, `Lanes` and `Quads` are
+/// one formula for one value, for two and for four: every operation is that of IEEE 754 on each lane, so that
+/// all give the same bits.
 namespace trunnion {
 
 using Lanes = double __attribute__((vector_size(16)));
 using LaneMask = std::int64_t __attribute__((vector_size(16)));  // all bits of a lane set: true
+using Quads = double __attribute__((vector_size(32)));
+using QuadMask = std::int64_t __attribute__((vector_size(32)));
+
+/// Before a function that calculates with Quads: it is compiled for processors with AVX2, together with all
+/// that it calls, and may be called where lanes::four_at_a_time() says so. It must not take or give Quads by
+/// value, and calls nothing that cannot be put in its place.
+#if defined(__x86_64__) && defined(__OPTIMIZE__)
+#define TRUNNION_FOUR __attribute__((target("avx2"), flatten))
+#else
+#define TRUNNION_FOUR
+#endif
 
 namespace lanes {
+
+/// The processor calculates with four doubles at a time (AVX2), unless it was told not to.
+bool four_at_a_time();
+/// For tests that hold both ways to the same. What exists already goes on as it began.
+void calculate_two_at_a_time(bool only_two);
+
+/// How many there are side by side.
+template <class T>
+inline constexpr std::size_t kCount = sizeof(T) / sizeof(double);
+template <class T>
+struct MaskOfLanes;
+template <>
+struct MaskOfLanes<Lanes> {
+  using Type = LaneMask;
+};
+template <>
+struct MaskOfLanes<Quads> {
+  using Type = QuadMask;
+};
+/// What a comparison of T gives.
+template <class T>
+using Mask = typename MaskOfLanes<T>::Type;
 
 inline double select(bool mask, double a, double b) {
   return mask ? a : b;
@@ -24,11 +58,17 @@ inline double select(bool mask, double a, double b) {
 inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) {
   return mask ? a : b;
 }
+inline Quads select(const QuadMask& mask, const Quads& a, const Quads& b) {
+  return mask ? a : b;
+}
 inline bool any(bool mask) {
   return mask;
 }
 inline bool any(const LaneMask& mask) {
   return (mask[0] | mask[1]) != 0;
+}
+inline bool any(const QuadMask& mask) {
+  return ((mask[0] | mask[1]) | (mask[2] | mask[3])) != 0;
 }
 inline double sqrt(double x) {
   return std::sqrt(x);
@@ -40,34 +80,40 @@ inline Lanes sqrt(const Lanes& x) {
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1])};
 #endif
 }
+inline Quads sqrt(const Quads& x) {
+  return Quads{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};  // one instruction
+}
 inline double abs(double x) {
   return std::abs(x);
 }
-inline Lanes abs(const Lanes& x) {
+template <class T>
+T abs(const T& x) {
   constexpr std::int64_t kNoSign = 0x7fffffffffffffff;
-  return std::bit_cast<Lanes>(std::bit_cast<LaneMask>(x) & LaneMask{kNoSign, kNoSign});
+  return std::bit_cast<T>(std::bit_cast<Mask<T>>(x) & (Mask<T>{} + kNoSign));
 }
 inline double copysign(double size, double sign) {
   return std::copysign(size, sign);
 }
-inline Lanes copysign(const Lanes& size, const Lanes& sign) {
+template <class T>
+T copysign(const T& size, const T& sign) {
   constexpr std::int64_t kNoSign = 0x7fffffffffffffff;
-  const LaneMask rest{kNoSign, kNoSign};
-  return std::bit_cast<Lanes>((std::bit_cast<LaneMask>(size) & rest) |
-                              (std::bit_cast<LaneMask>(sign) & ~rest));
+  const Mask<T> rest = Mask<T>{} + kNoSign;
+  return std::bit_cast<T>((std::bit_cast<Mask<T>>(size) & rest) | (std::bit_cast<Mask<T>>(sign) & ~rest));
 }
 /// Of two numbers that are no NaN.
 template <class T>
 T larger(const T& a, const T& b) {
   return select(a > b, a, b);
 }
-/// Two that follow one another in memory.
-inline Lanes load(const double* from) {
-  Lanes out;
+/// So many as follow one another in memory.
+template <class T = Lanes>
+T load(const double* from) {
+  T out;
   std::memcpy(&out, from, sizeof(out));
   return out;
 }
-inline void store(double* to, const Lanes& value) {
+template <class T>
+void store(double* to, const T& value) {
   std::memcpy(to, &value, sizeof(value));
 }
 template <class T>
@@ -176,16 +222,21 @@ inline SinCos<double> sincos(double x) {
   if (!(std::abs(x) <= kLargestAngle)) return {std::sin(x), std::cos(x)};
   return sincos_within(x);
 }
-inline SinCos<Lanes> sincos(const Lanes& x) {
-  if (!(std::abs(x[0]) <= kLargestAngle && std::abs(x[1]) <= kLargestAngle)) {
-    const SinCos<double> a = sincos(x[0]);
-    const SinCos<double> b = sincos(x[1]);
-    return {Lanes{a.sin, b.sin}, Lanes{a.cos, b.cos}};
+template <class T>
+SinCos<T> sincos(const T& x) {
+  if (any(Mask<T>(~(abs(x) <= kLargestAngle)))) {
+    SinCos<T> out;
+    for (int k = 0; k < static_cast<int>(kCount<T>); ++k) {
+      const SinCos<double> one = sincos(x[k]);
+      out.sin[k] = one.sin;
+      out.cos[k] = one.cos;
+    }
+    return out;
   }
   return sincos_within(x);
 }
 
-/// A vector of doubles, or two vectors side by side.
+/// A vector of doubles, or several vectors side by side.
 template <class T>
 struct Triple {
   T x, y, z;
@@ -194,6 +245,22 @@ struct Triple {
 template <class V>
 Triple<Lanes> side_by_side(const V& a, const V& b) {
   return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
+}
+/// One from each of as many as T holds: `of(k)` of the k-th, a double.
+template <class T, class Of>
+T collect(const Of& of) {
+  if constexpr (kCount<T> == 2) {
+    return T{of(0), of(1)};
+  } else {
+    return T{of(0), of(1), of(2), of(3)};
+  }
+}
+/// `of(k)` of the k-th: a vector that says x(), y() and z().
+template <class T, class Of>
+Triple<T> collect_vectors(const Of& of) {
+  return {collect<T>([&](std::size_t k) { return of(k).x(); }),
+          collect<T>([&](std::size_t k) { return of(k).y(); }),
+          collect<T>([&](std::size_t k) { return of(k).z(); })};
 }
 template <class A, class B>
 auto operator+(const Triple<A>& a, const Triple<B>& b) {

@@ -18,15 +18,20 @@ class RotarySolver {
   RotarySolutions solve_within_limits(const Vec3& axis_P, double seed_inner,
                                       const InverseOptions& options = {}) const;
 
-  /// What `solve_within_limits` finds for two tool axes side by side of a machine with two rotary axes.
-  struct Pair {
-    LaneMask known;                  // far from the pole, and no axis that is only just in reach
-    std::array<LaneMask, 2> within;  // where known: the branch is within the limits, and what follows is it
-    std::array<std::array<Lanes, 2>, 2> angle, sin, cos;  // [branch][axis]
-    Lanes apart;                                          // as `apart` of the positions on both branches
+  /// What `solve_within_limits` finds for a few tool axes side by side of a machine with two rotary axes.
+  template <class T>
+  struct Together {
+    lanes::Mask<T> known;  // far from the pole, and no axis that is only just in reach
+    std::array<lanes::Mask<T>, 2>
+        within;  // where known: the branch is within the limits, and what follows is it
+    std::array<std::array<T, 2>, 2> angle, sin, cos;  // [branch][axis]
+    T apart;                                          // as `apart` of the positions on both branches
   };
-  /// Of a branch that is not `wanted` only `within` is filled in.
-  Pair solve_pair(const lanes::Triple<Lanes>& axis_P, const std::array<bool, 2>& wanted = {true, true}) const;
+  /// Of a branch that is not `wanted` only `within` is filled in. T is Lanes or, in a function for four,
+  /// Quads.
+  template <class T>
+  void solve_together(const lanes::Triple<T>& axis_P, const std::array<bool, 2>& wanted,
+                      Together<T>& out) const;
   std::size_t count() const { return count_; }
 
   /// With two rotary axes: the sine of the angle at which the spindle, as the outer axis at this angle
@@ -42,6 +47,8 @@ class RotarySolver {
   static constexpr double kApart_rad = 0.19;
 
  private:
+  /// Both branches are the same within what doubles can tell (a square root of rounding).
+  static constexpr double kTangent = 1e-15;
   /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
   /// length.
   template <class T>
@@ -91,5 +98,92 @@ class RotarySolver {
   // other, and the outer one to the spindle.
   bool mirrors_ = false;
 };
+
+// Quantities of the two-rotation problem: Rot(n1, A) Rot(n2, C) u = k with v = Rot(n2, C) u = al n1 + be n2 +
+// ga (n1 x n2).
+template <class T>
+struct RotarySolver::Tilt {
+  lanes::Triple<T> n2_x_u;
+  lanes::Triple<T> u_across_n2;  // a difference: near the pole products would be rounding
+  T sine;                        // |n2 x u|
+  T b;                           // n2.u
+  T S;                           // sine |n1 x n2|
+  T D;                           // n1.k - (n2.u)(n1.n2)
+  T root2;                       // S^2 - D^2
+  T root;
+};
+
+template <class T>
+RotarySolver::Tilt<T> RotarySolver::tilt_of(const lanes::Triple<T>& axis_P) const {
+  Tilt<T> tilt;
+  tilt.n2_x_u = lanes::cross(n2_, axis_P);
+  tilt.sine = lanes::sqrt(lanes::squared(tilt.n2_x_u));
+  tilt.b = lanes::dot(n2_, axis_P);
+  tilt.u_across_n2 = axis_P - tilt.b * n2_;
+  // 1 - b without cancellation near the pole.
+  const auto upper = tilt.b > 0.0;
+  const T one_minus_b =
+      lanes::select(upper, T(tilt.sine * tilt.sine / (1.0 + lanes::abs(tilt.b))), T(1.0 - tilt.b));
+  tilt.S = tilt.sine * sin_axes_;
+  tilt.D = n1_k_n2_ + cos_axes_ * one_minus_b;
+  tilt.root2 = (tilt.S - tilt.D) * (tilt.S + tilt.D);
+  tilt.root = lanes::sqrt(lanes::larger(T{}, tilt.root2));
+  return tilt;
+}
+
+// The branch with ga = sign sqrt(S^2 - D^2) / |n1 x n2|^2: v |n1 x n2|^2 = al n1 + be n2 + ga m; across n1
+// the first term falls out, across n2 the second.
+template <class T>
+std::array<RotarySolver::TurnOf<T>, 2> RotarySolver::turns(const Tilt<T>& tilt, double sign) const {
+  const T al = n1_k_ - cos_axes_ * tilt.b;
+  const T be = tilt.b - cos_axes_ * n1_k_;
+  const T ga = sign * tilt.root;
+  const lanes::Triple<T> v_across_n2 = al * n1_across_n2_ + ga * m_;
+  return {TurnOf<T>{be * n2_to_k_.y + ga * m_to_k_.y, be * n2_to_k_.x + ga * m_to_k_.x},
+          TurnOf<T>{lanes::dot(v_across_n2, tilt.n2_x_u), lanes::dot(v_across_n2, tilt.u_across_n2)}};
+}
+
+// What `solve_branch` tests; angles of the branches that at least one of the two can have.
+template <class T>
+void RotarySolver::solve_together(const lanes::Triple<T>& axis_P, const std::array<bool, 2>& wanted,
+                                  Together<T>& out) const {
+  const Tilt<T> tilt = tilt_of(axis_P);
+  out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
+  out.apart = tilt.root / sin_axes_;
+  std::array<std::array<TurnOf<T>, 2>, 2> turn;
+  turn[0] = turns(tilt, 1.0);
+  if (mirrors_) {
+    const auto& [outer, inner] = turn[0];
+    turn[1] = {TurnOf<T>{-outer.y, outer.x}, TurnOf<T>{-inner.y, -inner.x}};
+  } else {
+    turn[1] = turns(tilt, -1.0);
+  }
+  std::array<std::array<T, 2>, 2> length;
+  for (std::size_t branch = 0; branch < 2; ++branch) {
+    out.within[branch] = ~lanes::Mask<T>{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const TurnOf<T>& t = turn[branch][k];
+      length[branch][k] = branch == 1 && mirrors_ ? length[0][k] : lanes::sqrt(T(t.x * t.x + t.y * t.y));
+      out.known &= length[branch][k] > 0.0;
+      out.within[branch] &= ~window_[k].template excludes<T>(t, length[branch][k]);
+    }
+  }
+  const std::array<bool, 2> asked = {wanted[0] && lanes::any(out.within[0]),
+                                     wanted[1] && lanes::any(out.within[1])};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::size_t first = asked[0] ? 0 : 1;
+    if (!asked[first]) break;
+    lanes::Arctangent<T> arctangent(turn[first][k].y, turn[first][k].x);
+    for (std::size_t branch = first; branch < 2; ++branch) {
+      if (!asked[branch]) continue;
+      const TurnOf<T>& t = turn[branch][k];
+      if (branch > first && !mirrors_) arctangent = {t.y, t.x};
+      const T angle = arctangent.at(t.y, t.x);
+      out.angle[branch][k] = lanes::select(angle <= -kPi, lanes::splat<T>(kPi), angle);
+      out.sin[branch][k] = t.y / length[branch][k];
+      out.cos[branch][k] = t.x / length[branch][k];
+    }
+  }
+}
 
 }  // namespace trunnion

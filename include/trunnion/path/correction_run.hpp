@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "trunnion/path/compensation.hpp"
-#include "trunnion/path/pair_place.hpp"
+#include "trunnion/path/place_of.hpp"
 #include "trunnion/path/point.hpp"
 
 namespace trunnion::path {
@@ -62,7 +62,7 @@ class CorrectionRun {
   double constants_mm_ = 0.0;    // of the chain, beside w
   double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
   double limit_mm_ = 0.0;        // for bow and errors of a block
-  PairPlace last_;
+  PlaceOf<Lanes> last_;
   Vec3 aim_P_ = Vec3::Zero();  // Corrected::aim_P of the last point
   std::vector<JointVector> joints_;
   std::vector<std::uint8_t> known_, keeps_;

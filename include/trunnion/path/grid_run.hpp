@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "trunnion/path/nonlinear.hpp"
-#include "trunnion/path/pair_place.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
 namespace trunnion::path {
 
-/// A run of points that is put on the word grid and looked at two points at a time. It gives what
+/// A run of points that is put on the word grid and looked at a few points at a time. It gives what
 /// round_to_words gives for each, and tells the segments that need no second look from the others: the first
 /// bounds of Refiner::decide. For machines that TableKinematics evaluates side by side.
 class GridRun {
@@ -28,9 +27,14 @@ class GridRun {
   void place(const Point* before, std::span<const ChosenPoint> chosen, const PoseAt& pose_at,
              const Tolerance& tolerance, std::span<JointVector> out) {
     begin(before, chosen.size(), tolerance);
-    for (std::size_t i = 0; i < chosen.size(); i += 2) {
-      const std::size_t j = std::min(i + 1, chosen.size() - 1);  // an odd last one stands for two
-      add(i, {&pose_at(i), &pose_at(j)}, {&chosen[i], &chosen[j]}, {&out[i], &out[j]});
+    Few few;
+    for (std::size_t i = 0; i < chosen.size(); i += together_) {
+      for (std::size_t k = 0; k < together_; ++k) {
+        const std::size_t j =
+            std::min(i + k, chosen.size() - 1);  // the last one stands for what is not there
+        few[k] = {&pose_at(j), &chosen[j], &out[j]};
+      }
+      add(i, few);
     }
   }
   /// Sines of the rounded rotary positions of point i.
@@ -41,26 +45,33 @@ class GridRun {
   double bow_mm(std::size_t i) const { return bow_mm_[i]; }
 
  private:
-  struct Pair : PairPlace {
-    Lanes off2_mm2, off2_axis;  // by which the position misses what is programmed, squared
+  static constexpr std::size_t kMost = lanes::kCount<Quads>;  // at a time
+  struct One {
+    const ToolPose* pose;
+    const ChosenPoint* chosen;
+    JointVector* out;
   };
+  using Few = std::array<One, kMost>;
+  template <class T>
+  struct Place;
+  struct Work;
   void begin(const Point* before, std::size_t count, const Tolerance& tolerance);
-  void add(std::size_t i, const std::array<const ToolPose*, 2>& pose,
-           const std::array<const ChosenPoint*, 2>& chosen, const std::array<JointVector*, 2>& out);
-  Pair evaluated(const std::array<Lanes, 2>& angle, const TableKinematics::SinesOf<Lanes>& sines,
-                 const lanes::Triple<Lanes>& linear, const lanes::Triple<Lanes>& tip_P,
-                 const lanes::Triple<Lanes>& axis_P) const;
-  void judge(std::size_t i, const Pair& to);
-  Lanes rounded(AxisId id, const Lanes& value) const;
+  void add(std::size_t i, const Few& few);
+  template <class T>
+  void add_few(std::size_t i, const Few& few);
+  TRUNNION_FOUR void add_four(std::size_t i, const Few& few);
+  template <class T>
+  void set_out(const Point& before);
+  template <class T>
+  void judge(std::size_t i, const Place<T>& last, const Place<T>& to);
 
-  struct Constants;
   TableKinematics kinematics_;
-  std::unique_ptr<const Constants> constants_;
   std::array<AxisId, 2> rotary_;
   std::array<AxisId, 3> linear_;
+  std::size_t together_;
   Tolerance tolerance_;
-  Pair last_;  // the two points before
-  // Of the points, with room for one more.
+  std::unique_ptr<Work> work_;
+  // Of the points, with room for those that are not there.
   std::vector<RotarySines> sines_;
   std::vector<double> bow_mm_;  // of the segments
   std::vector<std::int64_t> keeps_;
