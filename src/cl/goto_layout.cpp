@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 #include <string_view>
-#if defined(__SSE2__)
-#include <emmintrin.h>
+#if defined(__x86_64__)
+#include <immintrin.h>
 #endif
 
 #include "cl/plain_number.hpp"
@@ -12,8 +12,10 @@
 namespace trunnion::cl {
 namespace {
 
-constexpr std::size_t kDigits = 8;  // of a number
+constexpr std::size_t kDigits = 8;   // of a number
+constexpr std::size_t kAround = 16;  // characters in which they are looked for
 constexpr std::uint8_t kFree = 0xff;
+constexpr std::uint8_t kNone = 0x80;  // no digit
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -47,21 +49,23 @@ bool GotoLayout::take_fields(const char* line, std::size_t length, std::array<Fi
 }
 
 void GotoLayout::take_field(std::size_t number, const Field& field) {
-  Pair& pair = pairs_[number / 2];
   const std::size_t lane = number % 2;
   const std::size_t decimals = field.end - field.point - 1;
   const std::size_t whole = kDigits - decimals;  // digits before the point that count
-  pair.end[lane] = field.end;
-  pair.scale[lane] = kPowerOfTenExact[decimals];
+  from_[number] = field.end < kAround ? 0 : field.end - kAround;
+  Four& four = four_[lane];
+  four.scale[number / 2] = kPowerOfTenExact[decimals];
+  std::uint8_t* const digit_at = &digit_at_[number / 2][kAround * lane + (number / 2 == 1 ? kDigits : 0)];
   for (std::size_t i = 0; i < kDigits; ++i) {
-    const bool counts = field.point + i >= field.begin + whole;
-    pair.before[kDigits * lane + i] = i < whole && counts ? kFree : 0;
-    pair.behind[kDigits * lane + i] = i < whole ? 0 : kFree;
+    const bool behind = i >= whole;
+    if (!behind && field.point + i < field.begin + whole) continue;
+    const std::size_t at = field.end - kDigits + i - (behind ? 0 : 1);
+    digit_at[i] = static_cast<std::uint8_t>(at - from_[number]);
   }
   for (std::size_t i = field.begin; i < field.point; ++i) {
     fixed_[i] = 0;
     number_[i] = kFree;
-    pair.leading[i / 64][lane] |= std::uint64_t{1} << (i % 64);
+    four.leading[i / 64][number / 2] |= std::uint64_t{1} << (i % 64);
     if (i + 1 == field.point) {
       mark(digits_, i);
     } else {
@@ -77,12 +81,13 @@ void GotoLayout::take_field(std::size_t number, const Field& field) {
 }
 
 void GotoLayout::learn(const char* line, std::size_t length) {
-#if defined(__SSE2__)
   length_ = 0;
+  if (!lanes::four_at_a_time()) return;
   std::array<Field, 6> fields{};
   if (length > kWidest || !take_fields(line, length, fields)) return;
   digits_ = leading_ = no_digit_ = {};
-  pairs_ = {};
+  four_ = {};
+  for (auto& digit_at : digit_at_) digit_at.fill(kNone);
   std::copy_n(line, length, fixed_.begin());
   std::fill(fixed_.begin() + static_cast<std::ptrdiff_t>(length), fixed_.end(), std::uint8_t{0});
   number_ = behind_ = {};
@@ -91,89 +96,99 @@ void GotoLayout::learn(const char* line, std::size_t length) {
   length_ = length;
   column_ = 1;
   while (line[column_ - 1] == ' ' || line[column_ - 1] == '\t') ++column_;
-#else
-  static_cast<void>(line);
-  static_cast<void>(length);
-#endif
 }
 
-#if defined(__SSE2__)
+#if defined(__x86_64__) && defined(__OPTIMIZE__)
 
 namespace {
 
-__m128i load16(const void* from) {
-  return _mm_loadu_si128(static_cast<const __m128i*>(from));
+TRUNNION_FOUR __m256i unaligned(const void* from) {
+  return _mm256_loadu_si256(static_cast<const __m256i*>(from));
 }
-__m128i aligned16(const void* from) {
-  return _mm_load_si128(static_cast<const __m128i*>(from));
+TRUNNION_FOUR __m256i aligned(const void* from) {
+  return _mm256_load_si256(static_cast<const __m256i*>(from));
 }
-void store16(void* to, __m128i value) {
-  _mm_store_si128(static_cast<__m128i*>(to), value);
+TRUNNION_FOUR std::uint64_t bits(__m256i mask) {
+  return static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_epi8(mask)));
 }
-std::uint64_t bits(__m128i mask) {
-  return static_cast<std::uint64_t>(static_cast<unsigned>(_mm_movemask_epi8(mask)));
+// What a digit is worth; beyond 9 for other characters.
+TRUNNION_FOUR __m256i worth(__m256i text) {
+  return _mm256_sub_epi8(text, _mm256_set1_epi8('0'));
 }
-// Eight characters each of two numbers.
-__m128i load_two(const char* a, const char* b) {
-  __m128i out = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(a));
-  return _mm_unpacklo_epi64(out, _mm_loadl_epi64(reinterpret_cast<const __m128i*>(b)));
+TRUNNION_FOUR __m256i is_digit_worth(__m256i worth) {
+  return _mm256_cmpeq_epi8(_mm256_min_epu8(worth, _mm256_set1_epi8(9)), worth);
 }
-// The values of two numbers of eight digits each: 0 to 9, one in a byte.
-__m128d value_of_digits(__m128i digits) {
-  const __m128i zero = _mm_setzero_si128();
-  const __m128i tens = _mm_set1_epi32(10 | (1 << 16));
-  const __m128i hundreds = _mm_set1_epi32(100 | (1 << 16));
-  const __m128i of_first = _mm_madd_epi16(_mm_unpacklo_epi8(digits, zero), tens);
-  const __m128i of_second = _mm_madd_epi16(_mm_unpackhi_epi8(digits, zero), tens);
-  const __m128i fours = _mm_madd_epi16(_mm_packs_epi32(of_first, of_second), hundreds);
-  const __m128d upper = _mm_cvtepi32_pd(_mm_shuffle_epi32(fours, _MM_SHUFFLE(3, 1, 2, 0)));
-  const __m128d lower = _mm_cvtepi32_pd(_mm_shuffle_epi32(fours, _MM_SHUFFLE(2, 0, 3, 1)));
-  return _mm_add_pd(_mm_mul_pd(upper, _mm_set1_pd(10000.0)), lower);
+// Sixteen characters each from two places, those at `digit_at` of each.
+TRUNNION_FOUR __m256i two_of(const char* a, const char* b, const void* digit_at) {
+  const __m128i first = _mm_loadu_si128(reinterpret_cast<const __m128i*>(a));
+  const __m128i second = _mm_loadu_si128(reinterpret_cast<const __m128i*>(b));
+  return _mm256_shuffle_epi8(_mm256_inserti128_si256(_mm256_castsi128_si256(first), second, 1),
+                             aligned(digit_at));
+}
+// Of the digits among these characters: four by four.
+TRUNNION_FOUR __m256i fours_of(__m256i text) {
+  const __m256i value = worth(text);
+  const __m256i digits = _mm256_and_si256(value, is_digit_worth(value));
+  const __m256i twos = _mm256_maddubs_epi16(digits, _mm256_set1_epi16(10 | (1 << 8)));
+  return _mm256_madd_epi16(twos, _mm256_set1_epi32(100 | (1 << 16)));
+}
+// The numbers of eight digits each: 0, 2 and 4 in the lower half, 1, 3 and 5 in the upper one. `first`: the
+// characters of 0 to 3; `last`: of 4 and 5.
+TRUNNION_FOUR __m256i values(__m256i first, __m256i last) {
+  return _mm256_madd_epi16(_mm256_packus_epi32(fours_of(first), fours_of(last)),
+                           _mm256_set1_epi32(10000 | (1 << 16)));
+}
+// The sign bit where one of the characters at `leading` is a minus.
+TRUNNION_FOUR __m256d signs(const std::array<std::uint64_t, 2>& minus,
+                            const std::array<std::array<std::uint64_t, 4>, 2>& leading) {
+  const __m256i low = _mm256_set1_epi64x(static_cast<long long>(minus[0]));
+  const __m256i high = _mm256_set1_epi64x(static_cast<long long>(minus[1]));
+  const __m256i found = _mm256_or_si256(_mm256_and_si256(low, aligned(leading[0].data())),
+                                        _mm256_and_si256(high, aligned(leading[1].data())));
+  const __m256i none = _mm256_cmpeq_epi64(found, _mm256_setzero_si256());
+  return _mm256_andnot_pd(_mm256_castsi256_pd(none), _mm256_set1_pd(-0.0));
 }
 
 }  // namespace
 
 bool GotoLayout::read(const char* line, double* numbers) const {
   if (line[length_ - 1] != '\n') return false;
-  constexpr std::size_t kBefore = 16;  // the first number may be short
-  alignas(16) std::array<char, kBefore + kWidest> clean;
-  __m128i fits = _mm_set1_epi8(-1);
+  __m256i fits = _mm256_set1_epi8(-1);
   Places D{}, M{};  // digits and signs
   for (std::size_t v = 0; v < kVectors; ++v) {
-    const __m128i text = load16(line + 16 * v);
-    const __m128i value = _mm_sub_epi8(text, _mm_set1_epi8('0'));
-    const __m128i is_digit = _mm_cmpeq_epi8(_mm_min_epu8(value, _mm_set1_epi8(9)), value);
-    store16(&clean[kBefore + 16 * v], _mm_and_si128(value, is_digit));
-    const __m128i is_minus = _mm_cmpeq_epi8(text, _mm_set1_epi8('-'));
-    const __m128i is_blank = _mm_cmpeq_epi8(text, _mm_set1_epi8(' '));
-    const __m128i of_number =
-        _mm_and_si128(_mm_or_si128(_mm_or_si128(is_digit, is_minus), is_blank), aligned16(&number_[16 * v]));
-    const __m128i as_before = _mm_cmpeq_epi8(text, aligned16(&fixed_[16 * v]));
-    fits = _mm_and_si128(fits, _mm_or_si128(_mm_or_si128(of_number, as_before), aligned16(&behind_[16 * v])));
-    D[v / 4] |= bits(is_digit) << (16 * (v % 4));
-    M[v / 4] |= bits(is_minus) << (16 * (v % 4));
+    const __m256i text = unaligned(line + 32 * v);
+    const __m256i is_digit = is_digit_worth(worth(text));
+    const __m256i is_minus = _mm256_cmpeq_epi8(text, _mm256_set1_epi8('-'));
+    const __m256i is_blank = _mm256_cmpeq_epi8(text, _mm256_set1_epi8(' '));
+    const __m256i of_number = _mm256_and_si256(_mm256_or_si256(_mm256_or_si256(is_digit, is_minus), is_blank),
+                                               aligned(&number_[32 * v]));
+    const __m256i as_before = _mm256_cmpeq_epi8(text, aligned(&fixed_[32 * v]));
+    fits = _mm256_and_si256(
+        fits, _mm256_or_si256(_mm256_or_si256(of_number, as_before), aligned(&behind_[32 * v])));
+    D[v / 2] |= bits(is_digit) << (32 * (v % 2));
+    M[v / 2] |= bits(is_minus) << (32 * (v % 2));
   }
   // Behind a digit or a sign before the point stands a digit.
   const Places begun = {(D[0] | M[0]) & leading_[0], (D[1] | M[1]) & leading_[1]};
   const Places to_come = {begun[0] << 1, begun[1] << 1 | begun[0] >> 63};
   std::uint64_t wrong = 0;
   for (std::size_t w = 0; w < 2; ++w) wrong |= ((digits_[w] | to_come[w]) & ~D[w]) | (no_digit_[w] & D[w]);
-  if (wrong != 0 || bits(fits) != 0xffff) return false;
-  const __m128i minus0 = _mm_set1_epi64x(static_cast<long long>(M[0]));
-  const __m128i minus1 = _mm_set1_epi64x(static_cast<long long>(M[1]));
-  for (std::size_t n = 0; n < pairs_.size(); ++n) {
-    const Pair& pair = pairs_[n];
-    const char* const a = clean.data() + kBefore + pair.end[0] - kDigits;
-    const char* const b = clean.data() + kBefore + pair.end[1] - kDigits;
-    const __m128i digits = _mm_or_si128(_mm_and_si128(load_two(a - 1, b - 1), aligned16(pair.before.data())),
-                                        _mm_and_si128(load_two(a, b), aligned16(pair.behind.data())));
-    const __m128d size = _mm_div_pd(value_of_digits(digits), _mm_load_pd(pair.scale.data()));
-    // One bit is set where there is a sign, and less that number the highest is.
-    const __m128i sign = _mm_or_si128(_mm_and_si128(minus0, aligned16(pair.leading[0].data())),
-                                      _mm_and_si128(minus1, aligned16(pair.leading[1].data())));
-    const __m128d negative = _mm_castsi128_pd(_mm_sub_epi64(_mm_setzero_si128(), sign));
-    _mm_storeu_pd(numbers + 2 * n, _mm_xor_pd(size, _mm_and_pd(negative, _mm_set1_pd(-0.0))));
-  }
+  if (wrong != 0 || bits(fits) != 0xffffffff) return false;
+
+  const __m256i first = two_of(line + from_[0], line + from_[1], digit_at_[0].data());
+  const __m256i second = two_of(line + from_[2], line + from_[3], digit_at_[1].data());
+  const __m256i last = two_of(line + from_[4], line + from_[5], digit_at_[2].data());
+  const __m256i whole = values(_mm256_or_si256(first, second), last);
+  const __m256d even = _mm256_xor_pd(
+      _mm256_div_pd(_mm256_cvtepi32_pd(_mm256_castsi256_si128(whole)), _mm256_load_pd(four_[0].scale.data())),
+      signs(M, four_[0].leading));
+  const __m256d odd = _mm256_xor_pd(_mm256_div_pd(_mm256_cvtepi32_pd(_mm256_extracti128_si256(whole, 1)),
+                                                  _mm256_load_pd(four_[1].scale.data())),
+                                    signs(M, four_[1].leading));
+  const __m256d outer = _mm256_unpacklo_pd(even, odd);
+  _mm_storeu_pd(numbers, _mm256_castpd256_pd128(outer));
+  _mm_storeu_pd(numbers + 2, _mm256_castpd256_pd128(_mm256_unpackhi_pd(even, odd)));
+  _mm_storeu_pd(numbers + 4, _mm256_extractf128_pd(outer, 1));
   return true;
 }
 

@@ -95,13 +95,7 @@ T tip_rounding(const T& sizes_mm, const T& angles) {
   return kUnitsInTheLastPlace * sizes_mm * (1.0 + angles);
 }
 
-/// The last position of those before, and all but the last of the next: where the motions to these begin.
-inline Lanes across(const Lanes& before, const Lanes& now) {
-  return Lanes{before[1], now[0]};
-}
-inline Quads across(const Quads& before, const Quads& now) {
-  return Quads{before[3], now[0], now[1], now[2]};
-}
+using lanes::across;
 
 /// The motions that end at a few positions: from the last of those before, and between them.
 template <class T>

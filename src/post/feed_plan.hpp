@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "trunnion/base/lanes.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/post/post.hpp"
@@ -65,9 +66,9 @@ class FeedPlanner {
   };
   /// The mode of a block in which rotary axes turn.
   nc::FeedMode run_mode() const { return inverse_ ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute; }
-  /// What `plan` gives for the blocks from stop to stop, two at a time, as far as they are plain: linear axes
-  /// move, all feeds have the mode `run_mode` and less than 2^31 quanta, and say how long the block lasts.
-  /// Gives their number, at most RunFeeds::kMost.
+  /// What `plan` gives for the blocks from stop to stop, a few at a time, as far as they are plain: linear
+  /// axes move, all feeds have the mode `run_mode` and less than 2^31 quanta, and say how long the block
+  /// lasts. Gives their number, at most RunFeeds::kMost.
   std::size_t plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
   /// Time of a rapid: the slowest axis at its rapid rate.
   double rapid_seconds(const JointVector& a, const JointVector& b) const;
@@ -114,16 +115,24 @@ class FeedPlanner {
   BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds) const;
 
   void set_slowness();
+  template <class T>
+  struct Place;
+  template <class T>
   struct Ways;
-  Ways ways(const Stop& from, const Stop& to, bool wants_rotary) const;
-  template <nc::FeedMode kMode>
-  std::size_t plan_pairs(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
+  template <class T>
+  Ways<T> ways(const Place<T>& from, const Place<T>& to, bool wants_rotary) const;
+  template <nc::FeedMode kMode, class T>
+  std::size_t plan_few(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
+  template <class T>
+  std::size_t plan_all(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
+  TRUNNION_FOUR std::size_t plan_fours(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
 
   struct PlannedAxis {
     bool linear = true;
     double rapid = 1.0;  // mm/s, rad/s
     double most = 1.0;   // what the machine file gives for cutting
   };
+  bool four_ = lanes::four_at_a_time();
   std::size_t count_;
   std::array<PlannedAxis, kMaxAxes> axes_;
   // Of positions that the machine has no axis for, too: these do not change.

@@ -1,129 +1,168 @@
-// The feeds of a run of blocks, two at a time: what FeedPlanner::plan gives for each.
+// The feeds of a run of blocks, a few at a time: what FeedPlanner::plan gives for each.
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "trunnion/base/lanes.hpp"
 
 #include "post/feed_plan.hpp"
-#include "post/joint_pair.hpp"
 
 namespace trunnion::post {
 namespace {
 
 // Whole numbers, halves away from zero, of numbers that are not negative.
-Lanes nearest_up(const Lanes& x) {
-  const Lanes n = lanes::nearest<Lanes>(x);
+template <class T>
+T nearest_up(const T& x) {
+  const T n = lanes::nearest<T>(x);
   return lanes::select(x - n >= 0.5, n + 1.0, n);
+}
+
+void put(const Lanes& quanta, std::int32_t* out) {
+  for (int k = 0; k < 2; ++k) out[k] = static_cast<std::int32_t>(quanta[k]);
+}
+void put(const Quads& quanta, std::int32_t* out) {
+  using Whole = std::int32_t __attribute__((vector_size(16)));
+  const Whole whole = __builtin_convertvector(quanta, Whole);
+  std::memcpy(out, &whole, sizeof(whole));
 }
 
 }  // namespace
 
-/// How far a block goes.
-struct FeedPlanner::Ways {
-  double tip2_mm2;
-  double linear2_mm2;
-  double rotary2_rad2;  // where it is wanted
-  double axes_s;        // at least what the slowest axis needs
+/// A few stops side by side.
+template <class T>
+struct FeedPlanner::Place {
+  std::array<T, kMaxAxes> q;
+  lanes::Triple<T> tip_P;
+
+  /// Those from `first` on; the last one stands for those that are not there.
+  Place(std::span<const Stop> stops, std::size_t first) {
+    std::array<const Stop*, lanes::kCount<T>> at;
+    for (std::size_t k = 0; k < at.size(); ++k) at[k] = &stops[std::min(first + k, stops.size() - 1)];
+    for (AxisId id = 0; id < kMaxAxes; ++id)
+      q[id] = lanes::collect<T>([&](std::size_t k) { return (*at[k]->q)[id]; });
+    tip_P = lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return *at[k]->tip_P; });
+  }
+  /// Where the blocks to `to` begin when these came before.
+  Place(const Place& before, const Place& to) {
+    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = lanes::across(before.q[id], to.q[id]);
+    tip_P = {lanes::across(before.tip_P.x, to.tip_P.x), lanes::across(before.tip_P.y, to.tip_P.y),
+             lanes::across(before.tip_P.z, to.tip_P.z)};
+  }
 };
 
-[[gnu::always_inline]] inline FeedPlanner::Ways FeedPlanner::ways(const Stop& from, const Stop& to,
-                                                                  bool wants_rotary) const {
-  static_assert(kMaxAxes == 5, "two pairs and one");
-  const JointVector& a = *from.q;
-  const JointVector& b = *to.q;
-  const Lanes first = joint_pair(b, 0) - joint_pair(a, 0);
-  const Lanes second = joint_pair(b, 2) - joint_pair(a, 2);
-  const double last = b[4] - a[4];
-  const Lanes times = lanes::larger(lanes::abs(first) * joint_pair(slowness_, 0),
-                                    lanes::abs(second) * joint_pair(slowness_, 2));
-  const Lanes first2 = first * first;
-  const Lanes second2 = second * second;
-  const double last2 = last * last;
-  // In the order of `control_path`.
-  const auto sum = [&](const JointVector& share) {
-    const Lanes x = first2 * joint_pair(share, 0);
-    const Lanes y = second2 * joint_pair(share, 2);
-    return x[0] + x[1] + y[0] + y[1] + last2 * share[4];
-  };
-  return {(*to.tip_P - *from.tip_P).squaredNorm(), sum(linear_share_),
-          wants_rotary ? sum(rotary_share_) : 0.0,
-          std::max(std::max(times[0], times[1]), std::abs(last) * slowness_[4])};
+/// How far blocks go.
+template <class T>
+struct FeedPlanner::Ways {
+  T tip2_mm2;
+  T linear2_mm2;
+  T rotary2_rad2;  // where it is wanted
+  T axes_s;        // at least what the slowest axis needs
+};
+
+template <class T>
+FeedPlanner::Ways<T> FeedPlanner::ways(const Place<T>& from, const Place<T>& to, bool wants_rotary) const {
+  Ways<T> out{};
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    const T by = to.q[id] - from.q[id];
+    const T by2 = by * by;
+    // In the order of `control_path`.
+    out.linear2_mm2 += by2 * linear_share_[id];
+    if (wants_rotary) out.rotary2_rad2 += by2 * rotary_share_[id];
+    out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * slowness_[id]));
+  }
+  // In the order of Vec3::squaredNorm.
+  const lanes::Triple<T> way = to.tip_P - from.tip_P;
+  out.tip2_mm2 = way.x * way.x + (way.y * way.y + way.z * way.z);
+  return out;
 }
 
-template <nc::FeedMode kMode>
-std::size_t FeedPlanner::plan_pairs(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
+template <nc::FeedMode kMode, class T>
+std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   constexpr bool kInverse = kMode == nc::FeedMode::inverse_time;
   constexpr double kMostQuanta = 2147483647.0;
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr std::size_t kTogether = lanes::kCount<T>;
+  static_assert(RunFeeds::kMost % kTogether == 0);
   const double scale = controller_.numbers.feed.scale(kMode);
   const bool all_axes = controller_.feed.path != nc::FeedPath::linear_first;
   const double most_mm_s = controller_.feed.max_per_minute.value_or(kInfinite) / kSecondsPerMinute;
   const double least_s = kSecondsPerMinute / controller_.feed.max_inverse_time.value_or(kInfinite);
   const double slowest_mm_s = controller_.feed.min_linear_rate_mm_s.value_or(0.0);
   const std::size_t count = std::min(stops.size() - 1, RunFeeds::kMost);
-  for (std::size_t i = 0; i < count; i += 2) {
-    const std::size_t j = std::min(i + 1, count - 1);  // an odd last one stands for two
-    const Ways a = ways(stops[i], stops[i + 1], kInverse || all_axes);
-    const Ways b = ways(stops[j], stops[j + 1], kInverse || all_axes);
-    const Lanes linear2{a.linear2_mm2, b.linear2_mm2};
-    const Lanes rotary2{a.rotary2_rad2, b.rotary2_rad2};
-    const Lanes tip_s = lanes::sqrt(Lanes{a.tip2_mm2, b.tip2_mm2}) / feed_mm_s;
-    const Lanes length = lanes::sqrt(all_axes ? linear2 + rotary2 * kDegreePerRad * kDegreePerRad : linear2);
+  Place<T> before(stops.first(1), 0);
+  for (std::size_t i = 0; i < count; i += kTogether) {
+    const Place<T> to(stops.first(count + 1), i + 1);
+    const Ways<T> way = ways<T>(Place<T>(before, to), to, kInverse || all_axes);
+    before = to;
+    const T tip_s = lanes::sqrt(way.tip2_mm2) / feed_mm_s;
+    const T length = lanes::sqrt(
+        all_axes ? T(way.linear2_mm2 + way.rotary2_rad2 * kDegreePerRad * kDegreePerRad) : way.linear2_mm2);
     const auto slowest_s = [&] {
-      return Lanes{slowest_axis_s(*stops[i].q, *stops[i + 1].q),
-                   slowest_axis_s(*stops[j].q, *stops[j + 1].q)};
+      return lanes::collect<T>([&](std::size_t k) {
+        const std::size_t block = std::min(i + k, count - 1);
+        return slowest_axis_s(*stops[block].q, *stops[block + 1].q);
+      });
     };
-    Lanes axes_s{a.axes_s, b.axes_s};
-    Lanes seconds = tip_s;
-    Lanes lost_s{};
-    if (lanes::any(axes_s > tip_s)) {
+    T axes_s = way.axes_s;
+    T seconds = tip_s;
+    T lost_s{};
+    if (lanes::any(lanes::Mask<T>(axes_s > tip_s))) {
       axes_s = slowest_s();
       seconds = lanes::larger(tip_s, axes_s);
-      lost_s = lanes::select(tip_s > kTipMoves * axes_s, seconds - tip_s, Lanes{});
+      lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(seconds - tip_s), T{});
     }
-    const auto lasts = [&](const Lanes& quanta) {
-      const Lanes rate = quanta / scale / kSecondsPerMinute;
+    const auto lasts = [&](const T& quanta) -> T {
+      const T rate = quanta / scale / kSecondsPerMinute;
       if constexpr (!kInverse) return length / rate;
-      const Lanes inverse = 1.0 / rate;
+      const T inverse = 1.0 / rate;
       if (slowest_mm_s <= 0.0) return inverse;
-      const Lanes at_least = length / slowest_mm_s;
+      const T at_least = length / slowest_mm_s;
       return lanes::select(at_least < inverse, at_least, inverse);
     };
-    Lanes wanted_s = seconds;
-    Lanes rate;
+    T wanted_s = seconds;
+    T rate;
     if constexpr (kInverse) {
-      wanted_s = lanes::larger(seconds, lanes::splat<Lanes>(least_s));
+      wanted_s = lanes::larger(seconds, lanes::splat<T>(least_s));
       rate = 1.0 / wanted_s;
     } else {
       rate = length / seconds;
-      rate = lanes::select(lanes::splat<Lanes>(most_mm_s) < rate, lanes::splat<Lanes>(most_mm_s), rate);
+      rate = lanes::select(lanes::splat<T>(most_mm_s) < rate, lanes::splat<T>(most_mm_s), rate);
     }
-    const Lanes scaled = rate * kSecondsPerMinute * scale;
-    Lanes quanta = lanes::larger(nearest_up(scaled), lanes::splat<Lanes>(1.0));
-    Lanes lasts_s = lasts(quanta);
-    if (lanes::any(lasts_s < axes_s)) {
-      const LaneMask too_short = (lasts_s < slowest_s()) & (quanta > 1.0);
-      quanta = lanes::select(too_short, quanta - 1.0, quanta);
+    const T scaled = rate * kSecondsPerMinute * scale;
+    T quanta = lanes::larger(nearest_up(scaled), lanes::splat<T>(1.0));
+    T lasts_s = lasts(quanta);
+    if (lanes::any(lanes::Mask<T>(lasts_s < axes_s))) {
+      const lanes::Mask<T> too_short = (lasts_s < slowest_s()) & (quanta > 1.0);
+      quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
       lasts_s = lanes::select(too_short, lasts(quanta), lasts_s);
     }
-    const LaneMask plain = (linear2 > 0.0) & (scaled < kMostQuanta) & (lasts_s >= kRunsAway * wanted_s) &
-                           ((rotary2 > 0.0) | (kInverse ? LaneMask{} : ~LaneMask{}));
-    for (std::size_t lane = 0; lane < 2 && i + lane < count; ++lane) {
-      const auto at = static_cast<int>(lane);
-      if (plain[at] == 0) return i + lane;
-      out.quanta[i + lane] = static_cast<std::int32_t>(quanta[at]);
-      out.seconds[i + lane] = lasts_s[at];
-      out.lost_s[i + lane] = lost_s[at];
+    const lanes::Mask<T> plain =
+        (way.linear2_mm2 > 0.0) & (scaled < kMostQuanta) & (lasts_s >= kRunsAway * wanted_s) &
+        ((way.rotary2_rad2 > 0.0) | (kInverse ? lanes::Mask<T>{} : ~lanes::Mask<T>{}));
+    put(lanes::select(plain, quanta, lanes::splat<T>(1.0)), &out.quanta[i]);
+    lanes::store(&out.seconds[i], lasts_s);
+    lanes::store(&out.lost_s[i], lost_s);
+    if (!lanes::any(~plain)) continue;
+    for (std::size_t k = 0; k < kTogether && i + k < count; ++k) {
+      if (plain[static_cast<int>(k)] == 0) return i + k;
     }
   }
   return count;
 }
 
+template <class T>
+std::size_t FeedPlanner::plan_all(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
+  return inverse_ ? plan_few<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
+                  : plan_few<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
+}
+
+std::size_t FeedPlanner::plan_fours(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
+  return plan_all<Quads>(stops, feed_mm_s, out);
+}
+
 std::size_t FeedPlanner::plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   if (stops.size() < 2) return 0;
-  return inverse_ ? plan_pairs<nc::FeedMode::inverse_time>(stops, feed_mm_s, out)
-                  : plan_pairs<nc::FeedMode::per_minute>(stops, feed_mm_s, out);
+  return four_ ? plan_fours(stops, feed_mm_s, out) : plan_all<Lanes>(stops, feed_mm_s, out);
 }
 
 }  // namespace trunnion::post

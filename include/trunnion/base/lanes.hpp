@@ -246,6 +246,14 @@ template <class V>
 Triple<Lanes> side_by_side(const V& a, const V& b) {
   return {Lanes{a.x(), b.x()}, Lanes{a.y(), b.y()}, Lanes{a.z(), b.z()}};
 }
+/// The last of those before, and all but the last of the next: of motions that follow one another, where
+/// they begin.
+inline Lanes across(const Lanes& before, const Lanes& now) {
+  return Lanes{before[1], now[0]};
+}
+inline Quads across(const Quads& before, const Quads& now) {
+  return Quads{before[3], now[0], now[1], now[2]};
+}
 /// One from each of as many as T holds: `of(k)` of the k-th, a double.
 template <class T, class Of>
 T collect(const Of& of) {
