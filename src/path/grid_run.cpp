@@ -94,15 +94,13 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
   sines_.resize(count + kMost - 1);
   bow_mm_.resize(count + kMost - 1);
   keeps_.resize(count + kMost - 1);
-  work_->two.last = {};
-  work_->four.last = {};
-  if (before == nullptr) return;
-  // Only the last of the few that came before is asked for.
-  if (together_ == kMost) {
-    set_out<Quads>(*before);
-  } else {
-    set_out<Lanes>(*before);
+  if (before == nullptr) {
+    work_->two.last = {};
+    work_->four.last = {};
+    return;
   }
+  // Only the last of the few that came before is asked for.
+  lanes::at_a_time(together_ == kMost, [&]<class T>() { set_out<T>(*before); });
 }
 
 template <class T>
@@ -121,19 +119,11 @@ void GridRun::set_out(const Point& before) {
 }
 
 void GridRun::add(std::size_t i, const Few& few) {
-  if (together_ == kMost) {
-    add_four(i, few);
-  } else {
-    add_few<Lanes>(i, few);
-  }
-}
-
-void GridRun::add_four(std::size_t i, const Few& few) {
-  add_few<Quads>(i, few);
+  lanes::at_a_time(together_ == kMost, [&]<class T>() { add_few<T>(i, few); });
 }
 
 template <class T>
-[[gnu::flatten]] void GridRun::add_few(std::size_t i, const Few& few) {
+void GridRun::add_few(std::size_t i, const Few& few) {
   constexpr std::size_t kTogether = lanes::kCount<T>;
   Work& work = *work_;
   auto& of = work.of<T>();

@@ -63,17 +63,11 @@ void PoseSolver::look_at(std::span<const ChoicePoint> points, std::size_t begin,
   }
 }
 
-void PoseSolver::look_at_fours(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
-                               SolvedBlock& out) const {
-  for (std::size_t i = 0; i < points.size(); i += lanes::kCount<Quads>)
-    look_at<Quads>(points, i, wanted, out);
-}
-
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
                             std::span<const std::uint8_t> wanted) const {
-  if (four_) return look_at_fours(points, wanted, out);
-  for (std::size_t i = 0; i < points.size(); i += lanes::kCount<Lanes>)
-    look_at<Lanes>(points, i, wanted, out);
+  lanes::at_a_time(four_, [&]<class T>() {
+    for (std::size_t i = 0; i < points.size(); i += lanes::kCount<T>) look_at<T>(points, i, wanted, out);
+  });
 }
 
 const SolvedPose& PoseSolver::ahead(const SolvedBlock& block, std::size_t i) {

@@ -59,8 +59,6 @@ class PoseSolver {
   template <class T>
   void look_at(std::span<const ChoicePoint> points, std::size_t begin, std::span<const std::uint8_t> wanted,
                SolvedBlock& out) const;
-  TRUNNION_FOUR void look_at_fours(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
-                                   SolvedBlock& out) const;
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;

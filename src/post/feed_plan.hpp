@@ -123,9 +123,6 @@ class FeedPlanner {
   Ways<T> ways(const Place<T>& from, const Place<T>& to, bool wants_rotary) const;
   template <nc::FeedMode kMode, class T>
   std::size_t plan_few(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
-  template <class T>
-  std::size_t plan_all(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
-  TRUNNION_FOUR std::size_t plan_fours(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
 
   struct PlannedAxis {
     bool linear = true;

@@ -1,6 +1,5 @@
 // The feeds of a run of blocks, a few at a time: what FeedPlanner::plan gives for each.
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
 #include "trunnion/base/lanes.hpp"
@@ -17,13 +16,10 @@ T nearest_up(const T& x) {
   return lanes::select(x - n >= 0.5, n + 1.0, n);
 }
 
-void put(const Lanes& quanta, std::int32_t* out) {
-  for (int k = 0; k < 2; ++k) out[k] = static_cast<std::int32_t>(quanta[k]);
-}
-void put(const Quads& quanta, std::int32_t* out) {
-  using Whole = std::int32_t __attribute__((vector_size(16)));
-  const Whole whole = __builtin_convertvector(quanta, Whole);
-  std::memcpy(out, &whole, sizeof(whole));
+template <class T>
+void put(const T& quanta, std::int32_t* out) {
+  for (std::size_t k = 0; k < lanes::kCount<T>; ++k)
+    out[k] = static_cast<std::int32_t>(quanta[static_cast<int>(k)]);
 }
 
 }  // namespace
@@ -57,6 +53,14 @@ struct FeedPlanner::Ways {
   T linear2_mm2;
   T rotary2_rad2;  // where it is wanted
   T axes_s;        // at least what the slowest axis needs
+  std::array<T, kMaxAxes> axis;
+
+  /// As slowest_axis_s.
+  T slowest_s(const std::array<double, kMaxAxes>& rate) const {
+    T out{};
+    for (AxisId id = 0; id < kMaxAxes; ++id) out = lanes::larger(out, T(lanes::abs(axis[id]) / rate[id]));
+    return out;
+  }
 };
 
 template <class T>
@@ -65,6 +69,7 @@ FeedPlanner::Ways<T> FeedPlanner::ways(const Place<T>& from, const Place<T>& to,
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const T by = to.q[id] - from.q[id];
     const T by2 = by * by;
+    out.axis[id] = by;
     // In the order of `control_path`.
     out.linear2_mm2 += by2 * linear_share_[id];
     if (wants_rotary) out.rotary2_rad2 += by2 * rotary_share_[id];
@@ -97,17 +102,11 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
     const T tip_s = lanes::sqrt(way.tip2_mm2) / feed_mm_s;
     const T length = lanes::sqrt(
         all_axes ? T(way.linear2_mm2 + way.rotary2_rad2 * kDegreePerRad * kDegreePerRad) : way.linear2_mm2);
-    const auto slowest_s = [&] {
-      return lanes::collect<T>([&](std::size_t k) {
-        const std::size_t block = std::min(i + k, count - 1);
-        return slowest_axis_s(*stops[block].q, *stops[block + 1].q);
-      });
-    };
     T axes_s = way.axes_s;
     T seconds = tip_s;
     T lost_s{};
     if (lanes::any(lanes::Mask<T>(axes_s > tip_s))) {
-      axes_s = slowest_s();
+      axes_s = way.slowest_s(feed_);
       seconds = lanes::larger(tip_s, axes_s);
       lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(seconds - tip_s), T{});
     }
@@ -132,7 +131,7 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
     T quanta = lanes::larger(nearest_up(scaled), lanes::splat<T>(1.0));
     T lasts_s = lasts(quanta);
     if (lanes::any(lanes::Mask<T>(lasts_s < axes_s))) {
-      const lanes::Mask<T> too_short = (lasts_s < slowest_s()) & (quanta > 1.0);
+      const lanes::Mask<T> too_short = (lasts_s < way.slowest_s(feed_)) & (quanta > 1.0);
       quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
       lasts_s = lanes::select(too_short, lasts(quanta), lasts_s);
     }
@@ -150,19 +149,14 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
   return count;
 }
 
-template <class T>
-std::size_t FeedPlanner::plan_all(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
-  return inverse_ ? plan_few<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
-                  : plan_few<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
-}
-
-std::size_t FeedPlanner::plan_fours(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
-  return plan_all<Quads>(stops, feed_mm_s, out);
-}
-
 std::size_t FeedPlanner::plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   if (stops.size() < 2) return 0;
-  return four_ ? plan_fours(stops, feed_mm_s, out) : plan_all<Lanes>(stops, feed_mm_s, out);
+  std::size_t planned = 0;
+  lanes::at_a_time(four_, [&]<class T>() {
+    planned = inverse_ ? plan_few<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
+                       : plan_few<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
+  });
+  return planned;
 }
 
 }  // namespace trunnion::post

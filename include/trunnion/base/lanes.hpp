@@ -35,6 +35,24 @@ bool four_at_a_time();
 /// For tests that hold both ways to the same. What exists already goes on as it began.
 void calculate_two_at_a_time(bool only_two);
 
+template <class F>
+[[gnu::flatten]] void with_two(const F& f) {
+  f.template operator()<Lanes>();
+}
+template <class F>
+TRUNNION_FOUR void with_four(const F& f) {
+  f.template operator()<Quads>();
+}
+/// f<T>(), T for four at a time, as four_at_a_time said it, or for two.
+template <class F>
+void at_a_time(bool four, const F& f) {
+  if (four) {
+    with_four(f);
+  } else {
+    with_two(f);
+  }
+}
+
 /// How many there are side by side.
 template <class T>
 inline constexpr std::size_t kCount = sizeof(T) / sizeof(double);

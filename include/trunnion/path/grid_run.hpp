@@ -59,7 +59,6 @@ class GridRun {
   void add(std::size_t i, const Few& few);
   template <class T>
   void add_few(std::size_t i, const Few& few);
-  TRUNNION_FOUR void add_four(std::size_t i, const Few& few);
   template <class T>
   void set_out(const Point& before);
   template <class T>
