@@ -383,13 +383,12 @@ GlobalChoice::Candidate GlobalChoice::picked(const SolvedPose& solved, std::uint
 
 const ChoicePoint* GlobalChoice::choose(std::span<const ChoicePoint> points, const JointVector& seed,
                                         std::vector<ChosenPoint>& out) {
-  const std::size_t begin = out.size();
-  out.resize(begin + points.size());
-  const auto chosen = std::span(out).subspan(begin);
+  out.resize(points.size());
+  const std::span<ChosenPoint> chosen(out);
   for (std::size_t most = kFewPositions; most > 0;) {
     start(seed, most);
     if (const ChoicePoint* lost = advance(points, chosen)) {
-      out.resize(begin);
+      out.clear();
       return lost;
     }
     most = settle();

@@ -26,7 +26,7 @@ class GlobalChoice {
   GlobalChoice(const GlobalChoice&) = delete;
   GlobalChoice& operator=(const GlobalChoice&) = delete;
 
-  /// Appends one ChosenPoint for each point to `out`. Gives the first point that nothing reaches, or none.
+  /// Leaves one ChosenPoint for each point in `out`. Gives the first point that nothing reaches, or none.
   const ChoicePoint* choose(std::span<const ChoicePoint> points, const JointVector& seed,
                             std::vector<ChosenPoint>& out);
 

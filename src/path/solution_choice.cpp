@@ -117,6 +117,7 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
   Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
   const RotaryConnection connection(run.chooser.kinematics(), run.options.axis_tolerance);
   LocalCandidates layer;
+  out.clear();
   for (const ChoicePoint& point : points) {
     run.chooser.candidates(point.pose, q, layer);
     if (layer.count == 0) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
@@ -146,17 +147,12 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
                               ChoiceSummary& summary) {
   const Chooser chooser(machine, options);
   const Run run{machine, chooser, options, cl_file};
-  const std::size_t begin = out.size();
   auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
                                                        : choose_local(run, points, seed, out);
   if (!chosen) return chosen;
-  const auto of_run = std::span(out).subspan(begin);
-  PoleSettler(chooser.kinematics()).settle(points, of_run, summary, [] { return PoleSettler::Ahead{}; });
-  const std::uint8_t branch = summary.goes_on ? summary.last_branch
-                              : begin > 0     ? out[begin - 1].branch
-                              : out.empty()   ? std::uint8_t{0}
-                                              : out[begin].branch;
-  ChoiceAccount(machine, seed, branch).add(of_run, summary);
+  PoleSettler(chooser.kinematics()).settle(points, out, summary, [] { return PoleSettler::Ahead{}; });
+  const std::uint8_t first = out.empty() ? std::uint8_t{0} : out.front().branch;
+  ChoiceAccount(machine, seed, summary.goes_on ? summary.last_branch : first).add(out, summary);
   return {};
 }
 

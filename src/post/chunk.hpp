@@ -93,12 +93,11 @@ struct Chunk {
     return {inserted.data() + segment.first, reports[static_cast<std::size_t>(segment.report)].inserted};
   }
 
-  /// Empty, with the memory that it has.
+  /// Empty, with the memory that it has. What was chosen stays until it is chosen anew.
   void clear() {
     motions.clear();
     events.clear();
     tolerances.clear();
-    chosen.clear();
     pole.clear();
     failure.reset();
     segments.clear();

@@ -314,6 +314,7 @@ std::unique_ptr<Chunk> Intake::flush_held() {
     has_last_ = true;
   } else {
     chunk_->failure = done.error();
+    chunk_->chosen.clear();
   }
   unheld_ = std::move(held_);
   auto out = std::exchange(chunk_, fresh());
@@ -331,7 +332,9 @@ std::unique_ptr<Chunk> Intake::flush() {
   chunk_->inverse = inverse_;
   if (held_) return flush_held();
   Chunk& chunk = *chunk_;
-  if (!chunk.motions.empty()) {
+  if (chunk.motions.empty()) {
+    chunk.chosen.clear();
+  } else {
     const auto done = choose(chunk);
     if (!done) {
       chunk.failure = done.error();
