@@ -25,10 +25,10 @@ template <class T>
 struct GridRun::Place : PlaceOf<T> {
   T off2_mm2, off2_axis;
 
-  Place() = default;
-  Place(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const std::array<T, 2>& turned,
-        const TableKinematics::SinesOf<T>& sines, const lanes::Triple<T>& linear,
-        const lanes::Triple<T>& tip_P, const lanes::Triple<T>& axis_P) {
+  // In place: as a copy of a dozen vectors it would take longer than its bounds.
+  void put(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const std::array<T, 2>& turned,
+           const TableKinematics::SinesOf<T>& sines, const lanes::Triple<T>& linear,
+           const lanes::Triple<T>& tip_P, const lanes::Triple<T>& axis_P) {
     this->angle = turned;
     this->w = chain.w0 + linear;
     const StationOf<T> station(kinematics, chain, this->w, sines);
@@ -46,9 +46,12 @@ struct GridRun::Work {
   struct Of {
     ConstantsOf<T> chain;
     std::array<T, kMaxAxes> unit, offset;  // of the grid
-    Place<T> last;
+    std::array<Place<T>, 2> places;        // the last ones, and room for the next
+    std::size_t at = 0;
+    Place<T>& now() { return places[at]; }
+    Place<T>& next() { return places[1 - at]; }
 
-    Of(const TableKinematics& kinematics, const Rounding& rounding) : chain(kinematics), last() {
+    Of(const TableKinematics& kinematics, const Rounding& rounding) : chain(kinematics), places() {
       for (AxisId id = 0; id < kMaxAxes; ++id) {
         unit[id] = lanes::splat<T>(rounding.quantum[id]);
         offset[id] = lanes::splat<T>(rounding.offset[id]);
@@ -95,8 +98,8 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
   bow_mm_.resize(count + kMost - 1);
   keeps_.resize(count + kMost - 1);
   if (before == nullptr) {
-    work_->two.last = {};
-    work_->four.last = {};
+    work_->two.now() = Place<Lanes>{};
+    work_->four.now() = Place<Quads>{};
     return;
   }
   // Only the last of the few that came before is asked for.
@@ -113,9 +116,8 @@ void GridRun::set_out(const Point& before) {
   auto& work = work_->of<T>();
   const TableKinematics::SinesOf<T> sines = {{lanes::splat<T>(s.sin[0]), lanes::splat<T>(s.sin[1])},
                                              {lanes::splat<T>(s.cos[0]), lanes::splat<T>(s.cos[1])}};
-  work.last =
-      Place<T>(kinematics_, work.chain, {q(rotary_[0]), q(rotary_[1])}, sines,
-               {q(linear_[0]), q(linear_[1]), q(linear_[2])}, vector(before.tip_P), vector(before.axis_P));
+  work.now().put(kinematics_, work.chain, {q(rotary_[0]), q(rotary_[1])}, sines,
+                 {q(linear_[0]), q(linear_[1]), q(linear_[2])}, vector(before.tip_P), vector(before.axis_P));
 }
 
 void GridRun::add(std::size_t i, const Few& few) {
@@ -168,9 +170,9 @@ void GridRun::add_few(std::size_t i, const Few& few) {
     q[linear_[2]] = linear.z[lane];
     sines_[i + n] = {{sines.sin[0][lane], sines.sin[1][lane]}, {sines.cos[0][lane], sines.cos[1][lane]}};
   }
-  const Place<T> to(kinematics_, of.chain, angle, sines, linear, tip_P, axis_P);
-  judge(i, of.last, to);
-  of.last = to;
+  of.next().put(kinematics_, of.chain, angle, sines, linear, tip_P, axis_P);
+  judge(i, of.now(), of.next());
+  of.at = 1 - of.at;
 }
 
 // The first bounds of SegmentRefiner::decide: the curve within its norms of the chord, and the chord, whose

@@ -105,7 +105,8 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
     T axes_s = way.axes_s;
     T seconds = tip_s;
     T lost_s{};
-    if (lanes::any(lanes::Mask<T>(axes_s > tip_s))) {
+    const bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
+    if (slowed) {
       axes_s = way.slowest_s(feed_);
       seconds = lanes::larger(tip_s, axes_s);
       lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(seconds - tip_s), T{});
@@ -130,8 +131,10 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
     const T scaled = rate * kSecondsPerMinute * scale;
     T quanta = lanes::larger(nearest_up(scaled), lanes::splat<T>(1.0));
     T lasts_s = lasts(quanta);
-    if (lanes::any(lanes::Mask<T>(lasts_s < axes_s))) {
-      const lanes::Mask<T> too_short = (lasts_s < way.slowest_s(feed_)) & (quanta > 1.0);
+    // Of blocks that an axis slows down half are too short after rounding: not worth a guess.
+    if (slowed || lanes::any(lanes::Mask<T>(lasts_s < axes_s))) {
+      if (!slowed) axes_s = way.slowest_s(feed_);
+      const lanes::Mask<T> too_short = (lasts_s < axes_s) & (quanta > 1.0);
       quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
       lasts_s = lanes::select(too_short, lasts(quanta), lasts_s);
     }
