@@ -23,37 +23,49 @@ void PoseSolver::solve(const ToolPose& pose, double seed_inner, SolvedPose& out)
   }
 }
 
-// As many points as T holds, from `begin` on; the last one stands for those that are not there.
+// As many points as T holds at a time; the last one stands for those that are not there. In two steps, so
+// that the roots and divisions of one few do not wait for those of the few before.
 template <class T>
-void PoseSolver::look_at(std::span<const ChoicePoint> points, std::size_t begin,
-                         std::span<const std::uint8_t> wanted, SolvedBlock& out) const {
-  const auto store = [&](auto& column, const auto& value) {
-    std::memcpy(column.data() + begin, &value, sizeof(value));
+void PoseSolver::look_at(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
+                         SolvedBlock& out) const {
+  constexpr std::size_t kTogether = lanes::kCount<T>;
+  std::array<RotarySolver::Turned<T>, kAhead / kTogether> turned;
+  const auto few = [&](std::size_t begin, Vec3 ToolPose::*of) {
+    return lanes::collect_vectors<T>([&, begin, of](std::size_t k) -> const Vec3& {
+      return points[std::min(begin + k, points.size() - 1)].pose.*of;
+    });
   };
-  std::array<const ToolPose*, lanes::kCount<T>> pose;
-  unsigned bits = wanted.empty() ? 3U : 0U;
-  for (std::size_t k = 0; k < pose.size(); ++k) {
-    const std::size_t i = std::min(begin + k, points.size() - 1);
-    pose[k] = &points[i].pose;
-    if (!wanted.empty()) bits |= wanted[i];
+  for (std::size_t i = 0; i < points.size(); i += kTogether)
+    solver_.turn_to(few(i, &ToolPose::axis_P), turned[i / kTogether]);
+  for (std::size_t i = 0; i < points.size(); i += kTogether) {
+    unsigned bits = wanted.empty() ? 3U : 0U;
+    for (std::size_t k = i; k < std::min(i + kTogether, wanted.size()); ++k) bits |= wanted[k];
+    put(i, turned[i / kTogether], bits, few(i, &ToolPose::tip_P), out);
   }
-  const std::array<bool, 2> of_branch = {(bits & 1U) != 0, (bits & 2U) != 0};
-  RotarySolver::Together<T> solved;
-  solver_.solve_together(
-      lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return pose[k]->axis_P; }), of_branch,
-      solved);
-  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return pose[k]->tip_P; });
-  store(out.known, solved.known);
-  store(out.apart, solved.apart);
+}
+
+// `wanted`: a bit for each branch.
+template <class T>
+void PoseSolver::put(std::size_t row, const RotarySolver::Turned<T>& turned, unsigned wanted,
+                     const lanes::Triple<T>& tip_P, SolvedBlock& out) const {
+  const auto store = [&](auto& column, const auto& value) {
+    std::memcpy(column.data() + row, &value, sizeof(value));
+  };
+  const std::array<bool, 2> of_branch = {(wanted & 1U) != 0 && lanes::any(turned.within[0]),
+                                         (wanted & 2U) != 0 && lanes::any(turned.within[1])};
+  RotarySolver::Positions<T> found;
+  solver_.find_positions(turned, of_branch, found);
+  store(out.known, turned.known);
+  store(out.apart, turned.apart);
   for (std::size_t n = 0; n < 2; ++n) {
     SolvedBlock::Branch& of = out.branch[n];
-    store(of.within, solved.within[n]);
-    if (!of_branch[n] || !lanes::any(solved.within[n])) continue;
-    const auto& sin = solved.sin[n];
-    const auto& cos = solved.cos[n];
+    store(of.within, turned.within[n]);
+    if (!of_branch[n]) continue;
+    const auto& sin = found.sin[n];
+    const auto& cos = found.cos[n];
     const auto linear = kinematics_.linear_positions(tip_P, TableKinematics::SinesOf<T>{sin, cos});
     for (std::size_t k = 0; k < 2; ++k) {
-      store(of.angle[k], solved.angle[n][k]);
+      store(of.angle[k], found.angle[n][k]);
       store(of.sin[k], sin[k]);
       store(of.cos[k], cos[k]);
     }
@@ -65,9 +77,7 @@ void PoseSolver::look_at(std::span<const ChoicePoint> points, std::size_t begin,
 
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
                             std::span<const std::uint8_t> wanted) const {
-  lanes::at_a_time(four_, [&]<class T>() {
-    for (std::size_t i = 0; i < points.size(); i += lanes::kCount<T>) look_at<T>(points, i, wanted, out);
-  });
+  lanes::at_a_time(four_, [&]<class T>() { look_at<T>(points, wanted, out); });
 }
 
 const SolvedPose& PoseSolver::ahead(const SolvedBlock& block, std::size_t i) {

@@ -57,8 +57,11 @@ class PoseSolver {
 
  private:
   template <class T>
-  void look_at(std::span<const ChoicePoint> points, std::size_t begin, std::span<const std::uint8_t> wanted,
+  void look_at(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
                SolvedBlock& out) const;
+  template <class T>
+  void put(std::size_t row, const RotarySolver::Turned<T>& turned, unsigned wanted,
+           const lanes::Triple<T>& tip_P, SolvedBlock& out) const;
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;

@@ -18,20 +18,32 @@ class RotarySolver {
   RotarySolutions solve_within_limits(const Vec3& axis_P, double seed_inner,
                                       const InverseOptions& options = {}) const;
 
-  /// What `solve_within_limits` finds for a few tool axes side by side of a machine with two rotary axes.
+  /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
+  /// length.
   template <class T>
-  struct Together {
-    lanes::Mask<T> known;  // far from the pole, and no axis that is only just in reach
-    std::array<lanes::Mask<T>, 2>
-        within;  // where known: the branch is within the limits, and what follows is it
-    std::array<std::array<T, 2>, 2> angle, sin, cos;  // [branch][axis]
-    T apart;                                          // as `apart` of the positions on both branches
+  struct TurnOf {
+    T y, x;
   };
-  /// Of a branch that is not `wanted` only `within` is filled in. T is Lanes or, in a function for four,
-  /// Quads.
+  /// The turns that a few tool axes ask for, side by side, of a machine with two rotary axes.
   template <class T>
-  void solve_together(const lanes::Triple<T>& axis_P, const std::array<bool, 2>& wanted,
-                      Together<T>& out) const;
+  struct Turned {
+    lanes::Mask<T> known;                  // far from the pole, and no axis that is only just in reach
+    std::array<lanes::Mask<T>, 2> within;  // where known: the branch is within the limits
+    std::array<std::array<TurnOf<T>, 2>, 2> turn;  // [branch][axis]
+    std::array<std::array<T, 2>, 2> length;
+    T apart;  // as `apart` of the positions on both branches
+  };
+  /// What `solve_within_limits` finds, where known and within.
+  template <class T>
+  struct Positions {
+    std::array<std::array<T, 2>, 2> angle, sin, cos;  // [branch][axis]
+  };
+  /// T is Lanes or, in a function for four, Quads.
+  template <class T>
+  void turn_to(const lanes::Triple<T>& axis_P, Turned<T>& out) const;
+  /// Of the branches that are `wanted`.
+  template <class T>
+  void find_positions(const Turned<T>& turned, const std::array<bool, 2>& wanted, Positions<T>& out) const;
   std::size_t count() const { return count_; }
 
   /// With two rotary axes: the sine of the angle at which the spindle, as the outer axis at this angle
@@ -49,12 +61,6 @@ class RotarySolver {
  private:
   /// Both branches are the same within what doubles can tell (a square root of rounding).
   static constexpr double kTangent = 1e-15;
-  /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
-  /// length.
-  template <class T>
-  struct TurnOf {
-    T y, x;
-  };
   using Turn = TurnOf<double>;
   /// Positions of an axis within its limits have the cosine of their way from the middle above `least`.
   struct Window {
@@ -143,45 +149,46 @@ std::array<RotarySolver::TurnOf<T>, 2> RotarySolver::turns(const Tilt<T>& tilt, 
           TurnOf<T>{lanes::dot(v_across_n2, tilt.n2_x_u), lanes::dot(v_across_n2, tilt.u_across_n2)}};
 }
 
-// What `solve_branch` tests; angles of the branches that at least one of the two can have.
+// What `solve_branch` tests.
 template <class T>
-void RotarySolver::solve_together(const lanes::Triple<T>& axis_P, const std::array<bool, 2>& wanted,
-                                  Together<T>& out) const {
+void RotarySolver::turn_to(const lanes::Triple<T>& axis_P, Turned<T>& out) const {
   const Tilt<T> tilt = tilt_of(axis_P);
   out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
   out.apart = tilt.root / sin_axes_;
-  std::array<std::array<TurnOf<T>, 2>, 2> turn;
-  turn[0] = turns(tilt, 1.0);
+  out.turn[0] = turns(tilt, 1.0);
   if (mirrors_) {
-    const auto& [outer, inner] = turn[0];
-    turn[1] = {TurnOf<T>{-outer.y, outer.x}, TurnOf<T>{-inner.y, -inner.x}};
+    const auto& [outer, inner] = out.turn[0];
+    out.turn[1] = {TurnOf<T>{-outer.y, outer.x}, TurnOf<T>{-inner.y, -inner.x}};
   } else {
-    turn[1] = turns(tilt, -1.0);
+    out.turn[1] = turns(tilt, -1.0);
   }
-  std::array<std::array<T, 2>, 2> length;
   for (std::size_t branch = 0; branch < 2; ++branch) {
     out.within[branch] = ~lanes::Mask<T>{};
     for (std::size_t k = 0; k < 2; ++k) {
-      const TurnOf<T>& t = turn[branch][k];
-      length[branch][k] = branch == 1 && mirrors_ ? length[0][k] : lanes::sqrt(T(t.x * t.x + t.y * t.y));
-      out.known &= length[branch][k] > 0.0;
-      out.within[branch] &= ~window_[k].template excludes<T>(t, length[branch][k]);
+      const TurnOf<T>& t = out.turn[branch][k];
+      T& length = out.length[branch][k];
+      length = branch == 1 && mirrors_ ? out.length[0][k] : lanes::sqrt(T(t.x * t.x + t.y * t.y));
+      out.known &= length > 0.0;
+      out.within[branch] &= ~window_[k].template excludes<T>(t, length);
     }
   }
-  const std::array<bool, 2> asked = {wanted[0] && lanes::any(out.within[0]),
-                                     wanted[1] && lanes::any(out.within[1])};
+}
+
+template <class T>
+void RotarySolver::find_positions(const Turned<T>& turned, const std::array<bool, 2>& wanted,
+                                  Positions<T>& out) const {
+  const std::size_t first = wanted[0] ? 0 : 1;
+  if (!wanted[first]) return;
   for (std::size_t k = 0; k < 2; ++k) {
-    const std::size_t first = asked[0] ? 0 : 1;
-    if (!asked[first]) break;
-    lanes::Arctangent<T> arctangent(turn[first][k].y, turn[first][k].x);
+    lanes::Arctangent<T> arctangent(turned.turn[first][k].y, turned.turn[first][k].x);
     for (std::size_t branch = first; branch < 2; ++branch) {
-      if (!asked[branch]) continue;
-      const TurnOf<T>& t = turn[branch][k];
+      if (!wanted[branch]) continue;
+      const TurnOf<T>& t = turned.turn[branch][k];
       if (branch > first && !mirrors_) arctangent = {t.y, t.x};
       const T angle = arctangent.at(t.y, t.x);
       out.angle[branch][k] = lanes::select(angle <= -kPi, lanes::splat<T>(kPi), angle);
-      out.sin[branch][k] = t.y / length[branch][k];
-      out.cos[branch][k] = t.x / length[branch][k];
+      out.sin[branch][k] = t.y / turned.length[branch][k];
+      out.cos[branch][k] = t.x / turned.length[branch][k];
     }
   }
 }
