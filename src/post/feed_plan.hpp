@@ -120,9 +120,14 @@ class FeedPlanner {
   template <class T>
   struct Ways;
   template <class T>
-  Ways<T> ways(const Place<T>& from, const Place<T>& to, bool wants_rotary) const;
+  struct FewFeeds;
+  struct RunRules;
+  template <class T>
+  void measure(const Place<T>& from, const Place<T>& to, bool wants_rotary, Ways<T>& out) const;
   template <nc::FeedMode kMode, class T>
-  std::size_t plan_few(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
+  void plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T>& out) const;
+  template <nc::FeedMode kMode, class T>
+  std::size_t plan_blocks(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
 
   struct PlannedAxis {
     bool linear = true;

@@ -64,8 +64,8 @@ struct FeedPlanner::Ways {
 };
 
 template <class T>
-FeedPlanner::Ways<T> FeedPlanner::ways(const Place<T>& from, const Place<T>& to, bool wants_rotary) const {
-  Ways<T> out{};
+void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, bool wants_rotary, Ways<T>& out) const {
+  out.linear2_mm2 = out.rotary2_rad2 = out.axes_s = T{};
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const T by = to.q[id] - from.q[id];
     const T by2 = by * by;
@@ -78,75 +78,105 @@ FeedPlanner::Ways<T> FeedPlanner::ways(const Place<T>& from, const Place<T>& to,
   // In the order of Vec3::squaredNorm.
   const lanes::Triple<T> way = to.tip_P - from.tip_P;
   out.tip2_mm2 = way.x * way.x + (way.y * way.y + way.z * way.z);
-  return out;
+}
+
+/// What is the same for all blocks of a run.
+struct FeedPlanner::RunRules {
+  double feed_mm_s, scale;
+  bool all_axes;  // count in the length that a feed per minute is of
+  double most_mm_s = std::numeric_limits<double>::infinity();
+  double least_s = 0.0;
+  double slowest_mm_s = 0.0;  // that the control keeps in inverse time; 0: none
+
+  RunRules(const nc::Controller& controller, nc::FeedMode mode, double feed)
+      : feed_mm_s(feed),
+        scale(controller.numbers.feed.scale(mode)),
+        all_axes(controller.feed.path != nc::FeedPath::linear_first) {
+    if (controller.feed.max_per_minute) most_mm_s = *controller.feed.max_per_minute / kSecondsPerMinute;
+    if (controller.feed.max_inverse_time) least_s = kSecondsPerMinute / *controller.feed.max_inverse_time;
+    slowest_mm_s = controller.feed.min_linear_rate_mm_s.value_or(0.0);
+  }
+  /// Of blocks of this length with this F.
+  template <nc::FeedMode kMode, class T>
+  T seconds(const T& length, const T& quanta) const {
+    const T rate = quanta / scale / kSecondsPerMinute;
+    if constexpr (kMode == nc::FeedMode::per_minute) return length / rate;
+    const T inverse = 1.0 / rate;
+    if (slowest_mm_s <= 0.0) return inverse;
+    const T at_least = length / slowest_mm_s;
+    return lanes::select(at_least < inverse, at_least, inverse);
+  }
+};
+
+template <class T>
+struct FeedPlanner::FewFeeds {
+  T quanta, seconds, lost_s;
+  lanes::Mask<T> plain;  // else it leaves something to be asked
+};
+
+template <nc::FeedMode kMode, class T>
+void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T>& out) const {
+  constexpr bool kInverse = kMode == nc::FeedMode::inverse_time;
+  constexpr double kMostQuanta = 2147483647.0;
+  const T tip_s = lanes::sqrt(way.tip2_mm2) / rules.feed_mm_s;
+  const T length =
+      lanes::sqrt(rules.all_axes ? T(way.linear2_mm2 + way.rotary2_rad2 * kDegreePerRad * kDegreePerRad)
+                                 : way.linear2_mm2);
+  T axes_s = way.axes_s;
+  T wanted_s = tip_s;
+  out.lost_s = T{};
+  const bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
+  if (slowed) {
+    axes_s = way.slowest_s(feed_);
+    wanted_s = lanes::larger(tip_s, axes_s);
+    out.lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(wanted_s - tip_s), T{});
+  }
+  T rate;
+  if constexpr (kInverse) {
+    wanted_s = lanes::larger(wanted_s, lanes::splat<T>(rules.least_s));
+    rate = 1.0 / wanted_s;
+  } else {
+    const T most = lanes::splat<T>(rules.most_mm_s);
+    rate = length / wanted_s;
+    rate = lanes::select(most < rate, most, rate);
+  }
+  const T scaled = rate * kSecondsPerMinute * rules.scale;
+  T quanta = lanes::larger(nearest_up(scaled), lanes::splat<T>(1.0));
+  T seconds = rules.seconds<kMode>(length, quanta);
+  // Of blocks that an axis slows down half are too short after rounding: not worth a guess.
+  if (slowed || lanes::any(lanes::Mask<T>(seconds < axes_s))) {
+    if (!slowed) axes_s = way.slowest_s(feed_);
+    const lanes::Mask<T> too_short = (seconds < axes_s) & (quanta > 1.0);
+    quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
+    seconds = lanes::select(too_short, rules.seconds<kMode>(length, quanta), seconds);
+  }
+  out.plain = (way.linear2_mm2 > 0.0) & (scaled < kMostQuanta) & (seconds >= kRunsAway * wanted_s) &
+              ((way.rotary2_rad2 > 0.0) | (kInverse ? lanes::Mask<T>{} : ~lanes::Mask<T>{}));
+  out.quanta = lanes::select(out.plain, quanta, lanes::splat<T>(1.0));
+  out.seconds = seconds;
 }
 
 template <nc::FeedMode kMode, class T>
-std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
-  constexpr bool kInverse = kMode == nc::FeedMode::inverse_time;
-  constexpr double kMostQuanta = 2147483647.0;
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+std::size_t FeedPlanner::plan_blocks(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   constexpr std::size_t kTogether = lanes::kCount<T>;
   static_assert(RunFeeds::kMost % kTogether == 0);
-  const double scale = controller_.numbers.feed.scale(kMode);
-  const bool all_axes = controller_.feed.path != nc::FeedPath::linear_first;
-  const double most_mm_s = controller_.feed.max_per_minute.value_or(kInfinite) / kSecondsPerMinute;
-  const double least_s = kSecondsPerMinute / controller_.feed.max_inverse_time.value_or(kInfinite);
-  const double slowest_mm_s = controller_.feed.min_linear_rate_mm_s.value_or(0.0);
-  const std::size_t count = std::min(stops.size() - 1, RunFeeds::kMost);
+  const RunRules rules(controller_, kMode, feed_mm_s);
+  const bool wants_rotary = kMode == nc::FeedMode::inverse_time || rules.all_axes;
+  const std::size_t count = stops.size() - 1;
   Place<T> before(stops.first(1), 0);
   for (std::size_t i = 0; i < count; i += kTogether) {
-    const Place<T> to(stops.first(count + 1), i + 1);
-    const Ways<T> way = ways<T>(Place<T>(before, to), to, kInverse || all_axes);
+    const Place<T> to(stops, i + 1);
+    Ways<T> way;
+    measure(Place<T>(before, to), to, wants_rotary, way);
     before = to;
-    const T tip_s = lanes::sqrt(way.tip2_mm2) / feed_mm_s;
-    const T length = lanes::sqrt(
-        all_axes ? T(way.linear2_mm2 + way.rotary2_rad2 * kDegreePerRad * kDegreePerRad) : way.linear2_mm2);
-    T axes_s = way.axes_s;
-    T seconds = tip_s;
-    T lost_s{};
-    const bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
-    if (slowed) {
-      axes_s = way.slowest_s(feed_);
-      seconds = lanes::larger(tip_s, axes_s);
-      lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(seconds - tip_s), T{});
-    }
-    const auto lasts = [&](const T& quanta) -> T {
-      const T rate = quanta / scale / kSecondsPerMinute;
-      if constexpr (!kInverse) return length / rate;
-      const T inverse = 1.0 / rate;
-      if (slowest_mm_s <= 0.0) return inverse;
-      const T at_least = length / slowest_mm_s;
-      return lanes::select(at_least < inverse, at_least, inverse);
-    };
-    T wanted_s = seconds;
-    T rate;
-    if constexpr (kInverse) {
-      wanted_s = lanes::larger(seconds, lanes::splat<T>(least_s));
-      rate = 1.0 / wanted_s;
-    } else {
-      rate = length / seconds;
-      rate = lanes::select(lanes::splat<T>(most_mm_s) < rate, lanes::splat<T>(most_mm_s), rate);
-    }
-    const T scaled = rate * kSecondsPerMinute * scale;
-    T quanta = lanes::larger(nearest_up(scaled), lanes::splat<T>(1.0));
-    T lasts_s = lasts(quanta);
-    // Of blocks that an axis slows down half are too short after rounding: not worth a guess.
-    if (slowed || lanes::any(lanes::Mask<T>(lasts_s < axes_s))) {
-      if (!slowed) axes_s = way.slowest_s(feed_);
-      const lanes::Mask<T> too_short = (lasts_s < axes_s) & (quanta > 1.0);
-      quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
-      lasts_s = lanes::select(too_short, lasts(quanta), lasts_s);
-    }
-    const lanes::Mask<T> plain =
-        (way.linear2_mm2 > 0.0) & (scaled < kMostQuanta) & (lasts_s >= kRunsAway * wanted_s) &
-        ((way.rotary2_rad2 > 0.0) | (kInverse ? lanes::Mask<T>{} : ~lanes::Mask<T>{}));
-    put(lanes::select(plain, quanta, lanes::splat<T>(1.0)), &out.quanta[i]);
-    lanes::store(&out.seconds[i], lasts_s);
-    lanes::store(&out.lost_s[i], lost_s);
-    if (!lanes::any(~plain)) continue;
+    FewFeeds<T> few;
+    plan_few<kMode>(rules, way, few);
+    put(few.quanta, &out.quanta[i]);
+    lanes::store(&out.seconds[i], few.seconds);
+    lanes::store(&out.lost_s[i], few.lost_s);
+    if (!lanes::any(~few.plain)) continue;
     for (std::size_t k = 0; k < kTogether && i + k < count; ++k) {
-      if (plain[static_cast<int>(k)] == 0) return i + k;
+      if (few.plain[static_cast<int>(k)] == 0) return i + k;
     }
   }
   return count;
@@ -154,10 +184,11 @@ std::size_t FeedPlanner::plan_few(std::span<const Stop> stops, double feed_mm_s,
 
 std::size_t FeedPlanner::plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   if (stops.size() < 2) return 0;
+  stops = stops.first(std::min(stops.size(), RunFeeds::kMost + 1));
   std::size_t planned = 0;
   lanes::at_a_time(four_, [&]<class T>() {
-    planned = inverse_ ? plan_few<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
-                       : plan_few<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
+    planned = inverse_ ? plan_blocks<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
+                       : plan_blocks<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
   });
   return planned;
 }
