@@ -2,16 +2,40 @@
 
 #include <algorithm>
 #include <cctype>
-#include <muParser.h>
+
+#include "effects/formula_library.hpp"
 
 namespace trunnion::effects {
 namespace {
 
-Error syntax_error(const mu::Parser::exception_type& e, const std::string& text) {
+Error syntax_error(const FormulaHandle& parser, const std::string& text) {
+  const FormulaLibrary& library = *parser.get_deleter().library;
   return {ErrorCode::wrong_input,
-          "formula \"" + text + "\", character " + std::to_string(e.GetPos() + 1) + ": " + e.GetMsg(),
+          "formula \"" + text + "\", character " + std::to_string(library.position(parser.get()) + 1) + ": " +
+              library.message(parser.get()),
           {},
           {}};
+}
+
+FormulaHandle new_parser(const FormulaLibrary& library) {
+  constexpr int kOfDoubles = 0;  // muBASETYPE_FLOAT
+  return {library.create(kOfDoubles), {&library}};
+}
+
+// Variables of the expression, in the order of their names.
+std::vector<std::string> names_of(const FormulaHandle& parser) {
+  const FormulaLibrary& library = *parser.get_deleter().library;
+  std::vector<std::string> out;
+  const int count = library.count_names(parser.get());
+  for (int i = 0; i < count; ++i) {
+    static std::mutex one_at_a_time;  // the library keeps the name of the last one asked for
+    const std::lock_guard lock(one_at_a_time);
+    const char* name = nullptr;
+    double* value = nullptr;
+    library.get_name(parser.get(), static_cast<unsigned>(i), &name, &value);
+    out.emplace_back(name);
+  }
+  return out;
 }
 
 bool name_char(char c) {
@@ -37,7 +61,7 @@ std::size_t closing(const std::string& text, std::size_t open) {
 }  // namespace
 
 struct Expression::Instance {
-  mu::Parser parser;
+  FormulaHandle parser;
   std::vector<double> values;
 };
 
@@ -45,26 +69,30 @@ Expression::~Expression() = default;
 
 std::unique_ptr<Expression::Instance> Expression::make_instance() const {
   auto out = std::make_unique<Instance>();
+  out->parser = new_parser(*library_);
   out->values.resize(names_.size());
-  for (std::size_t i = 0; i < names_.size(); ++i) out->parser.DefineVar(names_[i], &out->values[i]);
-  out->parser.SetExpr(text_);
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    library_->define_variable(out->parser.get(), names_[i].c_str(), &out->values[i]);
+  library_->set_text(out->parser.get(), text_.c_str());
   return out;
 }
 
 Result<std::shared_ptr<const Expression>> Expression::compile(const std::string& text,
                                                               const std::vector<std::string>& names) {
+  const auto library = FormulaLibrary::load();
+  if (!library) return tl::unexpected(library.error());
   const std::shared_ptr<Expression> out(new Expression());
+  out->library_ = *library;
   out->text_ = text;
   out->names_ = names;
-  try {
-    auto instance = out->make_instance();
-    instance->parser.Eval();
-    const auto& used = instance->parser.GetUsedVar();
-    for (const std::string& name : names) out->used_.push_back(used.contains(name));
-    out->idle_.push_back(std::move(instance));
-  } catch (const mu::Parser::exception_type& e) {
-    return tl::unexpected(syntax_error(e, text));
-  }
+  auto instance = out->make_instance();
+  const auto failed = [&] { return (*library)->failed(instance->parser.get()) != 0; };
+  if (!failed()) (*library)->evaluate(instance->parser.get());
+  if (failed()) return tl::unexpected(syntax_error(instance->parser, text));
+  const std::vector<std::string> used = names_of(instance->parser);
+  for (const std::string& name : names)
+    out->used_.push_back(std::find(used.begin(), used.end(), name) != used.end());
+  out->idle_.push_back(std::move(instance));
   return std::shared_ptr<const Expression>(out);
 }
 
@@ -79,22 +107,21 @@ double Expression::operator()(std::span<const double> values) const {
   }
   if (!instance) instance = make_instance();
   std::copy(values.begin(), values.end(), instance->values.begin());
-  const double result = instance->parser.Eval();
+  const double result = library_->evaluate(instance->parser.get());
   const std::lock_guard lock(mutex_);
   idle_.push_back(std::move(instance));
   return result;
 }
 
 Result<std::vector<std::string>> names_in(const std::string& text) {
-  try {
-    mu::Parser parser;
-    parser.SetExpr(text);
-    std::vector<std::string> out;
-    for (const auto& [name, variable] : parser.GetUsedVar()) out.push_back(name);
-    return out;
-  } catch (const mu::Parser::exception_type& e) {
-    return tl::unexpected(syntax_error(e, text));
-  }
+  const auto library = FormulaLibrary::load();
+  if (!library) return tl::unexpected(library.error());
+  const FormulaHandle parser = new_parser(**library);
+  (*library)->set_text(parser.get(), text.c_str());
+  std::vector<std::string> out;
+  if ((*library)->failed(parser.get()) == 0) out = names_of(parser);
+  if ((*library)->failed(parser.get()) != 0) return tl::unexpected(syntax_error(parser, text));
+  return out;
 }
 
 Result<SplitFormula> take_out_lags(const std::string& formula) {

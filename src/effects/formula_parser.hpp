@@ -13,7 +13,7 @@ namespace trunnion::effects {
 /// evaluation borrows one from a pool that grows to the number of threads.
 class Expression {
  public:
-  /// Fails (wrong_input) on a syntax error or a name that is not in `names`.
+  /// Fails (wrong_input) on a syntax error or a name that is not in `names`; as FormulaLibrary::load.
   static Result<std::shared_ptr<const Expression>> compile(const std::string& text,
                                                            const std::vector<std::string>& names);
   ~Expression();
@@ -26,6 +26,7 @@ class Expression {
   struct Instance;
   Expression() = default;
   std::unique_ptr<Instance> make_instance() const;
+  const struct FormulaLibrary* library_ = nullptr;
   std::string text_;
   std::vector<std::string> names_;
   std::vector<bool> used_;
