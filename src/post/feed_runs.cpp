@@ -75,9 +75,7 @@ void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, bool wants_r
     if (wants_rotary) out.rotary2_rad2 += by2 * rotary_share_[id];
     out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * slowness_[id]));
   }
-  // In the order of Vec3::squaredNorm.
-  const lanes::Triple<T> way = to.tip_P - from.tip_P;
-  out.tip2_mm2 = way.x * way.x + (way.y * way.y + way.z * way.z);
+  out.tip2_mm2 = lanes::squared(to.tip_P - from.tip_P);
 }
 
 /// What is the same for all blocks of a run.

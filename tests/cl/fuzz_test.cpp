@@ -4,6 +4,8 @@
 #include <random>
 #include <string>
 
+#include "trunnion/base/lanes.hpp"
+
 #include "cl/support.hpp"
 
 namespace trunnion::cl {
@@ -156,6 +158,7 @@ TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
                                  "  goto/%8.1f,%8.2f,%8.3f,%8.4f,%8.5f,%10.7f\n",
                                  "GOTO/%.4f,%.4f,%.4f,%.7f,%.7f,%.7f\n",
                                  "GOTO/%14.4f,%14.4f,%14.4f,%11.8f,%11.7f,%11.6f\n",
+                                 "GOTO/%14.4f,%14.4f,%14.4f,%11.7f,%11.7f,%11.7f\n",
                                  "GOTO/%9.2f,%9.2f,%9.2f,%4.1f,%4.1f,%4.1f\n"};
   constexpr std::array kWords = {"RAPID\n",        "FEDRAT/800,MMPM\n",
                                  "UNITS/INCHES\n", "UNITS/MM\n",
@@ -189,6 +192,7 @@ TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
     expect_same(at_once, one_by_one);
     if (HasFatalFailure()) return;
   }
+  if (!lanes::four_at_a_time()) GTEST_SKIP() << "the processor reads no line by its layout";
   EXPECT_GT(2.5 * static_cast<double>(in_runs_of_all), static_cast<double>(motions_of_all));
 }
 

@@ -43,8 +43,52 @@ TEST(RotarySolver, EverySolutionTurnsTheToolAxisIntoTheSpindle) {
   }
 }
 
-// Two at a time give the same bits as one.
-TEST(RotarySolver, SolvePairGivesTheSolutionsThatLimitsLeave) {
+// As many as T holds, in the order in which they are asked for.
+template <class T>
+struct SideBySide {
+  std::array<lanes::Mask<T>, 2> within;
+  lanes::Mask<T> known;
+  RotarySolver::Positions<T> positions;
+
+  SideBySide(const RotarySolver& solver, const std::array<Vec3, 4>& axis_P) {
+    RotarySolver::Turned<T> turned;
+    solver.turn_to(lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return axis_P[k]; }),
+                   turned);
+    solver.find_positions(turned, {true, true}, positions);
+    within = turned.within;
+    known = turned.known;
+  }
+  // Those of one of them are what `solve_within_limits` finds; gives how many.
+  std::size_t expect(std::size_t k, const RotarySolutions& one, const std::string& name) const {
+    const auto lane = static_cast<int>(k);
+    if (known[lane] == 0) {
+      EXPECT_TRUE(one.count == 0 || !one.at[0].sines_known) << name;
+      return 0;
+    }
+    std::size_t next = 0;
+    for (std::size_t branch = 0; branch < 2; ++branch) {
+      if (within[branch][lane] == 0) continue;
+      EXPECT_LT(next, one.count) << name;
+      const RotarySolution& s = one.at[next++];
+      EXPECT_EQ(s.branch, branch);
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        EXPECT_EQ(positions.angle[branch][axis][lane], s.angle[axis]);
+        EXPECT_EQ(positions.sin[branch][axis][lane], s.sines.sin[axis]);
+        EXPECT_EQ(positions.cos[branch][axis][lane], s.sines.cos[axis]);
+      }
+    }
+    EXPECT_EQ(next, one.count);
+    return next;
+  }
+};
+
+TRUNNION_FOUR std::size_t expect_of_four(const RotarySolver& solver, const std::array<Vec3, 4>& axis_P,
+                                         std::size_t k, const RotarySolutions& one, const std::string& name) {
+  return SideBySide<Quads>(solver, axis_P).expect(k, one, name);
+}
+
+// Two and four at a time give the same bits as one.
+TEST(RotarySolver, SideBySideAreTheSolutionsThatLimitsLeave) {
   std::mt19937_64 random(20261123);
   std::array<std::size_t, 3> cases{};
   for (const std::string& name : test::shipped_machines()) {
@@ -52,125 +96,18 @@ TEST(RotarySolver, SolvePairGivesTheSolutionsThatLimitsLeave) {
     if (machine.rotary_axes().size() < 2) continue;
     const RotarySolver solver(machine);
     for (int i = 0; i < 2000; ++i) {
-      const std::array<Vec3, 2> axis_P = {random_axis(random),
-                                          i % 10 == 0 ? Vec3(Vec3::UnitZ()) : random_axis(random)};
-      const auto side_by_side = [&](Eigen::Index k) { return Lanes{axis_P[0][k], axis_P[1][k]}; };
-      RotarySolver::Together<Lanes> pair;
-      solver.solve_together<Lanes>({side_by_side(0), side_by_side(1), side_by_side(2)}, {true, true}, pair);
-      for (int lane = 0; lane < 2; ++lane) {
-        const RotarySolutions one = solver.solve_within_limits(axis_P[static_cast<std::size_t>(lane)], 0.3);
-        if (pair.known[lane] == 0) {
-          EXPECT_TRUE(one.count == 0 || !one.at[0].sines_known) << name;
-          continue;
-        }
-        std::size_t next = 0;
-        for (std::size_t branch = 0; branch < 2; ++branch) {
-          if (pair.within[branch][lane] == 0) continue;
-          ASSERT_LT(next, one.count) << name;
-          const RotarySolution& s = one.at[next++];
-          EXPECT_EQ(s.branch, branch);
-          for (std::size_t k = 0; k < 2; ++k) {
-            EXPECT_EQ(pair.angle[branch][k][lane], s.angle[k]);
-            EXPECT_EQ(pair.sin[branch][k][lane], s.sines.sin[k]);
-            EXPECT_EQ(pair.cos[branch][k][lane], s.sines.cos[k]);
-          }
-        }
-        EXPECT_EQ(next, one.count);
-        ++cases[next];
+      std::array<Vec3, 4> axis_P;
+      for (Vec3& axis : axis_P) axis = random_axis(random);
+      if (i % 10 == 0) axis_P[1] = axis_P[3] = Vec3::UnitZ();
+      const SideBySide<Lanes> two(solver, axis_P);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const RotarySolutions one = solver.solve_within_limits(axis_P[k], 0.3);
+        if (k < 2) ++cases[two.expect(k, one, name)];
+        if (lanes::four_at_a_time()) ++cases[expect_of_four(solver, axis_P, k, one, name)];
       }
     }
   }
   for (const std::size_t count : cases) EXPECT_GT(count, 100U);
-}
-
-TEST(RotarySolver, OneOfTwoIsThatOfBothAndFarFromTheOther) {
-  std::mt19937_64 random(20261124);
-  std::array<std::size_t, 2> cases{};
-  for (const std::string& name : test::shipped_machines()) {
-    const Machine machine = test::shipped_machine(name);
-    if (machine.rotary_axes().size() < 2) continue;
-    const RotarySolver solver(machine);
-    for (int i = 0; i < 2000; ++i) {
-      const Vec3 axis_P = i % 20 == 0 ? Vec3(Vec3::UnitZ()) : random_axis(random);
-      const RotarySolutions all = solver.solve(axis_P, 0.3);
-      const RotarySolutions within = solver.solve_within_limits(axis_P, 0.3);
-      for (std::uint8_t branch = 0; branch < 2; ++branch) {
-        RotarySolution one;
-        const bool found = solver.solve_one_of_two(axis_P, branch, one);
-        ++cases[found ? 1 : 0];
-        if (!found) continue;
-        ASSERT_EQ(all.count, 2U) << name;
-        EXPECT_GT(std::abs(std::remainder(all.at[0].angle[0] - all.at[1].angle[0], kTwoPi)),
-                  RotarySolver::kApart_rad);
-        const RotarySolution& same = within.at[within.at[0].branch == branch ? 0 : 1];
-        ASSERT_EQ(same.branch, branch);
-        EXPECT_EQ(one.angle, same.angle);
-        EXPECT_EQ(one.sines.sin, same.sines.sin);
-        EXPECT_EQ(one.sines.cos, same.sines.cos);
-        EXPECT_TRUE(one.sines_known);
-        EXPECT_EQ(solver.branch_of(one.angle[0]), branch);
-      }
-    }
-  }
-  for (const std::size_t count : cases) EXPECT_GT(count, 100U);
-}
-
-TEST(RotarySolver, LimitsLeaveOutWhatNoTurnBringsWithinThem) {
-  std::mt19937_64 random(20261122);
-  for (const std::string& name : test::shipped_machines()) {
-    const Machine machine = test::shipped_machine(name);
-    const std::vector<AxisId> rotary = machine.rotary_axes();
-    const RotarySolver solver(machine);
-    for (int i = 0; i < 2000; ++i) {
-      const Vec3 axis_P = random_axis(random);
-      const RotarySolutions all = solver.solve(axis_P, 0.3);
-      const RotarySolutions left = solver.solve_within_limits(axis_P, 0.3);
-      std::size_t next = 0;
-      for (std::size_t k = 0; k < all.count; ++k) {
-        bool reachable = true;
-        for (std::size_t j = 0; j < rotary.size(); ++j) {
-          reachable = reachable && nearest_turn(machine.axes[rotary[j]], all.at[k].angle[j], 0.0).has_value();
-        }
-        const bool kept = next < left.count && left.at[next].branch == all.at[k].branch;
-        ASSERT_TRUE(kept || !reachable) << name;
-        if (kept) {
-          ASSERT_EQ(left.at[next].angle, all.at[k].angle);
-          ++next;
-        }
-      }
-      ASSERT_EQ(next, left.count);
-    }
-  }
-}
-
-TEST(RotarySines, FollowASmallTurn) {
-  std::mt19937_64 random(20261123);
-  std::uniform_real_distribution<double> angle(-7.0, 7.0);
-  std::uniform_real_distribution<double> small(-RotarySines::kSmallTurn_rad, RotarySines::kSmallTurn_rad);
-  for (int i = 0; i < 10000; ++i) {
-    const double a = angle(random);
-    const double by = small(random);
-    RotarySines s;
-    s.sin[1] = std::sin(a);
-    s.cos[1] = std::cos(a);
-    s.turn(1, by);
-    ASSERT_NEAR(s.sin[1], std::sin(a + by), 1.2e-15);  // a + by is rounded by up to 9e-16
-    ASSERT_NEAR(s.cos[1], std::cos(a + by), 1.2e-15);
-    ASSERT_EQ(s.sin[0], 0.0);
-  }
-}
-
-TEST(AxisTurn, IsTheRotationAboutItsAxis) {
-  std::mt19937_64 random(20261124);
-  std::uniform_real_distribution<double> angle(-7.0, 7.0);
-  for (int i = 0; i < 4000; ++i) {
-    Vec3 n = random_axis(random);
-    if (i % 2 == 0) n = (i % 4 == 0 ? 1.0 : -1.0) * Vec3::Unit((i / 4) % 3);
-    const Vec3 v = 300.0 * random_axis(random);
-    const double a = angle(random);
-    const Vec3 expected = rotation_about(n, Angle::radians(a)) * v;
-    ASSERT_LT((AxisTurn(n).turned(v, std::sin(a), std::cos(a)) - expected).norm(), 5e-13);
-  }
 }
 
 }  // namespace

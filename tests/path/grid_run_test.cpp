@@ -6,6 +6,7 @@
 
 #include "trunnion/path/certificate.hpp"
 
+#include "support/lanes.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -42,8 +43,8 @@ Walk random_walk(const Machine& machine, const TableKinematics& kinematics, std:
   return run;
 }
 
-// Two at a time: the bits of one. A segment that is said to keep is one that the proof lets through, and its
-// bow is the bound from norms.
+// A few at a time: the bits of one. A segment that is said to keep is one that the proof lets through, and
+// its bow is the bound from norms.
 TEST(GridRun, GivesWhatOnePointAtATimeGives) {
   std::mt19937_64 random(20261121);
   std::size_t kept = 0;
@@ -58,8 +59,9 @@ TEST(GridRun, GivesWhatOnePointAtATimeGives) {
     const Rounding rounding = Rounding::of(machine, machine.tool_vector(), quantum);
     const Certifier certifier(kinematics);
     const Tolerance tolerance{0.005, Angle::degrees(0.05)};
-    GridRun grid(kinematics, rounding);
-    for (const std::size_t count : {1U, 2U, 37U, 500U}) {
+    for (const std::size_t count : {1U, 2U, 3U, 37U, 500U, 5U, 74U}) {
+      const test::OnlyTwoLanes lanes(count % 37 == 0);
+      GridRun grid(kinematics, rounding);
       Walk run = random_walk(machine, kinematics, random, count + 1);
       Point before = run.points.front();
       round_to_words(kinematics, rounding, before.tip_P, before.q);

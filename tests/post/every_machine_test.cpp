@@ -12,6 +12,7 @@
 #include "post/axis_speeds.hpp"
 #include "post/posting.hpp"
 #include "support/cases.hpp"
+#include "support/lanes.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -221,6 +222,39 @@ void random_options_everywhere(int each, bool errors) {
 TEST(EveryMachine, RandomOptionsMakeProgramsThatVerify) {
   random_options_everywhere(test::cases(10), false);
   random_options_everywhere(test::cases(5), true);
+}
+
+// The bytes do not hang on what the processor can.
+TEST(EveryMachine, FourLanesWriteWhatTwoWrite) {
+  if (!lanes::four_at_a_time()) GTEST_SKIP() << "the processor calculates with two";
+  std::mt19937_64 random(73);
+  std::size_t written = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    for (const std::string control : {"linuxcnc", "heidenhain_tnc640"}) {
+      for (int i = 0; i < test::cases(60); ++i) {
+        const RandomPost job = random_post(name, random);
+        PostOptions options = random_options(test::shipped_controller(control), random);
+        if (i % 3 > 0) options.rtcp = false;
+        const auto model =
+            i % 3 == 2 ? std::optional(test::random_errors(job.machine, random)) : std::nullopt;
+        const auto post_with = [&](bool only_two) {
+          const test::OnlyTwoLanes lanes(only_two);
+          return test::posted(job.cl, job.machine, options, control, model ? &*model : nullptr);
+        };
+        const test::Posted four = post_with(false);
+        const test::Posted two = post_with(true);
+        SCOPED_TRACE(name + " " + control + " " + std::to_string(i));
+        ASSERT_EQ(four.report.has_value(), two.report.has_value());
+        ASSERT_EQ(four.nc, two.nc);
+        if (!four.report) continue;
+        ++written;
+        EXPECT_EQ(four.report->duration_s, two.report->duration_s);
+        EXPECT_EQ(four.report->verification->certified_tip_deviation_mm,
+                  two.report->verification->certified_tip_deviation_mm);
+      }
+    }
+  }
+  EXPECT_GT(written, test::shipped_machines().size() * 2 * static_cast<std::size_t>(test::cases(40)));
 }
 
 TEST(LongEveryMachine, RandomOptionsMakeProgramsThatVerify) {

@@ -71,9 +71,9 @@ struct ChoiceSummary {
 /// `global` is a shortest path (dynamic programming) over all branches and all turns within the limits; the
 /// cost of a step is the sum over the axes of travel / rapid rate, a step that needs a reconfiguration costs
 /// kReconfigureSeconds more, and with equal cost the position nearer to the middle of the limits wins.
-/// O(points x candidates^2), candidates <= 8 in practice. Leaves one ChosenPoint per point in `out`, all of it
-/// written anew, and adds to `summary`. Linear limits are not a criterion (see limit_violations). Fails with check_failed for a
-/// point that no branch reaches within the rotary limits: CL line, axis, by how much.
+/// O(points x candidates^2), candidates <= 8 in practice. Leaves one ChosenPoint per point in `out`, all of
+/// it written anew, and adds to `summary`. Linear limits are not a criterion (see limit_violations). Fails
+/// with check_failed for a point that no branch reaches within the rotary limits: CL line, axis, by how much.
 Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoint> points,
                               const JointVector& seed, const ChoiceOptions& options,
                               const std::string& cl_file, std::vector<ChosenPoint>& out,
