@@ -150,6 +150,10 @@ std::shared_ptr<const Interpolant> make_bilinear(const Grid& grid) {
 
 }  // namespace effects
 
+std::size_t StraightCourse::piece_at(double x) const {
+  return effects::place_of(nodes, x).index;
+}
+
 std::optional<double> Interpolant::bend(double, double, double, double) const {
   return std::nullopt;
 }

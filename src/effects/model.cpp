@@ -110,16 +110,6 @@ Twist ModelEvaluator::Entry::twist(const MachineState& state, std::span<const do
   return only_fixed_part ? effect->fixed_part(state, own, {}) : effect->twist(state, own, parameters);
 }
 
-const Twist& ModelEvaluator::at(const ChainErrors& errors, const Link& link) {
-  if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
-  return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
-}
-
-Twist& ModelEvaluator::at(ChainErrors& errors, const Link& link) {
-  if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
-  return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
-}
-
 ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)), rest_(lags_.size(), 0.0) {
   std::size_t begin = 0;
   for (const ModelEffect& e : model.effects) {

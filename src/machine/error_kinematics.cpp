@@ -12,8 +12,8 @@ lanes::Triple<double> triple(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 // Of a vector by which only the point goes on.
-lanes::Triple<Lanes> of_point(const Vec3& v) {
-  return {Lanes{v.x(), 0.0}, Lanes{v.y(), 0.0}, Lanes{v.z(), 0.0}};
+lanes::Triple<Lanes> of_point(const lanes::Triple<double>& v) {
+  return {Lanes{v.x, 0.0}, Lanes{v.y, 0.0}, Lanes{v.z, 0.0}};
 }
 Vec3 lane(const lanes::Triple<Lanes>& at, int i) {
   return {at.x[i], at.y[i], at.z[i]};
@@ -22,34 +22,6 @@ Vec3 lane(const lanes::Triple<Lanes>& at, int i) {
 bool turns_nothing(const Vec3& rot_rad) {
   return rot_rad.x() == 0.0 && rot_rad.y() == 0.0 && rot_rad.z() == 0.0;
 }
-
-// exp(twist) v = v + t + K (a v + b t + K (b v + c t)), K u = w x u.
-template <class T>
-struct Series {
-  explicit Series(const lanes::Triple<T>& rot_rad) : w(rot_rad), x2(lanes::squared(w)) {
-    a = 1.0 - x2 * (1.0 / 6.0) * (1.0 - x2 * (1.0 / 20.0));
-    b = 0.5 - x2 * (1.0 / 24.0) * (1.0 - x2 * (1.0 / 30.0));
-    c = 1.0 / 6.0 - x2 * (1.0 / 120.0);
-  }
-  // The series of `exp` (geom) below this angle; errors of machines are far below it.
-  bool is_near() const {
-    constexpr double kSeries = 1e-2;
-    return !lanes::any(x2 >= kSeries * kSeries);
-  }
-  template <class V>
-  [[gnu::always_inline]] V displaced(const V& at, const V& t) const {
-    const V inner = lanes::cross(w, b * at + c * t);
-    return at + (t + lanes::cross(w, a * at + b * t + inner));
-  }
-  template <class V>
-  [[gnu::always_inline]] V turned(const V& u) const {
-    const V inner = lanes::cross(w, b * u);
-    return u + lanes::cross(w, a * u + inner);
-  }
-
-  lanes::Triple<T> w;
-  T x2, a, b, c;
-};
 
 }  // namespace
 
@@ -60,22 +32,22 @@ struct ErrorKinematics::OneTool {
   const ChainErrors& errors;
   lanes::Triple<Lanes> at;
 
-  [[gnu::always_inline]] void move(const Vec3& v) { at = at + of_point(v); }
+  [[gnu::always_inline]] void move(const lanes::Triple<double>& v) { at = at + of_point(v); }
   [[gnu::always_inline]] void advance(const Joint& joint, double sign) {
-    move(sign * q[joint.id] * joint.turn.direction());
+    move(sign * q[joint.id] * triple(joint.turn.direction()));
   }
   [[gnu::always_inline]] void turn_back(const AxisTurn& axis, std::size_t k) {
     at = axis.turned(at, lanes::splat<Lanes>(-sines.sin[k]), lanes::splat<Lanes>(sines.cos[k]));
   }
   [[gnu::always_inline]] void apply(const Held& held) {
     if (held.turns) at = held.turned(at);
-    move(held.shift_mm);
+    if (held.moves) move(held.shift_mm);
   }
   // exp(sign * twist) applied to both; the sign is -1 on the way back through a joint, whose inverse it is.
-  template <class TwistOf>
-  [[gnu::always_inline]] void displace(const TwistOf& twist_of, double sign) {
-    const Twist& twist = twist_of(errors);
-    const lanes::Triple<Lanes> t = of_point(sign * twist.trans_mm);
+  template <class TwistAt>
+  [[gnu::always_inline]] void displace(const TwistAt& twist_at, double sign) {
+    const Twist& twist = twist_at(errors);
+    const lanes::Triple<Lanes> t = of_point(sign * triple(twist.trans_mm));
     // Most errors do not turn anything.
     if (turns_nothing(twist.rot_rad)) {
       at = at + t;
@@ -93,87 +65,14 @@ struct ErrorKinematics::OneTool {
   }
 };
 
-// The tool at two positions side by side.
-struct ErrorKinematics::TwoTools {
-  const std::array<JointVector, 2>& q;
-  const TableKinematics::SinesOf<Lanes>& sines;
-  const std::array<ChainErrors, 2>& errors;
-  lanes::Triple<Lanes> tip, axis;
-  bool near = true;  // the series did for all errors
-
-  [[gnu::always_inline]] void move(const Vec3& v) { tip = tip + triple(v); }
-  [[gnu::always_inline]] void advance(const Joint& joint, double sign) {
-    const Lanes by = sign * Lanes{q[0][joint.id], q[1][joint.id]};
-    tip = tip + by * triple(joint.turn.direction());
-  }
-  [[gnu::always_inline]] void turn_back(const AxisTurn& turn, std::size_t k) {
-    const Lanes sin = -sines.sin[k];
-    tip = turn.turned(tip, sin, sines.cos[k]);
-    axis = turn.turned(axis, sin, sines.cos[k]);
-  }
-  [[gnu::always_inline]] void apply(const Held& held) {
-    if (held.turns) {
-      tip = held.turned(tip);
-      axis = held.turned(axis);
-    }
-    move(held.shift_mm);
-  }
-  template <class TwistOf>
-  [[gnu::always_inline]] void displace(const TwistOf& twist_of, double sign) {
-    const Twist& a = twist_of(errors[0]);
-    const Twist& b = twist_of(errors[1]);
-    const auto both = [sign](const Vec3& u, const Vec3& v) { return sign * lanes::side_by_side(u, v); };
-    const auto t = both(a.trans_mm, b.trans_mm);
-    if (turns_nothing(a.rot_rad) && turns_nothing(b.rot_rad)) {
-      tip = tip + t;
-      return;
-    }
-    const Series<Lanes> series(both(a.rot_rad, b.rot_rad));
-    tip = series.displaced(tip, t);
-    axis = series.turned(axis);
-    near = near && series.is_near();
-  }
-};
-
-// The joint poses of `forward` (kinematics.cpp): Trans(q e) Trans(o) Exp(xi) Trans(-o) for a linear axis,
-// Trans(a) Exp(xi) Rot(n, q) Trans(-a) for a rotary one; the part's chain is undone from the bed outwards.
-template <class Tool>
-[[gnu::flatten]] void ErrorKinematics::carry(Tool& tool) const {
-  const auto pass = [&](const Held& held, const Vec3& point_mm, double sign, const auto& twist_of) {
-    if (held.known) {
-      tool.apply(held);
-      return;
-    }
-    if (!point_mm.isZero(0.0)) tool.move(-point_mm);
-    tool.displace(twist_of, sign);
-  };
-  const auto of_joint = [](AxisId id) {
-    return [id](const ChainErrors& e) -> const Twist& { return e.joint[id]; };
-  };
-  pass(spindle_, Vec3::Zero(), 1.0, [](const ChainErrors& e) -> const Twist& { return e.spindle; });
-  for (const Joint& joint : tool_chain_) {
-    pass(joint.held, joint.point_mm, 1.0, of_joint(joint.id));
-    if (joint.has_point) tool.move(joint.point_mm);
-    tool.advance(joint, 1.0);
-  }
-  std::size_t k = 0;
-  for (const Joint& joint : part_chain_) {
-    if (!joint.rotary) tool.advance(joint, -1.0);
-    pass(joint.held, joint.point_mm, -1.0, of_joint(joint.id));
-    if (joint.rotary) tool.turn_back(joint.turn, k++);
-    if (joint.has_point) tool.move(joint.point_mm);
-  }
-  pass(part_, part_zero_mm_, -1.0, [](const ChainErrors& e) -> const Twist& { return e.part; });
-}
-
 ErrorKinematics::Held::Held(const Twist& twist, double sign, const Vec3& point_mm) : known(true) {
   const Pose X = exp(twist * sign);
   turns = !turns_nothing(twist.rot_rad);
   for (Eigen::Index i = 0; i < 3; ++i) {
-    for (Eigen::Index j = 0; j < 3; ++j)
-      rotation[static_cast<std::size_t>(3 * i + j)] = lanes::splat<Lanes>(X.R(i, j));
+    for (Eigen::Index j = 0; j < 3; ++j) rotation[static_cast<std::size_t>(3 * i + j)] = X.R(i, j);
   }
-  shift_mm = X.p - (turns ? Vec3(X.R * point_mm) : point_mm);
+  shift_mm = triple(X.p - (turns ? Vec3(X.R * point_mm) : point_mm));
+  moves = shift_mm.x != 0.0 || shift_mm.y != 0.0 || shift_mm.z != 0.0;
 }
 
 void ErrorKinematics::hold(const ChainErrors& constant, const ChainLinks& varying) {
@@ -223,27 +122,41 @@ ToolPose ErrorKinematics::pose(const JointVector& q, const ChainErrors& errors) 
   return pose(q, sines, errors);
 }
 
-ToolPose ErrorKinematics::pose(const JointVector& q, const RotarySines& sines,
-                               const ChainErrors& errors) const {
+[[gnu::flatten]] ToolPose ErrorKinematics::pose(const JointVector& q, const RotarySines& sines,
+                                                const ChainErrors& errors) const {
   OneTool tool{
       q, sines, errors, {Lanes{tool_mm_.x(), 0.0}, Lanes{tool_mm_.y(), 0.0}, Lanes{tool_mm_.z(), 1.0}}};
   carry(tool);
   return {lane(tool.at, 0), lane(tool.at, 1)};
 }
 
-std::array<ToolPose, 2> ErrorKinematics::pose_pair(const std::array<JointVector, 2>& q,
-                                                   const TableKinematics::SinesOf<Lanes>& sines,
-                                                   const std::array<ChainErrors, 2>& errors) const {
+[[gnu::flatten]] std::array<ToolPose, 2> ErrorKinematics::pose_pair(
+    const std::array<JointVector, 2>& q, const TableKinematics::SinesOf<Lanes>& sines,
+    const std::array<ChainErrors, 2>& errors) const {
   const auto splat = [](double x) { return lanes::splat<Lanes>(x); };
-  TwoTools tools{q,
-                 sines,
-                 errors,
-                 {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())},
-                 {splat(0.0), splat(0.0), splat(1.0)}};
+  JointsOf<Lanes> both;
+  for (AxisId id = 0; id < kMaxAxes; ++id) both[id] = Lanes{q[0][id], q[1][id]};
+  ChainErrorsOf<Lanes> of_both;
+  const auto put = [](TwistOf<Lanes>& to, const Twist& a, const Twist& b) {
+    to = {lanes::side_by_side(a.trans_mm, b.trans_mm), lanes::side_by_side(a.rot_rad, b.rot_rad)};
+  };
+  for (const auto* chain : {&tool_chain_, &part_chain_}) {
+    for (const Joint& joint : *chain) {
+      if (!joint.held.known)
+        put(of_both.joint[joint.id], errors[0].joint[joint.id], errors[1].joint[joint.id]);
+    }
+  }
+  if (!spindle_.known) put(of_both.spindle, errors[0].spindle, errors[1].spindle);
+  if (!part_.known) put(of_both.part, errors[0].part, errors[1].part);
+  ToolsOf<Lanes, true> tools{both,
+                             sines,
+                             of_both,
+                             {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())},
+                             {splat(0.0), splat(0.0), splat(1.0)}};
   carry(tools);
   const auto one = [&](std::size_t i) {
     const int at = static_cast<int>(i);
-    if (tools.near) return ToolPose{lane(tools.tip, at), lane(tools.axis, at)};
+    if (tools.near[at] != 0) return ToolPose{lane(tools.tip, at), lane(tools.axis, at)};
     return pose(q[i], {{sines.sin[0][at], sines.sin[1][at]}, {sines.cos[0][at], sines.cos[1][at]}},
                 errors[i]);
   };

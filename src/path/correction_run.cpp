@@ -1,126 +1,358 @@
 #include "trunnion/path/correction_run.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "path/side_by_side.hpp"
 
 namespace trunnion::path {
+namespace {
+
+constexpr std::size_t kRoom = lanes::kCount<Quads>;  // behind the last point
+
+// Of each pair its second value, for both.
+Lanes second_ones(const Lanes& v) {
+  return Lanes{v[1], v[1]};
+}
+Quads second_ones(const Quads& v) {
+  return Quads{v[1], v[1], v[3], v[3]};
+}
+// Pair k of them.
+Lanes pair_of(const Lanes& v, std::size_t) {
+  return v;
+}
+Lanes pair_of(const Quads& v, std::size_t k) {
+  return k == 0 ? Lanes{v[0], v[1]} : Lanes{v[2], v[3]};
+}
+
+}  // namespace
+
+// What is the same for all, as it is calculated with, and what is known from the pairs before.
+template <class T>
+struct CorrectionRun::Of {
+  ConstantsOf<T> chain;
+  GridOf<T> grid;
+  CoursePieces<T> pieces;
+  ChainErrorsOf<T> errors;
+  lanes::Triple<T> aim_P;         // Corrected::aim_P of the last point of the pair
+  T error2_mm2, correction2_mm2;  // the largest ones
+  PlaceOf<T> last;                // of the motions that are bounded
+
+  Of(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
+      : chain(kinematics), grid(rounding), pieces(model.only_courses() ? model.course_count() : 0) {
+    begin();
+  }
+  void begin() {
+    aim_P = lanes::Triple<T>{};
+    error2_mm2 = correction2_mm2 = T{};
+    last = PlaceOf<T>{};
+  }
+};
+
+struct CorrectionRun::Work {
+  std::array<Of<Lanes>, 2> two;  // of the halves of the run
+  Of<Quads> four;
+
+  Work(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
+      : two{Of<Lanes>(kinematics, rounding, model), Of<Lanes>(kinematics, rounding, model)},
+        four(kinematics, rounding, model) {}
+};
 
 CorrectionRun::CorrectionRun(const Compensator& compensator, const TableKinematics& kinematics,
                              const Rounding& rounding)
-    : compensator_(compensator), kinematics_(kinematics), rounding_(rounding) {
+    : compensator_(compensator),
+      kinematics_(kinematics),
+      rounding_(rounding),
+      side_by_side_(!compensator.options().orientation && kinematics.side_by_side()),
+      four_(lanes::four_at_a_time()),
+      work_(std::make_unique<Work>(kinematics, rounding, compensator.evaluator())) {
   for (std::size_t k = 0; k < 3; ++k)
     word_radius_mm_ = std::hypot(word_radius_mm_, 0.5 * rounding_.quantum[kinematics_.linear(k)]);
-  constants_mm_ = magnitude(kinematics_.constant(1)) + magnitude(kinematics_.constant(2));
 }
+CorrectionRun::~CorrectionRun() = default;
+CorrectionRun::CorrectionRun(CorrectionRun&&) noexcept = default;
 
 void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
   limit_mm_ = kBentWithErrors * tolerance_mm - kBothEnds * word_radius_mm_;
   joints_.resize(count);
   known_.assign(count, 0);
   keeps_.assign(count, 0);
-  bow_mm_.resize(count);
-  aim_P_ = Vec3::Zero();
-  last_ = PlaceOf<Lanes>{};
-  largest_error_mm_ = largest_correction2_mm2_ = 0.0;
+  for (std::vector<double>& column : columns_) column.resize(count + kRoom);
+  arm2_inner_mm2_.resize(count + kRoom);
+  bow_mm_.resize(count + kRoom);
+  for (Of<Lanes>& half : work_->two) half.begin();
+  work_->four.begin();
 }
 
-// `second`: the one behind `first`, or the same where none is left.
-void CorrectionRun::add(std::size_t first, std::size_t second, const Compensator::NominalPlace& a,
-                        const Compensator::NominalPlace& b) {
-  std::array<Corrected, 2> found;
-  if (compensator_.corrected_pair({a, b}, aim_P_, found)) {
-    take(first, a, found[0]);
-    take(second, b, found[1]);
-  } else {
-    for (std::size_t i = first; i <= second; ++i) {
-      const Compensator::NominalPlace& at = i == first ? a : b;
-      MachineState state;
-      state.q = at.q;
-      const auto one = compensator_.corrected(at.prescribed.tip_P, at.prescribed.axis_P, state, {}, aim_P_);
-      joints_[i] = at.q;
-      if (!one) continue;  // whoever makes a block of it finds out, too, and says so
-      found[i - first] = *one;
-      if (!one->held) take(i, at, *one);
-    }
+// The first points of a pair of each half; there may be none in the second.
+void CorrectionRun::add(const Firsts& first, const Few& few) {
+  Work& work = *work_;
+  const bool both = first[1] < joints_.size();
+  if (four_ && both) return add_four(first.data(), few.data(), work.four);
+  if (four_) {
+    // The pair that is left over goes on from the others.
+    const auto before = [](const Quads& v) { return pair_of(v, 0); };
+    const lanes::Triple<Quads>& aim = work.four.aim_P;
+    work.two[0].aim_P = {before(aim.x), before(aim.y), before(aim.z)};
   }
-  bend(first, second, {a.prescribed.tip_P + found[0].aim_P, b.prescribed.tip_P + found[1].aim_P});
+  add_few<Lanes>(&first[0], &few[0], work.two[0]);
+  if (both) add_few<Lanes>(&first[1], &few[2], work.two[1]);
 }
 
-void CorrectionRun::take(std::size_t i, const Compensator::NominalPlace& at, const Corrected& found) {
-  double correction2 = 0.0;
-  // The rotary axes are on the grid already.
-  joints_[i] = at.q;
+void CorrectionRun::add_four(const std::size_t* first, const NominalPlace* few, Of<Quads>& of) {
+  add_few<Quads>(first, few, of);
+}
+
+// As Compensator::corrected, where one evaluation of the errors does for both of a pair.
+template <class T>
+[[gnu::flatten]] void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of) {
+  constexpr std::size_t kTogether = lanes::kCount<T>;
+  TableKinematics::SinesOf<T> sines;
+  for (std::size_t k = 0; k < 2; ++k) {
+    sines.sin[k] = lanes::collect<T>([&](std::size_t n) { return few[n].sines->sin[k]; });
+    sines.cos[k] = lanes::collect<T>([&](std::size_t n) { return few[n].sines->cos[k]; });
+  }
+  JointsOf<T> nominal;
+  for (AxisId id = 0; id < kMaxAxes; ++id)
+    nominal[id] = lanes::collect<T>([&](std::size_t n) { return (*few[n].q)[id]; });
+  const auto prescribed_P =
+      lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return few[n].prescribed->tip_P; });
+  lanes::Triple<T> target_P = prescribed_P + of.aim_P;
+  const auto solve = [&](JointsOf<T>& q) {
+    const lanes::Triple<T> linear = linear_positions(kinematics_, of.chain, target_P, sines);
+    q[kinematics_.linear(0)] = linear.x;
+    q[kinematics_.linear(1)] = linear.y;
+    q[kinematics_.linear(2)] = linear.z;
+  };
+  JointsOf<T> near = nominal;
+  solve(near);
+  const ModelEvaluator& model = compensator_.evaluator();
+  lanes::Mask<T> known = ~lanes::Mask<T>{};
+  if (side_by_side_ && model.only_courses()) {
+    known = model.inside_courses(nominal);
+    model.update(near, of.pieces, of.errors);
+  } else {
+    ask_each(few, near, of, known);
+  }
+  const auto tips = compensator_.with_errors().tips(near, sines, of.errors);
+  const lanes::Triple<T> tip_P = tips.tip_P - lanes::splat_vector<T>(compensator_.datum_shift());
+  const T error2 = lanes::squared(tip_P - target_P);
+  target_P = target_P - (tip_P - prescribed_P);
+  JointsOf<T> q = near;
+  solve(q);
+  known &=
+      tips.known & (compensator_.course().change_at_most<T>(near, q) < compensator_.options().converged_mm);
+  std::array<std::int64_t, kTogether> pairs;
+  std::memcpy(pairs.data(), &known, sizeof(known));
+  for (std::size_t n = 0; n < kTogether; n += 2) pairs[n] = pairs[n + 1] = pairs[n] & pairs[n + 1];
+  std::memcpy(&known, pairs.data(), sizeof(known));
+
+  T correction2{};
   for (std::size_t k = 0; k < 3; ++k) {
     const AxisId id = kinematics_.linear(k);
-    const double by = found.q[id] - at.q[id];
+    const T by = q[id] - nominal[id];
     correction2 += by * by;
-    joints_[i][id] = rounding_.rounded(id, found.q[id]);
+    q[id] = of.grid.rounded(id, q[id]);
   }
-  largest_correction2_mm2_ = std::max(largest_correction2_mm2_, correction2);
-  largest_error_mm_ = std::max(largest_error_mm_, found.before_mm);
-  aim_P_ = found.aim_P;
-  known_[i] = 1;
+  of.correction2_mm2 = lanes::larger(of.correction2_mm2, lanes::select(known, correction2, T{}));
+  of.error2_mm2 = lanes::larger(of.error2_mm2, lanes::select(known, error2, T{}));
+  // Where the nominal machine puts the tip, within the rounding of the words. A turn about the inner axis
+  // keeps the distance from it: that of the tip in P.
+  const T arm =
+      lanes::sqrt(lanes::squared(lanes::cross(of.chain.axis[1], target_P - of.chain.g))) + word_radius_mm_;
+  const T arm2 = arm * arm;
+  const lanes::Triple<T> aim_P = target_P - prescribed_P;
+  const lanes::Triple<T> before = of.aim_P;
+  of.aim_P = {second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
+  for (std::size_t pair = 0; pair < kTogether / 2; ++pair) {
+    const std::size_t i = first[pair];
+    if (pairs[2 * pair] == 0) {
+      const auto back = [pair](T& to, const T& from) {
+        for (const std::size_t lane : {2 * pair, 2 * pair + 1})
+          to[static_cast<int>(lane)] = from[static_cast<int>(lane)];
+      };
+      back(of.aim_P.x, before.x);
+      back(of.aim_P.y, before.y);
+      back(of.aim_P.z, before.z);
+      correct_pair(pair, first, few, of);
+      continue;
+    }
+    lanes::store(&arm2_inner_mm2_[i], pair_of(arm2, pair));
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      const Lanes of_pair = pair_of(q[id], pair);
+      lanes::store(&columns_[id][i], of_pair);
+      joints_[i][id] = of_pair[0];
+      if (i + 1 < joints_.size()) joints_[i + 1][id] = of_pair[1];
+    }
+    known_[i] = 1;
+    if (i + 1 < joints_.size()) known_[i + 1] = 1;
+  }
+}
+
+// The errors at positions that are not looked up side by side; not `known` out of the range of a table.
+template <class T>
+[[gnu::noinline]] void CorrectionRun::ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of,
+                                               lanes::Mask<T>& known) const {
+  const ModelEvaluator& model = compensator_.evaluator();
+  const ChainLinks varying = model.varying();
+  for (std::size_t n = 0; n < lanes::kCount<T>; ++n) {
+    const int lane = static_cast<int>(n);
+    MachineState state;
+    state.q = *few[n].q;
+    if (!side_by_side_ || model.check_range(state).verdict != RangeCheck::Verdict::inside) known[lane] = 0;
+    for (AxisId id = 0; id < kMaxAxes; ++id) state.q[id] = q[id][lane];
+    of.errors.put(lane, model.errors(state), varying);
+  }
+}
+
+// One by one, from where the last one was.
+template <class T>
+[[gnu::noinline]] void CorrectionRun::correct_pair(std::size_t pair, const std::size_t* first,
+                                                   const NominalPlace* few, Of<T>& of) {
+  for (std::size_t n = 0; n < 2; ++n) {
+    const std::size_t i = first[pair] + n;
+    if (i == joints_.size()) return;
+    const NominalPlace& at = few[2 * pair + n];
+    const std::array<int, 2> own{static_cast<int>(2 * pair), static_cast<int>(2 * pair + 1)};
+    const Vec3 aim_P(of.aim_P.x[own[0]], of.aim_P.y[own[0]], of.aim_P.z[own[0]]);
+    MachineState state;
+    state.q = *at.q;
+    put(i, state.q);
+    const auto found = compensator_.corrected(at.prescribed->tip_P, at.prescribed->axis_P, state, {}, aim_P);
+    if (!found || found->held) continue;  // whoever makes a block of it finds out, too, and says so
+    double correction2 = 0.0;
+    // The rotary axes are on the grid already.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const AxisId id = kinematics_.linear(k);
+      const double by = found->q[id] - (*at.q)[id];
+      correction2 += by * by;
+      state.q[id] = rounding_.rounded(id, found->q[id]);
+    }
+    put(i, state.q);
+    known_[i] = 1;
+    const lanes::Triple<double> tip = kinematics_.constant(2);
+    const Vec3 inner = at.prescribed->tip_P + found->aim_P - Vec3(tip.x, tip.y, tip.z);
+    const double arm = kinematics_.direction(1).cross(inner).norm() + word_radius_mm_;
+    arm2_inner_mm2_[i] = arm * arm;
+    for (const int lane : own) {
+      of.aim_P.x[lane] = found->aim_P.x();
+      of.aim_P.y[lane] = found->aim_P.y();
+      of.aim_P.z[lane] = found->aim_P.z();
+      of.correction2_mm2[lane] = std::max(of.correction2_mm2[lane], correction2);
+      of.error2_mm2[lane] = std::max(of.error2_mm2[lane], found->before_mm * found->before_mm);
+    }
+  }
+}
+
+void CorrectionRun::put(std::size_t i, const JointVector& q) {
+  joints_[i] = q;
+  for (AxisId id = 0; id < kMaxAxes; ++id) columns_[id][i] = q[id];
+  arm2_inner_mm2_[i] = 0.0;
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words; between them the
 // nominal machine stays within its bow of its chord, and the errors within a bound of their straight course.
-// `tips_P`: where the nominal machine puts the tip there, within that rounding. A turn about the inner axis
-// keeps the distance from it: that of the tip in P.
-void CorrectionRun::bend(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P) {
-  const JointVector& a = joints_[first];
-  const JointVector& b = joints_[second];
-  const auto both = [&](AxisId id) { return Lanes{a[id], b[id]}; };
-  const auto direction = [&](std::size_t k) {
-    const Vec3& n = kinematics_.direction(k);
-    return lanes::Triple<double>{n.x(), n.y(), n.z()};
+template <class T>
+[[gnu::flatten]] void CorrectionRun::bend(Of<T>& of) {
+  const auto at = [&](AxisId id, std::size_t i) { return lanes::load<T>(&columns_[id][i]); };
+  const T constants = magnitude(of.chain.b) + magnitude(of.chain.g);
+  for (std::size_t i = 0; i < joints_.size(); i += lanes::kCount<T>) {
+    PlaceOf<T> to;
+    to.angle = {at(kinematics_.rotary(0), i), at(kinematics_.rotary(1), i)};
+    to.w = of.chain.w0 + lanes::Triple<T>{at(kinematics_.linear(0), i), at(kinematics_.linear(1), i),
+                                          at(kinematics_.linear(2), i)};
+    to.arm2_outer = lanes::squared(lanes::cross(of.chain.axis[0], to.w));
+    to.arm2_inner = lanes::load<T>(&arm2_inner_mm2_[i]);
+    to.size_mm = magnitude(to.w) + constants;
+    const MotionsOf<T> motions(of.last, to);
+    lanes::store(&bow_mm_[i], motions.bow_mm);
+    of.last = to;
+  }
+}
+
+void CorrectionRun::bend_four(Of<Quads>& of) {
+  bend<Quads>(of);
+}
+
+// Of the motions that end at points `begin` to `end`.
+template <class T>
+[[gnu::flatten]] void CorrectionRun::measure(std::size_t begin, std::size_t end, Box& out) const {
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    const double* const q = columns_[id].data();
+    T low = lanes::splat<T>(q[begin - 1]);
+    T high = low;
+    T way{};
+    for (std::size_t i = begin; i < end; i += lanes::kCount<T>) {
+      const T to = lanes::load<T>(&q[i]);
+      low = lanes::select(to < low, to, low);
+      high = lanes::larger(high, to);
+      way = lanes::larger(way, lanes::abs(T(to - lanes::load<T>(&q[i - 1]))));
+    }
+    out.low[id] = low[0];
+    out.high[id] = high[0];
+    out.way[id] = way[0];
+    for (int k = 1; k < static_cast<int>(lanes::kCount<T>); ++k) {
+      out.low[id] = std::min(out.low[id], low[k]);
+      out.high[id] = std::max(out.high[id], high[k]);
+      out.way[id] = std::max(out.way[id], way[k]);
+    }
+  }
+}
+
+void CorrectionRun::measure_four(std::size_t begin, std::size_t end, Box& out) const {
+  measure<Quads>(begin, end, out);
+}
+
+void CorrectionRun::bound() {
+  const std::size_t count = joints_.size();
+  if (count == 0) return;
+  for (std::vector<double>* column :
+       {&columns_[0], &columns_[1], &columns_[2], &columns_[3], &columns_[4], &arm2_inner_mm2_})
+    std::fill(column->begin() + static_cast<std::ptrdiff_t>(count), column->end(), (*column)[count - 1]);
+  const auto largest = [](double& to, const auto& of) {
+    for (int k = 0; k < static_cast<int>(sizeof(of) / sizeof(double)); ++k) to = std::max(to, of[k]);
   };
-  const lanes::Triple<Lanes> tip = lanes::side_by_side(tips_P[0], tips_P[1]);
-  PlaceOf<Lanes> to;
-  to.angle = {both(kinematics_.rotary(0)), both(kinematics_.rotary(1))};
-  to.w =
-      kinematics_.constant(0) + lanes::Triple<Lanes>{both(kinematics_.linear(0)), both(kinematics_.linear(1)),
-                                                     both(kinematics_.linear(2))};
-  to.arm2_outer = lanes::squared(lanes::cross(direction(0), to.w));
-  const Lanes arm_inner =
-      lanes::sqrt(lanes::squared(lanes::cross(direction(1), tip - kinematics_.constant(2)))) +
-      word_radius_mm_;
-  to.arm2_inner = arm_inner * arm_inner;
-  to.size_mm = magnitude(to.w) + constants_mm_;
-  const MotionsOf<Lanes> motion(last_, to);
-  last_ = to;
-  for (std::size_t i = first; i <= second; ++i) bow_mm_[i] = motion.bow_mm[static_cast<int>(i - first)];
+  largest_error2_mm2_ = largest_correction2_mm2_ = 0.0;
+  const auto take = [&](const auto& of) {
+    largest(largest_error2_mm2_, of.error2_mm2);
+    largest(largest_correction2_mm2_, of.correction2_mm2);
+  };
+  take(work_->four);
+  for (const Of<Lanes>& half : work_->two) take(half);
+  if (four_) {
+    bend_four(work_->four);
+  } else {
+    bend<Lanes>(work_->two[0]);
+  }
+  constexpr std::size_t kTogether = 32;
+  for (std::size_t begin = 1; begin < count; begin += kTogether) {
+    const std::size_t end = std::min(begin + kTogether, count);
+    Box box;
+    if (four_) {
+      measure_four(begin, end, box);
+    } else {
+      measure<Lanes>(begin, end, box);
+    }
+    decide(begin, end, box);
+  }
 }
 
 // The errors are asked once for many motions: for one as long as any of them is along each axis, and as far
 // out.
-void CorrectionRun::decide() {
-  constexpr std::size_t kTogether = 32;
-  const std::size_t count = joints_.size();
-  for (std::size_t begin = 1; begin < count; begin += kTogether) {
-    const std::size_t end = std::min(begin + kTogether, count);
-    JointVector out = joints_[begin - 1];  // the farthest of each axis
-    JointVector way;
-    bool all = known_[begin - 1] != 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      all = all && known_[i] != 0;
-      for (AxisId id = 0; id < kMaxAxes; ++id) {
-        const double q = joints_[i][id];
-        if (std::abs(q) > std::abs(out[id])) out[id] = q;
-        way[id] = std::max(way[id], std::abs(q - joints_[i - 1][id]));
-      }
-    }
-    JointVector from = out;
-    for (AxisId id = 0; id < kMaxAxes; ++id) from[id] -= std::copysign(way[id], out[id]);
-    const auto together = all ? compensator_.course().at_most(from, out) : std::optional<ErrorCourse::Bend>();
-    for (std::size_t i = begin; i < end; ++i) {
-      if (together && bow_mm_[i] + together->tip_mm <= limit_mm_) {
-        keeps_[i] = 1;
-      } else if (known_[i - 1] != 0 && known_[i] != 0) {
-        const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
-        keeps_[i] = errors && bow_mm_[i] + errors->tip_mm <= limit_mm_ ? 1 : 0;
-      }
+void CorrectionRun::decide(std::size_t begin, std::size_t end, const Box& box) {
+  JointVector out = box.high;  // the farthest of each axis
+  JointVector from;
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    if (-box.low[id] > box.high[id]) out[id] = box.low[id];
+    from[id] = out[id] - std::copysign(box.way[id], out[id]);
+  }
+  const bool all = std::find(known_.begin() + static_cast<std::ptrdiff_t>(begin - 1),
+                             known_.begin() + static_cast<std::ptrdiff_t>(end),
+                             0) == known_.begin() + static_cast<std::ptrdiff_t>(end);
+  const auto together = all ? compensator_.course().at_most(from, out) : std::optional<ErrorCourse::Bend>();
+  for (std::size_t i = begin; i < end; ++i) {
+    if (together && bow_mm_[i] + together->tip_mm <= limit_mm_) {
+      keeps_[i] = 1;
+    } else if (known_[i - 1] != 0 && known_[i] != 0) {
+      const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
+      keeps_[i] = errors && bow_mm_[i] + errors->tip_mm <= limit_mm_ ? 1 : 0;
     }
   }
 }

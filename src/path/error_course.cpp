@@ -225,18 +225,6 @@ void ErrorCourse::find_change_per_mm() {
     axis.change_per_mm = axis.per_unit.rot_rad * (2.0 * S + T) + axis.per_unit.trans_mm + th;
 }
 
-std::optional<double> ErrorCourse::change_at_most(const JointVector& q0, const JointVector& q1) const {
-  if (!knows_change_) return std::nullopt;
-  double sum = 0.0;
-  for (const Share& axis : linear_shares_) {
-    const double a = q0[axis.id];
-    const double b = q1[axis.id];
-    if (!(std::min(a, b) >= axis.min && std::max(a, b) <= axis.max)) return std::nullopt;
-    sum += axis.change_per_mm * std::abs(b - a);
-  }
-  return sum;
-}
-
 ErrorCourse::Bend ErrorCourse::over(const End& from, const End& to) const {
   const ChainBends bends = model_.bends(from.state, to.state);
   if (bends.unbounded != nullptr) return {0.0, 0.0, bends.unbounded};

@@ -45,27 +45,20 @@ struct GridRun::Work {
   template <class T>
   struct Of {
     ConstantsOf<T> chain;
-    std::array<T, kMaxAxes> unit, offset;  // of the grid
-    std::array<Place<T>, 2> places;        // the last ones, and room for the next
+    GridOf<T> grid;
+    std::array<Place<T>, 2> places;  // the last ones, and room for the next
     std::size_t at = 0;
     Place<T>& now() { return places[at]; }
     Place<T>& next() { return places[1 - at]; }
 
-    Of(const TableKinematics& kinematics, const Rounding& rounding) : chain(kinematics), places() {
-      for (AxisId id = 0; id < kMaxAxes; ++id) {
-        unit[id] = lanes::splat<T>(rounding.quantum[id]);
-        offset[id] = lanes::splat<T>(rounding.offset[id]);
-      }
-    }
+    Of(const TableKinematics& kinematics, const Rounding& rounding)
+        : chain(kinematics), grid(rounding), places() {}
   };
   Of<Lanes> two;
   Of<Quads> four;
-  std::array<bool, kMaxAxes> rounds{};
 
   Work(const TableKinematics& kinematics, const Rounding& rounding)
-      : two(kinematics, rounding), four(kinematics, rounding) {
-    for (AxisId id = 0; id < kMaxAxes; ++id) rounds[id] = rounding.quantum[id] > 0.0;
-  }
+      : two(kinematics, rounding), four(kinematics, rounding) {}
   template <class T>
   Of<T>& of() {
     if constexpr (lanes::kCount<T> == 2) {
@@ -73,13 +66,6 @@ struct GridRun::Work {
     } else {
       return four;
     }
-  }
-  // As Rounding::rounded, for values that a word can hold.
-  template <class T>
-  T rounded(AxisId id, const T& value) {
-    if (!rounds[id]) return value;
-    const Of<T>& c = of<T>();
-    return c.unit[id] * lanes::nearest<T>((value + c.offset[id]) / c.unit[id]) - c.offset[id];
   }
 };
 
@@ -127,13 +113,12 @@ void GridRun::add(std::size_t i, const Few& few) {
 template <class T>
 void GridRun::add_few(std::size_t i, const Few& few) {
   constexpr std::size_t kTogether = lanes::kCount<T>;
-  Work& work = *work_;
-  auto& of = work.of<T>();
+  auto& of = work_->of<T>();
   std::array<T, 2> angle;
   TableKinematics::SinesOf<T> sines;
   auto near = ~lanes::Mask<T>{};
   for (std::size_t k = 0; k < 2; ++k) {
-    angle[k] = work.rounded<T>(
+    angle[k] = of.grid.rounded(
         rotary_[k], lanes::collect<T>([&](std::size_t n) { return few[n].chosen->q[rotary_[k]]; }));
     const T by = angle[k] - lanes::collect<T>([&](std::size_t n) { return few[n].chosen->sines.angle[k]; });
     near &= lanes::abs(by) <= RotarySines::kSmallTurn_rad;
@@ -160,8 +145,8 @@ void GridRun::add_few(std::size_t i, const Few& few) {
   const auto axis_P =
       lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return few[n].pose->axis_P; });
   const lanes::Triple<T> exact = linear_positions(kinematics_, of.chain, tip_P, sines);
-  const lanes::Triple<T> linear = {work.rounded<T>(linear_[0], exact.x), work.rounded<T>(linear_[1], exact.y),
-                                   work.rounded<T>(linear_[2], exact.z)};
+  const lanes::Triple<T> linear = {of.grid.rounded(linear_[0], exact.x), of.grid.rounded(linear_[1], exact.y),
+                                   of.grid.rounded(linear_[2], exact.z)};
   for (std::size_t n = 0; n < kTogether; ++n) {
     const int lane = static_cast<int>(n);
     JointVector& q = *few[n].out;

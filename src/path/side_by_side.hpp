@@ -4,6 +4,7 @@
 
 #include "trunnion/machine/table_kinematics.hpp"
 #include "trunnion/path/place_of.hpp"
+#include "trunnion/path/point.hpp"
 
 // Formulas that are evaluated for one position or for two at once: T is `double` or `Lanes`.
 namespace trunnion::path {
@@ -36,6 +37,28 @@ struct ConstantsOf {
     return {lanes::splat<T>(v.x), lanes::splat<T>(v.y), lanes::splat<T>(v.z)};
   }
   static lanes::Triple<T> of(const Vec3& v) { return of(lanes::Triple<double>{v.x(), v.y(), v.z()}); }
+};
+
+/// The word grid: Rounding.
+template <class T>
+class GridOf {
+ public:
+  explicit GridOf(const Rounding& rounding) {
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      unit_[id] = lanes::splat<T>(rounding.quantum[id]);
+      offset_[id] = lanes::splat<T>(rounding.offset[id]);
+      rounds_[id] = rounding.quantum[id] > 0.0;
+    }
+  }
+  /// As Rounding::rounded, for values that a word can hold.
+  T rounded(AxisId id, const T& value) const {
+    if (!rounds_[id]) return value;
+    return unit_[id] * lanes::nearest<T>((value + offset_[id]) / unit_[id]) - offset_[id];
+  }
+
+ private:
+  std::array<T, kMaxAxes> unit_, offset_;
+  std::array<bool, kMaxAxes> rounds_;
 };
 
 /// Positions of the linear axes that put the tip at `tip_P`: TableKinematics::linear_positions.

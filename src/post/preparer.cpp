@@ -34,9 +34,7 @@ void Preparer::place(Chunk& chunk) {
 
 void Preparer::correct(Chunk& chunk) {
   const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
-  corrections_->correct(
-      chunk.joints, pose_at, [&](std::size_t i) { return grid_.sines(i); },
-      chunk.tolerances[0].tolerance.tip_mm);
+  corrections_->correct(chunk.joints, pose_at, grid_.sines(), chunk.tolerances[0].tolerance.tip_mm);
   const auto joints = corrections_->joints();
   const auto& keeps = corrections_->keeps();
   chunk.corrections.joints.assign(joints.begin(), joints.end());

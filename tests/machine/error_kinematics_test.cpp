@@ -48,7 +48,7 @@ void expect_the_pose_of_forward(const Machine& machine, double mm, double rad) {
   }
 }
 
-// Some links always have the same errors, and two positions stand side by side.
+// Some links always have the same errors, and two or four positions stand side by side.
 void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double rad) {
   const Vec3 tool = machine.tool_vector();
   std::mt19937_64 random(20261122);
@@ -85,6 +85,24 @@ void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double
     ErrorKinematics held(machine, tool);
     held.hold(constant, varying);
     const auto pair_held = held.pose_pair(q, sines, errors);
+    JointsOf<Quads> joints;
+    for (AxisId id = 0; id < kMaxAxes; ++id) joints[id] = Quads{q[0][id], q[1][id], q[1][id], q[0][id]};
+    ChainErrorsOf<Quads> columns;
+    for (int lane = 0; lane < 4; ++lane) columns.put(lane, errors[lane % 3 == 0 ? 0 : 1], varying);
+    TableKinematics::SinesOf<Quads> sines_of;
+    for (std::size_t r = 0; r < 2; ++r) {
+      sines_of.sin[r] = Quads{sines.sin[r][0], sines.sin[r][1], sines.sin[r][1], sines.sin[r][0]};
+      sines_of.cos[r] = Quads{sines.cos[r][0], sines.cos[r][1], sines.cos[r][1], sines.cos[r][0]};
+    }
+    const auto tips = held.tips<Quads>(joints, sines_of, columns);
+    for (int lane = 0; lane < 4; ++lane) {
+      ASSERT_TRUE(rad > 0.01 || tips.known[lane] != 0);
+      if (tips.known[lane] == 0) continue;
+      const Vec3 tip_P(tips.tip_P.x[lane], tips.tip_P.y[lane], tips.tip_P.z[lane]);
+      ASSERT_LT(
+          (tip_P - forward(machine, q[lane % 3 == 0 ? 0 : 1], tool, errors[lane % 3 == 0 ? 0 : 1]).p).norm(),
+          1e-10);
+    }
     for (std::size_t k = 0; k < 2; ++k) {
       const Pose X_PT = forward(machine, q[k], tool, errors[k]);
       for (const ToolPose& pose : {held.pose(q[k], errors[k]), pair_told[k], pair_held[k]}) {

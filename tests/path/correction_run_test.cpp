@@ -1,5 +1,6 @@
 #include "trunnion/path/correction_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -15,14 +16,15 @@
 namespace trunnion::path {
 namespace {
 
-// All errors that hang on the position alone and know a range, of random size, and a table with kinks.
-Model errors_of_the_place(const Machine& machine, std::mt19937_64& random, double size) {
+// All errors that hang on the position alone and know a range, of random size, and a table with kinks; or
+// `only_tables`: the constant ones of them and tables of each linear axis.
+Model errors_of_the_place(const Machine& machine, std::mt19937_64& random, double size, bool only_tables) {
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   Model model;
   for (const EffectFamily& family : effect_library(machine, {})) {
     const auto& effect = family.variants.front();
     ModelEffect entry = model_effect(effect);
-    if (effect->depends_on() > DependsOn::position) continue;
+    if (effect->depends_on() > (only_tables ? DependsOn::nothing : DependsOn::position)) continue;
     if (effect->depends_on() != DependsOn::nothing && !effect->range(entry.values(), machine.axes)) continue;
     for (std::size_t k = 0; k < entry.parameters.size(); ++k) {
       const Parameter& p = effect->info().parameters[k];
@@ -31,9 +33,17 @@ Model errors_of_the_place(const Machine& machine, std::mt19937_64& random, doubl
     model.effects.push_back(std::move(entry));
   }
   Diagnostics d;
-  const auto table = parse_error_table("X_mm,EYX_um\n-40,0\n-20,6\n5,-4\n40,3\n", "t.csv", machine, d);
-  const auto effect = effects::TableEffect::make({"EYX", "t.csv", {}, false, false}, table.value(), machine);
-  model.effects.push_back(model_effect(effect.value()));
+  const auto add = [&](const std::string& component, const std::string& text) {
+    const auto table = parse_error_table(text, "t.csv", machine, d);
+    const auto effect =
+        effects::TableEffect::make({component, "t.csv", {}, false, false}, table.value(), machine);
+    model.effects.push_back(model_effect(effect.value()));
+  };
+  add("EYX", "X_mm,EYX_um\n-40,0\n-20,6\n5,-4\n40,3\n");
+  if (!only_tables) return model;
+  add("EZX", "X_mm,EZX_um\n-60,0\n-20,-3\n70,4\n");
+  add("EYY", "Y_mm,EYY_um\n-80,1\n0,0\n20,-2\n80,3\n");
+  add("ECZ", "Z_mm,ECZ_urad\n-90,9\n0,0\n90,-12\n");
   return model;
 }
 
@@ -65,8 +75,8 @@ PlaceWalk place_walk(const Machine& machine, const TableKinematics& kinematics, 
   return walk;
 }
 
-// Two at a time: what one at a time gives, but for a digit that the last nanometre turns over. A motion that
-// is said to keep does on the machine with errors, at every place of it.
+// A few at a time, two or four: what one at a time gives, but for a digit that the last nanometre turns over.
+// A motion that is said to keep does on the machine with errors, at every place of it.
 TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
   std::mt19937_64 random(20261122);
   std::uniform_real_distribution<double> u(0.0, 1.0);
@@ -81,16 +91,24 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
       quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
     const Rounding rounding = Rounding::of(machine, tool, quantum);
     for (int m = 0; m < 40; ++m) {
-      const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0));
+      const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0);
       const ModelEvaluator truth(model);
       const Compensator compensator(machine, model, tool);
+      lanes::calculate_two_at_a_time(m % 3 == 0);
       CorrectionRun run(compensator, kinematics, rounding);
+      lanes::calculate_two_at_a_time(m % 3 != 0);
+      CorrectionRun other(compensator, kinematics, rounding);
+      lanes::calculate_two_at_a_time(false);
       const std::size_t count = m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
       const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
       const double tolerance_mm = 0.0008 * std::exp(2.0 * u(random));
       const auto pose_at = [&](std::size_t i) -> const ToolPose& { return walk.poses[i]; };
-      run.correct(
-          walk.nominal, pose_at, [&](std::size_t i) { return walk.sines[i]; }, tolerance_mm);
+      run.correct(walk.nominal, pose_at, walk.sines, tolerance_mm);
+      other.correct(walk.nominal, pose_at, walk.sines, tolerance_mm);
+      ASSERT_TRUE(std::ranges::equal(run.joints(), other.joints())) << name << ' ' << m;
+      ASSERT_EQ(run.keeps(), other.keeps()) << name << ' ' << m;
+      ASSERT_EQ(run.largest_error_mm(), other.largest_error_mm());
+      ASSERT_EQ(run.largest_correction_mm(), other.largest_correction_mm());
       double largest_mm = 0.0;
       std::vector<bool> known(count);
       for (std::size_t i = 0; i < count; ++i) {

@@ -272,6 +272,11 @@ inline Lanes across(const Lanes& before, const Lanes& now) {
 inline Quads across(const Quads& before, const Quads& now) {
   return Quads{before[3], now[0], now[1], now[2]};
 }
+/// The same vector so many times.
+template <class T, class V>
+Triple<T> splat_vector(const V& v) {
+  return {splat<T>(v.x()), splat<T>(v.y()), splat<T>(v.z())};
+}
 /// One from each of as many as T holds: `of(k)` of the k-th, a double.
 template <class T, class Of>
 T collect(const Of& of) {

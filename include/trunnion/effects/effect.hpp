@@ -178,6 +178,9 @@ struct StraightCourse {
   int component = 0;          // 0 to 2: of trans_mm, 3 to 5: of rot_rad
   std::vector<double> nodes;  // ascending, two or more: mm, rad
   std::vector<double> values;
+
+  /// The node at or before `x` (mm, rad); the first or the last but one beyond them.
+  std::size_t piece_at(double x) const;
 };
 
 /// One physical effect: maps (state, parameters) to a twist of one link.

@@ -10,6 +10,7 @@
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/base/result.hpp"
 #include "trunnion/config/value.hpp"
+#include "trunnion/effects/course_pieces.hpp"
 #include "trunnion/effects/deviation.hpp"
 #include "trunnion/effects/effect.hpp"
 #include "trunnion/effects/library.hpp"
@@ -107,6 +108,16 @@ class ModelEvaluator {
   void errors(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
   /// The same where `out` has the errors of another state: what never changes is left as it is.
   void update(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
+  /// All effects that vary are straight courses: a few states can be looked up side by side.
+  bool only_courses() const { return without_course_ == 0; }
+  std::size_t course_count() const { return entries_.size() - without_course_; }
+  /// As `update` at a few positions side by side, where only_courses(): T is `Lanes` or `Quads`. `pieces`:
+  /// course_count() of them, those of the positions before; each run of positions keeps its own.
+  template <class T>
+  void update(const JointsOf<T>& q, CoursePieces<T>& pieces, ChainErrorsOf<T>& out) const;
+  /// Where the range check of the courses has nothing to say.
+  template <class T>
+  lanes::Mask<T> inside_courses(const JointsOf<T>& q) const;
   /// Errors of the links that `update` does not touch; those of the others are a part of theirs.
   const ChainErrors& constant() const { return constant_; }
   ChainLinks varying() const;
@@ -131,8 +142,11 @@ class ModelEvaluator {
 
     Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
-  static Twist& at(ChainErrors& errors, const Link& link);
-  static const Twist& at(const ChainErrors& errors, const Link& link);
+  template <class Errors>
+  static auto& at(Errors& errors, const Link& link) {
+    if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
+    return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
+  }
 
   DependsOn depends_on_ = DependsOn::nothing;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
@@ -142,6 +156,23 @@ class ModelEvaluator {
   std::vector<LagRequest> lags_;
   std::vector<double> rest_;
 };
+
+template <class T>
+void ModelEvaluator::update(const JointsOf<T>& q, CoursePieces<T>& pieces, ChainErrorsOf<T>& out) const {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& e = entries_[i];
+    TwistOf<T>& sum = at(out, e.link);
+    if (e.first_of_link) sum = TwistOf<T>(at(constant_, e.link));
+    sum.add(e.course->component, pieces[i].value(*e.course, q[e.course->axis]));
+  }
+}
+
+template <class T>
+lanes::Mask<T> ModelEvaluator::inside_courses(const JointsOf<T>& q) const {
+  lanes::Mask<T> inside = ~lanes::Mask<T>{};
+  for (AxisId id = 0; id < kMaxAxes; ++id) inside &= (q[id] >= inside_min_[id]) & (q[id] <= inside_max_[id]);
+  return inside;
+}
 
 /// Twists of the whole chain for one state (one-off; use ModelEvaluator in loops).
 ChainErrors chain_errors(const Model& model, const MachineState& state, std::span<const double> lagged = {});

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "trunnion/machine/axis_turn.hpp"
+#include "trunnion/machine/error_columns.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
@@ -25,6 +26,17 @@ class ErrorKinematics {
                                     const TableKinematics::SinesOf<Lanes>& sines,
                                     const std::array<ChainErrors, 2>& errors) const;
 
+  /// The tips alone at a few positions side by side, with the formulas of `pose_pair`: T is `Lanes` or
+  /// `Quads`. Only errors of links that are not held are looked at.
+  template <class T>
+  struct TipsOf {
+    lanes::Triple<T> tip_P;  // mm
+    lanes::Mask<T> known;    // else an error turns by too much for this: `pose` has it
+  };
+  template <class T>
+  TipsOf<T> tips(const JointsOf<T>& q, const TableKinematics::SinesOf<T>& sines,
+                 const ChainErrorsOf<T>& errors) const;
+
   /// From now on the errors of all links but these are taken from here, not from what `pose` is given: what
   /// never changes is worked out once.
   void hold(const ChainErrors& constant, const ChainLinks& varying);
@@ -44,8 +56,9 @@ class ErrorKinematics {
     }
     bool known = false;
     bool turns = false;
-    std::array<Lanes, 9> rotation{};  // by rows
-    Vec3 shift_mm = Vec3::Zero();
+    bool moves = false;
+    std::array<double, 9> rotation{};  // by rows
+    lanes::Triple<double> shift_mm{};
   };
   struct Joint {
     AxisId id = 0;
@@ -55,8 +68,11 @@ class ErrorKinematics {
     bool has_point = false;  // that is not zero
     Held held;
   };
+  template <class T>
+  struct Series;
   struct OneTool;
-  struct TwoTools;
+  template <class T, bool kWithAxis>
+  struct ToolsOf;
   template <class Tool>
   void carry(Tool& tool) const;
   static std::vector<Joint> joints_of(const Machine& machine, const std::vector<AxisId>& chain);
@@ -67,5 +83,125 @@ class ErrorKinematics {
   Vec3 tool_mm_;
   Vec3 part_zero_mm_;
 };
+
+// exp(twist) v = v + t + K (a v + b t + K (b v + c t)), K u = w x u.
+template <class T>
+struct ErrorKinematics::Series {
+  explicit Series(const lanes::Triple<T>& rot_rad) : w(rot_rad), x2(lanes::squared(w)) {
+    a = 1.0 - x2 * (1.0 / 6.0) * (1.0 - x2 * (1.0 / 20.0));
+    b = 0.5 - x2 * (1.0 / 24.0) * (1.0 - x2 * (1.0 / 30.0));
+    c = 1.0 / 6.0 - x2 * (1.0 / 120.0);
+  }
+  // The series of `exp` (geom) below this angle; errors of machines are far below it.
+  auto is_near() const {
+    constexpr double kSeries = 1e-2;
+    return x2 < kSeries * kSeries;
+  }
+  template <class V>
+  [[gnu::always_inline]] V displaced(const V& at, const V& t) const {
+    const V inner = lanes::cross(w, b * at + c * t);
+    return at + (t + lanes::cross(w, a * at + b * t + inner));
+  }
+  template <class V>
+  [[gnu::always_inline]] V turned(const V& u) const {
+    const V inner = lanes::cross(w, b * u);
+    return u + lanes::cross(w, a * u + inner);
+  }
+
+  lanes::Triple<T> w;
+  T x2, a, b, c;
+};
+
+// The tool at a few positions side by side.
+template <class T, bool kWithAxis>
+struct ErrorKinematics::ToolsOf {
+  const JointsOf<T>& q;
+  const TableKinematics::SinesOf<T>& sines;
+  const ChainErrorsOf<T>& errors;
+  lanes::Triple<T> tip, axis;
+  lanes::Mask<T> near = ~lanes::Mask<T>{};  // the series did for all errors
+
+  [[gnu::always_inline]] void move(const lanes::Triple<double>& v) { tip = tip + v; }
+  [[gnu::always_inline]] void advance(const Joint& joint, double sign) {
+    const Vec3& n = joint.turn.direction();
+    const T by = sign * q[joint.id];
+    tip = tip + by * lanes::Triple<double>{n.x(), n.y(), n.z()};
+  }
+  [[gnu::always_inline]] void turn_back(const AxisTurn& turn, std::size_t k) {
+    const T sin = -sines.sin[k];
+    tip = turn.turned(tip, sin, sines.cos[k]);
+    if (kWithAxis) axis = turn.turned(axis, sin, sines.cos[k]);
+  }
+  [[gnu::always_inline]] void apply(const Held& held) {
+    if (held.turns) {
+      tip = held.turned(tip);
+      if (kWithAxis) axis = held.turned(axis);
+    }
+    if (held.moves) move(held.shift_mm);
+  }
+  // exp(sign * twist) applied to all; the sign is -1 on the way back through a joint, whose inverse it is.
+  template <class TwistAt>
+  [[gnu::always_inline]] void displace(const TwistAt& twist_at, double sign) {
+    const TwistOf<T>& twist = twist_at(errors);
+    const lanes::Triple<T> t = sign * twist.trans_mm;
+    const lanes::Triple<T>& rot = twist.rot_rad;
+    // Most errors do not turn anything.
+    if (!lanes::any((rot.x != 0.0) | (rot.y != 0.0) | (rot.z != 0.0))) {
+      tip = tip + t;
+      return;
+    }
+    const Series<T> series(sign * rot);
+    tip = series.displaced(tip, t);
+    if (kWithAxis) axis = series.turned(axis);
+    near &= series.is_near();
+  }
+};
+
+// The joint poses of `forward` (kinematics.cpp): Trans(q e) Trans(o) Exp(xi) Trans(-o) for a linear axis,
+// Trans(a) Exp(xi) Rot(n, q) Trans(-a) for a rotary one; the part's chain is undone from the bed outwards.
+template <class Tool>
+[[gnu::always_inline]] inline void ErrorKinematics::carry(Tool& tool) const {
+  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
+  const auto pass = [&](const Held& held, const Vec3& point_mm, double sign, const auto& twist_at) {
+    if (held.known) {
+      tool.apply(held);
+      return;
+    }
+    if (!point_mm.isZero(0.0)) tool.move(triple(-point_mm));
+    tool.displace(twist_at, sign);
+  };
+  const auto of_joint = [](AxisId id) {
+    return [id](const auto& e) -> const auto& {
+      return e.joint[id];
+    };
+  };
+  pass(
+      spindle_, Vec3::Zero(), 1.0, [](const auto& e) -> const auto& { return e.spindle; });
+  for (const Joint& joint : tool_chain_) {
+    pass(joint.held, joint.point_mm, 1.0, of_joint(joint.id));
+    if (joint.has_point) tool.move(triple(joint.point_mm));
+    tool.advance(joint, 1.0);
+  }
+  std::size_t k = 0;
+  for (const Joint& joint : part_chain_) {
+    if (!joint.rotary) tool.advance(joint, -1.0);
+    pass(joint.held, joint.point_mm, -1.0, of_joint(joint.id));
+    if (joint.rotary) tool.turn_back(joint.turn, k++);
+    if (joint.has_point) tool.move(triple(joint.point_mm));
+  }
+  pass(
+      part_, part_zero_mm_, -1.0, [](const auto& e) -> const auto& { return e.part; });
+}
+
+template <class T>
+ErrorKinematics::TipsOf<T> ErrorKinematics::tips(const JointsOf<T>& q,
+                                                 const TableKinematics::SinesOf<T>& sines,
+                                                 const ChainErrorsOf<T>& errors) const {
+  const auto splat = [](double x) { return lanes::splat<T>(x); };
+  ToolsOf<T, false> tools{
+      q, sines, errors, {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())}, {}};
+  carry(tools);
+  return {tools.tip, tools.near};
+}
 
 }  // namespace trunnion

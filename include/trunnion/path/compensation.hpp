@@ -65,17 +65,6 @@ class Compensator {
   Result<Corrected> corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
                               std::span<const double> lagged = {}, const Vec3& near = Vec3::Zero()) const;
 
-  /// A point whose nominal position is known.
-  struct NominalPlace {
-    const JointVector& q;
-    const ToolPose& prescribed;
-    const RotarySines& sines;  // of q
-  };
-  /// Two points side by side on a machine whose errors hang on the position alone, as `corrected` gives them
-  /// where one evaluation from `near` does; false elsewhere, and out of the tables' range.
-  bool corrected_pair(const std::array<NominalPlace, 2>& at, const Vec3& near,
-                      std::array<Corrected, 2>& out) const;
-
   /// Bounds on what its errors do between two positions.
   const ErrorCourse& course() const { return course_; }
 
@@ -85,6 +74,9 @@ class Compensator {
   /// Why `Corrected::held` was set at this state.
   std::string range_message(const MachineState& at) const { return evaluator_.check_range(at).message; }
   const ModelEvaluator& evaluator() const { return evaluator_; }
+  /// The machine with errors, those of links that do not vary held; its tips are not less the datum shift.
+  const ErrorKinematics& with_errors() const { return with_errors_; }
+  const CompensationOptions& options() const { return options_; }
   const Vec3& datum_shift() const { return datum_shift_P_; }
 
  private:

@@ -1,12 +1,13 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "trunnion/path/compensation.hpp"
-#include "trunnion/path/place_of.hpp"
 #include "trunnion/path/point.hpp"
 
 namespace trunnion::path {
@@ -17,7 +18,7 @@ inline constexpr double kBentWithErrors = 0.98;
 /// Rounding of the words at both ends of a block, and what the errors make of it.
 inline constexpr double kBothEnds = 2.0;
 
-/// A run of points corrected two at a time, on a machine whose errors hang on the position alone: what
+/// A run of points corrected a few at a time, on a machine whose errors hang on the position alone: what
 /// Compensator::corrected gives for each, put on the word grid. It tells the motions that need no second look
 /// from the others: those that surely stay within the tolerance on the machine with errors. For machines that
 /// TableKinematics evaluates side by side.
@@ -25,49 +26,83 @@ class CorrectionRun {
  public:
   /// `compensator` must outlive the object.
   CorrectionRun(const Compensator& compensator, const TableKinematics& kinematics, const Rounding& rounding);
+  ~CorrectionRun();
+  CorrectionRun(CorrectionRun&&) noexcept;
 
   /// Corrects the points at the nominal positions `nominal`, rotary axes on the word grid, of which
-  /// `pose_at(i)` is prescribed and `sines_at(i)` known.
-  template <class PoseAt, class SinesAt>
-  void correct(std::span<const JointVector> nominal, const PoseAt& pose_at, const SinesAt& sines_at,
-               double tolerance_mm) {
-    begin(nominal.size(), tolerance_mm);
-    for (std::size_t i = 0; i < nominal.size(); i += 2) {
-      const std::size_t j = i + 1 < nominal.size() ? i + 1 : i;
-      const RotarySines a = sines_at(i);
-      const RotarySines b = sines_at(j);
-      add(i, j, {nominal[i], pose_at(i), a}, {nominal[j], pose_at(j), b});
-    }
-    decide();
+  /// `pose_at(i)` is prescribed and the sines known.
+  template <class PoseAt>
+  void correct(std::span<const JointVector> nominal, const PoseAt& pose_at,
+               std::span<const RotarySines> sines, double tolerance_mm) {
+    const std::size_t count = nominal.size();
+    begin(count, tolerance_mm);
+    // A point is corrected from where the pair before it was: both halves of the run go on side by side.
+    const std::size_t half = (count + 3) / 4 * 2;
+    const auto place = [&](std::size_t i) {
+      const std::size_t j = std::min(i, count - 1);  // the last one stands for what is not there
+      return NominalPlace{&nominal[j], &pose_at(j), &sines[j]};
+    };
+    for (std::size_t i = 0; i < half; i += 2)
+      add({i, half + i}, {place(i), place(i + 1), place(half + i), place(half + i + 1)});
+    bound();
   }
   std::span<const JointVector> joints() const { return joints_; }
   /// The motion from point i - 1 to point i keeps, both ends corrected here.
   const std::vector<std::uint8_t>& keeps() const { return keeps_; }
   /// Of the points that were corrected here, as Corrected::before_mm.
-  double largest_error_mm() const { return largest_error_mm_; }
+  double largest_error_mm() const { return std::sqrt(largest_error2_mm2_); }
   /// Of the linear axes.
   double largest_correction_mm() const { return std::sqrt(largest_correction2_mm2_); }
 
  private:
+  struct NominalPlace {
+    const JointVector* q;
+    const ToolPose* prescribed;
+    const RotarySines* sines;  // of q
+  };
+  using Few = std::array<NominalPlace, 4>;    // two pairs
+  using Firsts = std::array<std::size_t, 2>;  // of their points
+  template <class T>
+  struct Of;
+  struct Work;
+  // How far a stretch of motions goes: of each axis the least and the largest position, and the longest way.
+  struct Box {
+    JointVector low, high, way;
+  };
   void begin(std::size_t count, double tolerance_mm);
-  void add(std::size_t first, std::size_t second, const Compensator::NominalPlace& a,
-           const Compensator::NominalPlace& b);
-  void take(std::size_t i, const Compensator::NominalPlace& at, const Corrected& found);
-  void bend(std::size_t first, std::size_t second, const std::array<Vec3, 2>& tips_P);
-  void decide();
+  void add(const Firsts& first, const Few& few);
+  template <class T>
+  void add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of);
+  TRUNNION_FOUR void add_four(const std::size_t* first, const NominalPlace* few, Of<Quads>& of);
+  template <class T>
+  void ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of, lanes::Mask<T>& known) const;
+  template <class T>
+  void correct_pair(std::size_t pair, const std::size_t* first, const NominalPlace* few, Of<T>& of);
+  void put(std::size_t i, const JointVector& q);
+  void bound();
+  template <class T>
+  void bend(Of<T>& of);
+  TRUNNION_FOUR void bend_four(Of<Quads>& of);
+  template <class T>
+  void measure(std::size_t begin, std::size_t end, Box& out) const;
+  TRUNNION_FOUR void measure_four(std::size_t begin, std::size_t end, Box& out) const;
+  void decide(std::size_t begin, std::size_t end, const Box& box);
 
   const Compensator& compensator_;
   TableKinematics kinematics_;
   Rounding rounding_;
-  double constants_mm_ = 0.0;    // of the chain, beside w
+  bool side_by_side_;            // else one by one
+  bool four_;                    // two pairs at a time
   double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
   double limit_mm_ = 0.0;        // for bow and errors of a block
-  PlaceOf<Lanes> last_;
-  Vec3 aim_P_ = Vec3::Zero();  // Corrected::aim_P of the last point
+  std::unique_ptr<Work> work_;
   std::vector<JointVector> joints_;
   std::vector<std::uint8_t> known_, keeps_;
-  std::vector<double> bow_mm_;  // of the nominal motions to the points
-  double largest_error_mm_ = 0.0;
+  // Of the points, with room for those that are not there.
+  std::array<std::vector<double>, kMaxAxes> columns_;  // joints_ by axis
+  std::vector<double> arm2_inner_mm2_;                 // PlaceOf::arm2_inner
+  std::vector<double> bow_mm_;                         // of the nominal motions to the points
+  double largest_error2_mm2_ = 0.0;
   double largest_correction2_mm2_ = 0.0;
 };
 

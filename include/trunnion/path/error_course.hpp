@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/axis_turn.hpp"
+#include "trunnion/machine/error_columns.hpp"
 #include "trunnion/machine/machine.hpp"
 
 namespace trunnion::path {
@@ -48,12 +50,19 @@ class ErrorCourse {
   struct BendPair {
     Lanes tip_mm, axis_rad;
   };
-  using JointPair = std::array<Lanes, kMaxAxes>;
+  using JointPair = JointsOf<Lanes>;
   std::optional<BendPair> at_most(const JointPair& q0, const JointPair& q1) const;
 
   /// Bound on |delta(q1) - delta(q0)|, mm, where the rotary axes stand the same in both and all else of the
   /// state, too, from the same ranges. Nothing where `at_most` has nothing to say.
-  std::optional<double> change_at_most(const JointVector& q0, const JointVector& q1) const;
+  std::optional<double> change_at_most(const JointVector& q0, const JointVector& q1) const {
+    const double most = change_at_most<double>(q0, q1);
+    return most < kNoBound ? std::optional(most) : std::nullopt;
+  }
+  /// The same of a few motions side by side; kNoBound where it has nothing to say. Joints by axis.
+  template <class T, class Joints>
+  T change_at_most(const Joints& q0, const Joints& q1) const;
+  static constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
  private:
   struct Joint {
@@ -85,5 +94,18 @@ class ErrorCourse {
   bool knows_change_ = false;  // of the linear axes
   double constant_mm_ = 0.0;   // the tip is no farther from any link than this and the positions' sum
 };
+
+template <class T, class Joints>
+T ErrorCourse::change_at_most(const Joints& q0, const Joints& q1) const {
+  T sum = lanes::splat<T>(knows_change_ ? 0.0 : kNoBound);
+  for (const Share& axis : linear_shares_) {
+    const T a = q0[axis.id];
+    const T b = q1[axis.id];
+    const auto within = (a >= axis.min) & (b >= axis.min) & (a <= axis.max) & (b <= axis.max);
+    sum =
+        lanes::select(within, T(sum + axis.change_per_mm * lanes::abs(T(b - a))), lanes::splat<T>(kNoBound));
+  }
+  return sum;
+}
 
 }  // namespace trunnion::path
