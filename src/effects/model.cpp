@@ -124,7 +124,7 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
     depends_on_ = std::max(depends_on_, count > 0 ? std::max(e.effect->depends_on(), DependsOn::conditions)
                                                   : e.effect->depends_on());
     if (count == 0 && e.effect->depends_on() == DependsOn::nothing) {
-      at(constant_, entry.link) += entry.twist({}, {});
+      link_of(constant_, entry.link) += entry.twist({}, {});
     } else {
       entries_.push_back(entry);
     }
@@ -147,6 +147,13 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
                                     [&](const Entry& other) { return other.link == e.link; });
     e.first_of_link = &*first == &e;
   }
+}
+
+std::vector<ModelEvaluator::LinkCourse> ModelEvaluator::courses() const {
+  std::vector<LinkCourse> out;
+  for (std::size_t i = without_course_; i < entries_.size(); ++i)
+    out.push_back({entries_[i].link, &*entries_[i].course});
+  return out;
 }
 
 ChainLinks ModelEvaluator::varying() const {
@@ -172,8 +179,8 @@ void ModelEvaluator::update(const MachineState& state, std::span<const double> l
   TRUNNION_EXPECTS(lagged.size() == lags_.size());
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const Entry& e = entries_[i];
-    Twist& sum = at(out, e.link);
-    if (e.first_of_link) sum = at(constant_, e.link);
+    Twist& sum = link_of(out, e.link);
+    if (e.first_of_link) sum = link_of(constant_, e.link);
     if (i < without_course_) {
       sum += e.twist(state, lagged);
       continue;

@@ -138,7 +138,8 @@ ToolPose ErrorKinematics::pose(const JointVector& q, const ChainErrors& errors) 
   for (AxisId id = 0; id < kMaxAxes; ++id) both[id] = Lanes{q[0][id], q[1][id]};
   ChainErrorsOf<Lanes> of_both;
   const auto put = [](TwistOf<Lanes>& to, const Twist& a, const Twist& b) {
-    to = {lanes::side_by_side(a.trans_mm, b.trans_mm), lanes::side_by_side(a.rot_rad, b.rot_rad)};
+    to = {lanes::side_by_side(a.trans_mm, b.trans_mm), lanes::side_by_side(a.rot_rad, b.rot_rad),
+          !turns_nothing(a.rot_rad) || !turns_nothing(b.rot_rad)};
   };
   for (const auto* chain : {&tool_chain_, &part_chain_}) {
     for (const Joint& joint : *chain) {

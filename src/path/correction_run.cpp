@@ -1,5 +1,7 @@
 #include "trunnion/path/correction_run.hpp"
 
+#include "trunnion/effects/course_errors.hpp"
+
 #include "path/side_by_side.hpp"
 
 namespace trunnion::path {
@@ -29,14 +31,14 @@ template <class T>
 struct CorrectionRun::Of {
   ConstantsOf<T> chain;
   GridOf<T> grid;
-  CoursePieces<T> pieces;
-  ChainErrorsOf<T> errors;
+  CourseErrors<T> courses;
+  ChainErrorsOf<T> asked;         // errors that are no courses
   lanes::Triple<T> aim_P;         // Corrected::aim_P of the last point of the pair
   T error2_mm2, correction2_mm2;  // the largest ones
   PlaceOf<T> last;                // of the motions that are bounded
 
   Of(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
-      : chain(kinematics), grid(rounding), pieces(model.only_courses() ? model.course_count() : 0) {
+      : chain(kinematics), grid(rounding), courses(model) {
     begin();
   }
   void begin() {
@@ -53,6 +55,14 @@ struct CorrectionRun::Work {
   Work(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
       : two{Of<Lanes>(kinematics, rounding, model), Of<Lanes>(kinematics, rounding, model)},
         four(kinematics, rounding, model) {}
+  template <class T>
+  Of<T>& of() {
+    if constexpr (lanes::kCount<T> == 2) {
+      return two[0];
+    } else {
+      return four;
+    }
+  }
 };
 
 CorrectionRun::CorrectionRun(const Compensator& compensator, const TableKinematics& kinematics,
@@ -61,6 +71,7 @@ CorrectionRun::CorrectionRun(const Compensator& compensator, const TableKinemati
       kinematics_(kinematics),
       rounding_(rounding),
       side_by_side_(!compensator.options().orientation && kinematics.side_by_side()),
+      looks_up_(side_by_side_ && compensator.evaluator().only_courses()),
       four_(lanes::four_at_a_time()),
       work_(std::make_unique<Work>(kinematics, rounding, compensator.evaluator())) {
   for (std::size_t k = 0; k < 3; ++k)
@@ -71,8 +82,8 @@ CorrectionRun::CorrectionRun(CorrectionRun&&) noexcept = default;
 
 void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
   limit_mm_ = kBentWithErrors * tolerance_mm - kBothEnds * word_radius_mm_;
-  joints_.resize(count);
-  known_.assign(count, 0);
+  joints_.resize(count + kRoom);
+  known_.assign(count + kRoom, 0);
   keeps_.assign(count, 0);
   for (std::vector<double>& column : columns_) column.resize(count + kRoom);
   arm2_inner_mm2_.resize(count + kRoom);
@@ -81,115 +92,127 @@ void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
   work_->four.begin();
 }
 
+// A point is corrected from where the pair before it was: both halves of the run go on side by side.
+void CorrectionRun::correct(std::span<const NominalPlace> places, double tolerance_mm) {
+  const std::size_t count = places.size();
+  begin(count, tolerance_mm);
+  if (count == 0) return;
+  const std::size_t half = (count + 3) / 4 * 2;
+  // The last one stands for what is not there.
+  const auto place = [&](std::size_t i) { return places[std::min(i, count - 1)]; };
+  for (std::size_t i = 0; i < half; i += 2)
+    add({i, half + i}, {place(i), place(i + 1), place(half + i), place(half + i + 1)});
+  bound();
+}
+
 // The first points of a pair of each half; there may be none in the second.
 void CorrectionRun::add(const Firsts& first, const Few& few) {
   Work& work = *work_;
-  const bool both = first[1] < joints_.size();
-  if (four_ && both) return add_four(first.data(), few.data(), work.four);
+  const bool both = first[1] < keeps_.size();
+  if (four_ && both)
+    return lanes::with_four([&]<class T>() { add_few<T>(first.data(), few.data(), work.four); });
   if (four_) {
     // The pair that is left over goes on from the others.
     const auto before = [](const Quads& v) { return pair_of(v, 0); };
     const lanes::Triple<Quads>& aim = work.four.aim_P;
     work.two[0].aim_P = {before(aim.x), before(aim.y), before(aim.z)};
   }
-  add_few<Lanes>(&first[0], &few[0], work.two[0]);
-  if (both) add_few<Lanes>(&first[1], &few[2], work.two[1]);
-}
-
-void CorrectionRun::add_four(const std::size_t* first, const NominalPlace* few, Of<Quads>& of) {
-  add_few<Quads>(first, few, of);
+  for (std::size_t k = 0; k < (both ? 2 : 1); ++k)
+    lanes::with_two([&]<class T>() { add_few<T>(&first[k], &few[2 * k], work.two[k]); });
 }
 
 // As Compensator::corrected, where one evaluation of the errors does for both of a pair.
 template <class T>
-[[gnu::flatten]] void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of) {
+void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of) {
   constexpr std::size_t kTogether = lanes::kCount<T>;
   TableKinematics::SinesOf<T> sines;
   for (std::size_t k = 0; k < 2; ++k) {
     sines.sin[k] = lanes::collect<T>([&](std::size_t n) { return few[n].sines->sin[k]; });
     sines.cos[k] = lanes::collect<T>([&](std::size_t n) { return few[n].sines->cos[k]; });
   }
-  JointsOf<T> nominal;
+  JointsOf<T> q;
   for (AxisId id = 0; id < kMaxAxes; ++id)
-    nominal[id] = lanes::collect<T>([&](std::size_t n) { return (*few[n].q)[id]; });
-  const auto prescribed_P =
-      lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return few[n].prescribed->tip_P; });
-  lanes::Triple<T> target_P = prescribed_P + of.aim_P;
-  const auto solve = [&](JointsOf<T>& q) {
-    const lanes::Triple<T> linear = linear_positions(kinematics_, of.chain, target_P, sines);
-    q[kinematics_.linear(0)] = linear.x;
-    q[kinematics_.linear(1)] = linear.y;
-    q[kinematics_.linear(2)] = linear.z;
-  };
-  JointsOf<T> near = nominal;
-  solve(near);
-  const ModelEvaluator& model = compensator_.evaluator();
+    q[id] = lanes::collect<T>([&](std::size_t n) { return (*few[n].q)[id]; });
+  const std::array<AxisId, 3> linear{kinematics_.linear(0), kinematics_.linear(1), kinematics_.linear(2)};
+  const lanes::Triple<T> nominal{q[linear[0]], q[linear[1]], q[linear[2]]};
   lanes::Mask<T> known = ~lanes::Mask<T>{};
-  if (side_by_side_ && model.only_courses()) {
-    known = model.inside_courses(nominal);
-    model.update(near, of.pieces, of.errors);
-  } else {
-    ask_each(few, near, of, known);
-  }
-  const auto tips = compensator_.with_errors().tips(near, sines, of.errors);
-  const lanes::Triple<T> tip_P = tips.tip_P - lanes::splat_vector<T>(compensator_.datum_shift());
-  const T error2 = lanes::squared(tip_P - target_P);
-  target_P = target_P - (tip_P - prescribed_P);
-  JointsOf<T> q = near;
+  if (looks_up_) known = of.courses.inside(q);
+  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
+  lanes::Triple<T> target_P = tip_P + of.aim_P;
+  const auto solve = [&](JointsOf<T>& to) {
+    const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, target_P, sines);
+    to[linear[0]] = at.x;
+    to[linear[1]] = at.y;
+    to[linear[2]] = at.z;
+    return at;
+  };
   solve(q);
+  const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.at(q) : ask_each(few, q, of, known);
+  const auto tips = compensator_.with_errors().tips(q, sines, errors);
+  const Vec3& datum = compensator_.datum_shift();
+  const lanes::Triple<T> actual_P = tips.tip_P - lanes::Triple<double>{datum.x(), datum.y(), datum.z()};
+  const T error2 = lanes::squared(actual_P - target_P);
+  target_P = target_P - (actual_P - tip_P);
+  JointsOf<T> next;  // the linear ones
+  const lanes::Triple<T> found = solve(next);
   known &=
-      tips.known & (compensator_.course().change_at_most<T>(near, q) < compensator_.options().converged_mm);
+      tips.known & (compensator_.course().change_at_most<T>(q, next) < compensator_.options().converged_mm);
   std::array<std::int64_t, kTogether> pairs;
   std::memcpy(pairs.data(), &known, sizeof(known));
-  for (std::size_t n = 0; n < kTogether; n += 2) pairs[n] = pairs[n + 1] = pairs[n] & pairs[n + 1];
-  std::memcpy(&known, pairs.data(), sizeof(known));
-
-  T correction2{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const AxisId id = kinematics_.linear(k);
-    const T by = q[id] - nominal[id];
-    correction2 += by * by;
-    q[id] = of.grid.rounded(id, q[id]);
+  bool all = true;
+  for (std::size_t n = 0; n < kTogether; n += 2) {
+    pairs[n] = pairs[n + 1] = pairs[n] & pairs[n + 1];
+    all = all && pairs[n] != 0;
   }
+  std::memcpy(&known, pairs.data(), sizeof(known));
+  const T correction2 = lanes::squared(found - nominal);
   of.correction2_mm2 = lanes::larger(of.correction2_mm2, lanes::select(known, correction2, T{}));
   of.error2_mm2 = lanes::larger(of.error2_mm2, lanes::select(known, error2, T{}));
+  q[linear[0]] = of.grid.rounded(linear[0], found.x);
+  q[linear[1]] = of.grid.rounded(linear[1], found.y);
+  q[linear[2]] = of.grid.rounded(linear[2], found.z);
   // Where the nominal machine puts the tip, within the rounding of the words. A turn about the inner axis
   // keeps the distance from it: that of the tip in P.
   const T arm =
       lanes::sqrt(lanes::squared(lanes::cross(of.chain.axis[1], target_P - of.chain.g))) + word_radius_mm_;
-  const T arm2 = arm * arm;
-  const lanes::Triple<T> aim_P = target_P - prescribed_P;
-  const lanes::Triple<T> before = of.aim_P;
-  of.aim_P = {second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
+  store(first, q, T(arm * arm));
+  const lanes::Triple<T> aim_P = target_P - tip_P;
+  const lanes::Triple<T> next_P{second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
+  if (all) {
+    of.aim_P = next_P;
+    return;
+  }
+  of.aim_P = {lanes::select(known, next_P.x, of.aim_P.x), lanes::select(known, next_P.y, of.aim_P.y),
+              lanes::select(known, next_P.z, of.aim_P.z)};
   for (std::size_t pair = 0; pair < kTogether / 2; ++pair) {
+    if (pairs[2 * pair] == 0) correct_pair(pair, first, few, of);
+  }
+}
+
+// As known ones.
+template <class T>
+void CorrectionRun::store(const std::size_t* first, const JointsOf<T>& q, const T& arm2) {
+  const std::array<double*, kMaxAxes> columns{columns_[0].data(), columns_[1].data(), columns_[2].data(),
+                                              columns_[3].data(), columns_[4].data()};
+  for (std::size_t pair = 0; pair < lanes::kCount<T> / 2; ++pair) {
     const std::size_t i = first[pair];
-    if (pairs[2 * pair] == 0) {
-      const auto back = [pair](T& to, const T& from) {
-        for (const std::size_t lane : {2 * pair, 2 * pair + 1})
-          to[static_cast<int>(lane)] = from[static_cast<int>(lane)];
-      };
-      back(of.aim_P.x, before.x);
-      back(of.aim_P.y, before.y);
-      back(of.aim_P.z, before.z);
-      correct_pair(pair, first, few, of);
-      continue;
-    }
-    lanes::store(&arm2_inner_mm2_[i], pair_of(arm2, pair));
+    lanes::store(arm2_inner_mm2_.data() + i, pair_of(arm2, pair));
+    JointVector* const to = joints_.data() + i;
     for (AxisId id = 0; id < kMaxAxes; ++id) {
-      const Lanes of_pair = pair_of(q[id], pair);
-      lanes::store(&columns_[id][i], of_pair);
-      joints_[i][id] = of_pair[0];
-      if (i + 1 < joints_.size()) joints_[i + 1][id] = of_pair[1];
+      const Lanes both = pair_of(q[id], pair);
+      lanes::store(columns[id] + i, both);
+      to[0][id] = both[0];
+      to[1][id] = both[1];
     }
-    known_[i] = 1;
-    if (i + 1 < joints_.size()) known_[i + 1] = 1;
+    known_[i] = known_[i + 1] = 1;
   }
 }
 
 // The errors at positions that are not looked up side by side; not `known` out of the range of a table.
 template <class T>
-[[gnu::noinline]] void CorrectionRun::ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of,
-                                               lanes::Mask<T>& known) const {
+[[gnu::noinline]] const ChainErrorsOf<T>& CorrectionRun::ask_each(const NominalPlace* few,
+                                                                  const JointsOf<T>& q, Of<T>& of,
+                                                                  lanes::Mask<T>& known) const {
   const ModelEvaluator& model = compensator_.evaluator();
   const ChainLinks varying = model.varying();
   for (std::size_t n = 0; n < lanes::kCount<T>; ++n) {
@@ -198,8 +221,9 @@ template <class T>
     state.q = *few[n].q;
     if (!side_by_side_ || model.check_range(state).verdict != RangeCheck::Verdict::inside) known[lane] = 0;
     for (AxisId id = 0; id < kMaxAxes; ++id) state.q[id] = q[id][lane];
-    of.errors.put(lane, model.errors(state), varying);
+    of.asked.put(lane, model.errors(state), varying);
   }
+  return of.asked;
 }
 
 // One by one, from where the last one was.
@@ -208,14 +232,15 @@ template <class T>
                                                    const NominalPlace* few, Of<T>& of) {
   for (std::size_t n = 0; n < 2; ++n) {
     const std::size_t i = first[pair] + n;
-    if (i == joints_.size()) return;
+    if (i == keeps_.size()) return;
     const NominalPlace& at = few[2 * pair + n];
     const std::array<int, 2> own{static_cast<int>(2 * pair), static_cast<int>(2 * pair + 1)};
     const Vec3 aim_P(of.aim_P.x[own[0]], of.aim_P.y[own[0]], of.aim_P.z[own[0]]);
     MachineState state;
     state.q = *at.q;
     put(i, state.q);
-    const auto found = compensator_.corrected(at.prescribed->tip_P, at.prescribed->axis_P, state, {}, aim_P);
+    const auto found = compensator_.corrected(*at.tip_P, *at.axis_P, state, {}, aim_P);
+    known_[i] = 0;
     if (!found || found->held) continue;  // whoever makes a block of it finds out, too, and says so
     double correction2 = 0.0;
     // The rotary axes are on the grid already.
@@ -228,7 +253,7 @@ template <class T>
     put(i, state.q);
     known_[i] = 1;
     const lanes::Triple<double> tip = kinematics_.constant(2);
-    const Vec3 inner = at.prescribed->tip_P + found->aim_P - Vec3(tip.x, tip.y, tip.z);
+    const Vec3 inner = *at.tip_P + found->aim_P - Vec3(tip.x, tip.y, tip.z);
     const double arm = kinematics_.direction(1).cross(inner).norm() + word_radius_mm_;
     arm2_inner_mm2_[i] = arm * arm;
     for (const int lane : own) {
@@ -250,10 +275,11 @@ void CorrectionRun::put(std::size_t i, const JointVector& q) {
 // The corrected ends stand where they were prescribed but for the rounding of the words; between them the
 // nominal machine stays within its bow of its chord, and the errors within a bound of their straight course.
 template <class T>
-[[gnu::flatten]] void CorrectionRun::bend(Of<T>& of) {
+void CorrectionRun::bend() {
+  Of<T>& of = work_->of<T>();
   const auto at = [&](AxisId id, std::size_t i) { return lanes::load<T>(&columns_[id][i]); };
   const T constants = magnitude(of.chain.b) + magnitude(of.chain.g);
-  for (std::size_t i = 0; i < joints_.size(); i += lanes::kCount<T>) {
+  for (std::size_t i = 0; i < keeps_.size(); i += lanes::kCount<T>) {
     PlaceOf<T> to;
     to.angle = {at(kinematics_.rotary(0), i), at(kinematics_.rotary(1), i)};
     to.w = of.chain.w0 + lanes::Triple<T>{at(kinematics_.linear(0), i), at(kinematics_.linear(1), i),
@@ -267,13 +293,9 @@ template <class T>
   }
 }
 
-void CorrectionRun::bend_four(Of<Quads>& of) {
-  bend<Quads>(of);
-}
-
 // Of the motions that end at points `begin` to `end`.
 template <class T>
-[[gnu::flatten]] void CorrectionRun::measure(std::size_t begin, std::size_t end, Box& out) const {
+void CorrectionRun::measure(std::size_t begin, std::size_t end, Box& out) const {
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double* const q = columns_[id].data();
     T low = lanes::splat<T>(q[begin - 1]);
@@ -296,13 +318,8 @@ template <class T>
   }
 }
 
-void CorrectionRun::measure_four(std::size_t begin, std::size_t end, Box& out) const {
-  measure<Quads>(begin, end, out);
-}
-
 void CorrectionRun::bound() {
-  const std::size_t count = joints_.size();
-  if (count == 0) return;
+  const std::size_t count = keeps_.size();
   for (std::vector<double>* column :
        {&columns_[0], &columns_[1], &columns_[2], &columns_[3], &columns_[4], &arm2_inner_mm2_})
     std::fill(column->begin() + static_cast<std::ptrdiff_t>(count), column->end(), (*column)[count - 1]);
@@ -316,20 +333,12 @@ void CorrectionRun::bound() {
   };
   take(work_->four);
   for (const Of<Lanes>& half : work_->two) take(half);
-  if (four_) {
-    bend_four(work_->four);
-  } else {
-    bend<Lanes>(work_->two[0]);
-  }
+  lanes::at_a_time(four_, [&]<class T>() { bend<T>(); });
   constexpr std::size_t kTogether = 32;
   for (std::size_t begin = 1; begin < count; begin += kTogether) {
     const std::size_t end = std::min(begin + kTogether, count);
     Box box;
-    if (four_) {
-      measure_four(begin, end, box);
-    } else {
-      measure<Lanes>(begin, end, box);
-    }
+    lanes::at_a_time(four_, [&]<class T>() { measure<T>(begin, end, box); });
     decide(begin, end, box);
   }
 }

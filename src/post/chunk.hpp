@@ -41,6 +41,7 @@ struct PreparedSegment {
   static constexpr std::int32_t kKept = -1;  // no figure of the report is to be had from it
   std::int32_t report = kUnknown;            // else its number in Chunk::reports
   std::uint32_t first = 0;                   // of its points in Chunk::inserted
+  std::uint32_t end = 0;                     // number of its end in Chunk::corrections
 
   bool known() const { return report != kUnknown; }
 };
@@ -61,11 +62,11 @@ struct Chunk {
   std::vector<PreparedSegment> segments;
   std::vector<path::SegmentReport> reports;
   std::vector<path::Point> inserted;
-  /// On a machine whose errors hang on the position alone: `joints` corrected, as path::CorrectionRun has
-  /// them; empty elsewhere.
+  /// On a machine whose errors hang on the position alone: inserted points and ends of motions corrected, as
+  /// path::CorrectionRun has them; empty elsewhere.
   struct Corrections {
     std::vector<JointVector> joints;
-    std::vector<std::uint8_t> keeps;
+    std::vector<std::uint8_t> known, keeps;
     double largest_error_mm = 0.0, largest_correction_mm = 0.0;
   } corrections;
 
@@ -104,6 +105,7 @@ struct Chunk {
     reports.clear();
     inserted.clear();
     corrections.joints.clear();
+    corrections.known.clear();
     corrections.keeps.clear();
     text.clear();
   }

@@ -98,8 +98,11 @@ class Pipeline {
   struct PlainRun;
   std::size_t add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const;
   Result<void> add_plain(PlainRun& run, std::size_t i);
-  bool add_known_correction(PlainRun& run, std::size_t i);
-  Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i);
+  std::size_t add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s);
+  bool goes_on(std::size_t i, double feed_mm_s) const;
+  const JointVector* known_correction(std::size_t number) const;
+  Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i,
+                             std::size_t number);
   path::Point point_of(const FeedPlanner::Stop& stop, std::size_t i) const;
   Result<void> emit_plain_run(PlainRun& run);
   std::size_t write_plain_run(const PlainRun& run, std::size_t done);

@@ -61,7 +61,7 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
   for (; i < end; ++i) {
-    if (!compensator_) i = add_kept(run, i, end, feed_mm_s);
+    i = compensator_ ? add_known(run, i, end, feed_mm_s) : add_kept(run, i, end, feed_mm_s);
     if (i == end) break;
     const Pending& motion = motions[i];
     const PreparedSegment& segment = chunk_->segments[i];
@@ -83,24 +83,51 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   return i;
 }
 
-// The motions from `i` on whose segments keep, as far as they are plain, have this feed and find room. Gives
-// the next one.
+// Its segment keeps, and it is plain and has this feed.
+inline bool Pipeline::goes_on(std::size_t i, double feed_mm_s) const {
+  const path::ChosenPoint& chosen = chunk_->chosen[i];
+  const cl::Feed& feed = chunk_->motions[i].feed;
+  return chunk_->segments[i].report == PreparedSegment::kKept && !chosen.reconfigure &&
+         feed.mode == cl::FeedMode::per_minute && feed.value == feed_mm_s &&
+         same_joints(chosen.q_leave, chosen.q);
+}
+
+// The motions from `i` on that go on so, as far as they find room. Gives the next one.
 std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const {
   const Pending* const motions = chunk_->motions.data();
-  const PreparedSegment* const segments = chunk_->segments.data();
-  const path::ChosenPoint* const chosen = chunk_->chosen.data();
   const JointVector* const joints = chunk_->joints.data();
   std::size_t count = run.count;
-  for (; i < end && count < PlainRun::kMost; ++i) {
-    if (segments[i].report != PreparedSegment::kKept || chosen[i].reconfigure ||
-        motions[i].feed.mode != cl::FeedMode::per_minute || motions[i].feed.value != feed_mm_s ||
-        !same_joints(chosen[i].q_leave, chosen[i].q))
-      break;
+  for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
     ++count;
     run.stops[count] = {&joints[i], &motions[i].point.pose.tip_P};
     run.motions[count] = i;
   }
   run.count = count;
+  return i;
+}
+
+// The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
+// nothing to be asked.
+std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
+  const Chunk::Corrections& known = chunk_->corrections;
+  if (known.keeps.empty()) return i;
+  const JointVector* last = &last_emitted_;
+  std::size_t count = run.count;
+  for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
+    const std::size_t k = chunk_->segments[i].end;
+    if (known.keeps[k] == 0) break;
+    const JointVector* const from = &known.joints[k - 1];
+    const JointVector& q = known.joints[k];
+    if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) || !within_travel(q)) break;
+    last = &q;
+    ++count;
+    run.stops[count] = {&q, &chunk_->motions[i].point.pose.tip_P};
+    run.motions[count] = i;
+  }
+  if (count == run.count) return i;
+  run.count = count;
+  last_emitted_ = *last;
+  holds_digits_ = false;
   return i;
 }
 
@@ -110,18 +137,14 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
   const auto inserted = chunk_->inserted_in(chunk_->segments[i]);
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (compensator_) {
-    if (inserted.empty() && add_known_correction(run, i)) {
-      // What is full goes out with the next one.
-      if (run.count == PlainRun::kMost) done = emit_plain_run(run);
-      return done;
-    }
     if (i > run.first) last_ = chunk_->point(i - 1);
     begin_segment(i);
+    std::size_t number = chunk_->segments[i].end - inserted.size();
     for (const path::Point& point : inserted) {
-      done = add_corrected(run, point, point.tip_P, i);
+      done = add_corrected(run, point, point.tip_P, i, number++);
       if (!done) return done;
     }
-    return add_corrected(run, chunk_->point(i), end.tip_P, i);
+    return add_corrected(run, chunk_->point(i), end.tip_P, i, number);
   }
   for (const path::Point& point : inserted) {
     if (run.count == PlainRun::kMost) done = emit_plain_run(run);
@@ -131,18 +154,6 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
   if (run.count == PlainRun::kMost) done = emit_plain_run(run);
   run.add({&chunk_->joints[i], &end.tip_P}, i);
   return done;
-}
-
-// The block to the end of motion `i` as it was corrected and bounded beforehand.
-bool Pipeline::add_known_correction(PlainRun& run, std::size_t i) {
-  const Chunk::Corrections& known = chunk_->corrections;
-  if (known.keeps.empty() || known.keeps[i] == 0 || run.count == PlainRun::kMost) return false;
-  const JointVector& q = known.joints[i];
-  if (known.joints[i - 1] != last_emitted_ || q == last_emitted_ || !within_travel(q)) return false;
-  run.add(FeedPlanner::Stop{&q, &chunk_->motions[i].point.pose.tip_P}, i);
-  last_emitted_ = q;
-  holds_digits_ = false;
-  return true;
 }
 
 void Pipeline::begin_segment(std::size_t i) {
@@ -156,16 +167,32 @@ void Pipeline::begin_segment(std::size_t i) {
   segment_ = {from, target(to.pose, to.where)};
 }
 
-// The block to `to`, whose tip is `tip_P` of the chunk, of motion `i`: as emit_feed, but that it waits where
-// it needs no point before it.
-Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i) {
+// Of Chunk::corrections, as far as it is known and within the travel.
+const JointVector* Pipeline::known_correction(std::size_t number) const {
+  const Chunk::Corrections& corrections = chunk_->corrections;
+  if (corrections.known.empty() || corrections.known[number] == 0) return nullptr;
+  const JointVector* const q = &corrections.joints[number];
+  return within_travel(*q) ? q : nullptr;
+}
+
+// The block to `to`, whose tip is `tip_P` of the chunk, of motion `i` and this number among the corrections:
+// as emit_feed, but that it waits where it needs no point before it.
+Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i,
+                                     std::size_t number) {
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (run.count == PlainRun::kMost) done = emit_plain_run(run);
   if (!done) return done;
-  const auto found = corrected(to, 0.0);
+  const JointVector* const known = known_correction(number);
+  const auto found = known != nullptr ? Result<JointVector>(*known) : corrected(to, 0.0);
   if (!found) return tl::unexpected(found.error());
-  if (*found != last_emitted_ && within_travel(*found) && !bends(to, *found)) {
-    run.add(*found, tip_P, i);
+  const bool keeps = known != nullptr && chunk_->corrections.keeps[number] != 0 &&
+                     chunk_->corrections.joints[number - 1] == last_emitted_;
+  if (*found != last_emitted_ && within_travel(*found) && (keeps || !bends(to, *found))) {
+    if (known != nullptr) {
+      run.add(FeedPlanner::Stop{known, &tip_P}, i);
+    } else {
+      run.add(*found, tip_P, i);
+    }
     last_emitted_ = *found;
     last_ = to;
     holds_digits_ = false;

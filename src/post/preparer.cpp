@@ -32,15 +32,42 @@ void Preparer::place(Chunk& chunk) {
   }
 }
 
+// The ends of all blocks, those of inserted points among them.
 void Preparer::correct(Chunk& chunk) {
-  const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
-  corrections_->correct(chunk.joints, pose_at, grid_.sines(), chunk.tolerances[0].tolerance.tip_mm);
-  const auto joints = corrections_->joints();
-  const auto& keeps = corrections_->keeps();
-  chunk.corrections.joints.assign(joints.begin(), joints.end());
-  chunk.corrections.keeps.assign(keeps.begin(), keeps.end());
-  chunk.corrections.largest_error_mm = corrections_->largest_error_mm();
-  chunk.corrections.largest_correction_mm = corrections_->largest_correction_mm();
+  const std::size_t count = chunk.motions.size();
+  const auto sines = grid_.sines();
+  places_.clear();
+  places_.reserve(count + chunk.inserted.size());
+  inserted_tips_P_.resize(chunk.inserted.size());
+  inserted_sines_.resize(chunk.inserted.size());
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const std::size_t end = k + chunk.inserted_in(chunk.segments[i]).size(); k < end; ++k) {
+      const path::Point& point = chunk.inserted[k];
+      inserted_tips_P_[k] = point.tip_P + point.beside_P;
+      inserted_sines_[k] = kinematics_.sines(point.q);
+      places_.push_back({&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]});
+    }
+    chunk.segments[i].end = static_cast<std::uint32_t>(places_.size());
+    const ToolPose& pose = chunk.motions[i].point.pose;
+    places_.push_back({&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]});
+  }
+  corrections_->correct(places_, chunk.tolerances[0].tolerance.tip_mm);
+  const auto assign = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
+  Chunk::Corrections& out = chunk.corrections;
+  assign(out.joints, corrections_->joints());
+  assign(out.known, corrections_->known());
+  assign(out.keeps, corrections_->keeps());
+  // Blocks that begin or end beside the path may keep to their chord, and leave the path.
+  std::size_t at = 0;
+  for (const path::Point& point : chunk.inserted) {
+    while (places_[at].q != &point.q) ++at;
+    if (point.beside_P.isZero(0.0)) continue;
+    out.keeps[at] = 0;
+    if (at + 1 < out.keeps.size()) out.keeps[at + 1] = 0;
+  }
+  out.largest_error_mm = corrections_->largest_error_mm();
+  out.largest_correction_mm = corrections_->largest_correction_mm();
 }
 
 void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance) {
@@ -65,7 +92,6 @@ void Preparer::prepare(Chunk& chunk) {
   if (count == 0) return;
   place(chunk);
   if (whole_runs_) return;
-  if (corrections_ && chunk.tolerances.size() == 1) correct(chunk);
   std::size_t next = 0;
   path::Tolerance tolerance = chunk.tolerances[0].tolerance;
   // Where the tolerance changes within the chunk the refiner decides.
@@ -82,6 +108,7 @@ void Preparer::prepare(Chunk& chunk) {
     }
     decide(chunk, i, tolerance);
   }
+  if (corrections_ && chunk.tolerances.size() == 1) correct(chunk);
 }
 
 }  // namespace trunnion::post

@@ -28,6 +28,9 @@ class Preparer {
   path::Refiner refiner_;
   path::GridRun grid_;  // where the machine allows it
   std::optional<path::CorrectionRun> corrections_;
+  std::vector<path::CorrectionRun::NominalPlace> places_;  // of the chunk's blocks
+  std::vector<Vec3> inserted_tips_P_;                      // at which the correction aims
+  std::vector<RotarySines> inserted_sines_;
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
   double known_mm_ = 0.0;

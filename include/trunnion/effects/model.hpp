@@ -10,7 +10,6 @@
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/base/result.hpp"
 #include "trunnion/config/value.hpp"
-#include "trunnion/effects/course_pieces.hpp"
 #include "trunnion/effects/deviation.hpp"
 #include "trunnion/effects/effect.hpp"
 #include "trunnion/effects/library.hpp"
@@ -92,6 +91,13 @@ struct ChainBends {
   const Effect* unbounded = nullptr;  // an effect that knows no bound: the figures say nothing then
 };
 
+/// Of ChainErrors, or ChainErrorsOf a few places.
+template <class Errors>
+auto& link_of(Errors& errors, const Link& link) {
+  if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
+  return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
+}
+
 /// A model with its numbers laid out for evaluation: no allocation per state, safe from several threads.
 class ModelEvaluator {
  public:
@@ -108,16 +114,14 @@ class ModelEvaluator {
   void errors(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
   /// The same where `out` has the errors of another state: what never changes is left as it is.
   void update(const MachineState& state, std::span<const double> lagged, ChainErrors& out) const;
-  /// All effects that vary are straight courses: a few states can be looked up side by side.
+  /// All effects that vary are straight courses: a few states can be looked up side by side (CourseErrors).
   bool only_courses() const { return without_course_ == 0; }
-  std::size_t course_count() const { return entries_.size() - without_course_; }
-  /// As `update` at a few positions side by side, where only_courses(): T is `Lanes` or `Quads`. `pieces`:
-  /// course_count() of them, those of the positions before; each run of positions keeps its own.
-  template <class T>
-  void update(const JointsOf<T>& q, CoursePieces<T>& pieces, ChainErrorsOf<T>& out) const;
-  /// Where the range check of the courses has nothing to say.
-  template <class T>
-  lanes::Mask<T> inside_courses(const JointsOf<T>& q) const;
+  struct LinkCourse {
+    Link link;
+    const StraightCourse* course;
+  };
+  /// In the order in which their values are added. They live as long as the object.
+  std::vector<LinkCourse> courses() const;
   /// Errors of the links that `update` does not touch; those of the others are a part of theirs.
   const ChainErrors& constant() const { return constant_; }
   ChainLinks varying() const;
@@ -142,12 +146,6 @@ class ModelEvaluator {
 
     Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
-  template <class Errors>
-  static auto& at(Errors& errors, const Link& link) {
-    if (link.kind == Link::Kind::joint) return errors.joint[link.axis];
-    return link.kind == Link::Kind::spindle ? errors.spindle : errors.part;
-  }
-
   DependsOn depends_on_ = DependsOn::nothing;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
   std::vector<Entry> entries_;  // the others; those with a course behind those without
@@ -156,23 +154,6 @@ class ModelEvaluator {
   std::vector<LagRequest> lags_;
   std::vector<double> rest_;
 };
-
-template <class T>
-void ModelEvaluator::update(const JointsOf<T>& q, CoursePieces<T>& pieces, ChainErrorsOf<T>& out) const {
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    const Entry& e = entries_[i];
-    TwistOf<T>& sum = at(out, e.link);
-    if (e.first_of_link) sum = TwistOf<T>(at(constant_, e.link));
-    sum.add(e.course->component, pieces[i].value(*e.course, q[e.course->axis]));
-  }
-}
-
-template <class T>
-lanes::Mask<T> ModelEvaluator::inside_courses(const JointsOf<T>& q) const {
-  lanes::Mask<T> inside = ~lanes::Mask<T>{};
-  for (AxisId id = 0; id < kMaxAxes; ++id) inside &= (q[id] >= inside_min_[id]) & (q[id] <= inside_max_[id]);
-  return inside;
-}
 
 /// Twists of the whole chain for one state (one-off; use ModelEvaluator in loops).
 ChainErrors chain_errors(const Model& model, const MachineState& state, std::span<const double> lagged = {});

@@ -16,18 +16,21 @@ using JointsOf = std::array<T, kMaxAxes>;
 template <class T>
 struct TwistOf {
   lanes::Triple<T> trans_mm, rot_rad;
+  bool turns;  // else the rotation is zero at all of them
 
-  TwistOf() = default;
-  TwistOf(const lanes::Triple<T>& trans, const lanes::Triple<T>& rot) : trans_mm(trans), rot_rad(rot) {}
+  TwistOf() {}  // the numbers come when they are known
+  TwistOf(const lanes::Triple<T>& trans, const lanes::Triple<T>& rot, bool does_turn)
+      : trans_mm(trans), rot_rad(rot), turns(does_turn) {}
   /// The same at all places.
   explicit TwistOf(const Twist& one)
-      : trans_mm(lanes::splat_vector<T>(one.trans_mm)), rot_rad(lanes::splat_vector<T>(one.rot_rad)) {}
+      : trans_mm(lanes::splat_vector<T>(one.trans_mm)),
+        rot_rad(lanes::splat_vector<T>(one.rot_rad)),
+        turns(!one.rot_rad.isZero(0.0)) {}
 
-  /// `component`: 0 to 2 of the translation, 3 to 5 of the rotation.
-  void add(int component, const T& value) {
-    lanes::Triple<T>& of = component < 3 ? trans_mm : rot_rad;
-    const int i = component % 3;
-    (i == 0 ? of.x : i == 1 ? of.y : of.z) += value;
+  /// 0 to 2 of the translation, 3 to 5 of the rotation.
+  T* component(int i) {
+    lanes::Triple<T>& of = i < 3 ? trans_mm : rot_rad;
+    return i % 3 == 0 ? &of.x : i % 3 == 1 ? &of.y : &of.z;
   }
 };
 
@@ -37,14 +40,15 @@ struct ChainErrorsOf {
   std::array<TwistOf<T>, kMaxAxes> joint;
   TwistOf<T> spindle, part;
 
-  /// At one of the places, of the links that `varying` has.
+  /// At one of the places, all from 0 on, of the links that `varying` has.
   void put(int lane, const ChainErrors& errors, const ChainLinks& varying) {
     const auto vector = [lane](lanes::Triple<T>& to, const Vec3& from) {
       to.x[lane] = from.x();
       to.y[lane] = from.y();
       to.z[lane] = from.z();
     };
-    const auto twist = [&vector](TwistOf<T>& to, const Twist& from) {
+    const auto twist = [lane, &vector](TwistOf<T>& to, const Twist& from) {
+      to.turns = (lane > 0 && to.turns) || !from.rot_rad.isZero(0.0);
       vector(to.trans_mm, from.trans_mm);
       vector(to.rot_rad, from.rot_rad);
     };

@@ -144,13 +144,12 @@ struct ErrorKinematics::ToolsOf {
   [[gnu::always_inline]] void displace(const TwistAt& twist_at, double sign) {
     const TwistOf<T>& twist = twist_at(errors);
     const lanes::Triple<T> t = sign * twist.trans_mm;
-    const lanes::Triple<T>& rot = twist.rot_rad;
     // Most errors do not turn anything.
-    if (!lanes::any((rot.x != 0.0) | (rot.y != 0.0) | (rot.z != 0.0))) {
+    if (!twist.turns) {
       tip = tip + t;
       return;
     }
-    const Series<T> series(sign * rot);
+    const Series<T> series(sign * twist.rot_rad);
     tip = series.displaced(tip, t);
     if (kWithAxis) axis = series.turned(axis);
     near &= series.is_near();
@@ -162,12 +161,13 @@ struct ErrorKinematics::ToolsOf {
 template <class Tool>
 [[gnu::always_inline]] inline void ErrorKinematics::carry(Tool& tool) const {
   const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
-  const auto pass = [&](const Held& held, const Vec3& point_mm, double sign, const auto& twist_at) {
+  const auto pass = [&](const Held& held, bool has_point, const Vec3& point_mm, double sign,
+                        const auto& twist_at) {
     if (held.known) {
       tool.apply(held);
       return;
     }
-    if (!point_mm.isZero(0.0)) tool.move(triple(-point_mm));
+    if (has_point) tool.move(triple(-point_mm));
     tool.displace(twist_at, sign);
   };
   const auto of_joint = [](AxisId id) {
@@ -176,21 +176,21 @@ template <class Tool>
     };
   };
   pass(
-      spindle_, Vec3::Zero(), 1.0, [](const auto& e) -> const auto& { return e.spindle; });
+      spindle_, false, tool_mm_, 1.0, [](const auto& e) -> const auto& { return e.spindle; });
   for (const Joint& joint : tool_chain_) {
-    pass(joint.held, joint.point_mm, 1.0, of_joint(joint.id));
+    pass(joint.held, joint.has_point, joint.point_mm, 1.0, of_joint(joint.id));
     if (joint.has_point) tool.move(triple(joint.point_mm));
     tool.advance(joint, 1.0);
   }
   std::size_t k = 0;
   for (const Joint& joint : part_chain_) {
     if (!joint.rotary) tool.advance(joint, -1.0);
-    pass(joint.held, joint.point_mm, -1.0, of_joint(joint.id));
+    pass(joint.held, joint.has_point, joint.point_mm, -1.0, of_joint(joint.id));
     if (joint.rotary) tool.turn_back(joint.turn, k++);
     if (joint.has_point) tool.move(triple(joint.point_mm));
   }
   pass(
-      part_, part_zero_mm_, -1.0, [](const auto& e) -> const auto& { return e.part; });
+      part_, true, part_zero_mm_, -1.0, [](const auto& e) -> const auto& { return e.part; });
 }
 
 template <class T>

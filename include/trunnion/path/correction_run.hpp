@@ -29,37 +29,25 @@ class CorrectionRun {
   ~CorrectionRun();
   CorrectionRun(CorrectionRun&&) noexcept;
 
-  /// Corrects the points at the nominal positions `nominal`, rotary axes on the word grid, of which
-  /// `pose_at(i)` is prescribed and the sines known.
-  template <class PoseAt>
-  void correct(std::span<const JointVector> nominal, const PoseAt& pose_at,
-               std::span<const RotarySines> sines, double tolerance_mm) {
-    const std::size_t count = nominal.size();
-    begin(count, tolerance_mm);
-    // A point is corrected from where the pair before it was: both halves of the run go on side by side.
-    const std::size_t half = (count + 3) / 4 * 2;
-    const auto place = [&](std::size_t i) {
-      const std::size_t j = std::min(i, count - 1);  // the last one stands for what is not there
-      return NominalPlace{&nominal[j], &pose_at(j), &sines[j]};
-    };
-    for (std::size_t i = 0; i < half; i += 2)
-      add({i, half + i}, {place(i), place(i + 1), place(half + i), place(half + i + 1)});
-    bound();
-  }
-  std::span<const JointVector> joints() const { return joints_; }
-  /// The motion from point i - 1 to point i keeps, both ends corrected here.
-  const std::vector<std::uint8_t>& keeps() const { return keeps_; }
+  /// A point and its nominal position.
+  struct NominalPlace {
+    const JointVector* q;  // rotary axes on the word grid
+    const Vec3* tip_P;     // prescribed, and beside it for inserted points
+    const Vec3* axis_P;
+    const RotarySines* sines;  // of q
+  };
+  void correct(std::span<const NominalPlace> places, double tolerance_mm);
+  /// On the word grid; the nominal ones where `known` is 0: those go another way.
+  std::span<const JointVector> joints() const { return {joints_.data(), keeps_.size()}; }
+  std::span<const std::uint8_t> known() const { return {known_.data(), keeps_.size()}; }
+  /// The motion from point i - 1 to point i keeps to its chord, both ends corrected here.
+  std::span<const std::uint8_t> keeps() const { return keeps_; }
   /// Of the points that were corrected here, as Corrected::before_mm.
   double largest_error_mm() const { return std::sqrt(largest_error2_mm2_); }
   /// Of the linear axes.
   double largest_correction_mm() const { return std::sqrt(largest_correction2_mm2_); }
 
  private:
-  struct NominalPlace {
-    const JointVector* q;
-    const ToolPose* prescribed;
-    const RotarySines* sines;  // of q
-  };
   using Few = std::array<NominalPlace, 4>;    // two pairs
   using Firsts = std::array<std::size_t, 2>;  // of their points
   template <class T>
@@ -73,25 +61,26 @@ class CorrectionRun {
   void add(const Firsts& first, const Few& few);
   template <class T>
   void add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of);
-  TRUNNION_FOUR void add_four(const std::size_t* first, const NominalPlace* few, Of<Quads>& of);
   template <class T>
-  void ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of, lanes::Mask<T>& known) const;
+  void store(const std::size_t* first, const JointsOf<T>& q, const T& arm2);
+  template <class T>
+  const ChainErrorsOf<T>& ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of,
+                                   lanes::Mask<T>& known) const;
   template <class T>
   void correct_pair(std::size_t pair, const std::size_t* first, const NominalPlace* few, Of<T>& of);
   void put(std::size_t i, const JointVector& q);
   void bound();
   template <class T>
-  void bend(Of<T>& of);
-  TRUNNION_FOUR void bend_four(Of<Quads>& of);
+  void bend();
   template <class T>
   void measure(std::size_t begin, std::size_t end, Box& out) const;
-  TRUNNION_FOUR void measure_four(std::size_t begin, std::size_t end, Box& out) const;
   void decide(std::size_t begin, std::size_t end, const Box& box);
 
   const Compensator& compensator_;
   TableKinematics kinematics_;
   Rounding rounding_;
   bool side_by_side_;            // else one by one
+  bool looks_up_;                // the errors are those of tables, side by side
   bool four_;                    // two pairs at a time
   double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
   double limit_mm_ = 0.0;        // for bow and errors of a block
