@@ -359,7 +359,7 @@ void CorrectionRun::decide(std::size_t begin, std::size_t end, const Box& box) {
   for (std::size_t i = begin; i < end; ++i) {
     if (together && bow_mm_[i] + together->tip_mm <= limit_mm_) {
       keeps_[i] = 1;
-    } else if (known_[i - 1] != 0 && known_[i] != 0) {
+    } else if (bow_mm_[i] <= limit_mm_ && known_[i - 1] != 0 && known_[i] != 0) {
       const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
       keeps_[i] = errors && bow_mm_[i] + errors->tip_mm <= limit_mm_ ? 1 : 0;
     }

@@ -24,8 +24,29 @@ inline Lanes joint_pair(const JointVector& q, AxisId id) {
 /// a == b, without a jump for each axis.
 inline bool same_joints(const JointVector& a, const JointVector& b) {
   static_assert(kMaxAxes == 5, "two pairs and one");
-  const LaneMask same = (joint_pair(a, 0) == joint_pair(b, 0)) & (joint_pair(a, 2) == joint_pair(b, 2));
-  return (same[0] & same[1]) != 0 && a[4] == b[4];
+#if defined(__SSE2__)
+  // Masks that the compiler makes of vectors it takes apart again.
+  const auto same = [&](AxisId id) { return _mm_cmpeq_pd(joint_pair(a, id), joint_pair(b, id)); };
+  return _mm_movemask_pd(_mm_and_pd(same(0), same(2))) == 3 && a[4] == b[4];
+#else
+  return a == b;
+#endif
+}
+
+/// least <= q <= most, axis by axis.
+inline bool joints_within(const JointVector& q, const JointVector& least, const JointVector& most) {
+#if defined(__SSE2__)
+  const auto within = [&](AxisId id) {
+    const Lanes at = joint_pair(q, id);
+    return _mm_and_pd(_mm_cmpge_pd(at, joint_pair(least, id)), _mm_cmple_pd(at, joint_pair(most, id)));
+  };
+  return _mm_movemask_pd(_mm_and_pd(within(0), within(2))) == 3 && q[4] >= least[4] && q[4] <= most[4];
+#else
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    if (!(q[id] >= least[id] && q[id] <= most[id])) return false;
+  }
+  return true;
+#endif
 }
 
 /// Both numbers as the nearest whole ones; the least that 32 bits hold where one has more.

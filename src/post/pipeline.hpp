@@ -158,8 +158,8 @@ class Pipeline {
   /// Before the motion to `q`: true when a block went out that takes up lost motion.
   Result<bool> emit_take_up(const JointVector& q, SourceRef where);
   bool rewinds(const path::Point& to, const JointVector& q) const;
-  bool bends(const path::Point& to, const JointVector& q) const;
-  bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const;
+  bool bends(const path::Point& to, const JointVector& q, bool bounded = false) const;
+  bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm, bool bounded) const;
   bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
   bool span_bends(const path::Point& to, const JointVector& q) const;
   /// What a piece over several segments leaves of the tolerance to the errors.

@@ -9,14 +9,8 @@
 namespace trunnion::post {
 
 bool Pipeline::within_travel(const JointVector& q) const {
-  static_assert(kMaxAxes == 5, "two pairs and one");
   // Positions that the machine has no axis for are zero, as their travel.
-  const auto pair = [&](AxisId id) {
-    const Lanes at = joint_pair(q, id);
-    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id));
-  };
-  const LaneMask both = pair(0) & pair(2);
-  return (both[0] & both[1]) != 0 && q[4] >= least_[4] && q[4] <= most_[4];
+  return joints_within(q, least_, most_);
 }
 
 // Words are positions of the machine, all of them.
@@ -185,9 +179,12 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   const JointVector* const known = known_correction(number);
   const auto found = known != nullptr ? Result<JointVector>(*known) : corrected(to, 0.0);
   if (!found) return tl::unexpected(found.error());
-  const bool keeps = known != nullptr && chunk_->corrections.keeps[number] != 0 &&
-                     chunk_->corrections.joints[number - 1] == last_emitted_;
-  if (*found != last_emitted_ && within_travel(*found) && (keeps || !bends(to, *found))) {
+  // As it was bounded beforehand.
+  const Chunk::Corrections& corrections = chunk_->corrections;
+  const bool bounded = known != nullptr && number > 0 && corrections.known[number - 1] != 0 &&
+                       same_joints(corrections.joints[number - 1], last_emitted_);
+  const bool keeps = bounded && corrections.keeps[number] != 0;
+  if (*found != last_emitted_ && within_travel(*found) && (keeps || !bends(to, *found, bounded))) {
     if (known != nullptr) {
       run.add(FeedPlanner::Stop{known, &tip_P}, i);
     } else {
@@ -254,16 +251,13 @@ path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) con
 // a run of blocks takes comes out as more than it takes.
 bool Pipeline::run_words(const JointVector& q, nc::RunBlock& block) const {
   static_assert(kMaxAxes == 5 && nc::RunBlock::kAxes == 5, "two pairs and one");
-  const auto pair = [&](AxisId id) {
-    const Lanes at = joint_pair(q, id);
-    put_whole((at + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id), &block.words[id]);
-    return (at >= joint_pair(least_, id)) & (at <= joint_pair(most_, id));
-  };
-  const LaneMask within = pair(0) & pair(2);
+  for (const AxisId id : {AxisId{0}, AxisId{2}})
+    put_whole((joint_pair(q, id) + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id),
+              &block.words[id]);
   std::array<std::int32_t, 2> last;
   put_whole(Lanes{(q[4] + word_offsets_[4]) * quanta_per_unit_[4], 0.0}, last.data());
   block.words[4] = last[0];
-  return (within[0] & within[1]) != 0 && q[4] >= least_[4] && q[4] <= most_[4];
+  return joints_within(q, least_, most_);
 }
 
 // Of the blocks behind the first `done` of them, some, up to the first one that leaves something to be asked.

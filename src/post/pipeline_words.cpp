@@ -37,11 +37,11 @@ bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) cons
 
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave its
 // segment of the path by more than the tolerance?
-bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
+bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) const {
   if (!segment_) return span_bends(to, q);
   const double limit_mm = tolerances_.cutting().tip_mm;
   const bool is_cheap = meter_->is_fixed() && meter_->proves();
-  if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm)) return false;
+  if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm, bounded)) return false;
   if (!is_cheap) {
     // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
     // way.
@@ -68,8 +68,9 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q) const {
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of
-// the errors over the motion is all that is needed of them.
-bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm) const {
+// the errors over the motion is all that is needed of them. `bounded`: norms were asked beforehand.
+bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm,
+                            bool bounded) const {
   if (options_.rtcp || plane_ || holds_digits_) return false;
   const auto most = meter_->bend_at_most(last_emitted_, q);
   if (!most) return false;
@@ -79,18 +80,18 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   const Vec3 to_P = to.tip_P + to.beside_P;
   const Vec3& tip0_P = segment_->first.tip_P;
   const Vec3& tip1_P = segment_->second.tip_P;
-  // The nominal tip is off these by the correction, which began at rounded words and was rounded.
-  const double moved_mm = kAskew * (report_.largest_correction_mm + 2.0 * word_radius_mm_);
-  const double left_mm =
-      limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
-  if (left_mm >= 0.0) {
+  const auto norms_suffice = [&] {
+    // The nominal tip is off these by the correction, which began at rounded words and was rounded.
+    const double moved_mm = kAskew * (report_.largest_correction_mm + 2.0 * word_radius_mm_);
+    const double left_mm =
+        limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
+    if (left_mm < 0.0) return false;
     // Nearly always the ends are those of the segment.
     const double ends2 = std::max((from_P - tip0_P).squaredNorm(), (to_P - tip1_P).squaredNorm());
-    if (ends2 <= left_mm * left_mm) return true;
-    if (distance_to_segment(from_P, tip0_P, tip1_P) <= left_mm &&
-        distance_to_segment(to_P, tip0_P, tip1_P) <= left_mm)
-      return true;
-  }
+    return ends2 <= left_mm * left_mm || (distance_to_segment(from_P, tip0_P, tip1_P) <= left_mm &&
+                                          distance_to_segment(to_P, tip0_P, tip1_P) <= left_mm);
+  };
+  if (!bounded && norms_suffice()) return true;
   const auto placed = [](const path::Station& nominal, const Vec3& tip_P) {
     return path::shifted(nominal, tip_P - nominal.tip_P, Vec3::Zero());
   };
