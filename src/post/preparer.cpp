@@ -36,21 +36,21 @@ void Preparer::place(Chunk& chunk) {
 void Preparer::correct(Chunk& chunk) {
   const std::size_t count = chunk.motions.size();
   const auto sines = grid_.sines();
-  places_.clear();
-  places_.reserve(count + chunk.inserted.size());
+  places_.resize(count + chunk.inserted.size());
   inserted_tips_P_.resize(chunk.inserted.size());
   inserted_sines_.resize(chunk.inserted.size());
+  path::CorrectionRun::NominalPlace* place = places_.data();
   std::size_t k = 0;
   for (std::size_t i = 0; i < count; ++i) {
     for (const std::size_t end = k + chunk.inserted_in(chunk.segments[i]).size(); k < end; ++k) {
       const path::Point& point = chunk.inserted[k];
       inserted_tips_P_[k] = point.tip_P + point.beside_P;
       inserted_sines_[k] = kinematics_.sines(point.q);
-      places_.push_back({&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]});
+      *place++ = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]};
     }
-    chunk.segments[i].end = static_cast<std::uint32_t>(places_.size());
+    chunk.segments[i].end = static_cast<std::uint32_t>(i + k);
     const ToolPose& pose = chunk.motions[i].point.pose;
-    places_.push_back({&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]});
+    *place++ = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]};
   }
   corrections_->correct(places_, chunk.tolerances[0].tolerance.tip_mm);
   const auto assign = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
@@ -59,12 +59,13 @@ void Preparer::correct(Chunk& chunk) {
   assign(out.known, corrections_->known());
   assign(out.keeps, corrections_->keeps());
   // Blocks that begin or end beside the path may keep to their chord, and leave the path.
-  std::size_t at = 0;
-  for (const path::Point& point : chunk.inserted) {
-    while (places_[at].q != &point.q) ++at;
-    if (point.beside_P.isZero(0.0)) continue;
-    out.keeps[at] = 0;
-    if (at + 1 < out.keeps.size()) out.keeps[at + 1] = 0;
+  for (const PreparedSegment& segment : chunk.segments) {
+    const auto inserted = chunk.inserted_in(segment);
+    for (std::size_t n = 0; n < inserted.size(); ++n) {
+      if (inserted[n].beside_P.isZero(0.0)) continue;
+      const std::size_t at = segment.end - inserted.size() + n;
+      out.keeps[at] = out.keeps[at + 1] = 0;
+    }
   }
   out.largest_error_mm = corrections_->largest_error_mm();
   out.largest_correction_mm = corrections_->largest_correction_mm();

@@ -80,12 +80,14 @@ class CourseErrors {
   };
   static T load(const Column& column) { return lanes::load<T>(column.data()); }
 
-  // Seldom asked for.
+  // Seldom asked for: of the positions that have left their piece.
   [[gnu::noinline]] void find(const JointsOf<T>& q) {
     for (Course& one : courses_) {
       const StraightCourse& course = *one.course;
       for (std::size_t i = 0; i < lanes::kCount<T>; ++i) {
-        const std::size_t first = course.piece_at(q[course.axis][static_cast<int>(i)]);
+        const double x = q[course.axis][static_cast<int>(i)];
+        if (one.low[i] <= x && x < one.high[i]) continue;
+        const std::size_t first = course.piece_at(x);
         one.low[i] = course.nodes[first];
         one.high[i] = course.nodes[first + 1];
         one.at_low[i] = course.values[first];
