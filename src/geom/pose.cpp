@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/geom/small_arc.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -97,27 +99,12 @@ double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
   return (point - a - t * d).norm();
 }
 
-namespace {
-
-// sin(t omega) / sin(omega), omega^2 = x below kSmallArc: the first term left out is below 2e-16.
-constexpr double kSmallArc = 1e-3;
-double share_of_small_arc(double t, double x) {
-  const double t2 = t * t;
-  const double c1 = (1.0 - t2) / 6.0;
-  const double c2 = (7.0 - t2 * (10.0 - 3.0 * t2)) / 360.0;
-  const double c3 = (31.0 - t2 * (49.0 - t2 * (21.0 - 3.0 * t2))) / 15120.0;
-  return t * (1.0 + x * (c1 + x * (c2 + x * c3)));
-}
-
-}  // namespace
-
 Vec3 slerp(const Vec3& u0, const Vec3& u1, double t) {
-  const double chord2 = (u1 - u0).squaredNorm();
-  constexpr double kSameAxis = 1e-24;
-  if (chord2 < kSmallArc && chord2 > kSameAxis) {
-    // (2 arcsin(c / 2))^2
-    const double x = chord2 * (1.0 + chord2 * (1.0 / 12.0 + chord2 * (1.0 / 90.0 + chord2 / 560.0)));
-    return (share_of_small_arc(1.0 - t, x) * u0 + share_of_small_arc(t, x) * u1).normalized();
+  const auto triple = [](const Vec3& v) { return lanes::Triple<double>{v.x(), v.y(), v.z()}; };
+  const SmallArc<double> arc(triple(u0), triple(u1));
+  if (arc.holds()) {
+    const lanes::Triple<double> u = arc.at(t);
+    return {u.x, u.y, u.z};
   }
   const double omega = angle_between(u0, u1).rad();
   const double s = std::sin(omega);

@@ -141,12 +141,11 @@ bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec
 
 std::uint8_t RotarySolver::branch_of(double outer) const {
   const auto at = lanes::sincos(outer);
-  return at.sin * m_to_k_.y + at.cos * m_to_k_.x > 0.0 ? 0 : 1;
+  return side_of(at.sin, at.cos) > 0.0 ? 0 : 1;
 }
 
 // The outer axis stands atan2(root, be) to either side of where it takes n2 to k.
 bool RotarySolver::solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, RotarySolution& out) const {
-  constexpr double kTanHalfApart = 0.1;  // of 0.199
   const Tilt<double> tilt = tilt_of(lanes::Triple<double>{axis_P.x(), axis_P.y(), axis_P.z()});
   const double be = tilt.b - cos_axes_ * n1_k_;
   if (count_ != 2 || tilt.sine < kDigitTilt || !(tilt.root > kTanHalfApart * std::abs(be))) return false;
@@ -155,7 +154,7 @@ bool RotarySolver::solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, Rot
 
 double RotarySolver::apart(double outer) const {
   const auto at = lanes::sincos(outer);
-  return std::abs(at.sin * m_to_k_.y + at.cos * m_to_k_.x) / sin_axes_;
+  return std::abs(side_of(at.sin, at.cos)) / sin_axes_;
 }
 
 RotarySolutions rotary_solutions(const Machine& machine, const Vec3& axis_P, double seed_inner,

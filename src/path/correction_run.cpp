@@ -30,7 +30,7 @@ Lanes pair_of(const Quads& v, std::size_t k) {
 template <class T>
 struct CorrectionRun::Of {
   ConstantsOf<T> chain;
-  GridOf<T> grid;
+  WordGridOf<T> grid;
   CourseErrors<T> courses;
   ChainErrorsOf<T> asked;         // errors that are no courses
   lanes::Triple<T> aim_P;         // Corrected::aim_P of the last point of the pair

@@ -6,19 +6,6 @@
 #include "path/side_by_side.hpp"
 
 namespace trunnion::path {
-namespace {
-
-// As RotarySines::turn.
-template <class T>
-void turn_on(T& sin, T& cos, const T& by) {
-  const T d = by - by * by * by / 6.0;
-  const T e = 0.5 * by * by;
-  const T s = sin;
-  sin = s - e * s + d * cos;
-  cos = cos - e * cos - d * s;
-}
-
-}  // namespace
 
 // A few positions, and by how much they miss what is programmed, squared.
 template <class T>
@@ -45,7 +32,7 @@ struct GridRun::Work {
   template <class T>
   struct Of {
     ConstantsOf<T> chain;
-    GridOf<T> grid;
+    WordGridOf<T> grid;
     std::array<Place<T>, 2> places;  // the last ones, and room for the next
     std::size_t at = 0;
     Place<T>& now() { return places[at]; }

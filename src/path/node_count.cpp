@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "path/even_pieces.hpp"
 #include "path/segment_refiner.hpp"
 
 namespace trunnion::path {

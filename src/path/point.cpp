@@ -1,8 +1,18 @@
 #include "trunnion/path/point.hpp"
 
+#include <cmath>
+
 #include "trunnion/machine/table_kinematics.hpp"
 
 namespace trunnion::path {
+
+double Rounding::tip_error_mm(const Machine& machine) const {
+  double sum = 0.0;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (machine.axes[id].kind == AxisKind::linear) sum += quantum[id] * quantum[id];
+  }
+  return 0.5 * std::sqrt(sum);
+}
 
 bool Rounding::is_identity() const {
   for (AxisId id = 0; id < kMaxAxes; ++id) {

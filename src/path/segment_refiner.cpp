@@ -5,6 +5,7 @@
 
 #include "path/closed_forms.hpp"
 #include "path/convex.hpp"
+#include "path/even_pieces.hpp"
 
 namespace trunnion::path {
 namespace {
@@ -25,14 +26,6 @@ const Angle kHarmonicTurn = Angle::degrees(60.0);
 // Share of the largest error that the middle of a bow has at least; less is S-shaped.
 constexpr double kBowShaped = 0.9;
 
-double word_error(const Machine& machine, const Rounding& rounding) {
-  double sum = 0.0;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (machine.axes[id].kind == AxisKind::linear) sum += rounding.quantum[id] * rounding.quantum[id];
-  }
-  return 0.5 * std::sqrt(sum);
-}
-
 }  // namespace
 
 SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, const Rounding& rounding,
@@ -42,7 +35,7 @@ SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, cons
       options_(options),
       certifier_(TableKinematics(machine, tool_mm)),
       maker_(machine_, certifier_.kinematics(), rounding_),
-      word_error_mm_(word_error(machine, rounding)),
+      word_error_mm_(rounding.tip_error_mm(machine)),
       predictor_is_below_truth_(options.predictor.kind == Predictor::Kind::exact ||
                                 options.predictor.kind == Predictor::Kind::parabola ||
                                 options.predictor == Predictor{}) {}
@@ -295,15 +288,11 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
 }
 
-// Where the axes turn little a segment bends evenly: pieces of one length do, as few as its bow asks for, and
-// nothing more has to be known of how it bends. A piece of n has n^2 times less bow than the whole. One node
-// in the middle, the fewest there can be, is tried before there is room for the rounding of the words.
+// Where the axes turn little nothing more has to be known of how a segment bends than its bow.
 bool SegmentRefiner::insert_evenly() {
-  constexpr double kMostPieces = 16.0;
   if (options_.method != Method::reinsert || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
-  const bool halves = bow_mm_ <= 4.0 * tolerance_.tip_mm;
-  const double wanted = halves ? 2.0 : std::ceil(std::sqrt(bow_mm_ / tube_mm(tolerance_)));
-  if (!(wanted <= kMostPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
+  const double wanted = even_pieces(bow_mm_, tolerance_.tip_mm, tube_mm(tolerance_));
+  if (!(wanted <= kMostEvenPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
   const auto pieces = static_cast<std::size_t>(wanted);
   nodes_.clear();
   for (std::size_t i = 1; i < pieces; ++i) {
@@ -429,7 +418,7 @@ void SegmentRefiner::use_cells(NodeAxis how) {
 }
 
 double SegmentRefiner::tube_mm(const Tolerance& tolerance) const {
-  return std::max(tolerance.tip_mm - word_error_mm_, 0.5 * tolerance.tip_mm);
+  return tube_within(tolerance.tip_mm, word_error_mm_);
 }
 
 const Spacing& SegmentRefiner::spacing_of(const SegmentEnds& ends, const Tolerance& tolerance) {

@@ -73,8 +73,6 @@ class SegmentRefiner {
   }
   enum class Side : std::uint8_t { on_chord, two_sided };
   static constexpr std::size_t kFewestCells = 4;
-  /// Below this the straight joint path and the great circle need the same number of points.
-  static constexpr Angle kSmallTurn = Angle::degrees(5.0);
 
   bool needs_points(SegmentReport& report);
   bool axis_surely_within(const Station& a, const Station& b, double off_axis2) const;

@@ -39,15 +39,32 @@ struct ConstantsOf {
   static lanes::Triple<T> of(const Vec3& v) { return of(lanes::Triple<double>{v.x(), v.y(), v.z()}); }
 };
 
-/// The word grid: Rounding.
+/// Positions of the linear axes that put the tip at `tip_P`: TableKinematics::linear_positions.
 template <class T>
-class GridOf {
+lanes::Triple<T> linear_positions(const TableKinematics& k, const ConstantsOf<T>& c,
+                                  const lanes::Triple<T>& tip_P, const TableKinematics::SinesOf<T>& s) {
+  return k.turned(0, k.turned(1, tip_P - c.g, s) - c.b, s) - c.w0;
+}
+
+/// As RotarySines::turn.
+template <class T>
+void turn_on(T& sin, T& cos, const T& by) {
+  const T d = by - by * by * by / 6.0;
+  const T e = 0.5 * by * by;
+  const T s = sin;
+  sin = s - e * s + d * cos;
+  cos = cos - e * cos - d * s;
+}
+
+/// The grid on which the NC words stand.
+template <class T>
+class WordGridOf {
  public:
-  explicit GridOf(const Rounding& rounding) {
+  explicit WordGridOf(const Rounding& rounding) {
     for (AxisId id = 0; id < kMaxAxes; ++id) {
+      rounds_[id] = rounding.quantum[id] > 0.0;
       unit_[id] = lanes::splat<T>(rounding.quantum[id]);
       offset_[id] = lanes::splat<T>(rounding.offset[id]);
-      rounds_[id] = rounding.quantum[id] > 0.0;
     }
   }
   /// As Rounding::rounded, for values that a word can hold.
@@ -58,15 +75,8 @@ class GridOf {
 
  private:
   std::array<T, kMaxAxes> unit_, offset_;
-  std::array<bool, kMaxAxes> rounds_;
+  std::array<bool, kMaxAxes> rounds_{};
 };
-
-/// Positions of the linear axes that put the tip at `tip_P`: TableKinematics::linear_positions.
-template <class T>
-lanes::Triple<T> linear_positions(const TableKinematics& k, const ConstantsOf<T>& c,
-                                  const lanes::Triple<T>& tip_P, const TableKinematics::SinesOf<T>& s) {
-  return k.turned(0, k.turned(1, tip_P - c.g, s) - c.b, s) - c.w0;
-}
 
 /// What a Station says of its position, from w there and the sines.
 template <class T>

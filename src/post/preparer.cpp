@@ -11,6 +11,8 @@ Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Roun
       refiner_(machine, tool_mm, rounding, options.nonlinear),
       grid_(kinematics_, rounding),
       whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {
+  if (kinematics_.side_by_side() && path::EvenRun::settles(options.nonlinear))
+    even_.emplace(machine, kinematics_, rounding_, options.nonlinear);
   if (compensator != nullptr && kinematics_.side_by_side() && !whole_runs_)
     corrections_.emplace(*compensator, kinematics_, rounding_);
 }
@@ -39,19 +41,20 @@ void Preparer::correct(Chunk& chunk) {
   places_.resize(count + chunk.inserted.size());
   inserted_tips_P_.resize(chunk.inserted.size());
   inserted_sines_.resize(chunk.inserted.size());
-  path::CorrectionRun::NominalPlace* place = places_.data();
-  std::size_t k = 0;
+  std::size_t k = 0;  // inserted points so far
   for (std::size_t i = 0; i < count; ++i) {
-    for (const std::size_t end = k + chunk.inserted_in(chunk.segments[i]).size(); k < end; ++k) {
-      const path::Point& point = chunk.inserted[k];
+    PreparedSegment& segment = chunk.segments[i];
+    for (const path::Point& point : chunk.inserted_in(segment)) {
       inserted_tips_P_[k] = point.tip_P + point.beside_P;
       inserted_sines_[k] = kinematics_.sines(point.q);
-      *place++ = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]};
+      places_[i + k] = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]};
+      ++k;
     }
-    chunk.segments[i].end = static_cast<std::uint32_t>(i + k);
+    segment.end = static_cast<std::uint32_t>(i + k);
     const ToolPose& pose = chunk.motions[i].point.pose;
-    *place++ = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]};
+    places_[i + k] = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]};
   }
+  places_.resize(count + k);
   corrections_->correct(places_, chunk.tolerances[0].tolerance.tip_mm);
   const auto assign = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
   Chunk::Corrections& out = chunk.corrections;
@@ -84,6 +87,40 @@ void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolera
   const path::SegmentReport& report = chunk.reports.emplace_back(refiner_.decide(
       from, chunk.point(i), tolerance, known_mm_, chunk.inserted, i == 0 ? nullptr : &sines_a, &sines_b));
   known_mm_ = std::max(known_mm_, std::min(report.predicted_mm, report.midpoint_mm));
+  known_midpoint_mm_ = std::max(known_midpoint_mm_, report.midpoint_mm);
+}
+
+// Those of the undecided segments that can be judged a few at a time.
+void Preparer::settle(Chunk& chunk) {
+  const auto end = [&](std::size_t i) {
+    return path::EvenRun::End{&chunk.joints[i], &grid_.sines(i), &chunk.motions[i].point.pose};
+  };
+  even_->clear();
+  for (const std::size_t i : undecided_) {
+    if (i > 0 && !chunk.segments[i].known())
+      even_->add({end(i - 1), end(i), chunk.motions[i].point.where, i});
+  }
+  for (const auto& of : even_->settle(chunk.tolerances[0].tolerance, known_mm_, chunk.inserted)) {
+    PreparedSegment& segment = chunk.segments[of.number];
+    segment.report = PreparedSegment::kKept;
+    if (of.inserted == 0 && of.midpoint_mm <= known_midpoint_mm_) continue;
+    known_midpoint_mm_ = std::max(known_midpoint_mm_, of.midpoint_mm);
+    segment.first = of.first;
+    segment.report = static_cast<std::int32_t>(chunk.reports.size());
+    path::SegmentReport& report = chunk.reports.emplace_back(refiner_.kept());
+    report.inserted = of.inserted;
+    report.midpoint_mm = of.midpoint_mm;
+  }
+}
+
+// Once more, where segments bow farther than any figure that is known: the widest of them alone makes it
+// known.
+void Preparer::settle_all(Chunk& chunk) {
+  settle(chunk);
+  const auto widest = even_->widest_unknown();
+  if (!widest) return;
+  decide(chunk, *widest, chunk.tolerances[0].tolerance);
+  settle(chunk);
 }
 
 void Preparer::prepare(Chunk& chunk) {
@@ -93,17 +130,23 @@ void Preparer::prepare(Chunk& chunk) {
   if (count == 0) return;
   place(chunk);
   if (whole_runs_) return;
-  std::size_t next = 0;
-  path::Tolerance tolerance = chunk.tolerances[0].tolerance;
   // Where the tolerance changes within the chunk the refiner decides.
   const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
+  undecided_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
       continue;
     if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= known_mm_) {
       chunk.segments[i].report = PreparedSegment::kKept;
-      continue;
+    } else {
+      undecided_.push_back(i);
     }
+  }
+  if (judged && even_) settle_all(chunk);
+  std::size_t next = 0;
+  path::Tolerance tolerance = chunk.tolerances[0].tolerance;
+  for (const std::size_t i : undecided_) {
+    if (chunk.segments[i].known()) continue;
     for (; next < chunk.tolerances.size() && chunk.tolerances[next].motion <= i; ++next) {
       tolerance = chunk.tolerances[next].tolerance;
     }

@@ -1,5 +1,6 @@
 #pragma once
 #include "trunnion/path/correction_run.hpp"
+#include "trunnion/path/even_run.hpp"
 #include "trunnion/path/grid_run.hpp"
 #include "trunnion/post/post.hpp"
 
@@ -22,19 +23,24 @@ class Preparer {
  private:
   void place(Chunk& chunk);
   void correct(Chunk& chunk);
+  void settle(Chunk& chunk);
+  void settle_all(Chunk& chunk);
   void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance);
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;
   path::GridRun grid_;  // where the machine allows it
+  std::optional<path::EvenRun> even_;
   std::optional<path::CorrectionRun> corrections_;
   std::vector<path::CorrectionRun::NominalPlace> places_;  // of the chunk's blocks
   std::vector<Vec3> inserted_tips_P_;                      // at which the correction aims
   std::vector<RotarySines> inserted_sines_;
+  std::vector<std::size_t> undecided_;         // segments that the first bounds do not settle
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
   double known_mm_ = 0.0;
-  bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare
+  double known_midpoint_mm_ = 0.0;  // the same of the errors in the middle alone
+  bool whole_runs_;                 // the pipeline hands whole runs to the refiner: nothing to prepare
 };
 
 }  // namespace trunnion::post

@@ -44,6 +44,16 @@ class RotarySolver {
   /// Of the branches that are `wanted`.
   template <class T>
   void find_positions(const Turned<T>& turned, const std::array<bool, 2>& wanted, Positions<T>& out) const;
+  /// What `solve_one_of_two` finds for a few tool axes side by side.
+  template <class T>
+  struct OneTogether {
+    lanes::Mask<T> known;  // else what follows says nothing
+    std::array<T, 2> angle, sin, cos;
+  };
+  /// Each on the branch on which the outer axis stands where its sine and cosine are these.
+  template <class T>
+  void solve_one_together(const lanes::Triple<T>& axis_P, const T& sin_outer, const T& cos_outer,
+                          OneTogether<T>& out) const;
   std::size_t count() const { return count_; }
 
   /// With two rotary axes: the sine of the angle at which the spindle, as the outer axis at this angle
@@ -61,6 +71,7 @@ class RotarySolver {
  private:
   /// Both branches are the same within what doubles can tell (a square root of rounding).
   static constexpr double kTangent = 1e-15;
+  static constexpr double kTanHalfApart = 0.1;  // of 0.199, beyond kApart_rad
   using Turn = TurnOf<double>;
   /// Positions of an axis within its limits have the cosine of their way from the middle above `least`.
   struct Window {
@@ -78,8 +89,13 @@ class RotarySolver {
   template <class T>
   Tilt<T> tilt_of(const lanes::Triple<T>& axis_P) const;
   /// Turns of both axes of the branch with this sign.
+  template <class T, class Sign>
+  std::array<TurnOf<T>, 2> turns(const Tilt<T>& tilt, const Sign& sign) const;
+  /// Above 0 on the first branch, below 0 on the second: where the outer axis stands.
   template <class T>
-  std::array<TurnOf<T>, 2> turns(const Tilt<T>& tilt, double sign) const;
+  T side_of(const T& sin_outer, const T& cos_outer) const {
+    return sin_outer * m_to_k_.y + cos_outer * m_to_k_.x;
+  }
   template <bool kWithinLimits>
   RotarySolutions solve_two(const Vec3& axis_P, double seed_inner, const InverseOptions& options) const;
   template <bool kWithinLimits>
@@ -139,8 +155,8 @@ RotarySolver::Tilt<T> RotarySolver::tilt_of(const lanes::Triple<T>& axis_P) cons
 
 // The branch with ga = sign sqrt(S^2 - D^2) / |n1 x n2|^2: v |n1 x n2|^2 = al n1 + be n2 + ga m; across n1
 // the first term falls out, across n2 the second.
-template <class T>
-std::array<RotarySolver::TurnOf<T>, 2> RotarySolver::turns(const Tilt<T>& tilt, double sign) const {
+template <class T, class Sign>
+std::array<RotarySolver::TurnOf<T>, 2> RotarySolver::turns(const Tilt<T>& tilt, const Sign& sign) const {
   const T al = n1_k_ - cos_axes_ * tilt.b;
   const T be = tilt.b - cos_axes_ * n1_k_;
   const T ga = sign * tilt.root;
@@ -190,6 +206,26 @@ void RotarySolver::find_positions(const Turned<T>& turned, const std::array<bool
       out.sin[branch][k] = t.y / turned.length[branch][k];
       out.cos[branch][k] = t.x / turned.length[branch][k];
     }
+  }
+}
+
+template <class T>
+void RotarySolver::solve_one_together(const lanes::Triple<T>& axis_P, const T& sin_outer, const T& cos_outer,
+                                      OneTogether<T>& out) const {
+  const Tilt<T> tilt = tilt_of(axis_P);
+  const T be = tilt.b - cos_axes_ * n1_k_;
+  out.known = (tilt.sine >= kDigitTilt) & (tilt.root > kTanHalfApart * lanes::abs(be));
+  const T one = lanes::splat<T>(1.0);
+  const T sign = lanes::select(side_of<T>(sin_outer, cos_outer) > 0.0, one, -one);
+  const std::array<TurnOf<T>, 2> turn = turns<T, T>(tilt, sign);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const TurnOf<T>& t = turn[k];
+    const T length = lanes::sqrt(T(t.x * t.x + t.y * t.y));
+    out.known &= (length > 0.0) & ~window_[k].template excludes<T>(t, length);
+    const T angle = lanes::atan2(t.y, t.x);
+    out.angle[k] = lanes::select(angle <= -kPi, lanes::splat<T>(kPi), angle);
+    out.sin[k] = t.y / length;
+    out.cos[k] = t.x / length;
   }
 }
 

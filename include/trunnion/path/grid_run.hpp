@@ -38,7 +38,7 @@ class GridRun {
     }
   }
   /// Sines of the rounded rotary positions of point i.
-  RotarySines sines(std::size_t i) const { return sines_[i]; }
+  const RotarySines& sines(std::size_t i) const { return sines_[i]; }
   std::span<const RotarySines> sines() const { return sines_; }
   /// The segment that ends at point i surely keeps to the tolerance.
   bool keeps(std::size_t i) const { return keeps_[i] != 0; }

@@ -33,6 +33,8 @@ struct Rounding {
     if (!(unit > 0.0)) return value;
     return unit * nearest((value + offset[axis]) / unit) - offset[axis];
   }
+  /// Largest distance by which rounding of the linear words moves the tip, mm.
+  double tip_error_mm(const Machine& machine) const;
   /// True when no axis is rounded.
   bool is_identity() const;
   /// Grid of words with `quantum` on this machine and tool.

@@ -1,0 +1,83 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trunnion/path/nonlinear.hpp"
+
+namespace trunnion::path {
+
+/// Segments that are judged a few at a time, and given as many even pieces as their bow asks for: what
+/// Refiner::decide makes of each, nodes to the last bit. It settles those of which the closed forms prove
+/// that every piece keeps to the tolerance, and says nothing of the others. For machines that TableKinematics
+/// evaluates side by side.
+class EvenRun {
+ public:
+  /// `kinematics` and `rounding` must outlive the object.
+  EvenRun(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
+          const NonlinearOptions& options);
+  ~EvenRun();
+  EvenRun(EvenRun&&) noexcept;
+
+  /// An end of a segment: on the word grid at `q`, with the sines of its rotary positions.
+  struct End {
+    const JointVector* q;
+    const RotarySines* sines;
+    const ToolPose* prescribed;
+  };
+  struct Segment {
+    End from, to;
+    SourceRef where;     // of its end
+    std::size_t number;  // its name for who hands it in
+  };
+  /// What came of a segment: `inserted` points from `first` on, of those that `settle` appends; and the
+  /// report's `midpoint_mm`.
+  struct Settled {
+    std::size_t number;
+    std::uint32_t first, inserted;
+    double midpoint_mm;
+  };
+
+  /// False: with these options it settles none.
+  static bool settles(const NonlinearOptions& options) {
+    return options.method == Method::reinsert && options.predictor.kind == Predictor::Kind::exact;
+  }
+  void clear() { segments_.clear(); }
+  void add(const Segment& segment) { segments_.push_back(segment); }
+  /// The segments that were added, in any order. Those whose predicted error is not known to be at most
+  /// `known_mm` are left out.
+  std::span<const Settled> settle(const Tolerance& tolerance, double known_mm, std::vector<Point>& out);
+  /// Of those that were left out because `known_mm` was too small, so far, the one that bows farthest.
+  std::optional<std::size_t> widest_unknown() const { return widest_; }
+
+ private:
+  static constexpr std::size_t kMost = lanes::kCount<Quads>;  // at a time
+  static constexpr std::size_t kMostPieces = 16;
+  using Few = std::array<const Segment*, kMost>;
+  struct Work;
+  struct Count {
+    std::array<std::int64_t, kMost> pieces;  // 1: it keeps as it is; 0: the general way has to look at it
+    std::array<double, kMost> midpoint_mm;
+    std::array<double, kMost> bow_mm;
+  };
+  template <class T>
+  void count(const Few& few, Count& out) const;
+  template <class T>
+  void divide(const Few& few, std::size_t pieces, std::array<Point*, kMost> out, std::int64_t* keep) const;
+  void divide_all(std::size_t pieces, std::vector<Point>& out);
+
+  std::size_t together_;
+  std::size_t most_pieces_;
+  Tolerance tolerance_;
+  double known_mm_ = 0.0;
+  std::unique_ptr<Work> work_;
+  std::vector<Segment> segments_;
+  std::vector<double> midpoint_mm_;                                    // of the segments
+  std::array<std::vector<std::uint32_t>, kMostPieces + 1> of_pieces_;  // places among them
+  std::vector<Settled> settled_;
+  std::optional<std::size_t> widest_;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,156 @@
+#pragma once
+#include "path/side_by_side.hpp"
+
+// Pieces of a few segments side by side, and what the closed forms of the certificate (closed_forms.hpp) say
+// of them. T is Lanes or Quads.
+namespace trunnion::path {
+
+/// Where the machine stands on a few segments, and how far off them.
+template <class T>
+struct StandOf : PlaceOf<T> {
+  TableKinematics::SinesOf<T> sines;
+  lanes::Triple<T> tip_P;
+  T off_mm;     // of the tip, from the segment
+  T off2_axis;  // of the tool axis, from some axis of the reference, squared
+};
+
+/// Chords of a few segments.
+template <class T>
+struct ChordOf {
+  lanes::Triple<T> from, way;
+  T length2;
+
+  ChordOf(const lanes::Triple<T>& a, const lanes::Triple<T>& b)
+      : from(a), way(b - a), length2(lanes::squared(way)) {}
+  /// As distance_to_segment.
+  T distance(const lanes::Triple<T>& point) const {
+    const lanes::Triple<T> v = point - from;
+    const T one = lanes::splat<T>(1.0);
+    const T along = lanes::dot(v, way) / lanes::select(length2 > 0.0, length2, one);
+    const T t = lanes::select(along < 0.0, T{}, lanes::select(along > 1.0, one, along));
+    return lanes::sqrt(T(lanes::squared(v - t * way)));
+  }
+};
+
+/// As largest_bowed for one.
+template <class T>
+T largest_bowed_of(const T& a, const T& b, const T& c) {
+  const T slope = b - a;
+  const T within = 0.5 * (a + b) + c + slope * slope / (16.0 * c);
+  return lanes::select(lanes::abs(slope) >= 4.0 * c, lanes::larger(a, b), within);
+}
+
+/// Largest distance from a chord of the parabola through the ends and the middle of a piece: the bound of
+/// ParabolaForm but for its last resort.
+template <class T>
+T parabola_mm(const ChordOf<T>& chord, const lanes::Triple<T>& a, const lanes::Triple<T>& middle,
+              const lanes::Triple<T>& b) {
+  constexpr double kLeast = 1e-300;  // for a bow that is none, the ends tell
+  const T one = lanes::splat<T>(1.0);
+  const auto some = chord.length2 > 0.0;
+  const T per_length2 = lanes::select(some, T(one / lanes::select(some, chord.length2, one)), T{});
+  const auto along_of = [&](const lanes::Triple<T>& v) { return T(lanes::dot(v, chord.way) * per_length2); };
+  const lanes::Triple<T> from_a = a - chord.from;
+  const lanes::Triple<T> from_b = b - chord.from;
+  const lanes::Triple<T> bow = middle - 0.5 * (a + b);
+  const T along_a = along_of(from_a);
+  const T along_b = along_of(from_b);
+  const T along = along_of(bow);
+  const lanes::Triple<T> across_a = from_a - along_a * chord.way;
+  const lanes::Triple<T> across_b = from_b - along_b * chord.way;
+  const lanes::Triple<T> across = bow - along * chord.way;
+  // Across the chord, along the bow: -x (1 - t) - y t + 4 c t (1 - t), and what the ends are off beside it.
+  const T size = lanes::larger(lanes::sqrt(T(lanes::squared(across))), lanes::splat<T>(kLeast));
+  const T x = lanes::dot(across_a, across) / size;
+  const T y = lanes::dot(across_b, across) / size;
+  const T reach = lanes::larger(largest_bowed_of(x, y, size), lanes::larger(T(-x), T(-y)));
+  const T beside2 = lanes::larger(
+      T{}, lanes::larger(T(lanes::squared(across_a) - x * x), T(lanes::squared(across_b) - y * y)));
+  const T over =
+      lanes::larger(T{}, lanes::larger(largest_bowed_of<T>(-along_a, -along_b, lanes::abs(along)),
+                                       largest_bowed_of<T>(along_a - 1.0, along_b - 1.0, lanes::abs(along))));
+  return lanes::sqrt(T(reach * reach + beside2 + over * over * chord.length2));
+}
+
+/// A piece between two stands on each of a few segments, both axes of which turn by less than half a right
+/// angle.
+template <class T>
+class PieceOf {
+ public:
+  PieceOf(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const StandOf<T>& from,
+          const StandOf<T>& to)
+      : kinematics_(kinematics),
+        chain_(chain),
+        from_(from),
+        to_(to),
+        outer_(lanes::abs(T(to.angle[0] - from.angle[0]))),
+        inner_(lanes::abs(T(to.angle[1] - from.angle[1]))),
+        way_(lanes::sqrt(T(lanes::squared(to.w - from.w)))),
+        norms_(outer_, inner_, way_, way_, lanes::larger(from.arm2_outer, to.arm2_outer),
+               lanes::larger(from.arm2_inner, to.arm2_inner)) {
+    const T angles = lanes::abs(from.angle[0]) + lanes::abs(to.angle[0]) + lanes::abs(from.angle[1]) +
+                     lanes::abs(to.angle[1]);
+    rounding_mm_ = tip_rounding<T>(from.size_mm + to.size_mm, angles);
+  }
+
+  const T& rounding_mm() const { return rounding_mm_; }
+  /// By which the tip leaves its own chord at most, from norms.
+  T bow_mm() const { return norms_.M2() / 8.0; }
+  T beyond_parabola_mm() const {
+    constexpr double kSqrt3 = 1.7320508075688772;
+    return norms_.M3() / (72.0 * kSqrt3);
+  }
+  /// Larger turn of the two axes.
+  T turn() const { return lanes::larger(outer_, inner_); }
+
+  /// As middle_tip.
+  lanes::Triple<T> middle_P() const {
+    TableKinematics::SinesOf<T> mid;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const T sin = from_.sines.sin[k] + to_.sines.sin[k];
+      const T cos = from_.sines.cos[k] + to_.sines.cos[k];
+      const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
+      mid.sin[k] = sin * scale;
+      mid.cos[k] = cos * scale;
+    }
+    const lanes::Triple<T> inner = kinematics_.turned_back(0, 0.5 * (from_.w + to_.w), mid);
+    return kinematics_.turned_back(1, inner + chain_.b, mid) + chain_.g;
+  }
+  /// Of `middle_P` from the middle of the chord.
+  T midpoint_mm(const lanes::Triple<T>& middle_P) const {
+    return lanes::sqrt(T(lanes::squared(middle_P - 0.5 * (from_.tip_P + to_.tip_P))));
+  }
+
+  /// The tool axis surely keeps.
+  lanes::Mask<T> axis_keeps(Angle tolerance) const {
+    const double limit = tolerance.rad() * 2.0 / kPi;  // below its sine
+    const T turn = outer_ + inner_;
+    const T left = limit - turn * turn / 8.0;
+    return (left >= 0.0) & (lanes::larger(from_.off2_axis, to_.off2_axis) <= left * left);
+  }
+  /// The tip surely keeps to the segment. `asked`: of the others nothing is said.
+  lanes::Mask<T> tip_keeps(const ChordOf<T>& segment, double tolerance_mm,
+                           const lanes::Mask<T>& asked) const {
+    const T left = tolerance_mm - lanes::larger(from_.off_mm, to_.off_mm) - rounding_mm_;
+    lanes::Mask<T> keeps = bow_mm() <= left;
+    if (!lanes::any(lanes::Mask<T>(asked & ~keeps))) return keeps;
+    const lanes::Triple<T> middle = middle_P();
+    const T beyond = beyond_parabola_mm();
+    keeps |= midpoint_mm(middle) + beyond <= left;
+    if (!lanes::any(lanes::Mask<T>(asked & ~keeps))) return keeps;
+    // Rounded ends stand off where the bow is not at its largest.
+    return keeps |
+           (parabola_mm(segment, from_.tip_P, middle, to_.tip_P) + beyond <= tolerance_mm - rounding_mm_);
+  }
+
+ private:
+  const TableKinematics& kinematics_;
+  const ConstantsOf<T>& chain_;
+  const StandOf<T>& from_;
+  const StandOf<T>& to_;
+  T outer_, inner_, way_;
+  NormsOf<T> norms_;
+  T rounding_mm_;
+};
+
+}  // namespace trunnion::path

@@ -1,0 +1,119 @@
+#include "trunnion/path/even_run.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "support/machines.hpp"
+
+namespace trunnion::path {
+namespace {
+
+struct PlacedWalk {
+  std::vector<JointVector> joints;  // on the word grid
+  std::vector<RotarySines> sines;
+  std::vector<ToolPose> poses;  // as prescribed
+};
+
+// A random walk, now with short steps and now with long ones.
+PlacedWalk placed_walk(const TableKinematics& kinematics, const Rounding& rounding, std::mt19937_64& random,
+                       std::size_t count) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  PlacedWalk out;
+  JointVector q;
+  for (std::size_t k = 0; k < 2; ++k) q[kinematics.rotary(k)] = 1.2 * u(random);
+  for (std::size_t k = 0; k < 3; ++k) q[kinematics.linear(k)] = 100.0 * u(random);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double step = std::exp(3.0 * u(random) - 2.0);
+    for (std::size_t k = 0; k < 2; ++k) q[kinematics.rotary(k)] += 0.02 * step * u(random);
+    for (std::size_t k = 0; k < 3; ++k) q[kinematics.linear(k)] += step * u(random);
+    out.poses.push_back(kinematics.pose(q));
+    JointVector placed = q;
+    out.sines.push_back(round_to_words(kinematics, rounding, out.poses.back().tip_P, placed));
+    out.joints.push_back(placed);
+  }
+  return out;
+}
+
+Point point_of(const PlacedWalk& walk, std::size_t i) {
+  Point out;
+  out.q = walk.joints[i];
+  out.tip_P = walk.poses[i].tip_P;
+  out.axis_P = walk.poses[i].axis_P;
+  out.where = {static_cast<std::uint32_t>(i), 1};
+  return out;
+}
+
+void expect_same(const Point& a, const Point& b) {
+  EXPECT_EQ(a.q, b.q);
+  EXPECT_EQ(a.tip_P, b.tip_P);
+  EXPECT_EQ(a.axis_P, b.axis_P);
+  EXPECT_EQ(a.where, b.where);
+  EXPECT_EQ(a.inserted, b.inserted);
+  EXPECT_EQ(a.beside_P, b.beside_P);
+}
+
+// What is settled side by side is what Refiner::decide makes of the segment alone: the bits of its points.
+void settles_as_one_at_a_time(const Machine& machine, bool certify, std::mt19937_64& random,
+                              std::array<std::size_t, 4>& settled_with) {
+  const TableKinematics kinematics(machine, machine.tool_vector());
+  if (!kinematics.side_by_side()) return;
+  JointVector quantum;
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
+  const Rounding rounding = Rounding::of(machine, machine.tool_vector(), quantum);
+  NonlinearOptions options;
+  options.method = Method::reinsert;
+  options.predictor.kind = Predictor::Kind::exact;
+  options.certify = certify;
+  EvenRun even(machine, kinematics, rounding, options);
+  Refiner refiner(machine, machine.tool_vector(), rounding, options);
+  for (const auto& [tip_mm, known_mm] :
+       {std::pair{0.0002, 0.5}, std::pair{0.002, 0.5}, std::pair{0.0005, 0.001}}) {
+    const Tolerance tolerance{tip_mm, Angle::degrees(0.05)};
+    for (const std::size_t count : {2U, 3U, 38U, 500U}) {
+      const PlacedWalk walk = placed_walk(kinematics, rounding, random, count);
+      even.clear();
+      const auto end = [&](std::size_t i) {
+        return EvenRun::End{&walk.joints[i], &walk.sines[i], &walk.poses[i]};
+      };
+      for (std::size_t i = 1; i < count; ++i)
+        even.add({end(i - 1), end(i), {static_cast<std::uint32_t>(i), 1}, i});
+      std::vector<Point> points(3);
+      for (const EvenRun::Settled& of : even.settle(tolerance, known_mm, points)) {
+        std::vector<Point> alone;
+        const SegmentReport report =
+            refiner.decide(point_of(walk, of.number - 1), point_of(walk, of.number), tolerance, known_mm,
+                           alone, &walk.sines[of.number - 1], &walk.sines[of.number]);
+        EXPECT_TRUE(report.converged);
+        EXPECT_LE(report.predicted_mm, known_mm);
+        if (report.midpoint_mm > 0.0) {
+          EXPECT_EQ(of.midpoint_mm, report.midpoint_mm);
+        } else {
+          EXPECT_LE(of.midpoint_mm, known_mm);  // it was proved without looking
+        }
+        ASSERT_EQ(of.inserted, alone.size()) << machine.name << ' ' << of.number;
+        ASSERT_LE(of.first + of.inserted, points.size());
+        for (std::size_t k = 0; k < alone.size(); ++k) expect_same(points[of.first + k], alone[k]);
+        ++settled_with[std::min<std::size_t>(of.inserted, 3)];
+      }
+    }
+  }
+}
+
+TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
+  for (const bool only_two : {false, true}) {
+    lanes::calculate_two_at_a_time(only_two);
+    std::mt19937_64 random(20261122);
+    std::array<std::size_t, 4> settled_with{};
+    for (const std::string& name : test::shipped_machines()) {
+      for (const bool certify : {false, true})
+        settles_as_one_at_a_time(test::shipped_machine(name), certify, random, settled_with);
+    }
+    for (const std::size_t count : settled_with) EXPECT_GT(count, 100U);
+  }
+  lanes::calculate_two_at_a_time(false);
+}
+
+}  // namespace
+}  // namespace trunnion::path
