@@ -1,6 +1,7 @@
 // Runs of points that one position reaches: nearly all of a program.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "path/global_choice.hpp"
 
@@ -121,14 +122,24 @@ struct SideBySide {
   Lanes cost;
 };
 
+// No turn makes up for more: one of them was come to by leaving the part.
+constexpr double kMostOfTurns_s = 5.0;
+constexpr double kRounding_s = 1e-9;  // of the sums
+
+bool too_far_apart(const Lanes& cost) {
+  return std::abs(cost[0] - cost[1]) > kMostOfTurns_s;
+}
+
+// Each branch is reached from itself at this cost, not from the other one.
+bool each_from_itself(const Lanes& cost, const Lanes& least_from_other) {
+  return !lanes::any(LaneMask(least_from_other <= cost + kRounding_s));
+}
+
 // A step to the poses of this row; false where it is none of each branch from itself.
 bool goes_straight_on(const ChoiceSteps& steps, const SolvedBlock& block, std::size_t row, SideBySide& at) {
   const SolvedBlock::Branch& a = block.branch[0];
   const SolvedBlock::Branch& b = block.branch[1];
-  // No turn makes up for more: one of them was come to by leaving the part.
-  constexpr double kMostOfTurns_s = 5.0;
-  if (block.known[row] == 0 || a.within[row] == 0 || b.within[row] == 0 ||
-      std::abs(at.cost[0] - at.cost[1]) > kMostOfTurns_s)
+  if (block.known[row] == 0 || a.within[row] == 0 || b.within[row] == 0 || too_far_apart(at.cost))
     return false;
   SideBySide next;
   std::array<Lanes, 2> other;
@@ -144,11 +155,90 @@ bool goes_straight_on(const ChoiceSteps& steps, const SolvedBlock& block, std::s
   next.cost = at.cost + steps.cost<Lanes, Lanes>(at.angle, at.linear, next.angle, next.linear) +
               steps.centre_preference(next.angle);
   const Lanes from_other = Lanes{at.cost[1], at.cost[0]} + steps.least_turn(other, next.angle);
-  constexpr double kRounding = 1e-9;  // of the sums, s
-  if (lanes::any(LaneMask((turn >= ChoiceSteps::kSurelyNone) | (from_other <= next.cost + kRounding))))
+  if (lanes::any(LaneMask(turn >= ChoiceSteps::kSurelyNone)) || !each_from_itself(next.cost, from_other))
     return false;
   at = next;
   return true;
+}
+
+template <class T>
+lanes::Mask<T> not_zero(const std::int64_t* from) {
+  lanes::Mask<T> out;
+  std::memcpy(&out, from, sizeof(out));
+  return out != 0;
+}
+
+// The positions of one branch in a few rows, and those before them.
+template <class T>
+struct RowsOf {
+  std::array<T, 2> angle, before;
+  lanes::Triple<T> linear, linear_before;
+  lanes::Mask<T> plain;  // by small turns of the axes
+
+  // `lane`: of the branch in `at`, the position before the first row.
+  RowsOf(const ChoiceSteps& steps, const SolvedBlock::Branch& of, std::size_t row, const SideBySide& at,
+         int lane) {
+    plain = not_zero<T>(of.within.data() + row);
+    T turn{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double* const solved = of.angle[k].data() + row;
+      angle[k] = lanes::load<T>(solved);
+      before[k] = lanes::load<T>(solved - 1);
+      if (steps.limited(k)) {
+        plain &= steps.only_within_limits(k, angle[k]);
+      } else {
+        // Where they go on the same whole turn; else there is a large one.
+        const double turns = kTwoPi * lanes::nearest((at.angle[k][lane] - *solved) * (1.0 / kTwoPi));
+        angle[k] = angle[k] + turns;
+        before[k] = before[k] + turns;
+      }
+      turn += lanes::abs(T(angle[k] - before[k]));
+    }
+    plain &= turn < ChoiceSteps::kSurelyNone;
+    const auto linears = [&](std::size_t r) {
+      return lanes::Triple<T>{lanes::load<T>(of.linear[0].data() + r),
+                              lanes::load<T>(of.linear[1].data() + r),
+                              lanes::load<T>(of.linear[2].data() + r)};
+    };
+    linear = linears(row);
+    linear_before = linears(row - 1);
+  }
+};
+
+// The same a few rows at a time, from `row` on; `at` is the position of the row before. Gives the first row
+// that was not gone to.
+template <class T>
+std::size_t go_straight_on(const ChoiceSteps& steps, const SolvedBlock& block, std::size_t row,
+                           std::size_t end, SideBySide& at) {
+  constexpr std::size_t kRows = lanes::kCount<T>;
+  for (; row + kRows <= end; row += kRows) {
+    const std::array<RowsOf<T>, 2> rows = {RowsOf<T>(steps, block.branch[0], row, at, 0),
+                                           RowsOf<T>(steps, block.branch[1], row, at, 1)};
+    const lanes::Mask<T> known = not_zero<T>(block.known.data() + row);
+    if (lanes::any(lanes::Mask<T>(~(known & rows[0].plain & rows[1].plain)))) return row;
+    std::array<T, 2> step, preference, from_other;
+    for (std::size_t n = 0; n < 2; ++n) {
+      const RowsOf<T>& of = rows[n];
+      step[n] = steps.cost<T, T>(of.before, of.linear_before, of.angle, of.linear);
+      preference[n] = steps.centre_preference(of.angle);
+      from_other[n] = steps.least_turn(rows[1 - n].before, of.angle);
+    }
+    Lanes cost = at.cost;
+    for (int i = 0; i < static_cast<int>(kRows); ++i) {
+      const Lanes next = cost + Lanes{step[0][i], step[1][i]} + Lanes{preference[0][i], preference[1][i]};
+      const Lanes other = Lanes{cost[1], cost[0]} + Lanes{from_other[0][i], from_other[1][i]};
+      if (too_far_apart(cost) || !each_from_itself(next, other)) return row;
+      cost = next;
+    }
+    at.cost = cost;
+    constexpr int kLast = static_cast<int>(kRows) - 1;
+    const auto last = [&](const auto& of) { return Lanes{of(rows[0])[kLast], of(rows[1])[kLast]}; };
+    for (std::size_t k = 0; k < 2; ++k) at.angle[k] = last([&](const RowsOf<T>& of) { return of.angle[k]; });
+    at.linear = lanes::Triple<Lanes>{last([](const RowsOf<T>& of) { return of.linear.x; }),
+                                     last([](const RowsOf<T>& of) { return of.linear.y; }),
+                                     last([](const RowsOf<T>& of) { return of.linear.z; })};
+  }
+  return row;
 }
 
 }  // namespace
@@ -164,8 +254,14 @@ std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::
   both.linear = lanes::Triple<Lanes>{linear(0), linear(1), linear(2)};
   both.cost = Lanes{a.cost, b.cost};
   std::size_t i = first;
-  for (; i < end && goes_straight_on(steps_, *block_, i - looked_from_, both); ++i) traces_.add_two(0, 1);
+  while (i < end && goes_straight_on(steps_, *block_, i - looked_from_, both)) {
+    std::size_t row = i + 1 - looked_from_;
+    lanes::at_a_time(
+        four_, [&]<class T>() { row = go_straight_on<T>(steps_, *block_, row, end - looked_from_, both); });
+    i = looked_from_ + row;
+  }
   if (i == first) return i;
+  traces_.add_straight(i - first);
   const std::size_t last = i - 1 - looked_from_;
   for (std::size_t n = 0; n < 2; ++n) {
     const int lane = static_cast<int>(n);

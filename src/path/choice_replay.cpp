@@ -1,6 +1,7 @@
 // What the positions are that a settled choice picked.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "path/global_choice.hpp"
 
@@ -43,40 +44,54 @@ void GlobalChoice::look_ahead_for_replay(std::span<const ChoicePoint> points) {
 
 // Of an axis that may turn for ever the turn follows from the point before.
 void GlobalChoice::replay(std::span<const ChoicePoint> points, std::span<ChosenPoint> out) {
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size();) {
     const std::size_t ahead = i % PoseSolver::kAhead;
     if (ahead == 0 && solver_.looks_ahead())
       look_ahead_for_replay(points.subspan(i, std::min(PoseSolver::kAhead, points.size() - i)));
-    const std::uint16_t pick = picks_[place_.next++];
-    if ((pick & kPlain) != 0) {
-      replay_plain(points[i], ahead, pick, out[i]);
+    const std::size_t most = std::min(PoseSolver::kAhead - ahead, points.size() - i);
+    if (const std::size_t plain = replay_plain(points.subspan(i, most), ahead, out.subspan(i, most))) {
+      i += plain;
       continue;
     }
     const SolvedPose& solved = solved_for_replay(points[i], ahead);
-    Candidate chosen = picked(solved, pick);
+    Candidate chosen = picked(solved, picks_[place_.next++]);
     chosen.reconfigure = steps_.reconfigures(place_.position, place_.axis_P, chosen, points[i]);
     put(chosen, out[i]);
     place_.position = chosen;
     place_.axis_P = points[i].pose.axis_P;
+    ++i;
   }
 }
 
-// A plain pick is that of a point which was looked up.
-void GlobalChoice::replay_plain(const ChoicePoint& point, std::size_t row, std::uint16_t pick,
-                                ChosenPoint& out) {
+// The points up to the first whose pick is not plain; gives their number. `row`: of the first one. A plain
+// pick is that of a point which was looked up.
+std::size_t GlobalChoice::replay_plain(std::span<const ChoicePoint> points, std::size_t row,
+                                       std::span<ChosenPoint> out) {
   const SolvedBlock& block = *replayed_;
-  const std::size_t branch = (pick & kOfTwo) != 0 ? pick & 1U : block.branch[0].within[row] != 0 ? 0U : 1U;
-  const SolvedBlock::Branch& of = block.branch[branch];
-  ChoicePosition next;
-  next.branch = static_cast<std::uint8_t>(branch);
-  next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
-  // There is one turn.
-  for (std::size_t k = 0; k < 2; ++k)
-    steps_.has_only_turn(k, of.angle[k][row], place_.position.angle[k], next.angle[k]);
-  const bool reconfigure = steps_.reconfigures(place_.position, place_.axis_P, next, point);
-  put(of, row, next, reconfigure, out);
-  place_.position = next;
-  place_.axis_P = point.pose.axis_P;
+  const std::uint16_t* const picks = picks_.data() + place_.next;
+  ChoicePosition at = place_.position;
+  std::size_t i = 0;
+  for (; i < points.size() && (picks[i] & kPlain) != 0; ++i, ++row) {
+    const bool second = (picks[i] & kOfTwo) != 0 ? (picks[i] & 1U) != 0 : block.branch[0].within[row] == 0;
+    const SolvedBlock::Branch& of = block.branch[second ? 1 : 0];
+    ChoicePosition next;
+    next.branch = second ? 1 : 0;
+    double turn = 0.0;
+    // There is one turn.
+    for (std::size_t k = 0; k < 2; ++k) {
+      steps_.has_only_turn(k, of.angle[k][row], at.angle[k], next.angle[k]);
+      turn += std::abs(next.angle[k] - at.angle[k]);
+    }
+    next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
+    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next.branch == at.branch;
+    const bool reconfigure =
+        !goes_on &&
+        steps_.reconfigures(at, i > 0 ? points[i - 1].pose.axis_P : place_.axis_P, next, points[i]);
+    put(of, row, next, reconfigure, out[i]);
+    at = next;
+  }
+  if (i > 0) place_ = {at, points[i - 1].pose.axis_P, place_.next + i};
+  return i;
 }
 
 // All of it is settled up to the last of these points, where one position is left.

@@ -46,11 +46,13 @@ class ChoiceSteps {
     return sum;
   }
   /// What the rotary axes take at least, in whatever turns.
-  Lanes least_turn(const std::array<Lanes, 2>& from_angle, const std::array<Lanes, 2>& angle) const {
-    Lanes sum{};
+  template <class T>
+  T least_turn(const std::array<T, 2>& from_angle, const std::array<T, 2>& angle) const {
+    constexpr double kPerTurn = 1.0 / kTwoPi;  // half a turn is as long either way
+    T sum{};
     for (std::size_t k = 0; k < rotary_count_; ++k) {
-      const Lanes by = angle[k] - from_angle[k];
-      sum += lanes::abs(Lanes(by - kTwoPi * lanes::nearest<Lanes>(by / kTwoPi))) * rotary_seconds_[k];
+      const T by = angle[k] - from_angle[k];
+      sum += lanes::abs(T(by - kTwoPi * lanes::nearest<T>(by * kPerTurn))) * rotary_seconds_[k];
     }
     return sum;
   }
@@ -77,15 +79,17 @@ class ChoiceSteps {
     double out = 0.0;
     return has_only_turn(k, angle, near, out) ? std::optional(out) : std::nullopt;
   }
+  bool limited(std::size_t k) const { return limited_[k]; }
+  /// Of an axis with limits: no other whole turn of these angles is within them.
+  template <class T>
+  lanes::Mask<T> only_within_limits(std::size_t k, const T& angle) const {
+    return (angle >= axis_[k].min) & (angle <= axis_[k].max) & (angle - kTwoPi < axis_[k].min - kAtLimit) &
+           (angle + kTwoPi > axis_[k].max + kAtLimit);
+  }
   /// `only_turn` of two angles side by side; false where one of them has none.
   bool only_turns(std::size_t k, const Lanes& angle, const Lanes& near, Lanes& out) const {
     out = angle;
-    if (limited_[k]) {
-      const LaneMask only = (angle >= axis_[k].min) & (angle <= axis_[k].max) &
-                            (angle - kTwoPi < axis_[k].min - kAtLimit) &
-                            (angle + kTwoPi > axis_[k].max + kAtLimit);
-      return !lanes::any(LaneMask(~only));
-    }
+    if (limited_[k]) return !lanes::any(LaneMask(~only_within_limits(k, angle)));
     out = angle + kTwoPi * lanes::nearest<Lanes>((near - angle) / kTwoPi);
     return !(oblique_ && k == 1) || !lanes::any(LaneMask(lanes::abs(Lanes(out - near)) > 0.5 * kPi));
   }

@@ -9,7 +9,8 @@ GlobalChoice::GlobalChoice(const Machine& machine, const ChoiceOptions& options)
     : kinematics_(machine, options.tool_mm),
       steps_(machine, kinematics_, options),
       solver_(machine, kinematics_, options.inverse),
-      rotary_count_(kinematics_.rotary_count()) {}
+      rotary_count_(kinematics_.rotary_count()),
+      four_(lanes::four_at_a_time()) {}
 
 void GlobalChoice::start(const JointVector& seed, std::size_t most) {
   seed_ = seed;

@@ -133,12 +133,13 @@ class GlobalChoice {
   /// The position on this branch that was solved in row `row`, in other turns.
   void put(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& position, bool reconfigure,
            ChosenPoint& out) const;
-  void replay_plain(const ChoicePoint& point, std::size_t row, std::uint16_t pick, ChosenPoint& out);
+  std::size_t replay_plain(std::span<const ChoicePoint> points, std::size_t row, std::span<ChosenPoint> out);
 
   TableKinematics kinematics_;
   ChoiceSteps steps_;
   PoseSolver solver_;
   std::size_t rotary_count_;
+  bool four_;  // rows at a time
 
   JointVector seed_;
   Vec3 seed_axis_P_ = Vec3::UnitZ();

@@ -1,8 +1,6 @@
 #include "trunnion/path/held_run.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bitset>
 #include <deque>
 #include <optional>
 #include <utility>
@@ -21,32 +19,24 @@ class HeldRun::PointStore {
   void add(std::span<const ChoicePoint> points) {
     while (!points.empty()) {
       const std::size_t begin = size_ % kBlock;
-      if (begin == 0) blocks_.push_back(std::make_unique<Block>());
-      Block& block = *blocks_.back();
+      if (begin == 0) blocks_.emplace_back(std::make_unique<Block>())->reserve(kBlock);
       const std::size_t count = std::min(points.size(), kBlock - begin);
-      for (std::size_t i = 0; i < count; ++i) {
-        block.pose[begin + i] = points[i].pose;
-        block.where[begin + i] = points[i].where;
-        block.rapid[begin + i] = points[i].rapid;
-      }
+      Block& block = *blocks_.back();
+      block.insert(block.end(), points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count));
       size_ += count;
       points = points.subspan(count);
     }
   }
   std::size_t size() const { return size_; }
-  ChoicePoint at(std::size_t index) const {
-    const Block& block = *blocks_[index / kBlock - gone_];
-    const std::size_t i = index % kBlock;
-    return {block.pose[i], block.where[i], block.rapid[i]};
-  }
+  ChoicePoint at(std::size_t index) const { return (*blocks_[index / kBlock - gone_])[index % kBlock]; }
   void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
     out.reserve(out.size() + (end - begin));
     while (begin < end) {
       const Block& block = *blocks_[begin / kBlock - gone_];
       const std::size_t first = begin % kBlock;
       const std::size_t last = std::min(first + (end - begin), kBlock);
-      for (std::size_t i = first; i < last; ++i)
-        out.push_back({block.pose[i], block.where[i], block.rapid[i]});
+      out.insert(out.end(), block.begin() + static_cast<std::ptrdiff_t>(first),
+                 block.begin() + static_cast<std::ptrdiff_t>(last));
       begin += last - first;
     }
   }
@@ -56,11 +46,7 @@ class HeldRun::PointStore {
   }
 
  private:
-  struct Block {
-    std::array<ToolPose, kBlock> pose;
-    std::array<SourceRef, kBlock> where;
-    std::bitset<kBlock> rapid;
-  };
+  using Block = std::vector<ChoicePoint>;
   std::deque<std::unique_ptr<Block>> blocks_;
   std::size_t gone_ = 0;  // blocks
   std::size_t size_ = 0;

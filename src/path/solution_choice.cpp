@@ -159,6 +159,7 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
 bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options) {
   const RotarySolutions solutions =
       RotarySolver(machine).solve_within_limits(pose.axis_P, 0.0, options.inverse);
+  if (solutions.count > 1) return false;  // each has a turn, or is only just beyond a limit
   const std::vector<AxisId> rotary = machine.rotary_axes();
   std::size_t count = 0;
   for (std::size_t i = 0; i < solutions.count; ++i) {

@@ -28,6 +28,11 @@ class StepTraces {
   void add_two(std::uint16_t first_from, std::uint16_t second_from) {
     add(static_cast<std::uint8_t>(kPlain | kTwo | first_from << 1 | second_from << 3 | 1 << 4));
   }
+  /// So many layers of two positions in a straight line: of `add_two` from 0 and from 1.
+  void add_straight(std::size_t count) {
+    bytes_.insert(bytes_.end(), count, kStraight);
+    layers_ += count;
+  }
   void add(std::span<const TracedStep> steps);
 
   struct Read {

@@ -101,6 +101,42 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
   }
 }
 
+std::vector<ChosenPoint> held_in_steps(const Machine& machine, const std::vector<ChoicePoint>& path,
+                                       std::size_t step) {
+  ChoiceOptions options;
+  options.tool_mm = machine.tool_vector();
+  HeldRun held(machine, {}, options, "part.cls");
+  for (std::size_t k = 0; k < path.size(); k += step)
+    held.add(std::span(path).subspan(k, std::min(step, path.size() - k)));
+  EXPECT_TRUE(held.finish(options));
+  std::vector<ChoicePoint> points;
+  std::vector<ChosenPoint> chosen;
+  ChoiceSummary summary;
+  held.take(path.size(), points, chosen, summary);
+  return chosen;
+}
+
+// Points that come one by one are looked at one by one; else four or two.
+TEST_P(HeldRunOn, GivesTheSameHoweverManyComeAtATime) {
+  const Machine machine = test::shipped_machine(GetParam());
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 6; ++i) {
+    const auto path = wandering(random, 3000, i % 2 == 0 ? 0.1 : 0.4);
+    const auto one_by_one = held_in_steps(machine, path, 1);
+    for (const bool only_two : {false, true}) {
+      lanes::calculate_two_at_a_time(only_two);
+      const auto many = held_in_steps(machine, path, path.size());
+      lanes::calculate_two_at_a_time(false);
+      ASSERT_EQ(many.size(), one_by_one.size());
+      for (std::size_t k = 0; k < path.size(); ++k) {
+        ASSERT_EQ(many[k].q, one_by_one[k].q) << k;
+        ASSERT_EQ(many[k].q_leave, one_by_one[k].q_leave) << k;
+        ASSERT_EQ(many[k].reconfigure, one_by_one[k].reconfigure) << k;
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Machines, HeldRunOn, ::testing::ValuesIn(test::shipped_machines()));
 
 ChoicePoint tilted(double tilt_deg, double azimuth, const Vec3& tip_P) {

@@ -9,7 +9,7 @@
 namespace trunnion::path {
 
 /// A long run whose joints can only be chosen once its last point is known: what `choose_solutions` gives
-/// with ChoiceMethod::global for all its points at once, in 60 bytes a point. Points are chosen among while
+/// with ChoiceMethod::global for all its points at once, in 70 bytes a point. Points are chosen among while
 /// they come in and handed out again with their joints, piece by piece.
 class HeldRun {
  public:
