@@ -62,13 +62,7 @@ inline Vec3 middle_tip(const TableKinematics& k, const Station& a, const Station
   return k.turn_back(1, inner + 0.5 * (k.b(a.q) + k.b(b.q)), mid) + 0.5 * (k.g(a.q) + k.g(b.q)) + shift;
 }
 
-/// Largest |e - parabola| for |p'''| up to M3.
-inline double beyond_parabola(double M3) {
-  constexpr double kSqrt3 = 1.7320508075688772;
-  return M3 / (72.0 * kSqrt3);
-}
-
-/// The same with the third derivative of the middle, which changes by at most M4/2 up to the ends.
+/// beyond_parabola with the third derivative of the middle, which changes by at most M4/2 up to the ends.
 inline double beyond_parabola(const Expansion& e) {
   return beyond_parabola(e.f3.norm() + 0.5 * e.M4);
 }

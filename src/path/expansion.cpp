@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "path/side_by_side.hpp"
+
 namespace trunnion::path {
 namespace {
-
-// Sine and cosine half way: the bisector of the ends' directions, without a new sine. Near half a turn
-// between the ends it would lose digits.
-constexpr double kBisectorTurn = 1.0;
 
 Curve turning(const TableKinematics& kinematics, const Station& a, const Station& b) {
   Curve c;

@@ -128,6 +128,16 @@ T tip_rounding(const T& sizes_mm, const T& angles) {
   return kUnitsInTheLastPlace * sizes_mm * (1.0 + angles);
 }
 
+/// Largest |e - parabola| for |p'''| up to M3: of the parabola through the ends and the middle of a piece.
+template <class T>
+T beyond_parabola(const T& M3) {
+  constexpr double kSqrt3 = 1.7320508075688772;
+  return M3 / (72.0 * kSqrt3);
+}
+/// Up to this turn, rad, the sines half way are those of the bisector of the ends' directions, without a new
+/// sine. Near half a turn between the ends it would lose digits.
+inline constexpr double kBisectorTurn = 1.0;
+
 using lanes::across;
 
 /// The motions that end at a few positions: from the last of those before, and between them.

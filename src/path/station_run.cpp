@@ -5,15 +5,19 @@
 #include "path/side_by_side.hpp"
 
 namespace trunnion::path {
-namespace {
 
-using Pair = lanes::Triple<Lanes>;
-
-}  // namespace
+void PoseRun::resize(std::size_t rows) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    tip_P[i].resize(rows);
+    axis_P[i].resize(rows);
+  }
+  bow_mm.resize(rows);
+  bow_axis.resize(rows);
+}
 
 void StationRun::resize(std::size_t count) {
   count_ = count;
-  const std::size_t rows = count + 2;
+  const std::size_t rows = count + kMoreRows;
   for (Column& column : q_) column.resize(rows);
   for (std::size_t k = 0; k < 2; ++k) {
     sin_[k].resize(rows);
@@ -21,7 +25,6 @@ void StationRun::resize(std::size_t count) {
   }
   for (Column* column : {&arm2_outer_, &arm2_inner_, &axis_arm2_, &size_mm_}) column->resize(rows);
   poses_.resize(rows);
-  bows_.resize(rows);
 }
 
 JointVector StationRun::q(std::size_t row) const {
@@ -34,8 +37,9 @@ Station StationRun::station(std::size_t row) const {
   Station out;
   out.q = q(row);
   out.sines = sines(row);
-  out.tip_P = poses_[row].tip_P;
-  out.axis_P = poses_[row].axis_P;
+  const ToolPose pose = poses_.pose(row);
+  out.tip_P = pose.tip_P;
+  out.axis_P = pose.axis_P;
   out.w = kinematics_.w(out.q);
   out.arm2_outer = arm2_outer_[row];
   out.arm2_inner = arm2_inner_[row];
@@ -43,65 +47,102 @@ Station StationRun::station(std::size_t row) const {
   return out;
 }
 
-TableKinematics::SinesOf<Lanes> StationRun::sines_of_pair(std::size_t row) const {
-  return {{lanes::load(&sin_[0][row]), lanes::load(&sin_[1][row])},
-          {lanes::load(&cos_[0][row]), lanes::load(&cos_[1][row])}};
-}
-
 void StationRun::evaluate() {
-  // What an odd last one is paired with.
-  for (Column& column : q_) column[count_] = column[count_ - 1];
-  const ConstantsOf<Lanes> chain(kinematics_);
-  for (std::size_t row = 0; row < count_; row += 2) put_pair(row, chain);
-  for (std::size_t row = 0; row + 1 < count_; row += 2) bow_pair(row);
+  // What the last ones are looked at together with.
+  for (Column& column : q_) {
+    for (std::size_t row = count_; row < column.size(); ++row) column[row] = column[count_ - 1];
+  }
+  if (four_) {
+    evaluate_fours();
+  } else {
+    evaluate_few<Lanes>();
+  }
 }
 
-void StationRun::put_pair(std::size_t row, const ConstantsOf<Lanes>& chain) {
+void StationRun::evaluate_fours() {
+  evaluate_few<Quads>();
+}
+
+template <class T>
+void StationRun::evaluate_few() {
+  constexpr std::size_t kTogether = lanes::kCount<T>;
+  const ConstantsOf<T> chain(kinematics_);
+  for (std::size_t row = 0; row < count_; row += kTogether) put_few<T>(row, chain);
+  for (std::size_t row = 0; row + 1 < count_; row += kTogether) bow_few<T>(row, chain);
+}
+
+template <class T>
+void StationRun::put_few(std::size_t row, const ConstantsOf<T>& chain) {
   for (std::size_t k = 0; k < 2; ++k) {
-    const auto turned = lanes::sincos(lanes::load(&q_[kinematics_.rotary(k)][row]));
+    const auto turned = lanes::sincos(lanes::load<T>(&q_[kinematics_.rotary(k)][row]));
     lanes::store(&sin_[k][row], turned.sin);
     lanes::store(&cos_[k][row], turned.cos);
   }
-  const auto position = [&](std::size_t i) { return lanes::load(&q_[kinematics_.linear(i)][row]); };
-  const Pair w = chain.w0 + Pair{position(0), position(1), position(2)};
-  const StationOf<Lanes> station(kinematics_, chain, w, sines_of_pair(row));
+  const auto position = [&](std::size_t i) { return lanes::load<T>(&q_[kinematics_.linear(i)][row]); };
+  const lanes::Triple<T> w = chain.w0 + lanes::Triple<T>{position(0), position(1), position(2)};
+  const StationOf<T> station(kinematics_, chain, w, sines_of<T>(row));
   lanes::store(&arm2_outer_[row], station.arm2_outer);
   lanes::store(&arm2_inner_[row], station.arm2_inner);
-  lanes::store(&axis_arm2_[row], lanes::squared(lanes::cross(chain.axis[1], station.axis_P)));
+  lanes::store(&axis_arm2_[row], T(lanes::squared(lanes::cross(chain.axis[1], station.axis_P))));
   lanes::store(&size_mm_[row], station.size_mm);
-  for (int i = 0; i < 2; ++i) {
-    poses_[row + static_cast<std::size_t>(i)] = {
-        {station.tip_P.x[i], station.tip_P.y[i], station.tip_P.z[i]},
-        {station.axis_P.x[i], station.axis_P.y[i], station.axis_P.z[i]}};
-  }
+  const auto store = [&](std::array<Column, 3>& columns, const lanes::Triple<T>& v) {
+    lanes::store(&columns[0][row], v.x);
+    lanes::store(&columns[1][row], v.y);
+    lanes::store(&columns[2][row], v.z);
+  };
+  store(poses_.tip_P, station.tip_P);
+  store(poses_.axis_P, station.axis_P);
 }
 
-void StationRun::bow_pair(std::size_t row) {
-  const auto way = [&](AxisId id) {
+template <class T>
+void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
+  const auto way = [&](AxisId id) -> T {
     const double* const from = &q_[id][row];
-    return lanes::load(from + 1) - lanes::load(from);
+    return lanes::load<T>(from + 1) - lanes::load<T>(from);
   };
-  const auto larger = [&](const Column& c) {
-    return lanes::larger(lanes::load(&c[row]), lanes::load(&c[row + 1]));
+  const auto larger = [&](const Column& c) -> T {
+    return lanes::larger(lanes::load<T>(&c[row]), lanes::load<T>(&c[row + 1]));
   };
-  const auto sizes = [&](AxisId id) {
-    return lanes::abs(lanes::load(&q_[id][row])) + lanes::abs(lanes::load(&q_[id][row + 1]));
+  const auto sizes = [&](AxisId id) -> T {
+    return lanes::abs(lanes::load<T>(&q_[id][row])) + lanes::abs(lanes::load<T>(&q_[id][row + 1]));
   };
   const AxisId outer = kinematics_.rotary(0);
   const AxisId inner = kinematics_.rotary(1);
-  const Lanes al = lanes::abs(way(outer));
-  const Lanes ga = lanes::abs(way(inner));
-  const Lanes D = lanes::sqrt(lanes::squared(
-      Pair{way(kinematics_.linear(0)), way(kinematics_.linear(1)), way(kinematics_.linear(2))}));
-  const NormsOf<Lanes> tip(al, ga, D, D, larger(arm2_outer_), larger(arm2_inner_));
-  const NormsOf<Lanes> axis(al, ga, Lanes{}, Lanes{}, lanes::splat<Lanes>(spindle_arm2_), larger(axis_arm2_));
-  const Lanes angles = sizes(outer) + sizes(inner);
-  const Lanes tip_mm =
-      tip.M2() / 8.0 +
-      tip_rounding<Lanes>(lanes::load(&size_mm_[row]) + lanes::load(&size_mm_[row + 1]), angles);
-  const Lanes axis_rad = axis.M2() / 8.0 + axis_rounding<Lanes>(angles);
-  bows_[row] = {tip_mm[0], axis_rad[0]};
-  bows_[row + 1] = {tip_mm[1], axis_rad[1]};
+  const T al = lanes::abs(way(outer));
+  const T ga = lanes::abs(way(inner));
+  const T D = lanes::sqrt(T(lanes::squared(
+      lanes::Triple<T>{way(kinematics_.linear(0)), way(kinematics_.linear(1)), way(kinematics_.linear(2))})));
+  const NormsOf<T> tip(al, ga, D, D, larger(arm2_outer_), larger(arm2_inner_));
+  const NormsOf<T> axis(al, ga, T{}, T{}, lanes::splat<T>(spindle_arm2_), larger(axis_arm2_));
+  const T angles = sizes(outer) + sizes(inner);
+  const T sizes_mm = lanes::load<T>(&size_mm_[row]) + lanes::load<T>(&size_mm_[row + 1]);
+  const T from_norms = tip.M2() / 8.0;
+  const T from_middle = middle_off_chord(row, chain) + beyond_parabola(tip.M3());
+  const auto nearer = (al < kBisectorTurn) & (ga < kBisectorTurn) & (from_middle < from_norms);
+  lanes::store(&poses_.bow_mm[row],
+               T(lanes::select(nearer, from_middle, from_norms) + tip_rounding<T>(sizes_mm, angles)));
+  lanes::store(&poses_.bow_axis[row], T(axis.M2() / 8.0 + axis_rounding<T>(angles)));
+}
+
+// How far the tip is off the middle of its chord in the middle of the motion: middle_tip.
+template <class T>
+T StationRun::middle_off_chord(std::size_t row, const ConstantsOf<T>& chain) const {
+  const auto sum = [&](const Column& c) -> T {
+    return lanes::load<T>(&c[row]) + lanes::load<T>(&c[row + 1]);
+  };
+  TableKinematics::SinesOf<T> middle;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const T sin = sum(sin_[k]);
+    const T cos = sum(cos_[k]);
+    const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
+    middle.sin[k] = sin * scale;
+    middle.cos[k] = cos * scale;
+  }
+  const auto position = [&](std::size_t i) -> T { return 0.5 * sum(q_[kinematics_.linear(i)]); };
+  const lanes::Triple<T> w = chain.w0 + lanes::Triple<T>{position(0), position(1), position(2)};
+  const StationOf<T> station(kinematics_, chain, w, middle);
+  const auto half = [&](std::size_t i) -> T { return 0.5 * sum(poses_.tip_P[i]); };
+  return lanes::sqrt(T(lanes::squared(station.tip_P - lanes::Triple<T>{half(0), half(1), half(2)})));
 }
 
 }  // namespace trunnion::path

@@ -79,46 +79,46 @@ void DeviationMeter::put_errors(Vertex& vertex) const {
   truth_->errors(state, {}, vertex.errors);
 }
 
-bool DeviationMeter::place(const path::StationRun& run, PlacedRun& out) const {
+const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::PoseRun& with_errors) const {
+  if (certify_) return &run.poses();
+  if (!course_) return nullptr;
   const std::size_t count = run.count();
-  out.poses = run.poses();
-  out.bows = run.bows();
-  if (certify_) return true;
-  if (!course_) return false;
-  out.poses_with_errors.resize(count + 1);
-  out.bows_with_errors.resize(count + 1);
+  with_errors.resize(count + path::StationRun::kMoreRows);
+  place_with_errors(run, with_errors);
+  const auto axes = [&](std::size_t row) {
+    path::ErrorCourse::JointPair q;
+    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = lanes::load(&run.of_axis(id)[row]);
+    return q;
+  };
+  const path::PoseRun& nominal = run.poses();
+  for (std::size_t row = 0; row + 1 < count; row += 2) {
+    const auto bend = course_->at_most(axes(row), axes(row + 1));
+    if (!bend) return nullptr;
+    lanes::store<Lanes>(&with_errors.bow_mm[row], lanes::load(&nominal.bow_mm[row]) + bend->tip_mm);
+    lanes::store<Lanes>(&with_errors.bow_axis[row], lanes::load(&nominal.bow_axis[row]) + bend->axis_rad);
+  }
+  return &with_errors;
+}
+
+void DeviationMeter::place_with_errors(const path::StationRun& run, path::PoseRun& out) const {
   std::array<MachineState, 2> states;
   std::array<ChainErrors, 2> errors{truth_->constant(), truth_->constant()};
   std::array<JointVector, 2> q;
-  for (std::size_t row = 0; row < count; row += 2) {
+  for (std::size_t row = 0; row < run.count(); row += 2) {
     for (std::size_t i = 0; i < 2; ++i) {
       q[i] = run.q(row + i);
       states[i].q = q[i];
       truth_->update(states[i], {}, errors[i]);
     }
-    const auto poses = with_errors_.pose_pair(q, run.sines_of_pair(row), errors);
-    for (std::size_t i = 0; i < 2; ++i)
-      out.poses_with_errors[row + i] = {poses[i].tip_P - datum_P_, poses[i].axis_P};
-  }
-  path::ErrorCourse::JointPair from;
-  path::ErrorCourse::JointPair to;
-  for (std::size_t row = 0; row + 1 < count; row += 2) {
-    for (AxisId id = 0; id < kMaxAxes; ++id) {
-      from[id] = lanes::load(&run.of_axis(id)[row]);
-      to[id] = lanes::load(&run.of_axis(id)[row + 1]);
-    }
-    const auto bend = course_->at_most(from, to);
-    if (!bend) return false;
+    const auto poses = with_errors_.pose_pair(q, run.sines_of<Lanes>(row), errors);
     for (std::size_t i = 0; i < 2; ++i) {
-      const path::Certifier::Bows& nominal = run.bows()[row + i];
-      const int lane = static_cast<int>(i);
-      out.bows_with_errors[row + i] = {nominal.tip_mm + bend->tip_mm[lane],
-                                       nominal.axis + bend->axis_rad[lane]};
+      const Vec3 tip_P = poses[i].tip_P - datum_P_;
+      for (std::size_t k = 0; k < 3; ++k) {
+        out.tip_P[k][row + i] = tip_P[static_cast<Eigen::Index>(k)];
+        out.axis_P[k][row + i] = poses[i].axis_P[static_cast<Eigen::Index>(k)];
+      }
     }
   }
-  out.poses = out.poses_with_errors;
-  out.bows = out.bows_with_errors;
-  return true;
 }
 
 JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double t) const {

@@ -56,13 +56,18 @@ struct Target {
 /// about a tool's length, so that a turn about the tip counts as much as the motion of the holder.
 inline constexpr double kAxisWeight_mm = 50.0;
 
+/// The angle between unit vectors whose difference has this square, rad: 2 arcsin(c / 2), the first term left
+/// out below 1e-12 of it. For squares below kSmallChord2.
+inline constexpr double kSmallChord2 = 1e-3;
+template <class T>
+T turn_of_chord(const T& chord2) {
+  return lanes::sqrt(chord2) * (1.0 + chord2 * (1.0 / 24.0 + chord2 * (3.0 / 640.0)));
+}
+
 /// angle_between for unit vectors, rad; mostly they are near each other. `chord2`: the square of their
 /// difference.
 inline double turn_between(const Vec3& u, const Vec3& v, double chord2) {
-  // 2 arcsin(c / 2): the first term left out is below 1e-12 of it.
-  constexpr double kSmallChord2 = 1e-3;
-  if (!(chord2 < kSmallChord2)) return angle_between(u, v).rad();
-  return std::sqrt(chord2) * (1.0 + chord2 * (1.0 / 24.0 + chord2 * (3.0 / 640.0)));
+  return chord2 < kSmallChord2 ? turn_of_chord(chord2) : angle_between(u, v).rad();
 }
 inline double turn_between(const Vec3& u, const Vec3& v) {
   return turn_between(u, v, (u - v).squaredNorm());
@@ -122,14 +127,9 @@ class DeviationMeter {
   std::optional<path::Certifier::Bows> bow_at_most(const Vertex& from, const Vertex& to,
                                                    const path::Certifier::Bows& nominal) const;
   /// Positions of a run on the machine that is verified, and how far the motions between them leave straight
-  /// lines at most, as `bow_at_most`. False where no bound is known. For motions that `may_bow`.
-  struct PlacedRun {
-    std::span<const ToolPose> poses;              // of the rows of the run
-    std::span<const path::Certifier::Bows> bows;  // of the motion from row to row + 1
-    std::vector<ToolPose> poses_with_errors;
-    std::vector<path::Certifier::Bows> bows_with_errors;
-  };
-  bool place(const path::StationRun& run, PlacedRun& out) const;
+  /// lines at most, as `bow_at_most`: in the run itself, or put into `with_errors`. Null where no bound is
+  /// known. For motions that `may_bow`.
+  const path::PoseRun* place(const path::StationRun& run, path::PoseRun& with_errors) const;
   /// The errors at the position of the vertex, for machines that stand where a position was placed.
   void put_errors(Vertex& vertex) const;
   /// It is proved that the tip keeps to the segment a-b within this; for motions of which `bow_at_most` knows
@@ -196,6 +196,8 @@ class DeviationMeter {
   void between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
                      const path::Reference& reference, const Deviation& uninteresting, int depth,
                      Deviation& sum) const;
+  /// The poses of the rows of the run.
+  void place_with_errors(const path::StationRun& run, path::PoseRun& out) const;
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;

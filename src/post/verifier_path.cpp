@@ -145,7 +145,7 @@ bool Verifier::State::move_on(const ToolPose& v, const Place& place) {
   return programmed;
 }
 
-Verifier::State::Known Verifier::State::known_figures() const {
+KnownFigures Verifier::State::known_figures() const {
   const DeviationMeter::Deviation known = uninteresting();
   // Differences that Certifier::axis does not tell: where the tool axis stands, all blocks miss it alike.
   constexpr double kSameAxis = 1e-9;
@@ -156,7 +156,7 @@ Verifier::State::Known Verifier::State::known_figures() const {
 
 bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
   if (!previous->placed || v.off_chord_mm > 0.0F || !meter.may_bow(*previous, v)) return false;
-  const Known known = known_figures();
+  const KnownFigures known = known_figures();
   if (!(std::max(at.off_tip_mm, place.off_tip_mm) < known.tip_mm &&
         std::max(at.off_axis, place.off_axis) < known.axis_limit))
     return false;
@@ -172,7 +172,7 @@ bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
   return true;
 }
 
-void Verifier::State::note_axis(double axis, const Known& known) {
+void Verifier::State::note_axis(double axis, const KnownFigures& known) {
   if (axis > known.axis)
     report.max_axis_deviation = std::max(report.max_axis_deviation, Angle::radians(std::asin(axis)));
 }
@@ -181,7 +181,7 @@ void Verifier::State::note_axis(double axis, const Known& known) {
 // it passes, is no farther from each (convex) piece of the path than where it is cut: no place on the way is
 // evaluated.
 Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
-                                                 const path::Certifier::Bows& bow, const Known& known,
+                                                 const path::Certifier::Bows& bow, const KnownFigures& known,
                                                  double& axis) const {
   double tip_mm = std::max(at.off_tip_mm, place.off_tip_mm);
   axis = std::max(at.off_axis, place.off_axis);
@@ -208,13 +208,12 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
 }
 
 Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v,
-                                                 const path::Certifier::Bows& bow, const Known& known,
+                                                 const path::Certifier::Bows& bow, const KnownFigures& known,
                                                  Place& place, double& axis) const {
   // A CL point at which the tool stands.
   if ((from.tip_P - targets[at.segment + 1].tip_P).squaredNorm() <= kSamePoint_mm * kSamePoint_mm)
     return Quiet::no;
   // What may be a way out along the tool axis.
-  constexpr double kAlong2 = 0.99;
   const Vec3 way = v.tip_P - from.tip_P;
   const double out = way.dot(from.axis_P);
   if (out > 0.0 && out * out > kAlong2 * way.squaredNorm()) return Quiet::no;
@@ -330,8 +329,7 @@ bool Verifier::State::near_pole(const Target& a, const Target& b) const {
 }
 
 bool Verifier::State::in_cone(const Vec3& axis_P) const {
-  if (options.pole.tolerance.rad() <= 0.0 || meter.kinematics().rotary_count() < 2) return false;
-  return std::abs(meter.kinematics().direction(1).dot(axis_P)) >= cone_cosine;
+  return has_cone && std::abs(meter.kinematics().direction(1).dot(axis_P)) >= cone_cosine;
 }
 
 double Verifier::State::distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const {

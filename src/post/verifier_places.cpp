@@ -7,10 +7,6 @@
 namespace trunnion::post {
 namespace {
 
-constexpr double kStill_mm =
-    1e-3 * kAxisWeight_mm;                        // of the turn's weight: then rounding of XYZ would decide
-constexpr double kTipTells_mm = kStill_mm * kPi;  // whatever the turn
-
 // How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
 double parameter_of(const ToolPose& v, const Target& a, const Target& b) {
   const Vec3 d = b.tip_P - a.tip_P;
@@ -27,14 +23,11 @@ double parameter_of(const ToolPose& v, const Target& a, const Target& b) {
 // The arc's point near fraction t of it: between ends as near as this where the chord is at t, which is the
 // arc's fraction within 1e-6.
 Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
-  constexpr double kNearChord2 = 2.5e-3;
   if (t >= 1.0) return u1;
   if (!((u1 - u0).squaredNorm() < kNearChord2)) return slerp(u0, u1, t);
   const Vec3 on_chord = u0 + t * (u1 - u0);
   return on_chord * (1.0 / on_chord.norm());
 }
-
-constexpr double kNearer_mm = 1e-7;  // a later place must be nearer by more than rounding
 
 }  // namespace
 
@@ -61,6 +54,9 @@ std::optional<Place> Verifier::State::find_near(const ToolPose& from, const Tool
   // Where the tool is within its tolerances of the segment that it is on, it is on that one still: near a CL
   // point the next one may be nearer to a displaced node.
   if (const auto t = still_on(v, a, next)) return placed_at(v, at.segment, *t);
+  // Nor can a block end beyond it that does not reach so far.
+  if ((1.0 - at.t) * next.way_mm > reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm))
+    return placed_at(v, at.segment, std::max(parameter_of(v, a, next), at.t));
   return find_at_corner(from, v, std::sqrt(chord2));
 }
 
@@ -100,21 +96,21 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   if (!(std::min(before_mm, behind_mm) > kTipTells_mm) || b.rapid || (passes && corner.rapid) ||
       near_pole(targets[s], a) || near_pole(corner, b))
     return std::nullopt;
-  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm());
+  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
   const double rest_mm = (1.0 - at.t) * targets[s + 1].way_mm;
   const double ahead_mm = passes ? rest_mm + before_mm : rest_mm;
   if (!(ahead_mm <= reach_mm && ahead_mm + behind_mm > reach_mm)) return std::nullopt;
   if (passes) {
     const double ahead_rad = (1.0 - at.t) * a.turn + corner.turn;
-    if (ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance))
+    if (ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad()))
       return std::nullopt;
   } else if (!(off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad())) {
     // Else the block turned by what it has passed of the segment, less these two.
     return std::nullopt;
   }
   const double t0 =
-      std::clamp((v.tip_P - a.tip_P).dot(before) / (before_mm * before_mm), passes ? 0.0 : at.t, 1.0);
-  const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / (behind_mm * behind_mm), 0.0, 1.0);
+      std::clamp((v.tip_P - a.tip_P).dot(before) / before.squaredNorm(), passes ? 0.0 : at.t, 1.0);
+  const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / behind.squaredNorm(), 0.0, 1.0);
   const double off0_mm = (v.tip_P - a.tip_P - t0 * before).norm();
   const double off1_mm = (v.tip_P - corner.tip_P - t1 * behind).norm();
   // The tip alone is no nearer than the tool.
@@ -128,16 +124,9 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
 }
 
-double Verifier::State::reach_of(double way_mm) const {
-  return 1.1 * way_mm + 4.0 * options.tolerance_mm;
-}
-double Verifier::State::reach_of(double turn_rad, Angle tolerance) {
-  return 1.1 * turn_rad + 4.0 * tolerance.rad();
-}
-
 Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const {
-  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm());
-  const double reach_rad = reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance);
+  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
+  const double reach_rad = reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad());
   Place best;
   best.segment = at.segment;
   double ahead_mm = 0.0;
@@ -182,9 +171,8 @@ Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const
 // On a machine with errors the tool axis is off its place even where the tip is not. Where the tip tells the
 // place, and the axis is within its tolerance, that is the end of the segment.
 bool Verifier::State::is_at_end(const Target& b, double off2_mm2, double chord2) const {
-  constexpr double kTells = 20.0;  // of what counts as the same point: a shorter way may be one of the axis
   if (!report.on_truth || off2_mm2 > kSamePoint_mm * kSamePoint_mm) return false;
-  if (b.way_mm < kTells * kSamePoint_mm) return false;
+  if (b.way_mm < kTellsPoints * kSamePoint_mm) return false;
   // The chord of an angle is not below 2/pi of it.
   const double tolerance = options.axis_tolerance.rad();
   return 0.25 * kPi * kPi * chord2 <= tolerance * tolerance;

@@ -12,7 +12,8 @@ void Verifier::State::take(const nc::MotionRun& run) {
   std::size_t done = 0;
   if (may_take(run)) {
     const RunEnds& ends = ends_of(run);
-    if (ends.within_limits && meter.place(ends.stations, placed_run)) done = step(run, ends);
+    placed_run = ends.within_limits ? meter.place(ends.stations, with_errors) : nullptr;
+    if (placed_run != nullptr) done = step(run, ends);
   }
   for (; done < run.count; ++done) take(run.motion(done), nullptr);
   last_end.reset();
@@ -83,20 +84,39 @@ void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::s
   v.feed_mode = run.feed_mode;
   v.feed = run.feed[row - 1];
   v.station = ends.stations.station(row);
-  static_cast<ToolPose&>(v) = placed_run.poses[row];
+  static_cast<ToolPose&>(v) = placed_run->pose(row);
   v.placed = true;
+}
+
+std::size_t Verifier::State::pass_quiet(std::size_t row, std::size_t end, const KnownFigures& known) {
+  std::size_t passed = 0;
+  if (at.segment + 3 >= targets.size()) return passed;
+  if (!quiet_run.knows(at)) quiet_run.begin(targets, at, end - row);
+  while (row + passed < end && quiet_run.knows(at)) {
+    const QuietRun::Found found =
+        quiet_run.advance(*placed_run, row + passed, end, known, report.max_point_deviation_mm, at);
+    note_axis(found.axis, known);
+    point_hit(found.point_off_mm);
+    passed += found.count;
+    if (found.count < quiet_run.at_a_time()) break;
+  }
+  return passed;
 }
 
 std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends) {
   shares_block = false;
-  Known known = known_figures();
+  KnownFigures known = known_figures();
   std::size_t loaded = 0;  // the row that `previous` is
   std::size_t i = 0;
+  quiet_run.begin(targets, at, run.count);
   for (; i < run.count && at.segment + 3 < targets.size(); ++i) {
-    const ToolPose& to = placed_run.poses[i + 1];
+    i += pass_quiet(i, run.count, known);
+    if (i == run.count || at.segment + 3 >= targets.size()) break;
+    const ToolPose from = placed_run->pose(i);
+    const ToolPose to = placed_run->pose(i + 1);
     Place place;
     double axis = 0.0;
-    const Quiet quiet = is_quiet(placed_run.poses[i], to, placed_run.bows[i], known, place, axis);
+    const Quiet quiet = is_quiet(from, to, placed_run->bows(i), known, place, axis);
     if (quiet != Quiet::yes) {
       if (loaded != i) load(run, ends, i, *previous);
       load(run, ends, i + 1, *present);

@@ -16,25 +16,13 @@
 
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
+#include "post/quiet_run.hpp"
 #include "post/run_time_values.hpp"
 #include "post/work_shift.hpp"
 
 // Private to the verifier: where the program read back stands, and how far the CL path has been followed.
 
 namespace trunnion::post {
-
-// A place on the CL path: segment `segment` runs from target `segment` to target `segment + 1`.
-struct Place {
-  std::size_t segment = 0;
-  double t = 0.0;
-  double distance = std::numeric_limits<double>::infinity();  // combined measure, mm
-  // Of the position that was found to be there; of none: infinite.
-  double off_tip_mm = std::numeric_limits<double>::infinity();
-  double off_axis = std::numeric_limits<double>::infinity();  // length of a vector
-};
-
-// Two positions that differ by the rounding of words only.
-inline constexpr double kSamePoint_mm = 5e-4;
 
 // How the words of an axis are read.
 struct WordOfAxis {
@@ -99,6 +87,9 @@ struct Verifier::State {
       most[id] = m.axes[id].max;
     }
     cone_cosine = std::cos(o.pole.cone.rad());
+    has_cone = o.pole.tolerance.rad() > 0.0 && meter.kinematics().rotary_count() >= 2;
+    quiet_run = QuietRun({o.tolerance_mm, o.axis_tolerance.rad(), report.on_truth, has_cone,
+                          meter.kinematics().direction(1), cone_cosine});
   }
 
   static WordOfAxis word_of_axis(const nc::AxisFormat& format, nc::AxisLetter letter, AxisKind kind) {
@@ -256,6 +247,9 @@ struct Verifier::State {
   bool may_take(const nc::MotionRun& run) const;
   void evaluate(const nc::MotionRun& run, RunEnds& out) const;
   const RunEnds& ends_of(const nc::MotionRun& run);
+  /// Goes on over the blocks from `row` on, one before `end` at most, that are quiet a few at a time: how
+  /// many.
+  std::size_t pass_quiet(std::size_t row, std::size_t end, const KnownFigures& known);
   /// How many blocks have been judged, from the first one on.
   std::size_t step(const nc::MotionRun& run, const RunEnds& ends);
   /// As a vertex of its own, but for the errors there.
@@ -294,22 +288,16 @@ struct Verifier::State {
   void feed(Vertex& v);
   /// `v` ends at this place of the path. True when that is a CL point.
   bool move_on(const ToolPose& v, const Place& place);
-  /// What a block must stay below to change no figure; sines of the axis' angles.
-  struct Known {
-    double tip_mm = 0.0;
-    double axis = 0.0;        // that is in the report already
-    double axis_limit = 0.0;  // that may come into it
-  };
-  Known known_figures() const;
+  KnownFigures known_figures() const;
   enum class Quiet : std::uint8_t { no, where_tip_keeps, yes };
   /// The block from `from` to `v`, which ends at `place` and leaves its chord by `bow` at most. `axis`: by
   /// which the tool axis leaves its course at most.
   Quiet is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
-                 const path::Certifier::Bows& bow, const Known& known, double& axis) const;
-  void note_axis(double axis, const Known& known);
+                 const path::Certifier::Bows& bow, const KnownFigures& known, double& axis) const;
+  void note_axis(double axis, const KnownFigures& known);
   /// The same without a look ahead: no, too, for what needs one. `place`: where the block ends.
   Quiet is_quiet(const ToolPose& from, const ToolPose& v, const path::Certifier::Bows& bow,
-                 const Known& known, Place& place, double& axis) const;
+                 const KnownFigures& known, Place& place, double& axis) const;
   /// Neither the block to `v`, which ends at `place`, nor a CL point that it passes changes a figure of the
   /// report: from a bound that costs little.
   bool changes_no_figure(const Vertex& v, const Place& place);
@@ -347,9 +335,6 @@ struct Verifier::State {
   /// `off_axis`: by which the axis of `v` misses that of the next.
   std::optional<Place> find_at_corner(const ToolPose& from, const ToolPose& v, double off_axis) const;
   Place find_ahead(const ToolPose& from, const ToolPose& v) const;
-  // How far ahead along the path a block may end, from how far it came.
-  double reach_of(double way_mm) const;
-  static double reach_of(double turn_rad, Angle tolerance);
   /// `v` at this fraction of a segment.
   Place placed_at(const ToolPose& v, std::size_t segment, double t) const;
   Place placed_at(const ToolPose& v, std::size_t segment, double t, double off_tip_mm) const;
@@ -436,6 +421,7 @@ struct Verifier::State {
   JointVector least, most;            // travel of the axes
   JointVector smallest_q, largest_q;  // positions so far
   double cone_cosine = 0.0;           // of the pole's cone
+  bool has_cone = false;              // it has a tolerance of its own
   JointVector word_offsets;           // word minus joint position
   std::uint16_t needed = 0;
   std::uint16_t linear = 0;                // of those
@@ -481,8 +467,10 @@ struct Verifier::State {
   VerifyReport report;
   State* follower = nullptr;  // takes the blocks that `reader` reads, too
   RunEnds run_ends{meter.kinematics()};
-  bool has_ends = false;  // `run_ends` are those of the run at hand
-  DeviationMeter::PlacedRun placed_run;
+  bool has_ends = false;                      // `run_ends` are those of the run at hand
+  const path::PoseRun* placed_run = nullptr;  // of the run at hand, on the machine that is verified
+  path::PoseRun with_errors;
+  QuietRun quiet_run;
   const State* leader = nullptr;     // whose follower this one is
   bool follows = false;              // takes those of another one's
   bool same_words = false;           // which mean the same to both

@@ -126,6 +126,51 @@ TEST_P(QuietBlocks, FollowerSaysWhatItSaysAlone) {
     EXPECT_EQ(follower.worst[i].tip_mm, alone->worst[i].tip_mm);
 }
 
+// As many as the processor takes at a time, or two: the same blocks go through, and every figure is the same.
+TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const Model model = standing_errors(machine);
+  const ModelEvaluator truth(model);
+  std::mt19937_64 random(33);
+  for (unsigned i = 0; i < 4; ++i) {
+    const std::string cl = test::sample_path(60 + i, 700);
+    PostOptions options;
+    options.tolerance_mm = kQuietTolerance_mm;
+    const test::Posted p = test::posted(cl, machine, options, "linuxcnc", i % 2 == 0 ? &model : nullptr);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    const std::string nc = i < 2 ? p.nc : test::with_changed_word(p.nc, random, kQuietTolerance_mm);
+    for (const ModelEvaluator* errors : {static_cast<const ModelEvaluator*>(nullptr), &truth}) {
+      const auto verify_with = [&](bool only_two) {
+        Diagnostics d;
+        VerifyOptions v;
+        v.tolerance_mm = kQuietTolerance_mm;
+        v.truth = errors;
+        lanes::calculate_two_at_a_time(only_two);
+        auto report =
+            verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
+                   "part.nc", machine, test::shipped_controller("linuxcnc"), {}, v, d);
+        lanes::calculate_two_at_a_time(false);
+        if (!report) throw std::runtime_error(report.error().text());
+        return *report;
+      };
+      const VerifyReport four = verify_with(false);
+      const VerifyReport two = verify_with(true);
+      EXPECT_EQ(two.certified_tip_deviation_mm, four.certified_tip_deviation_mm);
+      EXPECT_EQ(two.max_tip_deviation_mm, four.max_tip_deviation_mm);
+      EXPECT_EQ(two.max_point_deviation_mm, four.max_point_deviation_mm);
+      EXPECT_EQ(two.max_axis_deviation, four.max_axis_deviation);
+      EXPECT_EQ(two.max_speed_ratio, four.max_speed_ratio);
+      EXPECT_EQ(two.duration_s, four.duration_s);
+      EXPECT_EQ(two.points_missed, four.points_missed);
+      ASSERT_EQ(two.worst.size(), four.worst.size());
+      for (std::size_t k = 0; k < two.worst.size(); ++k) {
+        EXPECT_EQ(two.worst[k].tip_mm, four.worst[k].tip_mm);
+        EXPECT_EQ(two.worst[k].nc_line, four.worst[k].nc_line);
+      }
+    }
+  }
+}
+
 // CL points that a block passes at less than what other blocks miss the path by still tell how far they are.
 TEST(QuietBlock, CountsThePointsThatItPasses) {
   const auto text_of = [](const std::vector<std::pair<double, double>>& points) {

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <span>
 #include <vector>
 
 #include "trunnion/path/certificate.hpp"
@@ -10,16 +9,34 @@ namespace trunnion::path {
 template <class T>
 struct ConstantsOf;
 
-/// Positions that follow one another, evaluated two at a time: the same stations as `station` gives one by
-/// one, and the same bows between them as Certifier::bows_from_norms. For machines that TableKinematics
-/// evaluates side by side.
+/// Poses that follow one another, and how far the motions between them leave straight lines at most, in
+/// columns.
+struct PoseRun {
+  using Column = std::vector<double>;
+  std::array<Column, 3> tip_P, axis_P;
+  Column bow_mm, bow_axis;  // of the motion from row to row + 1, as in Certifier::Bows
+
+  void resize(std::size_t rows);
+  ToolPose pose(std::size_t row) const {
+    return {{tip_P[0][row], tip_P[1][row], tip_P[2][row]}, {axis_P[0][row], axis_P[1][row], axis_P[2][row]}};
+  }
+  Certifier::Bows bows(std::size_t row) const { return {bow_mm[row], bow_axis[row]}; }
+};
+
+/// Positions that follow one another, evaluated a few at a time: the same stations as `station` gives one by
+/// one, and bows between them: of the tool axis those of Certifier::bows_from_norms, of the tip these or what
+/// the middle of the motion tells, whichever is less. For machines that TableKinematics evaluates side by
+/// side.
 class StationRun {
  public:
-  /// Rows of doubles. Two more than there are, so that pairs may begin at the last one.
+  /// Rows of doubles.
   using Column = std::vector<double>;
+  /// More rows than there are, so that the few that are looked at together may begin at the last one.
+  static constexpr std::size_t kMoreRows = 2 * lanes::kCount<Quads>;
 
   explicit StationRun(const TableKinematics& kinematics)
       : kinematics_(kinematics),
+        four_(lanes::four_at_a_time()),
         spindle_arm2_(kinematics.direction(0).cross(kinematics.spindle()).squaredNorm()) {}
 
   void resize(std::size_t count);
@@ -35,24 +52,34 @@ class StationRun {
   }
   /// As `station` gives it.
   Station station(std::size_t row) const;
-  TableKinematics::SinesOf<Lanes> sines_of_pair(std::size_t row) const;
+  /// Of as many rows as T holds.
+  template <class T>
+  TableKinematics::SinesOf<T> sines_of(std::size_t row) const {
+    return {{lanes::load<T>(&sin_[0][row]), lanes::load<T>(&sin_[1][row])},
+            {lanes::load<T>(&cos_[0][row]), lanes::load<T>(&cos_[1][row])}};
+  }
   /// Where the tool stands on the nominal machine.
-  const std::vector<ToolPose>& poses() const { return poses_; }
-  /// Of the motion from row to row + 1.
-  const std::vector<Certifier::Bows>& bows() const { return bows_; }
+  const PoseRun& poses() const { return poses_; }
 
  private:
-  void put_pair(std::size_t row, const ConstantsOf<Lanes>& chain);
-  void bow_pair(std::size_t row);
+  template <class T>
+  void evaluate_few();
+  TRUNNION_FOUR void evaluate_fours();
+  template <class T>
+  void put_few(std::size_t row, const ConstantsOf<T>& chain);
+  template <class T>
+  void bow_few(std::size_t row, const ConstantsOf<T>& chain);
+  template <class T>
+  T middle_off_chord(std::size_t row, const ConstantsOf<T>& chain) const;
 
   TableKinematics kinematics_;
+  bool four_;
   std::size_t count_ = 0;
   double spindle_arm2_;  // of the spindle direction from the outer axis
   std::array<Column, kMaxAxes> q_;
   std::array<Column, 2> sin_, cos_;
   Column arm2_outer_, arm2_inner_, axis_arm2_, size_mm_;  // as in Station; squared arm of the tool axis
-  std::vector<ToolPose> poses_;
-  std::vector<Certifier::Bows> bows_;
+  PoseRun poses_;
 };
 
 }  // namespace trunnion::path

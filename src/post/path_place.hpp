@@ -1,0 +1,62 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+#include "trunnion/base/units.hpp"
+
+#include "post/deviation_meter.hpp"
+
+// Private to the verifier: where the blocks of the program read back end on the CL path.
+namespace trunnion::post {
+
+/// A place on the CL path: segment `segment` runs from target `segment` to target `segment + 1`.
+struct Place {
+  std::size_t segment = 0;
+  double t = 0.0;
+  double distance = std::numeric_limits<double>::infinity();  // combined measure, mm
+  // Of the position that was found to be there; of none: infinite.
+  double off_tip_mm = std::numeric_limits<double>::infinity();
+  double off_axis = std::numeric_limits<double>::infinity();  // length of a vector
+};
+
+/// What a block must stay below to change no figure of the report; sines of the axis' angles.
+struct KnownFigures {
+  double tip_mm = 0.0;
+  double axis = 0.0;        // that is in the report already
+  double axis_limit = 0.0;  // that may come into it
+};
+
+/// What the places of a program on its CL path are looked for with.
+struct FollowLimits {
+  double tolerance_mm = 0.0;
+  double axis_tolerance_rad = 0.0;
+  bool on_truth = false;  // on a machine with errors
+  // Of the pole's cone, where one has a tolerance of its own: its direction in P, the cosine of its angle.
+  bool has_cone = false;
+  Vec3 cone_axis_P = Vec3::UnitZ();
+  double cone_cosine = 1.0;
+};
+
+/// Two positions that differ by the rounding of words only.
+inline constexpr double kSamePoint_mm = 5e-4;
+/// A later place must be nearer by more than rounding.
+inline constexpr double kNearer_mm = 1e-7;
+/// Of the turn's weight: where the tip moves less, rounding of XYZ would decide.
+inline constexpr double kStill_mm = 1e-3 * kAxisWeight_mm;
+/// Beyond it the tip tells the place, whatever the turn.
+inline constexpr double kTipTells_mm = kStill_mm * kPi;
+/// Squared chord between tool axes below which the arc's fraction is the chord's within 1e-6.
+inline constexpr double kNearChord2 = 2.5e-3;
+/// The cosine, squared, of what may be a way out along the tool axis.
+inline constexpr double kAlong2 = 0.99;
+/// A way of so many times kSamePoint_mm is none of the tool axis alone.
+inline constexpr double kTellsPoints = 20.0;
+
+/// How far ahead along the path a block may end that came so far: of the tip, mm, or of the axis, rad.
+template <class T>
+T reach_of(const T& way, double tolerance) {
+  return 1.1 * way + 4.0 * tolerance;
+}
+
+}  // namespace trunnion::post

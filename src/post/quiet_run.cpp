@@ -1,0 +1,336 @@
+#include "post/quiet_run.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "post/few_blocks.hpp"
+
+namespace trunnion::post {
+
+// About which CL point each of the blocks ends.
+template <class T>
+struct QuietRun::Corners {
+  static constexpr std::size_t kTogether = lanes::kCount<T>;
+  std::array<std::size_t, kTogether> row{};
+  bool in_a_row = true;
+  bool from_next = true;  // in a row from the one on that comes next
+
+  // Guessed from how far the tool goes.
+  Corners(const QuietRun& path, const T& way_mm, const Place& at) {
+    const std::size_t next = at.segment - path.first_ + 2;
+    std::size_t j = next;
+    double along_mm = path.along_mm_[j - 1] + at.t * path.way_mm_[j];
+    for (std::size_t k = 0; k < kTogether; ++k) {
+      along_mm += way_mm[static_cast<int>(k)];
+      while (j + 3 < path.count_ && along_mm > path.passed_mm_[j]) ++j;
+      row[k] = j;
+      in_a_row = in_a_row && j == row[0] + k;
+    }
+    from_next = in_a_row && row[0] == next;
+  }
+  // Of the CL point as many before it or behind it.
+  T load(const Column& column, int by) const {
+    const auto at = [&](std::size_t k) -> const double* { return column.data() + row[k] + by; };
+    if (in_a_row) return lanes::load<T>(at(0));
+    return lanes::collect<T>([&](std::size_t k) { return *at(k); });
+  }
+  lanes::Triple<T> load(const std::array<Column, 3>& columns, int by) const {
+    return {load(columns[0], by), load(columns[1], by), load(columns[2], by)};
+  }
+  T index() const {
+    return lanes::collect<T>([&](std::size_t k) { return static_cast<double>(row[k]); });
+  }
+  lanes::Mask<T> plain(const QuietRun& path) const { return load(path.special_, -2) == 0.0; }
+};
+
+// The ends of the blocks beside these CL points.
+template <class T>
+struct QuietRun::AtCorner {
+  lanes::Triple<T> tip_P, axis_P;
+  lanes::Triple<T> to;    // to the end
+  T before_mm;            // of the way to the CL point
+  T off2_mm2, off2_axis;  // squared
+  lanes::Mask<T> is_end;  // as find_near says it of the next CL point
+
+  AtCorner(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block)
+      : tip_P(corner.load(path.tip_P_, 0)),
+        axis_P(corner.load(path.axis_P_, 0)),
+        to(block.to - tip_P),
+        before_mm(corner.load(path.way_mm_, 0)),
+        off2_mm2(length2(to)),
+        off2_axis(length2(block.to_axis - axis_P)) {
+    constexpr double kTurned_mm = 0.5 * kPi * kAxisWeight_mm;
+    is_end = off2_mm2 + kTurned_mm * kTurned_mm * off2_axis < kSamePoint2;
+    if (path.limits_.on_truth) {
+      const double tolerance = path.limits_.axis_tolerance_rad;
+      is_end |= (before_mm >= kTellsPoints * kSamePoint_mm) &
+                (0.25 * kPi * kPi * off2_axis <= tolerance * tolerance);
+    }
+    is_end &= off2_mm2 < kSamePoint2;
+  }
+};
+
+// Where the blocks end about these CL points, whichever place they began at.
+template <class T>
+struct QuietRun::Ends {
+  lanes::Triple<T> tip1_P;  // of the CL point before the corner
+  lanes::Triple<T> to1;     // to the end from there
+  lanes::Triple<T> before;  // the way from there
+  T behind_mm;              // of the way behind the corner
+  T off2_1, off2_3;         // of the ends from the CL points before it and behind it
+  T t0, off0_mm;            // on the way to it, where no fraction is excluded
+  lanes::Mask<T> behind;    // the end is beyond the corner
+  lanes::Mask<T> plain;
+  T t, distance2, off2_mm2, off2_axis;  // as in Place
+
+  Ends(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, const AtCorner<T>& beside)
+      : tip1_P(corner.load(path.tip_P_, -1)),
+        to1(block.to - tip1_P),
+        before(beside.tip_P - tip1_P),
+        behind_mm(corner.load(path.way_mm_, 1)),
+        off2_1(length2(to1)) {
+    const lanes::Triple<T> tip3_P = corner.load(path.tip_P_, 1);
+    const lanes::Triple<T> way_behind = tip3_P - beside.tip_P;
+    off2_3 = length2(block.to - tip3_P);
+    t0 = clamped<T>(inner(to1, before) / length2(before), T{});
+    const T t1 = clamped<T>(inner(beside.to, way_behind) / length2(way_behind), T{});
+    const T off2_0 = length2(to1 - t0 * before);
+    const T off2_1st = length2(beside.to - t1 * way_behind);
+    off0_mm = lanes::sqrt(off2_0);
+    const lanes::Triple<T> axis1_P = corner.load(path.axis_P_, -1);
+    const lanes::Triple<T> axis3_P = corner.load(path.axis_P_, 1);
+    // The tip alone is no nearer than the tool: where it is farther off behind the corner, nothing else is
+    // looked at.
+    const auto may_be_behind = off2_1st <= (off0_mm + kNearer_mm) * (off0_mm + kNearer_mm);
+    const auto of_either = [&](const lanes::Mask<T>& mask, const auto& beyond, const auto& on_way) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(beyond)>, T>) {
+        return T(lanes::select(mask, beyond, on_way));
+      } else {
+        return chosen(mask, beyond, on_way);
+      }
+    };
+    t = of_either(may_be_behind, t1, t0);
+    off2_mm2 = of_either(may_be_behind, off2_1st, off2_0);
+    const Placed<T> there(path.limits_, block.to_axis, of_either(may_be_behind, beside.axis_P, axis1_P),
+                          of_either(may_be_behind, axis3_P, beside.axis_P), t, off2_mm2);
+    const T nearer_mm = off0_mm - kNearer_mm;
+    behind = may_be_behind & (nearer_mm > 0.0) & (there.distance2 < nearer_mm * nearer_mm);
+    distance2 = there.distance2;
+    off2_axis = there.off2_axis;
+    plain = there.plain;
+    const lanes::Mask<T> either = may_be_behind & ~behind;
+    if (lanes::any(either)) {
+      const Placed<T> here(path.limits_, block.to_axis, axis1_P, beside.axis_P, t0, off2_0);
+      behind |= either & (lanes::sqrt(there.distance2) < lanes::sqrt(here.distance2) - kNearer_mm);
+      const lanes::Mask<T> on_way = may_be_behind & ~behind;
+      t = of_either(on_way, t0, t);
+      off2_mm2 = of_either(on_way, off2_0, off2_mm2);
+      distance2 = of_either(on_way, here.distance2, distance2);
+      off2_axis = of_either(on_way, here.off2_axis, off2_axis);
+      plain &= ~either | here.plain;
+    }
+    behind &= ~beside.is_end;
+    const T one = lanes::splat<T>(1.0);
+    t = of_either(beside.is_end, one, t);
+    off2_mm2 = of_either(beside.is_end, beside.off2_mm2, off2_mm2);
+    off2_axis = of_either(beside.is_end, beside.off2_axis, off2_axis);
+    plain |= beside.is_end;
+    plain &= corner.plain(path) & (beside.is_end | (beside.off2_mm2 > kSamePoint2)) & (off2_3 > kSamePoint2) &
+             ~(behind & (t >= 1.0));
+  }
+};
+
+// Where the blocks begin, and whether the places that were found are those of find_near from there.
+template <class T>
+struct QuietRun::Begins {
+  T t, off_axis;
+  lanes::Mask<T> passes;  // the corner is the one behind the next CL point
+  lanes::Mask<T> found;
+
+  Begins(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, const AtCorner<T>& beside,
+         const Ends<T>& end, const Place& at) {
+    const FollowLimits& limits = path.limits_;
+    const auto hit = end.t >= 1.0;
+    const T index = corner.index();
+    const T segment = index - lanes::select(end.behind | hit, T{}, lanes::splat<T>(1.0));
+    const T next = index - shifted(static_cast<double>(at.segment - path.first_ + 1), segment);  // 1, or 2
+    t = shifted(at.t, lanes::select(hit, T{}, end.t));
+    const lanes::Mask<T> goes_to = next == 1.0;
+    passes = next == 2.0;
+    const T reach_mm = reach_of(block.way_mm, limits.tolerance_mm);
+    const T rest_mm = (1.0 - t) * beside.before_mm;
+    const auto to_corner = (rest_mm <= reach_mm) & (rest_mm + end.behind_mm > reach_mm);
+    const auto still = (end.t0 < 1.0) & (end.off0_mm <= limits.tolerance_mm);
+    // The sum of both axes' distances is below this: its square is at most twice that of the squares.
+    const double turned = 3.0 * limits.axis_tolerance_rad;
+    const T before_axis2 = shifted(at.off_axis * at.off_axis, end.off2_axis);
+    const auto turns_little = 2.000001 * (beside.off2_axis + before_axis2) < turned * turned;
+    const lanes::Mask<T> beside_next = (end.t0 >= t) & ~still & ~(end.off2_3 < beside.off2_mm2) &
+                                       ((to_corner & turns_little) | ((rest_mm > reach_mm) & ~end.behind));
+    found = goes_to & (beside.is_end | beside_next);
+    lanes::Triple<T> next_P = beside.tip_P;
+    if (lanes::any(passes)) {
+      found |= passes & ~beside.is_end & is_beside_second(path, corner, block, beside, end, reach_mm);
+      next_P = chosen(passes, end.tip1_P, next_P);
+    }
+    found &= end.plain & (length2(block.from - next_P) > kSamePoint2) & ~block.may_leave();
+  }
+
+  lanes::Mask<T> is_beside_second(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block,
+                                  const AtCorner<T>& beside, const Ends<T>& end, const T& reach_mm) const {
+    const FollowLimits& limits = path.limits_;
+    const lanes::Triple<T> tip0_P = corner.load(path.tip_P_, -2);
+    const lanes::Triple<T> way = end.tip1_P - tip0_P;
+    const lanes::Triple<T> to = block.to - tip0_P;
+    const T foot = inner(to, way) / length2(way);
+    const T off_mm = length(to - lanes::larger<T>(clamped<T>(foot, T{}), t) * way);
+    const auto still = (foot < 1.0) & (off_mm <= limits.tolerance_mm);
+    const T ahead_mm = (1.0 - t) * corner.load(path.way_mm_, -1) + beside.before_mm;
+    const T chord2 = length2(block.to_axis - block.from_axis);
+    const T ahead_rad = (1.0 - t) * corner.load(path.turn_, -1) + corner.load(path.turn_, 0);
+    const T nearer_mm = off_mm - 2.0 * kNearer_mm;
+    return (ahead_mm <= reach_mm) & (ahead_mm + end.behind_mm > reach_mm) & ~still &
+           (beside.off2_mm2 < end.off2_1) & (end.off2_1 > kSamePoint2) & (chord2 < kSmallChord2) &
+           (ahead_rad <= reach_of(turn_of_chord(chord2), limits.axis_tolerance_rad)) & (nearer_mm > 0.0) &
+           (end.distance2 < nearer_mm * nearer_mm);
+  }
+};
+
+void QuietRun::begin(std::span<const Target> targets, const Place& at, std::size_t count) {
+  // A few more than one for each block.
+  constexpr std::size_t kMore = 16;
+  first_ = at.segment;
+  count_ = std::min(targets.size() - first_, count + kMore) + 1;
+  const std::size_t rows = count_ + lanes::kCount<Quads>;
+  for (auto* columns : {&tip_P_, &axis_P_}) {
+    for (Column& column : *columns) column.resize(rows);
+  }
+  for (Column* column : {&way_mm_, &turn_, &along_mm_, &passed_mm_, &special_}) column->resize(rows);
+  const double least_way_mm = 1.001 * kTipTells_mm;
+  for (std::size_t row = 0; row < count_; ++row) {
+    const Target& target = targets[std::max<std::size_t>(first_ + row, 1) - 1];
+    for (std::size_t i = 0; i < 3; ++i) {
+      tip_P_[i][row] = target.tip_P[static_cast<Eigen::Index>(i)];
+      axis_P_[i][row] = target.axis_P[static_cast<Eigen::Index>(i)];
+    }
+    way_mm_[row] = target.way_mm;
+    turn_[row] = target.turn;
+    along_mm_[row] = target.along_mm;
+    const bool plain =
+        !target.in_cone && !target.rapid && target.turn <= 0.5 * kPi && target.way_mm > least_way_mm;
+    special_[row] = plain ? 0.0 : 1.0;
+  }
+  // An end that is no nearer to the CL point than this belongs to the next one.
+  constexpr double kPassed = 0.125;
+  for (std::size_t row = 0; row + 3 < count_; ++row) {
+    passed_mm_[row] = along_mm_[row] + kPassed * way_mm_[row + 1];
+    special_[row] = std::max({special_[row], special_[row + 1], special_[row + 2], special_[row + 3]});
+  }
+}
+
+QuietRun::Found QuietRun::advance(const path::PoseRun& poses, std::size_t row, std::size_t end,
+                                  const KnownFigures& known, double most_off_mm, Place& at) {
+  Found found;
+  found.count = end - row;  // at most
+  if (four_) {
+    advance_four(poses, row, known, most_off_mm, at, found);
+  } else {
+    advance_few<Lanes>(poses, row, known, most_off_mm, at, found);
+  }
+  return found;
+}
+
+void QuietRun::advance_four(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
+                            double most_off_mm, Place& at, Found& found) const {
+  advance_few<Quads>(poses, row, known, most_off_mm, at, found);
+}
+
+// The ends of the blocks that are quiet, of those that are looked at together.
+template <class T>
+struct QuietRun::Judged {
+  const Corners<T>& corner;
+  T off_mm, off_axis;  // as in Place
+  T axis;              // by which the tool axis leaves its course at most
+  lanes::Mask<T> quiet;
+
+  // As is_quiet; `off2_mm2` and `off2_axis` of the ends.
+  Judged(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, const Place& at,
+         const Corners<T>& corners, const T& off2_mm2, const T& off2_axis)
+      : corner(corners),
+        off_mm(lanes::sqrt(off2_mm2)),
+        off_axis(lanes::sqrt(off2_axis)),
+        axis(lanes::larger<T>(shifted(at.off_axis, off_axis), off_axis)),
+        bow_mm_(lanes::load<T>(&poses.bow_mm[row])),
+        bow_axis_(lanes::load<T>(&poses.bow_axis[row])),
+        axis_limit_(known.axis_limit) {
+    const T most_mm = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
+    left_mm_ = known.tip_mm - bow_mm_;
+    quiet = most_mm <= left_mm_;
+  }
+  // CL points that are passed on the way.
+  void pass(const lanes::Mask<T>& passed, const PassedAt<T>& point, double most_off_mm) {
+    const T all_mm = lanes::splat<T>(most_off_mm) - bow_mm_;
+    const T left_mm = lanes::select(all_mm < left_mm_, all_mm, left_mm_);
+    quiet &= ~passed | ((left_mm >= 0.0) & (point.off2_mm2 <= left_mm * left_mm));
+    axis = lanes::select(passed, lanes::larger<T>(axis, lanes::sqrt(point.off2_axis)), axis);
+  }
+  void end_axis() {
+    axis = axis + bow_axis_;
+    quiet &= axis <= axis_limit_;
+  }
+  // Goes on over those that are quiet. `t`, `distance2`, `behind`: of the ends.
+  void take(const QuietRun& path, const T& t, const lanes::Mask<T>& behind, Place& at, Found& found) const {
+    std::size_t count = 0;
+    const std::size_t most = std::min(lanes::kCount<T>, found.count);
+    for (; count < most && quiet[static_cast<int>(count)] != 0; ++count) {
+      const int k = static_cast<int>(count);
+      found.axis = std::max(found.axis, axis[k]);
+      if (t[k] >= 1.0) found.point_off_mm = std::max(found.point_off_mm, off_mm[k]);
+    }
+    found.count = count;
+    if (count == 0) return;
+    const int k = static_cast<int>(count - 1);
+    const std::size_t corner_at = path.first_ + corner.row[count - 1] - 1;
+    const bool hit = t[k] >= 1.0;
+    at.segment = hit || behind[k] != 0 ? corner_at : corner_at - 1;
+    at.t = hit ? 0.0 : t[k];
+    at.off_tip_mm = off_mm[k];
+    at.off_axis = off_axis[k];
+  }
+
+ private:
+  T bow_mm_, bow_axis_, left_mm_;
+  double axis_limit_;
+};
+
+template <class T>
+void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
+                           double most_off_mm, Place& at, Found& found) const {
+  const Chords<T> block(poses, row);
+  const Corners<T> corner(*this, block.way_mm, at);
+  const AtCorner<T> beside(*this, corner, block);
+  if (corner.from_next && !lanes::any(lanes::Mask<T>(~beside.is_end))) {
+    // From CL point to CL point.
+    Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
+    judged.end_axis();
+    judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(tip_P_, 1)) > kSamePoint2) &
+                    (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
+    return judged.take(*this, lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found);
+  }
+  const Ends<T> end(*this, corner, block, beside);
+  const Begins<T> begin(*this, corner, block, beside, end, at);
+  Judged<T> judged(poses, row, known, at, corner, end.off2_mm2, end.off2_axis);
+  T least{};
+  if (lanes::any(begin.passes)) {
+    const PassedAt<T> point(block, end.tip1_P, corner.load(axis_P_, -1), least);
+    judged.pass(begin.passes, point, most_off_mm);
+    least = lanes::select(begin.passes, point.t, least);
+  }
+  if (lanes::any(end.behind))
+    judged.pass(end.behind, PassedAt<T>(block, beside.tip_P, beside.axis_P, least), most_off_mm);
+  judged.end_axis();
+  judged.quiet &= begin.found;
+  judged.take(*this, end.t, end.behind, at, found);
+}
+
+}  // namespace trunnion::post

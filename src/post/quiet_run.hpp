@@ -1,0 +1,69 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "trunnion/path/station_run.hpp"
+
+#include "post/path_place.hpp"
+
+namespace trunnion::post {
+
+/// Blocks that follow one another, followed along the CL path a few at a time as long as they surely change
+/// no figure of the report. Where each of them ends is guessed from how far the tool goes, and holds only
+/// where the block before it, taken together with it, ended where it was guessed: it is the place that
+/// Verifier::State finds for one block (`find_near`), and is as quiet as that says (`is_quiet`). Whatever is
+/// not plain (poles, rapids, still tips, CL points on top of one another) is left to it.
+class QuietRun {
+ public:
+  QuietRun() : QuietRun(FollowLimits{}) {}
+  explicit QuietRun(const FollowLimits& limits) : limits_(limits), four_(lanes::four_at_a_time()) {}
+
+  /// Goes on from `at` of a path with these CL points, over about so many blocks. Before each run, and
+  /// wherever `targets` changed.
+  void begin(std::span<const Target> targets, const Place& at, std::size_t count);
+
+  /// Enough of the path for a block that begins there.
+  bool knows(const Place& at) const { return at.segment >= first_ && at.segment - first_ + 5 <= count_; }
+
+  std::size_t at_a_time() const { return four_ ? lanes::kCount<Quads> : lanes::kCount<Lanes>; }
+  struct Found {
+    std::size_t count = 0;      // blocks that are quiet, from the first one on
+    double axis = 0.0;          // by which the tool axis leaves its course at most (a sine)
+    double point_off_mm = 0.0;  // the largest distance from a CL point at which a block ends
+  };
+  /// Looks at the blocks from the pose of `row` to that of the next, and so on. `at`: where the first of them
+  /// begins; then where the last that is quiet ends.
+  /// @param most_off_mm  the largest distance from a CL point in the report so far
+  Found advance(const path::PoseRun& poses, std::size_t row, std::size_t end, const KnownFigures& known,
+                double most_off_mm, Place& at);
+
+ private:
+  using Column = std::vector<double>;
+  template <class T>
+  struct Corners;
+  template <class T>
+  struct AtCorner;
+  template <class T>
+  struct Ends;
+  template <class T>
+  struct Begins;
+  template <class T>
+  struct Judged;
+  template <class T>
+  void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, double most_off_mm,
+                   Place& at, Found& found) const;
+  TRUNNION_FOUR void advance_four(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
+                                  double most_off_mm, Place& at, Found& found) const;
+
+  FollowLimits limits_;
+  bool four_;
+  // The CL points from the one before `first_` on, with what Target says of them.
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  std::array<Column, 3> tip_P_, axis_P_;
+  Column way_mm_, turn_, along_mm_;
+  Column passed_mm_;  // along the path, beyond which a block will not end at the CL point
+  Column special_;    // not 0: one of the four CL points about it is not plain
+};
+
+}  // namespace trunnion::post
