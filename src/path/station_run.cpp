@@ -10,7 +10,9 @@ void PoseRun::resize(std::size_t rows) {
   for (std::size_t i = 0; i < 3; ++i) {
     tip_P[i].resize(rows);
     axis_P[i].resize(rows);
+    sag_mm[i].resize(rows);
   }
+  rest_mm.resize(rows);
   bow_mm.resize(rows);
   bow_axis.resize(rows);
 }
@@ -116,17 +118,23 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
   const NormsOf<T> axis(al, ga, T{}, T{}, lanes::splat<T>(spindle_arm2_), larger(axis_arm2_));
   const T angles = sizes(outer) + sizes(inner);
   const T sizes_mm = lanes::load<T>(&size_mm_[row]) + lanes::load<T>(&size_mm_[row + 1]);
+  const T rounding_mm = tip_rounding<T>(sizes_mm, angles);
   const T from_norms = tip.M2() / 8.0;
-  const T from_middle = middle_off_chord(row, chain) + beyond_parabola(tip.M3());
+  const lanes::Triple<T> middle = sag(row, chain);
+  const T beyond_mm = beyond_parabola(tip.M3());
+  const T from_middle = lanes::sqrt(T(lanes::squared(middle))) + beyond_mm;
   const auto nearer = (al < kBisectorTurn) & (ga < kBisectorTurn) & (from_middle < from_norms);
-  lanes::store(&poses_.bow_mm[row],
-               T(lanes::select(nearer, from_middle, from_norms) + tip_rounding<T>(sizes_mm, angles)));
+  lanes::store(&poses_.bow_mm[row], T(lanes::select(nearer, from_middle, from_norms) + rounding_mm));
+  lanes::store(&poses_.rest_mm[row], T(lanes::select(nearer, beyond_mm, from_norms) + rounding_mm));
+  lanes::store(&poses_.sag_mm[0][row], lanes::select(nearer, middle.x, T{}));
+  lanes::store(&poses_.sag_mm[1][row], lanes::select(nearer, middle.y, T{}));
+  lanes::store(&poses_.sag_mm[2][row], lanes::select(nearer, middle.z, T{}));
   lanes::store(&poses_.bow_axis[row], T(axis.M2() / 8.0 + axis_rounding<T>(angles)));
 }
 
-// How far the tip is off the middle of its chord in the middle of the motion: middle_tip.
+// Where the tip is in the middle of the motion (middle_tip), from the middle of its chord.
 template <class T>
-T StationRun::middle_off_chord(std::size_t row, const ConstantsOf<T>& chain) const {
+lanes::Triple<T> StationRun::sag(std::size_t row, const ConstantsOf<T>& chain) const {
   const auto sum = [&](const Column& c) -> T {
     return lanes::load<T>(&c[row]) + lanes::load<T>(&c[row + 1]);
   };
@@ -142,7 +150,7 @@ T StationRun::middle_off_chord(std::size_t row, const ConstantsOf<T>& chain) con
   const lanes::Triple<T> w = chain.w0 + lanes::Triple<T>{position(0), position(1), position(2)};
   const StationOf<T> station(kinematics_, chain, w, middle);
   const auto half = [&](std::size_t i) -> T { return 0.5 * sum(poses_.tip_P[i]); };
-  return lanes::sqrt(T(lanes::squared(station.tip_P - lanes::Triple<T>{half(0), half(1), half(2)})));
+  return station.tip_P - lanes::Triple<T>{half(0), half(1), half(2)};
 }
 
 }  // namespace trunnion::path

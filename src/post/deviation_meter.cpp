@@ -91,10 +91,12 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
     return q;
   };
   const path::PoseRun& nominal = run.poses();
+  with_errors.sag_mm = nominal.sag_mm;
   for (std::size_t row = 0; row + 1 < count; row += 2) {
     const auto bend = course_->at_most(axes(row), axes(row + 1));
     if (!bend) return nullptr;
     lanes::store<Lanes>(&with_errors.bow_mm[row], lanes::load(&nominal.bow_mm[row]) + bend->tip_mm);
+    lanes::store<Lanes>(&with_errors.rest_mm[row], lanes::load(&nominal.rest_mm[row]) + bend->tip_mm);
     lanes::store<Lanes>(&with_errors.bow_axis[row], lanes::load(&nominal.bow_axis[row]) + bend->axis_rad);
   }
   return &with_errors;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -106,5 +107,21 @@ struct Placed {
     distance2 = off2_mm2 + turned_mm * turned_mm;
   }
 };
+
+// The second half of still_on: the tool axes are surely within their tolerance of the arc, about where they
+// turned to. The chord's fraction is the arc's within 1e-4 where the arc is short.
+template <class T>
+lanes::Mask<T> keeps_axis(const FollowLimits& limits, const lanes::Triple<T>& axis_P,
+                          const lanes::Triple<T>& axis0_P, const lanes::Triple<T>& axis1_P) {
+  constexpr double kUnsure_rad = 1e-5;
+  const lanes::Triple<T> turn = axis1_P - axis0_P;
+  const T turn2 = length2(turn);
+  const T share = lanes::sqrt(T(length2(axis_P - axis0_P) / turn2));
+  const T t = lanes::select(turn2 > 0.0, clamped<T>(share, T{}), T{});
+  const lanes::Triple<T> on_chord = axis0_P + t * turn;
+  const lanes::Triple<T> on_arc = T(1.0 / length(on_chord)) * on_chord;
+  const double left = std::max(0.0, limits.axis_tolerance_rad - kUnsure_rad);
+  return (turn2 < kNearChord2) & (length2(axis_P - on_arc) <= left * left);
+}
 
 }  // namespace trunnion::post

@@ -73,13 +73,15 @@ struct QuietRun::AtCorner {
 // Where the blocks end about these CL points, whichever place they began at.
 template <class T>
 struct QuietRun::Ends {
-  lanes::Triple<T> tip1_P;  // of the CL point before the corner
-  lanes::Triple<T> to1;     // to the end from there
-  lanes::Triple<T> before;  // the way from there
-  T behind_mm;              // of the way behind the corner
-  T off2_1, off2_3;         // of the ends from the CL points before it and behind it
-  T t0, off0_mm;            // on the way to it, where no fraction is excluded
-  lanes::Mask<T> behind;    // the end is beyond the corner
+  lanes::Triple<T> tip1_P;    // of the CL point before the corner
+  lanes::Triple<T> to1;       // to the end from there
+  lanes::Triple<T> before;    // the way from there
+  T behind_mm;                // of the way behind the corner
+  T off2_1, off2_3;           // of the ends from the CL points before it and behind it
+  T t0, off0_mm;              // on the way to it, where no fraction is excluded
+  lanes::Mask<T> behind;      // the end is beyond the corner
+  lanes::Mask<T> still;       // still_on, where the block began on the way to it
+  lanes::Mask<T> only_still;  // beyond the corner, were it not for that
   lanes::Mask<T> plain;
   T t, distance2, off2_mm2, off2_axis;  // as in Place
 
@@ -101,7 +103,13 @@ struct QuietRun::Ends {
     const lanes::Triple<T> axis3_P = corner.load(path.axis_P_, 1);
     // The tip alone is no nearer than the tool: where it is farther off behind the corner, nothing else is
     // looked at.
-    const auto may_be_behind = off2_1st <= (off0_mm + kNearer_mm) * (off0_mm + kNearer_mm);
+    lanes::Mask<T> may_be_behind = off2_1st <= (off0_mm + kNearer_mm) * (off0_mm + kNearer_mm);
+    still = (t0 < 1.0) & (off0_mm <= path.limits_.tolerance_mm);
+    lanes::Mask<T> doubtful{};
+    if (lanes::any(still))
+      doubtful = still & ~keeps_axis(path.limits_, block.to_axis, axis1_P, beside.axis_P);
+    only_still = still & may_be_behind;
+    may_be_behind &= ~still;
     const auto of_either = [&](const lanes::Mask<T>& mask, const auto& beyond, const auto& on_way) {
       if constexpr (std::is_same_v<std::decay_t<decltype(beyond)>, T>) {
         return T(lanes::select(mask, beyond, on_way));
@@ -129,6 +137,7 @@ struct QuietRun::Ends {
       off2_axis = of_either(on_way, here.off2_axis, off2_axis);
       plain &= ~either | here.plain;
     }
+    plain &= ~doubtful;
     behind &= ~beside.is_end;
     const T one = lanes::splat<T>(1.0);
     t = of_either(beside.is_end, one, t);
@@ -160,24 +169,23 @@ struct QuietRun::Begins {
     const T reach_mm = reach_of(block.way_mm, limits.tolerance_mm);
     const T rest_mm = (1.0 - t) * beside.before_mm;
     const auto to_corner = (rest_mm <= reach_mm) & (rest_mm + end.behind_mm > reach_mm);
-    const auto still = (end.t0 < 1.0) & (end.off0_mm <= limits.tolerance_mm);
     // The sum of both axes' distances is below this: its square is at most twice that of the squares.
     const double turned = 3.0 * limits.axis_tolerance_rad;
     const T before_axis2 = shifted(at.off_axis * at.off_axis, end.off2_axis);
     const auto turns_little = 2.000001 * (beside.off2_axis + before_axis2) < turned * turned;
-    const lanes::Mask<T> beside_next = (end.t0 >= t) & ~still & ~(end.off2_3 < beside.off2_mm2) &
-                                       ((to_corner & turns_little) | ((rest_mm > reach_mm) & ~end.behind));
-    found = goes_to & (beside.is_end | beside_next);
+    const lanes::Mask<T> beside_next = ~(end.off2_3 < beside.off2_mm2) & to_corner & turns_little;
+    found = goes_to & (beside.is_end |
+                       ((end.t0 >= t) & (end.still | beside_next | ((rest_mm > reach_mm) & ~end.behind))));
     lanes::Triple<T> next_P = beside.tip_P;
     if (lanes::any(passes)) {
-      found |= passes & ~beside.is_end & is_beside_second(path, corner, block, beside, end, reach_mm);
+      found |= passes & ~beside.is_end & is_behind_next(path, corner, block, beside, end, reach_mm);
       next_P = chosen(passes, end.tip1_P, next_P);
     }
     found &= end.plain & (length2(block.from - next_P) > kSamePoint2) & ~block.may_leave();
   }
 
-  lanes::Mask<T> is_beside_second(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block,
-                                  const AtCorner<T>& beside, const Ends<T>& end, const T& reach_mm) const {
+  lanes::Mask<T> is_behind_next(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block,
+                                const AtCorner<T>& beside, const Ends<T>& end, const T& reach_mm) const {
     const FollowLimits& limits = path.limits_;
     const lanes::Triple<T> tip0_P = corner.load(path.tip_P_, -2);
     const lanes::Triple<T> way = end.tip1_P - tip0_P;
@@ -185,14 +193,20 @@ struct QuietRun::Begins {
     const T foot = inner(to, way) / length2(way);
     const T off_mm = length(to - lanes::larger<T>(clamped<T>(foot, T{}), t) * way);
     const auto still = (foot < 1.0) & (off_mm <= limits.tolerance_mm);
-    const T ahead_mm = (1.0 - t) * corner.load(path.way_mm_, -1) + beside.before_mm;
+    const T rest_mm = (1.0 - t) * corner.load(path.way_mm_, -1);
+    const T ahead_mm = rest_mm + beside.before_mm;
+    const T rest_rad = (1.0 - t) * corner.load(path.turn_, -1);
+    const T ahead_rad = rest_rad + corner.load(path.turn_, 0);
     const T chord2 = length2(block.to_axis - block.from_axis);
-    const T ahead_rad = (1.0 - t) * corner.load(path.turn_, -1) + corner.load(path.turn_, 0);
+    const T reach_rad = reach_of(turn_of_chord(chord2), limits.axis_tolerance_rad);
     const T nearer_mm = off_mm - 2.0 * kNearer_mm;
-    return (ahead_mm <= reach_mm) & (ahead_mm + end.behind_mm > reach_mm) & ~still &
-           (beside.off2_mm2 < end.off2_1) & (end.off2_1 > kSamePoint2) & (chord2 < kSmallChord2) &
-           (ahead_rad <= reach_of(turn_of_chord(chord2), limits.axis_tolerance_rad)) & (nearer_mm > 0.0) &
-           (end.distance2 < nearer_mm * nearer_mm);
+    const auto to_second = (ahead_mm <= reach_mm) & (ahead_mm + end.behind_mm > reach_mm) &
+                           (beside.off2_mm2 < end.off2_1) & (ahead_rad <= reach_rad);
+    // Beside the first, where the second is out of reach.
+    const auto to_first =
+        (rest_mm <= reach_mm) & (ahead_mm > reach_mm) & ~end.behind & (rest_rad <= reach_rad);
+    return (to_second | to_first) & ~still & ~end.only_still & (end.off2_1 > kSamePoint2) &
+           (chord2 < kSmallChord2) & (nearer_mm > 0.0) & (end.distance2 < nearer_mm * nearer_mm);
   }
 };
 
@@ -266,6 +280,27 @@ struct QuietRun::Judged {
     const T most_mm = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
     left_mm_ = known.tip_mm - bow_mm_;
     quiet = most_mm <= left_mm_;
+    ends_keep_mm_ = known.tip_mm - lanes::load<T>(&poses.rest_mm[row]);
+    ends_keep_ = most_mm <= ends_keep_mm_;
+  }
+  // Blocks `beside` one segment of the path, from tip0_P to tip1_P: the parabola of the tip lies between its
+  // ends, its middle and where the tangents of these meet half way, and what lies between points is no
+  // farther from a segment than they are.
+  void look_at_curve(const path::PoseRun& poses, std::size_t row, const Chords<T>& block,
+                     const lanes::Triple<T>& tip0_P, const lanes::Triple<T>& tip1_P,
+                     const lanes::Mask<T>& beside) {
+    const lanes::Mask<T> asked = beside & ends_keep_ & ~quiet;
+    if (!lanes::any(asked)) return;
+    const lanes::Triple<T> way = tip1_P - tip0_P;
+    const T per_length2 = 1.0 / length2(way);
+    const auto keeps = [&](const lanes::Triple<T>& p) -> lanes::Mask<T> {
+      const lanes::Triple<T> to = p - tip0_P;
+      const T t = clamped<T>(inner(to, way) * per_length2, T{});
+      return length2(to - t * way) <= ends_keep_mm_ * ends_keep_mm_;
+    };
+    const lanes::Triple<T> middle = 0.5 * (block.from + block.to) + load<T>(poses.sag_mm, row);
+    const lanes::Triple<T> quarter = 0.25 * block.way;
+    quiet |= asked & keeps(middle - quarter) & keeps(middle) & keeps(middle + quarter);
   }
   // CL points that are passed on the way.
   void pass(const lanes::Mask<T>& passed, const PassedAt<T>& point, double most_off_mm) {
@@ -299,7 +334,8 @@ struct QuietRun::Judged {
   }
 
  private:
-  T bow_mm_, bow_axis_, left_mm_;
+  T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_;
+  lanes::Mask<T> ends_keep_;
   double axis_limit_;
 };
 
@@ -312,6 +348,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   if (corner.from_next && !lanes::any(lanes::Mask<T>(~beside.is_end))) {
     // From CL point to CL point.
     Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
+    judged.look_at_curve(poses, row, block, corner.load(tip_P_, -1), beside.tip_P, beside.is_end);
     judged.end_axis();
     judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(tip_P_, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
@@ -320,6 +357,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   const Ends<T> end(*this, corner, block, beside);
   const Begins<T> begin(*this, corner, block, beside, end, at);
   Judged<T> judged(poses, row, known, at, corner, end.off2_mm2, end.off2_axis);
+  judged.look_at_curve(poses, row, block, end.tip1_P, beside.tip_P, ~(begin.passes | end.behind));
   T least{};
   if (lanes::any(begin.passes)) {
     const PassedAt<T> point(block, end.tip1_P, corner.load(axis_P_, -1), least);

@@ -83,8 +83,11 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   const std::size_t s = at.segment;
   if (!previous->placed || s + 3 >= targets.size()) return std::nullopt;
   const auto off2 = [&](const Target& target) { return (v.tip_P - target.tip_P).squaredNorm(); };
+  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
+  const double rest_mm = (1.0 - at.t) * targets[s + 1].way_mm;
   // Where the block began a little before a CL point, the corner is the one behind that.
-  const bool passes = off2(targets[s + 2]) < off2(targets[s + 1]);
+  const bool passes =
+      rest_mm + targets[s + 2].way_mm <= reach_mm && off2(targets[s + 2]) < off2(targets[s + 1]);
   const std::size_t k = passes ? s + 1 : s;
   const Target& a = targets[k];
   const Target& corner = targets[k + 1];
@@ -96,18 +99,14 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   if (!(std::min(before_mm, behind_mm) > kTipTells_mm) || b.rapid || (passes && corner.rapid) ||
       near_pole(targets[s], a) || near_pole(corner, b))
     return std::nullopt;
-  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
-  const double rest_mm = (1.0 - at.t) * targets[s + 1].way_mm;
   const double ahead_mm = passes ? rest_mm + before_mm : rest_mm;
   if (!(ahead_mm <= reach_mm && ahead_mm + behind_mm > reach_mm)) return std::nullopt;
-  if (passes) {
-    const double ahead_rad = (1.0 - at.t) * a.turn + corner.turn;
-    if (ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad()))
-      return std::nullopt;
-  } else if (!(off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad())) {
-    // Else the block turned by what it has passed of the segment, less these two.
+  // The block turned by what it has passed of the segment, less these two.
+  const bool turns_enough = !passes && off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad();
+  const double ahead_rad = (1.0 - at.t) * targets[s + 1].turn + (passes ? corner.turn : 0.0);
+  if (!turns_enough &&
+      ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad()))
     return std::nullopt;
-  }
   const double t0 =
       std::clamp((v.tip_P - a.tip_P).dot(before) / before.squaredNorm(), passes ? 0.0 : at.t, 1.0);
   const double t1 = std::clamp((v.tip_P - corner.tip_P).dot(behind) / behind.squaredNorm(), 0.0, 1.0);

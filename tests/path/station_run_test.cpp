@@ -54,10 +54,16 @@ TEST_P(StationRuns, GiveWhatOnePositionAtATimeGives) {
         const double bow_mm = run.poses().bow_mm[row];
         ASSERT_LE(bow_mm, bows.tip_mm * (1.0 + 1e-13) + 1e-13);
         smaller += bow_mm < 0.7 * bows.tip_mm ? 1U : 0U;
-        // The tip keeps within it of its chord.
+        // The tip keeps within it of its chord, and within the rest of the parabola.
+        const PoseRun& poses = run.poses();
+        const Vec3 sag_mm(poses.sag_mm[0][row], poses.sag_mm[1][row], poses.sag_mm[2][row]);
+        const Vec3 from = poses.pose(row).tip_P;
+        const Vec3 to = poses.pose(row + 1).tip_P;
         for (const double t : {0.1, 0.25, 0.4, 0.5, 0.6, 0.8, 0.95}) {
-          const ToolPose at = kinematics.pose(JointVector::interpolate(s.q, stations[row + 1].q, t));
-          ASSERT_LE(distance_to_segment(at.tip_P, s.tip_P, stations[row + 1].tip_P), bow_mm);
+          const Vec3 at = kinematics.pose(JointVector::interpolate(s.q, stations[row + 1].q, t)).tip_P;
+          ASSERT_LE(distance_to_segment(at, from, to), bow_mm);
+          const Vec3 parabola = (1.0 - t) * from + t * to + 4.0 * t * (1.0 - t) * sag_mm;
+          ASSERT_LE((at - parabola).norm(), poses.rest_mm[row]);
         }
         ASSERT_NEAR(run.poses().bow_axis[row], bows.axis, 1e-14);
       }

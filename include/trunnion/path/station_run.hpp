@@ -14,7 +14,11 @@ struct ConstantsOf;
 struct PoseRun {
   using Column = std::vector<double>;
   std::array<Column, 3> tip_P, axis_P;
-  Column bow_mm, bow_axis;  // of the motion from row to row + 1, as in Certifier::Bows
+  // Of the motion from row to row + 1.
+  Column bow_mm, bow_axis;  // as in Certifier::Bows
+  // The tip leaves its chord by 4 t (1 - t) of this vector, but for so much.
+  std::array<Column, 3> sag_mm;
+  Column rest_mm;
 
   void resize(std::size_t rows);
   ToolPose pose(std::size_t row) const {
@@ -70,7 +74,7 @@ class StationRun {
   template <class T>
   void bow_few(std::size_t row, const ConstantsOf<T>& chain);
   template <class T>
-  T middle_off_chord(std::size_t row, const ConstantsOf<T>& chain) const;
+  lanes::Triple<T> sag(std::size_t row, const ConstantsOf<T>& chain) const;
 
   TableKinematics kinematics_;
   bool four_;
