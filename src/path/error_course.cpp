@@ -205,9 +205,24 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
   return bounds ? std::optional(Bend{(*bounds)[0], (*bounds)[1], nullptr}) : std::nullopt;
 }
 
-std::optional<ErrorCourse::BendPair> ErrorCourse::at_most(const JointPair& q0, const JointPair& q1) const {
-  const auto bounds = largest(q0, q1);
-  return bounds ? std::optional(BendPair{(*bounds)[0], (*bounds)[1]}) : std::nullopt;
+bool ErrorCourse::at_most(const Columns& q, std::size_t motions, double* tip_mm, double* axis_rad) const {
+  bool known = true;
+  lanes::at_a_time(four_, [&]<class T>() {
+    std::array<T, kMaxAxes> from;
+    std::array<T, kMaxAxes> to;
+    for (std::size_t row = 0; row < motions && known; row += lanes::kCount<T>) {
+      for (AxisId id = 0; id < kMaxAxes; ++id) {
+        from[id] = lanes::load<T>(q[id] + row);
+        to[id] = lanes::load<T>(q[id] + row + 1);
+      }
+      const auto bounds = largest<T>(from, to);
+      known = bounds.has_value();
+      if (!known) continue;
+      lanes::store(tip_mm + row, (*bounds)[0]);
+      lanes::store(axis_rad + row, (*bounds)[1]);
+    }
+  });
+  return known;
 }
 
 // A twist of the rates h and t over a motion d moves a vector of length p, itself moved by the errors before

@@ -5,6 +5,22 @@
 #include "path/side_by_side.hpp"
 
 namespace trunnion::path {
+namespace {
+
+constexpr double kShortArc = 0.25;  // of its chord
+
+template <class T>
+lanes::Triple<T> load(const std::array<PoseRun::Column, 3>& columns, std::size_t row) {
+  return {lanes::load<T>(&columns[0][row]), lanes::load<T>(&columns[1][row]),
+          lanes::load<T>(&columns[2][row])};
+}
+// Of the vectors of a row and of the next.
+template <class T>
+lanes::Triple<T> sum(const std::array<PoseRun::Column, 3>& columns, std::size_t row) {
+  return load<T>(columns, row) + load<T>(columns, row + 1);
+}
+
+}  // namespace
 
 void PoseRun::resize(std::size_t rows) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -54,15 +70,7 @@ void StationRun::evaluate() {
   for (Column& column : q_) {
     for (std::size_t row = count_; row < column.size(); ++row) column[row] = column[count_ - 1];
   }
-  if (four_) {
-    evaluate_fours();
-  } else {
-    evaluate_few<Lanes>();
-  }
-}
-
-void StationRun::evaluate_fours() {
-  evaluate_few<Quads>();
+  lanes::at_a_time(four_, [&]<class T>() { evaluate_few<T>(); });
 }
 
 template <class T>
@@ -119,38 +127,53 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
   const T angles = sizes(outer) + sizes(inner);
   const T sizes_mm = lanes::load<T>(&size_mm_[row]) + lanes::load<T>(&size_mm_[row + 1]);
   const T rounding_mm = tip_rounding<T>(sizes_mm, angles);
+  const StationOf<T> middle = half_way(row, chain);
+  const auto small_turns = (al < kBisectorTurn) & (ga < kBisectorTurn);
+
   const T from_norms = tip.M2() / 8.0;
-  const lanes::Triple<T> middle = sag(row, chain);
+  const lanes::Triple<T> sag = middle.tip_P - 0.5 * sum<T>(poses_.tip_P, row);
   const T beyond_mm = beyond_parabola(tip.M3());
-  const T from_middle = lanes::sqrt(T(lanes::squared(middle))) + beyond_mm;
-  const auto nearer = (al < kBisectorTurn) & (ga < kBisectorTurn) & (from_middle < from_norms);
+  const T from_middle = lanes::sqrt(T(lanes::squared(sag))) + beyond_mm;
+  const auto nearer = small_turns & (from_middle < from_norms);
   lanes::store(&poses_.bow_mm[row], T(lanes::select(nearer, from_middle, from_norms) + rounding_mm));
   lanes::store(&poses_.rest_mm[row], T(lanes::select(nearer, beyond_mm, from_norms) + rounding_mm));
-  lanes::store(&poses_.sag_mm[0][row], lanes::select(nearer, middle.x, T{}));
-  lanes::store(&poses_.sag_mm[1][row], lanes::select(nearer, middle.y, T{}));
-  lanes::store(&poses_.sag_mm[2][row], lanes::select(nearer, middle.z, T{}));
-  lanes::store(&poses_.bow_axis[row], T(axis.M2() / 8.0 + axis_rounding<T>(angles)));
+  lanes::store(&poses_.sag_mm[0][row], lanes::select(nearer, sag.x, T{}));
+  lanes::store(&poses_.sag_mm[1][row], lanes::select(nearer, sag.y, T{}));
+  lanes::store(&poses_.sag_mm[2][row], lanes::select(nearer, sag.z, T{}));
+
+  // The arc between the ends is as good as a parabola, too. Seen from the centre it runs along the chord, at
+  // a fraction of it that is off by less than theta^2 / 60.
+  const lanes::Triple<T> sum_of_axes = sum<T>(poses_.axis_P, row);
+  const lanes::Triple<T> on_arc = T(1.0 / lanes::sqrt(T(lanes::squared(sum_of_axes)))) * sum_of_axes;
+  const lanes::Triple<T> turn = sum_of_axes - 2.0 * load<T>(poses_.axis_P, row);
+  const T chord = lanes::sqrt(T(lanes::squared(turn)));
+  const T theta = 1.05 * chord;
+  const T theta3 = theta * theta * theta;
+  const T axis_from_norms = axis.M2() / 8.0;
+  const T from_arc = lanes::sqrt(T(lanes::squared(middle.axis_P - on_arc))) +
+                     beyond_parabola<T>(axis.M3() + theta3) + 0.02 * theta3;
+  const auto along_arc = small_turns & (chord < kShortArc) & (from_arc < axis_from_norms);
+  lanes::store(&poses_.bow_axis[row],
+               T(lanes::select(along_arc, from_arc, axis_from_norms) + axis_rounding<T>(angles)));
 }
 
-// Where the tip is in the middle of the motion (middle_tip), from the middle of its chord.
+// Where the tool is in the middle of the motion: middle_tip, middle_axis.
 template <class T>
-lanes::Triple<T> StationRun::sag(std::size_t row, const ConstantsOf<T>& chain) const {
-  const auto sum = [&](const Column& c) -> T {
+StationOf<T> StationRun::half_way(std::size_t row, const ConstantsOf<T>& chain) const {
+  const auto sum_of = [&](const Column& c) -> T {
     return lanes::load<T>(&c[row]) + lanes::load<T>(&c[row + 1]);
   };
   TableKinematics::SinesOf<T> middle;
   for (std::size_t k = 0; k < 2; ++k) {
-    const T sin = sum(sin_[k]);
-    const T cos = sum(cos_[k]);
+    const T sin = sum_of(sin_[k]);
+    const T cos = sum_of(cos_[k]);
     const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
     middle.sin[k] = sin * scale;
     middle.cos[k] = cos * scale;
   }
-  const auto position = [&](std::size_t i) -> T { return 0.5 * sum(q_[kinematics_.linear(i)]); };
+  const auto position = [&](std::size_t i) -> T { return 0.5 * sum_of(q_[kinematics_.linear(i)]); };
   const lanes::Triple<T> w = chain.w0 + lanes::Triple<T>{position(0), position(1), position(2)};
-  const StationOf<T> station(kinematics_, chain, w, middle);
-  const auto half = [&](std::size_t i) -> T { return 0.5 * sum(poses_.tip_P[i]); };
-  return station.tip_P - lanes::Triple<T>{half(0), half(1), half(2)};
+  return StationOf<T>(kinematics_, chain, w, middle);
 }
 
 }  // namespace trunnion::path

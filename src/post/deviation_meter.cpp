@@ -85,21 +85,42 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
   const std::size_t count = run.count();
   with_errors.resize(count + path::StationRun::kMoreRows);
   place_with_errors(run, with_errors);
-  const auto axes = [&](std::size_t row) {
-    path::ErrorCourse::JointPair q;
-    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = lanes::load(&run.of_axis(id)[row]);
-    return q;
-  };
   const path::PoseRun& nominal = run.poses();
   with_errors.sag_mm = nominal.sag_mm;
-  for (std::size_t row = 0; row + 1 < count; row += 2) {
-    const auto bend = course_->at_most(axes(row), axes(row + 1));
-    if (!bend) return nullptr;
-    lanes::store<Lanes>(&with_errors.bow_mm[row], lanes::load(&nominal.bow_mm[row]) + bend->tip_mm);
-    lanes::store<Lanes>(&with_errors.rest_mm[row], lanes::load(&nominal.rest_mm[row]) + bend->tip_mm);
-    lanes::store<Lanes>(&with_errors.bow_axis[row], lanes::load(&nominal.bow_axis[row]) + bend->axis_rad);
-  }
+  path::ErrorCourse::Columns q{};
+  for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = run.of_axis(id).data();
+  const std::size_t motions = count - 1;
+  if (!course_->at_most(q, motions, with_errors.rest_mm.data(), with_errors.bow_axis.data())) return nullptr;
+  lanes::at_a_time(four_, [&]<class T>() {
+    for (std::size_t row = 0; row < motions; row += lanes::kCount<T>) add_bends<T>(nominal, row, with_errors);
+  });
   return &with_errors;
+}
+
+// What the errors leave of straight courses is there already. The arc between the ends turns with the errors
+// there: its sagitta, (1 / cos(theta / 2) - 1) m with m half way between the ends, changes by less than the
+// terms here.
+template <class T>
+void DeviationMeter::add_bends(const path::PoseRun& nominal, std::size_t row, path::PoseRun& out) {
+  const T bend_mm = lanes::load<T>(&out.rest_mm[row]);
+  lanes::store(&out.bow_mm[row], T(lanes::load<T>(&nominal.bow_mm[row]) + bend_mm));
+  lanes::store(&out.rest_mm[row], T(lanes::load<T>(&nominal.rest_mm[row]) + bend_mm));
+  T change2{};
+  T error2{};
+  T chord2{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto nominal_axis = [&](std::size_t at) -> T { return lanes::load<T>(&nominal.axis_P[k][at]); };
+    const T from = lanes::load<T>(&out.axis_P[k][row]) - nominal_axis(row);
+    const T to = lanes::load<T>(&out.axis_P[k][row + 1]) - nominal_axis(row + 1);
+    const T way = nominal_axis(row + 1) - nominal_axis(row);
+    change2 += (to - from) * (to - from);
+    error2 += from * from + to * to;
+    chord2 += way * way;
+  }
+  const T change = lanes::sqrt(change2);
+  const T of_arc = change * (lanes::sqrt(chord2) + change) + chord2 * lanes::sqrt(error2);
+  lanes::store(&out.bow_axis[row],
+               T(lanes::load<T>(&nominal.bow_axis[row]) + lanes::load<T>(&out.bow_axis[row]) + of_arc));
 }
 
 void DeviationMeter::place_with_errors(const path::StationRun& run, path::PoseRun& out) const {

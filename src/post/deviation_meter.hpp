@@ -196,6 +196,8 @@ class DeviationMeter {
   void between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
                      const path::Reference& reference, const Deviation& uninteresting, int depth,
                      Deviation& sum) const;
+  template <class T>
+  static void add_bends(const path::PoseRun& nominal, std::size_t row, path::PoseRun& out);
   /// The poses of the rows of the run.
   void place_with_errors(const path::StationRun& run, path::PoseRun& out) const;
   const Machine& machine_;
@@ -203,7 +205,8 @@ class DeviationMeter {
   const ModelEvaluator* truth_;
   const OffsetTracker* offsets_;
   bool asked_;
-  bool certify_;               // on the nominal machine
+  bool certify_;  // on the nominal machine
+  bool four_ = lanes::four_at_a_time();
   bool fixed_ = false;         // what the machine does at a position never changes
   bool knows_motion_ = false;  // there are effects of the sense of motion
   double tolerance_mm_;

@@ -53,6 +53,12 @@ inline constexpr double kAlong2 = 0.99;
 /// A way of so many times kSamePoint_mm is none of the tool axis alone.
 inline constexpr double kTellsPoints = 20.0;
 
+/// How much farther off than the chord between two tool axes, its square given, the arc between them may be
+/// from a plane sector: seen from the centre it runs along the chord, at 1 / cos(theta / 2) at most.
+template <class T>
+T arc_beyond_chord(const T& chord2) {
+  return 1.0 + chord2 / 6.0;
+}
 /// How far ahead along the path a block may end that came so far: of the tip, mm, or of the axis, rad.
 template <class T>
 T reach_of(const T& way, double tolerance) {

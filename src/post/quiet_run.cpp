@@ -246,17 +246,8 @@ QuietRun::Found QuietRun::advance(const path::PoseRun& poses, std::size_t row, s
                                   const KnownFigures& known, double most_off_mm, Place& at) {
   Found found;
   found.count = end - row;  // at most
-  if (four_) {
-    advance_four(poses, row, known, most_off_mm, at, found);
-  } else {
-    advance_few<Lanes>(poses, row, known, most_off_mm, at, found);
-  }
+  lanes::at_a_time(four_, [&]<class T>() { advance_few<T>(poses, row, known, most_off_mm, at, found); });
   return found;
-}
-
-void QuietRun::advance_four(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
-                            double most_off_mm, Place& at, Found& found) const {
-  advance_few<Quads>(poses, row, known, most_off_mm, at, found);
 }
 
 // The ends of the blocks that are quiet, of those that are looked at together.
@@ -309,8 +300,8 @@ struct QuietRun::Judged {
     quiet &= ~passed | ((left_mm >= 0.0) & (point.off2_mm2 <= left_mm * left_mm));
     axis = lanes::select(passed, lanes::larger<T>(axis, lanes::sqrt(point.off2_axis)), axis);
   }
-  void end_axis() {
-    axis = axis + bow_axis_;
+  void end_axis(const Chords<T>& block) {
+    axis = axis * arc_beyond_chord(T(length2(block.to_axis - block.from_axis))) + bow_axis_;
     quiet &= axis <= axis_limit_;
   }
   // Goes on over those that are quiet. `t`, `distance2`, `behind`: of the ends.
@@ -349,7 +340,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     // From CL point to CL point.
     Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
     judged.look_at_curve(poses, row, block, corner.load(tip_P_, -1), beside.tip_P, beside.is_end);
-    judged.end_axis();
+    judged.end_axis(block);
     judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(tip_P_, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
     return judged.take(*this, lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found);
@@ -366,7 +357,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   }
   if (lanes::any(end.behind))
     judged.pass(end.behind, PassedAt<T>(block, beside.tip_P, beside.axis_P, least), most_off_mm);
-  judged.end_axis();
+  judged.end_axis(block);
   judged.quiet &= begin.found;
   judged.take(*this, end.t, end.behind, at, found);
 }

@@ -52,8 +52,6 @@ class QuietRun {
   template <class T>
   void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, double most_off_mm,
                    Place& at, Found& found) const;
-  TRUNNION_FOUR void advance_four(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
-                                  double most_off_mm, Place& at, Found& found) const;
 
   FollowLimits limits_;
   bool four_;

@@ -202,7 +202,7 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
       axis = std::max(axis, (foot.axis_P() - corner.axis_P).norm());
     }
   }
-  axis += bow.axis;
+  axis = axis * arc_beyond_chord((v.axis_P - from.axis_P).squaredNorm()) + bow.axis;
   if (axis > known.axis_limit) return Quiet::no;
   return surely && tip_mm + bow.tip_mm <= known.tip_mm ? Quiet::yes : Quiet::where_tip_keeps;
 }

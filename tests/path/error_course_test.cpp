@@ -182,20 +182,28 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
           if (alone < machine.axes.size() && id != alone) m.to.q[id] = m.from.q[id];
         }
         const auto most = ErrorCourse(machine, machine.tool_vector(), truth).at_most(m.from.q, m.to.q);
-        // Beside the way back: the same bits, and nothing where one of the two has nothing.
-        ErrorCourse::JointPair pair_from;
-        ErrorCourse::JointPair pair_to;
+        // Of motions there and back: the same bits, and nothing where one of them has nothing.
+        std::array<std::array<double, 8>, kMaxAxes> rows{};
+        ErrorCourse::Columns columns{};
         for (AxisId id = 0; id < kMaxAxes; ++id) {
-          pair_from[id] = Lanes{m.from.q[id], m.to.q[id]};
-          pair_to[id] = Lanes{m.to.q[id], m.from.q[id]};
+          for (std::size_t row = 0; row < 8; ++row)
+            rows[id][row] = row == 0 || row == 2 ? m.from.q[id] : m.to.q[id];
+          columns[id] = rows[id].data();
         }
-        const auto pair = ErrorCourse(machine, machine.tool_vector(), truth).at_most(pair_from, pair_to);
-        ASSERT_EQ(pair.has_value(), most.has_value());
+        for (const bool only_two : {false, true}) {
+          lanes::calculate_two_at_a_time(only_two);
+          std::array<double, 6> tip_mm{};
+          std::array<double, 6> axis_rad{};
+          const bool known = ErrorCourse(machine, machine.tool_vector(), truth)
+                                 .at_most(columns, 3, tip_mm.data(), axis_rad.data());
+          lanes::calculate_two_at_a_time(false);
+          ASSERT_EQ(known, most.has_value());
+          for (std::size_t row = 0; row < 3 && known; ++row) {
+            ASSERT_EQ(tip_mm[row], most->tip_mm);
+            ASSERT_EQ(axis_rad[row], most->axis_rad);
+          }
+        }
         if (!most) continue;
-        for (const int lane : {0, 1}) {
-          ASSERT_EQ(pair->tip_mm[lane], most->tip_mm);
-          ASSERT_EQ(pair->axis_rad[lane], most->axis_rad);
-        }
         ++found;
         const Departure seen = departure(machine, truth, m, 16);
         ASSERT_LE(seen.tip_mm, most->tip_mm + 1e-12) << name << " " << i;

@@ -46,12 +46,11 @@ class ErrorCourse {
   /// needs none of their values: q0 and q1 are the ends of the motion. Nothing outside the travel of the
   /// axes, or where an effect knows no range.
   std::optional<Bend> at_most(const JointVector& q0, const JointVector& q1) const;
-  /// The same of two motions side by side.
-  struct BendPair {
-    Lanes tip_mm, axis_rad;
-  };
-  using JointPair = JointsOf<Lanes>;
-  std::optional<BendPair> at_most(const JointPair& q0, const JointPair& q1) const;
+  /// The same of motions that follow one another: from each row of these columns (positions by axis) to the
+  /// next, `motions` of them, in columns that have room for three more. Three more rows of positions can be
+  /// read and are within the travel where these are. False where of one of them nothing is known.
+  using Columns = std::array<const double*, kMaxAxes>;
+  bool at_most(const Columns& q, std::size_t motions, double* tip_mm, double* axis_rad) const;
 
   /// Bound on |delta(q1) - delta(q0)|, mm, where the rotary axes stand the same in both and all else of the
   /// state, too, from the same ranges. Nothing where `at_most` has nothing to say.
@@ -92,7 +91,8 @@ class ErrorCourse {
   std::vector<Joint> part_chain_;  // from the bed outwards
   std::optional<TwistRange> range_;
   bool knows_change_ = false;  // of the linear axes
-  double constant_mm_ = 0.0;   // the tip is no farther from any link than this and the positions' sum
+  bool four_ = lanes::four_at_a_time();
+  double constant_mm_ = 0.0;  // the tip is no farther from any link than this and the positions' sum
 };
 
 template <class T, class Joints>

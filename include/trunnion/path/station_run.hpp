@@ -8,14 +8,17 @@ namespace trunnion::path {
 
 template <class T>
 struct ConstantsOf;
+template <class T>
+struct StationOf;
 
 /// Poses that follow one another, and how far the motions between them leave straight lines at most, in
 /// columns.
 struct PoseRun {
   using Column = std::vector<double>;
   std::array<Column, 3> tip_P, axis_P;
-  // Of the motion from row to row + 1.
-  Column bow_mm, bow_axis;  // as in Certifier::Bows
+  // Of the motion from row to row + 1: how far the tip leaves its chord at most, and the tool axis the chord
+  // or the arc of a great circle between its ends, whichever it is nearer to.
+  Column bow_mm, bow_axis;
   // The tip leaves its chord by 4 t (1 - t) of this vector, but for so much.
   std::array<Column, 3> sag_mm;
   Column rest_mm;
@@ -68,13 +71,12 @@ class StationRun {
  private:
   template <class T>
   void evaluate_few();
-  TRUNNION_FOUR void evaluate_fours();
   template <class T>
   void put_few(std::size_t row, const ConstantsOf<T>& chain);
   template <class T>
   void bow_few(std::size_t row, const ConstantsOf<T>& chain);
   template <class T>
-  lanes::Triple<T> sag(std::size_t row, const ConstantsOf<T>& chain) const;
+  StationOf<T> half_way(std::size_t row, const ConstantsOf<T>& chain) const;
 
   TableKinematics kinematics_;
   bool four_;
