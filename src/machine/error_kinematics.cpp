@@ -130,38 +130,4 @@ ToolPose ErrorKinematics::pose(const JointVector& q, const ChainErrors& errors) 
   return {lane(tool.at, 0), lane(tool.at, 1)};
 }
 
-[[gnu::flatten]] std::array<ToolPose, 2> ErrorKinematics::pose_pair(
-    const std::array<JointVector, 2>& q, const TableKinematics::SinesOf<Lanes>& sines,
-    const std::array<ChainErrors, 2>& errors) const {
-  const auto splat = [](double x) { return lanes::splat<Lanes>(x); };
-  JointsOf<Lanes> both;
-  for (AxisId id = 0; id < kMaxAxes; ++id) both[id] = Lanes{q[0][id], q[1][id]};
-  ChainErrorsOf<Lanes> of_both;
-  const auto put = [](TwistOf<Lanes>& to, const Twist& a, const Twist& b) {
-    to = {lanes::side_by_side(a.trans_mm, b.trans_mm), lanes::side_by_side(a.rot_rad, b.rot_rad),
-          !turns_nothing(a.rot_rad) || !turns_nothing(b.rot_rad)};
-  };
-  for (const auto* chain : {&tool_chain_, &part_chain_}) {
-    for (const Joint& joint : *chain) {
-      if (!joint.held.known)
-        put(of_both.joint[joint.id], errors[0].joint[joint.id], errors[1].joint[joint.id]);
-    }
-  }
-  if (!spindle_.known) put(of_both.spindle, errors[0].spindle, errors[1].spindle);
-  if (!part_.known) put(of_both.part, errors[0].part, errors[1].part);
-  ToolsOf<Lanes, true> tools{both,
-                             sines,
-                             of_both,
-                             {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())},
-                             {splat(0.0), splat(0.0), splat(1.0)}};
-  carry(tools);
-  const auto one = [&](std::size_t i) {
-    const int at = static_cast<int>(i);
-    if (tools.near[at] != 0) return ToolPose{lane(tools.tip, at), lane(tools.axis, at)};
-    return pose(q[i], {{sines.sin[0][at], sines.sin[1][at]}, {sines.cos[0][at], sines.cos[1][at]}},
-                errors[i]);
-  };
-  return {one(0), one(1)};
-}
-
 }  // namespace trunnion

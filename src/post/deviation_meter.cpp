@@ -84,7 +84,7 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
   if (!course_) return nullptr;
   const std::size_t count = run.count();
   with_errors.resize(count + path::StationRun::kMoreRows);
-  place_with_errors(run, with_errors);
+  lanes::at_a_time(four_, [&]<class T>() { place_with_errors<T>(run, with_errors); });
   const path::PoseRun& nominal = run.poses();
   with_errors.sag_mm = nominal.sag_mm;
   path::ErrorCourse::Columns q{};
@@ -123,24 +123,51 @@ void DeviationMeter::add_bends(const path::PoseRun& nominal, std::size_t row, pa
                T(lanes::load<T>(&nominal.bow_axis[row]) + lanes::load<T>(&out.bow_axis[row]) + of_arc));
 }
 
+template <class T>
 void DeviationMeter::place_with_errors(const path::StationRun& run, path::PoseRun& out) const {
-  std::array<MachineState, 2> states;
-  std::array<ChainErrors, 2> errors{truth_->constant(), truth_->constant()};
-  std::array<JointVector, 2> q;
-  for (std::size_t row = 0; row < run.count(); row += 2) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      q[i] = run.q(row + i);
-      states[i].q = q[i];
-      truth_->update(states[i], {}, errors[i]);
+  CourseErrors<T> courses(*truth_);
+  const bool looks_up = truth_->only_courses();
+  ChainErrorsOf<T> asked;
+  const lanes::Triple<double> datum{datum_P_.x(), datum_P_.y(), datum_P_.z()};
+  const auto store = [](std::array<std::vector<double>, 3>& to, std::size_t row, const lanes::Triple<T>& v) {
+    lanes::store(&to[0][row], v.x);
+    lanes::store(&to[1][row], v.y);
+    lanes::store(&to[2][row], v.z);
+  };
+  for (std::size_t row = 0; row < run.count(); row += lanes::kCount<T>) {
+    JointsOf<T> q;
+    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = lanes::load<T>(&run.of_axis(id)[row]);
+    if (!looks_up) ask_each(run, row, asked);
+    const auto poses = with_errors_.poses(q, run.sines_of<T>(row), looks_up ? courses.at(q) : asked);
+    store(out.tip_P, row, poses.tip_P - datum);
+    store(out.axis_P, row, poses.axis_P);
+    if (!lanes::any(lanes::Mask<T>(~poses.known))) continue;
+    for (std::size_t i = 0; i < lanes::kCount<T>; ++i) {
+      if (poses.known[static_cast<int>(i)] == 0) place_one(run, row + i, out);
     }
-    const auto poses = with_errors_.pose_pair(q, run.sines_of<Lanes>(row), errors);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const Vec3 tip_P = poses[i].tip_P - datum_P_;
-      for (std::size_t k = 0; k < 3; ++k) {
-        out.tip_P[k][row + i] = tip_P[static_cast<Eigen::Index>(k)];
-        out.axis_P[k][row + i] = poses[i].axis_P[static_cast<Eigen::Index>(k)];
-      }
-    }
+  }
+}
+
+// The errors at as many rows as T holds, one by one.
+template <class T>
+[[gnu::noinline]] void DeviationMeter::ask_each(const path::StationRun& run, std::size_t row,
+                                                ChainErrorsOf<T>& out) const {
+  MachineState state;
+  for (std::size_t i = 0; i < lanes::kCount<T>; ++i) {
+    state.q = run.q(row + i);
+    out.put(static_cast<int>(i), truth_->errors(state), truth_->varying());
+  }
+}
+
+// Where an error turns by more than is calculated side by side.
+[[gnu::noinline]] void DeviationMeter::place_one(const path::StationRun& run, std::size_t row,
+                                                 path::PoseRun& out) const {
+  MachineState state;
+  state.q = run.q(row);
+  const ToolPose at = pose(state.q, run.sines(row), truth_->errors(state));
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.tip_P[k][row] = at.tip_P[static_cast<Eigen::Index>(k)];
+    out.axis_P[k][row] = at.axis_P[static_cast<Eigen::Index>(k)];
   }
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "trunnion/effects/course_errors.hpp"
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/error_kinematics.hpp"
 #include "trunnion/nc/blocks.hpp"
@@ -199,7 +200,11 @@ class DeviationMeter {
   template <class T>
   static void add_bends(const path::PoseRun& nominal, std::size_t row, path::PoseRun& out);
   /// The poses of the rows of the run.
+  template <class T>
   void place_with_errors(const path::StationRun& run, path::PoseRun& out) const;
+  template <class T>
+  void ask_each(const path::StationRun& run, std::size_t row, ChainErrorsOf<T>& out) const;
+  void place_one(const path::StationRun& run, std::size_t row, path::PoseRun& out) const;
   const Machine& machine_;
   Vec3 tool_mm_;
   const ModelEvaluator* truth_;

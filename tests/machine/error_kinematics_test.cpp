@@ -73,42 +73,55 @@ void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double
       if (varying.spindle) errors[k].spindle = random_twist(random, mm, rad);
       if (varying.part) errors[k].part = random_twist(random, mm, rad);
     }
-    TableKinematics::SinesOf<Lanes> sines{{Lanes{}, Lanes{}}, {Lanes{1.0, 1.0}, Lanes{1.0, 1.0}}};
-    std::size_t rotary = 0;
-    for (const AxisId id : machine.part_chain) {
-      if (machine.axes[id].kind != AxisKind::rotary) continue;
-      sines.sin[rotary] = Lanes{std::sin(q[0][id]), std::sin(q[1][id])};
-      sines.cos[rotary++] = Lanes{std::cos(q[0][id]), std::cos(q[1][id])};
+    std::array<RotarySines, 2> sines{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      sines[k].cos = {1.0, 1.0};
+      std::size_t rotary = 0;
+      for (const AxisId id : machine.part_chain) {
+        if (machine.axes[id].kind != AxisKind::rotary) continue;
+        sines[k].sin[rotary] = std::sin(q[k][id]);
+        sines[k].cos[rotary++] = std::cos(q[k][id]);
+      }
     }
-    ErrorKinematics told(machine, tool);
-    const auto pair_told = told.pose_pair(q, sines, errors);
     ErrorKinematics held(machine, tool);
     held.hold(constant, varying);
-    const auto pair_held = held.pose_pair(q, sines, errors);
-    JointsOf<Quads> joints;
-    for (AxisId id = 0; id < kMaxAxes; ++id) joints[id] = Quads{q[0][id], q[1][id], q[1][id], q[0][id]};
-    ChainErrorsOf<Quads> columns;
-    for (int lane = 0; lane < 4; ++lane) columns.put(lane, errors[lane % 3 == 0 ? 0 : 1], varying);
-    TableKinematics::SinesOf<Quads> sines_of;
-    for (std::size_t r = 0; r < 2; ++r) {
-      sines_of.sin[r] = Quads{sines.sin[r][0], sines.sin[r][1], sines.sin[r][1], sines.sin[r][0]};
-      sines_of.cos[r] = Quads{sines.cos[r][0], sines.cos[r][1], sines.cos[r][1], sines.cos[r][0]};
-    }
-    const auto tips = held.tips<Quads>(joints, sines_of, columns);
-    for (int lane = 0; lane < 4; ++lane) {
-      ASSERT_TRUE(rad > 0.01 || tips.known[lane] != 0);
-      if (tips.known[lane] == 0) continue;
-      const Vec3 tip_P(tips.tip_P.x[lane], tips.tip_P.y[lane], tips.tip_P.z[lane]);
-      ASSERT_LT(
-          (tip_P - forward(machine, q[lane % 3 == 0 ? 0 : 1], tool, errors[lane % 3 == 0 ? 0 : 1]).p).norm(),
-          1e-10);
-    }
+    // Of the lanes the first and the last are the first position.
+    const auto expect_side_by_side = [&]<class T>() {
+      const auto of = [](std::size_t lane) { return lane % 3 == 0 ? 0U : 1U; };
+      JointsOf<T> joints;
+      for (AxisId id = 0; id < kMaxAxes; ++id)
+        joints[id] = lanes::collect<T>([&](std::size_t lane) { return q[of(lane)][id]; });
+      ChainErrorsOf<T> columns;
+      TableKinematics::SinesOf<T> sines_of;
+      for (std::size_t r = 0; r < 2; ++r) {
+        sines_of.sin[r] = lanes::collect<T>([&](std::size_t lane) { return sines[of(lane)].sin[r]; });
+        sines_of.cos[r] = lanes::collect<T>([&](std::size_t lane) { return sines[of(lane)].cos[r]; });
+      }
+      for (std::size_t lane = 0; lane < lanes::kCount<T>; ++lane)
+        columns.put(static_cast<int>(lane), errors[of(lane)], varying);
+      const auto tips = held.tips<T>(joints, sines_of, columns);
+      const auto poses = held.poses<T>(joints, sines_of, columns);
+      for (std::size_t n = 0; n < lanes::kCount<T>; ++n) {
+        const int lane = static_cast<int>(n);
+        ASSERT_EQ(tips.known[lane], poses.known[lane]);
+        ASSERT_TRUE(rad > 0.01 || poses.known[lane] != 0);
+        if (poses.known[lane] == 0) continue;
+        const Pose X_PT = forward(machine, q[of(n)], tool, errors[of(n)]);
+        const auto vector = [lane](const lanes::Triple<T>& v) {
+          return Vec3(v.x[lane], v.y[lane], v.z[lane]);
+        };
+        ASSERT_LT((vector(tips.tip_P) - X_PT.p).norm(), 1e-10);
+        ASSERT_LT((vector(poses.tip_P) - X_PT.p).norm(), 1e-10);
+        ASSERT_LT((vector(poses.axis_P) - X_PT.R.col(2)).norm(), 1e-13);
+      }
+    };
+    expect_side_by_side.operator()<Lanes>();
+    expect_side_by_side.operator()<Quads>();
     for (std::size_t k = 0; k < 2; ++k) {
       const Pose X_PT = forward(machine, q[k], tool, errors[k]);
-      for (const ToolPose& pose : {held.pose(q[k], errors[k]), pair_told[k], pair_held[k]}) {
-        ASSERT_LT((pose.tip_P - X_PT.p).norm(), 1e-10) << machine.name << " " << i;
-        ASSERT_LT((pose.axis_P - X_PT.R.col(2)).norm(), 1e-13) << machine.name << " " << i;
-      }
+      const ToolPose pose = held.pose(q[k], errors[k]);
+      ASSERT_LT((pose.tip_P - X_PT.p).norm(), 1e-10) << machine.name << " " << i;
+      ASSERT_LT((pose.axis_P - X_PT.R.col(2)).norm(), 1e-13) << machine.name << " " << i;
     }
   }
 }

@@ -21,13 +21,19 @@ class ErrorKinematics {
   ToolPose pose(const JointVector& q, const ChainErrors& errors) const;
   /// The same where the sines of the rotary positions are known.
   ToolPose pose(const JointVector& q, const RotarySines& sines, const ChainErrors& errors) const;
-  /// Two positions side by side, in little more time than one. Equal to `pose` within rounding.
-  std::array<ToolPose, 2> pose_pair(const std::array<JointVector, 2>& q,
-                                    const TableKinematics::SinesOf<Lanes>& sines,
-                                    const std::array<ChainErrors, 2>& errors) const;
+  /// A few positions side by side, in little more time than one: T is `Lanes` or `Quads`. Equal to `pose`
+  /// within rounding. Only errors of links that are not held are looked at.
+  template <class T>
+  struct PosesOf {
+    lanes::Triple<T> tip_P;  // mm
+    lanes::Triple<T> axis_P;
+    lanes::Mask<T> known;  // else an error turns by too much for this: `pose` has it
+  };
+  template <class T>
+  PosesOf<T> poses(const JointsOf<T>& q, const TableKinematics::SinesOf<T>& sines,
+                   const ChainErrorsOf<T>& errors) const;
 
-  /// The tips alone at a few positions side by side, with the formulas of `pose_pair`: T is `Lanes` or
-  /// `Quads`. Only errors of links that are not held are looked at.
+  /// The tips alone.
   template <class T>
   struct TipsOf {
     lanes::Triple<T> tip_P;  // mm
@@ -191,6 +197,16 @@ template <class Tool>
   }
   pass(
       part_, true, part_zero_mm_, -1.0, [](const auto& e) -> const auto& { return e.part; });
+}
+
+template <class T>
+ErrorKinematics::PosesOf<T> ErrorKinematics::poses(const JointsOf<T>& q,
+                                                   const TableKinematics::SinesOf<T>& sines,
+                                                   const ChainErrorsOf<T>& errors) const {
+  ToolsOf<T, true> tools{q, sines, errors, lanes::splat_vector<T>(tool_mm_),
+                         lanes::splat_vector<T>(Vec3::UnitZ())};
+  carry(tools);
+  return {tools.tip, tools.axis, tools.near};
 }
 
 template <class T>
