@@ -1,6 +1,8 @@
 #include "trunnion/path/held_run.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bitset>
 #include <deque>
 #include <optional>
 #include <utility>
@@ -19,24 +21,26 @@ class HeldRun::PointStore {
   void add(std::span<const ChoicePoint> points) {
     while (!points.empty()) {
       const std::size_t begin = size_ % kBlock;
-      if (begin == 0) blocks_.emplace_back(std::make_unique<Block>())->reserve(kBlock);
-      const std::size_t count = std::min(points.size(), kBlock - begin);
+      if (begin == 0) blocks_.push_back(std::make_unique_for_overwrite<Block>());
       Block& block = *blocks_.back();
-      block.insert(block.end(), points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count));
+      const std::size_t count = std::min(points.size(), kBlock - begin);
+      for (std::size_t k = 0; k < count; ++k) {
+        block.point[begin + k] = {points[k].pose, points[k].where};
+        if (points[k].rapid) block.rapid.set(begin + k);
+      }
       size_ += count;
       points = points.subspan(count);
     }
   }
   std::size_t size() const { return size_; }
-  ChoicePoint at(std::size_t index) const { return (*blocks_[index / kBlock - gone_])[index % kBlock]; }
+  ChoicePoint at(std::size_t index) const { return blocks_[index / kBlock - gone_]->at(index % kBlock); }
   void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
     out.reserve(out.size() + (end - begin));
     while (begin < end) {
       const Block& block = *blocks_[begin / kBlock - gone_];
       const std::size_t first = begin % kBlock;
       const std::size_t last = std::min(first + (end - begin), kBlock);
-      out.insert(out.end(), block.begin() + static_cast<std::ptrdiff_t>(first),
-                 block.begin() + static_cast<std::ptrdiff_t>(last));
+      for (std::size_t i = first; i < last; ++i) out.push_back(block.at(i));
       begin += last - first;
     }
   }
@@ -46,7 +50,17 @@ class HeldRun::PointStore {
   }
 
  private:
-  using Block = std::vector<ChoicePoint>;
+  // Without the seven bytes beside `rapid`: a whole operation of these is in memory.
+  struct Packed {
+    ToolPose pose;
+    SourceRef where;
+  };
+  struct Block {
+    std::array<Packed, kBlock> point;
+    std::bitset<kBlock> rapid;
+
+    ChoicePoint at(std::size_t i) const { return {point[i].pose, point[i].where, rapid[i]}; }
+  };
   std::deque<std::unique_ptr<Block>> blocks_;
   std::size_t gone_ = 0;  // blocks
   std::size_t size_ = 0;

@@ -1,5 +1,6 @@
 #include "trunnion/base/lanes.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -49,23 +50,40 @@ TEST(Lanes, SinesAreThoseOfLongDoubles) {
   EXPECT_EQ(lanes::sincos(1e7).sin, std::sin(1e7));
 }
 
-TEST(Lanes, TwoAreAsOne) {
-  std::mt19937_64 random(3);
+// Of each lane what one value gives.
+template <class T>
+void expect_as_one(std::mt19937_64& random) {
   std::uniform_real_distribution<double> number(-9.0, 9.0);
-  for (int i = 0; i < 100'000; ++i) {
-    const Lanes y{number(random), number(random)};
-    const Lanes x{number(random), number(random)};
-    const Lanes angle = lanes::atan2(y, x);
+  const auto any = [&](std::size_t) { return number(random); };
+  for (int i = 0; i < 50'000; ++i) {
+    const T y = lanes::collect<T>(any);
+    const T x = lanes::collect<T>(any);
+    const T angle = lanes::atan2(y, x);
     const auto s = lanes::sincos(x);
-    const Lanes root = lanes::sqrt(lanes::abs(x));
-    for (int k = 0; k < 2; ++k) {
+    const T root = lanes::sqrt(lanes::abs(x));
+    const T whole = lanes::nearest<T>(x);
+    const T larger = lanes::larger(x, y);
+    const T before = lanes::across(x, y);
+    for (int k = 0; k < static_cast<int>(lanes::kCount<T>); ++k) {
       EXPECT_EQ(angle[k], lanes::atan2(y[k], x[k]));
       EXPECT_EQ(s.sin[k], lanes::sincos(x[k]).sin);
       EXPECT_EQ(s.cos[k], lanes::sincos(x[k]).cos);
       EXPECT_EQ(root[k], std::sqrt(std::abs(x[k])));
-      EXPECT_EQ(lanes::nearest<Lanes>(x)[k], std::nearbyint(x[k]));
+      EXPECT_EQ(whole[k], std::nearbyint(x[k]));
+      EXPECT_EQ(larger[k], std::max(x[k], y[k]));
+      EXPECT_EQ(before[k], k == 0 ? x[lanes::kCount<T> - 1] : y[k - 1]);
     }
   }
+}
+
+TRUNNION_FOUR void expect_four_as_one(std::mt19937_64& random) {
+  expect_as_one<Quads>(random);
+}
+
+TEST(Lanes, SeveralAreAsOne) {
+  std::mt19937_64 random(3);
+  expect_as_one<Lanes>(random);
+  if (lanes::four_at_a_time()) expect_four_as_one(random);
   const auto far = lanes::sincos(Lanes{1e7, 1.0});
   EXPECT_EQ(far.cos[0], std::cos(1e7));
   EXPECT_EQ(far.sin[1], lanes::sincos(1.0).sin);
