@@ -46,7 +46,6 @@ struct Writer::State::Run {
   std::array<std::array<char, 2>, kAxes> names{};  // a separator, the letter
   char separator = ' ';
   NumberStyle feed_style{};
-  bool feed_in_thousandths = false;
   bool feed_always = false;
   bool numbered = false;
   std::int32_t most_feed = 0;
@@ -69,8 +68,7 @@ struct Writer::State::Run {
     if (feed == before.feed && !feed_always) return p;
     *p++ = separator;
     *p++ = 'F';
-    return feed_in_thousandths ? put_magnitude<3>(p, static_cast<std::uint32_t>(feed))
-                               : put_number(p, feed, feed_style);
+    return put_number(p, feed, feed_style);
   }
 };
 
@@ -97,13 +95,10 @@ Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>&
   Run run(c);
   run.separator = c.line.separator.front();
   run.feed_style = feed_style[of];
-  run.feed_in_thousandths =
-      run.feed_style.decimals == 3 && run.feed_style.trailing_zeros && !run.feed_style.plus_sign;
   run.feed_always = mode == FeedMode::inverse_time && c.feed.inverse_time_every_block;
   run.numbered = c.block_numbers.enabled;
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  run.most_feed =
-      static_cast<std::int32_t>(std::min(feed_limit[of], run.feed_in_thousandths ? kSevenDigits - 1 : kMost));
+  run.most_feed = static_cast<std::int32_t>(std::min(feed_limit[of], kMost));
   for (std::size_t k = 0; k < kAxes; ++k) {
     run.names[k] = {run.separator, letter_of(letters[k])};
     run.before.words[k] = static_cast<std::int32_t>(position[letters[k]]);
