@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/effects/effect.hpp"
 
 namespace trunnion {
 namespace effects {
