@@ -96,23 +96,13 @@ class PieceOf {
   const T& rounding_mm() const { return rounding_mm_; }
   /// By which the tip leaves its own chord at most, from norms.
   T bow_mm() const { return norms_.M2() / 8.0; }
-  T beyond_parabola_mm() const {
-    constexpr double kSqrt3 = 1.7320508075688772;
-    return norms_.M3() / (72.0 * kSqrt3);
-  }
+  T beyond_parabola_mm() const { return beyond_parabola<T>(norms_.M3()); }
   /// Larger turn of the two axes.
   T turn() const { return lanes::larger(outer_, inner_); }
 
   /// As middle_tip.
   lanes::Triple<T> middle_P() const {
-    TableKinematics::SinesOf<T> mid;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const T sin = from_.sines.sin[k] + to_.sines.sin[k];
-      const T cos = from_.sines.cos[k] + to_.sines.cos[k];
-      const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
-      mid.sin[k] = sin * scale;
-      mid.cos[k] = cos * scale;
-    }
+    const TableKinematics::SinesOf<T> mid = middle_sines_of(from_.sines, to_.sines);
     const lanes::Triple<T> inner = kinematics_.turned_back(0, 0.5 * (from_.w + to_.w), mid);
     return kinematics_.turned_back(1, inner + chain_.b, mid) + chain_.g;
   }

@@ -128,6 +128,21 @@ T tip_rounding(const T& sizes_mm, const T& angles) {
   return kUnitsInTheLastPlace * sizes_mm * (1.0 + angles);
 }
 
+/// Sines half way between rotary positions that are less than a right angle apart: middle_sines.
+template <class T>
+TableKinematics::SinesOf<T> middle_sines_of(const TableKinematics::SinesOf<T>& a,
+                                            const TableKinematics::SinesOf<T>& b) {
+  TableKinematics::SinesOf<T> out;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const T sin = a.sin[k] + b.sin[k];
+    const T cos = a.cos[k] + b.cos[k];
+    const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
+    out.sin[k] = sin * scale;
+    out.cos[k] = cos * scale;
+  }
+  return out;
+}
+
 /// Largest |e - parabola| for |p'''| up to M3: of the parabola through the ends and the middle of a piece.
 template <class T>
 T beyond_parabola(const T& M3) {

@@ -9,15 +9,10 @@ namespace {
 
 constexpr double kShortArc = 0.25;  // of its chord
 
-template <class T>
-lanes::Triple<T> load(const std::array<PoseRun::Column, 3>& columns, std::size_t row) {
-  return {lanes::load<T>(&columns[0][row]), lanes::load<T>(&columns[1][row]),
-          lanes::load<T>(&columns[2][row])};
-}
 // Of the vectors of a row and of the next.
 template <class T>
 lanes::Triple<T> sum(const std::array<PoseRun::Column, 3>& columns, std::size_t row) {
-  return load<T>(columns, row) + load<T>(columns, row + 1);
+  return lanes::load_vectors<T>(columns, row) + lanes::load_vectors<T>(columns, row + 1);
 }
 
 }  // namespace
@@ -145,7 +140,7 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
   // a fraction of it that is off by less than theta^2 / 60.
   const lanes::Triple<T> sum_of_axes = sum<T>(poses_.axis_P, row);
   const lanes::Triple<T> on_arc = T(1.0 / lanes::sqrt(T(lanes::squared(sum_of_axes)))) * sum_of_axes;
-  const lanes::Triple<T> turn = sum_of_axes - 2.0 * load<T>(poses_.axis_P, row);
+  const lanes::Triple<T> turn = sum_of_axes - 2.0 * lanes::load_vectors<T>(poses_.axis_P, row);
   const T chord = lanes::sqrt(T(lanes::squared(turn)));
   const T theta = 1.05 * chord;
   const T theta3 = theta * theta * theta;
@@ -160,18 +155,15 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
 // Where the tool is in the middle of the motion: middle_tip, middle_axis.
 template <class T>
 StationOf<T> StationRun::half_way(std::size_t row, const ConstantsOf<T>& chain) const {
-  const auto sum_of = [&](const Column& c) -> T {
-    return lanes::load<T>(&c[row]) + lanes::load<T>(&c[row + 1]);
+  const auto sines = [&](std::size_t at) {
+    return TableKinematics::SinesOf<T>{{lanes::load<T>(&sin_[0][at]), lanes::load<T>(&sin_[1][at])},
+                                       {lanes::load<T>(&cos_[0][at]), lanes::load<T>(&cos_[1][at])}};
   };
-  TableKinematics::SinesOf<T> middle;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const T sin = sum_of(sin_[k]);
-    const T cos = sum_of(cos_[k]);
-    const T scale = 1.0 / lanes::sqrt(T(sin * sin + cos * cos));
-    middle.sin[k] = sin * scale;
-    middle.cos[k] = cos * scale;
-  }
-  const auto position = [&](std::size_t i) -> T { return 0.5 * sum_of(q_[kinematics_.linear(i)]); };
+  const TableKinematics::SinesOf<T> middle = middle_sines_of<T>(sines(row), sines(row + 1));
+  const auto position = [&](std::size_t i) -> T {
+    const Column& q = q_[kinematics_.linear(i)];
+    return 0.5 * (lanes::load<T>(&q[row]) + lanes::load<T>(&q[row + 1]));
+  };
   const lanes::Triple<T> w = chain.w0 + lanes::Triple<T>{position(0), position(1), position(2)};
   return StationOf<T>(kinematics_, chain, w, middle);
 }

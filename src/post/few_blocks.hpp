@@ -43,12 +43,6 @@ inline Lanes shifted(double first, const Lanes& of_ends) {
 inline Quads shifted(double first, const Quads& of_ends) {
   return Quads{first, of_ends[0], of_ends[1], of_ends[2]};
 }
-template <class T>
-lanes::Triple<T> load(const std::array<std::vector<double>, 3>& columns, std::size_t row) {
-  return {lanes::load<T>(&columns[0][row]), lanes::load<T>(&columns[1][row]),
-          lanes::load<T>(&columns[2][row])};
-}
-
 // The chords of blocks.
 template <class T>
 struct Chords {
@@ -57,10 +51,10 @@ struct Chords {
   T way2, way_mm;
 
   Chords(const path::PoseRun& poses, std::size_t row)
-      : from(load<T>(poses.tip_P, row)),
-        to(load<T>(poses.tip_P, row + 1)),
-        from_axis(load<T>(poses.axis_P, row)),
-        to_axis(load<T>(poses.axis_P, row + 1)),
+      : from(lanes::load_vectors<T>(poses.tip_P, row)),
+        to(lanes::load_vectors<T>(poses.tip_P, row + 1)),
+        from_axis(lanes::load_vectors<T>(poses.axis_P, row)),
+        to_axis(lanes::load_vectors<T>(poses.axis_P, row + 1)),
         way(to - from),
         way2(length2(way)),
         way_mm(lanes::sqrt(way2)) {}

@@ -289,7 +289,7 @@ struct QuietRun::Judged {
       const T t = clamped<T>(inner(to, way) * per_length2, T{});
       return length2(to - t * way) <= ends_keep_mm_ * ends_keep_mm_;
     };
-    const lanes::Triple<T> middle = 0.5 * (block.from + block.to) + load<T>(poses.sag_mm, row);
+    const lanes::Triple<T> middle = 0.5 * (block.from + block.to) + lanes::load_vectors<T>(poses.sag_mm, row);
     const lanes::Triple<T> quarter = 0.25 * block.way;
     quiet |= asked & keeps(middle - quarter) & keeps(middle) & keeps(middle + quarter);
   }

@@ -192,8 +192,10 @@ TEST(Fuzz, RunsOfPlainMotionsAreReadAsOneByOne) {
     expect_same(at_once, one_by_one);
     if (HasFatalFailure()) return;
   }
-  if (!lanes::four_at_a_time()) GTEST_SKIP() << "the processor reads no line by its layout";
-  EXPECT_GT(2.5 * static_cast<double>(in_runs_of_all), static_cast<double>(motions_of_all));
+  // Without AVX2 no line is read by its layout, and there are none to count.
+  if (lanes::four_at_a_time()) {
+    EXPECT_GT(2.5 * static_cast<double>(in_runs_of_all), static_cast<double>(motions_of_all));
+  }
 }
 
 // Every character of a line in columns, each by every other that may mean something there.

@@ -11,6 +11,8 @@
 #include "trunnion/path/certificate.hpp"
 
 #include "effects/table_effect.hpp"
+#include "path/word_grid.hpp"
+#include "support/lanes.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -86,19 +88,17 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
     const Vec3 tool = machine.tool_vector();
     const TableKinematics kinematics(machine, tool);
     if (!kinematics.side_by_side()) continue;
-    JointVector quantum;
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
-    const Rounding rounding = Rounding::of(machine, tool, quantum);
+    const Rounding rounding = test::four_decimals(machine);
     for (int m = 0; m < 40; ++m) {
       const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0);
       const ModelEvaluator truth(model);
       const Compensator compensator(machine, model, tool);
-      lanes::calculate_two_at_a_time(m % 3 == 0);
-      CorrectionRun run(compensator, kinematics, rounding);
-      lanes::calculate_two_at_a_time(m % 3 != 0);
-      CorrectionRun other(compensator, kinematics, rounding);
-      lanes::calculate_two_at_a_time(false);
+      const auto run_with = [&](bool only_two) {
+        const test::OnlyTwoLanes lanes(only_two);
+        return CorrectionRun(compensator, kinematics, rounding);
+      };
+      CorrectionRun run = run_with(m % 3 == 0);
+      CorrectionRun other = run_with(m % 3 != 0);
       const std::size_t count = m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
       const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
       const double tolerance_mm = 0.0008 * std::exp(2.0 * u(random));
@@ -128,8 +128,8 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
           const double expected =
               machine.axes[id].kind == AxisKind::rotary ? one->q[id] : rounding.rounded(id, one->q[id]);
           const double off = std::abs(run.joints()[i][id] - expected);
-          ASSERT_LT(off, 1.1 * quantum[id]) << name << ' ' << m << ' ' << i;
-          digits += off > 0.5 * quantum[id];
+          ASSERT_LT(off, 1.1 * rounding.quantum[id]) << name << ' ' << m << ' ' << i;
+          digits += off > 0.5 * rounding.quantum[id];
         }
       }
       EXPECT_NEAR(run.largest_error_mm(), largest_mm, 1e-3 * largest_mm + 1e-6);

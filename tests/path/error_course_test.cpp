@@ -10,6 +10,7 @@
 #include "effects/table_effect.hpp"
 #include "support/cases.hpp"
 #include "support/effect_cases.hpp"
+#include "support/lanes.hpp"
 
 namespace trunnion::path {
 namespace {
@@ -191,12 +192,11 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
           columns[id] = rows[id].data();
         }
         for (const bool only_two : {false, true}) {
-          lanes::calculate_two_at_a_time(only_two);
+          const test::OnlyTwoLanes lanes(only_two);
           std::array<double, 6> tip_mm{};
           std::array<double, 6> axis_rad{};
           const bool known = ErrorCourse(machine, machine.tool_vector(), truth)
                                  .at_most(columns, 3, tip_mm.data(), axis_rad.data());
-          lanes::calculate_two_at_a_time(false);
           ASSERT_EQ(known, most.has_value());
           for (std::size_t row = 0; row < 3 && known; ++row) {
             ASSERT_EQ(tip_mm[row], most->tip_mm);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "path/word_grid.hpp"
+#include "support/lanes.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -58,10 +60,7 @@ void settles_as_one_at_a_time(const Machine& machine, bool certify, std::mt19937
                               std::array<std::size_t, 4>& settled_with) {
   const TableKinematics kinematics(machine, machine.tool_vector());
   if (!kinematics.side_by_side()) return;
-  JointVector quantum;
-  for (AxisId id = 0; id < machine.axes.size(); ++id)
-    quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
-  const Rounding rounding = Rounding::of(machine, machine.tool_vector(), quantum);
+  const Rounding rounding = test::four_decimals(machine);
   NonlinearOptions options;
   options.method = Method::reinsert;
   options.predictor.kind = Predictor::Kind::exact;
@@ -103,7 +102,7 @@ void settles_as_one_at_a_time(const Machine& machine, bool certify, std::mt19937
 
 TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
   for (const bool only_two : {false, true}) {
-    lanes::calculate_two_at_a_time(only_two);
+    const test::OnlyTwoLanes lanes(only_two);
     std::mt19937_64 random(20261122);
     std::array<std::size_t, 4> settled_with{};
     for (const std::string& name : test::shipped_machines()) {
@@ -112,7 +111,6 @@ TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
     }
     for (const std::size_t count : settled_with) EXPECT_GT(count, 100U);
   }
-  lanes::calculate_two_at_a_time(false);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "trunnion/path/certificate.hpp"
 
+#include "path/word_grid.hpp"
 #include "support/lanes.hpp"
 #include "support/machines.hpp"
 
@@ -53,10 +54,7 @@ TEST(GridRun, GivesWhatOnePointAtATimeGives) {
     const Machine machine = test::shipped_machine(name);
     const TableKinematics kinematics(machine, machine.tool_vector());
     if (!kinematics.side_by_side()) continue;
-    JointVector quantum;
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      quantum[id] = machine.axes[id].kind == AxisKind::rotary ? 1e-4 * kRadPerDegree : 1e-4;
-    const Rounding rounding = Rounding::of(machine, machine.tool_vector(), quantum);
+    const Rounding rounding = test::four_decimals(machine);
     const Certifier certifier(kinematics);
     const Tolerance tolerance{0.005, Angle::degrees(0.05)};
     for (const std::size_t count : {1U, 2U, 3U, 37U, 500U, 5U, 74U}) {

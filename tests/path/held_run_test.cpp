@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/lanes.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -124,9 +125,8 @@ TEST_P(HeldRunOn, GivesTheSameHoweverManyComeAtATime) {
     const auto path = wandering(random, 3000, i % 2 == 0 ? 0.1 : 0.4);
     const auto one_by_one = held_in_steps(machine, path, 1);
     for (const bool only_two : {false, true}) {
-      lanes::calculate_two_at_a_time(only_two);
+      const test::OnlyTwoLanes lanes(only_two);
       const auto many = held_in_steps(machine, path, path.size());
-      lanes::calculate_two_at_a_time(false);
       ASSERT_EQ(many.size(), one_by_one.size());
       for (std::size_t k = 0; k < path.size(); ++k) {
         ASSERT_EQ(many[k].q, one_by_one[k].q) << k;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/lanes.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -12,8 +13,7 @@ namespace {
 // A few at a time: the stations and the bows of one at a time.
 class StationRuns : public testing::TestWithParam<bool> {
  protected:
-  void SetUp() override { lanes::calculate_two_at_a_time(GetParam()); }
-  void TearDown() override { lanes::calculate_two_at_a_time(false); }
+  const test::OnlyTwoLanes lanes_{GetParam()};
 };
 
 TEST_P(StationRuns, GiveWhatOnePositionAtATimeGives) {

@@ -9,6 +9,7 @@
 
 #include "post/posting.hpp"
 #include "support/cases.hpp"
+#include "support/lanes.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -145,11 +146,10 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
         VerifyOptions v;
         v.tolerance_mm = kQuietTolerance_mm;
         v.truth = errors;
-        lanes::calculate_two_at_a_time(only_two);
+        const test::OnlyTwoLanes lanes(only_two);
         auto report =
             verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
                    "part.nc", machine, test::shipped_controller("linuxcnc"), {}, v, d);
-        lanes::calculate_two_at_a_time(false);
         if (!report) throw std::runtime_error(report.error().text());
         return *report;
       };

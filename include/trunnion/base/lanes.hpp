@@ -295,6 +295,11 @@ Triple<T> collect_vectors(const Of& of) {
           collect<T>([&](std::size_t k) { return of(k).y(); }),
           collect<T>([&](std::size_t k) { return of(k).z(); })};
 }
+/// Of three columns so many rows from `row` on.
+template <class T, class Columns>
+Triple<T> load_vectors(const Columns& columns, std::size_t row) {
+  return {load<T>(&columns[0][row]), load<T>(&columns[1][row]), load<T>(&columns[2][row])};
+}
 template <class A, class B>
 auto operator+(const Triple<A>& a, const Triple<B>& b) {
   return Triple<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z};
