@@ -92,11 +92,15 @@ Angle angle_between(const Vec3& a, const Vec3& b) {
   return Angle::radians(std::atan2(sine, cosine));
 }
 
-double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
+Vec3 from_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;
   const double length2 = d.squaredNorm();
   const double t = length2 > 0.0 ? std::clamp((point - a).dot(d) / length2, 0.0, 1.0) : 0.0;
-  return (point - a - t * d).norm();
+  return point - a - t * d;
+}
+
+double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
+  return from_segment(point, a, b).norm();
 }
 
 Vec3 slerp(const Vec3& u0, const Vec3& u1, double t) {

@@ -1,22 +1,56 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
+#include "trunnion/base/lanes.hpp"
 #include "trunnion/base/units.hpp"
 
 namespace trunnion::path {
 
-/// Rotary axes that turn less over a segment bend it evenly: pieces of one length do. The straight joint path
+/// Rotary axes that turn less over a segment bend it evenly: pieces of one bow do. The straight joint path
 /// and the great circle then need the same number of points.
 inline constexpr Angle kSmallTurn = Angle::degrees(5.0);
 /// No more even pieces than so many.
 inline constexpr double kMostEvenPieces = 16.0;
+/// A count that the bow misses by so little of a piece is tried first; the certificate decides.
+inline constexpr double kCountSlack = 0.01;
 
-/// As few even pieces as the bow of a segment asks for, a whole number: a piece of n has n^2 times less bow
-/// than the whole. Two, the fewest there can be, are tried before there is room for the rounding of the
-/// words, which leaves `tube_mm`.
-inline double even_pieces(double bow_mm, double tip_tolerance_mm, double tube_mm) {
-  return bow_mm <= 4.0 * tip_tolerance_mm ? 2.0 : std::ceil(std::sqrt(bow_mm / tube_mm));
-}
+/// Pieces of a segment that bends evenly: of one length where their ends are on the chord; where these stand
+/// beside it, against the bow, those at the ends of the segment, which does not move, are shorter (README,
+/// "Placement").
+class EvenPieces {
+ public:
+  explicit EvenPieces(bool two_sided)
+      : margin_(two_sided ? 0.25 * (2.0 - std::sqrt(2.0)) : 0.0), beside_(two_sided ? 0.5 : 0.0) {}
+
+  bool two_sided() const { return beside_ > 0.0; }
+  /// Whether the tip leads so little along the chord that ends beside it have their feet well on it. `along`:
+  /// chord times the way from its middle to where the tip comes half way; `length2` of the chord. mm^2.
+  template <class T>
+  static auto bends_across(const T& along, const T& length2) {
+    return 4.0 * lanes::abs(along) < length2;
+  }
+  /// As few as the bow of the segment asks for, a whole number. On the chord two, the fewest there can be,
+  /// are tried before there is room for the rounding of the words, which leaves `tube_mm`.
+  double count(double bow_mm, double tip_tolerance_mm, double tube_mm) const {
+    if (two_sided())
+      return std::max(2.0, std::ceil(std::sqrt(beside_ * bow_mm / tube_mm) + 2.0 * margin_ - kCountSlack));
+    return bow_mm <= 4.0 * tip_tolerance_mm ? 2.0 : std::ceil(std::sqrt(bow_mm / tube_mm));
+  }
+  /// Fraction of the chord at which the piece of this number (from 1) ends, of `count`.
+  double share(std::size_t number, std::size_t count) const {
+    return (static_cast<double>(number) - margin_) / inner(count);
+  }
+  /// By how much of the bow of the segment their ends stand against it.
+  double beside(std::size_t count) const { return beside_ / (inner(count) * inner(count)); }
+
+ private:
+  // Lengths of an inner piece that `count` pieces have.
+  double inner(std::size_t count) const { return static_cast<double>(count) - 2.0 * margin_; }
+
+  double margin_, beside_;
+};
 
 /// What a tolerance of the tip leaves for the bow when rounding of the words takes `word_error_mm`.
 inline double tube_within(double tip_tolerance_mm, double word_error_mm) {

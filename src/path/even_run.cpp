@@ -27,8 +27,9 @@ struct EvenRun::Work {
   std::array<AxisId, 3> linear;
   std::array<double, 2> min, max;  // of the rotary axes
   double word_error_mm;
+  EvenPieces even;
 
-  Work(const Machine& machine, const TableKinematics& k, const Rounding& rounding)
+  Work(const Machine& machine, const TableKinematics& k, const Rounding& rounding, bool two_sided)
       : kinematics(k),
         solver(machine),
         two{ConstantsOf<Lanes>(k), WordGridOf<Lanes>(rounding)},
@@ -37,7 +38,8 @@ struct EvenRun::Work {
         linear{k.linear(0), k.linear(1), k.linear(2)},
         min{machine.axes[rotary[0]].min, machine.axes[rotary[1]].min},
         max{machine.axes[rotary[0]].max, machine.axes[rotary[1]].max},
-        word_error_mm(rounding.tip_error_mm(machine)) {}
+        word_error_mm(rounding.tip_error_mm(machine)),
+        even(two_sided) {}
 
   template <class T>
   const Of<T>& of() const {
@@ -114,7 +116,10 @@ EvenRun::EvenRun(const Machine& machine, const TableKinematics& kinematics, cons
                  const NonlinearOptions& options)
     : together_(lanes::four_at_a_time() ? lanes::kCount<Quads> : lanes::kCount<Lanes>),
       most_pieces_(std::min(kMostPieces, options.max_inserted + 1)),
-      work_(std::make_unique<Work>(machine, kinematics, rounding)) {
+      exact_(options.predictor.kind == Predictor::Kind::exact),
+      prediction_asks_(options.method == Method::reinsert),
+      work_(std::make_unique<Work>(machine, kinematics, rounding,
+                                   options.method == Method::adaptive && !options.one_sided)) {
   static_assert(static_cast<double>(kMostPieces) == kMostEvenPieces);
 }
 EvenRun::~EvenRun() = default;
@@ -128,7 +133,8 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
   widest_.reset();
   double widest_mm = known_mm;
   for (auto& segments : of_pieces_) segments.clear();
-  midpoint_mm_.resize(segments_.size() + kMost - 1);
+  midpoint_mm_.resize(segments_.size());
+  predicted_mm_.resize(segments_.size());
   for (std::size_t i = 0; i < segments_.size(); i += together_) {
     Few few;
     for (std::size_t k = 0; k < together_; ++k)
@@ -137,7 +143,8 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
     lanes::at_a_time(together_ == kMost, [&]<class T>() { count<T>(few, counted); });
     for (std::size_t k = 0; k < together_ && i + k < segments_.size(); ++k) {
       midpoint_mm_[i + k] = counted.midpoint_mm[k];
-      if (counted.pieces[k] == 0 && counted.bow_mm[k] > widest_mm) {
+      predicted_mm_[i + k] = exact_ ? 0.0 : counted.bow_mm[k];
+      if (exact_ && counted.pieces[k] == 0 && counted.bow_mm[k] > widest_mm) {
         widest_mm = counted.bow_mm[k];
         widest_ = segments_[i + k].number;
       }
@@ -145,7 +152,8 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
     }
   }
   for (const std::uint32_t i : of_pieces_[1])
-    settled_.push_back({segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i]});
+    settled_.push_back(
+        {segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i], predicted_mm_[i]});
   for (std::size_t pieces = 2; pieces <= most_pieces_; ++pieces) divide_all(pieces, out);
   return settled_;
 }
@@ -168,13 +176,14 @@ void EvenRun::divide_all(std::size_t pieces, std::vector<Point>& out) {
     for (std::size_t k = 0; k < together_ && i + k < segments.size(); ++k) {
       if (keep[k] == 0) continue;
       settled_.push_back({few[k]->number, static_cast<std::uint32_t>(first + (i + k) * nodes),
-                          static_cast<std::uint32_t>(nodes), midpoint_mm_[segments[i + k]]});
+                          static_cast<std::uint32_t>(nodes), midpoint_mm_[segments[i + k]],
+                          predicted_mm_[segments[i + k]]});
     }
   }
 }
 
-// The bow of the tip in the middle, the error there, tells whether points are asked for, as in
-// SegmentRefiner::decide.
+// The middle tells whether points are asked for, as in SegmentRefiner::decide: by the prediction, or since it
+// is farther off than the tolerance.
 template <class T>
 void EvenRun::count(const Few& few, Count& out) const {
   const Work& work = *work_;
@@ -190,7 +199,9 @@ void EvenRun::count(const Few& few, Count& out) const {
   const lanes::Mask<T> turns_little = whole.turn() < kSmallTurn.rad();
   lanes::Mask<T> known =
       (whole.bow_mm() + rounding <= known_mm_) | (midpoint + beyond + rounding <= known_mm_);
-  const lanes::Mask<T> asks = (bow > tolerance_mm) | (load.chord.distance(middle) > tolerance_mm + rounding);
+  if (!exact_) known |= bow >= 0.0;  // then the bow is the prediction
+  lanes::Mask<T> asks = load.chord.distance(middle) > tolerance_mm + rounding;
+  if (prediction_asks_) asks |= bow > tolerance_mm;
   const T left = tolerance_mm - lanes::larger(load.from.off_mm, load.to.off_mm) - rounding;
   lanes::Mask<T> keeps = (whole.bow_mm() <= left) | (midpoint + beyond <= left);
   if (lanes::any(lanes::Mask<T>(turns_little & ~(known & (asks | keeps))))) {
@@ -203,14 +214,18 @@ void EvenRun::count(const Few& few, Count& out) const {
   }
   keeps &= whole.axis_keeps(tolerance_.axis);
   known &= turns_little;
+  const lanes::Triple<T> from_mid = middle - 0.5 * (load.from.tip_P + load.to.tip_P);
+  lanes::Mask<T> even = known & asks;
+  if (!prediction_asks_)  // the fewest points are wanted
+    even &= EvenPieces::bends_across<T>(lanes::dot(from_mid, straight.way), straight.length2);
   const double tube_mm = tube_within(tolerance_mm, work.word_error_mm);
   for (std::size_t k = 0; k < lanes::kCount<T>; ++k) {
     const int lane = static_cast<int>(k);
     out.midpoint_mm[k] = midpoint[lane];
     out.bow_mm[k] = bow[lane];
     out.pieces[k] = known[lane] != 0 && keeps[lane] != 0 ? 1 : 0;
-    if (known[lane] == 0 || asks[lane] == 0) continue;
-    const double wanted = even_pieces(bow[lane], tolerance_mm, tube_mm);
+    if (even[lane] == 0) continue;
+    const double wanted = work.even.count(bow[lane], tolerance_mm, tube_mm);
     out.pieces[k] = wanted <= static_cast<double>(most_pieces_) ? static_cast<std::int64_t>(wanted) : 0;
   }
 }
@@ -225,12 +240,14 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
   const WordGridOf<T>& grid = work.of<T>().grid;
   const Load<T, Few, Work> load(work, few);
   const Prescribed<T>& prescribed = load.prescribed;
+  const PieceOf<T> whole(work.kinematics, chain, load.from, load.to);
+  const lanes::Triple<T> against_P = lanes::splat<T>(-work.even.beside(pieces)) *
+                                     ChordOf<T>(load.from.tip_P, load.to.tip_P).to(whole.middle_P());
   const SmallArc<T> arc(prescribed.axis0_P, prescribed.axis1_P);
   lanes::Mask<T> keeps = arc.holds();
   StandOf<T> last = load.from;
   for (std::size_t i = 1; i < pieces; ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(pieces);
-    const T t = lanes::splat<T>(share);
+    const T t = lanes::splat<T>(work.even.share(i, pieces));
     const lanes::Triple<T> axis_P = arc.at(t);
     const lanes::Triple<T> tip_P = T(1.0 - t) * prescribed.tip0_P + t * prescribed.tip1_P;
     RotarySolver::OneTogether<T> solved;
@@ -257,7 +274,8 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
       turn_on(now.sines.sin[k], now.sines.cos[k], by);
     }
     keeps &= travel < 0.5 * RotarySolver::kApart_rad;
-    const lanes::Triple<T> exact = linear_positions(work.kinematics, chain, tip_P, now.sines);
+    const lanes::Triple<T> at_P = tip_P + against_P;
+    const lanes::Triple<T> exact = linear_positions(work.kinematics, chain, at_P, now.sines);
     const lanes::Triple<T> linear = {grid.rounded(work.linear[0], exact.x),
                                      grid.rounded(work.linear[1], exact.y),
                                      grid.rounded(work.linear[2], exact.z)};
@@ -277,6 +295,8 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
       point.q[work.linear[2]] = linear.z[lane];
       point.tip_P = Vec3(tip_P.x[lane], tip_P.y[lane], tip_P.z[lane]);
       point.axis_P = Vec3(axis_P.x[lane], axis_P.y[lane], axis_P.z[lane]);
+      const lanes::Triple<T> beside_P = at_P - tip_P;
+      point.beside_P = Vec3(beside_P.x[lane], beside_P.y[lane], beside_P.z[lane]);
       point.where = few[n]->where;
       point.inserted = true;
     }

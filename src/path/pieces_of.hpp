@@ -22,14 +22,16 @@ struct ChordOf {
 
   ChordOf(const lanes::Triple<T>& a, const lanes::Triple<T>& b)
       : from(a), way(b - a), length2(lanes::squared(way)) {}
-  /// As distance_to_segment.
-  T distance(const lanes::Triple<T>& point) const {
+  /// As from_segment.
+  lanes::Triple<T> to(const lanes::Triple<T>& point) const {
     const lanes::Triple<T> v = point - from;
     const T one = lanes::splat<T>(1.0);
     const T along = lanes::dot(v, way) / lanes::select(length2 > 0.0, length2, one);
     const T t = lanes::select(along < 0.0, T{}, lanes::select(along > 1.0, one, along));
-    return lanes::sqrt(T(lanes::squared(v - t * way)));
+    return v - t * way;
   }
+  /// As distance_to_segment.
+  T distance(const lanes::Triple<T>& point) const { return lanes::sqrt(T(lanes::squared(to(point)))); }
 };
 
 /// As largest_bowed for one.

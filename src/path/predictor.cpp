@@ -106,8 +106,7 @@ double ErrorModel::largest_distance() const {
     return distance_to_segment((1.0 - k) * a_->tip_P + k * b_->tip_P + e, a_->tip_P, b_->tip_P);
   };
   double largest = distance(0.5, midpoint_);
-  const bool middle_is_largest = predictor_.kind == Predictor::Kind::parabola || predictor_ == Predictor{};
-  if (middle_is_largest) return largest;
+  if (predictor_.middle_is_largest()) return largest;
   for (int i = 1; i < kScan; ++i) {
     const double k = static_cast<double>(i) / kScan;
     largest = std::max(largest, distance(k, at(k)));

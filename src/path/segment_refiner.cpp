@@ -35,10 +35,10 @@ SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, cons
       options_(options),
       certifier_(TableKinematics(machine, tool_mm)),
       maker_(machine_, certifier_.kinematics(), rounding_),
+      even_(both_sides()),
       word_error_mm_(rounding.tip_error_mm(machine)),
       predictor_is_below_truth_(options.predictor.kind == Predictor::Kind::exact ||
-                                options.predictor.kind == Predictor::Kind::parabola ||
-                                options.predictor == Predictor{}) {}
+                                options.predictor.middle_is_largest()) {}
 
 void SegmentRefiner::start(const SegmentEnds& ends, const Tolerance& tolerance) {
   look_at(ends, tolerance);
@@ -152,7 +152,7 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   const bool exact = options_.predictor.kind == Predictor::Kind::exact;
   std::optional<ErrorModel> model;
   if (!exact) model.emplace(kinematics(), a, b, options_.predictor);
-  const Vec3 middle_P = exact ? middle_tip(kinematics(), a, b) : Vec3::Zero();
+  const Vec3 middle_P = middle_tip(kinematics(), a, b);
   report.midpoint_mm = (exact ? Vec3(middle_P - 0.5 * (a.tip_P + b.tip_P)) : model->midpoint()).norm();
   const double bow_with_middle = report.midpoint_mm + beyond_parabola(norms.M3()) + rounding;
   const bool judged_by_itself = exact && (bow <= known_mm || bow_with_middle <= known_mm ||
@@ -165,9 +165,8 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   if (surely) return report;
   // Where a prediction asks for points it does not matter what else is known; the middle alone may do so.
   const bool asks = options_.method != Method::adaptive && options_.method != Method::none;
-  bow_mm_ = distance_to_segment(exact ? middle_P : Vec3(model->midpoint() + 0.5 * (a.tip_P + b.tip_P)),
-                                a.tip_P, b.tip_P);
-  const bool middle_asks = asks && exact && bow_mm_ > tolerance.tip_mm;
+  see_bow(middle_P);
+  const bool middle_asks = asks && exact && bow_P_.norm() > tolerance.tip_mm;
   if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
     const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
     report.converged = verdict != Verdict::beyond;
@@ -237,9 +236,9 @@ bool SegmentRefiner::needs_points(SegmentReport& report) {
   report.midpoint_mm = model.midpoint().norm();
   judge_pieces(report);
   report.programmed_mm = report.tip_mm;
-  bow_mm_ = distance_to_segment(model.midpoint() + 0.5 * (ends_.at_a->tip_P + ends_.at_b->tip_P),
-                                ends_.at_a->tip_P, ends_.at_b->tip_P);
-  const bool bowed = report.tip_mm <= kWellBelow * tolerance_.tip_mm || bow_mm_ >= kBowShaped * report.tip_mm;
+  see_bow(middle_tip(kinematics(), *ends_.at_a, *ends_.at_b));
+  const bool bowed =
+      report.tip_mm <= kWellBelow * tolerance_.tip_mm || bow_P_.norm() >= kBowShaped * report.tip_mm;
   report.harmonic_fails = largest_turn() > kHarmonicTurn.rad() || !bowed;
   report.converged = report.tip_mm <= tolerance_.tip_mm && report.axis <= tolerance_.axis;
   return !report.converged ||
@@ -288,17 +287,25 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
 }
 
+void SegmentRefiner::see_bow(const Vec3& middle_P) {
+  const Vec3& a_P = ends_.at_a->tip_P;
+  const Vec3& b_P = ends_.at_b->tip_P;
+  const Vec3 chord = b_P - a_P;
+  bow_P_ = from_segment(middle_P, a_P, b_P);
+  bends_across_ = EvenPieces::bends_across((middle_P - 0.5 * (a_P + b_P)).dot(chord), chord.squaredNorm());
+}
+
 // Where the axes turn little nothing more has to be known of how a segment bends than its bow.
 bool SegmentRefiner::insert_evenly() {
-  if (options_.method != Method::reinsert || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
-  const double wanted = even_pieces(bow_mm_, tolerance_.tip_mm, tube_mm(tolerance_));
+  if (options_.method == Method::subtract || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
+  if (options_.method == Method::adaptive && !bends_across_) return false;
+  const double wanted = even_.count(bow_P_.norm(), tolerance_.tip_mm, tube_mm(tolerance_));
   if (!(wanted <= kMostEvenPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
   const auto pieces = static_cast<std::size_t>(wanted);
+  const Vec3 against_P = -even_.beside(pieces) * bow_P_;
   nodes_.clear();
-  for (std::size_t i = 1; i < pieces; ++i) {
-    const double t = static_cast<double>(i) / wanted;
-    nodes_.push_back(maker_.node(t, Vec3::Zero(), NodeAxis::great_circle, true));
-  }
+  for (std::size_t i = 1; i < pieces; ++i)
+    nodes_.push_back(maker_.node(even_.share(i, pieces), against_P, NodeAxis::great_circle, true));
   if (all_within()) return true;
   nodes_.clear();
   return false;

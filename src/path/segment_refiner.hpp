@@ -6,6 +6,7 @@
 
 #include "trunnion/path/nonlinear.hpp"
 
+#include "path/even_pieces.hpp"
 #include "path/node_maker.hpp"
 #include "path/spacing.hpp"
 
@@ -78,6 +79,7 @@ class SegmentRefiner {
   bool axis_surely_within(const Station& a, const Station& b, double off_axis2) const;
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
+  void see_bow(const Vec3& middle_P);
   bool insert_evenly();
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
   bool insert_planned(NodeAxis how, Side side, std::size_t pieces);
@@ -117,14 +119,16 @@ class SegmentRefiner {
   NonlinearOptions options_;
   Certifier certifier_;
   NodeMaker maker_;
+  EvenPieces even_;
   double word_error_mm_ = 0.0;     // largest distance of the tip that rounding of the linear words makes
   bool predictor_is_below_truth_;  // it is a value of the curve itself
 
   SegmentEnds ends_;
   Tolerance tolerance_;
   Reference reference_;
-  double bow_mm_ = 0.0;  // how far the middle is off the chord of the ends
-  double end0_ = 0.0;    // displacement of the ends against the bow, in tolerances
+  Vec3 bow_P_ = Vec3::Zero();  // to where the tip comes half way, from the nearest point of the chord, mm
+  bool bends_across_ = false;  // EvenPieces::bends_across
+  double end0_ = 0.0;          // displacement of the ends against the bow, in tolerances
   double end1_ = 0.0;
   std::vector<Cell> cells_;
   double largest_cell_turn_ = 0.0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "path/even_pieces.hpp"
+
 namespace trunnion::path {
 namespace {
 
@@ -11,8 +13,6 @@ namespace {
 const double kOnChordLength = std::sqrt(8.0);
 // Between two nodes displaced by one tolerance against the bow: l^2 / 8 = 2.
 constexpr double kInnerLength = 4.0;
-// A count that the integral misses by so little of a piece is tried first; the certificate decides.
-constexpr double kCountSlack = 0.01;
 
 std::size_t pieces(double exact) {
   return static_cast<std::size_t>(std::max(1.0, std::ceil(exact - kCountSlack)));

@@ -103,13 +103,15 @@ void Preparer::settle(Chunk& chunk) {
   for (const auto& of : even_->settle(chunk.tolerances[0].tolerance, known_mm_, chunk.inserted)) {
     PreparedSegment& segment = chunk.segments[of.number];
     segment.report = PreparedSegment::kKept;
-    if (of.inserted == 0 && of.midpoint_mm <= known_midpoint_mm_) continue;
+    if (of.inserted == 0 && of.midpoint_mm <= known_midpoint_mm_ && of.predicted_mm <= known_mm_) continue;
     known_midpoint_mm_ = std::max(known_midpoint_mm_, of.midpoint_mm);
+    known_mm_ = std::max(known_mm_, of.predicted_mm);
     segment.first = of.first;
     segment.report = static_cast<std::int32_t>(chunk.reports.size());
     path::SegmentReport& report = chunk.reports.emplace_back(refiner_.kept());
     report.inserted = of.inserted;
     report.midpoint_mm = of.midpoint_mm;
+    report.predicted_mm = of.predicted_mm;
   }
 }
 

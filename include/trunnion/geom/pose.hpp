@@ -48,7 +48,9 @@ Vec3 rotation_vector(const Mat3& R);
 /// Angle between two directions (any length but zero), by atan2(|a x b|, a . b): accurate near 0 and pi.
 Angle angle_between(const Vec3& a, const Vec3& b);
 
-/// Distance of a point from the segment from `a` to `b` (which may have zero length), mm.
+/// To a point from the nearest one of the segment from `a` to `b` (which may have zero length), mm.
+Vec3 from_segment(const Vec3& point, const Vec3& a, const Vec3& b);
+/// Distance of a point from that segment, mm.
 double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b);
 
 /// Point of the great circle from unit vector u0 to u1 at fraction t in [0, 1]. Antipodal vectors have no

@@ -33,16 +33,17 @@ class EvenRun {
     std::size_t number;  // its name for who hands it in
   };
   /// What came of a segment: `inserted` points from `first` on, of those that `settle` appends; and the
-  /// report's `midpoint_mm`.
+  /// report's `midpoint_mm` and `predicted_mm` (0 where that is at most `known_mm` and no more is known).
   struct Settled {
     std::size_t number;
     std::uint32_t first, inserted;
-    double midpoint_mm;
+    double midpoint_mm, predicted_mm;
   };
 
   /// False: with these options it settles none.
   static bool settles(const NonlinearOptions& options) {
-    return options.method == Method::reinsert && options.predictor.kind == Predictor::Kind::exact;
+    return (options.method == Method::reinsert || options.method == Method::adaptive) &&
+           (options.predictor.kind == Predictor::Kind::exact || options.predictor.middle_is_largest());
   }
   void clear() { segments_.clear(); }
   void add(const Segment& segment) { segments_.push_back(segment); }
@@ -70,11 +71,13 @@ class EvenRun {
 
   std::size_t together_;
   std::size_t most_pieces_;
+  bool exact_;            // predictor; else what it predicts is the bow in the middle
+  bool prediction_asks_;  // for points, whatever is proved
   Tolerance tolerance_;
   double known_mm_ = 0.0;
   std::unique_ptr<Work> work_;
   std::vector<Segment> segments_;
-  std::vector<double> midpoint_mm_;                                    // of the segments
+  std::vector<double> midpoint_mm_, predicted_mm_;                     // of the segments
   std::array<std::vector<std::uint32_t>, kMostPieces + 1> of_pieces_;  // places among them
   std::vector<Settled> settled_;
   std::optional<std::size_t> widest_;

@@ -21,6 +21,8 @@ struct Predictor {
   Kind kind = Kind::harmonic;
   int order = 1;  // of the harmonic
   bool operator==(const Predictor&) const = default;
+  /// What it predicts is largest in the middle, where it is the curve itself.
+  bool middle_is_largest() const { return kind == Kind::parabola || (kind == Kind::harmonic && order == 1); }
 };
 inline constexpr int kMaxHarmonicOrder = 9;
 /// Names of the command line: harmonic, harmonic1 ... harmonic9, parabola, skew, quartic, exact.
