@@ -216,8 +216,9 @@ void EvenRun::count(const Few& few, Count& out) const {
   known &= turns_little;
   const lanes::Triple<T> from_mid = middle - 0.5 * (load.from.tip_P + load.to.tip_P);
   lanes::Mask<T> even = known & asks;
-  if (!prediction_asks_)  // the fewest points are wanted
-    even &= EvenPieces::bends_across<T>(lanes::dot(from_mid, straight.way), straight.length2);
+  if (!prediction_asks_)  // as in SegmentRefiner::insert_evenly
+    even &= EvenPieces::bends_across<T>(lanes::dot(from_mid, straight.way), straight.length2) &
+            (bow > tolerance_mm);
   const double tube_mm = tube_within(tolerance_mm, work.word_error_mm);
   for (std::size_t k = 0; k < lanes::kCount<T>; ++k) {
     const int lane = static_cast<int>(k);

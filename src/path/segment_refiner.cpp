@@ -298,8 +298,10 @@ void SegmentRefiner::see_bow(const Vec3& middle_P) {
 // Where the axes turn little nothing more has to be known of how a segment bends than its bow.
 bool SegmentRefiner::insert_evenly() {
   if (options_.method == Method::subtract || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
-  if (options_.method == Method::adaptive && !bends_across_) return false;
-  const double wanted = even_.count(bow_P_.norm(), tolerance_.tip_mm, tube_mm(tolerance_));
+  const double bow_mm = bow_P_.norm();
+  // The fewest points: a plan tells where the tip also leads along the segment, or its axis asks for them.
+  if (options_.method == Method::adaptive && !(bends_across_ && bow_mm > tolerance_.tip_mm)) return false;
+  const double wanted = even_.count(bow_mm, tolerance_.tip_mm, tube_mm(tolerance_));
   if (!(wanted <= kMostEvenPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
   const auto pieces = static_cast<std::size_t>(wanted);
   const Vec3 against_P = -even_.beside(pieces) * bow_P_;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "path/even_pieces.hpp"
+
 namespace trunnion::path {
 namespace {
 
@@ -69,6 +71,53 @@ TEST(Spacing, PartsWithoutWidthGiveNoPlaceThatIsNoNumber) {
         EXPECT_TRUE(place.t >= 0.0 && place.t <= 1.0) << place.t;
         EXPECT_TRUE(place.displacement_P.allFinite());
       }
+    }
+  }
+}
+
+// The parabola that bows by one, against which the ends of the pieces stand: all pieces leave the chord of
+// the segment by as much, to the one side in their middle and to the other at their ends.
+TEST(EvenPieces, OnBothSidesAllLeaveTheChordByTheSame) {
+  const EvenPieces even(true);
+  const auto parabola = [](double t) { return 4.0 * t * (1.0 - t); };
+  for (std::size_t count = 2; count <= 16; ++count) {
+    const double beside = even.beside(count);
+    double t0 = 0.0;
+    double y0 = 0.0;
+    for (std::size_t i = 1; i <= count; ++i) {
+      const double t1 = i < count ? even.share(i, count) : 1.0;
+      const double y1 = i < count ? -beside : 0.0;
+      double largest = 0.0;
+      for (int k = 0; k <= 1000; ++k) {
+        const double s = k / 1000.0;
+        const double bow = parabola(t0 + s * (t1 - t0)) - (1.0 - s) * parabola(t0) - s * parabola(t1);
+        largest = std::max(largest, (1.0 - s) * y0 + s * y1 + bow);
+      }
+      EXPECT_NEAR(largest, beside, 1e-6) << count << ' ' << i;
+      t0 = t1;
+      y0 = y1;
+    }
+  }
+}
+
+TEST(EvenPieces, AreTheFewestThatStayWithinTheTube) {
+  std::mt19937_64 random(20261122);
+  std::uniform_real_distribution<double> bow(0.0001, 1.0);
+  for (const bool two_sided : {false, true}) {
+    const EvenPieces even(two_sided);
+    const auto left_mm = [&](double bow_mm, double count) {
+      return bow_mm * (two_sided ? even.beside(static_cast<std::size_t>(count)) : 1.0 / (count * count));
+    };
+    for (int i = 0; i < 10000; ++i) {
+      const double bow_mm = bow(random);
+      const double tube_mm = 0.001;
+      const double count = even.count(bow_mm, tube_mm, tube_mm);
+      EXPECT_EQ(count, std::floor(count));
+      if (count > 2.0) EXPECT_GT(left_mm(bow_mm, count - 1.0), tube_mm);
+      // A count that misses by so little of a piece is tried: of two, the fewest, an inner piece is 1.7 of
+      // them.
+      const double slack = two_sided ? 1.0 + kCountSlack / 1.7 : 1.0;
+      EXPECT_LE(left_mm(bow_mm, count), tube_mm * slack * slack);
     }
   }
 }
