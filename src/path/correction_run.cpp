@@ -81,7 +81,7 @@ CorrectionRun::~CorrectionRun() = default;
 CorrectionRun::CorrectionRun(CorrectionRun&&) noexcept = default;
 
 void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
-  limit_mm_ = kBentWithErrors * tolerance_mm - kBothEnds * word_radius_mm_;
+  limit_mm_ = limit_mm(tolerance_mm);
   joints_.resize(count + kRoom);
   known_.assign(count + kRoom, 0);
   keeps_.assign(count, 0);
@@ -102,7 +102,7 @@ void CorrectionRun::correct(std::span<const NominalPlace> places, double toleran
   const auto place = [&](std::size_t i) { return places[std::min(i, count - 1)]; };
   for (std::size_t i = 0; i < half; i += 2)
     add({i, half + i}, {place(i), place(i + 1), place(half + i), place(half + i + 1)});
-  bound();
+  bound(places);
 }
 
 // The first points of a pair of each half; there may be none in the second.
@@ -318,7 +318,30 @@ void CorrectionRun::measure(std::size_t begin, std::size_t end, Box& out) const 
   }
 }
 
-void CorrectionRun::bound() {
+// By which the tip leaves the course of the nominal motion to point `i` between its ends at most: what the
+// linear axes were moved by is carried by the tables, v(t) = R(t) (v0 + t (v1 - v0)), whose second derivative
+// is at most turn^2 |v| + 2 turn |v1 - v0|. The ends of both motions are where they were prescribed but for
+// the rounding of their words.
+double CorrectionRun::carried_mm(std::span<const NominalPlace> places, std::size_t i) const {
+  const auto moved = [&](std::size_t at, AxisId id) { return joints_[at][id] - (*places[at].q)[id]; };
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const AxisId id = kinematics_.rotary(k);
+    turn += std::abs(joints_[i][id] - joints_[i - 1][id]);
+  }
+  double most = 0.0;
+  double change = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const AxisId id = kinematics_.linear(k);
+    const double before = moved(i - 1, id);
+    const double now = moved(i, id);
+    most += std::max(std::abs(before), std::abs(now));
+    change += std::abs(now - before);
+  }
+  return (turn * turn * most + 2.0 * turn * change) / 8.0;
+}
+
+void CorrectionRun::bound(std::span<const NominalPlace> places) {
   const std::size_t count = keeps_.size();
   for (std::vector<double>* column :
        {&columns_[0], &columns_[1], &columns_[2], &columns_[3], &columns_[4], &arm2_inner_mm2_})
@@ -334,6 +357,9 @@ void CorrectionRun::bound() {
   take(work_->four);
   for (const Of<Lanes>& half : work_->two) take(half);
   lanes::at_a_time(four_, [&]<class T>() { bend<T>(); });
+  for (std::size_t i = 1; i < count; ++i) {
+    if (places[i].off_mm != NominalPlace::kUnknown) bow_mm_[i] = places[i].off_mm + carried_mm(places, i);
+  }
   constexpr std::size_t kTogether = 32;
   for (std::size_t begin = 1; begin < count; begin += kTogether) {
     const std::size_t end = std::min(begin + kTogether, count);

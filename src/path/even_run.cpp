@@ -125,9 +125,10 @@ EvenRun::EvenRun(const Machine& machine, const TableKinematics& kinematics, cons
 EvenRun::~EvenRun() = default;
 EvenRun::EvenRun(EvenRun&&) noexcept = default;
 
-std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, double known_mm,
-                                                  std::vector<Point>& out) {
+std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, double enough_mm,
+                                                  double known_mm, std::vector<Point>& out) {
   tolerance_ = tolerance;
+  enough_mm_ = enough_mm;
   known_mm_ = known_mm;
   settled_.clear();
   widest_.reset();
@@ -135,6 +136,7 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
   for (auto& segments : of_pieces_) segments.clear();
   midpoint_mm_.resize(segments_.size());
   predicted_mm_.resize(segments_.size());
+  off_mm_.resize(segments_.size());
   for (std::size_t i = 0; i < segments_.size(); i += together_) {
     Few few;
     for (std::size_t k = 0; k < together_; ++k)
@@ -144,6 +146,7 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
     for (std::size_t k = 0; k < together_ && i + k < segments_.size(); ++k) {
       midpoint_mm_[i + k] = counted.midpoint_mm[k];
       predicted_mm_[i + k] = exact_ ? 0.0 : counted.bow_mm[k];
+      off_mm_[i + k] = counted.off_mm[k];
       if (exact_ && counted.pieces[k] == 0 && counted.bow_mm[k] > widest_mm) {
         widest_mm = counted.bow_mm[k];
         widest_ = segments_[i + k].number;
@@ -151,9 +154,10 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
       of_pieces_[static_cast<std::size_t>(counted.pieces[k])].push_back(static_cast<std::uint32_t>(i + k));
     }
   }
-  for (const std::uint32_t i : of_pieces_[1])
-    settled_.push_back(
-        {segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i], predicted_mm_[i]});
+  for (const std::uint32_t i : of_pieces_[1]) {
+    settled_.push_back({segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i],
+                        predicted_mm_[i], off_mm_[i]});
+  }
   for (std::size_t pieces = 2; pieces <= most_pieces_; ++pieces) divide_all(pieces, out);
   return settled_;
 }
@@ -171,13 +175,14 @@ void EvenRun::divide_all(std::size_t pieces, std::vector<Point>& out) {
       few[k] = &segments_[segments[j]];
       points[k] = out.data() + first + j * nodes;
     }
-    std::array<std::int64_t, kMost> keep;
-    lanes::at_a_time(together_ == kMost, [&]<class T>() { divide<T>(few, pieces, points, keep.data()); });
+    Division division;
+    lanes::at_a_time(together_ == kMost, [&]<class T>() { divide<T>(few, pieces, points, division); });
     for (std::size_t k = 0; k < together_ && i + k < segments.size(); ++k) {
-      if (keep[k] == 0) continue;
+      if (division.keeps[k] == 0) continue;
+      const std::uint32_t segment = segments[i + k];
       settled_.push_back({few[k]->number, static_cast<std::uint32_t>(first + (i + k) * nodes),
-                          static_cast<std::uint32_t>(nodes), midpoint_mm_[segments[i + k]],
-                          predicted_mm_[segments[i + k]]});
+                          static_cast<std::uint32_t>(nodes), midpoint_mm_[segment], predicted_mm_[segment],
+                          division.off_mm[k]});
     }
   }
 }
@@ -202,17 +207,17 @@ void EvenRun::count(const Few& few, Count& out) const {
   if (!exact_) known |= bow >= 0.0;  // then the bow is the prediction
   lanes::Mask<T> asks = load.chord.distance(middle) > tolerance_mm + rounding;
   if (prediction_asks_) asks |= bow > tolerance_mm;
-  const T left = tolerance_mm - lanes::larger(load.from.off_mm, load.to.off_mm) - rounding;
-  lanes::Mask<T> keeps = (whole.bow_mm() <= left) | (midpoint + beyond <= left);
-  if (lanes::any(lanes::Mask<T>(turns_little & ~(known & (asks | keeps))))) {
+  T off = lanes::larger(load.from.off_mm, load.to.off_mm) + rounding +
+          lanes::smaller<T>(whole.bow_mm(), midpoint + beyond);
+  if (lanes::any(lanes::Mask<T>(turns_little & ~(known & (asks | (off <= enough_mm_)))))) {
     // What leads along the chord is no error. On its own chord too: a prediction is held against that.
     const T from_straight = parabola_mm(straight, load.from.tip_P, middle, load.to.tip_P);
     known |= from_straight + beyond + rounding <= known_mm_;
     const T parabola =
         lanes::larger(parabola_mm(load.chord, load.from.tip_P, middle, load.to.tip_P), from_straight);
-    keeps |= parabola + beyond <= tolerance_mm - rounding;
+    off = lanes::smaller<T>(off, parabola + beyond + rounding);
   }
-  keeps &= whole.axis_keeps(tolerance_.axis);
+  const lanes::Mask<T> keeps = (off <= tolerance_mm) & whole.axis_keeps(tolerance_.axis);
   known &= turns_little;
   const lanes::Triple<T> from_mid = middle - 0.5 * (load.from.tip_P + load.to.tip_P);
   lanes::Mask<T> even = known & asks;
@@ -224,6 +229,7 @@ void EvenRun::count(const Few& few, Count& out) const {
     const int lane = static_cast<int>(k);
     out.midpoint_mm[k] = midpoint[lane];
     out.bow_mm[k] = bow[lane];
+    out.off_mm[k] = off[lane];
     out.pieces[k] = known[lane] != 0 && keeps[lane] != 0 ? 1 : 0;
     if (even[lane] == 0) continue;
     const double wanted = work.even.count(bow[lane], tolerance_mm, tube_mm);
@@ -235,7 +241,7 @@ void EvenRun::count(const Few& few, Count& out) const {
 // the solution are turned on to those of the words.
 template <class T>
 void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMost> out,
-                     std::int64_t* keep) const {
+                     Division& division) const {
   const Work& work = *work_;
   const auto& chain = work.of<T>().chain;
   const WordGridOf<T>& grid = work.of<T>().grid;
@@ -247,6 +253,13 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
   const SmallArc<T> arc(prescribed.axis0_P, prescribed.axis1_P);
   lanes::Mask<T> keeps = arc.holds();
   StandOf<T> last = load.from;
+  T off{};
+  const auto goes_within = [&](const StandOf<T>& to) {
+    const PieceOf<T> piece(work.kinematics, chain, last, to);
+    const lanes::Mask<T> axis_keeps = piece.axis_keeps(tolerance_.axis);
+    off = lanes::larger(off, piece.tip_off_mm(load.chord, enough_mm_, keeps & axis_keeps));
+    return lanes::Mask<T>(axis_keeps & (off <= tolerance_.tip_mm));
+  };
   for (std::size_t i = 1; i < pieces; ++i) {
     const T t = lanes::splat<T>(work.even.share(i, pieces));
     const lanes::Triple<T> axis_P = arc.at(t);
@@ -282,9 +295,7 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
                                      grid.rounded(work.linear[2], exact.z)};
     now.w = chain.w0 + linear;
     put(StationOf<T>(work.kinematics, chain, now.w, now.sines), load.chord, axis_P, now);
-    const PieceOf<T> piece(work.kinematics, chain, last, now);
-    keeps &= piece.axis_keeps(tolerance_.axis);
-    keeps &= piece.tip_keeps(load.chord, tolerance_.tip_mm, keeps);
+    keeps &= goes_within(now);
     if (!lanes::any(keeps)) break;
     for (std::size_t n = 0; n < lanes::kCount<T>; ++n) {
       const int lane = static_cast<int>(n);
@@ -303,10 +314,9 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
     }
     last = now;
   }
-  const PieceOf<T> piece(work.kinematics, chain, last, load.to);
-  keeps &= piece.axis_keeps(tolerance_.axis);
-  keeps &= piece.tip_keeps(load.chord, tolerance_.tip_mm, keeps);
-  std::memcpy(keep, &keeps, sizeof(keeps));
+  keeps &= goes_within(load.to);
+  std::memcpy(division.keeps.data(), &keeps, sizeof(keeps));
+  std::memcpy(division.off_mm.data(), &off, sizeof(off));
 }
 
 }  // namespace trunnion::path

@@ -120,19 +120,19 @@ class PieceOf {
     const T left = limit - turn * turn / 8.0;
     return (left >= 0.0) & (lanes::larger(from_.off2_axis, to_.off2_axis) <= left * left);
   }
-  /// The tip surely keeps to the segment. `asked`: of the others nothing is said.
-  lanes::Mask<T> tip_keeps(const ChordOf<T>& segment, double tolerance_mm,
-                           const lanes::Mask<T>& asked) const {
-    const T left = tolerance_mm - lanes::larger(from_.off_mm, to_.off_mm) - rounding_mm_;
-    lanes::Mask<T> keeps = bow_mm() <= left;
-    if (!lanes::any(lanes::Mask<T>(asked & ~keeps))) return keeps;
+  /// How far the tip leaves the segment at most, mm. A bound of `enough_mm` is not made sharper; of what is
+  /// not `asked` nothing is said.
+  T tip_off_mm(const ChordOf<T>& segment, double enough_mm, const lanes::Mask<T>& asked) const {
+    const T ends = lanes::larger(from_.off_mm, to_.off_mm) + rounding_mm_;
+    T off = ends + bow_mm();
+    if (!lanes::any(lanes::Mask<T>(asked & (off > enough_mm)))) return off;
     const lanes::Triple<T> middle = middle_P();
     const T beyond = beyond_parabola_mm();
-    keeps |= midpoint_mm(middle) + beyond <= left;
-    if (!lanes::any(lanes::Mask<T>(asked & ~keeps))) return keeps;
+    off = lanes::smaller<T>(off, ends + midpoint_mm(middle) + beyond);
+    if (!lanes::any(lanes::Mask<T>(asked & (off > enough_mm)))) return off;
     // Rounded ends stand off where the bow is not at its largest.
-    return keeps |
-           (parabola_mm(segment, from_.tip_P, middle, to_.tip_P) + beyond <= tolerance_mm - rounding_mm_);
+    return lanes::smaller<T>(off,
+                             parabola_mm(segment, from_.tip_P, middle, to_.tip_P) + beyond + rounding_mm_);
   }
 
  private:

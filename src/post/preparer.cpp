@@ -47,12 +47,12 @@ void Preparer::correct(Chunk& chunk) {
     for (const path::Point& point : chunk.inserted_in(segment)) {
       inserted_tips_P_[k] = point.tip_P + point.beside_P;
       inserted_sines_[k] = kinematics_.sines(point.q);
-      places_[i + k] = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k]};
+      places_[i + k] = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k], off_mm_[i]};
       ++k;
     }
     segment.end = static_cast<std::uint32_t>(i + k);
     const ToolPose& pose = chunk.motions[i].point.pose;
-    places_[i + k] = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i]};
+    places_[i + k] = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i], off_mm_[i]};
   }
   places_.resize(count + k);
   corrections_->correct(places_, chunk.tolerances[0].tolerance.tip_mm);
@@ -62,7 +62,9 @@ void Preparer::correct(Chunk& chunk) {
   assign(out.known, corrections_->known());
   assign(out.keeps, corrections_->keeps());
   // Blocks that begin or end beside the path may keep to their chord, and leave the path.
-  for (const PreparedSegment& segment : chunk.segments) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (off_mm_[i] != path::CorrectionRun::NominalPlace::kUnknown) continue;
+    const PreparedSegment& segment = chunk.segments[i];
     const auto inserted = chunk.inserted_in(segment);
     for (std::size_t n = 0; n < inserted.size(); ++n) {
       if (inserted[n].beside_P.isZero(0.0)) continue;
@@ -100,8 +102,11 @@ void Preparer::settle(Chunk& chunk) {
     if (i > 0 && !chunk.segments[i].known())
       even_->add({end(i - 1), end(i), chunk.motions[i].point.where, i});
   }
-  for (const auto& of : even_->settle(chunk.tolerances[0].tolerance, known_mm_, chunk.inserted)) {
+  const path::Tolerance& tolerance = chunk.tolerances[0].tolerance;
+  const double enough_mm = corrections_ ? 0.0 : tolerance.tip_mm;
+  for (const auto& of : even_->settle(tolerance, enough_mm, known_mm_, chunk.inserted)) {
     PreparedSegment& segment = chunk.segments[of.number];
+    if (corrections_) off_mm_[of.number] = of.off_mm;
     segment.report = PreparedSegment::kKept;
     if (of.inserted == 0 && of.midpoint_mm <= known_midpoint_mm_ && of.predicted_mm <= known_mm_) continue;
     known_midpoint_mm_ = std::max(known_midpoint_mm_, of.midpoint_mm);
@@ -134,11 +139,18 @@ void Preparer::prepare(Chunk& chunk) {
   if (whole_runs_) return;
   // Where the tolerance changes within the chunk the refiner decides.
   const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
+  if (corrections_) off_mm_.assign(count, path::CorrectionRun::NominalPlace::kUnknown);
+  double kept_mm = known_mm_;
+  if (even_ && corrections_) {
+    // Those that leave too little to the errors are looked at more sharply.
+    const double limit_mm = corrections_->limit_mm(chunk.tolerances[0].tolerance.tip_mm);
+    if (limit_mm > 0.0) kept_mm = std::min(kept_mm, limit_mm);
+  }
   undecided_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
       continue;
-    if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= known_mm_) {
+    if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= kept_mm) {
       chunk.segments[i].report = PreparedSegment::kKept;
     } else {
       undecided_.push_back(i);

@@ -36,6 +36,7 @@ class Preparer {
   std::vector<Vec3> inserted_tips_P_;                      // at which the correction aims
   std::vector<RotarySines> inserted_sines_;
   std::vector<std::size_t> undecided_;         // segments that the first bounds do not settle
+  std::vector<double> off_mm_;                 // of the segments, CorrectionRun::NominalPlace::off_mm
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
   double known_mm_ = 0.0;

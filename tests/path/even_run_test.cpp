@@ -55,6 +55,21 @@ void expect_same(const Point& a, const Point& b) {
   EXPECT_EQ(a.beside_P, b.beside_P);
 }
 
+// Sampled: how far the tip leaves the segment from `from` to the last of `pieces`.
+double farthest_off_mm(const TableKinematics& kinematics, const Point& from,
+                       const std::vector<Point>& pieces) {
+  double out = 0.0;
+  JointVector before = from.q;
+  for (const Point& to : pieces) {
+    for (int k = 0; k <= 16; ++k) {
+      const Vec3 tip_P = kinematics.pose(JointVector::interpolate(before, to.q, k / 16.0)).tip_P;
+      out = std::max(out, distance_to_segment(tip_P, from.tip_P, pieces.back().tip_P));
+    }
+    before = to.q;
+  }
+  return out;
+}
+
 // What is settled side by side is what Refiner::decide makes of the segment alone: the bits of its points.
 void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& options,
                               std::mt19937_64& random, std::array<std::size_t, 4>& settled_with) {
@@ -76,7 +91,8 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
       for (std::size_t i = 1; i < count; ++i)
         even.add({end(i - 1), end(i), {static_cast<std::uint32_t>(i), 1}, i});
       std::vector<Point> points(3);
-      for (const EvenRun::Settled& of : even.settle(tolerance, known_mm, points)) {
+      const double enough_mm = count % 2 == 0 ? 0.0 : tip_mm;
+      for (const EvenRun::Settled& of : even.settle(tolerance, enough_mm, known_mm, points)) {
         std::vector<Point> alone;
         const SegmentReport report =
             refiner.decide(point_of(walk, of.number - 1), point_of(walk, of.number), tolerance, known_mm,
@@ -97,6 +113,10 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
         ASSERT_EQ(of.inserted, alone.size()) << machine.name << ' ' << of.number;
         ASSERT_LE(of.first + of.inserted, points.size());
         for (std::size_t k = 0; k < alone.size(); ++k) expect_same(points[of.first + k], alone[k]);
+        EXPECT_LE(of.off_mm, tip_mm);
+        alone.push_back(point_of(walk, of.number));
+        EXPECT_LE(farthest_off_mm(kinematics, point_of(walk, of.number - 1), alone), of.off_mm)
+            << machine.name << ' ' << of.number;
         ++settled_with[std::min<std::size_t>(of.inserted, 3)];
       }
     }

@@ -122,6 +122,10 @@ T copysign(const T& size, const T& sign) {
 }
 /// Of two numbers that are no NaN.
 template <class T>
+T smaller(const T& a, const T& b) {
+  return select(b < a, b, a);
+}
+template <class T>
 T larger(const T& a, const T& b) {
   return select(a > b, a, b);
 }

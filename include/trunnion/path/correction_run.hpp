@@ -35,12 +35,20 @@ class CorrectionRun {
     const Vec3* tip_P;     // prescribed, and beside it for inserted points
     const Vec3* axis_P;
     const RotarySines* sines;  // of q
+    /// By which the nominal motion to it, from the place before, leaves its segment at most, mm. Where it is
+    /// not known that is the motion's own chord, and its bow is asked.
+    double off_mm = kUnknown;
+    static constexpr double kUnknown = -1.0;
   };
   void correct(std::span<const NominalPlace> places, double tolerance_mm);
+  /// By how much a motion of the nominal machine may leave its segment where it is to be among `keeps`, mm.
+  double limit_mm(double tolerance_mm) const {
+    return kBentWithErrors * tolerance_mm - kBothEnds * word_radius_mm_;
+  }
   /// On the word grid; the nominal ones where `known` is 0: those go another way.
   std::span<const JointVector> joints() const { return {joints_.data(), keeps_.size()}; }
   std::span<const std::uint8_t> known() const { return {known_.data(), keeps_.size()}; }
-  /// The motion from point i - 1 to point i keeps to its chord, both ends corrected here.
+  /// The motion from point i - 1 to point i keeps to its segment, both ends corrected here.
   std::span<const std::uint8_t> keeps() const { return keeps_; }
   /// Of the points that were corrected here, as Corrected::before_mm.
   double largest_error_mm() const { return std::sqrt(largest_error2_mm2_); }
@@ -69,7 +77,8 @@ class CorrectionRun {
   template <class T>
   void correct_pair(std::size_t pair, const std::size_t* first, const NominalPlace* few, Of<T>& of);
   void put(std::size_t i, const JointVector& q);
-  void bound();
+  void bound(std::span<const NominalPlace> places);
+  double carried_mm(std::span<const NominalPlace> places, std::size_t i) const;
   template <class T>
   void bend();
   template <class T>
@@ -90,7 +99,7 @@ class CorrectionRun {
   // Of the points, with room for those that are not there.
   std::array<std::vector<double>, kMaxAxes> columns_;  // joints_ by axis
   std::vector<double> arm2_inner_mm2_;                 // PlaceOf::arm2_inner
-  std::vector<double> bow_mm_;                         // of the nominal motions to the points
+  std::vector<double> bow_mm_;                         // of the motions to the points, without errors
   double largest_error2_mm2_ = 0.0;
   double largest_correction2_mm2_ = 0.0;
 };
