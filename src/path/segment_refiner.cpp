@@ -168,7 +168,7 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   see_bow(middle_P);
   const bool middle_asks = asks && exact && bow_P_.norm() > tolerance.tip_mm;
   if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
-    const Verdict verdict = piece_verdict(a, b, off2_axis, exact ? &middle_P : nullptr);
+    const Verdict verdict = piece_verdict(a, b, off2_axis, &middle_P);
     report.converged = verdict != Verdict::beyond;
     if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
     const bool asked = asks && report.predicted_mm > tolerance.tip_mm;
