@@ -69,7 +69,8 @@ RotarySolver::RotarySolver(const Machine& machine) {
   const auto turn_to_k = [&](const Vec3& from) { return Turn{n1_.dot(from.cross(k)), from.dot(k)}; };
   n2_to_k_ = turn_to_k(across(inner, n1_));
   m_to_k_ = turn_to_k(m);
-  mirrors_ = n1_k_ == 0.0 && cos_axes_ == 0.0 && n2_to_k_.y == 0.0 && m_to_k_.x == 0.0;
+  square_ = cos_axes_ == 0.0 && n1_k_n2_ == 0.0;
+  mirrors_ = square_ && n1_k_ == 0.0 && sin_axes_ == 1.0 && n2_to_k_.y == 0.0 && m_to_k_.x == 0.0;
 }
 
 RotarySolutions RotarySolver::solve(const Vec3& axis_P, double seed_inner,
@@ -99,6 +100,20 @@ RotarySolutions RotarySolver::solve_two(const Vec3& axis_P, double seed_inner,
     ++out.count;
   }
   return out;
+}
+
+bool RotarySolver::surely_on_both(const Vec3& axis_P) const {
+  if (count_ != 2) return false;
+  const Tilt<double> tilt = tilt_of(lanes::Triple<double>{axis_P.x(), axis_P.y(), axis_P.z()});
+  if (!(tilt.sine >= kDigitTilt && tilt.root2 > kTangent * kTangent)) return false;
+  for (const double sign : {1.0, -1.0}) {
+    const std::array<Turn, 2> turn = turns(tilt, sign);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double length = std::sqrt(turn[k].x * turn[k].x + turn[k].y * turn[k].y);
+      if (window_[k].excludes<double>(turn[k], length)) return false;
+    }
+  }
+  return true;
 }
 
 // The nearest reachable tilt differs by the difference of the two angles to the inner axis.

@@ -18,6 +18,10 @@ class RotarySolver {
   RotarySolutions solve_within_limits(const Vec3& axis_P, double seed_inner,
                                       const InverseOptions& options = {}) const;
 
+  /// With two rotary axes: `solve_within_limits` gives a position on each branch, whatever the seed. In a
+  /// fifth of its time; false near the pole.
+  bool surely_on_both(const Vec3& axis_P) const;
+
   /// Turn that takes the part of one vector across an axis to that of another: its sine and cosine times a
   /// length.
   template <class T>
@@ -116,8 +120,11 @@ class RotarySolver {
   Turn n2_to_k_{0.0, 1.0};
   Turn m_to_k_{0.0, 1.0};
   std::array<Window, 2> window_;
-  // The outer axis stands opposite on the two branches, the inner one half a turn on: axes square to each
-  // other, and the outer one to the spindle.
+  // Of the rotary axes the outer one is square to the inner one, which stands along the spindle or is as far
+  // from it: Tilt::D is 0 at every tool axis.
+  bool square_ = false;
+  // The outer axis stands opposite on the two branches, the inner one half a turn on: the outer one is square
+  // to the spindle, too.
   bool mirrors_ = false;
 };
 
@@ -142,11 +149,18 @@ RotarySolver::Tilt<T> RotarySolver::tilt_of(const lanes::Triple<T>& axis_P) cons
   tilt.sine = lanes::sqrt(lanes::squared(tilt.n2_x_u));
   tilt.b = lanes::dot(n2_, axis_P);
   tilt.u_across_n2 = axis_P - tilt.b * n2_;
+  tilt.S = tilt.sine * sin_axes_;
+  if (square_) {
+    // To the last bit what follows gives.
+    tilt.D = T{};
+    tilt.root2 = tilt.S * tilt.S;
+    tilt.root = tilt.S;
+    return tilt;
+  }
   // 1 - b without cancellation near the pole.
   const auto upper = tilt.b > 0.0;
   const T one_minus_b =
       lanes::select(upper, T(tilt.sine * tilt.sine / (1.0 + lanes::abs(tilt.b))), T(1.0 - tilt.b));
-  tilt.S = tilt.sine * sin_axes_;
   tilt.D = n1_k_n2_ + cos_axes_ * one_minus_b;
   tilt.root2 = (tilt.S - tilt.D) * (tilt.S + tilt.D);
   tilt.root = lanes::sqrt(lanes::larger(T{}, tilt.root2));
@@ -170,7 +184,7 @@ template <class T>
 void RotarySolver::turn_to(const lanes::Triple<T>& axis_P, Turned<T>& out) const {
   const Tilt<T> tilt = tilt_of(axis_P);
   out.known = (tilt.sine >= kDigitTilt) & (tilt.root2 > kTangent * kTangent);
-  out.apart = tilt.root / sin_axes_;
+  out.apart = mirrors_ ? tilt.root : T(tilt.root / sin_axes_);
   out.turn[0] = turns(tilt, 1.0);
   if (mirrors_) {
     const auto& [outer, inner] = out.turn[0];
@@ -203,6 +217,11 @@ void RotarySolver::find_positions(const Turned<T>& turned, const std::array<bool
       if (branch > first && !mirrors_) arctangent = {t.y, t.x};
       const T angle = arctangent.at(t.y, t.x);
       out.angle[branch][k] = lanes::select(angle <= -kPi, lanes::splat<T>(kPi), angle);
+      if (branch > first && mirrors_) {
+        out.sin[1][k] = -out.sin[0][k];
+        out.cos[1][k] = k == 0 ? out.cos[0][k] : T(-out.cos[0][k]);
+        continue;
+      }
       out.sin[branch][k] = t.y / turned.length[branch][k];
       out.cos[branch][k] = t.x / turned.length[branch][k];
     }
