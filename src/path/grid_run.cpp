@@ -10,19 +10,21 @@ namespace trunnion::path {
 // A few positions, and by how much they miss what is programmed, squared.
 template <class T>
 struct GridRun::Place : PlaceOf<T> {
+  lanes::Triple<T> tip_P;
   T off2_mm2, off2_axis;
 
   // In place: as a copy of a dozen vectors it would take longer than its bounds.
   void put(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const std::array<T, 2>& turned,
            const TableKinematics::SinesOf<T>& sines, const lanes::Triple<T>& linear,
-           const lanes::Triple<T>& tip_P, const lanes::Triple<T>& axis_P) {
+           const lanes::Triple<T>& wanted_P, const lanes::Triple<T>& axis_P) {
     this->angle = turned;
     this->w = chain.w0 + linear;
     const StationOf<T> station(kinematics, chain, this->w, sines);
     this->arm2_outer = station.arm2_outer;
     this->arm2_inner = station.arm2_inner;
     this->size_mm = station.size_mm;
-    off2_mm2 = lanes::squared(station.tip_P - tip_P);
+    tip_P = station.tip_P;
+    off2_mm2 = lanes::squared(tip_P - wanted_P);
     off2_axis = lanes::squared(station.axis_P - axis_P);
   }
 };
@@ -68,8 +70,9 @@ GridRun::GridRun(GridRun&&) noexcept = default;
 void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tolerance) {
   tolerance_ = tolerance;
   sines_.resize(count + kMost - 1);
-  bow_mm_.resize(count + kMost - 1);
   keeps_.resize(count + kMost - 1);
+  bow_mm_.resize(count + kMost - 1);
+  across_mm_.resize(count + kMost - 1);
   if (before == nullptr) {
     work_->two.now() = Place<Lanes>{};
     work_->four.now() = Place<Quads>{};
@@ -95,6 +98,7 @@ void GridRun::set_out(const Point& before) {
 
 void GridRun::add(std::size_t i, const Few& few) {
   lanes::at_a_time(together_ == kMost, [&]<class T>() { add_few<T>(i, few); });
+  if (may_count_) lanes::at_a_time(together_ == kMost, [&]<class T>() { look_closer<T>(i); });
 }
 
 template <class T>
@@ -163,8 +167,57 @@ void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
   const lanes::Mask<T> keeps = (left >= 0.0) & (larger(last.off2_mm2, to.off2_mm2) <= left * left) &
                                (left_axis >= 0.0) &
                                (larger(last.off2_axis, to.off2_axis) <= left_axis * left_axis);
+  may_count_ = lanes::any(lanes::Mask<T>(keeps & (bow > known_.predicted_mm)));
   std::memcpy(bow_mm_.data() + i, &bow, sizeof(bow));
+  std::memcpy(across_mm_.data() + i, &bow, sizeof(bow));
   std::memcpy(keeps_.data() + i, &keeps, sizeof(keeps));
+}
+
+// What norms cannot know is that ways in different directions cancel: near the pole most of them do, since
+// the tip goes straight on while the axes turn; and that a part of the bow leads along the chord. So from the
+// second derivative at the end of the motion, from which it differs by M3 times the rest of the way at most:
+// y'' = -(c + (1 - t) M3) bows by c/8 + M3/(9 sqrt 3) at most.
+template <class T>
+void GridRun::look_closer(std::size_t i) {
+  auto& of = work_->of<T>();
+  const ConstantsOf<T>& chain = of.chain;
+  const Place<T>& last = of.next();  // which the next one is to replace
+  const Place<T>& to = of.now();
+  TableKinematics::SinesOf<T> sines;
+  for (std::size_t k = 0; k < 2; ++k) {
+    sines.sin[k] = lanes::collect<T>([&](std::size_t n) { return sines_[i + n].sin[k]; });
+    sines.cos[k] = lanes::collect<T>([&](std::size_t n) { return sines_[i + n].cos[k]; });
+  }
+  const MotionsOf<T> motions(last, to);
+  const T al = motions.turned(last, to, 0);
+  const T ga = motions.turned(last, to, 1);
+  const auto K = [&](std::size_t k, const lanes::Triple<T>& v) { return lanes::cross(chain.axis[k], v); };
+  // The derivatives of u and f (README, "The curve") where they end.
+  const lanes::Triple<T> r = kinematics_.turned_back(0, to.w, sines);
+  const lanes::Triple<T> d = kinematics_.turned_back(0, motions.way(last.w, to.w), sines);
+  const lanes::Triple<T> along_outer = al * K(0, r);
+  const lanes::Triple<T> u1 = d - along_outer;
+  const lanes::Triple<T> u2 = al * K(0, along_outer - 2.0 * d);
+  const lanes::Triple<T> f2 = u2 + ga * K(1, ga * K(1, r + chain.b) - 2.0 * u1);
+  // Along the chord and across it.
+  const lanes::Triple<T> chord = kinematics_.turned(1, motions.way(last.tip_P, to.tip_P), sines);
+  const T length2 = lanes::squared(chord);
+  const lanes::Mask<T> some = length2 > 0.0;
+  const T share = lanes::dot(f2, chord) / lanes::select(some, length2, lanes::splat<T>(1.0));
+  constexpr double kSqrt3 = 1.7320508075688772;
+  const T M3 = motions.norms(last, to).M3();
+  const auto bow = [&](const lanes::Triple<T>& f2_there) -> T {
+    const T closer =
+        lanes::sqrt(T(lanes::squared(f2_there))) / 8.0 + M3 / (9.0 * kSqrt3) + motions.rounding_mm;
+    return lanes::select(closer < motions.bow_mm, closer, motions.bow_mm);
+  };
+  // Within the chord's ends what leads along it is no error.
+  const T length = lanes::sqrt(length2);
+  const lanes::Mask<T> inside = some & (lanes::abs(share) * length + M3 <= 2.0 * length);
+  const T whole = bow(f2);
+  const T across = lanes::select(inside, bow(f2 - share * chord), whole);
+  std::memcpy(bow_mm_.data() + i, &whole, sizeof(whole));
+  std::memcpy(across_mm_.data() + i, &across, sizeof(across));
 }
 
 }  // namespace trunnion::path

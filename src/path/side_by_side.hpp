@@ -160,27 +160,33 @@ template <class T>
 struct MotionsOf {
   T outer, inner;  // turns, not below 0
   T bow_mm;        // by which the tip leaves its own chord at most
+  T rounding_mm;   // of that
 
   MotionsOf(const PlaceOf<T>& last, const PlaceOf<T>& to) {
-    const auto turn = [&](std::size_t k) -> T {
-      return lanes::abs(T(to.angle[k] - across(last.angle[k], to.angle[k])));
-    };
-    const auto larger = [](const T& before, const T& now) -> T {
-      return lanes::larger(across(before, now), now);
-    };
     const auto sum = [](const T& before, const T& now) -> T {
       return lanes::abs(across(before, now)) + lanes::abs(now);
     };
-    outer = turn(0);
-    inner = turn(1);
-    const lanes::Triple<T> way{to.w.x - across(last.w.x, to.w.x), to.w.y - across(last.w.y, to.w.y),
-                               to.w.z - across(last.w.z, to.w.z)};
-    const T D = lanes::sqrt(T(lanes::squared(way)));
-    const NormsOf<T> norms(outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer),
-                           larger(last.arm2_inner, to.arm2_inner));
-    bow_mm =
-        norms.M2() / 8.0 + tip_rounding<T>(sum(last.size_mm, to.size_mm),
-                                           sum(last.angle[0], to.angle[0]) + sum(last.angle[1], to.angle[1]));
+    outer = lanes::abs(turned(last, to, 0));
+    inner = lanes::abs(turned(last, to, 1));
+    rounding_mm = tip_rounding<T>(sum(last.size_mm, to.size_mm),
+                                  sum(last.angle[0], to.angle[0]) + sum(last.angle[1], to.angle[1]));
+    bow_mm = norms(last, to).M2() / 8.0 + rounding_mm;
+  }
+
+  NormsOf<T> norms(const PlaceOf<T>& last, const PlaceOf<T>& to) const {
+    const auto larger = [](const T& before, const T& now) -> T {
+      return lanes::larger(across(before, now), now);
+    };
+    const T D = lanes::sqrt(T(lanes::squared(way(last.w, to.w))));
+    return {
+        outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer), larger(last.arm2_inner, to.arm2_inner)};
+  }
+  /// Of axis k, the outer one 0; from where a vector was to where it is.
+  static T turned(const PlaceOf<T>& last, const PlaceOf<T>& to, std::size_t k) {
+    return to.angle[k] - across(last.angle[k], to.angle[k]);
+  }
+  static lanes::Triple<T> way(const lanes::Triple<T>& last, const lanes::Triple<T>& to) {
+    return {to.x - across(last.x, to.x), to.y - across(last.y, to.y), to.z - across(last.z, to.z)};
   }
 };
 

@@ -1,6 +1,7 @@
 #include "post/preparer.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace trunnion::post {
 
@@ -23,7 +24,7 @@ void Preparer::place(Chunk& chunk) {
   const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
   if (kinematics_.side_by_side()) {
     grid_.place(chunk.has_before ? &chunk.before : nullptr, chunk.chosen, pose_at,
-                chunk.tolerances[0].tolerance, chunk.joints);
+                chunk.tolerances[0].tolerance, known_, chunk.joints);
     return;
   }
   sines_.resize(count);
@@ -86,10 +87,27 @@ void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolera
   const TableKinematics::Sines sines_b = sines_at(i);
   segment.first = static_cast<std::uint32_t>(chunk.inserted.size());
   segment.report = static_cast<std::int32_t>(chunk.reports.size());
-  const path::SegmentReport& report = chunk.reports.emplace_back(refiner_.decide(
-      from, chunk.point(i), tolerance, known_mm_, chunk.inserted, i == 0 ? nullptr : &sines_a, &sines_b));
-  known_mm_ = std::max(known_mm_, std::min(report.predicted_mm, report.midpoint_mm));
-  known_midpoint_mm_ = std::max(known_midpoint_mm_, report.midpoint_mm);
+  const path::SegmentReport& report =
+      chunk.reports.emplace_back(refiner_.decide(from, chunk.point(i), tolerance, known_.predicted_mm,
+                                                 chunk.inserted, i == 0 ? nullptr : &sines_a, &sines_b));
+  known_.predicted_mm = std::max(known_.predicted_mm, std::min(report.predicted_mm, report.midpoint_mm));
+  known_.midpoint_mm = std::max(known_.midpoint_mm, report.midpoint_mm);
+}
+
+// Of the undecided segments that surely keep the widest may count; most of the others do not, once it is
+// known.
+void Preparer::keep_what_does_not_count(Chunk& chunk) {
+  std::optional<std::size_t> widest;
+  for (const std::size_t i : undecided_) {
+    const bool may_count = grid_.keeps(i) && grid_.counts(i, known_);
+    if (may_count && (!widest || grid_.across_mm(i) > grid_.across_mm(*widest))) widest = i;
+  }
+  if (!widest) return;
+  decide(chunk, *widest, chunk.tolerances[0].tolerance);
+  for (const std::size_t i : undecided_) {
+    PreparedSegment& segment = chunk.segments[i];
+    if (!segment.known() && settled_on_grid(i)) segment.report = PreparedSegment::kKept;
+  }
 }
 
 // Those of the undecided segments that can be judged a few at a time.
@@ -104,13 +122,14 @@ void Preparer::settle(Chunk& chunk) {
   }
   const path::Tolerance& tolerance = chunk.tolerances[0].tolerance;
   const double enough_mm = corrections_ ? 0.0 : tolerance.tip_mm;
-  for (const auto& of : even_->settle(tolerance, enough_mm, known_mm_, chunk.inserted)) {
+  for (const auto& of : even_->settle(tolerance, enough_mm, known_.predicted_mm, chunk.inserted)) {
     PreparedSegment& segment = chunk.segments[of.number];
     if (corrections_) off_mm_[of.number] = of.off_mm;
     segment.report = PreparedSegment::kKept;
-    if (of.inserted == 0 && of.midpoint_mm <= known_midpoint_mm_ && of.predicted_mm <= known_mm_) continue;
-    known_midpoint_mm_ = std::max(known_midpoint_mm_, of.midpoint_mm);
-    known_mm_ = std::max(known_mm_, of.predicted_mm);
+    if (of.inserted == 0 && of.midpoint_mm <= known_.midpoint_mm && of.predicted_mm <= known_.predicted_mm)
+      continue;
+    known_.midpoint_mm = std::max(known_.midpoint_mm, of.midpoint_mm);
+    known_.predicted_mm = std::max(known_.predicted_mm, of.predicted_mm);
     segment.first = of.first;
     segment.report = static_cast<std::int32_t>(chunk.reports.size());
     path::SegmentReport& report = chunk.reports.emplace_back(refiner_.kept());
@@ -140,22 +159,23 @@ void Preparer::prepare(Chunk& chunk) {
   // Where the tolerance changes within the chunk the refiner decides.
   const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
   if (corrections_) off_mm_.assign(count, path::CorrectionRun::NominalPlace::kUnknown);
-  double kept_mm = known_mm_;
+  // What leaves too little to the errors is looked at more sharply.
+  left_to_errors_mm_ = std::numeric_limits<double>::infinity();
   if (even_ && corrections_) {
-    // Those that leave too little to the errors are looked at more sharply.
     const double limit_mm = corrections_->limit_mm(chunk.tolerances[0].tolerance.tip_mm);
-    if (limit_mm > 0.0) kept_mm = std::min(kept_mm, limit_mm);
+    if (limit_mm > 0.0) left_to_errors_mm_ = limit_mm;
   }
   undecided_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
       continue;
-    if (judged && grid_.keeps(i) && grid_.bow_mm(i) <= kept_mm) {
+    if (judged && settled_on_grid(i)) {
       chunk.segments[i].report = PreparedSegment::kKept;
     } else {
       undecided_.push_back(i);
     }
   }
+  if (judged) keep_what_does_not_count(chunk);
   if (judged && even_) settle_all(chunk);
   std::size_t next = 0;
   path::Tolerance tolerance = chunk.tolerances[0].tolerance;

@@ -23,9 +23,14 @@ class Preparer {
  private:
   void place(Chunk& chunk);
   void correct(Chunk& chunk);
+  void keep_what_does_not_count(Chunk& chunk);
   void settle(Chunk& chunk);
   void settle_all(Chunk& chunk);
   void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance);
+  // The segment surely keeps, changes no figure, and leaves enough to the errors.
+  bool settled_on_grid(std::size_t i) const {
+    return grid_.keeps(i) && !grid_.counts(i, known_) && grid_.across_mm(i) <= left_to_errors_mm_;
+  }
   path::Rounding rounding_;
   TableKinematics kinematics_;
   path::Refiner refiner_;
@@ -36,12 +41,12 @@ class Preparer {
   std::vector<Vec3> inserted_tips_P_;                      // at which the correction aims
   std::vector<RotarySines> inserted_sines_;
   std::vector<std::size_t> undecided_;         // segments that the first bounds do not settle
+  double left_to_errors_mm_ = 0.0;             // that segments may bow by
   std::vector<double> off_mm_;                 // of the segments, CorrectionRun::NominalPlace::off_mm
   std::vector<TableKinematics::Sines> sines_;  // of the chunk's points elsewhere
   // Figures of the whole program are largest values: what is below one that is known already changes none.
-  double known_mm_ = 0.0;
-  double known_midpoint_mm_ = 0.0;  // the same of the errors in the middle alone
-  bool whole_runs_;                 // the pipeline hands whole runs to the refiner: nothing to prepare
+  path::GridRun::Known known_;
+  bool whole_runs_;  // the pipeline hands whole runs to the refiner: nothing to prepare
 };
 
 }  // namespace trunnion::post

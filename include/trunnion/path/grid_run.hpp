@@ -20,12 +20,18 @@ class GridRun {
   ~GridRun();
   GridRun(GridRun&&) noexcept;
 
+  /// Largest values of SegmentReport: what is below them is of no account.
+  struct Known {
+    double predicted_mm = 0.0;
+    double midpoint_mm = 0.0;  // no smaller
+  };
   /// Puts the points of `chosen`, of which `pose_at(i)` is prescribed, on the grid, and bounds the segments
   /// that end there. `before`: the point that comes before them, on the grid already; null where none does,
-  /// and then nothing is said of the first segment.
+  /// and then nothing is said of the first segment. `known`: figures of the report so far.
   template <class PoseAt>
   void place(const Point* before, std::span<const ChosenPoint> chosen, const PoseAt& pose_at,
-             const Tolerance& tolerance, std::span<JointVector> out) {
+             const Tolerance& tolerance, const Known& known, std::span<JointVector> out) {
+    known_ = known;
     begin(before, chosen.size(), tolerance);
     Few few;
     for (std::size_t i = 0; i < chosen.size(); i += together_) {
@@ -42,8 +48,13 @@ class GridRun {
   std::span<const RotarySines> sines() const { return sines_; }
   /// The segment that ends at point i surely keeps to the tolerance.
   bool keeps(std::size_t i) const { return keeps_[i] != 0; }
-  /// It leaves its own chord by no more than this.
-  double bow_mm(std::size_t i) const { return bow_mm_[i]; }
+  /// It may change a figure of which so much is known by now.
+  bool counts(std::size_t i, const Known& known) const {
+    return across_mm_[i] > known.predicted_mm || bow_mm_[i] > known.midpoint_mm;
+  }
+  /// It leaves its own chord by no more than this; where it may have counted when it was placed, close to
+  /// that.
+  double across_mm(std::size_t i) const { return across_mm_[i]; }
 
  private:
   static constexpr std::size_t kMost = lanes::kCount<Quads>;  // at a time
@@ -64,16 +75,21 @@ class GridRun {
   void set_out(const Point& before);
   template <class T>
   void judge(std::size_t i, const Place<T>& last, const Place<T>& to);
+  template <class T>
+  void look_closer(std::size_t i);
 
   TableKinematics kinematics_;
   std::array<AxisId, 2> rotary_;
   std::array<AxisId, 3> linear_;
   std::size_t together_;
   Tolerance tolerance_;
+  Known known_;
+  bool may_count_ = false;  // one of the last few
   std::unique_ptr<Work> work_;
   // Of the points, with room for those that are not there.
   std::vector<RotarySines> sines_;
-  std::vector<double> bow_mm_;  // of the segments
+  // Of the segments; bow_mm_: with what leads along the chord.
+  std::vector<double> bow_mm_, across_mm_;
   std::vector<std::int64_t> keeps_;
 };
 
