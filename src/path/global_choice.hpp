@@ -176,8 +176,9 @@ class GlobalChoice {
   static constexpr std::uint16_t kPlain = 0x8000;
   static constexpr std::uint16_t kOfTwo = 0x4000;
   std::vector<std::uint16_t> picks_;  // of each point, once settled
-  // The inverse of the first points, for the replay; of more it is solved again: 170 bytes a point.
-  static constexpr std::size_t kMostKept = 512;
+  // The inverse of the first points, for the replay. It takes 170 bytes a point, and new memory more time
+  // than to solve it again: that is what is done with the others.
+  static constexpr std::size_t kMostKept = 64;
   std::vector<std::unique_ptr<SolvedBlock>> kept_;
   SolvedBlock own_block_, replay_block_;
   SolvedBlock* block_ = nullptr;           // of the points that are looked up

@@ -1,70 +1,15 @@
 #include "trunnion/path/held_run.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bitset>
-#include <deque>
 #include <optional>
 #include <utility>
 
 #include "path/choice_account.hpp"
 #include "path/global_choice.hpp"
+#include "path/point_store.hpp"
 #include "path/pole_settler.hpp"
 
 namespace trunnion::path {
-
-/// Points in blocks, the last and the first of which may be full only in part.
-class HeldRun::PointStore {
- public:
-  static constexpr std::size_t kBlock = 1024;
-
-  void add(std::span<const ChoicePoint> points) {
-    while (!points.empty()) {
-      const std::size_t begin = size_ % kBlock;
-      if (begin == 0) blocks_.push_back(std::make_unique_for_overwrite<Block>());
-      Block& block = *blocks_.back();
-      const std::size_t count = std::min(points.size(), kBlock - begin);
-      for (std::size_t k = 0; k < count; ++k) {
-        block.point[begin + k] = {points[k].pose, points[k].where};
-        if (points[k].rapid) block.rapid.set(begin + k);
-      }
-      size_ += count;
-      points = points.subspan(count);
-    }
-  }
-  std::size_t size() const { return size_; }
-  ChoicePoint at(std::size_t index) const { return blocks_[index / kBlock - gone_]->at(index % kBlock); }
-  void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
-    out.reserve(out.size() + (end - begin));
-    while (begin < end) {
-      const Block& block = *blocks_[begin / kBlock - gone_];
-      const std::size_t first = begin % kBlock;
-      const std::size_t last = std::min(first + (end - begin), kBlock);
-      for (std::size_t i = first; i < last; ++i) out.push_back(block.at(i));
-      begin += last - first;
-    }
-  }
-  /// Points before this one are not asked for any more.
-  void forget_before(std::size_t index) {
-    for (; gone_ < index / kBlock; ++gone_) blocks_.pop_front();
-  }
-
- private:
-  // Without the seven bytes beside `rapid`: a whole operation of these is in memory.
-  struct Packed {
-    ToolPose pose;
-    SourceRef where;
-  };
-  struct Block {
-    std::array<Packed, kBlock> point;
-    std::bitset<kBlock> rapid;
-
-    ChoicePoint at(std::size_t i) const { return {point[i].pose, point[i].where, rapid[i]}; }
-  };
-  std::deque<std::unique_ptr<Block>> blocks_;
-  std::size_t gone_ = 0;  // blocks
-  std::size_t size_ = 0;
-};
 
 namespace {
 
@@ -108,15 +53,13 @@ class HeldRun::Work {
 
   ChosenPoint last() const { return choice_->end(); }
 
-  std::size_t take(std::size_t most, std::vector<ChoicePoint>& points, std::vector<ChosenPoint>& chosen,
-                   ChoiceSummary& summary) {
+  std::size_t take(std::span<ChosenPoint> chosen, std::vector<ChoicePoint>& points, ChoiceSummary& summary) {
     const std::size_t begin = choice_->place().next;
-    const std::size_t end = std::min(begin + most, store_.size());
+    const std::size_t end = std::min(begin + chosen.size(), store_.size());
     if (begin == end) return 0;
     const std::size_t first = points.size();
     store_.append(begin, end, points);
-    chosen.resize(first + (end - begin));
-    const auto piece = std::span(chosen).subspan(first);
+    const auto piece = chosen.first(end - begin);
     const auto of_piece = std::span<const ChoicePoint>(points).subspan(first);
     choice_->replay(of_piece, piece);
     settler_.settle(of_piece, piece, summary, [&] { return pole_ahead(end); });
@@ -127,6 +70,8 @@ class HeldRun::Work {
   }
 
  private:
+  static constexpr std::size_t kAtATime = 1024;  // points of a run that is looked at again
+
   void advance(std::span<const ChoicePoint> points) {
     if (const ChoicePoint* lost = choice_->advance(points)) lost_ = *lost;
   }
@@ -134,9 +79,9 @@ class HeldRun::Work {
   void choose_again(std::size_t most) {
     choice_->start(seed_, most);
     lost_.reset();
-    for (std::size_t i = 0; i < store_.size() && !lost_; i += PointStore::kBlock) {
+    for (std::size_t i = 0; i < store_.size() && !lost_; i += kAtATime) {
       ahead_points_.clear();
-      store_.append(i, std::min(i + PointStore::kBlock, store_.size()), ahead_points_);
+      store_.append(i, std::min(i + kAtATime, store_.size()), ahead_points_);
       advance(ahead_points_);
     }
   }
@@ -203,9 +148,9 @@ ChosenPoint HeldRun::last() const {
   return work_->last();
 }
 
-std::size_t HeldRun::take(std::size_t most, std::vector<ChoicePoint>& points,
-                          std::vector<ChosenPoint>& chosen, ChoiceSummary& summary) {
-  return work_->take(most, points, chosen, summary);
+std::size_t HeldRun::take(std::span<ChosenPoint> chosen, std::vector<ChoicePoint>& points,
+                          ChoiceSummary& summary) {
+  return work_->take(chosen, points, summary);
 }
 
 }  // namespace trunnion::path

@@ -156,9 +156,10 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   return {};
 }
 
-bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options) {
-  const RotarySolutions solutions =
-      RotarySolver(machine).solve_within_limits(pose.axis_P, 0.0, options.inverse);
+bool settles_choice(const Machine& machine, const RotarySolver& solver, const ToolPose& pose,
+                    const ChoiceOptions& options) {
+  if (solver.surely_on_both(pose.axis_P)) return false;
+  const RotarySolutions solutions = solver.solve_within_limits(pose.axis_P, 0.0, options.inverse);
   if (solutions.count > 1) return false;  // each has a turn, or is only just beyond a limit
   const std::vector<AxisId> rotary = machine.rotary_axes();
   std::size_t count = 0;

@@ -20,6 +20,11 @@ constexpr std::size_t kLocalRun = 4096;
 constexpr std::size_t kLongRun = 1024;
 // Where it does not, the next look is so many motions farther on.
 constexpr std::size_t kLookEvery = 32;
+// Of a run that is held so many points are chosen among at a time, as many as the choice looks up at once or
+// more: they stay in the nearest cache.
+constexpr std::size_t kHeldAtATime = 256;
+// And when it is handed on so many motions are made at a time.
+constexpr std::size_t kTakenAtATime = 128;
 // Of the tool axis' tolerance: a hundredth of a degree, 175 urad, of the usual 0.05 is more than the angular
 // errors of a machine change within a block.
 constexpr double kAxisShareWithErrors = 0.8;
@@ -56,6 +61,7 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_
       rounding_(rounding),
       store_(store),
       kinematics_(machine_, tool_mm),
+      solver_(machine_),
       tolerances_(job, options),
       method_(options.choice),
       axis_(options.choice_axis),
@@ -85,7 +91,7 @@ bool Intake::may_cut(const ToolPose& pose) const {
   if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
   if (method_ != path::ChoiceMethod::global) return count >= kLocalRun;
   return count >= kLongRun && count % kLookEvery == 0 &&
-         path::settles_choice(machine_, pose, choice_options());
+         path::settles_choice(machine_, solver_, pose, choice_options());
 }
 
 std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resolution& resolution) {
@@ -135,22 +141,31 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     chunk_->events.push_back({run_size(), *std::exchange(shape_, std::nullopt)});
   }
   feed_seen_ = feed_seen_ || !motion->rapid;
-  chunk_->motions.push_back({{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
-                             motion->feed,
-                             motion->axis_P,
-                             motion->step});
+  const Pending next = {{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
+                        motion->feed,
+                        motion->axis_P,
+                        motion->step};
+  if (held_) {
+    hold(next);
+  } else {
+    chunk_->motions.push_back(next);
+  }
   hold_where_long();
   return done;
 }
 
 void Intake::hold_where_long() {
-  if (chunk_->motions.size() == (held_ ? kLongRun : 2 * kLongRun) && may_hold()) hold();
+  if (held_) {
+    if (choice_points_.size() >= kHeldAtATime) hand_to_held();
+  } else if (chunk_->motions.size() == 2 * kLongRun && may_hold()) {
+    begin_to_hold();
+  }
 }
 
 // Up to where a run may be cut or is held the next time; 0 within an arc or a hole.
 std::size_t Intake::cuts_taken() const {
   static_assert(kLongRun % kLookEvery == 0 && kLocalRun % kLookEvery == 0 && kMostCuts == kLookEvery);
-  return shape_left_ > 0 || shape_ ? 0 : kLookEvery - chunk_->motions.size() % kLookEvery;
+  return shape_left_ > 0 || shape_ ? 0 : kLookEvery - run_size() % kLookEvery;
 }
 
 std::unique_ptr<Chunk> Intake::take(std::span<const cl::PlainCut> cuts, const cl::Feed& feed,
@@ -163,10 +178,17 @@ std::unique_ptr<Chunk> Intake::take(std::span<const cl::PlainCut> cuts, const cl
     summary_.goes_on = true;
   }
   feed_seen_ = true;
-  auto& motions = chunk_->motions;
-  if (motions.capacity() < 2 * kLongRun) motions.reserve(2 * kLongRun);
-  for (const cl::PlainCut& cut : cuts)
-    motions.push_back({{{cut.tip_P, cut.axis_P}, cut.where, false}, feed, cut.axis_P, false});
+  const auto point = [](const cl::PlainCut& cut) {
+    return path::ChoicePoint{{cut.tip_P, cut.axis_P}, cut.where, false};
+  };
+  if (held_) {
+    hold_feed(feed, false);
+    for (const cl::PlainCut& cut : cuts) choice_points_.push_back(point(cut));
+  } else {
+    auto& motions = chunk_->motions;
+    motions.reserve(2 * kLongRun);
+    for (const cl::PlainCut& cut : cuts) motions.push_back({point(cut), feed, cut.axis_P, false});
+  }
   hold_where_long();
   return done;
 }
@@ -177,20 +199,32 @@ bool Intake::may_hold() const {
          !options_.tilted_plane && !options_.nonlinear.thin && !options_.nonlinear.move_programmed_points;
 }
 
-void Intake::hold() {
-  if (!held_) {
-    held_ = std::make_unique<path::HeldRun>(machine_, last_.q, choice_options(), job_.cl_file);
-    held_feeds_.clear();
-  }
+void Intake::begin_to_hold() {
+  held_ = std::make_unique<path::HeldRun>(machine_, last_.q, choice_options(), job_.cl_file);
+  held_feeds_.clear();
   choice_points_.clear();
-  for (const Pending& p : chunk_->motions) {
-    if (held_feeds_.empty() || held_feeds_.back().feed != p.feed || held_feeds_.back().step != p.step)
-      held_feeds_.push_back({held_->size() + choice_points_.size(), p.feed, p.step});
-    choice_points_.push_back(p.point);
-  }
-  held_->add(choice_points_);
-  if (!choice_points_.empty()) held_last_ = choice_points_.back();
+  for (const Pending& motion : chunk_->motions) hold(motion);
   chunk_->motions.clear();
+  hand_to_held();
+}
+
+void Intake::hold(const Pending& motion) {
+  hold_feed(motion.feed, motion.step);
+  choice_points_.push_back(motion.point);
+}
+
+// Of the next motions.
+void Intake::hold_feed(const cl::Feed& feed, bool step) {
+  if (held_feeds_.empty() || held_feeds_.back().feed != feed || held_feeds_.back().step != step)
+    held_feeds_.push_back({run_size(), feed, step});
+}
+
+// What came since the last time.
+void Intake::hand_to_held() {
+  if (choice_points_.empty()) return;
+  held_->add(choice_points_);
+  held_last_ = choice_points_.back();
+  choice_points_.clear();
 }
 
 Result<void> Intake::choose(Chunk& chunk) {
@@ -223,6 +257,7 @@ void Intake::take_post_word(const cl::PostWord& word) {
   std::string cut;
   if (word.word == "LIMITS") {
     take_limits(word, *job_.machine, machine_, cut);
+    solver_ = RotarySolver(machine_);
   } else if (const auto measure = measure_of(word, machine_)) {
     method_ = measure->method;
     axis_ = measure->axis;
@@ -254,14 +289,20 @@ std::size_t Intake::end_of_piece() const {
 }
 
 void Intake::take_held(std::size_t count, Chunk& piece) {
-  choice_points_.clear();
-  unheld_->take(count, choice_points_, piece.chosen, summary_);
+  piece.chosen.resize(count);
   piece.motions.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    while (held_feed_ + 1 < held_feeds_.size() && held_feeds_[held_feed_ + 1].motion <= piece_begin_ + i)
-      ++held_feed_;
-    const HeldFeed& feed = held_feeds_[held_feed_];
-    piece.motions.push_back({choice_points_[i], feed.feed, choice_points_[i].pose.axis_P, feed.step});
+  while (piece.motions.size() < count) {
+    const std::size_t taken = piece.motions.size();
+    choice_points_.clear();
+    unheld_->take(std::span(piece.chosen).subspan(taken, std::min(kTakenAtATime, count - taken)),
+                  choice_points_, summary_);
+    for (const path::ChoicePoint& point : choice_points_) {
+      const std::size_t motion = piece_begin_ + piece.motions.size();
+      while (held_feed_ + 1 < held_feeds_.size() && held_feeds_[held_feed_ + 1].motion <= motion)
+        ++held_feed_;
+      const HeldFeed& feed = held_feeds_[held_feed_];
+      piece.motions.push_back({point, feed.feed, point.pose.axis_P, feed.step});
+    }
   }
 }
 
@@ -307,7 +348,7 @@ std::unique_ptr<Chunk> Intake::next_piece() {
 }
 
 std::unique_ptr<Chunk> Intake::flush_held() {
-  hold();
+  hand_to_held();
   const auto done = held_->finish(choice_options());
   if (done) {
     last_ = rounded_point(kinematics_, rounding_, held_last_, held_->last().q_leave);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/path/held_run.hpp"
 #include "trunnion/post/post.hpp"
 
@@ -58,7 +59,10 @@ class Intake {
   std::unique_ptr<Chunk> flush();
   std::unique_ptr<Chunk> fresh();
   bool may_hold() const;
-  void hold();
+  void begin_to_hold();
+  void hold(const Pending& motion);
+  void hold_feed(const cl::Feed& feed, bool step);
+  void hand_to_held();
   void hold_where_long();
   std::unique_ptr<Chunk> flush_held();
   void take_held(std::size_t count, Chunk& piece);
@@ -66,9 +70,12 @@ class Intake {
   /// Motions of the present run.
   bool run_is_empty() const { return chunk_->motions.empty() && !held_; }
   const ToolPose& last_pose() const {
-    return chunk_->motions.empty() ? held_last_.pose : chunk_->motions.back().point.pose;
+    if (!held_) return chunk_->motions.back().point.pose;
+    return choice_points_.empty() ? held_last_.pose : choice_points_.back().pose;
   }
-  std::size_t run_size() const { return chunk_->motions.size() + (held_ ? held_->size() : 0); }
+  std::size_t run_size() const {
+    return held_ ? held_->size() + choice_points_.size() : chunk_->motions.size();
+  }
   bool may_divide(const Chunk& chunk) const;
   Result<void> choose(Chunk& chunk);
   void take_post_word(const cl::PostWord& word);
@@ -82,6 +89,7 @@ class Intake {
   path::Rounding rounding_;
   ChunkStore& store_;
   TableKinematics kinematics_;
+  RotarySolver solver_;  // of machine_
   PathTolerances tolerances_;
   path::ChoiceMethod method_;  // as ROTABL/SHORT leaves it
   std::string axis_;
@@ -89,7 +97,7 @@ class Intake {
   path::Point last_;  // the last point handed on
   bool has_last_ = false;
   std::unique_ptr<Chunk> chunk_;
-  std::unique_ptr<path::HeldRun> held_;  // the present run up to chunk_->motions, where it is held
+  std::unique_ptr<path::HeldRun> held_;  // the present run, where it is held, up to choice_points_
   /// What a held run says beside its points, where it changes.
   struct HeldFeed {
     std::size_t motion = 0;

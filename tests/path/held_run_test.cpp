@@ -75,11 +75,14 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
     ASSERT_TRUE(held.finish(options));
     const ChosenPoint last = held.last();
     std::vector<ChoicePoint> points;
-    std::vector<ChosenPoint> chosen;
+    std::vector<ChosenPoint> chosen(path.size());
     ChoiceSummary summary;
-    while (held.take(1 + random() % 700, points, chosen, summary) > 0) continue;
+    const auto next = [&] {
+      const auto left = std::span(chosen).subspan(points.size());
+      return left.first(std::min<std::size_t>(left.size(), 1 + random() % 700));
+    };
+    while (held.take(next(), points, summary) > 0) continue;
     ASSERT_EQ(points.size(), path.size());
-    ASSERT_EQ(chosen.size(), path.size());
     for (std::size_t k = 0; k < path.size(); ++k) {
       ASSERT_EQ(points[k].pose.tip_P, path[k].pose.tip_P);
       ASSERT_EQ(points[k].pose.axis_P, path[k].pose.axis_P);
@@ -111,9 +114,9 @@ std::vector<ChosenPoint> held_in_steps(const Machine& machine, const std::vector
     held.add(std::span(path).subspan(k, std::min(step, path.size() - k)));
   EXPECT_TRUE(held.finish(options));
   std::vector<ChoicePoint> points;
-  std::vector<ChosenPoint> chosen;
+  std::vector<ChosenPoint> chosen(path.size());
   ChoiceSummary summary;
-  held.take(path.size(), points, chosen, summary);
+  held.take(chosen, points, summary);
   return chosen;
 }
 
@@ -166,8 +169,8 @@ std::size_t points_on_the_other_branch(const std::vector<ChoicePoint>& path, Ang
   held.add(path);
   EXPECT_TRUE(held.finish(options));
   std::vector<ChoicePoint> points;
-  std::vector<ChosenPoint> chosen;
-  held.take(path.size(), points, chosen, summary);
+  std::vector<ChosenPoint> chosen(path.size());
+  held.take(chosen, points, summary);
   std::size_t out = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     EXPECT_EQ(at_once[i].q, chosen[i].q) << i;

@@ -9,7 +9,7 @@
 namespace trunnion::path {
 
 /// A long run whose joints can only be chosen once its last point is known: what `choose_solutions` gives
-/// with ChoiceMethod::global for all its points at once, in 70 bytes a point. Points are chosen among while
+/// with ChoiceMethod::global for all its points at once, in 64 bytes a point. Points are chosen among while
 /// they come in and handed out again with their joints, piece by piece.
 class HeldRun {
  public:
@@ -23,13 +23,11 @@ class HeldRun {
   Result<void> finish(const ChoiceOptions& options);
   /// What is chosen at the last point; after `finish`, of a run that is not empty.
   ChosenPoint last() const;
-  /// The next points, at most `most` of them, and their joints, appended; their number, 0 at the end. What
-  /// was handed out is no longer held. Adds to `summary`.
-  std::size_t take(std::size_t most, std::vector<ChoicePoint>& points, std::vector<ChosenPoint>& chosen,
-                   ChoiceSummary& summary);
+  /// The next points, appended, as many as `chosen` has room for, and their joints; their number, 0 at the
+  /// end. What was handed out is no longer held. Adds to `summary`.
+  std::size_t take(std::span<ChosenPoint> chosen, std::vector<ChoicePoint>& points, ChoiceSummary& summary);
 
  private:
-  class PointStore;
   class Work;
   std::unique_ptr<Work> work_;
 };

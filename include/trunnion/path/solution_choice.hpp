@@ -8,6 +8,10 @@
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/path/point.hpp"
 
+namespace trunnion {
+class RotarySolver;
+}
+
 namespace trunnion::path {
 
 /// How the rotary positions are chosen where the machine offers several.
@@ -81,8 +85,9 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
 
 /// Whether exactly one position (whole turns of an axis without limits aside) reaches `pose`, and C is
 /// determined there: whatever comes after it, the choice up to it stands, so that a run may be cut behind it
-/// without a change of the result.
-bool settles_choice(const Machine& machine, const ToolPose& pose, const ChoiceOptions& options);
+/// without a change of the result. `solver`: of `machine`.
+bool settles_choice(const Machine& machine, const RotarySolver& solver, const ToolPose& pose,
+                    const ChoiceOptions& options);
 
 /// Time that a retract, a turn and a re-engagement take beside the turn itself; large against any detour
 /// worth making while cutting.
