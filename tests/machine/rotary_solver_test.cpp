@@ -110,5 +110,21 @@ TEST(RotarySolver, SideBySideAreTheSolutionsThatLimitsLeave) {
   for (const std::size_t count : cases) EXPECT_GT(count, 100U);
 }
 
+TEST(RotarySolver, SaysWhereBothBranchesAreWithinTheLimits) {
+  std::mt19937_64 random(20261122);
+  std::array<std::size_t, 2> cases{};
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const RotarySolver solver(machine);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 axis_P = random_axis(random);
+      const bool both = solver.solve_within_limits(axis_P, 0.3).count == 2;
+      EXPECT_EQ(solver.surely_on_both(axis_P), both) << name;
+      ++cases[both ? 1 : 0];
+    }
+  }
+  for (const std::size_t count : cases) EXPECT_GT(count, 100U);
+}
+
 }  // namespace
 }  // namespace trunnion
