@@ -15,9 +15,19 @@ std::size_t GlobalChoice::follow(std::span<const ChoicePoint> points, std::size_
                                  std::span<ChosenPoint> out) {
   const SolvedBlock& block = *block_;
   Candidate& reached = layers_[now_].at[0];
-  ChoicePosition at = reached;
+  const ChoicePosition begin = reached;
+  // Numbers and no position, as in `replay_plain`.
+  std::array<double, 2> at = begin.angle;
+  std::uint8_t branch = begin.branch;
   bool reconfigure = false;
   std::size_t i = first;
+  const auto row_of = [&](std::size_t of_branch, std::size_t row) -> Vec3 {
+    const auto& linear = block.branch[of_branch].linear;
+    return {linear[0][row], linear[1][row], linear[2][row]};
+  };
+  const auto before = [&]() -> ChoicePosition {
+    return i == first ? begin : ChoicePosition{at, row_of(branch, i - 1 - looked_from_), branch};
+  };
   const auto axis_before_P = [&] { return i > first ? points[i - 1].pose.axis_P : axis_before_; };
   for (; i < end; ++i) {
     const std::size_t row = i - looked_from_;
@@ -25,34 +35,42 @@ std::size_t GlobalChoice::follow(std::span<const ChoicePoint> points, std::size_
     const bool both = one && block.branch[1].within[row] != 0;
     if (both && !stay_.on) {
       if (out.empty() || i < may_stay_from_) break;
-      stay_ = {true, i, at, axis_before_P(), solver_.rotary().apart(at.angle[0]), 0.0};
+      stay_ = {true, i, before(), axis_before_P(), solver_.rotary().apart(at[0]), 0.0};
     }
-    ChoicePosition next;
-    next.branch = both ? at.branch : one ? std::uint8_t{0} : std::uint8_t{1};
-    const SolvedBlock::Branch& of = block.branch[next.branch];
+    const std::uint8_t next_branch = both ? branch : one ? std::uint8_t{0} : std::uint8_t{1};
+    const SolvedBlock::Branch& of = block.branch[next_branch];
+    std::array<double, 2> next{};
     double turn = 0.0;
-    if (block.known[row] == 0 || of.within[row] == 0 || !only_position(of, row, at, next, turn) ||
-        (stay_.on && !stays(at, next, turn, points[i].rapid, row))) {
+    bool only = block.known[row] != 0 && of.within[row] != 0;
+    for (std::size_t k = 0; only && k < 2; ++k) {
+      only = steps_.has_only_turn(k, of.angle[k][row], at[k], next[k]);
+      turn += std::abs(next[k] - at[k]);
+    }
+    if (!only || (stay_.on && !stays(before(), {next, row_of(next_branch, row), next_branch}, turn,
+                                     points[i].rapid, row))) {
       if (stay_.on) return give_up_stay(i);
       break;
     }
-    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next.branch == at.branch;
-    reconfigure = !goes_on && steps_.reconfigures(at, axis_before_P(), next, points[i]);
+    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next_branch == branch;
+    reconfigure = !goes_on && steps_.reconfigures(before(), axis_before_P(),
+                                                  {next, Vec3::Zero(), next_branch}, points[i]);
     if (out.empty()) {
       traces_.add_one();
     } else {
-      put(of, row, next, reconfigure, out[i]);
+      put(of, row, next, next_branch, reconfigure, out[i]);
     }
     at = next;
+    branch = next_branch;
     if (!both) stay_.on = false;
   }
   if (i == first) return i;
-  go_to_only(at, points[i - 1].pose.axis_P);
+  const ChoicePosition last = before();
+  go_to_only(last, points[i - 1].pose.axis_P);
   reached.reconfigure = reconfigure;
-  const SolvedBlock::Branch& of = block.branch[at.branch];
-  const std::size_t last = i - 1 - looked_from_;
-  reached.sines = {{of.sin[0][last], of.sin[1][last]}, {of.cos[0][last], of.cos[1][last]}};
-  if (!out.empty()) place_ = {at, axis_before_, 0};
+  const SolvedBlock::Branch& of = block.branch[branch];
+  const std::size_t row = i - 1 - looked_from_;
+  reached.sines = {{of.sin[0][row], of.sin[1][row]}, {of.cos[0][row], of.cos[1][row]}};
+  if (!out.empty()) place_ = {last, axis_before_, 0};
   return i;
 }
 
@@ -64,22 +82,11 @@ void GlobalChoice::go_to_only(const ChoicePosition& position, const Vec3& axis_P
   axis_before_ = axis_P;
 }
 
-// Where the pose of this row is reached from `at` in one turn of each axis only; `turn`: of both, rad.
-bool GlobalChoice::only_position(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& at,
-                                 ChoicePosition& next, double& turn) const {
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (!steps_.has_only_turn(k, of.angle[k][row], at.angle[k], next.angle[k])) return false;
-    turn += std::abs(next.angle[k] - at.angle[k]);
-  }
-  next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
-  return true;
-}
-
-void GlobalChoice::put(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& position,
-                       bool reconfigure, ChosenPoint& out) const {
+void GlobalChoice::put(const SolvedBlock::Branch& of, std::size_t row, const std::array<double, 2>& angle,
+                       std::uint8_t branch, bool reconfigure, ChosenPoint& out) const {
   for (std::size_t k = 0; k < 2; ++k) {
     const AxisId id = kinematics_.rotary(k);
-    out.q[id] = out.q_leave[id] = out.sines.angle[k] = position.angle[k];
+    out.q[id] = out.q_leave[id] = out.sines.angle[k] = angle[k];
     out.sines.sines.sin[k] = of.sin[k][row];
     out.sines.sines.cos[k] = of.cos[k][row];
   }
@@ -87,7 +94,7 @@ void GlobalChoice::put(const SolvedBlock::Branch& of, std::size_t row, const Cho
     const AxisId id = kinematics_.linear(k);
     out.q[id] = out.q_leave[id] = of.linear[k][row];
   }
-  out.branch = position.branch;
+  out.branch = branch;
   out.singular = false;
   out.reconfigure = reconfigure;
 }

@@ -33,13 +33,13 @@ void GlobalChoice::look_ahead_for_replay(std::span<const ChoicePoint> points) {
     return;
   }
   replayed_ = &replay_block_;
-  std::array<std::uint8_t, PoseSolver::kAhead> wanted{};
+  PoseSolver::Wanted wanted{};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::uint16_t pick = picks_[place_.next + i];
     const bool of_two = (pick & kPlain) != 0 && (pick & kOfTwo) != 0;
     wanted[i] = static_cast<std::uint8_t>(of_two ? 1 << (pick & 1) : 3);
   }
-  solver_.look_ahead(points, replay_block_, std::span(wanted).first(points.size()));
+  solver_.look_ahead(points, replay_block_, &wanted);
 }
 
 // Of an axis that may turn for ever the turn follows from the point before.
@@ -69,28 +69,36 @@ std::size_t GlobalChoice::replay_plain(std::span<const ChoicePoint> points, std:
                                        std::span<ChosenPoint> out) {
   const SolvedBlock& block = *replayed_;
   const std::uint16_t* const picks = picks_.data() + place_.next;
-  ChoicePosition at = place_.position;
+  // Numbers and no position: two that were written one by one are not read as a pair as fast.
+  std::array<double, 2> at = place_.position.angle;
+  std::uint8_t branch = place_.position.branch;
+  const SolvedBlock::Branch* of = nullptr;
   std::size_t i = 0;
   for (; i < points.size() && (picks[i] & kPlain) != 0; ++i, ++row) {
     const bool second = (picks[i] & kOfTwo) != 0 ? (picks[i] & 1U) != 0 : block.branch[0].within[row] == 0;
-    const SolvedBlock::Branch& of = block.branch[second ? 1 : 0];
-    ChoicePosition next;
-    next.branch = second ? 1 : 0;
+    of = &block.branch[second ? 1 : 0];
+    const std::uint8_t next_branch = second ? 1 : 0;
+    std::array<double, 2> next;
     double turn = 0.0;
     // There is one turn.
     for (std::size_t k = 0; k < 2; ++k) {
-      steps_.has_only_turn(k, of.angle[k][row], at.angle[k], next.angle[k]);
-      turn += std::abs(next.angle[k] - at.angle[k]);
+      steps_.has_only_turn(k, of->angle[k][row], at[k], next[k]);
+      turn += std::abs(next[k] - at[k]);
     }
-    next.linear = {of.linear[0][row], of.linear[1][row], of.linear[2][row]};
-    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next.branch == at.branch;
+    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next_branch == branch;
     const bool reconfigure =
         !goes_on &&
-        steps_.reconfigures(at, i > 0 ? points[i - 1].pose.axis_P : place_.axis_P, next, points[i]);
-    put(of, row, next, reconfigure, out[i]);
+        steps_.reconfigures({at, Vec3::Zero(), branch}, i > 0 ? points[i - 1].pose.axis_P : place_.axis_P,
+                            {next, Vec3::Zero(), next_branch}, points[i]);
+    put(*of, row, next, next_branch, reconfigure, out[i]);
     at = next;
+    branch = next_branch;
   }
-  if (i > 0) place_ = {at, points[i - 1].pose.axis_P, place_.next + i};
+  if (i == 0) return i;
+  const std::size_t last = row - 1;
+  place_ = {{at, {of->linear[0][last], of->linear[1][last], of->linear[2][last]}, branch},
+            points[i - 1].pose.axis_P,
+            place_.next + i};
   return i;
 }
 

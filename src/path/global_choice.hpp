@@ -89,8 +89,6 @@ class GlobalChoice {
   std::size_t follow(std::span<const ChoicePoint> points, std::size_t first, std::size_t end,
                      std::span<ChosenPoint> out);
   void go_to_only(const ChoicePosition& position, const Vec3& axis_P);
-  bool only_position(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& at,
-                     ChoicePosition& next, double& turn) const;
   bool stays(const ChoicePosition& at, const ChoicePosition& next, double turn, bool rapid, std::size_t row);
   std::size_t give_up_stay(std::size_t at);
   /// What `add_both` does for points from number `first` on where each branch is reached from itself by a
@@ -131,8 +129,8 @@ class GlobalChoice {
   JointVector joints(const ChoicePosition& position) const;
   void put(const Candidate& chosen, ChosenPoint& out) const;
   /// The position on this branch that was solved in row `row`, in other turns.
-  void put(const SolvedBlock::Branch& of, std::size_t row, const ChoicePosition& position, bool reconfigure,
-           ChosenPoint& out) const;
+  void put(const SolvedBlock::Branch& of, std::size_t row, const std::array<double, 2>& angle,
+           std::uint8_t branch, bool reconfigure, ChosenPoint& out) const;
   std::size_t replay_plain(std::span<const ChoicePoint> points, std::size_t row, std::span<ChosenPoint> out);
 
   TableKinematics kinematics_;

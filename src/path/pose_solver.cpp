@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace trunnion::path {
 
@@ -26,21 +27,24 @@ void PoseSolver::solve(const ToolPose& pose, double seed_inner, SolvedPose& out)
 // As many points as T holds at a time; the last one stands for those that are not there. In two steps, so
 // that the roots and divisions of one few do not wait for those of the few before.
 template <class T>
-void PoseSolver::look_at(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
-                         SolvedBlock& out) const {
+void PoseSolver::look_at(std::span<const ChoicePoint> points, const Wanted* wanted, SolvedBlock& out) const {
   constexpr std::size_t kTogether = lanes::kCount<T>;
   std::array<RotarySolver::Turned<T>, kAhead / kTogether> turned;
-  const auto few = [&](std::size_t begin, Vec3 ToolPose::*of) {
-    return lanes::collect_vectors<T>([&, begin, of](std::size_t k) -> const Vec3& {
-      return points[std::min(begin + k, points.size() - 1)].pose.*of;
-    });
+  std::array<ChoicePoint, kTogether> last;
+  const auto from = [&](std::size_t i) {
+    if (i + kTogether <= points.size()) return points.data() + i;
+    for (std::size_t k = 0; k < kTogether; ++k) last[k] = points[std::min(i + k, points.size() - 1)];
+    return std::as_const(last).data();
+  };
+  const auto few = [](const ChoicePoint* first, Vec3 ToolPose::*of) {
+    return lanes::collect_vectors<T>([first, of](std::size_t k) -> const Vec3& { return first[k].pose.*of; });
   };
   for (std::size_t i = 0; i < points.size(); i += kTogether)
-    solver_.turn_to(few(i, &ToolPose::axis_P), turned[i / kTogether]);
+    solver_.turn_to(few(from(i), &ToolPose::axis_P), turned[i / kTogether]);
   for (std::size_t i = 0; i < points.size(); i += kTogether) {
-    unsigned bits = wanted.empty() ? 3U : 0U;
-    for (std::size_t k = i; k < std::min(i + kTogether, wanted.size()); ++k) bits |= wanted[k];
-    put(i, turned[i / kTogether], bits, few(i, &ToolPose::tip_P), out);
+    unsigned bits = wanted == nullptr ? 3U : 0U;
+    for (std::size_t k = 0; wanted != nullptr && k < kTogether; ++k) bits |= (*wanted)[i + k];
+    put(i, turned[i / kTogether], bits, few(from(i), &ToolPose::tip_P), out);
   }
 }
 
@@ -76,7 +80,7 @@ void PoseSolver::put(std::size_t row, const RotarySolver::Turned<T>& turned, uns
 }
 
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
-                            std::span<const std::uint8_t> wanted) const {
+                            const Wanted* wanted) const {
   lanes::at_a_time(four_, [&]<class T>() { look_at<T>(points, wanted, out); });
 }
 

@@ -47,18 +47,18 @@ class PoseSolver {
   /// So many points can be looked up at once.
   static constexpr std::size_t kAhead = SolvedBlock::kMost;
   bool looks_ahead() const { return kinematics_.side_by_side(); }
-  /// Up to kAhead points; those that need the general way are not `known`. `wanted`: of each point the
-  /// branches that are asked for, a bit each; none: all.
+  /// Of each point the branches that are asked for, a bit each.
+  using Wanted = std::array<std::uint8_t, kAhead>;
+  /// Up to kAhead points; those that need the general way are not `known`. `wanted`: null for all.
   void look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
-                  std::span<const std::uint8_t> wanted = {}) const;
+                  const Wanted* wanted = nullptr) const;
   /// Pose number `i` of a block, until the next one is asked for.
   const SolvedPose& ahead(const SolvedBlock& block, std::size_t i);
   const RotarySolver& rotary() const { return solver_; }
 
  private:
   template <class T>
-  void look_at(std::span<const ChoicePoint> points, std::span<const std::uint8_t> wanted,
-               SolvedBlock& out) const;
+  void look_at(std::span<const ChoicePoint> points, const Wanted* wanted, SolvedBlock& out) const;
   template <class T>
   void put(std::size_t row, const RotarySolver::Turned<T>& turned, unsigned wanted,
            const lanes::Triple<T>& tip_P, SolvedBlock& out) const;
