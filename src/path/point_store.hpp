@@ -6,37 +6,40 @@
 #include <span>
 #include <vector>
 
+#include "trunnion/base/large_pages.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
 namespace trunnion::path {
 
 /// Points of a run that are held, 56 bytes each and a bit, until they are forgotten from the first one on.
+/// They are as many as the CL file has, and memory that is touched for the first time costs more than all
+/// that is done with it here: so it comes in large pages.
 class PointStore {
  public:
   void add(std::span<const ChoicePoint> points) {
     while (!points.empty()) {
-      const std::size_t begin = size_ % kOfBlock;
-      if (begin == 0) blocks_.push_back(std::make_unique_for_overwrite<Block>());
-      const std::size_t count = std::min(points.size(), kOfBlock - begin);
-      blocks_.back()->put(begin, points.first(count));
+      const std::size_t begin = size_ % kOfPage;
+      if (begin == 0) add_page();
+      const std::size_t count = std::min(points.size(), kOfPage - begin);
+      pages_.back()->put(begin, points.first(count));
       size_ += count;
       points = points.subspan(count);
     }
   }
   std::size_t size() const { return size_; }
-  ChoicePoint at(std::size_t index) const { return blocks_[index / kOfBlock - gone_]->at(index % kOfBlock); }
+  ChoicePoint at(std::size_t index) const { return pages_[index / kOfPage - gone_]->at(index % kOfPage); }
   void append(std::size_t begin, std::size_t end, std::vector<ChoicePoint>& out) const {
     while (begin < end) {
-      const Block& block = *blocks_[begin / kOfBlock - gone_];
-      const std::size_t first = begin % kOfBlock;
-      const std::size_t last = std::min(first + (end - begin), kOfBlock);
-      for (std::size_t i = first; i < last; ++i) out.push_back(block.at(i));
+      const Page& page = *pages_[begin / kOfPage - gone_];
+      const std::size_t first = begin % kOfPage;
+      const std::size_t last = std::min(first + (end - begin), kOfPage);
+      for (std::size_t i = first; i < last; ++i) out.push_back(page.at(i));
       begin += last - first;
     }
   }
   /// Points before this one are not asked for any more.
   void forget_before(std::size_t index) {
-    for (; gone_ < index / kOfBlock; ++gone_) blocks_.pop_front();
+    for (; gone_ < index / kOfPage; ++gone_) pages_.pop_front();
   }
 
  private:
@@ -46,11 +49,12 @@ class PointStore {
     std::uint32_t line, column;
   };
   static constexpr std::size_t kBits = 64;
-  static constexpr std::size_t kOfBlock = 1024;
+  static constexpr std::size_t kOfPage =
+      kLargePage / (kBits * sizeof(Packed) + sizeof(std::uint64_t)) * kBits;
 
-  struct Block {
-    std::array<Packed, kOfBlock> point;
-    std::array<std::uint64_t, kOfBlock / kBits> rapid;
+  struct alignas(kLargePage) Page {
+    std::array<Packed, kOfPage> point;
+    std::array<std::uint64_t, kOfPage / kBits> rapid;
 
     void put(std::size_t begin, std::span<const ChoicePoint> points) {
       for (std::size_t k = 0; k < points.size(); ++k) {
@@ -70,8 +74,16 @@ class PointStore {
               (rapid[i / kBits] >> (i % kBits) & 1) != 0};
     }
   };
-  std::deque<std::unique_ptr<Block>> blocks_;
-  std::size_t gone_ = 0;  // blocks
+  static_assert(sizeof(Page) == kLargePage);
+
+  // A run that ends in the first page takes no more of it than it fills.
+  void add_page() {
+    pages_.push_back(std::make_unique_for_overwrite<Page>());
+    if (pages_.size() + gone_ > 1) ask_for_large_pages(pages_.back().get(), sizeof(Page));
+  }
+
+  std::deque<std::unique_ptr<Page>> pages_;
+  std::size_t gone_ = 0;  // pages
   std::size_t size_ = 0;
 };
 
