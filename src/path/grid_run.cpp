@@ -169,7 +169,6 @@ void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
                                (larger(last.off2_axis, to.off2_axis) <= left_axis * left_axis);
   may_count_ = lanes::any(lanes::Mask<T>(keeps & (bow > known_.predicted_mm)));
   std::memcpy(bow_mm_.data() + i, &bow, sizeof(bow));
-  std::memcpy(across_mm_.data() + i, &bow, sizeof(bow));
   std::memcpy(keeps_.data() + i, &keeps, sizeof(keeps));
 }
 

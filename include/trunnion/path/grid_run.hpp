@@ -48,12 +48,12 @@ class GridRun {
   std::span<const RotarySines> sines() const { return sines_; }
   /// The segment that ends at point i surely keeps to the tolerance.
   bool keeps(std::size_t i) const { return keeps_[i] != 0; }
-  /// It may change a figure of which so much is known by now.
+  /// Of one that keeps: it may change a figure of which so much is known by now.
   bool counts(std::size_t i, const Known& known) const {
-    return across_mm_[i] > known.predicted_mm || bow_mm_[i] > known.midpoint_mm;
+    return bow_mm_[i] > known.predicted_mm &&
+           (across_mm_[i] > known.predicted_mm || bow_mm_[i] > known.midpoint_mm);
   }
-  /// It leaves its own chord by no more than this; where it may have counted when it was placed, close to
-  /// that.
+  /// Of one that counts: by how much it leaves its own chord at most, and that is close to the truth.
   double across_mm(std::size_t i) const { return across_mm_[i]; }
 
  private:
@@ -88,7 +88,7 @@ class GridRun {
   std::unique_ptr<Work> work_;
   // Of the points, with room for those that are not there.
   std::vector<RotarySines> sines_;
-  // Of the segments; bow_mm_: with what leads along the chord.
+  // Of the segments; bow_mm_ with what leads along the chord, across_mm_ of those that were looked at closer.
   std::vector<double> bow_mm_, across_mm_;
   std::vector<std::int64_t> keeps_;
 };
