@@ -69,6 +69,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
   }
   note_plain_words();
   if (runs) run = std::make_unique<MotionRun>();
+  has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
 }
 
 void Reader::State::note_simple(const Pattern& p) {
@@ -171,6 +172,7 @@ void Reader::State::set_feed_mode(FeedMode mode) {
   if (mode == feed_mode) return;
   feed_mode = mode;
   feed = 0;
+  layouts = {};
 }
 
 void Reader::State::take_modes(LineMotion& m) {

@@ -41,6 +41,7 @@ inline const char* take_four_decimals(const char* p, std::int32_t& out) {
 }
 
 constexpr int kRunDecimals = 4;  // of take_four_decimals
+constexpr auto kLineReads = static_cast<std::ptrdiff_t>(RunLayout::kReads);
 
 bool fits(std::int64_t quanta) {
   return quanta >= std::numeric_limits<std::int32_t>::min() &&
@@ -72,7 +73,7 @@ const char* Reader::State::take_same_words(const char* const begin, const char* 
   constexpr std::ptrdiff_t kReadAtOnce = 18;  // for one word, its letter, a sign and a blank among it
   RunLine& l = line_of_run;
   const char* p = skip_run_number(begin);
-  if (p == nullptr || l.count == 0 || end - p < kReadAtOnce * static_cast<std::ptrdiff_t>(l.count))
+  if (p == nullptr || !four_decimals || end - p < kReadAtOnce * static_cast<std::ptrdiff_t>(l.count))
     return nullptr;
   const auto column = static_cast<std::uint32_t>(p - begin) + 1;
   for (std::size_t k = 0; k < l.count; ++k) {
@@ -94,7 +95,8 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
   const char* p = skip_run_number(begin);
   if (p == nullptr) return nullptr;
   std::uint32_t column = 0;
-  bool four_decimals = true;  // in every word
+  four_decimals = false;
+  bool all_four = true;
   Number number;
   while (*p != '\n') {
     const PlainWord word = plain_words[static_cast<unsigned char>(*p)];
@@ -115,7 +117,8 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
       if (!to_rounded_quanta(number, decimals, l.feed)) return nullptr;
       l.feed_at = l.count;
     }
-    four_decimals = four_decimals && decimals == kRunDecimals;
+    all_four = all_four && decimals == kRunDecimals;
+    l.decimals[l.count] = static_cast<std::int8_t>(decimals);
     l.axis[l.count] = word.axis;
     l.letter[l.count++] = *p;
     p = behind;
@@ -123,7 +126,7 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
     if (*p == '\r' && p[1] == '\n') ++p;
   }
   if (!put_run_line(column)) return nullptr;
-  if (!four_decimals || l.feed_at == 0) l.count = 0;  // no pattern for the lines that follow
+  four_decimals = all_four && l.feed_at != 0;  // else no pattern for the lines that follow
   return p + 1;
 }
 
@@ -165,19 +168,66 @@ bool Reader::State::unwrap_run_line() {
   return true;
 }
 
+const char* Reader::State::take_laid_out(const char* p, const char* end) {
+  if (!has_layouts || run->count == 0 || end - p < kLineReads) return p;
+  if (const char* const behind = take_of_layout(layouts[last_layout], p, end); behind != p) return behind;
+  const char* const words = skip_run_number(p);
+  if (words == nullptr || end - words < kLineReads) return p;
+  const std::uint64_t digits = RunLayout::digits_at(words);
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    if (i == last_layout || !layouts[i].may_be(digits)) continue;
+    const char* const behind = take_of_layout(layouts[i], p, end);
+    if (behind == p) continue;
+    last_layout = i;
+    return behind;
+  }
+  return p;
+}
+
+const char* Reader::State::take_of_layout(const RunLayout& layout, const char* p, const char* end) {
+  MotionRun& r = *run;
+  if ((layout.mask() & ~r.mask) != 0) return p;
+  const std::size_t first = r.count;
+  const std::string& prefix = c.block_numbers.prefix;
+  const char* const behind = layout.read(p, end, prefix.empty() ? '\0' : prefix.front(), line, r);
+  if (behind == p) return p;
+  const auto repeat = [&](auto& column) {
+    std::fill(column.begin() + static_cast<std::ptrdiff_t>(first),
+              column.begin() + static_cast<std::ptrdiff_t>(r.count), column[first - 1]);
+  };
+  for (unsigned rest = static_cast<unsigned>(r.mask & ~layout.mask()); rest != 0; rest &= rest - 1)
+    repeat(r.quanta[static_cast<std::size_t>(std::countr_zero(rest))]);
+  if (!layout.has_feed()) repeat(r.feed);
+  feed = r.feed[r.count - 1];
+  return behind;
+}
+
+void Reader::State::learn_layout(const char* p, const char* behind, const char* end) {
+  const bool keeps_feed = !(feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block);
+  const char* const words = p + (run->source[run->count - 1].column - 1);
+  if (!has_layouts || end - words < kLineReads || (line_of_run.feed_at == kRunWords && !keeps_feed)) return;
+  next_layout = (next_layout + 1) % layouts.size();
+  if (layouts[next_layout].learn(words, behind, line_of_run)) last_layout = next_layout;
+}
+
 std::size_t Reader::State::read_run(std::string_view text) {
   if (!may_run()) return 0;
   const std::size_t last = text.rfind('\n');
   if (last == std::string_view::npos) return 0;
   run->count = 0;
   run->feed_mode = feed_mode;
-  line_of_run.count = 0;
+  four_decimals = false;
   const char* p = text.data();
   const char* const end = p + last + 1;
   while (run->count < MotionRun::kMost && p != end) {
+    if (const char* const behind = take_laid_out(p, end); behind != p) {
+      p = behind;
+      continue;
+    }
     const char* behind = take_same_words(p, end);
     if (behind == nullptr) behind = take_run_line(p, end);
     if (behind == nullptr) break;
+    learn_layout(p, behind, end);
     p = behind;
   }
   if (run->count == 0) return 0;

@@ -10,6 +10,7 @@
 
 #include "nc/patterns.hpp"
 #include "nc/reader_line.hpp"
+#include "nc/run_layout.hpp"
 
 namespace trunnion::nc {
 
@@ -23,18 +24,6 @@ struct PlainWord {
   Kind kind = Kind::other;
   AxisLetter axis = AxisLetter::X;
   std::int8_t decimals = 0;  // of the axis' quanta
-};
-
-/// The line of a run that was read last.
-inline constexpr std::size_t kRunWords = kAxisLetters + 1;
-struct RunLine {
-  std::size_t count = 0;  // of its words; 0: no pattern for others
-  std::array<char, kRunWords> letter{};
-  std::array<AxisLetter, kRunWords> axis{};
-  std::array<std::int32_t, kRunWords> value{};
-  std::size_t feed_at = kRunWords;  // of the words; behind all: none
-  std::int64_t feed = 0;
-  std::uint16_t mask = 0;
 };
 
 /// What the control knows after the text so far.
@@ -67,6 +56,12 @@ struct Reader::State {
 
   std::unique_ptr<MotionRun> run;  // where somebody takes runs
   RunLine line_of_run;
+  bool four_decimals = false;  // in every word of it
+  // Layouts of lines of runs, in the feed mode at hand: the one that was met last, and the one that was
+  // learned last. None where an axis is wound on from line to line.
+  std::array<RunLayout, 8> layouts;
+  std::size_t last_layout = 0, next_layout = 0;
+  bool has_layouts = false;
 
   // What the control knows.
   Block motion_block = Motion{};
@@ -124,6 +119,10 @@ struct Reader::State {
   const char* take_run_line(const char* p, const char* end);
   /// The same for a line that has the letters of `line_of_run`, every number with four decimals.
   const char* take_same_words(const char* p, const char* end);
+  /// The same for lines that are laid out as others before them: as many as follow.
+  const char* take_laid_out(const char* p, const char* end);
+  const char* take_of_layout(const RunLayout& layout, const char* p, const char* end);
+  void learn_layout(const char* p, const char* behind, const char* end);
   const char* skip_run_number(const char* p) const;
   bool put_run_line(std::uint32_t column);
   bool unwrap_run_line();

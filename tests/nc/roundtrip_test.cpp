@@ -146,6 +146,33 @@ Reading read_in_pieces(const nc::Controller& controller, const std::string& text
   return out;
 }
 
+// Every character of a line that is laid out as those before it, each by every other that may mean something
+// there.
+TEST(RunsOfALayout, AnotherCharacterReadsAsAlone) {
+  const auto controller = test::shipped_controller("linuxcnc");
+  const std::string begin = "(test)\nG21 G90\nG0 X1.0000 Y2.0000 Z3.0000 A4.0000 C5.0000\n";
+  for (const std::string line :
+       {"N123 X-8.3077 Y5.1162 Z115.4285 A76.6562 C-206.0143 F6027.7018\n",
+        "X18.9388 Y21.9962 Z-3.6204 A25.3965 C1165.3887 F12345.6789\n", "Y1.9962 X-3.6204 C1165.3887\n"}) {
+    const std::string mode = line.find('F') == std::string::npos ? "G94" : "G93";
+    std::size_t in_runs = 0;
+    for (std::size_t at = 0; at + 1 < line.size(); ++at) {
+      for (const char c : std::string("059 -+.,/GNXF\n\x7f")) {
+        std::string other = line;
+        other[at] = c;
+        const std::string text = begin + mode + " G1 X1.0000 F5.0000\n" + line + line + line + other + line +
+                                 line + "M5\nM9\n" + std::string(100, ' ') + "\nM2\n";
+        const Reading by_one = read_in_pieces(controller, text, false);
+        const Reading by_runs = read_in_pieces(controller, text, true);
+        ASSERT_EQ(by_one.blocks, by_runs.blocks) << text;
+        ASSERT_EQ(by_one.findings, by_runs.findings) << text;
+        in_runs += by_runs.in_runs;
+      }
+    }
+    EXPECT_GT(in_runs, 3 * line.size());
+  }
+}
+
 TEST_P(EveryController, GivesTheSameBlocksInRuns) {
   auto controller = test::shipped_controller(GetParam());
   std::size_t in_runs = 0;
