@@ -128,15 +128,21 @@ Result<void> Pipeline::emit(Chunk& chunk) {
   return done;
 }
 
+// The verification reads a text when it knows the CL points behind it, too: a block near the last one could
+// not be judged yet.
 Result<void> Pipeline::pass_on(Chunk& chunk) {
   if (verifier_) {
     for (const Pending& p : chunk.motions) {
       verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
                         p.point.where);
     }
-    verifier_->text(chunk.text);
+    verifier_->text(unverified_);
+    unverified_.clear();
   }
-  return chunk.text.empty() ? Result<void>{} : sink_(chunk.text);
+  if (chunk.text.empty()) return {};
+  auto done = sink_(chunk.text);
+  if (verifier_) unverified_.swap(chunk.text);
+  return done;
 }
 
 void Pipeline::tell_findings() {
@@ -405,6 +411,7 @@ Result<PostReport> Pipeline::finish(const Intake& intake) {
   }
   report_.nc_lines = writer_.lines();
   if (verifier_) {
+    verifier_->text(unverified_);
     auto verified = verifier_->finish();
     if (!verified) return tl::unexpected(verified.error());
     report_.verification = std::move(*verified);

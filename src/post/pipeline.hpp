@@ -270,6 +270,7 @@ class Pipeline {
   std::string operation_;
   std::size_t operations_known_ = 0;  // that the table of offsets names
   std::unique_ptr<Verifier> verifier_;
+  std::string unverified_;  // the last text that went out
   std::unique_ptr<Verifier> nominal_;
   std::array<BeyondAxis, kMaxAxes> beyond_;
   PostReport report_;
