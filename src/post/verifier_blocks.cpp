@@ -178,8 +178,7 @@ void Verifier::State::check_speed(const Vertex& v, double seconds) {
   const double ratio = needed_s / seconds;
   last_speed_ratio = ratio;
   report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
-  constexpr double kRounding = 1e-6;  // of the evaluation itself
-  if (ratio <= 1.0 + kRounding) return;
+  if (ratio <= 1.0 + kSpeedRounding) return;
   ++report.too_fast_count;
   if (report.too_fast.size() >= options.worst_count) return;
   const std::size_t next = std::min(at.segment + 1, targets.size() - 1);

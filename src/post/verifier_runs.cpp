@@ -74,7 +74,7 @@ void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
     ratio = lanes::larger(ratio, lanes::select(seconds > 0.0, of_block, Lanes{}));
   }
   out.speed_ratio = std::max(ratio[0], ratio[1]);
-  out.within_limits = out.within_limits && out.speed_ratio <= 1.0;
+  out.within_limits = out.within_limits && out.speed_ratio <= 1.0 + kSpeedRounding;
 }
 
 void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const {

@@ -38,6 +38,9 @@ struct WordOfAxis {
   }
 };
 
+// Rounding of the evaluation of a block's time, of it.
+inline constexpr double kSpeedRounding = 1e-6;
+
 // Far more CL points than one block of a thinned program passes.
 inline constexpr std::size_t kLookAhead = 1024;
 
