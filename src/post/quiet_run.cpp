@@ -17,12 +17,12 @@ struct QuietRun::Corners {
 
   // Guessed from how far the tool goes.
   Corners(const QuietRun& path, const T& way_mm, const Place& at) {
-    const std::size_t next = at.segment - path.first_ + 2;
+    const std::size_t next = at.segment + 2;
     std::size_t j = next;
-    double along_mm = path.along_mm_[j - 1] + at.t * path.way_mm_[j];
+    double along_mm = path.points_->along_mm[j - 1] + at.t * path.points_->way_mm[j];
     for (std::size_t k = 0; k < kTogether; ++k) {
       along_mm += way_mm[static_cast<int>(k)];
-      while (j + 3 < path.count_ && along_mm > path.passed_mm_[j]) ++j;
+      while (j + 3 < path.points_->rows() && along_mm > path.points_->passed_mm[j]) ++j;
       row[k] = j;
       in_a_row = in_a_row && j == row[0] + k;
     }
@@ -40,7 +40,7 @@ struct QuietRun::Corners {
   T index() const {
     return lanes::collect<T>([&](std::size_t k) { return static_cast<double>(row[k]); });
   }
-  lanes::Mask<T> plain(const QuietRun& path) const { return load(path.special_, -2) == 0.0; }
+  lanes::Mask<T> plain(const QuietRun& path) const { return load(path.points_->special, -2) == 0.0; }
 };
 
 // The ends of the blocks beside these CL points.
@@ -53,10 +53,10 @@ struct QuietRun::AtCorner {
   lanes::Mask<T> is_end;  // as find_near says it of the next CL point
 
   AtCorner(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block)
-      : tip_P(corner.load(path.tip_P_, 0)),
-        axis_P(corner.load(path.axis_P_, 0)),
+      : tip_P(corner.load(path.points_->tip_P, 0)),
+        axis_P(corner.load(path.points_->axis_P, 0)),
         to(block.to - tip_P),
-        before_mm(corner.load(path.way_mm_, 0)),
+        before_mm(corner.load(path.points_->way_mm, 0)),
         off2_mm2(length2(to)),
         off2_axis(length2(block.to_axis - axis_P)) {
     constexpr double kTurned_mm = 0.5 * kPi * kAxisWeight_mm;
@@ -86,12 +86,12 @@ struct QuietRun::Ends {
   T t, distance2, off2_mm2, off2_axis;  // as in Place
 
   Ends(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, const AtCorner<T>& beside)
-      : tip1_P(corner.load(path.tip_P_, -1)),
+      : tip1_P(corner.load(path.points_->tip_P, -1)),
         to1(block.to - tip1_P),
         before(beside.tip_P - tip1_P),
-        behind_mm(corner.load(path.way_mm_, 1)),
+        behind_mm(corner.load(path.points_->way_mm, 1)),
         off2_1(length2(to1)) {
-    const lanes::Triple<T> tip3_P = corner.load(path.tip_P_, 1);
+    const lanes::Triple<T> tip3_P = corner.load(path.points_->tip_P, 1);
     const lanes::Triple<T> way_behind = tip3_P - beside.tip_P;
     off2_3 = length2(block.to - tip3_P);
     t0 = clamped<T>(inner(to1, before) / length2(before), T{});
@@ -99,8 +99,8 @@ struct QuietRun::Ends {
     const T off2_0 = length2(to1 - t0 * before);
     const T off2_1st = length2(beside.to - t1 * way_behind);
     off0_mm = lanes::sqrt(off2_0);
-    const lanes::Triple<T> axis1_P = corner.load(path.axis_P_, -1);
-    const lanes::Triple<T> axis3_P = corner.load(path.axis_P_, 1);
+    const lanes::Triple<T> axis1_P = corner.load(path.points_->axis_P, -1);
+    const lanes::Triple<T> axis3_P = corner.load(path.points_->axis_P, 1);
     // The tip alone is no nearer than the tool: where it is farther off behind the corner, nothing else is
     // looked at.
     lanes::Mask<T> may_be_behind = off2_1st <= (off0_mm + kNearer_mm) * (off0_mm + kNearer_mm);
@@ -162,7 +162,7 @@ struct QuietRun::Begins {
     const auto hit = end.t >= 1.0;
     const T index = corner.index();
     const T segment = index - lanes::select(end.behind | hit, T{}, lanes::splat<T>(1.0));
-    const T next = index - shifted(static_cast<double>(at.segment - path.first_ + 1), segment);  // 1, or 2
+    const T next = index - shifted(static_cast<double>(at.segment + 1), segment);  // 1, or 2
     t = shifted(at.t, lanes::select(hit, T{}, end.t));
     const lanes::Mask<T> goes_to = next == 1.0;
     passes = next == 2.0;
@@ -187,16 +187,16 @@ struct QuietRun::Begins {
   lanes::Mask<T> is_behind_next(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block,
                                 const AtCorner<T>& beside, const Ends<T>& end, const T& reach_mm) const {
     const FollowLimits& limits = path.limits_;
-    const lanes::Triple<T> tip0_P = corner.load(path.tip_P_, -2);
+    const lanes::Triple<T> tip0_P = corner.load(path.points_->tip_P, -2);
     const lanes::Triple<T> way = end.tip1_P - tip0_P;
     const lanes::Triple<T> to = block.to - tip0_P;
     const T foot = inner(to, way) / length2(way);
     const T off_mm = length(to - lanes::larger<T>(clamped<T>(foot, T{}), t) * way);
     const auto still = (foot < 1.0) & (off_mm <= limits.tolerance_mm);
-    const T rest_mm = (1.0 - t) * corner.load(path.way_mm_, -1);
+    const T rest_mm = (1.0 - t) * corner.load(path.points_->way_mm, -1);
     const T ahead_mm = rest_mm + beside.before_mm;
-    const T rest_rad = (1.0 - t) * corner.load(path.turn_, -1);
-    const T ahead_rad = rest_rad + corner.load(path.turn_, 0);
+    const T rest_rad = (1.0 - t) * corner.load(path.points_->turn, -1);
+    const T ahead_rad = rest_rad + corner.load(path.points_->turn, 0);
     const T chord2 = length2(block.to_axis - block.from_axis);
     const T reach_rad = reach_of(turn_of_chord(chord2), limits.axis_tolerance_rad);
     const T nearer_mm = off_mm - 2.0 * kNearer_mm;
@@ -210,40 +210,9 @@ struct QuietRun::Begins {
   }
 };
 
-void QuietRun::begin(std::span<const Target> targets, const Place& at, std::size_t count) {
-  // A few more than one for each block.
-  constexpr std::size_t kMore = 16;
-  first_ = at.segment;
-  count_ = std::min(targets.size() - first_, count + kMore) + 1;
-  const std::size_t rows = count_ + lanes::kCount<Quads>;
-  for (auto* columns : {&tip_P_, &axis_P_}) {
-    for (Column& column : *columns) column.resize(rows);
-  }
-  for (Column* column : {&way_mm_, &turn_, &along_mm_, &passed_mm_, &special_}) column->resize(rows);
-  const double least_way_mm = 1.001 * kTipTells_mm;
-  for (std::size_t row = 0; row < count_; ++row) {
-    const Target& target = targets[std::max<std::size_t>(first_ + row, 1) - 1];
-    for (std::size_t i = 0; i < 3; ++i) {
-      tip_P_[i][row] = target.tip_P[static_cast<Eigen::Index>(i)];
-      axis_P_[i][row] = target.axis_P[static_cast<Eigen::Index>(i)];
-    }
-    way_mm_[row] = target.way_mm;
-    turn_[row] = target.turn;
-    along_mm_[row] = target.along_mm;
-    const bool plain =
-        !target.in_cone && !target.rapid && target.turn <= 0.5 * kPi && target.way_mm > least_way_mm;
-    special_[row] = plain ? 0.0 : 1.0;
-  }
-  // An end that is no nearer to the CL point than this belongs to the next one.
-  constexpr double kPassed = 0.125;
-  for (std::size_t row = 0; row + 3 < count_; ++row) {
-    passed_mm_[row] = along_mm_[row] + kPassed * way_mm_[row + 1];
-    special_[row] = std::max({special_[row], special_[row + 1], special_[row + 2], special_[row + 3]});
-  }
-}
-
-QuietRun::Found QuietRun::advance(const path::PoseRun& poses, std::size_t row, std::size_t end,
-                                  const KnownFigures& known, double most_off_mm, Place& at) {
+QuietRun::Found QuietRun::advance(const PathPoints& points, const path::PoseRun& poses, std::size_t row,
+                                  std::size_t end, const KnownFigures& known, double most_off_mm, Place& at) {
+  points_ = &points;
   Found found;
   found.count = end - row;  // at most
   lanes::at_a_time(four_, [&]<class T>() { advance_few<T>(poses, row, known, most_off_mm, at, found); });
@@ -316,7 +285,7 @@ struct QuietRun::Judged {
     found.count = count;
     if (count == 0) return;
     const int k = static_cast<int>(count - 1);
-    const std::size_t corner_at = path.first_ + corner.row[count - 1] - 1;
+    const std::size_t corner_at = corner.row[count - 1] - 1;
     const bool hit = t[k] >= 1.0;
     at.segment = hit || behind[k] != 0 ? corner_at : corner_at - 1;
     at.t = hit ? 0.0 : t[k];
@@ -339,9 +308,9 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   if (corner.from_next && !lanes::any(lanes::Mask<T>(~beside.is_end))) {
     // From CL point to CL point.
     Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
-    judged.look_at_curve(poses, row, block, corner.load(tip_P_, -1), beside.tip_P, beside.is_end);
+    judged.look_at_curve(poses, row, block, corner.load(points_->tip_P, -1), beside.tip_P, beside.is_end);
     judged.end_axis(block);
-    judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(tip_P_, 1)) > kSamePoint2) &
+    judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(points_->tip_P, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
     return judged.take(*this, lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found);
   }
@@ -351,7 +320,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   judged.look_at_curve(poses, row, block, end.tip1_P, beside.tip_P, ~(begin.passes | end.behind));
   T least{};
   if (lanes::any(begin.passes)) {
-    const PassedAt<T> point(block, end.tip1_P, corner.load(axis_P_, -1), least);
+    const PassedAt<T> point(block, end.tip1_P, corner.load(points_->axis_P, -1), least);
     judged.pass(begin.passes, point, most_off_mm);
     least = lanes::select(begin.passes, point.t, least);
   }

@@ -1,10 +1,8 @@
 #pragma once
-#include <span>
-#include <vector>
-
 #include "trunnion/path/station_run.hpp"
 
 #include "post/path_place.hpp"
+#include "post/path_points.hpp"
 
 namespace trunnion::post {
 
@@ -18,12 +16,8 @@ class QuietRun {
   QuietRun() : QuietRun(FollowLimits{}) {}
   explicit QuietRun(const FollowLimits& limits) : limits_(limits), four_(lanes::four_at_a_time()) {}
 
-  /// Goes on from `at` of a path with these CL points, over about so many blocks. Before each run, and
-  /// wherever `targets` changed.
-  void begin(std::span<const Target> targets, const Place& at, std::size_t count);
-
   /// Enough of the path for a block that begins there.
-  bool knows(const Place& at) const { return at.segment >= first_ && at.segment - first_ + 5 <= count_; }
+  static bool knows(const PathPoints& points, const Place& at) { return at.segment + 4 <= points.size(); }
 
   std::size_t at_a_time() const { return four_ ? lanes::kCount<Quads> : lanes::kCount<Lanes>; }
   struct Found {
@@ -34,11 +28,11 @@ class QuietRun {
   /// Looks at the blocks from the pose of `row` to that of the next, and so on. `at`: where the first of them
   /// begins; then where the last that is quiet ends.
   /// @param most_off_mm  the largest distance from a CL point in the report so far
-  Found advance(const path::PoseRun& poses, std::size_t row, std::size_t end, const KnownFigures& known,
-                double most_off_mm, Place& at);
+  Found advance(const PathPoints& points, const path::PoseRun& poses, std::size_t row, std::size_t end,
+                const KnownFigures& known, double most_off_mm, Place& at);
 
  private:
-  using Column = std::vector<double>;
+  using Column = PathPoints::Column;
   template <class T>
   struct Corners;
   template <class T>
@@ -55,13 +49,7 @@ class QuietRun {
 
   FollowLimits limits_;
   bool four_;
-  // The CL points from the one before `first_` on, with what Target says of them.
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
-  std::array<Column, 3> tip_P_, axis_P_;
-  Column way_mm_, turn_, along_mm_;
-  Column passed_mm_;  // along the path, beyond which a block will not end at the CL point
-  Column special_;    // not 0: one of the four CL points about it is not plain
+  const PathPoints* points_ = nullptr;  // at hand
 };
 
 }  // namespace trunnion::post

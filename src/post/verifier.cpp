@@ -25,21 +25,12 @@ Verifier::~Verifier() = default;
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   State& s = *state_;
   ++s.report.points_in;
-  Target target{motion.tip_P, motion.axis_P, where.line, motion.rapid, motion.step};
-  target.in_cone = s.in_cone(motion.axis_P);
-  if (!s.targets.empty()) {
-    const Target& before = s.targets.back();
-    target.way_mm = (motion.tip_P - before.tip_P).norm();
-    target.along_mm = before.along_mm + target.way_mm;
-    target.turn = turn_between(motion.axis_P, before.axis_P);
-  }
-  s.targets.push_back(target);
-  if (s.follower == nullptr) return;
-  ++s.follower->report.points_in;
-  s.follower->targets.push_back(target);
+  s.points->add(motion, where.line, s.in_cone(motion.axis_P));
+  if (s.follower != nullptr) ++s.follower->report.points_in;
 }
 
 void Verifier::text(std::string_view piece) {
+  state_->points->settle();
   state_->reader.feed(piece);
 }
 
@@ -47,6 +38,7 @@ void Verifier::share_with(Verifier& other) {
   state_->follower = other.state_.get();
   other.state_->follows = true;
   other.state_->leader = state_.get();
+  other.state_->points = state_->points;
   // Nothing that only one of them knows of changes where its words lead.
   const auto only_words = [](const State& s) {
     return !s.offsets && s.options.run_time_temperatures == nullptr;
@@ -56,20 +48,21 @@ void Verifier::share_with(Verifier& other) {
 
 Result<VerifyReport> Verifier::finish() {
   State& s = *state_;
+  s.points->settle();
   if (!s.follows) {
     if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
   }
   s.all_expected = true;
   s.work();
   s.settle_rapid_end();
-  if (s.started && s.at.segment + 1 < s.targets.size()) {
-    const Target& next = s.targets[s.at.segment + 1];
+  if (s.started && s.at.segment + 1 < s.targets().size()) {
+    const Target& next = s.targets()[s.at.segment + 1];
     if (combined_distance(*s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
   }
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
-  for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets.size(); ++i) {
-    const Target& target = s.targets[i];
+  for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets().size(); ++i) {
+    const Target& target = s.targets()[i];
     const Angle allowed =
         s.options.axis_tolerance + (s.in_cone(target.axis_P) ? s.options.pole.tolerance : Angle{});
     const double d =

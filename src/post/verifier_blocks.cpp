@@ -64,7 +64,7 @@ void Verifier::State::take(const BlockEnd& end) {
 }
 
 bool Verifier::State::is_within_known(const BlockEnd& end) const {
-  if (!started || away || end.rapid || end.in_cycle || end.tcp || at.segment + 1 >= targets.size())
+  if (!started || away || end.rapid || end.in_cycle || end.tcp || at.segment + 1 >= targets().size())
     return false;
   double way_mm = 0.0;
   double turn = 0.0;
@@ -76,7 +76,7 @@ bool Verifier::State::is_within_known(const BlockEnd& end) const {
   // The tip is no farther from a rotary axis than the chain is long; twice that, for what `find` takes for
   // its reach and for the errors of the machine.
   const double reach_mm = 2.0 * (way_mm + turn * (previous->station.size_mm + way_mm) + hit_tolerance());
-  return targets.back().along_mm - targets[at.segment + 1].along_mm > reach_mm;
+  return targets().back().along_mm - targets()[at.segment + 1].along_mm > reach_mm;
 }
 
 void Verifier::State::work() {
@@ -102,11 +102,14 @@ void Verifier::State::work() {
   forget_passed();
 }
 
+// Whose points they are, for whoever follows it, too.
 void Verifier::State::forget_passed() {
-  if (at.segment > std::max(kLookAhead, targets.size() / 2)) {
-    targets.erase(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(at.segment));
-    at.segment = 0;
-  }
+  if (leader != nullptr) return;
+  const std::size_t passed = follower != nullptr ? std::min(at.segment, follower->at.segment) : at.segment;
+  if (passed <= std::max(4 * kLookAhead, targets().size() / 2)) return;
+  points->forget(passed);
+  at.segment -= passed;
+  if (follower != nullptr) follower->at.segment -= passed;
 }
 
 void Verifier::State::step(const BlockEnd& end) {
@@ -181,8 +184,8 @@ void Verifier::State::check_speed(const Vertex& v, double seconds) {
   if (ratio <= 1.0 + kSpeedRounding) return;
   ++report.too_fast_count;
   if (report.too_fast.size() >= options.worst_count) return;
-  const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
-  report.too_fast.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+  const std::size_t next = std::min(at.segment + 1, targets().size() - 1);
+  report.too_fast.push_back({v.nc_line, targets().empty() ? 0 : targets()[next].line,
                              machine.axes[planner.slowest_axis(previous->q, v.q)].name, ratio});
 }
 
@@ -203,8 +206,8 @@ void Verifier::State::check_limits(const Vertex& v) {
     if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
     ++report.beyond_limits_count;
     if (report.beyond_limits.size() >= options.worst_count) continue;
-    const std::size_t next = std::min(at.segment + 1, targets.size() - 1);
-    report.beyond_limits.push_back({v.nc_line, targets.empty() ? 0 : targets[next].line,
+    const std::size_t next = std::min(at.segment + 1, targets().size() - 1);
+    report.beyond_limits.push_back({v.nc_line, targets().empty() ? 0 : targets()[next].line,
                                     machine.axes[violation.axis].name, machine.axes[violation.axis].kind,
                                     violation.value, violation.by});
   }

@@ -31,8 +31,8 @@ double Verifier::State::hit_tolerance() const {
 }
 
 void Verifier::State::start(const Vertex& v) {
-  if (targets.empty()) return;
-  const Target& first = targets[0];
+  if (targets().empty()) return;
+  const Target& first = targets()[0];
   // The program may first go to a safe height: the path begins where the first CL point is met.
   const bool met = distance_to(v, first.tip_P, first.axis_P) <= hit_tolerance() || !v.rapid;
   if (met) {
@@ -53,13 +53,13 @@ void Verifier::State::rapid(const Vertex& v) {
   if (comes_nearer(v)) return;
   settle_rapid_end();
   const std::size_t next = at.segment + 1;
-  const Target* target = next < targets.size() ? &targets[next] : nullptr;
+  const Target* target = next < targets().size() ? &targets()[next] : nullptr;
   const bool met =
       target != nullptr && target->rapid && distance_to(v, target->tip_P, target->axis_P) <= hit_tolerance();
   if (met) {
     rapid_end =
         RapidEnd{*target, (v.tip_P - target->tip_P).norm(), distance_to(v, target->tip_P, target->axis_P)};
-    const auto d = meter.sampled(*previous, v, targets[next - 1], *target, program);
+    const auto d = meter.sampled(*previous, v, targets()[next - 1], *target, program);
     report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, d.tip_mm.upper);
     at = {next, 0.0, 0.0};
   }
@@ -67,7 +67,7 @@ void Verifier::State::rapid(const Vertex& v) {
 }
 
 bool Verifier::State::comes_nearer(const Vertex& v) {
-  if (!rapid_end || at.t != 0.0 || targets[at.segment].tip_P != rapid_end->target.tip_P) return false;
+  if (!rapid_end || at.t != 0.0 || targets()[at.segment].tip_P != rapid_end->target.tip_P) return false;
   const Target& end = rapid_end->target;
   const double distance = distance_to(v, end.tip_P, end.axis_P);
   if (distance >= rapid_end->distance) return false;
@@ -83,20 +83,20 @@ void Verifier::State::settle_rapid_end() {
 }
 
 void Verifier::State::pass_repeated_points() {
-  for (std::size_t next = at.segment + 1; next < targets.size(); ++next) {
-    if ((previous->tip_P - targets[next].tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
-    const double d = distance_to(*previous, targets[next].tip_P, targets[next].axis_P);
+  for (std::size_t next = at.segment + 1; next < targets().size(); ++next) {
+    if ((previous->tip_P - targets()[next].tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
+    const double d = distance_to(*previous, targets()[next].tip_P, targets()[next].axis_P);
     if (d > kSamePoint_mm) return;
     mark_programmed();
-    point_hit((previous->tip_P - targets[next].tip_P).norm());
+    point_hit((previous->tip_P - targets()[next].tip_P).norm());
     at = {next, 0.0, 0.0};
   }
 }
 
 void Verifier::State::pass_end_of_cut() {
   const std::size_t next = at.segment + 1;
-  if (next >= targets.size() || targets[next].rapid) return;
-  const Target& end = targets[next];
+  if (next >= targets().size() || targets()[next].rapid) return;
+  const Target& end = targets()[next];
   if (distance_to(*previous, end.tip_P, end.axis_P) > hit_tolerance()) return;
   mark_programmed();
   point_hit((previous->tip_P - end.tip_P).norm());
@@ -106,8 +106,8 @@ void Verifier::State::pass_end_of_cut() {
 void Verifier::State::feed(Vertex& v) {
   if (v.in_cycle && steps(v)) return;
   pass_repeated_points();
-  if (at.segment + 1 >= targets.size()) {  // beyond the end of the CL path: compared with its last point
-    const Target& last = targets.back();
+  if (at.segment + 1 >= targets().size()) {  // beyond the end of the CL path: compared with its last point
+    const Target& last = targets().back();
     take_deviation({{(v.tip_P - last.tip_P).norm(), (v.tip_P - last.tip_P).norm()},
                     {0.0, angle_between(v.axis_P, last.axis_P).rad()}});
     record_feed(v, last.line, false);
@@ -118,7 +118,7 @@ void Verifier::State::feed(Vertex& v) {
   const Place place = find(*previous, v);
   const bool quiet = changes_no_figure(v, place);
   const bool passed_point = !quiet && judge(v, place);
-  const std::uint32_t line = targets[place.segment + 1].line;
+  const std::uint32_t line = targets()[place.segment + 1].line;
   const bool programmed = move_on(v, place);
   v.placed = true;
   if (quiet) return;
@@ -132,7 +132,7 @@ bool Verifier::State::move_on(const ToolPose& v, const Place& place) {
     at = {place.segment + 1, 0.0, 0.0, place.off_tip_mm, place.off_axis};
     return true;
   }
-  const Target& end = targets[place.segment + 1];
+  const Target& end = targets()[place.segment + 1];
   const double to_end2 = (v.tip_P - end.tip_P).squaredNorm();
   const bool programmed =
       to_end2 < kSamePoint_mm * kSamePoint_mm && distance_to(v, end.tip_P, end.axis_P) < kSamePoint_mm;
@@ -188,13 +188,13 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
   if (!(tip_mm < known.tip_mm && axis < known.axis_limit)) return Quiet::no;
   // Figures of the pole's cone are others; between opposite axes there is no arc.
   for (std::size_t j = at.segment; j <= place.segment; ++j) {
-    if (near_pole(targets[j], targets[j + 1]) || targets[j + 1].turn > 0.5 * kPi) return Quiet::no;
+    if (near_pole(targets()[j], targets()[j + 1]) || targets()[j + 1].turn > 0.5 * kPi) return Quiet::no;
   }
   bool surely = true;
   if (place.segment > at.segment) {
     Foot foot(from, v);
     for (std::size_t j = at.segment; j < place.segment; ++j) {
-      const Target& corner = targets[j + 1];
+      const Target& corner = targets()[j + 1];
       foot.go_to(corner);
       const double off_mm = (foot.tip_P() - corner.tip_P).norm();
       surely = surely && off_mm + bow.tip_mm <= report.max_point_deviation_mm;
@@ -211,7 +211,7 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
                                                  const path::Certifier::Bows& bow, const KnownFigures& known,
                                                  Place& place, double& axis) const {
   // A CL point at which the tool stands.
-  if ((from.tip_P - targets[at.segment + 1].tip_P).squaredNorm() <= kSamePoint_mm * kSamePoint_mm)
+  if ((from.tip_P - targets()[at.segment + 1].tip_P).squaredNorm() <= kSamePoint_mm * kSamePoint_mm)
     return Quiet::no;
   // What may be a way out along the tool axis.
   const Vec3 way = v.tip_P - from.tip_P;
@@ -231,16 +231,16 @@ bool Verifier::State::keeps_tip(const Vertex& v, const Place& place, double limi
   const Vertex* from = previous;
   Foot foot(*previous, v);
   for (std::size_t j = at.segment; j < place.segment; ++j) {
-    foot.go_to(targets[j + 1]);
+    foot.go_to(targets()[j + 1]);
     Vertex& cut = cuts[j - at.segment];
     cut.q = JointVector::interpolate(previous->q, v.q, foot.t);
     meter.place(cut, v.q, program);
-    if ((cut.tip_P - targets[j + 1].tip_P).norm() > report.max_point_deviation_mm ||
-        !meter.keeps_tip(*from, cut, targets[j], targets[j + 1], limit_mm))
+    if ((cut.tip_P - targets()[j + 1].tip_P).norm() > report.max_point_deviation_mm ||
+        !meter.keeps_tip(*from, cut, targets()[j], targets()[j + 1], limit_mm))
       return false;
     from = &cut;
   }
-  return meter.keeps_tip(*from, v, targets[place.segment], targets[place.segment + 1], limit_mm);
+  return meter.keeps_tip(*from, v, targets()[place.segment], targets()[place.segment + 1], limit_mm);
 }
 
 bool Verifier::State::judge(const Vertex& v, const Place& place) {
@@ -251,17 +251,17 @@ bool Verifier::State::judge(const Vertex& v, const Place& place) {
       v.off_chord_mm > 0.0F ? DeviationMeter::Deviation{} : uninteresting();
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
-    const Vertex to = meter.nearest_between(*from, v, targets[j + 1], program);
-    point_hit((to.tip_P - targets[j + 1].tip_P).norm());
-    take_deviation(meter.of(*from, to, targets[j], targets[j + 1], program, known),
-                   near_pole(targets[j], targets[j + 1]));
-    passed_point |= options.collect && mark_nearer(v, targets[j + 1]);
+    const Vertex to = meter.nearest_between(*from, v, targets()[j + 1], program);
+    point_hit((to.tip_P - targets()[j + 1].tip_P).norm());
+    take_deviation(meter.of(*from, to, targets()[j], targets()[j + 1], program, known),
+                   near_pole(targets()[j], targets()[j + 1]));
+    passed_point |= options.collect && mark_nearer(v, targets()[j + 1]);
     passed = to;
     from = &*passed;
   }
-  const Target& end = targets[place.segment + 1];
-  take_deviation(meter.of(*from, v, targets[place.segment], end, program, known),
-                 near_pole(targets[place.segment], end));
+  const Target& end = targets()[place.segment + 1];
+  take_deviation(meter.of(*from, v, targets()[place.segment], end, program, known),
+                 near_pole(targets()[place.segment], end));
   return passed_point;
 }
 
@@ -285,8 +285,8 @@ void Verifier::State::mark_programmed() {
 }
 
 Target Verifier::State::place_of_path() const {
-  const Target& a = targets[at.segment];
-  const Target& b = targets[std::min(at.segment + 1, targets.size() - 1)];
+  const Target& a = targets()[at.segment];
+  const Target& b = targets()[std::min(at.segment + 1, targets().size() - 1)];
   return {a.tip_P + at.t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, at.t), b.line, false};
 }
 

@@ -38,8 +38,8 @@ Place Verifier::State::find(const ToolPose& from, const ToolPose& v) const {
 
 std::optional<Place> Verifier::State::find_near(const ToolPose& from, const ToolPose& v) const {
   // Nearly every block of a dense path ends at the next CL point.
-  const Target& a = targets[at.segment];
-  const Target& next = targets[at.segment + 1];
+  const Target& a = targets()[at.segment];
+  const Target& next = targets()[at.segment + 1];
   const double off2_mm2 = (v.tip_P - next.tip_P).squaredNorm();
   const double chord2 = (v.axis_P - next.axis_P).squaredNorm();
   if (off2_mm2 < kSamePoint_mm * kSamePoint_mm) {
@@ -61,13 +61,13 @@ std::optional<Place> Verifier::State::find_near(const ToolPose& from, const Tool
 }
 
 Place Verifier::State::placed_at(const ToolPose& v, std::size_t segment, double t) const {
-  const Target& a = targets[segment];
-  const Target& b = targets[segment + 1];
+  const Target& a = targets()[segment];
+  const Target& b = targets()[segment + 1];
   return placed_at(v, segment, t, (v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm());
 }
 
 Place Verifier::State::placed_at(const ToolPose& v, std::size_t segment, double t, double off_tip_mm) const {
-  const Vec3 axis_P = point_of_arc(targets[segment].axis_P, targets[segment + 1].axis_P, t);
+  const Vec3 axis_P = point_of_arc(targets()[segment].axis_P, targets()[segment + 1].axis_P, t);
   const double chord2 = (v.axis_P - axis_P).squaredNorm();
   double turned = turn_between(v.axis_P, axis_P, chord2);
   if (in_cone(axis_P)) turned = std::max(0.0, turned - options.pole.tolerance.rad());
@@ -81,29 +81,29 @@ Place Verifier::State::placed_at(const ToolPose& v, std::size_t segment, double 
 std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const ToolPose& v,
                                                      double off_axis) const {
   const std::size_t s = at.segment;
-  if (!previous->placed || s + 3 >= targets.size()) return std::nullopt;
+  if (!previous->placed || s + 3 >= targets().size()) return std::nullopt;
   const auto off2 = [&](const Target& target) { return (v.tip_P - target.tip_P).squaredNorm(); };
   const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
-  const double rest_mm = (1.0 - at.t) * targets[s + 1].way_mm;
+  const double rest_mm = (1.0 - at.t) * targets()[s + 1].way_mm;
   // Where the block began a little before a CL point, the corner is the one behind that.
   const bool passes =
-      rest_mm + targets[s + 2].way_mm <= reach_mm && off2(targets[s + 2]) < off2(targets[s + 1]);
+      rest_mm + targets()[s + 2].way_mm <= reach_mm && off2(targets()[s + 2]) < off2(targets()[s + 1]);
   const std::size_t k = passes ? s + 1 : s;
-  const Target& a = targets[k];
-  const Target& corner = targets[k + 1];
-  const Target& b = targets[k + 2];
+  const Target& a = targets()[k];
+  const Target& corner = targets()[k + 1];
+  const Target& b = targets()[k + 2];
   const Vec3 before = corner.tip_P - a.tip_P;
   const Vec3 behind = b.tip_P - corner.tip_P;
   const double before_mm = corner.way_mm;
   const double behind_mm = b.way_mm;
   if (!(std::min(before_mm, behind_mm) > kTipTells_mm) || b.rapid || (passes && corner.rapid) ||
-      near_pole(targets[s], a) || near_pole(corner, b))
+      near_pole(targets()[s], a) || near_pole(corner, b))
     return std::nullopt;
   const double ahead_mm = passes ? rest_mm + before_mm : rest_mm;
   if (!(ahead_mm <= reach_mm && ahead_mm + behind_mm > reach_mm)) return std::nullopt;
   // The block turned by what it has passed of the segment, less these two.
   const bool turns_enough = !passes && off_axis + at.off_axis < 3.0 * options.axis_tolerance.rad();
-  const double ahead_rad = (1.0 - at.t) * targets[s + 1].turn + (passes ? corner.turn : 0.0);
+  const double ahead_rad = (1.0 - at.t) * targets()[s + 1].turn + (passes ? corner.turn : 0.0);
   if (!turns_enough &&
       ahead_rad > reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad()))
     return std::nullopt;
@@ -118,8 +118,8 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   Place found = there && there->distance < off0_mm - kNearer_mm ? *there : placed_at(v, k, t0, off0_mm);
   if (there && there->distance < found.distance - kNearer_mm) found = *there;
   if (!passes) return found;
-  const double t = std::max(parameter_of(v, targets[s], a), at.t);
-  const double off_mm = (v.tip_P - targets[s].tip_P - t * (a.tip_P - targets[s].tip_P)).norm();
+  const double t = std::max(parameter_of(v, targets()[s], a), at.t);
+  const double off_mm = (v.tip_P - targets()[s].tip_P - t * (a.tip_P - targets()[s].tip_P)).norm();
   return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
 }
 
@@ -130,9 +130,9 @@ Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const
   best.segment = at.segment;
   double ahead_mm = 0.0;
   double ahead_rad = 0.0;
-  for (std::size_t j = at.segment; j + 1 < targets.size() && j < at.segment + kLookAhead; ++j) {
-    const Target& a = targets[j];
-    const Target& b = targets[j + 1];
+  for (std::size_t j = at.segment; j + 1 < targets().size() && j < at.segment + kLookAhead; ++j) {
+    const Target& a = targets()[j];
+    const Target& b = targets()[j + 1];
     if (j > at.segment && b.rapid) break;
     double t = parameter_of(v, a, b);
     if (j == at.segment) t = std::max(t, at.t);
@@ -150,9 +150,9 @@ Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const
   }
   // The tool axis may have drawn the place over a CL point that the tip has not passed yet.
   if (best.segment > at.segment) {
-    const Target& a = targets[best.segment - 1];
-    const Target& b = targets[best.segment];
-    const double here = distance_to_segment(v.tip_P, b.tip_P, targets[best.segment + 1].tip_P);
+    const Target& a = targets()[best.segment - 1];
+    const Target& b = targets()[best.segment];
+    const double here = distance_to_segment(v.tip_P, b.tip_P, targets()[best.segment + 1].tip_P);
     const double t = parameter_of(v, a, b);
     const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
     // Where the path comes back along itself what lies behind is as near.

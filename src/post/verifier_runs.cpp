@@ -90,11 +90,10 @@ void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::s
 
 std::size_t Verifier::State::pass_quiet(std::size_t row, std::size_t end, const KnownFigures& known) {
   std::size_t passed = 0;
-  if (at.segment + 3 >= targets.size()) return passed;
-  if (!quiet_run.knows(at)) quiet_run.begin(targets, at, end - row);
-  while (row + passed < end && quiet_run.knows(at)) {
-    const QuietRun::Found found =
-        quiet_run.advance(*placed_run, row + passed, end, known, report.max_point_deviation_mm, at);
+  if (at.segment + 3 >= targets().size()) return passed;
+  while (row + passed < end && QuietRun::knows(targets(), at)) {
+    const QuietRun::Found found = quiet_run.advance(targets(), *placed_run, row + passed, end, known,
+                                                    report.max_point_deviation_mm, at);
     note_axis(found.axis, known);
     point_hit(found.point_off_mm);
     passed += found.count;
@@ -108,10 +107,9 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
   KnownFigures known = known_figures();
   std::size_t loaded = 0;  // the row that `previous` is
   std::size_t i = 0;
-  quiet_run.begin(targets, at, run.count);
-  for (; i < run.count && at.segment + 3 < targets.size(); ++i) {
+  for (; i < run.count && at.segment + 3 < targets().size(); ++i) {
     i += pass_quiet(i, run.count, known);
-    if (i == run.count || at.segment + 3 >= targets.size()) break;
+    if (i == run.count || at.segment + 3 >= targets().size()) break;
     const ToolPose from = placed_run->pose(i);
     const ToolPose to = placed_run->pose(i + 1);
     Place place;

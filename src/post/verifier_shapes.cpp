@@ -70,21 +70,21 @@ void Verifier::State::take(const nc::Hole& hole) {
 
 bool Verifier::State::steps(const Vertex& v) {
   std::size_t end = at.segment + 1;
-  if (end >= targets.size() || !targets[end].step) {
+  if (end >= targets().size() || !targets()[end].step) {
     drilled_mm = 0.0;
     return false;
   }
-  while (end < targets.size() && targets[end].step) ++end;
-  if (end == targets.size()) return false;
-  const Target& top = targets[at.segment];
-  const Target& bottom = targets[end];
+  while (end < targets().size() && targets()[end].step) ++end;
+  if (end == targets().size()) return false;
+  const Target& top = targets()[at.segment];
+  const Target& bottom = targets()[end];
   const Vec3 down = (bottom.tip_P - top.tip_P).normalized();
   const double length_mm = (bottom.tip_P - top.tip_P).norm();
   double deepest_step_mm = 0.0;
   double before_mm = 0.0;
   for (std::size_t j = at.segment + 1; j <= end; ++j) {
-    if (targets[j].rapid) continue;
-    const double depth_mm = down.dot(targets[j].tip_P - top.tip_P);
+    if (targets()[j].rapid) continue;
+    const double depth_mm = down.dot(targets()[j].tip_P - top.tip_P);
     deepest_step_mm = std::max(deepest_step_mm, depth_mm - before_mm);
     before_mm = depth_mm;
   }

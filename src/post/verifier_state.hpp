@@ -223,8 +223,9 @@ struct Verifier::State {
     return q;
   }
 
+  const PathPoints& targets() const { return *points; }
   // A block can be judged when the CL motions are known up to well beyond it.
-  bool may_step() const { return all_expected || targets.size() > at.segment + kLookAhead; }
+  bool may_step() const { return all_expected || targets().size() > at.segment + kLookAhead; }
   // The same for a block to `q` that begins where the last one ends, and that cannot reach beyond the motions
   // that are known.
   bool is_within_known(const BlockEnd& end) const;
@@ -435,7 +436,8 @@ struct Verifier::State {
   JointVector plane_q;        // where the control has the rotary axes in the plane
   bool from_unknown = false;  // a motion of which not all positions were known was left out
 
-  std::vector<Target> targets;
+  PathPoints own_points;
+  PathPoints* points = &own_points;  // those of the leader, where there is one
   Place at;
   struct RapidEnd {
     Target target;
