@@ -97,8 +97,8 @@ class FeedPlanner {
   void limit_rotary(double rad_s);
   /// A rate that no linear axis exceeds in any direction, mm/s.
   double linear_rate_mm_s() const;
-  /// What `seconds_of` and `slowest_axis_s` give for blocks one after the other, two at a time: block i goes
-  /// from q[axis][i] to q[axis][i + 1]. Of an odd number one more is read and written.
+  /// What `seconds_of` and `slowest_axis_s` give for blocks one after the other, a few at a time: block i
+  /// goes from q[axis][i] to q[axis][i + 1]. Up to three more than there are are read and written.
   void times_of(const std::array<const double*, kMaxAxes>& q, nc::FeedMode mode,
                 std::span<const std::int64_t> feed, std::span<double> seconds,
                 std::span<double> slowest_s) const;
@@ -115,6 +115,10 @@ class FeedPlanner {
   BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds) const;
 
   void set_slowness();
+  template <class T>
+  void times_of_few(const std::array<const double*, kMaxAxes>& q, nc::FeedMode mode,
+                    std::span<const std::int64_t> feed, std::span<double> seconds,
+                    std::span<double> slowest_s) const;
   template <class T>
   struct Place;
   template <class T>

@@ -40,41 +40,61 @@ void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
   path::StationRun& stations = out.stations;
   stations.resize(run.count + 1);
   for (AxisId id = 0; id < kMaxAxes; ++id) stations.of_axis(id)[0] = previous->q[id];
+  lanes::at_a_time(four, [&]<class T>() { put_words<T>(run, out); });
   out.within_limits = true;
-  for (AxisId id = 0; id < axis_count; ++id) {
-    const WordOfAxis& word = word_of[id];
-    const auto& quanta = run.quanta[word.letter];
-    double* const q = stations.of_axis(id).data() + 1;
-    Lanes smallest = lanes::splat<Lanes>(previous->q[id]);
-    Lanes largest = smallest;
-    for (std::size_t i = 0; i < run.count; i += 2) {
-      const std::size_t last = std::min(i + 1, run.count - 1);
-      const Lanes words{static_cast<double>(quanta[i]), static_cast<double>(quanta[last])};
-      const Lanes place = words / word.scale * word.factor - word_offsets[id];
-      lanes::store(q + i, place);
-      largest = lanes::larger(largest, place);
-      smallest = -lanes::larger<Lanes>(-smallest, -place);
-    }
-    out.smallest_q[id] = std::min(smallest[0], smallest[1]);
-    out.largest_q[id] = std::max(largest[0], largest[1]);
+  for (AxisId id = 0; id < axis_count; ++id)
     out.within_limits = out.within_limits && out.smallest_q[id] >= least[id] && out.largest_q[id] <= most[id];
-  }
   stations.evaluate();
   std::array<const double*, kMaxAxes> q{};
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
-  out.seconds.resize(run.count + 1);
-  out.slowest_s.resize(run.count + 1);
+  out.seconds.resize(run.count + lanes::kCount<Quads>);
+  out.slowest_s.resize(run.count + lanes::kCount<Quads>);
   planner.times_of(q, run.feed_mode, std::span(run.feed).first(run.count), out.seconds, out.slowest_s);
-  Lanes ratio{};
-  for (std::size_t i = 0; i < run.count; i += 2) {
-    const Lanes seconds = lanes::load(&out.seconds[i]);
-    // What takes no time has no speed.
-    const Lanes of_block =
-        lanes::load(&out.slowest_s[i]) / lanes::select(seconds > 0.0, seconds, Lanes{1.0, 1.0});
-    ratio = lanes::larger(ratio, lanes::select(seconds > 0.0, of_block, Lanes{}));
-  }
-  out.speed_ratio = std::max(ratio[0], ratio[1]);
+  lanes::at_a_time(four, [&]<class T>() { find_speed<T>(run.count, out); });
   out.within_limits = out.within_limits && out.speed_ratio <= 1.0 + kSpeedRounding;
+}
+
+template <class T>
+void Verifier::State::put_words(const nc::MotionRun& run, RunEnds& out) const {
+  constexpr std::size_t kTogether = lanes::kCount<T>;
+  for (AxisId id = 0; id < axis_count; ++id) {
+    const WordOfAxis& word = word_of[id];
+    const std::int32_t* const quanta = run.quanta[word.letter].data();
+    double* const q = out.stations.of_axis(id).data() + 1;
+    T smallest = lanes::splat<T>(previous->q[id]);
+    T largest = smallest;
+    const auto put = [&](std::size_t i, const T& words) {
+      const T place = words / word.scale * word.factor - word_offsets[id];
+      lanes::store(q + i, place);
+      largest = lanes::larger(largest, place);
+      smallest = lanes::select(smallest < place, smallest, place);
+    };
+    std::size_t i = 0;
+    for (; i + kTogether <= run.count; i += kTogether) put(i, lanes::load_whole<T>(quanta + i));
+    if (i < run.count)
+      put(i, lanes::collect<T>(
+                 [&](std::size_t k) { return static_cast<double>(quanta[std::min(i + k, run.count - 1)]); }));
+    out.smallest_q[id] = out.largest_q[id] = smallest[0];
+    for (int k = 0; k < static_cast<int>(kTogether); ++k) {
+      out.smallest_q[id] = std::min(out.smallest_q[id], smallest[k]);
+      out.largest_q[id] = std::max(out.largest_q[id], largest[k]);
+    }
+  }
+}
+
+template <class T>
+void Verifier::State::find_speed(std::size_t count, RunEnds& out) {
+  T largest{};
+  for (std::size_t i = 0; i < count; i += lanes::kCount<T>) {
+    const T seconds = lanes::load<T>(&out.seconds[i]);
+    // What takes no time has no speed.
+    const T ratio =
+        lanes::load<T>(&out.slowest_s[i]) / lanes::select(seconds > 0.0, seconds, lanes::splat<T>(1.0));
+    largest = lanes::larger<T>(largest, lanes::select(seconds > 0.0, ratio, T{}));
+  }
+  out.speed_ratio = 0.0;
+  for (int k = 0; k < static_cast<int>(lanes::kCount<T>); ++k)
+    out.speed_ratio = std::max(out.speed_ratio, largest[k]);
 }
 
 void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const {

@@ -250,6 +250,10 @@ struct Verifier::State {
   };
   bool may_take(const nc::MotionRun& run) const;
   void evaluate(const nc::MotionRun& run, RunEnds& out) const;
+  template <class T>
+  void put_words(const nc::MotionRun& run, RunEnds& out) const;
+  template <class T>
+  static void find_speed(std::size_t count, RunEnds& out);
   const RunEnds& ends_of(const nc::MotionRun& run);
   /// Goes on over the blocks from `row` on, one before `end` at most, that are quiet a few at a time: how
   /// many.
@@ -472,6 +476,7 @@ struct Verifier::State {
   VerifyReport report;
   State* follower = nullptr;  // takes the blocks that `reader` reads, too
   RunEnds run_ends{meter.kinematics()};
+  bool four = lanes::four_at_a_time();
   bool has_ends = false;                      // `run_ends` are those of the run at hand
   const path::PoseRun* placed_run = nullptr;  // of the run at hand, on the machine that is verified
   path::PoseRun with_errors;

@@ -63,10 +63,12 @@ struct MaskOfLanes;
 template <>
 struct MaskOfLanes<Lanes> {
   using Type = LaneMask;
+  using Whole = std::int32_t __attribute__((vector_size(8)));
 };
 template <>
 struct MaskOfLanes<Quads> {
   using Type = QuadMask;
+  using Whole = std::int32_t __attribute__((vector_size(16)));
 };
 /// What a comparison of T gives.
 template <class T>
@@ -135,6 +137,13 @@ T load(const double* from) {
   T out;
   std::memcpy(&out, from, sizeof(out));
   return out;
+}
+/// Of whole numbers.
+template <class T>
+T load_whole(const std::int32_t* from) {
+  typename MaskOfLanes<T>::Whole out;
+  std::memcpy(&out, from, sizeof(out));
+  return __builtin_convertvector(out, T);
 }
 template <class T>
 void store(double* to, const T& value) {
