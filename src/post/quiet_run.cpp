@@ -214,8 +214,16 @@ QuietRun::Found QuietRun::advance(const PathPoints& points, const path::PoseRun&
                                   std::size_t end, const KnownFigures& known, double most_off_mm, Place& at) {
   points_ = &points;
   Found found;
-  found.count = end - row;  // at most
-  lanes::at_a_time(four_, [&]<class T>() { advance_few<T>(poses, row, known, most_off_mm, at, found); });
+  found.point_off_mm = most_off_mm;
+  lanes::at_a_time(four_, [&]<class T>() {
+    std::size_t taken = lanes::kCount<T>;
+    while (taken == lanes::kCount<T> && row < end && knows(points, at)) {
+      taken = std::min(taken, end - row);  // at most
+      advance_few<T>(poses, row, known, at, found, taken);
+      row += taken;
+      found.count += taken;
+    }
+  });
   return found;
 }
 
@@ -273,20 +281,23 @@ struct QuietRun::Judged {
     axis = axis * arc_beyond_chord(T(length2(block.to_axis - block.from_axis))) + bow_axis_;
     quiet &= axis <= axis_limit_;
   }
-  // Goes on over those that are quiet. `t`, `distance2`, `behind`: of the ends.
-  void take(const QuietRun& path, const T& t, const lanes::Mask<T>& behind, Place& at, Found& found) const {
+  // Goes on over those that are quiet, `taken` at most, then so many. `t`, `behind`: of the ends.
+  void take(const T& t, const lanes::Mask<T>& behind, Place& at, Found& found, std::size_t& taken) const {
+    const std::size_t most = taken;
+    const lanes::Mask<T> hits = t >= 1.0;
+    const T off_point_mm = lanes::select(hits, off_mm, T{});
+    const bool all = most == lanes::kCount<T> && !lanes::any(lanes::Mask<T>(~quiet));
     std::size_t count = 0;
-    const std::size_t most = std::min(lanes::kCount<T>, found.count);
-    for (; count < most && quiet[static_cast<int>(count)] != 0; ++count) {
+    for (; count < most && (all || quiet[static_cast<int>(count)] != 0); ++count) {
       const int k = static_cast<int>(count);
       found.axis = std::max(found.axis, axis[k]);
-      if (t[k] >= 1.0) found.point_off_mm = std::max(found.point_off_mm, off_mm[k]);
+      found.point_off_mm = std::max(found.point_off_mm, off_point_mm[k]);
     }
-    found.count = count;
+    taken = count;
     if (count == 0) return;
     const int k = static_cast<int>(count - 1);
     const std::size_t corner_at = corner.row[count - 1] - 1;
-    const bool hit = t[k] >= 1.0;
+    const bool hit = hits[k] != 0;
     at.segment = hit || behind[k] != 0 ? corner_at : corner_at - 1;
     at.t = hit ? 0.0 : t[k];
     at.off_tip_mm = off_mm[k];
@@ -300,8 +311,9 @@ struct QuietRun::Judged {
 };
 
 template <class T>
-void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
-                           double most_off_mm, Place& at, Found& found) const {
+void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Place& at,
+                           Found& found, std::size_t& taken) const {
+  const double most_off_mm = found.point_off_mm;
   const Chords<T> block(poses, row);
   const Corners<T> corner(*this, block.way_mm, at);
   const AtCorner<T> beside(*this, corner, block);
@@ -312,7 +324,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     judged.end_axis(block);
     judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(points_->tip_P, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
-    return judged.take(*this, lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found);
+    return judged.take(lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found, taken);
   }
   const Ends<T> end(*this, corner, block, beside);
   const Begins<T> begin(*this, corner, block, beside, end, at);
@@ -328,7 +340,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     judged.pass(end.behind, PassedAt<T>(block, beside.tip_P, beside.axis_P, least), most_off_mm);
   judged.end_axis(block);
   judged.quiet &= begin.found;
-  judged.take(*this, end.t, end.behind, at, found);
+  judged.take(end.t, end.behind, at, found, taken);
 }
 
 }  // namespace trunnion::post

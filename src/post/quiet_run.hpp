@@ -19,7 +19,6 @@ class QuietRun {
   /// Enough of the path for a block that begins there.
   static bool knows(const PathPoints& points, const Place& at) { return at.segment + 4 <= points.size(); }
 
-  std::size_t at_a_time() const { return four_ ? lanes::kCount<Quads> : lanes::kCount<Lanes>; }
   struct Found {
     std::size_t count = 0;      // blocks that are quiet, from the first one on
     double axis = 0.0;          // by which the tool axis leaves its course at most (a sine)
@@ -44,8 +43,8 @@ class QuietRun {
   template <class T>
   struct Judged;
   template <class T>
-  void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, double most_off_mm,
-                   Place& at, Found& found) const;
+  void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Place& at,
+                   Found& found, std::size_t& taken) const;
 
   FollowLimits limits_;
   bool four_;

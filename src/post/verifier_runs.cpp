@@ -109,17 +109,11 @@ void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::s
 }
 
 std::size_t Verifier::State::pass_quiet(std::size_t row, std::size_t end, const KnownFigures& known) {
-  std::size_t passed = 0;
-  if (at.segment + 3 >= targets().size()) return passed;
-  while (row + passed < end && QuietRun::knows(targets(), at)) {
-    const QuietRun::Found found = quiet_run.advance(targets(), *placed_run, row + passed, end, known,
-                                                    report.max_point_deviation_mm, at);
-    note_axis(found.axis, known);
-    point_hit(found.point_off_mm);
-    passed += found.count;
-    if (found.count < quiet_run.at_a_time()) break;
-  }
-  return passed;
+  const QuietRun::Found found =
+      quiet_run.advance(targets(), *placed_run, row, end, known, report.max_point_deviation_mm, at);
+  note_axis(found.axis, known);
+  point_hit(found.point_off_mm);
+  return found.count;
 }
 
 std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends) {
