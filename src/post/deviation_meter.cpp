@@ -349,6 +349,14 @@ bool DeviationMeter::keeps_tip(const Vertex& from, const Vertex& to, const Targe
   return errors && tip_is_within(actual(from), actual(to), reference, errors->tip_mm, limit_mm);
 }
 
+bool DeviationMeter::keeps_axis(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                                double limit_rad) const {
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  if (certify_) return axis_is_within(from.station, to.station, reference, 0.0, limit_rad);
+  const auto errors = bend_at_most(from.q, to.q);
+  return errors && axis_is_within(actual(from), actual(to), reference, errors->axis_rad, limit_rad);
+}
+
 std::optional<path::ErrorCourse::Bend> DeviationMeter::bend_at_most(const JointVector& from,
                                                                     const JointVector& to) const {
   return course_ && offsets_ == nullptr ? course_->at_most(from, to) : std::nullopt;

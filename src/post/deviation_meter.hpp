@@ -138,6 +138,10 @@ class DeviationMeter {
   bool keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                  double limit_mm) const;
 
+  /// The same of the tool axis.
+  bool keeps_axis(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                  double limit_rad) const;
+
   /// Proofs were asked for.
   bool proves() const { return asked_; }
   /// A bound on what the errors leave of a straight course over a motion, from what they are at most

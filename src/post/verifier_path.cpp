@@ -166,8 +166,15 @@ bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
   if (!bow) return false;
   double axis = 0.0;
   const Quiet quiet = is_quiet(*previous, v, place, *bow, known, axis);
-  if (quiet == Quiet::no || (quiet == Quiet::where_tip_keeps && !keeps_tip(v, place, known.tip_mm)))
-    return false;
+  return proves_quiet(quiet, v, place, known, axis);
+}
+
+bool Verifier::State::proves_quiet(Quiet quiet, const Vertex& v, const Place& place,
+                                   const KnownFigures& known, double axis) {
+  if (!quiet.may_be || (!quiet.tip_keeps && !keeps_tip(v, place, known.tip_mm))) return false;
+  if (!quiet.axis_keeps)  // then it is below what was judged already
+    return meter.keeps_axis(*previous, v, targets()[place.segment], targets()[place.segment + 1],
+                            uninteresting().axis_rad.upper);
   note_axis(axis, known);
   return true;
 }
@@ -185,10 +192,10 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
                                                  double& axis) const {
   double tip_mm = std::max(at.off_tip_mm, place.off_tip_mm);
   axis = std::max(at.off_axis, place.off_axis);
-  if (!(tip_mm < known.tip_mm && axis < known.axis_limit)) return Quiet::no;
+  if (!(tip_mm < known.tip_mm && axis < known.axis_limit)) return {};
   // Figures of the pole's cone are others; between opposite axes there is no arc.
   for (std::size_t j = at.segment; j <= place.segment; ++j) {
-    if (near_pole(targets()[j], targets()[j + 1]) || targets()[j + 1].turn > 0.5 * kPi) return Quiet::no;
+    if (near_pole(targets()[j], targets()[j + 1]) || targets()[j + 1].turn > 0.5 * kPi) return {};
   }
   bool surely = true;
   if (place.segment > at.segment) {
@@ -203,8 +210,10 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
     }
   }
   axis = axis * arc_beyond_chord((v.axis_P - from.axis_P).squaredNorm()) + bow.axis;
-  if (axis > known.axis_limit) return Quiet::no;
-  return surely && tip_mm + bow.tip_mm <= known.tip_mm ? Quiet::yes : Quiet::where_tip_keeps;
+  const bool axis_keeps = axis <= known.axis_limit;
+  // A block that passes CL points is not looked at once more.
+  return {axis_keeps || place.segment == at.segment, surely && tip_mm + bow.tip_mm <= known.tip_mm,
+          axis_keeps};
 }
 
 Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v,
@@ -212,13 +221,13 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
                                                  Place& place, double& axis) const {
   // A CL point at which the tool stands.
   if ((from.tip_P - targets()[at.segment + 1].tip_P).squaredNorm() <= kSamePoint_mm * kSamePoint_mm)
-    return Quiet::no;
+    return {};
   // What may be a way out along the tool axis.
   const Vec3 way = v.tip_P - from.tip_P;
   const double out = way.dot(from.axis_P);
-  if (out > 0.0 && out * out > kAlong2 * way.squaredNorm()) return Quiet::no;
+  if (out > 0.0 && out * out > kAlong2 * way.squaredNorm()) return {};
   const auto near = find_near(from, v);
-  if (!near) return Quiet::no;
+  if (!near) return {};
   place = *near;
   return is_quiet(from, v, place, bow, known, axis);
 }

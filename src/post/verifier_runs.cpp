@@ -129,13 +129,15 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
     Place place;
     double axis = 0.0;
     const Quiet quiet = is_quiet(from, to, placed_run->bows(i), known, place, axis);
-    if (quiet != Quiet::yes) {
+    if (!quiet.surely()) {
       if (loaded != i) load(run, ends, i, *previous);
       load(run, ends, i + 1, *present);
       loaded = i;
     }
-    if (quiet == Quiet::no ||
-        (quiet == Quiet::where_tip_keeps && !keeps_tip(*present, place, known.tip_mm))) {
+    if (proves_quiet(quiet, *present, place, known, axis)) {
+      move_on(to, place);
+      if (quiet.surely()) continue;
+    } else {
       if (!may_step() && !is_within_known(*present)) break;
       meter.put_errors(*previous);
       meter.put_errors(*present);
@@ -143,10 +145,6 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
       present->placed = false;
       feed(*present);
       known = known_figures();
-    } else {
-      note_axis(axis, known);
-      move_on(to, place);
-      if (quiet == Quiet::yes) continue;
     }
     std::swap(previous, present);
     loaded = i + 1;

@@ -297,7 +297,12 @@ struct Verifier::State {
   /// `v` ends at this place of the path. True when that is a CL point.
   bool move_on(const ToolPose& v, const Place& place);
   KnownFigures known_figures() const;
-  enum class Quiet : std::uint8_t { no, where_tip_keeps, yes };
+  /// What is known of a block that may change no figure.
+  struct Quiet {
+    bool may_be = false;
+    bool tip_keeps = false, axis_keeps = false;
+    bool surely() const { return tip_keeps && axis_keeps; }
+  };
   /// The block from `from` to `v`, which ends at `place` and leaves its chord by `bow` at most. `axis`: by
   /// which the tool axis leaves its course at most.
   Quiet is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
@@ -309,6 +314,8 @@ struct Verifier::State {
   /// Neither the block to `v`, which ends at `place`, nor a CL point that it passes changes a figure of the
   /// report: from a bound that costs little.
   bool changes_no_figure(const Vertex& v, const Place& place);
+  /// The block to `v` is as quiet as `is_quiet` left open. `axis`: as it says there; what is noted.
+  bool proves_quiet(Quiet quiet, const Vertex& v, const Place& place, const KnownFigures& known, double axis);
   bool keeps_tip(const Vertex& v, const Place& place, double limit_mm) const;
   /// Takes the deviations of the block, and of the CL points that it passes. True when the block ends at one
   /// of them and a little beyond it.
