@@ -70,8 +70,8 @@ void PathPoints::settle_few(std::size_t row) {
       put(tip_P, lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return points[k]->tip_P; }));
   const auto turned =
       put(axis_P, lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return points[k]->axis_P; }));
-  const T ways_mm = length(way);
-  const T chords2 = length2(turned);
+  const T ways_mm = lanes::sqrt(T(lanes::squared(way)));
+  const T chords2 = lanes::squared(turned);
   const T turns = turn_of_chord(chords2);
   lanes::store(&way_mm[row], ways_mm);
   lanes::store(&turn[row], turns);

@@ -97,10 +97,8 @@ TEST_P(QuietBlocks, ChangeNoFigure) {
 }
 
 // Two that read the same text say what each says alone.
-TEST_P(QuietBlocks, FollowerSaysWhatItSaysAlone) {
-  const Machine machine = test::shipped_machine(GetParam());
+void expect_follower_as_alone(const Machine& machine, const std::string& cl) {
   const Model model = standing_errors(machine);
-  const std::string cl = test::sample_path(50, 900);
   PostOptions options;
   options.tolerance_mm = kQuietTolerance_mm;
   const test::Posted p = test::posted(cl, machine, options, "linuxcnc", &model);
@@ -125,6 +123,15 @@ TEST_P(QuietBlocks, FollowerSaysWhatItSaysAlone) {
   ASSERT_EQ(follower.worst.size(), alone->worst.size());
   for (std::size_t i = 0; i < follower.worst.size(); ++i)
     EXPECT_EQ(follower.worst[i].tip_mm, alone->worst[i].tip_mm);
+}
+
+TEST_P(QuietBlocks, FollowerSaysWhatItSaysAlone) {
+  expect_follower_as_alone(test::shipped_machine(GetParam()), test::sample_path(50, 900));
+}
+
+// Points that both have passed are forgotten on the way.
+TEST_P(QuietBlocks, FollowerOfALongProgramSaysWhatItSaysAlone) {
+  expect_follower_as_alone(test::shipped_machine(GetParam()), test::sample_path(51, 16000));
 }
 
 // As many as the processor takes at a time, or two: the same blocks go through, and every figure is the same.
