@@ -5,6 +5,12 @@
 #include "post/few_blocks.hpp"
 
 namespace trunnion::post {
+namespace {
+
+// Of a point that is plain.
+constexpr double kLeastWay_mm = 1.001 * kTipTells_mm;
+
+}  // namespace
 
 template <class F>
 void PathPoints::each_column(const F& f) {
@@ -43,11 +49,6 @@ void PathPoints::settle() {
   lanes::at_a_time(four_, [this]<class T>() { settle_all<T>(); });
 }
 
-// Where the axes are not near each other.
-[[gnu::noinline]] double PathPoints::wide_turn(const Target& target, const Target& before) {
-  return angle_between(target.axis_P, before.axis_P).rad();
-}
-
 template <class T>
 void PathPoints::settle_all() {
   for (; rows_ < size_ + 1; rows_ = std::min(rows_ + lanes::kCount<T>, size_ + 1)) settle_few<T>(rows_);
@@ -75,27 +76,37 @@ void PathPoints::settle_few(std::size_t row) {
   const T turns = turn_of_chord(chords2);
   lanes::store(&way_mm[row], ways_mm);
   lanes::store(&turn[row], turns);
-  for (std::size_t k = 0; k < count; ++k) {
-    const int i = static_cast<int>(k);
-    if (!(chords2[i] < kSmallChord2)) turn[row + k] = wide_turn(*points[k], at(row + k - 2));
-    settle_row(row + k, *points[k]);
-  }
-}
-
-inline void PathPoints::settle_row(std::size_t row, Target& target) {
-  constexpr double kLeastWay_mm = 1.001 * kTipTells_mm;
   // An end that is no nearer to the CL point than this belongs to the next one.
   constexpr double kPassed = 0.125;
-  const double way = way_mm[row];
-  const double before_mm = along_mm[row - 1];
-  target.turn = turn[row];
-  target.way_mm = way;
-  target.along_mm = along_mm[row] = before_mm + way;
-  passed_mm[row - 1] = before_mm + kPassed * way;
-  special[row] = 0.0;
-  const bool plain = !target.in_cone && !target.rapid && target.turn <= 0.5 * kPi && way > kLeastWay_mm;
-  if (plain) return;
-  for (std::size_t i = row - std::min<std::size_t>(row, 3); i <= row; ++i) special[i] = 1.0;
+  const T share_mm = kPassed * ways_mm;
+  lanes::store(&special[row], T{});
+  double along = along_mm[row - 1];
+  for (std::size_t k = 0; k < count; ++k) {
+    const int i = static_cast<int>(k);
+    passed_mm[row + k - 1] = along + share_mm[i];
+    along += ways_mm[i];
+    along_mm[row + k] = along;
+    points[k]->along_mm = along;
+    points[k]->way_mm = ways_mm[i];
+    points[k]->turn = turns[i];
+  }
+  const lanes::Mask<T> near = chords2 < kSmallChord2;
+  const lanes::Mask<T> plain = near & (ways_mm > kLeastWay_mm);
+  bool any_special = lanes::any(lanes::Mask<T>(~plain));
+  for (const Target* point : points) any_special |= point->rapid | point->in_cone;
+  if (any_special) settle_special(row, count);
+}
+
+// Points that are not plain, or turn far.
+[[gnu::noinline]] void PathPoints::settle_special(std::size_t row, std::size_t count) {
+  for (std::size_t at_row = row; at_row < row + count; ++at_row) {
+    Target& target = at(at_row - 1);
+    target.turn = turn[at_row] = turn_between(target.axis_P, at(at_row - 2).axis_P);
+    const bool plain =
+        !target.in_cone && !target.rapid && target.turn <= 0.5 * kPi && target.way_mm > kLeastWay_mm;
+    if (plain) continue;
+    for (std::size_t i = at_row - std::min<std::size_t>(at_row, 3); i <= at_row; ++i) special[i] = 1.0;
+  }
 }
 
 void PathPoints::forget(std::size_t count) {

@@ -49,8 +49,7 @@ class PathPoints {
   void settle_all();
   template <class T>
   void settle_few(std::size_t row);
-  void settle_row(std::size_t row, Target& target);
-  static double wide_turn(const Target& target, const Target& before);
+  void settle_special(std::size_t row, std::size_t count);
 
   std::vector<std::unique_ptr<Page>> pages_;
   std::size_t first_ = 0;  // on its page
