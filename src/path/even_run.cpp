@@ -254,10 +254,11 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
   lanes::Mask<T> keeps = arc.holds();
   StandOf<T> last = load.from;
   T off{};
+  const ChordOf<T>& segment = load.chord;
   const auto goes_within = [&](const StandOf<T>& to) {
     const PieceOf<T> piece(work.kinematics, chain, last, to);
     const lanes::Mask<T> axis_keeps = piece.axis_keeps(tolerance_.axis);
-    off = lanes::larger(off, piece.tip_off_mm(load.chord, enough_mm_, keeps & axis_keeps));
+    off = lanes::larger(off, piece.tip_off_mm(segment, enough_mm_, keeps & axis_keeps));
     return lanes::Mask<T>(axis_keeps & (off <= tolerance_.tip_mm));
   };
   for (std::size_t i = 1; i < pieces; ++i) {
@@ -271,12 +272,12 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
     T travel{};
     for (std::size_t k = 0; k < 2; ++k) {
       const T straight = load.from.angle[k] + t * (load.to.angle[k] - load.from.angle[k]);
-      const T off = straight - solved.angle[k];
+      const T apart = straight - solved.angle[k];
       const auto within = [&](const T& angle) {
         return lanes::Mask<T>((angle >= work.min[k]) & (angle <= work.max[k]));
       };
-      const T turned = solved.angle[k] + kTwoPi * lanes::nearest<T>(off / kTwoPi);
-      const lanes::Mask<T> as_it_is = (lanes::abs(off) < kPi) & within(solved.angle[k]);
+      const T turned = solved.angle[k] + kTwoPi * lanes::nearest<T>(apart / kTwoPi);
+      const lanes::Mask<T> as_it_is = (lanes::abs(apart) < kPi) & within(solved.angle[k]);
       const T angle = lanes::select(as_it_is, solved.angle[k], turned);
       keeps &= within(angle);
       travel += lanes::abs(T(angle - straight));

@@ -29,7 +29,7 @@ class Preparer {
   void decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolerance);
   // The segment surely keeps, changes no figure, and leaves enough to the errors.
   bool settled_on_grid(std::size_t i) const {
-    return grid_.keeps(i) && !grid_.counts(i, known_) && grid_.across_mm(i) <= left_to_errors_mm_;
+    return grid_.keeps(i) && !grid_.counts(i, known_) && grid_.bow_mm(i) <= left_to_errors_mm_;
   }
   path::Rounding rounding_;
   TableKinematics kinematics_;

@@ -113,7 +113,9 @@ TEST(EvenPieces, AreTheFewestThatStayWithinTheTube) {
       const double tube_mm = 0.001;
       const double count = even.count(bow_mm, tube_mm, tube_mm);
       EXPECT_EQ(count, std::floor(count));
-      if (count > 2.0) EXPECT_GT(left_mm(bow_mm, count - 1.0), tube_mm);
+      if (count > 2.0) {
+        EXPECT_GT(left_mm(bow_mm, count - 1.0), tube_mm);
+      }
       // A count that misses by so little of a piece is tried: of two, the fewest, an inner piece is 1.7 of
       // them.
       const double slack = two_sided ? 1.0 + kCountSlack / 1.7 : 1.0;

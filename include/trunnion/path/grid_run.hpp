@@ -53,6 +53,8 @@ class GridRun {
     return bow_mm_[i] > known.predicted_mm &&
            (across_mm_[i] > known.predicted_mm || bow_mm_[i] > known.midpoint_mm);
   }
+  /// It leaves its own chord by no more than this.
+  double bow_mm(std::size_t i) const { return bow_mm_[i]; }
   /// Of one that counts: by how much it leaves its own chord at most, and that is close to the truth.
   double across_mm(std::size_t i) const { return across_mm_[i]; }
 
