@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "trunnion/base/lanes.hpp"
 #include "trunnion/base/units.hpp"
@@ -32,11 +33,14 @@ class EvenPieces {
     return 4.0 * lanes::abs(along) < length2;
   }
   /// As few as the bow of the segment asks for, a whole number. On the chord two, the fewest there can be,
-  /// are tried before there is room for the rounding of the words, which leaves `tube_mm`.
+  /// are tried before there is room for the rounding of the words, which leaves `tube_mm`. On both sides no
+  /// end stands farther from the chord than that; where a plan may do with one piece less it is infinity.
   double count(double bow_mm, double tip_tolerance_mm, double tube_mm) const {
-    if (two_sided())
-      return std::max(2.0, std::ceil(std::sqrt(beside_ * bow_mm / tube_mm) + 2.0 * margin_ - kCountSlack));
-    return bow_mm <= 4.0 * tip_tolerance_mm ? 2.0 : std::ceil(std::sqrt(bow_mm / tube_mm));
+    if (!two_sided()) return bow_mm <= 4.0 * tip_tolerance_mm ? 2.0 : std::ceil(std::sqrt(bow_mm / tube_mm));
+    const double exact = std::sqrt(beside_ * bow_mm / tube_mm) + 2.0 * margin_;
+    const double wanted = std::max(2.0, std::ceil(exact));
+    const bool one_less = wanted > 2.0 && exact - (wanted - 1.0) < kCountSlack;
+    return one_less ? std::numeric_limits<double>::infinity() : wanted;
   }
   /// Fraction of the chord at which the piece of this number (from 1) ends, of `count`.
   double share(std::size_t number, std::size_t count) const {

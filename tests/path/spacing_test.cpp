@@ -103,6 +103,7 @@ TEST(EvenPieces, OnBothSidesAllLeaveTheChordByTheSame) {
 TEST(EvenPieces, AreTheFewestThatStayWithinTheTube) {
   std::mt19937_64 random(20261122);
   std::uniform_real_distribution<double> bow(0.0001, 1.0);
+  int left_to_plans = 0;
   for (const bool two_sided : {false, true}) {
     const EvenPieces even(two_sided);
     const auto left_mm = [&](double bow_mm, double count) {
@@ -112,16 +113,19 @@ TEST(EvenPieces, AreTheFewestThatStayWithinTheTube) {
       const double bow_mm = bow(random);
       const double tube_mm = 0.001;
       const double count = even.count(bow_mm, tube_mm, tube_mm);
+      if (std::isinf(count)) {
+        ++left_to_plans;
+        continue;
+      }
       EXPECT_EQ(count, std::floor(count));
+      EXPECT_LE(left_mm(bow_mm, count), tube_mm * (1.0 + 1e-12));
       if (count > 2.0) {
         EXPECT_GT(left_mm(bow_mm, count - 1.0), tube_mm);
       }
-      // A count that misses by so little of a piece is tried: of two, the fewest, an inner piece is 1.7 of
-      // them.
-      const double slack = two_sided ? 1.0 + kCountSlack / 1.7 : 1.0;
-      EXPECT_LE(left_mm(bow_mm, count), tube_mm * slack * slack);
     }
   }
+  EXPECT_GT(left_to_plans, 0);
+  EXPECT_LT(left_to_plans, 200);  // kCountSlack of them
 }
 
 }  // namespace
