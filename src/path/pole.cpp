@@ -63,17 +63,26 @@ struct Window {
   double high = 0.0;
 };
 
-// How far C may leave `angle` to either side: half a turn at most.
+// How far C may leave `angle` to this side until the tool axis misses by more than the tolerance: half a turn
+// at most. `angle` need not be where it misses least. A turn of C moves the axis by no more than the sine of
+// its tilt: steps that this allows pass over nothing.
 double reach(const Pole& pole, const Vec3& axis_P, double angle, double sense, double tolerance_rad) {
-  constexpr double kFarthest = 0.5 * kPi;
-  if (pole.misses_by(axis_P, angle + sense * kFarthest) <= tolerance_rad) return kPi;
+  constexpr double kLeastStep_rad = 1e-3;  // the axis by a ten-thousandth of the cone: far within kMargin
+  const auto misses = [&](double by) { return pole.misses_by(axis_P, angle + sense * by); };
+  const double tilt = pole.tilt(axis_P).rad();
+  if (tilt <= tolerance_rad) return kPi;
   double inside = 0.0;
-  double outside = kFarthest;
+  double outside = 0.0;
+  do {
+    inside = outside;
+    if (inside >= kPi) return kPi;
+    outside = inside + std::max(kLeastStep_rad, (tolerance_rad - misses(inside)) / std::sin(tilt));
+  } while (misses(outside) <= tolerance_rad);
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (inside + outside);
-    (pole.misses_by(axis_P, angle + sense * middle) <= tolerance_rad ? inside : outside) = middle;
+    (misses(middle) <= tolerance_rad ? inside : outside) = middle;
   }
-  return inside;
+  return std::min(inside, kPi);
 }
 
 // The straightest way through the windows: each place goes to the straight line between its neighbours.
