@@ -167,7 +167,7 @@ BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
   const auto in = [&](nc::FeedMode mode) { return in_mode(mode, path, move.axes_s, seconds); };
   BlockFeed out = in(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute);
-  if (inverse && out.runs_away()) {
+  if (inverse && (out.runs_away() || out.seconds < move.axes_s)) {
     // Below the lowest rate of inverse time; a feed per minute has none.
     const BlockFeed other = in(nc::FeedMode::per_minute);
     if (other.seconds > out.seconds) out = other;

@@ -149,6 +149,7 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
     seconds = lanes::select(too_short, rules.seconds<kMode>(length, quanta), seconds);
   }
   out.plain = (way.linear2_mm2 > 0.0) & (scaled < kMostQuanta) & (seconds >= kRunsAway * wanted_s) &
+              (seconds >= axes_s) &
               ((way.rotary2_rad2 > 0.0) | (kInverse ? lanes::Mask<T>{} : ~lanes::Mask<T>{}));
   out.quanta = lanes::select(out.plain, quanta, lanes::splat<T>(1.0));
   out.seconds = seconds;
