@@ -10,6 +10,8 @@ namespace {
 
 // Programmed points that one piece may span when points are dropped: what is checked grows with its square.
 constexpr std::size_t kLongestSpan = 64;
+// Of the tip's tolerance: whoever judges the piece may cut it a little elsewhere than at the feet found here.
+constexpr double kSpanShare = 0.99;
 // Rounds in which a segment that does not converge between moved points gets its points back.
 constexpr int kRounds = 8;
 
@@ -154,6 +156,11 @@ bool RunRefiner::one_piece(std::span<const Point> run, std::size_t first, std::s
   const TableKinematics& kinematics = segment_.kinematics();
   const JointVector& q0 = stations_[first].q;
   const JointVector& q1 = stations_[last].q;
+  // An axis that rolls over takes the shorter way.
+  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
+    if (!(std::abs(q1[kinematics.rotary(k)] - q0[kinematics.rotary(k)]) < kPi)) return false;
+  }
+  const Tolerance within{kSpanShare * tolerance.tip_mm, tolerance.axis};
   double whole = 0.0;
   for (std::size_t k = first; k < last; ++k) whole += (run[k + 1].tip_P - run[k].tip_P).norm();
   dropped_.clear();
@@ -176,9 +183,9 @@ bool RunRefiner::one_piece(std::span<const Point> run, std::size_t first, std::s
       }
       to = station(kinematics, JointVector::interpolate(q0, q1, s));
       s_before = s;
-      if ((to.tip_P - run[k + 1].tip_P).norm() > tolerance.tip_mm) return false;
+      if ((to.tip_P - run[k + 1].tip_P).norm() > within.tip_mm) return false;
     }
-    segment_.start({&run[k], &run[k + 1], &from, &to, true}, tolerance);
+    segment_.start({&run[k], &run[k + 1], &from, &to, true}, within);
     if (!segment_.piece_within(from, to)) return false;
     dropped_.push_back(segment_.span_report(stations_[k], stations_[k + 1], from, to));
     from = to;

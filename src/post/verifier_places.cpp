@@ -31,9 +31,30 @@ Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
 
 }  // namespace
 
-Place Verifier::State::find(const ToolPose& from, const ToolPose& v) const {
-  const auto place = find_near(from, v);
-  return place ? *place : find_ahead(from, v);
+Place Verifier::State::find(const Vertex& from, const Vertex& v) const {
+  if (const auto way = bent_way(from, v)) return find_ahead(v, *way);
+  if (const auto place = find_near(from, v)) return *place;
+  return find_ahead(v, {(v.tip_P - from.tip_P).norm(), turn_between(v.axis_P, from.axis_P)});
+}
+
+// The parts' chords are shorter by so little that reach_of has it.
+std::optional<Way> Verifier::State::bent_way(const Vertex& from, const Vertex& v) const {
+  constexpr double kBends = kPi / 3.0;  // 1.05 of its chord
+  if (v.tcp) return std::nullopt;
+  double turn = 0.0;
+  for (const AxisId id : machine.rotary_axes()) turn += std::abs(v.q[id] - from.q[id]);
+  if (turn <= kBends) return std::nullopt;
+  const int parts = static_cast<int>(std::ceil(turn / kBends));
+  Way way;
+  ToolPose before = meter.kinematics().pose(from.q);
+  for (int i = 1; i <= parts; ++i) {
+    const ToolPose part =
+        meter.kinematics().pose(JointVector::interpolate(from.q, v.q, static_cast<double>(i) / parts));
+    way.tip_mm += (part.tip_P - before.tip_P).norm();
+    way.axis_rad += turn_between(part.axis_P, before.axis_P);
+    before = part;
+  }
+  return way;
 }
 
 std::optional<Place> Verifier::State::find_near(const ToolPose& from, const ToolPose& v) const {
@@ -123,9 +144,9 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
 }
 
-Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const {
-  const double reach_mm = reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm);
-  const double reach_rad = reach_of(turn_between(v.axis_P, from.axis_P), options.axis_tolerance.rad());
+Place Verifier::State::find_ahead(const ToolPose& v, const Way& way) const {
+  const double reach_mm = reach_of(way.tip_mm, options.tolerance_mm);
+  const double reach_rad = reach_of(way.axis_rad, options.axis_tolerance.rad());
   Place best;
   best.segment = at.segment;
   double ahead_mm = 0.0;
@@ -136,9 +157,8 @@ Place Verifier::State::find_ahead(const ToolPose& from, const ToolPose& v) const
     if (j > at.segment && b.rapid) break;
     double t = parameter_of(v, a, b);
     if (j == at.segment) t = std::max(t, at.t);
-    const Vec3 way = b.tip_P - a.tip_P;
     // The tip alone may be too far off.
-    if ((v.tip_P - a.tip_P - t * way).norm() < best.distance - kNearer_mm) {
+    if ((v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm() < best.distance - kNearer_mm) {
       const Place place = placed_at(v, j, t);
       if (place.distance < best.distance - kNearer_mm) best = place;
     }
