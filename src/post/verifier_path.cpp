@@ -318,11 +318,11 @@ bool Verifier::State::comes_back(const Vertex& v) {
   const Vec3 way = previous->tip_P - v.tip_P;
   if (distance_to(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
   if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
-  // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then.
+  // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then, as it is
+  // commanded. That the machine's errors turn it moves the tip nowhere.
   const bool in_cone = this->in_cone(place.axis_P);
-  const bool tilted = in_cone && angle_between(v.axis_P, place.axis_P) > options.axis_tolerance;
-  const Target out{place.tip_P + way.norm() * (tilted ? v.axis_P : place.axis_P), place.axis_P, place.line,
-                   false};
+  const Vec3 along_P = in_cone ? path::station(meter.kinematics(), v.q).axis_P : place.axis_P;
+  const Target out{place.tip_P + way.norm() * along_P, place.axis_P, place.line, false};
   take_deviation(meter.of(*previous, v, out, place, program, uninteresting()), in_cone);
   record_feed(v, place.line, at.t == 0.0);
   return true;
