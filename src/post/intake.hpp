@@ -26,6 +26,8 @@ class PathTolerances {
   const PostOptions& options_;
   double axis_share_;
   Angle axis_given_;
+  double tip_share_;
+  double tip_given_mm_;
   path::Tolerance cutting_;
   std::optional<path::Tolerance> rapid_;
 };

@@ -14,11 +14,14 @@ constexpr double kTakeUp_s = 0.01;
 }  // namespace
 
 // The correction decides which way an axis goes that hardly moves, and that decides about its lost motion.
-// First as the axes move already, since every reversal costs a block; then as the motion so found goes.
+// Rotary axes go where they are told. Linear ones first as they move already, since every reversal costs a
+// block, and a reversal that lost motion asks for bears itself out; then as the motion so found goes.
 Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const {
   constexpr int kTries = 3;  // each turns an axis; more than one at a time is rare
   if (!loses_motion_) return compensator_->corrected(tip_P, axis_P, at, state_.lagged(), aim_P_);
   at.direction = state_.now().direction;
+  const auto turning = state_.towards(at.q, at.q).direction;
+  for (const AxisId id : machine_.rotary_axes()) at.direction[id] = turning[id];
   for (int i = 1;; ++i) {
     auto found = compensator_->corrected(tip_P, axis_P, at, state_.lagged());
     if (!found) return found;
@@ -55,8 +58,9 @@ void Pipeline::hold_idle_turns(JointVector& q) const {
 }
 
 // Where an axis is about to reverse, its lost motion is taken up before the cut goes on. A linear axis moves
-// to where the new sense has the same place. The part stands still while a rotary axis takes up: so far it
-// turns, and the linear axes stay.
+// to where the new sense has the same place. The part stands still while a rotary axis takes up, so far as
+// its word can say: what that turns too much or too little, linear axes make up for that need not reverse for
+// it. One that loses less than half a digit turns with the motion itself.
 Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   const MachineState& now = state_.now();
   MachineState after = state_.towards(next, last_.q);
@@ -64,20 +68,23 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   const auto reverses = [&](AxisId id) { return after.direction[id] != now.direction[id]; };
   JointVector q = last_emitted_;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::rotary || !reverses(id)) continue;
-    const double turn = lost_turn(now, id, after.direction[id]);
-    const double way = next[id] - last_emitted_[id];
-    // Not farther than the motion itself goes.
-    if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = rounding_.rounded(id, q[id] + turn);
+    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+    if (reverses(id)) {
+      const double turn = lost_turn(now, id, after.direction[id]);
+      const double way = next[id] - q[id];
+      // Not farther than the motion itself goes.
+      if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = rounding_.rounded(id, q[id] + turn);
+      if (q[id] == last_emitted_[id]) after.direction[id] = now.direction[id];
+    }
     after.q[id] = q[id];
   }
   const auto found =
       compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
   if (!found) return false;  // the same failure comes with its place for the point itself
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    // Digits of the others that only rounding changes would reverse those.
-    if (machine_.axes[id].kind == AxisKind::linear && reverses(id))
-      q[id] = rounding_.rounded(id, found->q[id]);
+    if (machine_.axes[id].kind != AxisKind::linear) continue;
+    const double to = rounding_.rounded(id, found->q[id]);
+    if (reverses(id) || (to - q[id]) * now.direction[id] > 0.0) q[id] = to;
   }
   if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
   if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return false;

@@ -2,9 +2,12 @@
 // words by formulas of the tests' own.
 #include <array>
 #include <gtest/gtest.h>
+#include <iomanip>
 #include <iostream>
 #include <map>
 #include <random>
+#include <sstream>
+#include <string>
 
 #include "trunnion/base/units.hpp"
 #include "trunnion/path/predictor.hpp"
@@ -169,6 +172,31 @@ bool only_sampled_short(const VerifyReport& v, const PostOptions& options) {
          v.certified_tip_deviation_mm < 1.5 * options.tolerance_mm;
 }
 
+std::string text_of(const PostOptions& o, const Machine& machine) {
+  const Axis& inner = machine.axes[machine.rotary_axes()[1]];
+  std::ostringstream out;
+  out << std::setprecision(15) << "one-sided " << o.nonlinear.one_sided << ", thin " << o.nonlinear.thin
+      << ", moves " << o.nonlinear.move_programmed_points << ", certify " << o.nonlinear.certify
+      << ", choice " << static_cast<int>(o.choice) << ", pole " << o.pole.tolerance.deg() << ", rtcp "
+      << o.rtcp << ", tilted plane " << o.tilted_plane << ", feed " << static_cast<int>(o.feed)
+      << ", threads " << o.threads << ", rapids " << o.rapid_tolerance_mm.value_or(0.0) << ", inner axis "
+      << inner.min * kDegreePerRad << " to " << inner.max * kDegreePerRad << " deg";
+  return out.str();
+}
+
+// The blocks of the program about its worst place, for whoever looks into a refusal.
+std::string around_worst(const VerifyReport& v, const std::string& nc) {
+  if (v.worst.empty()) return {};
+  const std::size_t worst = v.worst.front().nc_line;
+  std::string out = "worst at block " + std::to_string(worst) + "\n";
+  std::size_t line = 0;
+  std::istringstream text(nc);
+  for (std::string block; std::getline(text, block);) {
+    if (++line + 6 >= worst && line <= worst + 3) out += block + "\n";
+  }
+  return out;
+}
+
 void random_options_everywhere(int each, bool errors) {
   std::mt19937_64 random(72);
   std::size_t programs = 0;
@@ -207,7 +235,9 @@ void random_options_everywhere(int each, bool errors) {
             << " missed, axis " << v.max_axis_deviation.deg() << ", in the cone "
             << v.max_pole_axis_deviation.deg() << ", speed " << v.max_speed_ratio << ", travel "
             << v.limits_ok() << ", rapids " << v.max_rapid_deviation_mm << ", points "
-            << v.max_point_deviation_mm;
+            << v.max_point_deviation_mm << "\n"
+            << text_of(options, job.machine) << "\n"
+            << around_worst(v, p.nc);
       }
     }
   }
