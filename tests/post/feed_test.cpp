@@ -2,10 +2,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "trunnion/base/number_text.hpp"
 
 #include "post/axis_speeds.hpp"
+#include "post/feed_plan.hpp"
 #include "post/posting.hpp"
 #include "support/controllers.hpp"
 
@@ -60,6 +62,37 @@ TEST(AxisSpeed, ToolCentrePointControlKeepsItToo) {
     EXPECT_TRUE(v.passed()) << control << " " << v.max_speed_ratio;
     EXPECT_GT(v.max_speed_ratio, 0.9) << control;
   }
+}
+
+// LinuxCNC runs such a block at its lowest linear rate, whatever the inverse time says.
+TEST(AxisSpeed, BlocksThatHardlyMoveXyzKeepItToo) {
+  const Machine machine = test::shipped_machine("paper");
+  const FeedPlanner planner(machine, test::shipped_controller("linuxcnc"), FeedOutput::inverse);
+  const AxisId c = *machine.axis("C");
+  const AxisId z = *machine.axis("Z");
+  std::mt19937_64 random(96);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  std::size_t per_minute = 0;
+  std::size_t in_runs = 0;
+  for (int i = 0; i < 100000; ++i) {
+    JointVector b;
+    b[c] = kPi * u(random);
+    b[z] = 1e-4 * std::round(1.0 + 30.0 * u(random));
+    const double least_s = planner.slowest_axis_s({}, b);
+    constexpr double kFast_mm_s = 500.0;
+    const BlockFeed block = planner.plan({}, b, 10.0 * b[c], kFast_mm_s);
+    ASSERT_GE(block.seconds, least_s * (1.0 - 1e-12)) << b[c] << " rad, " << b[z] << " mm";
+    per_minute += block.other_mode;
+    const JointVector a;
+    const std::array tips_P{Vec3(0, 0, 0), Vec3(10.0 * b[c], 0, 0)};
+    const std::array<FeedPlanner::Stop, 2> stops{{{&a, &tips_P[0]}, {&b, &tips_P[1]}}};
+    RunFeeds run;
+    if (planner.plan_run(stops, kFast_mm_s, run) == 0) continue;
+    ++in_runs;
+    ASSERT_GE(run.seconds[0], least_s * (1.0 - 1e-12)) << b[c] << " rad, " << b[z] << " mm";
+  }
+  EXPECT_GT(per_minute, 1000U);
+  EXPECT_GT(in_runs, 1000U);
 }
 
 TEST(AxisSpeed, AFasterFInTheTextFailsTheVerification) {

@@ -37,7 +37,8 @@ Helix random_helix(std::mt19937_64& random) {
   out.tilt = 0.1 + 0.2 * u(random);
   out.ahead = kTwoPi * u(random);
   out.radius_mm = 4.0 + 20.0 * u(random);
-  out.pitch_mm = 0.05 * u(random);
+  // Half of them climb so little that X Y Z nearly stand: F says the turn then, at the speed of the axis.
+  out.pitch_mm = u(random) < 0.5 ? 0.05 * u(random) : 1e-4 * u(random);
   return out;
 }
 
