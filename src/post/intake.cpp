@@ -29,9 +29,9 @@ constexpr std::size_t kTakenAtATime = 128;
 // errors of a machine change within a block.
 constexpr double kAxisShareWithErrors = 0.8;
 // Of the tip's: a block that takes up lost motion ends on the grid of a rotary word, half a digit of which is
-// a micrometre and more at the tip, and axes that would have to reverse for that do not. A tenth, as for pieces
-// over several segments. Of 27 090 random programs on machines that lose motion 19 then leave their tolerance,
-// of 0.003 mm nearly all, and are refused.
+// a micrometre and more at the tip, and axes that would have to reverse for that do not. A tenth, as for
+// pieces over several segments. Of 27 090 random programs on machines that lose motion five then leave their
+// tolerance, 0.003 mm, and are refused.
 constexpr double kTipShareWithLostMotion = 0.9;
 
 double tip_share(const PostJob& job) {

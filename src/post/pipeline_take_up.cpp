@@ -8,6 +8,8 @@ namespace {
 
 // Lost motion of rotary axes is below this.
 const Angle kIdleTurn = Angle::degrees(0.02);
+// By so many digits of its word no rotary axis reverses.
+constexpr double kIdleDigits = 1.5;
 // What a block lasts that takes up lost motion.
 constexpr double kTakeUp_s = 0.01;
 
@@ -45,7 +47,9 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
 }
 
 // A rotary axis that would turn back by less than it loses stays where it is: the part would not follow, and
-// the linear axes cannot make up for a sense that changes without a motion.
+// the linear axes cannot make up for a sense that changes without a motion. So does one that would by a
+// digit: where its word is at the turn of its motion rounding would have it there and back from block to
+// block.
 void Pipeline::hold_idle_turns(JointVector& q) const {
   const MachineState& now = state_.now();
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
@@ -53,7 +57,8 @@ void Pipeline::hold_idle_turns(JointVector& q) const {
     const bool back = way * now.direction[id] < 0.0;
     if (machine_.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad()) continue;
     const double lost = lost_turn(now, id, static_cast<std::int8_t>(-now.direction[id]));
-    if (lost * way > 0.0 && std::abs(way) < std::abs(lost)) q[id] = last_emitted_[id];
+    if (lost * way > 0.0 && std::abs(way) < std::max(std::abs(lost), kIdleDigits * rounding_.quantum[id]))
+      q[id] = last_emitted_[id];
   }
 }
 

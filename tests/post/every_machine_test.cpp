@@ -254,6 +254,30 @@ TEST(EveryMachine, RandomOptionsMakeProgramsThatVerify) {
   random_options_everywhere(test::cases(5), true);
 }
 
+// Words of a micrometre and a thousandth of a degree, the tip 200 mm away from A: a digit of A is more at the
+// tip, 3.5 micrometres, than what machines lose.
+TEST(EveryMachine, CoarseWordsTakeUpLostMotion) {
+  std::mt19937_64 random(97);
+  std::size_t programs = 0;
+  std::size_t refused = 0;
+  for (int i = 0; i < test::cases(200, "TRUNNION_CASES"); ++i) {
+    const RandomPost job = random_post("paper", random);
+    const Model model = test::random_errors(job.machine, random);
+    PostOptions options;
+    options.tolerance_mm = 0.006;
+    const auto p = test::posted(job.cl, job.machine, options, "iso", &model);
+    if (!p.report) {
+      EXPECT_TRUE(named_by_word(p.report.error().text(), test::shipped_controller("iso")));
+      continue;
+    }
+    ++programs;
+    const VerifyReport& v = *p.report->verification;
+    refused += !v.passed();
+    EXPECT_LE(v.certified_tip_deviation_mm, 1.1 * options.tolerance_mm) << i << "\n" << around_worst(v, p.nc);
+  }
+  EXPECT_LE(100 * refused, programs);
+}
+
 // The bytes do not hang on what the processor can.
 TEST(EveryMachine, FourLanesWriteWhatTwoWrite) {
   std::mt19937_64 random(73);
