@@ -10,6 +10,10 @@ namespace trunnion {
 /// Whole content of a file; `-` is standard input. Fails with io_failed (missing, a folder, unreadable).
 Result<std::string> read_file(const std::string& path);
 
+/// The place that a path names, absolute and with symbolic links followed, those to a file that does not
+/// exist yet too: equal for two paths of one file.
+std::string resolved_path(const std::string& path);
+
 /// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a
 /// hidden name where the file system has no unnamed files), `commit` flushes to the disk and renames into
 /// place. Destroyed or killed without commit, it leaves nothing behind. Symbolic links at `path` are
