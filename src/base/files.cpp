@@ -99,10 +99,10 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
 
 Result<void> AtomicFile::open_beside() {
   const std::string folder = fs::path(target_).parent_path().string();
-  descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
   if (descriptor_ >= 0) return {};
   auto name = name_beside(target_, [&](const char* beside) {
-    descriptor_ = ::open(beside, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor_ = ::open(beside, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     return descriptor_ >= 0;
   });
   if (!name) return tl::unexpected(failure("write"));
@@ -153,6 +153,22 @@ Result<void> AtomicFile::overwrite(std::size_t offset, std::string_view bytes) {
     offset += static_cast<std::size_t>(n);
   }
   return {};
+}
+
+Result<void> AtomicFile::read_back(const std::function<void(std::string_view)>& take) const {
+  if (target_.empty()) {
+    take(held_);
+    return {};
+  }
+  std::array<char, 1 << 16> buffer;
+  for (off_t at = 0;;) {
+    const ssize_t n = ::pread(descriptor_, buffer.data(), buffer.size(), at);
+    if (n == 0) return {};
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return tl::unexpected(failure("read back"));
+    take({buffer.data(), static_cast<std::size_t>(n)});
+    at += n;
+  }
 }
 
 Result<void> AtomicFile::commit() {

@@ -5,9 +5,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -117,6 +119,89 @@ TEST_F(Batch, TwoInputsForOneOutputAreRefused) {
   Diagnostics d;
   const std::string file = (folder_ / "in" / "p0.cls").string();
   EXPECT_FALSE(batch_items({file, file}, (folder_ / "out").string(), d));
+}
+
+TEST_F(Batch, PathsOfOneOutputAreOneOutput) {
+  std::ofstream(folder_ / "m.toml") << "[[part]]\nfile = 'in/p0.cls'\noutput = 'a.nc'\n"
+                                       "[[part]]\nfile = 'in/p1.cls'\noutput = 'b/.././a.nc'\n";
+  Diagnostics d;
+  const auto found = batch_items({(folder_ / "m.toml").string()}, (folder_ / "out").string(), d);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().text(), testing::HasSubstr("would be written to the same file"));
+}
+
+TEST_F(Batch, NoProgramGoesOverACLFile) {
+  fs::copy(folder_ / "in" / "p0.cls", folder_ / "in" / "p1.nc");
+  const std::string in = (folder_ / "in").string();
+  Diagnostics d;
+  EXPECT_FALSE(batch_items({in + "/p1.nc"}, in, d));
+  EXPECT_FALSE(batch_items({in + "/p0.cls", in + "/p1.nc", in + "/p1.cls"}, in, d));
+  EXPECT_TRUE(batch_items({in + "/p0.cls"}, in, d));
+}
+
+TEST_F(Batch, ManifestThatLeadsOutOfTheFolderOrNowhereIsAnErrorWithItsLine) {
+  const std::string manifest = (folder_ / "m.TOML").string();
+  const auto error_of = [&](const std::string& text) {
+    std::ofstream(manifest) << text;
+    Diagnostics d;
+    const auto found = batch_items({manifest}, (folder_ / "out").string(), d);
+    return found ? "none" : found.error().text();
+  };
+  const std::string part = "[[part]]\nfile = 'in/p0.cls'\noutput = ";
+  for (const char* output : {"'../a.nc'", "'b/../../a.nc'", "'/tmp/a.nc'", "''", "'.'", "'sub/'"}) {
+    EXPECT_THAT(error_of(part + output), testing::StartsWith(manifest + ":3:1: error: ")) << output;
+  }
+  EXPECT_EQ(error_of(part + "'sub/a.nc'"), "none");
+  EXPECT_EQ(error_of("[[part]]\nfile = ''\n"), manifest + ":2:1: error: 'file' is empty");
+  EXPECT_EQ(error_of("# nothing yet\n"), manifest + ": error: no [[part]] in this manifest");
+}
+
+// A link to a file stands for the file, and its program is in the folder; one to a folder is said.
+TEST_F(Batch, LinksInAFolderAreNotLeftOutInSilence) {
+  fs::create_directories(folder_ / "elsewhere");
+  fs::copy(folder_ / "in" / "p0.cls", folder_ / "elsewhere" / "far.cls");
+  fs::create_symlink("../elsewhere/far.cls", folder_ / "in" / "link.cls");
+  fs::create_symlink("nothing", folder_ / "in" / "lost.cls");
+  fs::create_directory_symlink("../elsewhere", folder_ / "in" / "folder");
+  fs::create_directory_symlink(".", folder_ / "in" / "deep" / "circle");
+  Diagnostics d;
+  const auto found = batch_items({(folder_ / "in").string()}, (folder_ / "out").string(), d);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->size(), 8u);
+  EXPECT_EQ(d.findings().size(), 2u);
+  const auto results = run(*found);
+  EXPECT_EQ(count(results, BatchState::posted), 6u);
+  EXPECT_EQ(count(results, BatchState::failed), 2u);  // p5, lost
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "link.nc"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "elsewhere"), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Batch, PipeIsNotWaitedFor) {
+  ASSERT_EQ(::mkfifo((folder_ / "in" / "pipe.cls").c_str(), 0600), 0);
+  fs::create_directories(folder_ / "out");
+  ASSERT_EQ(::mkfifo((folder_ / "out" / "p0.nc").c_str(), 0600), 0);
+  EXPECT_EQ(count(run(items()), BatchState::posted), 4u);
+}
+
+// Two batches with different options in one folder, both at work on every file: run again, each finds what
+// the other made and makes its own.
+TEST_F(Batch, ProgramOfAnotherBatchIsNeverTakenForOnesOwn) {
+  options_.post.tolerance_mm = 0.002;
+  run(items("own"));
+  const auto own = files("own");
+  for (int round = 0; round < 60; ++round) {
+    const pid_t other = ::fork();
+    ASSERT_GE(other, 0);
+    options_.threads = 1;
+    options_.fingerprint = other == 0 ? "b" : "a";
+    options_.post.tolerance_mm = other == 0 ? 0.05 : 0.002;
+    run(items("both"));
+    if (other == 0) ::_exit(0);
+    ::waitpid(other, nullptr, 0);
+    run(items("both"));
+    ASSERT_EQ(files("both"), own) << "round " << round;
+    fs::remove_all(folder_ / "both");
+  }
 }
 
 // Killed at 50 random moments and run again: the files of an undisturbed run, and nothing else.

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -31,6 +32,8 @@ class AtomicFile {
   Result<void> write(std::string_view bytes);
   /// Replaces bytes that were written already, from `offset` on. Only before commit.
   Result<void> overwrite(std::size_t offset, std::string_view bytes);
+  /// Gives everything that was written, piece by piece. Only before commit.
+  Result<void> read_back(const std::function<void(std::string_view)>& take) const;
   Result<void> commit();
 
  private:
