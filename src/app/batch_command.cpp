@@ -132,6 +132,11 @@ std::vector<std::string> header_lines(const BatchCommand& command, const Machine
 
 // What was found in a file, and why it failed.
 void print_findings(const post::BatchResult& r) {
+  std::error_code ec;
+  if (r.state == post::BatchState::failed && !r.outcome.written &&
+      std::filesystem::is_regular_file(r.item.output, ec)) {
+    spdlog::warn("{}: warning: the program of an earlier run still stands there", r.item.output);
+  }
   if (r.outcome.error) {
     print_failure(r.outcome.diagnostics, *r.outcome.error);
     return;

@@ -91,6 +91,16 @@ TEST_F(BatchCommand, FailedVerificationNamesItsReason) {
   EXPECT_THAT(outcome.messages, HasSubstr("the tolerance is 1e-09 deg"));
 }
 
+TEST_F(BatchCommand, ProgramOfAnEarlierRunIsNotTakenForTheNewOne) {
+  EXPECT_EQ(batch("").code, 0);
+  write_part("in/b.cls", "GOTO/1,2\n");
+  const Outcome outcome = batch("");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.messages,
+              HasSubstr("out/b.nc: warning: the program of an earlier run still stands there"));
+  EXPECT_THAT(outcome.messages, Not(HasSubstr("out/a.nc: warning")));
+}
+
 TEST_F(BatchCommand, HeaderNamesTolerance) {
   EXPECT_EQ(batch("--tolerance-mm 0.004 -c linuxcnc").code, 0);
   EXPECT_THAT(text("out/a.nc"), HasSubstr("(errors none compensated)"));
