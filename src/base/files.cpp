@@ -180,9 +180,12 @@ Result<void> AtomicFile::commit() {
   if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) return tl::unexpected(failure("write"));
   if (temporary_.empty()) {
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
-    auto name = name_beside(target_, [&](const char* beside) {
-      return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, beside, AT_SYMLINK_FOLLOW) == 0;
-    });
+    const auto link_as = [&](const char* name) {
+      return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+    };
+    if (link_as(target_.c_str())) return {};
+    // One that stands there can only be replaced by a file that has a name.
+    auto name = name_beside(target_, link_as);
     if (!name) return tl::unexpected(failure("write"));
     temporary_ = std::move(*name);
   }

@@ -75,13 +75,22 @@ Result<std::string> read_input(const BatchItem& item) {
   return read_file(item.input);
 }
 
+Result<void> make_folder_of(const std::string& output) {
+  const fs::path folder = fs::path(output).parent_path();
+  std::error_code ec;
+  fs::create_directories(folder, ec);
+  if (ec) return fail(ErrorCode::io_failed, "cannot make the folder: " + ec.message(), folder.string());
+  return {};
+}
+
+void fail_item(BatchResult& result, const Error& error) {
+  result.state = BatchState::failed;
+  result.outcome.error = error;
+}
+
 void run_item(const Context& context, BatchResult& result) {
   const auto text = read_input(result.item);
-  if (!text) {
-    result.state = BatchState::failed;
-    result.outcome.error = text.error();
-    return;
-  }
+  if (!text) return fail_item(result, text.error());
   const std::string inputs_hash = hash_text(hash_text(*text) + context.options.fingerprint);
   if (!context.options.force && is_unchanged(result.item, inputs_hash)) {
     result.state = BatchState::skipped;
@@ -91,8 +100,8 @@ void run_item(const Context& context, BatchResult& result) {
     result.state = BatchState::would_post;
     return;
   }
-  std::error_code ec;
-  fs::create_directories(fs::path(result.item.output).parent_path(), ec);
+  if (const auto folder = make_folder_of(result.item.output); !folder)
+    return fail_item(result, folder.error());
   PostJob job;
   job.cl_file = result.item.input;
   job.machine = &context.machine;

@@ -177,6 +177,15 @@ TEST_F(Batch, LinksInAFolderAreNotLeftOutInSilence) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "elsewhere"), fs::directory_iterator{}), 1);
 }
 
+TEST_F(Batch, FolderThatCannotBeMadeIsNamed) {
+  fs::create_directories(folder_ / "out");
+  std::ofstream(folder_ / "out" / "deep") << "no folder";
+  const auto results = run(items());
+  EXPECT_EQ(count(results, BatchState::posted), 3u);
+  EXPECT_EQ(results[0].outcome.error->text(),
+            (folder_ / "out" / "deep").string() + ": error: cannot make the folder: Not a directory");
+}
+
 TEST_F(Batch, PipeIsNotWaitedFor) {
   ASSERT_EQ(::mkfifo((folder_ / "in" / "pipe.cls").c_str(), 0600), 0);
   fs::create_directories(folder_ / "out");

@@ -17,8 +17,9 @@ std::string resolved_path(const std::string& path);
 
 /// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a
 /// hidden name where the file system has no unnamed files), `commit` flushes to the disk and renames into
-/// place. Destroyed or killed without commit, it leaves nothing behind. Symbolic links at `path` are
-/// followed. For `-` (standard output), a device or a pipe the bytes are held and written at commit.
+/// place. Destroyed or killed without commit, it leaves nothing behind; killed in the instant of replacing a
+/// file, the complete new one under a hidden name. Symbolic links at `path` are followed. For `-` (standard
+/// output), a device or a pipe the bytes are held and written at commit.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::string& path);
