@@ -107,6 +107,20 @@ TEST_F(BatchCommand, HeaderNamesTolerance) {
   EXPECT_THAT(text("out/a.nc"), HasSubstr("(nonlinear error adaptive, tolerance 0.004 mm)"));
 }
 
+// As the interface promises of post; the programs of a batch have the same line.
+TEST_F(BatchCommand, VerifySaysThatTheHeaderNamesAModel) {
+  std::ofstream(folder_ / "model.toml") << "[[effect]]\nid = \"location:C\"\n"
+                                           "[effect.parameters]\nX0C_um = 12.0\n";
+  for (const char* control : {"linuxcnc", "fanuc_30i"}) {
+    EXPECT_EQ(batch(std::string("--model model.toml -c ") + control).code, 0);
+    const std::string words = std::string("verify out/a.nc -m paper --against in/a.cls -c ") + control;
+    EXPECT_THAT(run(words).messages, HasSubstr("out/a.nc: warning: its header names a model")) << control;
+    const Outcome on_truth = run(words + " --truth model.toml");
+    EXPECT_EQ(on_truth.code, 0) << on_truth.messages;
+    EXPECT_THAT(on_truth.messages, Not(HasSubstr("its header")));
+  }
+}
+
 TEST_F(BatchCommand, ReportDoesNotCallVerifiedWhatIsNot) {
   EXPECT_EQ(batch("--no-verify --report r.html").code, 0);
   EXPECT_THAT(text("r.html"), HasSubstr("3 posted, 0 unchanged, 0 failed, not verified"));
