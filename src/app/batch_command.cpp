@@ -1,8 +1,9 @@
 #include <atomic>
 #include <csignal>
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <spdlog/spdlog.h>
-#include <thread>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -10,6 +11,7 @@
 #include "trunnion/post/batch.hpp"
 #include "trunnion/report/batch_json.hpp"
 
+#include "app/failed_checks.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -30,31 +32,56 @@ struct BatchCommand {
 
 std::atomic<bool> g_stop{false};  // set by SIGINT and SIGTERM: what has not begun is not run
 
-Result<std::vector<post::BatchItem>> take_shard(const BatchCommand& command,
-                                                std::vector<post::BatchItem> items) {
-  if (command.shard.empty()) return items;
-  const auto slash = command.shard.find('/');
-  const auto index = parse_integer(command.shard.substr(0, slash));
-  const auto count =
-      slash == std::string::npos ? std::nullopt : parse_integer(command.shard.substr(slash + 1));
-  if (!index || !count || *index < 1 || *index > *count) {
-    return fail(ErrorCode::wrong_use, "--shard takes i/n with 1 <= i <= n, not '" + command.shard + "'");
+// The first signal lets the files that have begun end; a second one ends the program as without a handler.
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { g_stop = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+}
+
+struct Shard {
+  std::size_t index = 1;
+  std::size_t count = 1;
+};
+
+std::optional<Shard> shard_of(const std::string& text) {
+  const auto slash = text.find('/');
+  const auto index = parse_integer(text.substr(0, slash));
+  const auto count = slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
+  if (!index || !count || *index < 1 || *index > *count) return std::nullopt;
+  return Shard{static_cast<std::size_t>(*index), static_cast<std::size_t>(*count)};
+}
+
+CLI::Validator shard_words() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        return shard_of(text) ? std::string() : "takes i/n with 1 <= i <= n, not '" + text + "'";
+      },
+      "i/n");
+}
+
+// Everything but the CL files that is read.
+std::vector<std::string> shared_files(const BatchCommand& command, const MachineFiles& files,
+                                      const std::optional<Model>& model) {
+  std::vector<std::string> out = {files.machine.file, files.controller.file};
+  out.insert(out.end(), files.controller.bases.begin(), files.controller.bases.end());
+  if (model) {
+    out.push_back(command.options.model);
+    const auto tables = table_files(*model);
+    out.insert(out.end(), tables.begin(), tables.end());
   }
-  return post::shard(items, *index, *count);
+  return out;
 }
 
 // Everything but the CL file that decides about an output.
-Result<std::string> fingerprint(const BatchCommand& command, const Machine& machine,
-                                const nc::Controller& controller, const std::optional<Model>& model) {
+Result<std::string> fingerprint(const BatchCommand& command, const std::vector<std::string>& shared) {
   std::string out = std::string("trunnion ") + TRUNNION_VERSION + "\n" + command.options.text();
-  std::vector<std::string> files = {machine.file, controller.file};
-  files.insert(files.end(), controller.bases.begin(), controller.bases.end());
-  if (model) {
-    files.push_back(command.options.model);
-    const auto tables = table_files(*model);
-    files.insert(files.end(), tables.begin(), tables.end());
-  }
-  for (const std::string& file : files) {
+  for (const std::string& file : shared) {
+    std::error_code ec;
+    if (!std::filesystem::is_regular_file(file, ec)) {
+      return fail(ErrorCode::wrong_use, "a batch looks for changes in this file: it cannot be a pipe", file);
+    }
     const auto text = read_file(file);
     if (!text) return tl::unexpected(text.error());
     out += *text + "\n";
@@ -62,42 +89,111 @@ Result<std::string> fingerprint(const BatchCommand& command, const Machine& mach
   return out;
 }
 
-// Findings and the reason of every failure, file by file.
-void print_failures(const std::vector<post::BatchResult>& results) {
-  for (const post::BatchResult& r : results) {
-    if (r.state != post::BatchState::failed) continue;
-    if (r.outcome.error) {
-      print_failure(r.outcome.diagnostics, *r.outcome.error);
-    } else if (r.outcome.report && r.outcome.report->verification) {
-      const post::VerifyReport& v = *r.outcome.report->verification;
-      spdlog::error(
-          "{}: error: verification failed: tip {:.6f} of {} mm, {} CL points missed, {} positions beyond "
-          "limits",
-          r.item.input, v.certified_tip_deviation_mm, v.tolerance_mm, v.points_missed, v.beyond_limits_count);
+// No output over a file that the batch reads, no result over one that it reads or writes.
+Result<void> keep_apart(const BatchCommand& command, const std::vector<post::BatchItem>& items,
+                        const std::vector<std::string>& shared) {
+  std::vector<std::string> taken = shared;
+  taken.insert(taken.end(), command.inputs.begin(), command.inputs.end());
+  std::set<std::string> read;
+  for (const std::string& file : taken) read.insert(resolved_path(file));
+  for (const post::BatchItem& item : items) {
+    if (read.contains(resolved_path(item.output))) {
+      return fail(ErrorCode::wrong_input,
+                  "its program would overwrite " + item.output + ", which this command reads", item.input);
     }
+    taken.push_back(item.input);
+    taken.push_back(item.output);
   }
+  return command.result.apart_from("", taken);
+}
+
+Result<void> check_use(const BatchCommand& command) {
+  const PostCliOptions& o = command.options;
+  if (!o.offsets.empty() || !o.thermal_model.empty() || !o.temperatures.empty()) {
+    return fail(ErrorCode::wrong_use,
+                "thermal offsets and temperatures belong to one run of one program: use post");
+  }
+  if (command.folder.empty() || command.folder == "-")
+    return fail(ErrorCode::wrong_use, "-o names the folder of the NC files, not '" + command.folder + "'");
+  return {};
+}
+
+Result<void> make_folder(const std::string& folder) {
+  std::error_code ec;
+  std::filesystem::create_directories(folder, ec);
+  if (ec) return fail(ErrorCode::io_failed, "cannot make the folder: " + ec.message(), folder);
+  return {};
+}
+
+std::vector<std::string> header_lines(const BatchCommand& command, const MachineFiles& files) {
+  return {std::string("trunnion ") + TRUNNION_VERSION + ", controller " + files.controller.name,
+          "machine " + files.machine.name, command.options.errors_line(), command.options.tolerance_line()};
+}
+
+// What was found in a file, and why it failed.
+void print_findings(const post::BatchResult& r) {
+  std::error_code ec;
+  if (r.state == post::BatchState::failed && !r.outcome.written &&
+      std::filesystem::is_regular_file(r.item.output, ec)) {
+    spdlog::warn("{}: warning: the program of an earlier run still stands there", r.item.output);
+  }
+  if (r.outcome.error) {
+    print_failure(r.outcome.diagnostics, *r.outcome.error);
+    return;
+  }
+  print(r.outcome.diagnostics);
+  if (r.outcome.passed || !r.outcome.report || !r.outcome.report->verification) return;
+  for (const std::string& reason : failed_checks(*r.outcome.report->verification, r.item.input))
+    spdlog::error("{}: error: {}", r.item.input, reason);
+  if (r.outcome.written)
+    spdlog::warn("{}: warning: written all the same, marked NOT WITHIN TOLERANCE", r.item.output);
+}
+
+std::vector<post::BatchResult> post_all(const BatchCommand& command,
+                                        const std::vector<post::BatchItem>& items, const MachineFiles& files,
+                                        const Model* model, const post::BatchOptions& options) {
+  g_stop = false;
+  stop_on_signals();
+  ProgressLine progress(items.size(), "files");
+  return post::run_batch(
+      items, files.machine, files.controller, model, header_lines(command, files), options,
+      [&](const post::BatchResult&) { progress.step(); }, g_stop);
+}
+
+ExitCode finish(const BatchCommand& command, const std::vector<post::BatchResult>& results) {
+  for (const post::BatchResult& r : results) print_findings(r);
+  spdlog::info("{}", report::batch_table(results));
+  const std::string how = command.options.no_verify ? ", not verified (--no-verify)" : "";
+  if (!how.empty()) spdlog::warn("warning: not verified");
+  if (const auto code = command.result.write(report::batch_json(results), "Batch into " + command.folder,
+                                             report::batch_summary(results) + how + ".", "");
+      code != kDone)
+    return code;
+  const report::BatchCounts counts = report::count(results);
+  return counts.failed + counts.not_run > 0 ? kCheckFailed : kDone;
 }
 
 ExitCode run(const BatchCommand& command) {
+  if (const auto use = check_use(command); !use) return print_error(use.error());
   const auto options = command.options.resolve();
   if (!options) return print_error(options.error());
-  if (!command.options.offsets.empty() || !command.options.thermal_model.empty()) {
-    return print_error(
-        {ErrorCode::wrong_use, "thermal offsets belong to one run of one program: use post", {}, {}});
-  }
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
-  const auto& [machine, controller] = *files;
-  const auto model = command.options.load_errors(machine, diagnostics);
+  if (const auto checked = post::check_options(*options, files->machine, files->controller); !checked)
+    return print_error(checked.error());
+  const auto model = command.options.load_errors(files->machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
-  auto all = post::batch_items(command.inputs, command.folder, diagnostics);
-  if (!all) return print_failure(diagnostics, all.error());
-  const auto items = take_shard(command, std::move(*all));
-  if (!items) return print_error(items.error());
-  const auto mark = fingerprint(command, machine, controller, *model);
+  auto items = post::batch_items(command.inputs, command.folder, diagnostics);
+  if (!items) return print_failure(diagnostics, items.error());
+  const auto shared = shared_files(command, *files, *model);
+  if (const auto apart = keep_apart(command, *items, shared); !apart) return print_error(apart.error());
+  const auto mark = fingerprint(command, shared);
   if (!mark) return print_error(mark.error());
   print(diagnostics);
+  if (const auto part = shard_of(command.shard)) items = post::shard(*items, part->index, part->count);
+  if (const auto folder = command.dry_run ? Result<void>() : make_folder(command.folder); !folder)
+    return print_error(folder.error());
   post::BatchOptions batch;
   batch.post = *options;
   batch.accept_deviation = command.options.accept_deviation;
@@ -105,31 +201,7 @@ ExitCode run(const BatchCommand& command) {
   batch.force = command.force;
   batch.threads = command.threads;
   batch.fingerprint = *mark;
-  g_stop = false;
-  std::signal(SIGINT, [](int) { g_stop = true; });
-  std::signal(SIGTERM, [](int) { g_stop = true; });
-  std::vector<post::BatchResult> results;
-  {
-    ProgressLine progress(items->size(), "files");
-    const std::vector<std::string> header = {
-        std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name,
-        "machine " + machine.name};
-    results = post::run_batch(
-        *items, machine, controller, *model ? &**model : nullptr, header, batch,
-        [&](const post::BatchResult&) { progress.step(); }, g_stop);
-  }
-  print_failures(results);
-  const report::BatchCounts counts = report::count(results);
-  spdlog::info("{}", report::batch_table(results));
-  const std::string verdict = std::to_string(counts.posted) + " posted and verified, " +
-                              std::to_string(counts.skipped) + " unchanged, " +
-                              std::to_string(counts.failed) + " failed, " + std::to_string(counts.not_run) +
-                              " not run.";
-  if (const auto code =
-          command.result.write(report::batch_json(results), "Batch into " + command.folder, verdict, "");
-      code != kDone)
-    return code;
-  return counts.failed + counts.not_run > 0 ? kCheckFailed : kDone;
+  return finish(command, post_all(command, *items, *files, *model ? &**model : nullptr, batch));
 }
 
 }  // namespace
@@ -137,11 +209,16 @@ ExitCode run(const BatchCommand& command) {
 void add_batch_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<BatchCommand>();
   CLI::App* c = root.add_subcommand("batch", "post many CL files; unchanged ones are skipped");
-  c->add_option("inputs", command->inputs, "CL files, folders with CL files, manifests (.toml)")->required();
+  c->add_option("inputs", command->inputs,
+                "CL files, folders with CL files, manifests (.toml: [[part]] file = \"...\" and, to name it, "
+                "output = \"...\")")
+      ->required();
   c->add_option("-o,--output", command->folder, "folder for the NC files")->required();
   command->machine.add_to(*c, true);
-  c->add_option("-j,--threads", command->threads, "files at a time (all cores)")->check(CLI::PositiveNumber);
-  c->add_option("--shard", command->shard, "i/n: only every n-th file, beginning with the i-th (array jobs)");
+  c->add_option("-j,--threads", command->threads, "files at a time (all cores)")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
+  c->add_option("--shard", command->shard, "only every n-th file, beginning with the i-th (array jobs)")
+      ->check(shard_words());
   c->add_flag("--dry-run", command->dry_run, "say what would be posted");
   c->add_flag("--force", command->force, "post unchanged files too");
   command->options.add_to(*c);

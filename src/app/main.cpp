@@ -78,7 +78,9 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write with a message, exit code 4
+  // A closed pipe, a file beyond the limit of the shell: failed writes with a message, exit code 4.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   trunnion::app::remember_command_line(argc, argv);
   try {
     return run(argc, argv);

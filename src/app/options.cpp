@@ -108,14 +108,14 @@ void PoleCliOptions::add_to(CLI::App& c) {
        "--pole-tolerance-deg", tolerance_deg,
        "largest tilt of the tool axis near the pole, tip unchanged, so that the inner rotary axis turns "
        "less (0: none)")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(between(0.0, 10.0))
       ->capture_default_str();
   c.add_option("--pole-cone-deg", cone_deg, "only where the tool axis is within this angle of the pole")
-      ->check(CLI::Range(0.0, 30.0))
+      ->check(between(0.0, 30.0))
       ->capture_default_str();
   c.add_option("--pole-min-turn-deg", min_turn_deg,
                "only where the inner rotary axis would turn by more than this between two points")
-      ->check(CLI::Range(0.0, 180.0))
+      ->check(between(0.0, 180.0))
       ->capture_default_str();
 }
 
@@ -192,7 +192,7 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--thermal-dead-band-um", thermal_dead_band_um, "smallest change that is followed")
-      ->check(CLI::NonNegativeNumber)
+      ->check(between(0.0, kLargestOption))
       ->capture_default_str();
   c.add_option(
        "--arcs", arcs,
@@ -267,6 +267,14 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   out.verify = !no_verify;
   out.cl = reading.resolve();
   return out;
+}
+
+std::string PostCliOptions::errors_line() const {
+  return model.empty() ? "errors none compensated" : "errors compensated: " + model;
+}
+
+std::string PostCliOptions::tolerance_line() const {
+  return "nonlinear error " + nonlinear + ", tolerance " + shortest_text(tolerance_mm) + " mm";
 }
 
 std::string PostCliOptions::text() const {

@@ -100,6 +100,9 @@ struct PostCliOptions {
   void add_to(CLI::App& command);
   /// Fails with wrong_use.
   Result<post::PostOptions> resolve() const;
+  /// Lines of a program's header: what is compensated, and how its nonlinear error is held.
+  std::string errors_line() const;
+  std::string tolerance_line() const;
   /// All values, for the fingerprint of a batch.
   std::string text() const;
   /// How thermal offsets are applied, and their limits.

@@ -7,6 +7,7 @@
 #include "trunnion/report/post_json.hpp"
 #include "trunnion/report/result_page.hpp"
 
+#include "app/failed_checks.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -48,15 +49,13 @@ void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
 }
 
 std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
-                                      const post::PostOptions& options, const nc::Controller& controller,
-                                      const post::RunTimeDrift* drift) {
+                                      const nc::Controller& controller, const post::RunTimeDrift* drift) {
   std::vector<std::string> out;
   out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
   out.push_back("CL file " + command.cl_file);
   out.push_back("machine " + machine.name + ", " + machine.file);
-  out.push_back("errors " + (command.options.model.empty() ? std::string("none compensated")
-                                                           : "compensated: " + command.options.model));
   const PostCliOptions& o = command.options;
+  out.push_back(o.errors_line());
   const bool at_run_time = o.thermal_output == "variables";
   if (!o.no_thermal && !at_run_time && (!o.offsets.empty() || !o.thermal_model.empty())) {
     out.push_back("thermal offsets " +
@@ -70,8 +69,7 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   }
   if (!o.no_thermal && at_run_time && controller.has_run_time_values())
     run_time_lines(o, controller, drift, out);
-  out.push_back("nonlinear error " + command.options.nonlinear + ", tolerance " +
-                shortest_text(options.tolerance_mm) + " mm");
+  out.push_back(o.tolerance_line());
   return out;
 }
 
@@ -121,37 +119,6 @@ void print_summary(const post::PostReport& r) {
       v.certified ? "proved" : "sampled", v.tolerance_mm, v.max_axis_deviation.deg());
 }
 
-// Why the check failed, with the place.
-void print_failed_check(const post::VerifyReport& v, const std::string& cl_file) {
-  const double tip = std::max(v.certified_tip_deviation_mm, v.max_point_deviation_mm);
-  if (tip > v.tolerance_mm) {
-    const std::string at =
-        v.worst.empty() ? "" : ", worst at " + cl_file + ":" + std::to_string(v.worst[0].cl_line);
-    spdlog::error("error: the tip deviates by {:.6f} mm, the tolerance is {} mm{}", tip, v.tolerance_mm, at);
-  }
-  if (v.max_axis_deviation > v.axis_tolerance) {
-    spdlog::error("error: the tool axis deviates by {:.4f} deg, the tolerance is {:.4f} deg",
-                  v.max_axis_deviation.deg(), v.axis_tolerance.deg());
-  }
-  if (v.max_pole_axis_deviation > v.axis_tolerance + v.pole_tolerance) {
-    spdlog::error("error: the tool axis deviates by {:.4f} deg near the pole, the tolerance is {:.4f} deg",
-                  v.max_pole_axis_deviation.deg(), v.axis_tolerance.deg() + v.pole_tolerance.deg());
-  }
-  if (v.rapid_tolerance_mm && v.max_rapid_deviation_mm > *v.rapid_tolerance_mm) {
-    spdlog::error("error: rapids deviate by {:.6f} mm, their tolerance is {} mm", v.max_rapid_deviation_mm,
-                  *v.rapid_tolerance_mm);
-  }
-  if (v.points_missed > 0)
-    spdlog::error("error: {} CL points are not on the program's path", v.points_missed);
-  for (const auto& b : v.beyond_limits) {
-    spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
-  }
-  for (const auto& f : v.too_fast) {
-    spdlog::error("error: NC line {} moves axis {} at {:.4f} times its largest speed", f.nc_line, f.axis,
-                  f.ratio);
-  }
-}
-
 std::vector<report::Fact> facts(const post::PostReport& r) {
   const auto count = [](const char* id, const char* label, std::size_t n) {
     return report::Fact{id, label, std::to_string(n), static_cast<double>(n)};
@@ -182,7 +149,8 @@ report::Page page_of(const PostCommand& command, const Machine& machine, const p
 ExitCode finish(const PostCommand& command, const Machine& machine, const post::FileOutcome& outcome) {
   print_summary(*outcome.report);
   if (!outcome.passed) {
-    print_failed_check(*outcome.report->verification, command.cl_file);
+    for (const std::string& reason : failed_checks(*outcome.report->verification, command.cl_file))
+      spdlog::error("error: {}", reason);
     if (outcome.written) {
       spdlog::warn("warning: written all the same, marked NOT WITHIN TOLERANCE (--accept-deviation)");
     } else {
@@ -196,8 +164,15 @@ ExitCode finish(const PostCommand& command, const Machine& machine, const post::
   return outcome.passed ? kDone : kCheckFailed;
 }
 
+std::vector<std::string> inputs(const PostCommand& command) {
+  const PostCliOptions& o = command.options;
+  return {command.cl_file, command.machine.machine, command.machine.controller, o.model, o.offsets,
+          o.thermal_model, o.temperatures};
+}
+
 ExitCode run(const PostCommand& command) {
-  if (const auto apart = command.result.apart_from(command.output); !apart) return print_error(apart.error());
+  if (const auto apart = command.result.apart_from(command.output, inputs(command)); !apart)
+    return print_error(apart.error());
   auto options = command.options.resolve();
   if (!options) return print_error(options.error());
   options->collect = !command.result.report.empty();
@@ -223,7 +198,7 @@ ExitCode run(const PostCommand& command) {
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
   command.options.set_offset_output(job);
-  job.header = header_lines(command, machine, *options, controller, job.run_time_drift);
+  job.header = header_lines(command, machine, controller, job.run_time_drift);
   options->threads = command.threads;
   const auto outcome = [&] {
     const Activity activity("posting");

@@ -7,10 +7,17 @@
 #include <spdlog/spdlog.h>
 #include <stop_token>
 #include <string>
+#include <sys/ioctl.h>
 #include <thread>
 #include <unistd.h>
 
 namespace trunnion::app {
+
+/// Columns of the terminal at standard error; 80 where it does not say.
+inline std::size_t terminal_width() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
+}
 
 /// One line on standard error that is written over as work goes on: only on a terminal, and not with
 /// `--quiet`. Safe from several threads.
@@ -35,8 +42,13 @@ class ProgressLine {
     const double left = static_cast<double>(total_ - done_) / rate;
     constexpr std::size_t kWidth = 30;
     const std::size_t full = kWidth * done_ / total_;
-    std::fprintf(stderr, "\r[%s%s] %zu/%zu  %.1f %s/s  %.0f s left\x1b[K", std::string(full, '#').c_str(),
-                 std::string(kWidth - full, '.').c_str(), done_, total_, rate, unit_.c_str(), left);
+    const std::string bar = "[" + std::string(full, '#') + std::string(kWidth - full, '.') + "] ";
+    const std::string figures =
+        fmt::format("{}/{}  {:.1f} {}/s  {:.0f} s left", done_, total_, rate, unit_, left);
+    // A line that does not fit cannot be written over.
+    const std::size_t room = terminal_width() - 1;
+    const std::string line = bar.size() + figures.size() <= room ? bar + figures : figures.substr(0, room);
+    std::fprintf(stderr, "\r%s\x1b[K", line.c_str());
   }
 
  private:

@@ -1,17 +1,55 @@
 #include "app/results.hpp"
 
+#include <filesystem>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "trunnion/base/files.hpp"
 #include "trunnion/report/result_page.hpp"
 
 namespace trunnion::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_device(const std::string& file) {
+  std::error_code ec;
+  const fs::file_status status = fs::status(file, ec);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+}  // namespace
 
 void ResultOptions::add_to(CLI::App& command) {
   command.add_option("--json", json, "write the result as JSON to this file (- is standard output)");
   command.add_option("--report", report, "write a self-contained HTML page");
 }
 
-Result<void> ResultOptions::apart_from(const std::string& output) const {
-  if (output == "-" && json_on_stdout())
-    return fail(ErrorCode::wrong_use, "-o - and --json - both want standard output; name a file for one");
+Result<void> ResultOptions::apart_from(const std::string& output,
+                                       const std::vector<std::string>& taken) const {
+  std::set<std::string> kept;
+  for (const std::string& file : taken) {
+    if (!file.empty() && file != "-") kept.insert(resolved_path(file));
+  }
+  std::map<std::string, std::string> outputs;  // place, option
+  for (const auto& [option, file] :
+       {std::pair("-o", output), std::pair("--json", json), std::pair("--report", report)}) {
+    if (file.empty() || is_device(file)) continue;
+    const auto place = file == "-" ? file : resolved_path(file);
+    const auto [other, is_new] = outputs.emplace(place, option);
+    if (!is_new && file == "-") {
+      return fail(ErrorCode::wrong_use,
+                  other->second + " - and " + option + " - both want standard output; name a file for one");
+    }
+    if (!is_new) {
+      return fail(ErrorCode::wrong_use, other->second + " and " + option + " name the same file " + file);
+    }
+    if (file != "-" && kept.contains(place)) {
+      return fail(ErrorCode::wrong_use,
+                  std::string(option) + " would overwrite " + file + ", which this command reads or writes");
+    }
+  }
   return {};
 }
 

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "trunnion/report/page.hpp"
 
@@ -16,8 +17,9 @@ struct ResultOptions {
   void add_to(CLI::App& command);
   /// Standard output belongs to the JSON object.
   bool json_on_stdout() const { return json == "-"; }
-  /// Fails with wrong_use when the command's own output and its result both go to standard output.
-  Result<void> apart_from(const std::string& output) const;
+  /// Fails with wrong_use when two of the command's own output, the JSON and the page are one file or both go
+  /// to standard output, or when one of them is a file of `taken`, which the command reads or writes.
+  Result<void> apart_from(const std::string& output, const std::vector<std::string>& taken = {}) const;
   /// Writes what is asked for: the JSON, the page, and `text` (for people, none when empty) to standard
   /// output unless the JSON stands there. `page` is only made where it is asked for.
   ExitCode write(const std::string& result_json, const std::function<report::Page()>& page,

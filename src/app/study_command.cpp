@@ -66,7 +66,7 @@ void add_study_command(CLI::App& root, int& exit) {
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "of the tool axis (the machine's)")
       ->check(above_zero());
   c->add_option("--list", command->listed, "segments to list, largest error first")
-      ->check(CLI::NonNegativeNumber)
+      ->check(between(0.0, kLargestOption))
       ->capture_default_str();
   command->result.add_to(*c);
   command->reading.add_to(*c);

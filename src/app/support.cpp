@@ -26,9 +26,21 @@ CLI::Validator above_zero() {
       [](const std::string& text) -> std::string {
         const auto number = parse_number(text);
         if (!number) return text + " is not a number";
+        if (number.value > kLargestOption) return text + " is beyond " + shortest_text(kLargestOption);
         return number.value > 0.0 ? "" : text + " is not above 0";
       },
       "POSITIVE");
+}
+
+CLI::Validator between(double low, double high) {
+  const std::string range = shortest_text(low) + " to " + shortest_text(high);
+  return CLI::Validator(
+      [=](const std::string& text) -> std::string {
+        const auto number = parse_number(text);
+        if (!number) return text + " is not a number";
+        return number.value >= low && number.value <= high ? "" : text + " is not in " + range;
+      },
+      range);
 }
 
 std::string made_by() {

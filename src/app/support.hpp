@@ -23,8 +23,13 @@ ExitCode print_failure(const Diagnostics& diagnostics, const Error& error);
 /// Writes `text` to `path` through an AtomicFile (`-` is standard output).
 ExitCode write_output(const std::string& path, const std::string& text);
 
+/// Beyond what any length, angle, feed or time of an option means.
+inline constexpr double kLargestOption = 1e9;
+
 /// Takes numbers above 0 (CLI11's own check names the largest double in its message).
 CLI::Validator above_zero();
+/// Takes numbers from `low` to `high` (CLI11's own check takes `nan`).
+CLI::Validator between(double low, double high);
 
 /// "trunnion 0.1.0: <command line>", for the foot of a report.
 std::string made_by();

@@ -92,7 +92,7 @@ void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
       ->capture_default_str();
   sub->add_flag("--per-blade", assessing->per_blade, "the offset is sent once, at the start of each blade");
   sub->add_option("--least-share", assessing->least_share, "exit code 1 when fewer blades are within")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(between(0.0, 1.0));
   assessing->result.add_to(*sub);
   sub->callback([assessing, &exit] { exit = run_assess(*assessing); });
 }

@@ -151,7 +151,7 @@ void add_thermal_serve_command(CLI::App& thermal, int& exit) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_option("--dead-band-um", options->dead_band_um, "smaller changes are not followed")
-      ->check(CLI::NonNegativeNumber)
+      ->check(between(0.0, kLargestOption))
       ->capture_default_str();
   sub->callback([options, &exit] { exit = serve(*options); });
 }

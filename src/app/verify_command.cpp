@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <spdlog/spdlog.h>
 
@@ -60,8 +64,28 @@ void print_report(const post::VerifyReport& v) {
   }
 }
 
+// Whether the header says that errors of the machine are compensated. Of a file only: a pipe is read once.
+bool compensates_errors(const std::string& nc_file) {
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(nc_file, ec)) return false;
+  constexpr std::size_t kHeader = 4096;
+  std::string head(kHeader, '\0');
+  std::ifstream file(nc_file, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  std::transform(head.begin(), head.end(), head.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return head.find("errors compensated: ") != std::string::npos;
+}
+
 ExitCode run(const VerifyCommand& command) {
   Diagnostics diagnostics;
+  if (command.truth.empty() && compensates_errors(command.nc_file)) {
+    diagnostics.warning(
+        command.nc_file, {},
+        "its header names a model of the machine's errors; without --truth it is evaluated on "
+        "the nominal machine");
+  }
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
   const Machine& machine = files->machine;

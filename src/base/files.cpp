@@ -7,12 +7,15 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <optional>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
 namespace trunnion {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string reason() {
   return std::strerror(errno);
@@ -30,20 +33,19 @@ Result<std::string> read_descriptor(int descriptor, const std::string& path) {
   }
 }
 
-// The file that a chain of symbolic links names, whether it exists or not: the link stays, its target is
-// replaced.
-std::string follow_links(const std::string& path) {
-  std::error_code ec;
-  const auto resolved = std::filesystem::weakly_canonical(path, ec);
-  return ec ? path : resolved.string();
-}
-
-std::string temporary_name(const std::string& target) {
+// A hidden name in the folder of `target`, for what `make` makes there. It is as short for a long name, and
+// one that a killed process of the same number left is passed over. Nothing when `make` fails.
+template <class Make>
+std::optional<std::string> name_beside(const std::string& target, const Make& make) {
   static std::atomic<unsigned> counter{0};
-  const std::filesystem::path p(target);
-  const std::string name = "." + p.filename().string() + "." + std::to_string(::getpid()) + "-" +
-                           std::to_string(counter.fetch_add(1)) + ".tmp";
-  return (p.parent_path() / name).string();
+  const fs::path folder = fs::path(target).parent_path();
+  for (;;) {
+    const std::string name =
+        ".trunnion-" + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
+    std::string beside = (folder / name).string();
+    if (make(beside.c_str())) return beside;
+    if (errno != EEXIST) return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -55,6 +57,16 @@ Result<std::string> read_file(const std::string& path) {
   auto out = read_descriptor(descriptor, path);
   ::close(descriptor);
   return out;
+}
+
+std::string resolved_path(const std::string& path) {
+  constexpr int kMostLinks = 40;  // where the system gives up, too
+  std::error_code ec;
+  fs::path target = fs::absolute(path, ec);
+  for (int i = 0; i < kMostLinks && !fs::exists(target, ec) && fs::is_symlink(target, ec); ++i)
+    target = target.parent_path() / fs::read_symlink(target, ec);
+  const auto resolved = fs::weakly_canonical(target, ec);
+  return ec ? target.string() : resolved.string();
 }
 
 Error AtomicFile::failure(const char* action) const {
@@ -69,9 +81,11 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     if (file.descriptor_ < 0) return tl::unexpected(file.failure("write"));
     return file;
   }
-  const std::string target = follow_links(path);
+  if (path.empty()) return fail(ErrorCode::io_failed, "cannot write: the name of the file is empty");
+  const std::string target = resolved_path(path);
   struct stat status {};
   const bool exists = ::stat(target.c_str(), &status) == 0;
+  if (!exists && errno == ELOOP) return tl::unexpected(file.failure("write"));
   if (exists && S_ISDIR(status.st_mode)) return fail(ErrorCode::io_failed, "cannot write: is a folder", path);
   if (exists && !S_ISREG(status.st_mode)) {
     file.descriptor_ = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
@@ -84,13 +98,15 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
 }
 
 Result<void> AtomicFile::open_beside() {
-  const std::string folder = std::filesystem::path(target_).parent_path().string();
-  descriptor_ = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  const std::string folder = fs::path(target_).parent_path().string();
+  descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
   if (descriptor_ >= 0) return {};
-  const std::string name = temporary_name(target_);
-  descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) return tl::unexpected(failure("write"));
-  temporary_ = name;
+  auto name = name_beside(target_, [&](const char* beside) {
+    descriptor_ = ::open(beside, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return descriptor_ >= 0;
+  });
+  if (!name) return tl::unexpected(failure("write"));
+  temporary_ = std::move(*name);
   return {};
 }
 
@@ -139,6 +155,22 @@ Result<void> AtomicFile::overwrite(std::size_t offset, std::string_view bytes) {
   return {};
 }
 
+Result<void> AtomicFile::read_back(const std::function<void(std::string_view)>& take) const {
+  if (target_.empty()) {
+    take(held_);
+    return {};
+  }
+  std::array<char, 1 << 16> buffer;
+  for (off_t at = 0;;) {
+    const ssize_t n = ::pread(descriptor_, buffer.data(), buffer.size(), at);
+    if (n == 0) return {};
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return tl::unexpected(failure("read back"));
+    take({buffer.data(), static_cast<std::size_t>(n)});
+    at += n;
+  }
+}
+
 Result<void> AtomicFile::commit() {
   if (target_.empty()) return write_through(held_);
   struct stat status {};
@@ -147,12 +179,15 @@ Result<void> AtomicFile::commit() {
   // fsync tells of a full disk or a lost network share before the old file is gone.
   if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) return tl::unexpected(failure("write"));
   if (temporary_.empty()) {
-    const std::string name = temporary_name(target_);
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
-    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) {
-      return tl::unexpected(failure("write"));
-    }
-    temporary_ = name;
+    const auto link_as = [&](const char* name) {
+      return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+    };
+    if (link_as(target_.c_str())) return {};
+    // One that stands there can only be replaced by a file that has a name.
+    auto name = name_beside(target_, link_as);
+    if (!name) return tl::unexpected(failure("write"));
+    temporary_ = std::move(*name);
   }
   if (::close(std::exchange(descriptor_, -1)) != 0) return tl::unexpected(failure("write"));
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) return tl::unexpected(failure("rename into place"));

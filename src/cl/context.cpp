@@ -413,9 +413,11 @@ void Context::finish(std::size_t lines) {
                                " tool axes were normalised; the length of this one is off by most, " +
                                short_text(worst_length_error_, 3));
   }
-  if (motion_count_ == 0 && diagnostics_.error_count() == errors_before_) {
-    error({static_cast<std::uint32_t>(std::max<std::size_t>(lines, 1)), 0}, "no motion (GOTO) in the file");
-  }
+  const SourceRef end{static_cast<std::uint32_t>(std::max<std::size_t>(lines, 1)), 0};
+  if (!modal.ended && !modal.closing.empty())
+    warning(end, "the file ends without " + std::string(modal.closing) + ": is it whole?");
+  if (motion_count_ == 0 && diagnostics_.error_count() == errors_before_)
+    error(end, "no motion (GOTO) in the file");
 }
 
 }  // namespace trunnion::cl

@@ -96,6 +96,7 @@ struct Modal {
   /// Words that SYN has renamed.
   std::map<std::string, std::string, std::less<>> synonyms;
   bool ended = false;
+  std::string_view closing;  // word that ends what PARTNO or TOOL PATH began; empty when nothing is open
 };
 
 /// What the words of a CL file act on: the modal state, the records made, the findings. One for each file.

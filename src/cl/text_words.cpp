@@ -10,6 +10,7 @@ void emit_text(Context& context, const Statement& statement, Text::Kind kind) {
   context.emit(statement.where, Text{kind, std::string(statement.text)});
 }
 void read_partno(Context& context, const Statement& statement) {
+  context.modal.closing = "FINI";
   emit_text(context, statement, Text::Kind::part_name);
 }
 void read_pprint(Context& context, const Statement& statement) {
@@ -26,9 +27,11 @@ void skip(Context&, const Statement&) {}
 // NX: TOOL PATH/operation,TOOL,tool
 void read_toolpath(Context& context, const Statement& statement) {
   const std::string_view name = statement.text.substr(0, statement.text.find(','));
+  context.modal.closing = "END-OF-PATH";
   context.emit(statement.where, OperationBegin{std::string(name)});
 }
 void read_end_of_path(Context& context, const Statement& statement) {
+  context.modal.closing = {};
   context.emit(statement.where, OperationEnd{});
 }
 

@@ -1,73 +1,37 @@
 #include "trunnion/post/batch.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <map>
+#include <memory>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <xxhash.h>
 
 #include "trunnion/base/files.hpp"
-#include "trunnion/base/number_text.hpp"
-#include "trunnion/config/section.hpp"
 
 namespace trunnion::post {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool is_cl_file(const fs::path& path) {
-  static const std::vector<std::string> kEndings = {".cls",       ".clsf", ".cl", ".apt",
-                                                    ".aptsource", ".ncl",  ".as", ".nci"};
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
-}
-
-std::string output_for(const fs::path& relative, const std::string& folder) {
-  return (fs::path(folder) / relative).replace_extension(".nc").string();
-}
-
-Result<void> add_folder(const fs::path& root, const std::string& folder, std::vector<BatchItem>& items) {
-  const std::size_t before = items.size();
-  std::error_code ec;
-  for (fs::recursive_directory_iterator it(root, ec), end; !ec && it != end; it.increment(ec)) {
-    if (it->is_regular_file(ec) && is_cl_file(it->path())) {
-      items.push_back({it->path().string(), output_for(fs::relative(it->path(), root, ec), folder)});
-    }
+// Of a text that comes in pieces.
+class ContentHash {
+ public:
+  ContentHash() : state_(XXH3_createState(), XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
+  void take(std::string_view bytes) { XXH3_128bits_update(state_.get(), bytes.data(), bytes.size()); }
+  std::string text() const {
+    const XXH128_hash_t h = XXH3_128bits_digest(state_.get());
+    return std::to_string(h.high64) + "-" + std::to_string(h.low64);
   }
-  if (ec) return fail(ErrorCode::io_failed, "cannot read the folder: " + ec.message(), root.string());
-  if (items.size() == before) return fail(ErrorCode::wrong_input, "no CL file in this folder", root.string());
-  return {};
-}
 
-Result<void> add_manifest(const std::string& file, const std::string& folder, std::vector<BatchItem>& items,
-                          Diagnostics& diagnostics) {
-  const auto text = read_file(file);
-  if (!text) return tl::unexpected(text.error());
-  const auto value = config::parse_toml(*text, file);
-  if (!value) return tl::unexpected(value.error());
-  const std::size_t errors = diagnostics.error_count();
-  config::Section root(*value, "file", file, diagnostics);
-  const fs::path base = fs::path(file).parent_path();
-  for (config::Section& part : root.sections("part")) {
-    const std::string name = part.text("file");
-    const auto output = part.find_text("output");
-    part.finish();
-    const fs::path out =
-        output ? fs::path(folder) / *output : fs::path(output_for(fs::path(name).filename(), folder));
-    items.push_back({(base / name).string(), out.string()});
-  }
-  root.finish();
-  if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
-  return {};
-}
+ private:
+  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
 
 std::string hash_text(std::string_view bytes) {
-  const XXH128_hash_t h = XXH3_128bits(bytes.data(), bytes.size());
-  return std::to_string(h.high64) + "-" + std::to_string(h.low64);
+  ContentHash hash;
+  hash.take(bytes);
+  return hash.text();
 }
 
 std::string stamp_path(const std::string& output) {
@@ -75,12 +39,16 @@ std::string stamp_path(const std::string& output) {
   return (p.parent_path() / ("." + p.filename().string() + ".stamp")).string();
 }
 
-// `inputs output` hashes; anything missing or different means that the item has to be posted.
+std::string stamp_text(const std::string& inputs_hash, const std::string& output_hash) {
+  return inputs_hash + " " + output_hash + "\n";
+}
+
+// Anything missing or different means that the item has to be posted.
 bool is_unchanged(const BatchItem& item, const std::string& inputs_hash) {
   const auto stamp = read_file(stamp_path(item.output));
   if (!stamp) return false;
   const auto output = read_file(item.output);
-  return output && *stamp == inputs_hash + " " + hash_text(*output) + "\n";
+  return output && *stamp == stamp_text(inputs_hash, hash_text(*output));
 }
 
 struct Context {
@@ -91,20 +59,38 @@ struct Context {
   const BatchOptions& options;
 };
 
-void write_stamp(const BatchItem& item, const std::string& inputs_hash) {
-  // Without a stamp the item is posted again next time: no reason to fail.
-  if (const auto output = read_file(item.output)) {
-    static_cast<void>(write_file(stamp_path(item.output), inputs_hash + " " + hash_text(*output) + "\n"));
+// What has to be a file because it is read twice, or replaced: a pipe would be waited for, or be empty.
+Result<void> require_file(const std::string& path) {
+  std::error_code ec;
+  const fs::file_status status = fs::status(path, ec);
+  if (!fs::exists(status) || fs::is_regular_file(status)) return {};
+  return fail(ErrorCode::wrong_input, "is no file (a folder, a pipe or a device)", path);
+}
+
+// The CL text of an item that can be posted.
+Result<std::string> read_input(const BatchItem& item) {
+  for (const std::string& path : {item.input, item.output}) {
+    if (auto file = require_file(path); !file) return tl::unexpected(file.error());
   }
+  return read_file(item.input);
+}
+
+Result<void> make_folder_of(const std::string& output) {
+  const fs::path folder = fs::path(output).parent_path();
+  std::error_code ec;
+  fs::create_directories(folder, ec);
+  if (ec) return fail(ErrorCode::io_failed, "cannot make the folder: " + ec.message(), folder.string());
+  return {};
+}
+
+void fail_item(BatchResult& result, const Error& error) {
+  result.state = BatchState::failed;
+  result.outcome.error = error;
 }
 
 void run_item(const Context& context, BatchResult& result) {
-  const auto text = read_file(result.item.input);
-  if (!text) {
-    result.state = BatchState::failed;
-    result.outcome.error = text.error();
-    return;
-  }
+  const auto text = read_input(result.item);
+  if (!text) return fail_item(result, text.error());
   const std::string inputs_hash = hash_text(hash_text(*text) + context.options.fingerprint);
   if (!context.options.force && is_unchanged(result.item, inputs_hash)) {
     result.state = BatchState::skipped;
@@ -114,8 +100,8 @@ void run_item(const Context& context, BatchResult& result) {
     result.state = BatchState::would_post;
     return;
   }
-  std::error_code ec;
-  fs::create_directories(fs::path(result.item.output).parent_path(), ec);
+  if (const auto folder = make_folder_of(result.item.output); !folder)
+    return fail_item(result, folder.error());
   PostJob job;
   job.cl_file = result.item.input;
   job.machine = &context.machine;
@@ -123,48 +109,17 @@ void run_item(const Context& context, BatchResult& result) {
   job.model = context.model;
   job.header = context.header;
   job.header.push_back("CL file " + fs::path(result.item.input).filename().string());
-  result.outcome = post_file(job, context.options.post, result.item.output, context.options.accept_deviation);
+  // Of the program as it was made, not as it is found: another batch may have put its own there by then.
+  ContentHash made;
+  result.outcome = post_file(job, context.options.post, result.item.output, context.options.accept_deviation,
+                             [&](std::string_view bytes) { made.take(bytes); });
   result.state = result.outcome.passed && result.outcome.written ? BatchState::posted : BatchState::failed;
-  if (result.state == BatchState::posted) write_stamp(result.item, inputs_hash);
+  // Without a stamp the item is posted again next time: no reason to fail.
+  if (result.state == BatchState::posted)
+    static_cast<void>(write_file(stamp_path(result.item.output), stamp_text(inputs_hash, made.text())));
 }
 
 }  // namespace
-
-Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& inputs, const std::string& folder,
-                                           Diagnostics& diagnostics) {
-  std::vector<BatchItem> items;
-  for (const std::string& input : inputs) {
-    std::error_code ec;
-    Result<void> added;
-    if (fs::is_directory(input, ec)) {
-      added = add_folder(input, folder, items);
-    } else if (!fs::exists(input, ec)) {
-      added = fail(ErrorCode::io_failed, "cannot open: No such file or directory", input);
-    } else if (fs::path(input).extension() == ".toml") {
-      added = add_manifest(input, folder, items, diagnostics);
-    } else {
-      items.push_back({input, output_for(fs::path(input).filename(), folder)});
-    }
-    if (!added) return tl::unexpected(added.error());
-  }
-  std::sort(items.begin(), items.end(), [](const BatchItem& a, const BatchItem& b) {
-    return std::pair(a.output, a.input) < std::pair(b.output, b.input);
-  });
-  for (std::size_t i = 1; i < items.size(); ++i) {
-    if (items[i].output == items[i - 1].output) {
-      return fail(ErrorCode::wrong_input,
-                  "would be written to the same file " + items[i].output + " as " + items[i - 1].input,
-                  items[i].input);
-    }
-  }
-  return items;
-}
-
-std::vector<BatchItem> shard(const std::vector<BatchItem>& items, std::size_t index, std::size_t count) {
-  std::vector<BatchItem> out;
-  for (std::size_t i = index - 1; i < items.size(); i += count) out.push_back(items[i]);
-  return out;
-}
 
 std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
                                    const nc::Controller& controller, const Model* model,

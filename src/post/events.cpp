@@ -81,6 +81,13 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
                               "SPINDL gives no speed, and none was given before: left out");
     return {};
   }
+  constexpr double kFastest_rpm = 1e6;
+  if (std::llround(std::min(spindle_rpm_, 2.0 * kFastest_rpm)) < 1 || spindle_rpm_ > kFastest_rpm) {
+    return fail(ErrorCode::wrong_input,
+                "SPINDL: " + shortest_text(spindle_rpm_) + " rpm is not between 1 and " +
+                    shortest_text(kFastest_rpm) + " rpm",
+                job_.cl_file, where);
+  }
   state_.spindle(spindle_rpm_);
   nc::Spindle out;
   out.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
@@ -112,6 +119,11 @@ Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
                   where);
     }
     seconds = *d.revolutions / spindle_rpm_ * kSecondsPerMinute;
+  }
+  constexpr double kLongest_s = 86400.0;
+  if (seconds > kLongest_s) {
+    return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day",
+                job_.cl_file, where);
   }
   pause(seconds);
   return write(nc::Dwell{std::llround(seconds * 1000.0)});

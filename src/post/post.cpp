@@ -32,22 +32,33 @@ std::string verdict_text(const PostReport& report) {
                 fixed_text(v.tolerance_mm, 6) + " MM ");
 }
 
+Result<void> check_options(const PostOptions& options, const Machine& machine,
+                           const nc::Controller& controller) {
+  const auto refuse = [](const std::string& why) { return fail(ErrorCode::wrong_use, why); };
+  if (options.rtcp && !controller.has_tcp())
+    return refuse("--rtcp: the control '" + controller.name + "' has no tool-centre-point control");
+  if (options.tilted_plane && options.rtcp)
+    return refuse("--tilted-plane and --rtcp: a program is written in one of the two");
+  if (options.rtcp && (options.nonlinear.thin || options.nonlinear.move_programmed_points)) {
+    return refuse(std::string(options.nonlinear.thin ? "--thin" : "--move-programmed-points") +
+                  " and --rtcp: under tool-centre-point control every programmed point stays where it is");
+  }
+  if (options.tilted_plane && !controller.has_tilted_plane())
+    return refuse("--tilted-plane: the control '" + controller.name + "' has no tilted plane");
+  const auto has_axis = [&](const Axis& axis) {
+    return axis.kind == AxisKind::rotary && axis.name == options.choice_axis;
+  };
+  if (options.choice == path::ChoiceMethod::axis &&
+      std::none_of(machine.axes.begin(), machine.axes.end(), has_axis)) {
+    return refuse("--choice: the machine has no rotary axis '" + options.choice_axis + "'");
+  }
+  return {};
+}
+
 Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& job,
                         const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics) {
-  if (options.rtcp && !job.controller->has_tcp()) {
-    return fail(ErrorCode::wrong_use,
-                "--rtcp: the control '" + job.controller->name + "' has no tool-centre-point control");
-  }
-  if (options.tilted_plane && options.rtcp)
-    return fail(ErrorCode::wrong_use, "--tilted-plane and --rtcp: a program is written in one of the two");
-  if (options.rtcp && (options.nonlinear.thin || options.nonlinear.move_programmed_points))
-    return fail(ErrorCode::wrong_use,
-                std::string(options.nonlinear.thin ? "--thin" : "--move-programmed-points") +
-                    " and --rtcp: under tool-centre-point control every programmed point stays where it is");
-  if (options.tilted_plane && !job.controller->has_tilted_plane()) {
-    return fail(ErrorCode::wrong_use,
-                "--tilted-plane: the control '" + job.controller->name + "' has no tilted plane");
-  }
+  if (auto checked = check_options(options, *job.machine, *job.controller); !checked)
+    return tl::unexpected(checked.error());
   Program program(std::move(source), job, options, sink, diagnostics);
   return program.run();
 }

@@ -20,9 +20,12 @@ class ProgramFile {
     size_ += text.size();
     return file_.write(text);
   }
-  Result<void> finish(const std::string& verdict) {
+  Result<void> finish(const std::string& verdict, const FinishedText& written) {
     if (verdict_at_) {
       if (auto r = file_.overwrite(*verdict_at_, verdict); !r) return r;
+    }
+    if (written) {
+      if (auto r = file_.read_back(written); !r) return r;
     }
     return file_.commit();
   }
@@ -41,7 +44,7 @@ bool FileOutcome::only_deviates() const {
 }
 
 FileOutcome post_file(const PostJob& job, const PostOptions& options, const std::string& output,
-                      bool accept_deviation) {
+                      bool accept_deviation, const FinishedText& written) {
   FileOutcome out;
   auto source = cl::open_source(job.cl_file);
   if (!source) {
@@ -64,8 +67,8 @@ FileOutcome post_file(const PostJob& job, const PostOptions& options, const std:
   out.report = std::move(*report);
   out.passed = !out.report->verification || out.report->verification->passed();
   if (!out.passed && !(accept_deviation && out.only_deviates())) return out;
-  if (auto written = file.finish(verdict_text(*out.report)); !written) {
-    out.error = written.error();
+  if (auto finished = file.finish(verdict_text(*out.report), written); !finished) {
+    out.error = finished.error();
     return out;
   }
   out.written = true;

@@ -5,6 +5,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -46,9 +48,13 @@ std::string batch_table(const std::vector<post::BatchResult>& results) {
     out += "\n";
   }
   if (lines > kMaxLines) out += "... and " + std::to_string(lines - kMaxLines) + " more (--json lists all)\n";
+  return out + batch_summary(results);
+}
+
+std::string batch_summary(const std::vector<post::BatchResult>& results) {
   const BatchCounts c = count(results);
-  out += std::to_string(results.size()) + " files: " + std::to_string(c.posted) + " posted, " +
-         std::to_string(c.skipped) + " unchanged, " + std::to_string(c.failed) + " failed";
+  std::string out = std::to_string(results.size()) + " files: " + std::to_string(c.posted) + " posted, " +
+                    std::to_string(c.skipped) + " unchanged, " + std::to_string(c.failed) + " failed";
   if (c.would_post > 0) out += ", " + std::to_string(c.would_post) + " to be posted";
   if (c.not_run > 0) out += ", " + std::to_string(c.not_run) + " not run (interrupted)";
   return out;
@@ -71,7 +77,11 @@ std::string batch_json(const std::vector<post::BatchResult>& results) {
     item["state"] = state_name(r.state);
     item["seconds"] = r.seconds;
     if (r.outcome.error) item["error"] = r.outcome.error->text();
+    for (const Finding& finding : r.outcome.diagnostics.findings()) {
+      if (finding.severity == Severity::warning) item["warnings"].push_back(finding.text());
+    }
     if (r.outcome.report) {
+      item["written"] = r.outcome.written;
       item["points_in"] = r.outcome.report->points_in;
       item["points_inserted"] = r.outcome.report->points_inserted;
       if (r.outcome.report->verification) {
@@ -81,7 +91,7 @@ std::string batch_json(const std::vector<post::BatchResult>& results) {
     }
     list.push_back(item);
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

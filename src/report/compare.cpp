@@ -6,6 +6,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 
 DeviationFigures deviation_figures(const post::VerifyReport& report) {
@@ -68,7 +70,7 @@ std::string compare_json(const std::vector<ComparedProgram>& programs) {
                     {"limits_ok", v.limits_ok()},
                     {"within_tolerance", v.within_tolerance()}});
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

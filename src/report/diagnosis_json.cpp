@@ -7,6 +7,8 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -106,7 +108,7 @@ ordered_json effects_of(const Model& model) {
 }
 
 std::string text_of_json(const ordered_json& json) {
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace
@@ -272,7 +274,7 @@ SimulationSummary summary_of(const Dataset& data, const Plan& plan, std::uint64_
   const std::string text = std::to_string(data.readings.size()) + " readings in " +
                            std::to_string(plan.runs.size()) + " runs, " + shortest_text(minutes) +
                            " min of machine time";
-  return {text, out.dump(2) + "\n"};
+  return {text, json_text(out)};
 }
 
 }  // namespace trunnion::report

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -120,7 +122,7 @@ std::string effects_json(const std::vector<EffectFamily>& library) {
     }
     list.push_back(std::move(e));
   }
-  return ordered_json{{"effects", list}}.dump(2) + "\n";
+  return json_text(ordered_json{{"effects", list}});
 }
 
 std::string effects_text(const std::vector<EffectFamily>& library) {

@@ -5,6 +5,8 @@
 
 #include "trunnion/base/units.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -75,7 +77,7 @@ std::string iso230_2_json(const std::vector<Positioning>& axes) {
   out["standard"] = kPositioningStandard;
   out["axes"] = ordered_json::array();
   for (const Positioning& axis : axes) out["axes"].push_back(line_json(axis));
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string iso230_6_json(const Diagonals& diagonals) {
@@ -98,7 +100,7 @@ std::string iso230_6_json(const Diagonals& diagonals) {
   out["squareness"] = ordered_json::array();
   for (const auto& s : diagonals.squareness)
     out["squareness"].push_back({{"plane", s.plane}, {"opening_urad", s.opening_rad / kRadPerUrad}});
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string iso230_4_json(const std::vector<CircularTest>& tests) {
@@ -126,7 +128,7 @@ std::string iso230_4_json(const std::vector<CircularTest>& tests) {
     one["opening_urad"] = test.opening_rad / kRadPerUrad;
     out["circles"].push_back(std::move(one));
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions) {
@@ -150,7 +152,7 @@ std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions) {
          {"residual_synchronous", number(values.residual_synchronous, f)},
          {"fundamental", values.fundamental * f}});
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

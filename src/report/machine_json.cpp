@@ -4,6 +4,8 @@
 
 #include "trunnion/post/proving.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -29,7 +31,7 @@ std::string machine_json(const Machine& machine, const std::string& proving_prog
                             {"gauge_length_mm", machine.tool_length_mm},
                             {"axes", axes},
                             {"proving_program", proving_program}};
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

@@ -2,6 +2,7 @@
 #include "trunnion/report/page.hpp"
 
 #include "report/assets.hpp"
+#include "report/json_text.hpp"
 #include "report/page_data.hpp"
 #include "report/svg.hpp"
 
@@ -151,7 +152,7 @@ std::string page_html(const Page& page) {
   // In pieces, which the page's script takes when they are needed: a large program's numbers are megabytes.
   const auto data = page_data(page);
   const auto put = [&](const std::string& name, const nlohmann::ordered_json& piece) {
-    out += script(json_type + "data-" + name + "\"", script_text(piece.dump()));
+    out += script(json_type + "data-" + name + "\"", script_text(json_text(piece, -1)));
   };
   for (const auto& [id, figure] : data["figures"].items()) put(id, figure);
   if (data.contains("machine")) put("machine", data["machine"]);

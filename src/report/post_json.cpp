@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -85,7 +87,7 @@ ordered_json verify_object(const post::VerifyReport& r) {
 }  // namespace
 
 std::string verify_json(const post::VerifyReport& report) {
-  return verify_object(report).dump(2) + "\n";
+  return json_text(verify_object(report));
 }
 
 std::string post_json(const post::PostReport& r) {
@@ -123,7 +125,7 @@ std::string post_json(const post::PostReport& r) {
   out["largest_correction_mm"] = r.largest_correction_mm;
   out["nc_lines"] = r.nc_lines;
   if (r.nominal_verification) out["nominal"] = verify_object(*r.nominal_verification);
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -83,7 +85,7 @@ std::string study_json(const path::StudyResult& result) {
   const ordered_json out{{"predictors", predictors_json(result)},
                          {"tolerances", tolerances_json(result)},
                          {"worst_segments", worst_json(result)}};
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string study_text(const path::StudyResult& result) {

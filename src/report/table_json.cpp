@@ -6,6 +6,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "report/columns.hpp"
+#include "report/json_text.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -37,7 +38,7 @@ std::string tables_json(const std::string& format, const std::vector<ErrorTable>
     rows.push_back({{"arguments", arguments}, {"components", components}, {"points", points}});
   }
   const ordered_json out = {{"format", format}, {"tables", rows}};
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string table_choice_json(const TableChoice& choice, const std::optional<Gate>& gate) {
@@ -59,7 +60,7 @@ std::string table_choice_json(const TableChoice& choice, const std::optional<Gat
                                       {"before_um", line.before * kUmPerTableMm},
                                       {"after_um", line.after * kUmPerTableMm}});
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string table_choice_text(const TableChoice& choice, const std::optional<Gate>& gate) {
@@ -106,7 +107,7 @@ std::string cross_talk_json(const CrossTalkStudy& study) {
                                   {"measured_reduction", 1.0 - line.measured / line.before}});
     out["models"].push_back(std::move(one));
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string cross_talk_text(const CrossTalkStudy& study) {

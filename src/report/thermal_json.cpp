@@ -3,6 +3,8 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/thermal_report.hpp"
 
+#include "report/json_text.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -67,7 +69,7 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
     out["channels"][channel.channel] = std::move(j);
   }
   out["sensor_faults"] = faults_json(faults);
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string thermal_screen_json(const std::vector<ChannelScreen>& channels,
@@ -102,7 +104,7 @@ std::string thermal_screen_json(const std::vector<ChannelScreen>& channels,
     out["channels"][channel.channel] = std::move(j);
   }
   out["sensor_faults"] = faults_json(faults);
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string thermal_predict_json(const ThermalModel& model, const std::vector<RunPrediction>& runs) {
@@ -133,7 +135,7 @@ std::string thermal_predict_json(const ThermalModel& model, const std::vector<Ru
     }
     out["runs"].push_back(std::move(j));
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string thermal_split_json(const DriftSplit& split, const std::vector<std::string>& refused) {
@@ -153,7 +155,7 @@ std::string thermal_split_json(const DriftSplit& split, const std::vector<std::s
   }
   out["null_directions"] = split.null_directions;
   out["refused"] = refused;
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string thermal_log_json(const Log& log) {
@@ -163,7 +165,7 @@ std::string thermal_log_json(const Log& log) {
     runs.push_back({{"run_id", run.id}, {"rows", run.rows()}, {"duration_s", duration}});
   }
   const ordered_json out = {{"runs", runs}, {"sensors", log.sensors}, {"channels", log.channels}};
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 std::string thermal_assess_json(const std::vector<BladeResult>& blades, double tolerance_mm) {
@@ -181,7 +183,7 @@ std::string thermal_assess_json(const std::vector<BladeResult>& blades, double t
       {"rms_after_um", in_um(rms_mm(blades, &BladeResult::after_rms_mm))},
       {"measurement_floor_um", in_um(kMeasurementFloor_mm)},
       {"blades", rows}};
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 }  // namespace trunnion::report

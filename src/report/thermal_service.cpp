@@ -63,7 +63,7 @@ Result<double> number_of(const std::string& text, const std::string& key) {
 }
 
 template <class Answer>
-std::string json_text(const Answer& a) {
+std::string answer_json(const Answer& a) {
   ordered_json out;
   out["ok"] = true;
   out["readings"] = a.readings;
@@ -291,7 +291,7 @@ std::string ThermalService::handle(const std::string& line) {
   const bool xml = first != std::string::npos && line[first] == '<';
   const auto message = xml ? parse_xml(line) : parse_json(line);
   const auto answer = message ? act(*message) : Result<Answer>(tl::unexpected(message.error()));
-  if (answer) return xml ? xml_text(*answer) : json_text(*answer);
+  if (answer) return xml ? xml_text(*answer) : answer_json(*answer);
   ++rejected_;
   if (xml) return "<error>" + xml_escaped(answer.error().message) + "</error>";
   // Bytes that are no UTF-8 must not throw here.

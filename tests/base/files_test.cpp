@@ -1,6 +1,7 @@
 #include "trunnion/base/files.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -63,6 +64,49 @@ TEST_F(Files, LinkIsFollowedAndStays) {
   ASSERT_TRUE(write_file(path("link.nc"), "new"));
   EXPECT_TRUE(fs::is_symlink(path("link.nc")));
   EXPECT_EQ(read_file(path("real.nc")).value(), "new");
+}
+
+TEST_F(Files, LinkToAFileThatDoesNotExistIsFollowedAndStays) {
+  fs::create_directory(path("programs"));
+  fs::create_symlink("programs/real.nc", path("link.nc"));
+  fs::create_symlink("link.nc", path("link_to_it.nc"));
+  ASSERT_TRUE(write_file(path("link_to_it.nc"), "new"));
+  EXPECT_TRUE(fs::is_symlink(path("link.nc")));
+  EXPECT_TRUE(fs::is_symlink(path("link_to_it.nc")));
+  EXPECT_EQ(read_file(path("programs/real.nc")).value(), "new");
+  fs::create_symlink("missing/real.nc", path("lost.nc"));
+  EXPECT_EQ(write_file(path("lost.nc"), "").error().message, "cannot write: No such file or directory");
+  fs::create_symlink("circle.nc", path("circle.nc"));
+  EXPECT_FALSE(write_file(path("circle.nc"), ""));
+  EXPECT_TRUE(fs::is_symlink(path("circle.nc")));
+}
+
+TEST_F(Files, EmptyNameIsAnError) {
+  EXPECT_EQ(write_file("", "lost").error().message, "cannot write: the name of the file is empty");
+}
+
+TEST_F(Files, LongestNameIsWritten) {
+  const std::string name(255, 'n');
+  ASSERT_TRUE(write_file(path(name.c_str()), "text"));
+  EXPECT_EQ(read_file(path(name.c_str())).value(), "text");
+}
+
+TEST_F(Files, WhatAKilledProcessOfTheSameNumberLeftIsNotInTheWay) {
+  constexpr int kLeft = 200;  // more than this program has written by now
+  for (int i = 0; i < kLeft; ++i) {
+    std::ofstream(folder_ / (".trunnion-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".tmp"))
+        << "left";
+  }
+  ASSERT_TRUE(write_file(path("a.nc"), "text"));
+  EXPECT_EQ(entries(), kLeft + 1u);
+}
+
+TEST_F(Files, PathsOfOneFileResolveToOnePlace) {
+  fs::create_directory(path("real"));
+  fs::create_directory_symlink("real", path("linked"));
+  EXPECT_EQ(resolved_path(path("real/../linked/a.nc")), resolved_path(path("real/a.nc")));
+  EXPECT_NE(resolved_path(path("real/a.nc")), resolved_path(path("real/b.nc")));
+  EXPECT_EQ(resolved_path("no_such_folder/a.nc"), resolved_path("./no_such_folder//a.nc"));
 }
 
 TEST_F(Files, DevicesAreWrittenNotReplaced) {

@@ -335,6 +335,17 @@ TEST(Reader, SynTurnsAWordIntoACommentOrAnother) {
   EXPECT_TRUE(reading.motions()[0].rapid);
 }
 
+// As it is when it is read while it is copied, or when the disk of the CAM computer was full.
+TEST(Reader, FileThatEndsBeforeItsLastWordIsWarnedOf) {
+  EXPECT_EQ(joined(read("PARTNO A\nGOTO/0,0,0\n").findings),
+            "2: warning: the file ends without FINI: is it whole?\n");
+  EXPECT_EQ(joined(read("TOOL PATH/A,TOOL,B\nGOTO/0,0,0\n").findings),
+            "2: warning: the file ends without END-OF-PATH: is it whole?\n");
+  EXPECT_EQ(joined(read("PARTNO A\nGOTO/0,0,0\nFINI\n").findings), "");
+  EXPECT_EQ(joined(read("TOOL PATH/A,TOOL,B\nGOTO/0,0,0\nEND-OF-PATH\n").findings), "");
+  EXPECT_EQ(joined(read("GOTO/0,0,0\n").findings), "");
+}
+
 TEST(Reader, NothingIsReadBehindFini) {
   const auto reading = read("GOTO/0,0,0\nFINI \n\nGOTO/1,1,1\nGOTO/2,2,2\n");
   EXPECT_EQ(reading.motions().size(), 1U);

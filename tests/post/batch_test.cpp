@@ -5,10 +5,13 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <sys/stat.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 #include "trunnion/base/files.hpp"
@@ -117,6 +120,97 @@ TEST_F(Batch, TwoInputsForOneOutputAreRefused) {
   Diagnostics d;
   const std::string file = (folder_ / "in" / "p0.cls").string();
   EXPECT_FALSE(batch_items({file, file}, (folder_ / "out").string(), d));
+}
+
+TEST_F(Batch, PathsOfOneOutputAreOneOutput) {
+  std::ofstream(folder_ / "m.toml") << "[[part]]\nfile = 'in/p0.cls'\noutput = 'a.nc'\n"
+                                       "[[part]]\nfile = 'in/p1.cls'\noutput = 'b/.././a.nc'\n";
+  Diagnostics d;
+  const auto found = batch_items({(folder_ / "m.toml").string()}, (folder_ / "out").string(), d);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().text(), testing::HasSubstr("would be written to the same file"));
+}
+
+TEST_F(Batch, NoProgramGoesOverACLFile) {
+  fs::copy(folder_ / "in" / "p0.cls", folder_ / "in" / "p1.nc");
+  const std::string in = (folder_ / "in").string();
+  Diagnostics d;
+  EXPECT_FALSE(batch_items({in + "/p1.nc"}, in, d));
+  EXPECT_FALSE(batch_items({in + "/p0.cls", in + "/p1.nc", in + "/p1.cls"}, in, d));
+  EXPECT_TRUE(batch_items({in + "/p0.cls"}, in, d));
+}
+
+TEST_F(Batch, ManifestThatLeadsOutOfTheFolderOrNowhereIsAnErrorWithItsLine) {
+  const std::string manifest = (folder_ / "m.TOML").string();
+  const auto error_of = [&](const std::string& text) {
+    std::ofstream(manifest) << text;
+    Diagnostics d;
+    const auto found = batch_items({manifest}, (folder_ / "out").string(), d);
+    return found ? "none" : found.error().text();
+  };
+  const std::string part = "[[part]]\nfile = 'in/p0.cls'\noutput = ";
+  for (const char* output : {"'../a.nc'", "'b/../../a.nc'", "'/tmp/a.nc'", "''", "'.'", "'sub/'"}) {
+    EXPECT_THAT(error_of(part + output), testing::StartsWith(manifest + ":3:1: error: ")) << output;
+  }
+  EXPECT_EQ(error_of(part + "'sub/a.nc'"), "none");
+  EXPECT_EQ(error_of("[[part]]\nfile = ''\n"), manifest + ":2:1: error: 'file' is empty");
+  EXPECT_EQ(error_of("# nothing yet\n"), manifest + ": error: no [[part]] in this manifest");
+}
+
+// A link to a file stands for the file, and its program is in the folder; one to a folder is said.
+TEST_F(Batch, LinksInAFolderAreNotLeftOutInSilence) {
+  fs::create_directories(folder_ / "elsewhere");
+  fs::copy(folder_ / "in" / "p0.cls", folder_ / "elsewhere" / "far.cls");
+  fs::create_symlink("../elsewhere/far.cls", folder_ / "in" / "link.cls");
+  fs::create_symlink("nothing", folder_ / "in" / "lost.cls");
+  fs::create_directory_symlink("../elsewhere", folder_ / "in" / "folder");
+  fs::create_directory_symlink(".", folder_ / "in" / "deep" / "circle");
+  Diagnostics d;
+  const auto found = batch_items({(folder_ / "in").string()}, (folder_ / "out").string(), d);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->size(), 8u);
+  EXPECT_EQ(d.findings().size(), 2u);
+  const auto results = run(*found);
+  EXPECT_EQ(count(results, BatchState::posted), 6u);
+  EXPECT_EQ(count(results, BatchState::failed), 2u);  // p5, lost
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "link.nc"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "elsewhere"), fs::directory_iterator{}), 1);
+}
+
+TEST_F(Batch, FolderThatCannotBeMadeIsNamed) {
+  fs::create_directories(folder_ / "out");
+  std::ofstream(folder_ / "out" / "deep") << "no folder";
+  const auto results = run(items());
+  EXPECT_EQ(count(results, BatchState::posted), 3u);
+  EXPECT_EQ(results[0].outcome.error->text(),
+            (folder_ / "out" / "deep").string() + ": error: cannot make the folder: Not a directory");
+}
+
+TEST_F(Batch, PipeIsNotWaitedFor) {
+  ASSERT_EQ(::mkfifo((folder_ / "in" / "pipe.cls").c_str(), 0600), 0);
+  fs::create_directories(folder_ / "out");
+  ASSERT_EQ(::mkfifo((folder_ / "out" / "p0.nc").c_str(), 0600), 0);
+  EXPECT_EQ(count(run(items()), BatchState::posted), 4u);
+}
+
+// While a batch works on a file something else, another batch, puts its own program there all the time: what
+// stands there in the end is never taken for the batch's own.
+TEST_F(Batch, ProgramOfAnotherBatchIsNeverTakenForOnesOwn) {
+  const auto put = [&](int round) {
+    std::ofstream(folder_ / "out" / ".next") << "(program " << round << " of another batch)\n";
+    fs::rename(folder_ / "out" / ".next", folder_ / "out" / "p0.nc");
+  };
+  fs::create_directories(folder_ / "out");
+  for (int round = 0; round < 100; ++round) {
+    {
+      const std::jthread at_work([&](const std::stop_token& done) {
+        while (!done.stop_requested()) put(round);
+      });
+      run(items());
+    }
+    put(round);
+    ASSERT_EQ(count(run(items()), BatchState::posted), 1u) << "round " << round;
+  }
 }
 
 // Killed at 50 random moments and run again: the files of an undisturbed run, and nothing else.

@@ -350,5 +350,21 @@ TEST(Post, FeedMakesTheTipMoveAtTheProgrammedSpeed) {
   }
 }
 
+// Faults of the file, with their place, and not numbers that no control holds.
+TEST(Post, SpeedsAndDwellsThatNoMachineHasAreErrorsWithTheirLine) {
+  const Machine machine = test::shipped_machine("paper");
+  const auto error_of = [&](const std::string& line) {
+    const Posted p = posted("GOTO/0,0,5\n" + line + "\nGOTO/1,1,1\n", machine);
+    return p.report ? "none" : p.report.error().text();
+  };
+  EXPECT_EQ(error_of("SPINDL/RPM,1e300,CLW"),
+            "part.cls:2:1: error: SPINDL: 1e+300 rpm is not between 1 and 1e+06 rpm");
+  EXPECT_EQ(error_of("SPINDL/RPM,0.1,CLW"),
+            "part.cls:2:1: error: SPINDL: 0.1 rpm is not between 1 and 1e+06 rpm");
+  EXPECT_EQ(error_of("SPINDL/RPM,100000,CLW"), "none");
+  EXPECT_EQ(error_of("DELAY/1e300"), "part.cls:2:1: error: DELAY: 1e+300 s is more than a day");
+  EXPECT_EQ(error_of("DELAY/3600"), "none");
+}
+
 }  // namespace
 }  // namespace trunnion::post

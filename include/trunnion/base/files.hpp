@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -10,10 +11,15 @@ namespace trunnion {
 /// Whole content of a file; `-` is standard input. Fails with io_failed (missing, a folder, unreadable).
 Result<std::string> read_file(const std::string& path);
 
+/// The place that a path names, absolute and with symbolic links followed, those to a file that does not
+/// exist yet too: equal for two paths of one file.
+std::string resolved_path(const std::string& path);
+
 /// A file that either appears complete or not at all: bytes go to an unnamed file in the folder of `path` (a
 /// hidden name where the file system has no unnamed files), `commit` flushes to the disk and renames into
-/// place. Destroyed or killed without commit, it leaves nothing behind. Symbolic links at `path` are
-/// followed. For `-` (standard output), a device or a pipe the bytes are held and written at commit.
+/// place. Destroyed or killed without commit, it leaves nothing behind; killed in the instant of replacing a
+/// file, the complete new one under a hidden name. Symbolic links at `path` are followed. For `-` (standard
+/// output), a device or a pipe the bytes are held and written at commit.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::string& path);
@@ -27,6 +33,8 @@ class AtomicFile {
   Result<void> write(std::string_view bytes);
   /// Replaces bytes that were written already, from `offset` on. Only before commit.
   Result<void> overwrite(std::size_t offset, std::string_view bytes);
+  /// Gives everything that was written, piece by piece. Only before commit.
+  Result<void> read_back(const std::function<void(std::string_view)>& take) const;
   Result<void> commit();
 
  private:

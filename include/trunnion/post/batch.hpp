@@ -16,10 +16,11 @@ struct BatchItem {
 };
 
 /// Finds the CL files of `inputs`: files as they stand, folders with all CL files below them (by their
-/// endings), manifests
-/// (`.toml`: `[[part]] file = "...", output = "..."`, paths relative to the manifest). Outputs go to
-/// `folder`, with the path below the input folder kept. Fails when an input does not exist, a folder holds no
-/// CL file, or two inputs would write one output.
+/// endings; links to folders are not followed, each is a warning), manifests (`.toml`: `[[part]] file =
+/// "...", output = "..."`, `file` relative to the manifest, `output` to `folder`, below which it stays).
+/// Outputs go to `folder`, with the path below the input folder kept. Fails when an input does not exist, a
+/// folder holds no CL file or a manifest no part, two inputs would write one output, or an output is an
+/// input.
 Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& inputs, const std::string& folder,
                                            Diagnostics& diagnostics);
 

@@ -138,6 +138,10 @@ std::string verdict_placeholder();
 /// length.
 std::string verdict_text(const PostReport& report);
 
+/// Fails with wrong_use when the options exclude each other, the control or the machine.
+Result<void> check_options(const PostOptions& options, const Machine& machine,
+                           const nc::Controller& controller);
+
 /// CL text in, NC text out, verified by reading the NC text back. Streams: memory grows with the longest run
 /// of points between two rapids, not with the file. All findings go to `diagnostics`. Fails with wrong_input
 /// (CL errors, all in diagnostics), check_failed (a pose out of reach, a limit), io_failed (the sink). A

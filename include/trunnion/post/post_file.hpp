@@ -1,6 +1,8 @@
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "trunnion/post/post.hpp"
 
@@ -18,10 +20,13 @@ struct FileOutcome {
   bool only_deviates() const;
 };
 
+/// Gets the bytes of a finished program, piece by piece, before its file appears.
+using FinishedText = std::function<void(std::string_view)>;
+
 /// Posts `job.cl_file` (`-`: standard input) to `output` (`-`: standard output), which appears complete and
 /// verified or not at all. With `accept_deviation` a program that misses its tolerance is written all the
 /// same, marked in its header.
 FileOutcome post_file(const PostJob& job, const PostOptions& options, const std::string& output,
-                      bool accept_deviation);
+                      bool accept_deviation, const FinishedText& written = {});
 
 }  // namespace trunnion::post

@@ -17,6 +17,8 @@ BatchCounts count(const std::vector<post::BatchResult>& results);
 
 /// Summary for a terminal: one line for each file that was posted or failed, and the counts.
 std::string batch_table(const std::vector<post::BatchResult>& results);
+/// The counts in one line.
+std::string batch_summary(const std::vector<post::BatchResult>& results);
 std::string batch_json(const std::vector<post::BatchResult>& results);
 
 }  // namespace trunnion::report
