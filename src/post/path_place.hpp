@@ -59,6 +59,11 @@ template <class T>
 T arc_beyond_chord(const T& chord2) {
   return 1.0 + chord2 / 6.0;
 }
+/// How far a block goes: its tip and its tool axis.
+struct Way {
+  double tip_mm = 0.0;
+  double axis_rad = 0.0;
+};
 /// How far ahead along the path a block may end that came so far: of the tip, mm, or of the axis, rad.
 template <class T>
 T reach_of(const T& way, double tolerance) {

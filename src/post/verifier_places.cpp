@@ -29,32 +29,34 @@ Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
   return on_chord * (1.0 / on_chord.norm());
 }
 
-}  // namespace
-
-Place Verifier::State::find(const Vertex& from, const Vertex& v) const {
-  if (const auto way = bent_way(from, v)) return find_ahead(v, *way);
-  if (const auto place = find_near(from, v)) return *place;
-  return find_ahead(v, {(v.tip_P - from.tip_P).norm(), turn_between(v.axis_P, from.axis_P)});
-}
-
-// The parts' chords are shorter by so little that reach_of has it.
-std::optional<Way> Verifier::State::bent_way(const Vertex& from, const Vertex& v) const {
+// How far a block goes that its rotary axes bend so much that its ends do not tell; null where they do. The
+// parts' chords are shorter than the way by so little that reach_of has it.
+std::optional<Way> bent_way(const TableKinematics& kinematics, const Vertex& from, const Vertex& v) {
   constexpr double kBends = kPi / 3.0;  // 1.05 of its chord
   if (v.tcp) return std::nullopt;
   double turn = 0.0;
-  for (const AxisId id : machine.rotary_axes()) turn += std::abs(v.q[id] - from.q[id]);
+  for (std::size_t k = 0; k < kinematics.rotary_count(); ++k)
+    turn += std::abs(v.q[kinematics.rotary(k)] - from.q[kinematics.rotary(k)]);
   if (turn <= kBends) return std::nullopt;
   const int parts = static_cast<int>(std::ceil(turn / kBends));
   Way way;
-  ToolPose before = meter.kinematics().pose(from.q);
+  ToolPose before = kinematics.pose(from.q);
   for (int i = 1; i <= parts; ++i) {
-    const ToolPose part =
-        meter.kinematics().pose(JointVector::interpolate(from.q, v.q, static_cast<double>(i) / parts));
+    const double t = static_cast<double>(i) / parts;
+    const ToolPose part = kinematics.pose(JointVector::interpolate(from.q, v.q, t));
     way.tip_mm += (part.tip_P - before.tip_P).norm();
     way.axis_rad += turn_between(part.axis_P, before.axis_P);
     before = part;
   }
   return way;
+}
+
+}  // namespace
+
+Place Verifier::State::find(const Vertex& from, const Vertex& v) const {
+  if (const auto way = bent_way(meter.kinematics(), from, v)) return find_ahead(v, *way);
+  if (const auto place = find_near(from, v)) return *place;
+  return find_ahead(v, {(v.tip_P - from.tip_P).norm(), turn_between(v.axis_P, from.axis_P)});
 }
 
 std::optional<Place> Verifier::State::find_near(const ToolPose& from, const ToolPose& v) const {

@@ -44,12 +44,6 @@ inline constexpr double kSpeedRounding = 1e-6;
 // Far more CL points than one block of a thinned program passes.
 inline constexpr std::size_t kLookAhead = 1024;
 
-/// Of a block: of the tip and of the tool axis.
-struct Way {
-  double tip_mm = 0.0;
-  double axis_rad = 0.0;
-};
-
 struct Verifier::State {
   State(const Machine& m, const nc::Controller& c, const Vec3& tool, const VerifyOptions& o,
         std::string nc_file, Diagnostics& diagnostics)
@@ -350,14 +344,11 @@ struct Verifier::State {
   // Place on the CL path where the block ends: the nearest one ahead, no farther along the path than the
   // block can have come.
   Place find(const Vertex& from, const Vertex& v) const;
-  /// How far a block goes that its rotary axes bend so much that its ends do not tell; null where they do.
-  std::optional<Way> bent_way(const Vertex& from, const Vertex& v) const;
   /// The same where nothing beyond the two next CL points has to be looked at.
   std::optional<Place> find_near(const ToolPose& from, const ToolPose& v) const;
   /// As find_ahead, where the place can only be beside one CL point, the next or the one behind it.
   /// `off_axis`: by which the axis of `v` misses that of the next.
   std::optional<Place> find_at_corner(const ToolPose& from, const ToolPose& v, double off_axis) const;
-  /// `way`: of the block.
   Place find_ahead(const ToolPose& v, const Way& way) const;
   /// `v` at this fraction of a segment.
   Place placed_at(const ToolPose& v, std::size_t segment, double t) const;
