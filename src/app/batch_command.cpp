@@ -74,9 +74,15 @@ std::vector<std::string> shared_files(const BatchCommand& command, const Machine
   return out;
 }
 
+// This very program: what another build of the same version made may be what it was built again for.
+std::string program_mark() {
+  const auto program = read_file("/proc/self/exe");
+  return std::string("trunnion ") + TRUNNION_VERSION + (program ? " " + post::content_hash(*program) : "");
+}
+
 // Everything but the CL file that decides about an output.
 Result<std::string> fingerprint(const BatchCommand& command, const std::vector<std::string>& shared) {
-  std::string out = std::string("trunnion ") + TRUNNION_VERSION + "\n" + command.options.text();
+  std::string out = program_mark() + "\n" + command.options.text();
   for (const std::string& file : shared) {
     std::error_code ec;
     if (!std::filesystem::is_regular_file(file, ec)) {

@@ -28,12 +28,6 @@ class ContentHash {
   std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
 };
 
-std::string hash_text(std::string_view bytes) {
-  ContentHash hash;
-  hash.take(bytes);
-  return hash.text();
-}
-
 std::string stamp_path(const std::string& output) {
   const fs::path p(output);
   return (p.parent_path() / ("." + p.filename().string() + ".stamp")).string();
@@ -48,7 +42,7 @@ bool is_unchanged(const BatchItem& item, const std::string& inputs_hash) {
   const auto stamp = read_file(stamp_path(item.output));
   if (!stamp) return false;
   const auto output = read_file(item.output);
-  return output && *stamp == stamp_text(inputs_hash, hash_text(*output));
+  return output && *stamp == stamp_text(inputs_hash, content_hash(*output));
 }
 
 struct Context {
@@ -91,7 +85,7 @@ void fail_item(BatchResult& result, const Error& error) {
 void run_item(const Context& context, BatchResult& result) {
   const auto text = read_input(result.item);
   if (!text) return fail_item(result, text.error());
-  const std::string inputs_hash = hash_text(hash_text(*text) + context.options.fingerprint);
+  const std::string inputs_hash = content_hash(content_hash(*text) + context.options.fingerprint);
   if (!context.options.force && is_unchanged(result.item, inputs_hash)) {
     result.state = BatchState::skipped;
     return;
@@ -120,6 +114,12 @@ void run_item(const Context& context, BatchResult& result) {
 }
 
 }  // namespace
+
+std::string content_hash(std::string_view bytes) {
+  ContentHash hash;
+  hash.take(bytes);
+  return hash.text();
+}
 
 std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
                                    const nc::Controller& controller, const Model* model,

@@ -46,9 +46,10 @@ class BatchCommand : public testing::Test {
   }
 
   // Runs `words` in the folder, after `before` (for the shell).
-  Outcome run(const std::string& words, const std::string& before = "") const {
-    const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + kBatchProgram + "' " +
-                             words + " 2>messages >output";
+  Outcome run(const std::string& words, const std::string& before = "",
+              const std::string& program = kBatchProgram) const {
+    const std::string line =
+        "cd '" + folder_.string() + "' && " + before + " '" + program + "' " + words + " 2>messages >output";
     const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("messages"), text("output")};
   }
@@ -58,6 +59,19 @@ class BatchCommand : public testing::Test {
 
   fs::path folder_;
 };
+
+// Another build may be a mended one, whatever version it says.
+TEST_F(BatchCommand, AnotherBuildOfTheProgramMakesAllAgain) {
+  const std::string machine = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/paper.toml";
+  const std::string words = "batch in -m '" + machine + "' -o out";
+  const std::string other = (folder_ / "trunnion").string();
+  fs::copy_file(kBatchProgram, other);
+  ASSERT_EQ(run(words).code, 0);
+  EXPECT_THAT(run(words, "", other).messages, HasSubstr("3 unchanged"));
+  std::ofstream(other, std::ios::app) << "another build";
+  EXPECT_THAT(run(words, "", other).messages, HasSubstr("3 posted"));
+  EXPECT_THAT(run(words, "", other).messages, HasSubstr("3 unchanged"));
+}
 
 TEST_F(BatchCommand, WrongUseIsSaidOnceBeforeAnyFile) {
   for (const char* words :

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/cases.hpp"
 #include "support/lanes.hpp"
 #include "support/machines.hpp"
 
@@ -47,7 +48,8 @@ class HeldRunOn : public ::testing::TestWithParam<std::string> {};
 TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
   Machine machine = test::shipped_machine(GetParam());
   std::mt19937_64 random(3);
-  for (int i = 0; i < 24; ++i) {
+  constexpr int kEveryKind = 8;  // of limits, tilts and tolerances
+  for (int i = 0; i < std::max(kEveryKind, test::cases(24)); ++i) {
     const AxisId inner = machine.rotary_axes().back();
     machine.axes[inner].cyclic = i % 3 != 2;
     machine.axes[inner].max = i % 3 == 2 ? (1.0 + i) * kPi : std::numeric_limits<double>::infinity();

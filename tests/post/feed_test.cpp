@@ -67,7 +67,8 @@ TEST(AxisSpeed, ToolCentrePointControlKeepsItToo) {
 // LinuxCNC runs such a block at its lowest linear rate, whatever the inverse time says.
 TEST(AxisSpeed, BlocksThatHardlyMoveXyzKeepItToo) {
   const Machine machine = test::shipped_machine("paper");
-  const FeedPlanner planner(machine, test::shipped_controller("linuxcnc"), FeedOutput::inverse);
+  const nc::Controller controller = test::shipped_controller("linuxcnc");
+  const FeedPlanner planner(machine, controller, FeedOutput::inverse);
   const AxisId c = *machine.axis("C");
   const AxisId z = *machine.axis("Z");
   std::mt19937_64 random(96);

@@ -90,6 +90,7 @@ std::string about_the_pole(std::mt19937_64& random) {
 // C may leave its place by more than a quarter turn where the choice put it to the side of its window.
 TEST(Pole, NoToolAxisIsTiltedByMoreWhereverTheCutGoes) {
   std::mt19937_64 random(95);
+  std::size_t programs = 0;
   std::size_t tilted = 0;
   for (const std::string& name : test::shipped_machines()) {
     const Machine machine = test::shipped_machine(name);
@@ -99,13 +100,14 @@ TEST(Pole, NoToolAxisIsTiltedByMoreWhereverTheCutGoes) {
       options.pole.tolerance = Angle::degrees(0.5);
       const auto p = posted(cl, machine, options);
       if (!p.report) continue;  // an axis' travel, by name: EveryMachine.* look at that
+      ++programs;
       tilted += p.report->pole_stretches;
       EXPECT_LE(p.report->largest_pole_tilt.deg(), 0.5) << name << "\n" << cl;
       EXPECT_EQ(p.report->verification->points_missed, 0U) << name << "\n" << cl;
       EXPECT_TRUE(p.report->verification->passed()) << name << "\n" << cl;
     }
   }
-  EXPECT_GT(tilted, 400U);
+  EXPECT_GT(2 * tilted, programs);
 }
 
 // The axis in the program is off by more than the axis tolerance: without the stated tolerance of the pole

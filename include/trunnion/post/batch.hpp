@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "trunnion/post/post_file.hpp"
@@ -28,6 +29,9 @@ Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& input
 /// whole, each item once.
 std::vector<BatchItem> shard(const std::vector<BatchItem>& items, std::size_t index, std::size_t count);
 
+/// Of a file's content, as the stamps have it.
+std::string content_hash(std::string_view bytes);
+
 enum class BatchState : std::uint8_t { posted, skipped, failed, would_post, not_run };
 
 struct BatchResult {
@@ -44,15 +48,14 @@ struct BatchOptions {
   bool force = false;       // post unchanged inputs too
   std::size_t threads = 0;  // 0: all cores
   /// Everything but the CL file that decides about the output: contents of machine, controller and model,
-  /// options, version.
+  /// options, the program itself.
   std::string fingerprint;
 };
 
 /// Posts the items in parallel. One item's failure does not stop the others. Unchanged ones are skipped: a
-/// stamp beside the output
-/// (`.<name>.stamp`) holds the hash of what it was made from and of itself. Killed at any moment and run
-/// again it ends with the same files; two batches at once in one folder do no harm, since every file appears
-/// by a rename.
+/// stamp beside the output (`.<name>.stamp`) holds the hash of what it was made from and of itself. Killed at
+/// any moment and run again it ends with the same files; two batches at once in one folder do no harm, since
+/// every file appears by a rename.
 /// @param progress called after each item, from any thread
 /// @param stop     set by a signal: items that have not begun are not run
 std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
