@@ -341,20 +341,29 @@ std::optional<path::Certifier::Bows> DeviationMeter::bow_at_most(const Vertex& f
   return path::Certifier::Bows{nominal.tip_mm + errors->tip_mm, nominal.axis + errors->axis_rad};
 }
 
+// On the nominal machine where bounds are proved there, else between the actual places of the ends, with what
+// the errors bend the way between them.
+template <class Within>
+bool DeviationMeter::keeps(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+                           const Within& within) const {
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  if (certify_) return within(from.station, to.station, reference, path::ErrorCourse::Bend{});
+  const auto errors = bend_at_most(from.q, to.q);
+  return errors && within(actual(from), actual(to), reference, *errors);
+}
+
 bool DeviationMeter::keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                                double limit_mm) const {
-  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  if (certify_) return tip_is_within(from.station, to.station, reference, 0.0, limit_mm);
-  const auto errors = bend_at_most(from.q, to.q);
-  return errors && tip_is_within(actual(from), actual(to), reference, errors->tip_mm, limit_mm);
+  return keeps(from, to, a, b, [&](const auto& p, const auto& q, const auto& reference, const auto& bend) {
+    return tip_is_within(p, q, reference, bend.tip_mm, limit_mm);
+  });
 }
 
 bool DeviationMeter::keeps_axis(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                                 double limit_rad) const {
-  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  if (certify_) return axis_is_within(from.station, to.station, reference, 0.0, limit_rad);
-  const auto errors = bend_at_most(from.q, to.q);
-  return errors && axis_is_within(actual(from), actual(to), reference, errors->axis_rad, limit_rad);
+  return keeps(from, to, a, b, [&](const auto& p, const auto& q, const auto& reference, const auto& bend) {
+    return axis_is_within(p, q, reference, bend.axis_rad, limit_rad);
+  });
 }
 
 std::optional<path::ErrorCourse::Bend> DeviationMeter::bend_at_most(const JointVector& from,

@@ -180,6 +180,9 @@ class DeviationMeter {
   /// Bounds for a motion between two stations, off which the tool may be by `slack` (mm, rad).
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
+  template <class Within>
+  bool keeps(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+             const Within& within) const;
   bool tip_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
                      double slack_mm, double limit_mm) const;
   bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
