@@ -33,12 +33,13 @@ Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
 // parts' chords are shorter than the way by so little that reach_of has it.
 std::optional<Way> bent_way(const TableKinematics& kinematics, const Vertex& from, const Vertex& v) {
   constexpr double kBends = kPi / 3.0;  // 1.05 of its chord
+  constexpr double kMostParts = 600.0;  // a hundred turns: more is a slip of the hand
   if (v.tcp) return std::nullopt;
   double turn = 0.0;
   for (std::size_t k = 0; k < kinematics.rotary_count(); ++k)
     turn += std::abs(v.q[kinematics.rotary(k)] - from.q[kinematics.rotary(k)]);
   if (turn <= kBends) return std::nullopt;
-  const int parts = static_cast<int>(std::ceil(turn / kBends));
+  const int parts = static_cast<int>(std::ceil(std::min(turn / kBends, kMostParts)));
   Way way;
   ToolPose before = kinematics.pose(from.q);
   for (int i = 1; i <= parts; ++i) {

@@ -102,6 +102,19 @@ TEST_P(HelixOn, AWrongWordOfAFarTurnIsFound) {
   }
 }
 
+// A comma that was lost: neither a wait nor a program.
+TEST_P(HelixOn, AWordOfMillionsOfTurnsIsRefusedAtOnce) {
+  const Machine machine = test::shipped_machine(GetParam());
+  std::mt19937_64 random(93);
+  const std::string cl = random_helix(random).cl();
+  std::string nc = test::posted(cl, machine, thinned()).nc;
+  const auto at = nc.find('C', nc.find("G1")) + 1;
+  nc.replace(at, nc.find_first_of(" \n", at) - at, "-99999999999");
+  const auto v = test::verified(nc, cl, machine, 0.1);
+  ASSERT_TRUE(v) << v.error().text();
+  EXPECT_FALSE(v->passed());
+}
+
 INSTANTIATE_TEST_SUITE_P(Machines, HelixOn, testing::ValuesIn(test::shipped_machines()));
 
 }  // namespace
