@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/printable.hpp"
 
 namespace trunnion {
 namespace {
@@ -25,7 +26,7 @@ const char* severity_name(Severity severity) {
 std::string Finding::text() const {
   std::string out;
   if (!file.empty()) {
-    out += file;
+    out += printable(file);
     if (where.line > 0) {
       out += ':' + std::to_string(where.line);
       if (where.column > 0) out += ':' + std::to_string(where.column);
@@ -34,7 +35,7 @@ std::string Finding::text() const {
   }
   out += severity_name(severity);
   out += ": ";
-  out += message;
+  out += printable(message);
   return out;
 }
 

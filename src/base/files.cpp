@@ -21,6 +21,9 @@ std::string reason() {
   return std::strerror(errno);
 }  // NOLINT(concurrency-mt-unsafe): glibc's is per thread
 
+// Larger texts are refused: a log of ten million rows has a tenth of it.
+constexpr std::size_t kLargestText = std::size_t{2} << 30;
+
 Result<std::string> read_descriptor(int descriptor, const std::string& path) {
   std::string out;
   std::array<char, 1 << 16> buffer;
@@ -29,8 +32,21 @@ Result<std::string> read_descriptor(int descriptor, const std::string& path) {
     if (n == 0) return out;
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return fail(ErrorCode::io_failed, "cannot read: " + reason(), path);
+    if (static_cast<std::size_t>(n) > kLargestText - out.size())
+      return fail(ErrorCode::io_failed, "is larger than " + std::to_string(kLargestText) + " bytes", path);
     out.append(buffer.data(), static_cast<std::size_t>(n));
   }
+}
+
+// What is open there has an end: a file or a pipe.
+Result<void> require_end(int descriptor, const std::string& path) {
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0) return fail(ErrorCode::io_failed, "cannot read: " + reason(), path);
+  if (S_ISREG(status.st_mode) || S_ISFIFO(status.st_mode)) return {};
+  return fail(ErrorCode::io_failed,
+              S_ISDIR(status.st_mode) ? "cannot read: " + std::string(std::strerror(EISDIR))
+                                      : "cannot read: is a device, not a file",
+              path);
 }
 
 // A hidden name in the folder of `target`, for what `make` makes there. It is as short for a long name, and
@@ -54,7 +70,9 @@ Result<std::string> read_file(const std::string& path) {
   if (path == "-") return read_descriptor(STDIN_FILENO, "<stdin>");
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return fail(ErrorCode::io_failed, "cannot open: " + reason(), path);
-  auto out = read_descriptor(descriptor, path);
+  const auto has_end = require_end(descriptor, path);
+  auto out =
+      has_end ? read_descriptor(descriptor, path) : Result<std::string>(tl::unexpected(has_end.error()));
   ::close(descriptor);
   return out;
 }
@@ -177,7 +195,9 @@ Result<void> AtomicFile::commit() {
   // Keep who may read the file that is replaced; a failure is no loss of data.
   if (::stat(target_.c_str(), &status) == 0) static_cast<void>(::fchmod(descriptor_, status.st_mode & 07777));
   // fsync tells of a full disk or a lost network share before the old file is gone.
-  if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) return tl::unexpected(failure("write"));
+  int synced = ::fsync(descriptor_);
+  while (synced != 0 && errno == EINTR) synced = ::fsync(descriptor_);
+  if (synced != 0 && errno != EINVAL && errno != EROFS) return tl::unexpected(failure("write"));
   if (temporary_.empty()) {
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor_);
     const auto link_as = [&](const char* name) {

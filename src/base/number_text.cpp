@@ -98,7 +98,13 @@ std::string fixed_text(double value, int decimals) {
   constexpr std::array<double, 10> kScale = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
   TRUNNION_EXPECTS(decimals >= 0 && decimals < static_cast<int>(kScale.size()));
   const double scale = kScale[static_cast<std::size_t>(decimals)];
-  TRUNNION_EXPECTS(std::abs(value) * scale < 9e18);  // fits in 64 bits
+  TRUNNION_EXPECTS(std::isfinite(value));
+  if (!(std::abs(value) * scale < 9e18)) {  // a number of so many digits has none behind the point
+    std::array<char, 400> digits;
+    const auto r = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 std::chars_format::fixed, decimals);
+    return {digits.data(), r.ptr};
+  }
   std::int64_t quanta = std::llround(value * scale);
   std::string out;
   if (quanta < 0) {

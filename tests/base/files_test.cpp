@@ -109,6 +109,15 @@ TEST_F(Files, PathsOfOneFileResolveToOnePlace) {
   EXPECT_EQ(resolved_path("no_such_folder/a.nc"), resolved_path("./no_such_folder//a.nc"));
 }
 
+TEST_F(Files, OnlyWhatHasAnEndIsRead) {
+  for (const std::string device : {"/dev/zero", "/dev/null"}) {
+    const auto text = read_file(device);
+    ASSERT_FALSE(text);
+    EXPECT_EQ(text.error().text(), device + ": error: cannot read: is a device, not a file");
+    EXPECT_EQ(text.error().code, ErrorCode::io_failed);
+  }
+}
+
 TEST_F(Files, DevicesAreWrittenNotReplaced) {
   ASSERT_TRUE(write_file("/dev/null", "x"));
   EXPECT_TRUE(fs::is_character_file("/dev/null"));

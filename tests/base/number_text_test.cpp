@@ -35,6 +35,7 @@ TEST(FixedText, RoundsToWholeQuantaFirst) {
   EXPECT_EQ(fixed_text(1.25, 1), "1.3");
   EXPECT_EQ(fixed_text(-12.0, 0), "-12");
   EXPECT_EQ(fixed_text(0.05, 4), "0.0500");
+  EXPECT_EQ(fixed_text(-1e20, 2), "-100000000000000000000.00");
 }
 
 TEST(FixedText, AgreesWithPrintfWithinHalfAQuantum) {

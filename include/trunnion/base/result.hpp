@@ -12,7 +12,8 @@ enum class ErrorCode {
   check_failed = 1,  // the work was done and a check failed: tolerance, limits, unreachable
   wrong_use = 2,     // the command line
   wrong_input = 3,   // a file's content
-  io_failed = 4,     // a file could not be read or written
+  io_failed = 4,     // a file could not be read or written, memory or a thread not be had
+  defect = 70,       // of the program; only in a batch, whose other files go on
 };
 
 /// One failure. `file` may be empty (no file involved) and `where` zero (place not known).
