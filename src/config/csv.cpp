@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <csv.h>
 #include <limits>
 #include <memory>
 #include <set>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
+#include "trunnion/config/largest_number.hpp"
 
 namespace trunnion::config {
 namespace {
@@ -31,11 +34,34 @@ std::string_view without_blanks(std::string_view field) {
   return field;
 }
 
+// Would begin a formula where a spreadsheet opens the file.
+bool begins_formula(std::string_view text) {
+  return !text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos;
+}
+
+std::string_view behind_marks(std::string_view text) {
+  text.remove_prefix(std::min(text.size(), text.find_first_not_of('\'')));
+  return text;
+}
+
+// The text of a field as it was before csv_field marked it.
+std::string_view field_text(std::string_view field) {
+  field = without_blanks(field);
+  if (!field.empty() && field.front() == '\'' && begins_formula(behind_marks(field))) field.remove_prefix(1);
+  return field;
+}
+
+ParsedNumber number_of(std::string_view text) {
+  ParsedNumber out = parse_number(text);
+  if (out && std::abs(out.value) > kLargestNumber) out = {0.0, NumberFault::out_of_range};
+  return out;
+}
+
 // Reports why `field` is no number.
 void report_number(std::string_view field, NumberFault fault, std::string_view column,
                    const std::string& file, SourceRef where, Diagnostics& diagnostics) {
   const char* why = fault == NumberFault::empty          ? "is empty"
-                    : fault == NumberFault::out_of_range ? "is beyond the range of numbers"
+                    : fault == NumberFault::out_of_range ? "is beyond the range of numbers (9e15)"
                                                          : "is not a number";
   diagnostics.error(file, where,
                     "'" + std::string(field) + "' in column '" + std::string(column) + "' " + why);
@@ -56,7 +82,7 @@ class CsvRows::Splitter {
     const bool parsed = csv_parse(&parser_, line.data(), line.size(), on_field, nullptr, this) == line.size();
     const bool closed = csv_fini(&parser_, on_field, nullptr, this) == 0;
     fields.clear();
-    for (const std::string& field : held_) fields.push_back(without_blanks(field));
+    for (const std::string& field : held_) fields.push_back(field_text(field));
     return parsed && closed;
   }
 
@@ -90,7 +116,9 @@ CsvRows::CsvRows(std::string_view text, std::string file, Diagnostics& diagnosti
     if (columns_[i].empty()) {
       diagnostics_->error(file_, where, "column " + std::to_string(i + 1) + " has no name");
     } else if (!seen.insert(columns_[i]).second) {
-      diagnostics_->error(file_, where, "column '" + columns_[i] + "' stands twice in the header");
+      // Not quoted: a model may name any file as a table, and what it holds is not for messages.
+      diagnostics_->error(file_, where,
+                          "column " + std::to_string(i + 1) + " has a name that stands twice in the header");
     }
   }
 }
@@ -125,10 +153,10 @@ bool CsvRows::take_row() {
     const char* const end = begin + line.size();
     for (const char* p = begin; p != end; ++p) {
       if (*p != ',') continue;
-      fields_.push_back(without_blanks({begin, static_cast<std::size_t>(p - begin)}));
+      fields_.push_back(field_text({begin, static_cast<std::size_t>(p - begin)}));
       begin = p + 1;
     }
-    fields_.push_back(without_blanks({begin, static_cast<std::size_t>(end - begin)}));
+    fields_.push_back(field_text({begin, static_cast<std::size_t>(end - begin)}));
     return true;
   }
   return false;
@@ -146,7 +174,7 @@ bool CsvRows::next() {
 }
 
 std::optional<double> CsvRows::number(std::size_t column) {
-  const ParsedNumber number = parse_number(fields_[column]);
+  const ParsedNumber number = number_of(fields_[column]);
   if (number) return number.value;
   report_number(fields_[column], number.fault, columns_[column], file_,
                 {line_, static_cast<std::uint32_t>(column + 1)}, *diagnostics_);
@@ -181,7 +209,7 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagn
 std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row, std::size_t column,
                                  Diagnostics& diagnostics) {
   const std::string& field = row.fields[column];
-  const ParsedNumber number = parse_number(without_blanks(field));
+  const ParsedNumber number = number_of(without_blanks(field));
   if (number) return number.value;
   report_number(field, number.fault, table.columns[column], table.file,
                 {row.line, static_cast<std::uint32_t>(column + 1)}, diagnostics);
@@ -189,10 +217,11 @@ std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row
 }
 
 std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\n\r") == std::string_view::npos && !text.starts_with('#'))
-    return std::string(text);
-  std::string out(2 * text.size() + 2, '\0');
-  out.resize(csv_write(out.data(), out.size(), text.data(), text.size()));
+  std::string marked = printable(text, "\t\n\r");
+  if (begins_formula(behind_marks(text)) && !parse_number(text)) marked.insert(0, 1, '\'');
+  if (marked.find_first_of(",;\"\t\n\r") == std::string::npos && !marked.starts_with('#')) return marked;
+  std::string out(2 * marked.size() + 2, '\0');
+  out.resize(csv_write(out.data(), out.size(), marked.data(), marked.size()));
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/config/largest_number.hpp"
 
 namespace trunnion::config {
 namespace {
@@ -116,6 +117,12 @@ std::optional<double> Section::number_of(std::string_view key, const Value& valu
   if (!std::isfinite(*number)) {
     diagnostics_->error(file_, value.where,
                         "'" + std::string(key) + "' must be a finite number, not " + shortest_text(*number));
+    return std::nullopt;
+  }
+  if (std::abs(*number) > kLargestNumber) {
+    diagnostics_->error(
+        file_, value.where,
+        "'" + std::string(key) + "' is beyond the range of numbers (9e15): " + shortest_text(*number));
     return std::nullopt;
   }
   return *number * factor;

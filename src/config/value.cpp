@@ -1,6 +1,7 @@
 #include "trunnion/config/value.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <sstream>
 #include <toml++/toml.h>
 
@@ -46,6 +47,99 @@ Value convert(const toml::node& node) {
     if constexpr (toml::is_chronological<decltype(n)>) date << n.get();
   });
   return {date.str(), where};
+}
+
+// Of dotted keys, tables and arrays within each other.
+constexpr std::size_t kDeepest = 64;
+
+struct Fault {
+  SourceRef where;
+  std::string message;
+};
+
+std::string too_deep_text() {
+  return "keys stand in each other more than " + std::to_string(kDeepest) + " deep";
+}
+
+// [name] or [[name]] at the start of `line`: does a name stand where one must?
+bool names_a_table(std::string_view line) {
+  line.remove_prefix(line.starts_with("[[") ? 2 : 1);
+  const std::size_t at = line.find_first_not_of(" \t");
+  if (at == std::string_view::npos) return false;
+  const char c = line[at];
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view("_-\"'").find(c) != std::string_view::npos;
+}
+
+// What must not come to the parser, outside quotes and comments: a character that is not ASCII (TOML has none
+// there, and what the parser does with some of them is undefined), a table's head without a name (the parser
+// takes it for granted), a brace that closes where a value of an array must stand (likewise), and keys or
+// brackets deeper than their tables can be taken down again.
+std::optional<Fault> fault_before_parsing(std::string_view text) {
+  SourceRef at{1, 0};
+  std::size_t parts = 0;    // of the key, as far as it was read
+  std::size_t open = 0;     // brackets and braces
+  bool blank = true;        // the line, so far
+  std::string_view quotes;  // that close the string; empty outside
+  bool comment = false;
+  char before = 0;  // the last character that is no blank, outside comments
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    std::size_t length = 1;
+    if (c == '\n') {
+      comment = false;
+      if (quotes.size() == 1) quotes = {};  // the parser will say that it is not closed
+    } else if (!quotes.empty()) {
+      if (text.substr(i).starts_with(quotes)) {
+        length = quotes.size();
+        // Up to two more quotes belong to the text.
+        while (length > 1 && length < 5 && i + length < text.size() && text[i + length] == c) ++length;
+        quotes = {};
+      } else if (c == '\\' && quotes.front() == '"' && i + 1 < text.size() && text[i + 1] != '\n') {
+        length = 2;
+      }
+    } else if (!comment) {
+      if (static_cast<unsigned char>(c) >= 0x80 && !(i < 3 && text.starts_with("\xEF\xBB\xBF")))
+        return Fault{{at.line, at.column + 1}, "a character that is not ASCII stands outside quotes"};
+      if (std::string_view("=,[{#").find(c) != std::string_view::npos) parts = 0;
+      if (c == '[' && blank && open == 0 && !names_a_table(text.substr(i, text.find('\n', i) - i)))
+        return Fault{{at.line, at.column + 1}, "the head of a table without a name"};
+      if (c == '}' && (before == '[' || before == ','))
+        return Fault{{at.line, at.column + 1}, "'}' stands where a value must"};
+      if ((c == '[' || c == '{') && ++open > kDeepest)
+        return Fault{{at.line, at.column + 1}, too_deep_text()};
+      if ((c == ']' || c == '}') && open > 0) --open;
+      blank = blank && (c == ' ' || c == '\t');
+      if (c == '.' && ++parts > kDeepest) return Fault{{at.line, at.column + 1}, too_deep_text()};
+      comment = c == '#';
+      if (!comment && std::string_view(" \t\r\v\f").find(c) == std::string_view::npos) before = c;
+      for (const std::string_view kind : {R"(""")", "\'\'\'", R"(")", "\'"}) {
+        if (!quotes.empty() || !text.substr(i).starts_with(kind)) continue;
+        quotes = kind;
+        length = kind.size();
+      }
+    }
+    at.column += static_cast<std::uint32_t>(length);
+    if (c == '\n') {
+      at = {at.line + 1, 0};
+      parts = 0;
+      blank = true;
+    }
+    i += length;
+  }
+  return std::nullopt;
+}
+
+bool too_deep(const toml::node& node, std::size_t depth) {
+  if (depth > kDeepest) return true;
+  bool out = false;
+  const auto look = [&](const toml::node& child) { out = out || too_deep(child, depth + 1); };
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, child] : *table) look(child);
+  } else if (const auto* array = node.as_array()) {
+    for (const auto& child : *array) look(child);
+  }
+  return out;
 }
 
 std::string quoted(const std::string& text) {
@@ -128,8 +222,16 @@ const char* Value::kind() const {
 }
 
 Result<Value> parse_toml(std::string_view text, const std::string& file) {
+  constexpr std::size_t kLargestToml = std::size_t{16} << 20;  // the parser takes a hundred times its memory
+  if (text.size() > kLargestToml)
+    return fail(ErrorCode::wrong_input,
+                "a TOML file has at most 16 MB, this one " + std::to_string(text.size()) + " bytes", file);
+  if (auto fault = fault_before_parsing(text))
+    return fail(ErrorCode::wrong_input, std::move(fault->message), file, fault->where);
   try {
-    return convert_table(toml::parse(text, file));
+    const toml::table root = toml::parse(text, file);
+    if (too_deep(root, 0)) return fail(ErrorCode::wrong_input, too_deep_text(), file);
+    return convert_table(root);
   } catch (const toml::parse_error& e) {
     return fail(ErrorCode::wrong_input, std::string(e.description()), file, place(e.source()));
   }

@@ -32,7 +32,7 @@ TEST(Csv, EmptyFileAndDoubleColumnsAreErrors) {
   EXPECT_EQ(parse_csv("", "d.csv", d).error().text(), "d.csv:1:1: error: no header line: the file is empty");
   Diagnostics d2;
   EXPECT_EQ(parse_csv("a,a\n", "d.csv", d2).error().text(),
-            "d.csv:1:2: error: column 'a' stands twice in the header");
+            "d.csv:1:2: error: column 2 has a name that stands twice in the header");
 }
 
 TEST(Csv, NumbersAreCheckedWithTheirPlace) {
