@@ -9,6 +9,8 @@
 #include "trunnion/config/section.hpp"
 #include "trunnion/geom/direction.hpp"
 
+#include "machine/safe_height_keys.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -35,6 +37,12 @@ void read_limits(Section& s, Axis& axis, const char* min_key, const char* max_ke
     return;
   }
   if (*min >= *max) s.error(min_key, "'" + std::string(min_key) + "' must be below '" + max_key + "'");
+  // A kilometre, and a million degrees: what is beyond them is no travel, and counts of steps are made of it.
+  const bool rotary = axis.kind == AxisKind::rotary;
+  const double largest = rotary ? 1e6 * kRadPerDegree : 1e6;
+  if (std::max(std::abs(*min), std::abs(*max)) > largest)
+    s.error(min_key, "'" + std::string(min_key) + "' and '" + max_key + "' must be within 1e6 " +
+                         (rotary ? "deg" : "mm") + " of 0");
   axis.min = *min;
   axis.max = *max;
 }
@@ -78,6 +86,9 @@ Axis read_axis(Section& s) {
     read_positive(s, "rapid_mm_min", axis.rapid);
     read_positive(s, "max_feed_mm_min", axis.max_feed);
     read_positive(s, "screw_pitch_mm", axis.screw_pitch_mm);
+    constexpr double kFinestPitch_mm = 0.01;
+    if (axis.screw_pitch_mm && *axis.screw_pitch_mm < kFinestPitch_mm)
+      s.error("screw_pitch_mm", "'screw_pitch_mm' must be at least 0.01");
   }
   s.finish();
   return axis;
@@ -165,6 +176,8 @@ void read_chains(Section& root, Machine& machine) {
   check_chain(*s, machine);
 }
 
+constexpr std::int64_t kMostWorkOffsets = 1000;  // more than any control has
+
 void read_output(Section& root, Machine& machine) {
   auto s = root.find_section("output");
   if (!s) return;
@@ -173,6 +186,12 @@ void read_output(Section& root, Machine& machine) {
     s->error("point", "'point' must be \"tip\" or \"spindle\", not \"" + point + "\"");
   machine.output_point = point == "spindle" ? OutputPoint::spindle : OutputPoint::tip;
   machine.work_offset_mm = s->find_vector("work_offset_mm").value_or(Vec3::Zero());
+  machine.work_offset = s->find_integer("work_offset").value_or(1);
+  if (machine.work_offset < 1 || machine.work_offset > kMostWorkOffsets) {
+    s->error("work_offset", "'work_offset' must be 1 (G54), 2, ... up to " +
+                                std::to_string(kMostWorkOffsets) + ", not " +
+                                std::to_string(machine.work_offset));
+  }
   s->finish();
 }
 
@@ -219,6 +238,7 @@ void read_head(Section& root, Machine& machine) {
       s->error("kinematics",
                "kinematics '" + kinematics + "' is not known; rotary axes carry the part: \"table-table\"");
     }
+    machine.switchable_kinematics = s->flag_or("switchable_kinematics", false);
     if (const auto tolerance = s->find_quantity("axis_tolerance_deg")) {
       if (*tolerance <= 0.0) s->error("axis_tolerance_deg", "'axis_tolerance_deg' must be above 0");
       machine.axis_tolerance = Angle::radians(*tolerance);
@@ -234,6 +254,7 @@ void read_head(Section& root, Machine& machine) {
   }
   if (auto s = root.find_section("part")) {
     machine.part_zero_mm = s->vector("zero_mm");
+    read_part_extent(*s, machine);
     s->finish();
   }
 }
@@ -267,6 +288,7 @@ Result<Machine> parse_machine(std::string_view toml, const std::string& file, Di
   read_axes(root, machine);
   read_chains(root, machine);
   read_output(root, machine);
+  read_safe_height(root, machine);
   read_datum(root, machine);
   read_thermal(root, machine);
   root.finish();

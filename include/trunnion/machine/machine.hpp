@@ -11,6 +11,7 @@
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/base/result.hpp"
 #include "trunnion/geom/pose.hpp"
+#include "trunnion/machine/safe_height.hpp"
 
 namespace trunnion {
 
@@ -80,6 +81,8 @@ struct Machine {
   Vec3 part_zero_mm = Vec3::Zero();
   OutputPoint output_point = OutputPoint::tip;
   Vec3 work_offset_mm = Vec3::Zero();
+  /// The work offset that programs call where nothing else names one: 1 (G54), 2, ...
+  std::int64_t work_offset = 1;
   /// Rotary positions at which the program zero was probed on the real machine; nothing: the part is where
   /// this file says.
   std::optional<JointVector> probed_at;
@@ -88,6 +91,11 @@ struct Machine {
   std::string ambient_sensor = "ambient";
   /// Default tolerance of the tool axis between two blocks.
   Angle axis_tolerance = Angle::degrees(0.05);
+
+  SafeHeight safe;
+  /// The control has kinematics with tool-centre-point control and without, and words to switch between them
+  /// (nc::Controller::Tcp::switches_kinematics).
+  bool switchable_kinematics = false;
 
   std::optional<AxisId> axis(std::string_view axis_name) const;
   /// Rotary axes that carry the part, from the bed outwards (0, 1 or 2).
