@@ -12,6 +12,7 @@ struct UnitEntry {
   Unit unit;
   std::string_view suffix;
   double factor;
+  double largest;  // as printed: 100 mm, 0.1 rad, 100 mm a kelvin ... is no error of a machine
 };
 
 constexpr double kRpmPerKrpm = 1e3;
@@ -20,19 +21,19 @@ constexpr double kSecondsPerHour = kSecondsPerMinute * kSecondsPerMinute;
 
 // Longest first: a key that ends in `_um_per_K` must not be read as kelvin.
 constexpr std::array kUnits = {
-    UnitEntry{Unit::um_per_m_K, "um_per_m_K", kMmPerUm / kMmPerM},
-    UnitEntry{Unit::um_per_krpm, "um_per_krpm", kMmPerUm / kRpmPerKrpm},
-    UnitEntry{Unit::urad_per_m, "urad_per_m", kRadPerUrad / kMmPerM},
-    UnitEntry{Unit::urad_per_K, "urad_per_K", kRadPerUrad},
-    UnitEntry{Unit::um_per_K, "um_per_K", kMmPerUm},
-    UnitEntry{Unit::um_per_h, "um_per_h", kMmPerUm / kSecondsPerHour},
-    UnitEntry{Unit::urad, "urad", kRadPerUrad},
-    UnitEntry{Unit::deg, "deg", kRadPerDegree},
-    UnitEntry{Unit::um, "um", kMmPerUm},
-    UnitEntry{Unit::mm, "mm", 1.0},
-    UnitEntry{Unit::ms, "ms", 1e-3},
-    UnitEntry{Unit::s, "s", 1.0},
-    UnitEntry{Unit::none, "", 1.0},
+    UnitEntry{Unit::um_per_m_K, "um_per_m_K", kMmPerUm / kMmPerM, 1e5},
+    UnitEntry{Unit::um_per_krpm, "um_per_krpm", kMmPerUm / kRpmPerKrpm, 1e5},
+    UnitEntry{Unit::urad_per_m, "urad_per_m", kRadPerUrad / kMmPerM, 1e5},
+    UnitEntry{Unit::urad_per_K, "urad_per_K", kRadPerUrad, 1e5},
+    UnitEntry{Unit::um_per_K, "um_per_K", kMmPerUm, 1e5},
+    UnitEntry{Unit::um_per_h, "um_per_h", kMmPerUm / kSecondsPerHour, 1e6},
+    UnitEntry{Unit::urad, "urad", kRadPerUrad, 1e5},
+    UnitEntry{Unit::deg, "deg", kRadPerDegree, 1e5},
+    UnitEntry{Unit::um, "um", kMmPerUm, 1e5},
+    UnitEntry{Unit::mm, "mm", 1.0, 1e6},
+    UnitEntry{Unit::ms, "ms", 1e-3, 1e12},
+    UnitEntry{Unit::s, "s", 1.0, 1e9},
+    UnitEntry{Unit::none, "", 1.0, 1e9},
 };
 
 const UnitEntry& entry_of(Unit unit) {
@@ -46,6 +47,9 @@ double unit_factor(Unit unit) {
 }
 std::string_view unit_suffix(Unit unit) {
   return entry_of(unit).suffix;
+}
+double largest_value(Unit unit) {
+  return entry_of(unit).largest;
 }
 
 Unit unit_of_key(std::string_view key) {

@@ -124,6 +124,12 @@ std::string stem(const std::string& key) {
 }
 
 Result<Function> compile(const FormulaSpec& spec, const Machine& machine, EffectContext& context) {
+  if (const auto checked = check_signs(spec.expression); !checked) return tl::unexpected(checked.error());
+  for (const std::string& name : names_in(spec.expression)) {
+    if (name.starts_with(kLagPrefix) && name.ends_with("_"))
+      return fail(ErrorCode::wrong_input, "formula \"" + spec.expression + "\" uses '" + name +
+                                              "'; a lag is written lag(variable, time)");
+  }
   const auto split = take_out_lags(spec.expression);
   if (!split) return tl::unexpected(split.error());
   if (spec.parameters.size() > kMaxParameters) {
@@ -145,15 +151,15 @@ Result<Function> compile(const FormulaSpec& spec, const Machine& machine, Effect
     for (std::size_t i = 0; i < parameters.size(); ++i) f.in_tau[i] = f.in_tau[i] || (*tau)->uses(i);
     f.lags.push_back({*signal, *tau});
   }
-  const auto names = names_in(split->text);
-  if (!names) return tl::unexpected(names.error());
-  for (const std::string& name : *names) {
+  const std::vector<std::string> names = names_in(split->text);
+  for (const std::string& name : names) {
     const auto parameter = std::find(parameters.begin(), parameters.end(), name);
     if (parameter != parameters.end()) {
       f.sources.push_back(
           {Source::Kind::parameter, static_cast<std::size_t>(parameter - parameters.begin())});
-    } else if (name.starts_with("lag_") && name.ends_with("_")) {
-      f.sources.push_back({Source::Kind::lag, static_cast<std::size_t>(std::stoul(name.substr(4)))});
+    } else if (name.starts_with(kLagPrefix) && name.ends_with("_")) {
+      f.sources.push_back(
+          {Source::Kind::lag, static_cast<std::size_t>(std::stoul(name.substr(kLagPrefix.size())))});
     } else if (const auto source = state_source(name, machine, context)) {
       f.sources.push_back(*source);
     } else {
@@ -164,11 +170,11 @@ Result<Function> compile(const FormulaSpec& spec, const Machine& machine, Effect
     }
   }
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (f.in_tau[i] || std::find(names->begin(), names->end(), parameters[i]) != names->end()) continue;
+    if (f.in_tau[i] || std::binary_search(names.begin(), names.end(), parameters[i])) continue;
     return fail(ErrorCode::wrong_input,
                 "parameter '" + spec.parameters[i].key + "' stands nowhere in \"" + spec.expression + "\"");
   }
-  auto expression = Expression::compile(split->text, *names);
+  auto expression = Expression::compile(split->text, names);
   if (!expression) return tl::unexpected(expression.error());
   f.expression = *expression;
   return f;

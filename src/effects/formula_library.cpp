@@ -27,8 +27,6 @@ struct Loaded {
     find(library.define_variable, "mupDefineVar");
     find(library.set_text, "mupSetExpr");
     find(library.evaluate, "mupEval");
-    find(library.count_names, "mupGetExprVarNum");
-    find(library.get_name, "mupGetExprVar");
     find(library.failed, "mupError");
     find(library.message, "mupGetErrorMsg");
     find(library.position, "mupGetErrorPos");

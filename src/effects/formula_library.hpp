@@ -15,8 +15,6 @@ struct FormulaLibrary {
   decltype(&mupDefineVar) define_variable = nullptr;
   decltype(&mupSetExpr) set_text = nullptr;
   decltype(&mupEval) evaluate = nullptr;
-  decltype(&mupGetExprVarNum) count_names = nullptr;
-  decltype(&mupGetExprVar) get_name = nullptr;
   decltype(&mupError) failed = nullptr;
   decltype(&mupGetErrorMsg) message = nullptr;
   decltype(&mupGetErrorPos) position = nullptr;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
+#include <string_view>
 
 #include "effects/formula_library.hpp"
 
@@ -22,24 +24,30 @@ FormulaHandle new_parser(const FormulaLibrary& library) {
   return {library.create(kOfDoubles), {&library}};
 }
 
-// Variables of the expression, in the order of their names.
-std::vector<std::string> names_of(const FormulaHandle& parser) {
-  const FormulaLibrary& library = *parser.get_deleter().library;
-  std::vector<std::string> out;
-  const int count = library.count_names(parser.get());
-  for (int i = 0; i < count; ++i) {
-    static std::mutex one_at_a_time;  // the library keeps the name of the last one asked for
-    const std::lock_guard lock(one_at_a_time);
-    const char* name = nullptr;
-    double* value = nullptr;
-    library.get_name(parser.get(), static_cast<unsigned>(i), &name, &value);
-    out.emplace_back(name);
-  }
-  return out;
-}
-
 bool name_char(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+}
+
+bool digit_char(char c) {
+  return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+// The end of the number that begins at `i`: 12.5e-3.
+std::size_t end_of_number(const std::string& text, std::size_t i) {
+  while (i < text.size() && (digit_char(text[i]) || text[i] == '.')) ++i;
+  if (i == text.size() || (text[i] != 'e' && text[i] != 'E')) return i;
+  std::size_t exponent = i + 1;
+  if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+  if (exponent == text.size() || !digit_char(text[exponent])) return i;
+  while (exponent < text.size() && digit_char(text[exponent])) ++exponent;
+  return exponent;
+}
+
+Error error_at(const std::string& text, std::size_t at, const std::string& what) {
+  return {ErrorCode::wrong_input,
+          "formula \"" + text + "\", character " + std::to_string(at + 1) + ": " + what,
+          {},
+          {}};
 }
 
 std::string trimmed(const std::string& text) {
@@ -89,9 +97,9 @@ Result<std::shared_ptr<const Expression>> Expression::compile(const std::string&
   const auto failed = [&] { return (*library)->failed(instance->parser.get()) != 0; };
   if (!failed()) (*library)->evaluate(instance->parser.get());
   if (failed()) return tl::unexpected(syntax_error(instance->parser, text));
-  const std::vector<std::string> used = names_of(instance->parser);
+  const std::vector<std::string> used = names_in(text);
   for (const std::string& name : names)
-    out->used_.push_back(std::find(used.begin(), used.end(), name) != used.end());
+    out->used_.push_back(std::binary_search(used.begin(), used.end(), name));
   out->idle_.push_back(std::move(instance));
   return std::shared_ptr<const Expression>(out);
 }
@@ -113,15 +121,47 @@ double Expression::operator()(std::span<const double> values) const {
   return result;
 }
 
-Result<std::vector<std::string>> names_in(const std::string& text) {
-  const auto library = FormulaLibrary::load();
-  if (!library) return tl::unexpected(library.error());
-  const FormulaHandle parser = new_parser(**library);
-  (*library)->set_text(parser.get(), text.c_str());
-  std::vector<std::string> out;
-  if ((*library)->failed(parser.get()) == 0) out = names_of(parser);
-  if ((*library)->failed(parser.get()) != 0) return tl::unexpected(syntax_error(parser, text));
-  return out;
+std::vector<std::string> names_in(const std::string& text) {
+  std::set<std::string> out;
+  for (std::size_t i = 0; i < text.size();) {
+    if (digit_char(text[i]) || text[i] == '.') {
+      i = std::max(end_of_number(text, i), i + 1);
+    } else if (name_char(text[i])) {
+      const std::size_t begin = i;
+      while (i < text.size() && name_char(text[i])) ++i;
+      std::string name = text.substr(begin, i - begin);
+      const std::size_t next = text.find_first_not_of(" \t\n\r", i);
+      const bool function = next != std::string::npos && text[next] == '(';
+      if (!function && name != "_pi" && name != "_e") out.insert(std::move(name));
+    } else {
+      ++i;
+    }
+  }
+  return {out.begin(), out.end()};
+}
+
+Result<void> check_signs(const std::string& formula) {
+  std::vector<bool> of_function;  // of each open parenthesis
+  for (std::size_t i = 0; i < formula.size(); ++i) {
+    const char c = formula[i];
+    const bool with_equals = std::string_view("=<>!").find(c) != std::string_view::npos;
+    if (with_equals && i + 1 < formula.size() && formula[i + 1] == '=') {
+      ++i;
+    } else if (c == '=') {
+      return tl::unexpected(error_at(formula, i, "'=' assigns; a formula compares with '=='"));
+    } else if (c == '(') {
+      const std::size_t before = i == 0 ? std::string::npos : formula.find_last_not_of(" \t\n\r", i - 1);
+      of_function.push_back(before != std::string::npos && name_char(formula[before]));
+    } else if (c == ')' && !of_function.empty()) {
+      of_function.pop_back();
+    } else if (c == ',' && (of_function.empty() || !of_function.back())) {
+      return tl::unexpected(
+          error_at(formula, i, "',' only divides what a function takes; decimals have a point"));
+    } else if (c != '\t' && c != '\n' && c != '\r' && (c < ' ' || c > '~')) {
+      return tl::unexpected(error_at(formula, i, "this character has no meaning in a formula"));
+    }
+  }
+  return {};
 }
 
 Result<SplitFormula> take_out_lags(const std::string& formula) {
@@ -137,17 +177,16 @@ Result<SplitFormula> take_out_lags(const std::string& formula) {
     const std::size_t open = formula.find('(', i);
     const std::size_t close = closing(formula, open);
     const std::size_t comma = formula.find(',', open);
-    const std::string place = "formula \"" + formula + "\", character " + std::to_string(i + 1) + ": ";
     if (close == std::string::npos)
-      return fail(ErrorCode::wrong_input, place + "the parenthesis of lag( is not closed");
+      return tl::unexpected(error_at(formula, i, "the parenthesis of lag( is not closed"));
     if (comma == std::string::npos || comma > close) {
-      return fail(ErrorCode::wrong_input, place + "lag needs two arguments, lag(variable, time constant)");
+      return tl::unexpected(error_at(formula, i, "lag needs two arguments, lag(variable, time constant)"));
     }
     LagCall call{trimmed(formula.substr(open + 1, comma - open - 1)),
                  trimmed(formula.substr(comma + 1, close - comma - 1))};
     if (call.variable.empty() || !std::all_of(call.variable.begin(), call.variable.end(), name_char)) {
-      return fail(ErrorCode::wrong_input,
-                  place + "'" + call.variable + "' is not a variable: lag follows a single variable");
+      return tl::unexpected(
+          error_at(formula, i, "'" + call.variable + "' is not a variable: lag follows a single variable"));
     }
     out.text += lag_name(out.lags.size());
     out.lags.push_back(std::move(call));

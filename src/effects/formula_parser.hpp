@@ -3,6 +3,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "trunnion/base/result.hpp"
@@ -34,8 +35,13 @@ class Expression {
   mutable std::vector<std::unique_ptr<Instance>> idle_;
 };
 
-/// Names in an expression, in the order of their first use, functions left out.
-Result<std::vector<std::string>> names_in(const std::string& text);
+/// Names of the variables in an expression, in alphabetical order; functions and the constants _pi and _e are
+/// left out. (muParser's own list parses the text once for each name.)
+std::vector<std::string> names_in(const std::string& text);
+
+/// Signs that muParser takes and no formula means: an assignment (`k = 5`), a comma outside a function (`0,5
+/// * k` is 5 k), characters that are not printable ASCII. Fails with wrong_input, naming the character.
+Result<void> check_signs(const std::string& formula);
 
 /// `lag(x, tau)` calls taken out of a formula: `text` has lag_0_, lag_1_ ... in their places.
 struct LagCall {
@@ -47,8 +53,9 @@ struct SplitFormula {
   std::vector<LagCall> lags;
 };
 Result<SplitFormula> take_out_lags(const std::string& formula);
+inline constexpr std::string_view kLagPrefix = "lag_";
 inline std::string lag_name(std::size_t index) {
-  return "lag_" + std::to_string(index) + "_";
+  return std::string(kLagPrefix) + std::to_string(index) + "_";
 }
 
 }  // namespace trunnion::effects

@@ -1,9 +1,13 @@
 #include "trunnion/effects/model.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/failure.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
 
 #include "effects/interpolants.hpp"
 
@@ -110,7 +114,58 @@ Twist ModelEvaluator::Entry::twist(const MachineState& state, std::span<const do
   return only_fixed_part ? effect->fixed_part(state, own, {}) : effect->twist(state, own, parameters);
 }
 
-ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)), rest_(lags_.size(), 0.0) {
+namespace {
+
+// Beyond these no machine errs, and none would move.
+constexpr double kLargestShift_mm = 1000.0;
+constexpr double kLargestTurn_rad = 1.0;
+
+// A twist that is no number is none either.
+bool can_be(const Twist& twist, ModelEvaluator::Sizes sizes) {
+  if (sizes == ModelEvaluator::Sizes::any) return twist.trans_mm.allFinite() && twist.rot_rad.allFinite();
+  return (twist.trans_mm.array().abs() <= kLargestShift_mm).all() &&
+         (twist.rot_rad.array().abs() <= kLargestTurn_rad).all();
+}
+
+std::string positions_text(const std::vector<std::string>& axes, const JointVector& q) {
+  std::string out;
+  for (std::size_t i = 0; i < axes.size() && i < kMaxAxes; ++i) {
+    const bool rotary = std::string_view("ABC").find(axes[i]) != std::string_view::npos;
+    out.append(out.empty() ? " at " : " ").append(axes[i]);
+    out.append(shortest_text(std::round(q[i] / (rotary ? kRadPerDegree : 1.0) * 1e4) / 1e4));
+  }
+  return out;
+}
+
+}  // namespace
+
+Twist ModelEvaluator::checked_twist(const Entry& entry, const MachineState& state,
+                                    std::span<const double> lagged) const {
+  Twist out = entry.twist(state, lagged);
+  if (!can_be(out, sizes_)) refuse(entry, state, out);
+  return out;
+}
+
+void ModelEvaluator::refuse(const Entry& entry, const MachineState& state, const Twist& twist) const {
+  const double shift_mm = twist.trans_mm.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  const double turn_rad = twist.rot_rad.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  std::string what("effect '");
+  what.append(entry.effect->info().id).append("' gives ");
+  if (!std::isfinite(shift_mm) || !std::isfinite(turn_rad))
+    what.append("no number");
+  else if (shift_mm > kLargestShift_mm)
+    what.append(shortest_text(shift_mm)).append(" mm, more than any machine errs,");
+  else
+    what.append(shortest_text(turn_rad)).append(" rad, more than any machine errs,");
+  throw Failure({ErrorCode::wrong_input, what.append(positions_text(axes_, state.q)), file_, entry.where});
+}
+
+ModelEvaluator::ModelEvaluator(const Model& model, Sizes sizes)
+    : sizes_(sizes),
+      file_(model.file),
+      axes_(model.axes),
+      lags_(lag_requests(model)),
+      rest_(lags_.size(), 0.0) {
   std::size_t begin = 0;
   for (const ModelEffect& e : model.effects) {
     const std::size_t count = e.effect->lags(e.shape()).size();
@@ -120,11 +175,13 @@ ModelEvaluator::ModelEvaluator(const Model& model) : lags_(lag_requests(model)),
                       count,
                       e.values(),
                       e.parameters.empty(),
-                      e.effect->straight_course()};
+                      e.effect->straight_course(),
+                      false,
+                      e.where};
     depends_on_ = std::max(depends_on_, count > 0 ? std::max(e.effect->depends_on(), DependsOn::conditions)
                                                   : e.effect->depends_on());
     if (count == 0 && e.effect->depends_on() == DependsOn::nothing) {
-      link_of(constant_, entry.link) += entry.twist({}, {});
+      link_of(constant_, entry.link) += checked_twist(entry, {}, {});
     } else {
       entries_.push_back(entry);
     }
@@ -182,7 +239,7 @@ void ModelEvaluator::update(const MachineState& state, std::span<const double> l
     Twist& sum = link_of(out, e.link);
     if (e.first_of_link) sum = link_of(constant_, e.link);
     if (i < without_course_) {
-      sum += e.twist(state, lagged);
+      sum += checked_twist(e, state, lagged);
       continue;
     }
     const StraightCourse& course = *e.course;

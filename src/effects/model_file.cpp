@@ -10,6 +10,7 @@
 #include "trunnion/effects/model.hpp"
 
 #include "effects/formula.hpp"
+#include "effects/model_checks.hpp"
 #include "effects/table_effect.hpp"
 
 namespace trunnion {
@@ -25,6 +26,9 @@ constexpr std::array<std::string_view, 4> kVariantKeys = {"component", "axis", "
 class EffectReader {
  public:
   EffectReader(const Machine& machine, Model& model) : machine_(machine), model_(model) {}
+
+  /// A table could not be read: the file is not wrong.
+  bool unreadable() const { return unreadable_; }
 
   void read(Section& s) {
     const std::string id = s.text("id");
@@ -43,6 +47,7 @@ class EffectReader {
     entry.where = s.where("id");
     entry.variant_given = variant_given_;
     read_parameters(s, parameters, entry);
+    if (parameters) effects::check_sizes(*parameters, entry);
     read_sigma(s, entry);
     read_fixed(s, entry);
     if (const auto* evidence = s.raw("evidence")) {
@@ -53,6 +58,7 @@ class EffectReader {
     }
     s.finish();
     check_twice(s, entry);
+    if (s.diagnostics().error_count() == errors) effects::try_out(s, entry, machine_, model_.context);
     model_.effects.push_back(std::move(entry));
   }
 
@@ -78,7 +84,7 @@ class EffectReader {
     for (auto& [key, value] : out) {
       if (key == "component" && value.size() == 2)
         value += carrier;
-      else if (key == "component" && value.substr(2) != carrier)
+      else if (key == "component" && (value.size() < 2 || value.substr(2) != carrier))
         s.error("axis", "component " + value + " is not carried by axis " + carrier);
     }
     return out;
@@ -151,19 +157,14 @@ class EffectReader {
 
   static std::optional<std::array<double, 2>> read_range(Section& range, const std::string& key,
                                                          double factor) {
-    const auto* value = range.raw(key);
-    if (value == nullptr) return std::nullopt;
-    const auto* items = value->as_array();
-    std::vector<double> ends;
-    for (const auto& item : items ? *items : config::Array{}) {
-      if (const auto* v = std::get_if<double>(&item.data)) ends.push_back(*v);
-      if (const auto* i = std::get_if<std::int64_t>(&item.data)) ends.push_back(static_cast<double>(*i));
-    }
-    if (ends.size() != 2 || !(ends[0] < ends[1])) {
+    if (!range.has(key)) return std::nullopt;
+    const auto ends = range.find_numbers(key);
+    if (!ends) return std::nullopt;
+    if (ends->size() != 2 || !((*ends)[0] < (*ends)[1])) {
       range.error(key, "'" + key + "' must be two numbers, the smaller first");
       return std::nullopt;
     }
-    return std::array{ends[0] * factor, ends[1] * factor};
+    return std::array{(*ends)[0] * factor, (*ends)[1] * factor};
   }
 
   Result<std::shared_ptr<const Effect>> table(Section& s, const std::string& id) {
@@ -220,7 +221,10 @@ class EffectReader {
     const auto cached = tables_.find(path.string());
     if (cached != tables_.end()) return cached->second;
     auto table = load_error_table(path.string(), machine_, s.diagnostics());
-    if (!table && table.error().code == ErrorCode::io_failed) s.error("table", table.error().message);
+    if (!table && table.error().code == ErrorCode::io_failed) {
+      s.error("table", table.error().message);
+      unreadable_ = true;
+    }
     if (table) tables_.emplace(path.string(), *table);
     return table;
   }
@@ -325,6 +329,7 @@ class EffectReader {
   const Machine& machine_;
   Model& model_;
   bool variant_given_ = true;
+  bool unreadable_ = false;
   std::map<std::string, ErrorTable> tables_;
 };
 
@@ -455,12 +460,17 @@ Result<Model> parse_model(std::string_view toml, const std::string& file, const 
   Model model;
   model.file = file;
   model.context = context;
+  for (const Axis& axis : machine.axes) model.axes.push_back(axis.name);
   Section root(*value, "file", file, diagnostics);
   read_head(root, model);
   EffectReader reader(machine, model);
   for (Section& s : root.sections("effect")) reader.read(s);
   root.finish();
-  if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
+  if (diagnostics.error_count() > errors) {
+    Error error = diagnostics.first_error();
+    if (reader.unreadable()) error.code = ErrorCode::io_failed;
+    return tl::unexpected(std::move(error));
+  }
   note_doubles(model, diagnostics);
   return model;
 }

@@ -8,6 +8,7 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 #include "trunnion/config/section.hpp"
@@ -24,6 +25,12 @@ struct Column {
   std::size_t index = 0;
 };
 
+// Of a component, internal units: what no machine errs by.
+double largest_error(const Column& component) {
+  const Unit unit = effects::is_rotation(component.name[1]) ? Unit::urad : Unit::um;
+  return largest_value(unit) * unit_factor(unit);
+}
+
 struct Columns {
   std::vector<Column> arguments;
   std::vector<Column> components;
@@ -34,7 +41,9 @@ bool is_component(const std::string& name) {
   return name.size() == 3 && name[0] == 'E' && kLetters.find(name[1]) != std::string_view::npos;
 }
 
-// Sorts one column into arguments or components; an error when it is neither or has a wrong unit.
+// Sorts one column into arguments or components; an error when it is neither or has a wrong unit. A column
+// that is neither is not quoted: a model may name any file as its table, and what that holds is not for
+// messages.
 void classify(const config::CsvTable& csv, std::size_t index, const Machine& machine, Columns& out,
               Diagnostics& diagnostics) {
   const std::string& text = csv.columns[index];
@@ -46,8 +55,9 @@ void classify(const config::CsvTable& csv, std::size_t index, const Machine& mac
   if (const auto id = machine.axis(stem)) {
     const bool rotary = machine.axes[*id].kind == AxisKind::rotary;
     if (unit != (rotary ? "deg" : "mm")) {
-      diagnostics.error(csv.file, where,
-                        "argument column '" + text + "' must be '" + stem + (rotary ? "_deg'" : "_mm'"));
+      diagnostics.error(
+          csv.file, where,
+          "argument column " + std::to_string(index + 1) + " must be '" + stem + (rotary ? "_deg'" : "_mm'"));
     }
     out.arguments.push_back({stem, factor.value_or(1.0), index});
   } else if (is_component(stem)) {
@@ -55,16 +65,16 @@ void classify(const config::CsvTable& csv, std::size_t index, const Machine& mac
     const bool fits =
         rotation ? unit == "urad" || unit == "rad" || unit == "deg" : unit == "um" || unit == "mm";
     if (!fits) {
-      diagnostics.error(
-          csv.file, where,
-          "component column '" + text + "' must end in " + (rotation ? "_urad or _rad" : "_um or _mm"));
+      diagnostics.error(csv.file, where,
+                        "component column " + std::to_string(index + 1) + " must end in " +
+                            (rotation ? "_urad or _rad" : "_um or _mm"));
     }
     out.components.push_back({stem, factor.value_or(1.0), index});
   } else {
     diagnostics.error(
         csv.file, where,
-        "column '" + text +
-            "' is neither an axis of the machine (X_mm, A_deg) nor an error component (EXX_um, EAX_urad)");
+        "column " + std::to_string(index + 1) +
+            " is neither an axis of the machine (X_mm, A_deg) nor an error component (EXX_um, EAX_urad)");
   }
 }
 
@@ -80,11 +90,10 @@ std::vector<double> distinct(std::vector<double> values) {
 }
 
 std::size_t node_of(const std::vector<double>& nodes, double value) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < nodes.size(); ++i) {
-    if (std::abs(nodes[i] - value) < std::abs(nodes[best] - value)) best = i;
-  }
-  return best;
+  const auto above = std::lower_bound(nodes.begin(), nodes.end(), value);
+  if (above == nodes.begin()) return 0;
+  const auto i = static_cast<std::size_t>(above - nodes.begin());
+  return above == nodes.end() || value - nodes[i - 1] <= nodes[i] - value ? i - 1 : i;
 }
 
 std::string place_text(const ErrorTable& table, const Columns& columns, std::size_t flat) {
@@ -103,6 +112,15 @@ void fill(const config::CsvTable& csv, const Columns& columns,
           const std::vector<std::vector<double>>& numbers, ErrorTable& table, Diagnostics& diagnostics) {
   const std::size_t second = table.nodes.size() > 1 ? table.nodes[1].size() : 1;
   const std::size_t size = table.nodes[0].size() * second;
+  // Rows that hardly share a value make a grid of millions of nodes, of which nearly all are missing.
+  constexpr std::size_t kFewMissing = 100000;
+  if (size > csv.rows.size() + kFewMissing) {
+    diagnostics.error(csv.file, {csv.header_line, 1},
+                      "the grid of " + std::to_string(table.nodes[0].size()) + " x " +
+                          std::to_string(second) + " nodes has only " + std::to_string(csv.rows.size()) +
+                          " rows");
+    return;
+  }
   for (const Column& c : columns.components)
     table.components.push_back({c.name, std::vector<double>(size, 0.0)});
   std::vector<std::uint32_t> line_of(size, 0);
@@ -163,6 +181,7 @@ Result<ErrorTable> parse_error_table(std::string_view text, const std::string& f
   Columns columns;
   for (std::size_t i = 0; i < csv->columns.size(); ++i) classify(*csv, i, machine, columns, diagnostics);
   check_columns(*csv, columns, diagnostics);
+  if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
   std::vector<double> factors(csv->columns.size(), 1.0);
   for (const auto* list : {&columns.arguments, &columns.components}) {
     for (const Column& c : *list) factors[c.index] = c.factor;
@@ -174,6 +193,14 @@ Result<ErrorTable> parse_error_table(std::string_view text, const std::string& f
       values.push_back(config::csv_number(*csv, row, i, diagnostics).value_or(0.0) * factors[i]);
     }
     numbers.push_back(std::move(values));
+  }
+  for (const Column& c : columns.components) {
+    for (std::size_t r = 0; r < numbers.size(); ++r) {
+      if (std::abs(numbers[r][c.index]) <= largest_error(c)) continue;
+      diagnostics.error(file, {csv->rows[r].line, static_cast<std::uint32_t>(c.index + 1)},
+                        "'" + csv->rows[r].fields[c.index] + "' in column '" + csv->columns[c.index] +
+                            "' is beyond what any machine errs by (100 mm, 0.1 rad): is it in another unit?");
+    }
   }
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
   ErrorTable table;
@@ -200,7 +227,8 @@ Result<ErrorTable> load_error_table(const std::string& path, const Machine& mach
 
 std::string error_table_text(const ErrorTable& table, const Machine& machine) {
   std::string out;
-  for (const std::string& comment : table.comments) out += "#" + comment + "\n";
+  for (const std::string& comment : table.comments)
+    out.append("#").append(printable(comment, "\t")).append("\n");
   std::vector<double> factors;
   for (const std::string& name : table.arguments) {
     const auto id = machine.axis(name);

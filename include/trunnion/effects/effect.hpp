@@ -33,6 +33,8 @@ enum class Unit : std::uint8_t {
 };
 double unit_factor(Unit unit);            // internal = printed * factor
 std::string_view unit_suffix(Unit unit);  // "um", "urad", ...: the end of the parameter's key; empty for none
+/// Largest magnitude that a value of this unit has on any machine, as printed: beyond it the unit is wrong.
+double largest_value(Unit unit);
 /// The unit that ends a key ("k_um" -> um); none when the key ends in no known unit.
 Unit unit_of_key(std::string_view key);
 

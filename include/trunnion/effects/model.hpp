@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -55,7 +56,8 @@ struct Model {
   std::optional<std::string> parent;
   SetupTranslation setup_translation = SetupTranslation::free;
   std::vector<ModelEffect> effects;
-  EffectContext context;  // sensors and runs that the indices in its effects count
+  EffectContext context;          // sensors and runs that the indices in its effects count
+  std::vector<std::string> axes;  // names of the machine's, for messages
 
   bool has_memory() const;
 };
@@ -99,10 +101,15 @@ auto& link_of(Errors& errors, const Link& link) {
 }
 
 /// A model with its numbers laid out for evaluation: no allocation per state, safe from several threads.
+/// Where an effect gives no number, or one that no machine errs by (1 m, 1 rad), the functions that ask for
+/// errors throw a Failure (wrong_input) that names the effect, its line and the positions of the axes.
 class ModelEvaluator {
  public:
   /// Keeps the effects of `model` alive; later changes of `model` are not seen.
-  explicit ModelEvaluator(const Model& model);
+  /// What errors may be: as large as a machine's, or any number (while a fit looks for them, and tries data
+  /// in other units).
+  enum class Sizes : std::uint8_t { of_machines, any };
+  explicit ModelEvaluator(const Model& model, Sizes sizes = Sizes::of_machines);
   const std::vector<LagRequest>& lags() const { return lags_; }
   /// Errors of the whole chain. `lagged` are the values of lags(); empty for a model without memory or for
   /// lags at rest (all 0).
@@ -143,10 +150,16 @@ class ModelEvaluator {
     bool only_fixed_part;  // no parameter scales it: an error table
     std::optional<StraightCourse> course;
     bool first_of_link = false;
+    SourceRef where;  // in the model file
 
     Twist twist(const MachineState& state, std::span<const double> lagged) const;
   };
   DependsOn depends_on_ = DependsOn::nothing;
+  Twist checked_twist(const Entry& entry, const MachineState& state, std::span<const double> lagged) const;
+  [[noreturn]] void refuse(const Entry& entry, const MachineState& state, const Twist& twist) const;
+  Sizes sizes_;
+  std::string file_;
+  std::vector<std::string> axes_;
   ChainErrors constant_;        // sum of the effects that do not depend on the state
   std::vector<Entry> entries_;  // the others; those with a course behind those without
   std::size_t without_course_ = 0;

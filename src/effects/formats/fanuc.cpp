@@ -23,7 +23,8 @@ std::optional<long> word(std::string_view text, char letter) {
   const bool negative = digits.starts_with('-');
   if (negative || digits.starts_with('+')) digits.remove_prefix(1);
   const auto value = parse_integer(trim(digits.substr(0, digits.find_first_not_of("0123456789"))));
-  if (!value) return std::nullopt;
+  constexpr std::uint64_t kLargest = 999999;  // beyond any number of a point and any increment
+  if (!value || *value > kLargest) return std::nullopt;
   return negative ? -static_cast<long>(*value) : static_cast<long>(*value);
 }
 
@@ -40,7 +41,7 @@ Result<ControlTables> read_fanuc(std::string_view text, const std::string& file,
     if (line.text.empty() || line.text.starts_with('%') || line.text.starts_with('(')) continue;
     const auto n = word(line.text, 'N'), p = word(line.text, 'P');
     if (!n || !p) {
-      diagnostics.error(file, {line.number, 1}, "expected N<number> P<value>");
+      diagnostics.error(file, {line.number, 1}, "expected N<number> P<value> of at most six digits");
     } else if (*n >= kFirstPoint) {
       increments[*n - kFirstPoint] = *p;
     } else if (*n == 3620) {

@@ -8,6 +8,7 @@
 // the machine before use.
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "effects/formats/format_support.hpp"
@@ -61,8 +62,13 @@ class Reader {
     } else if (what == "_MAX") {
       table.max = *number;
     } else if (what == "_DIRECTION") {
+      if (*number != -1.0 && *number != 0.0 && *number != 1.0)
+        return error(line, "$AN_CEC_DIRECTION is -1, 0 or 1");
       table.direction = static_cast<int>(*number);
     } else if (what == "_MULT_BY_TABLE") {
+      constexpr double kMostTables = 1e6;
+      if (!(*number >= 0.0 && *number <= kMostTables) || *number != std::floor(*number))
+        return error(line, "$AN_CEC_MULT_BY_TABLE is the number of a table, or 0");
       table.times = static_cast<std::size_t>(*number);
     } else if (what == "_IS_MODULO") {
       table.modulo = *number != 0.0;
