@@ -26,7 +26,7 @@ Vec3 point_on(const Arc& arc, double t) {
   return arc.center_P + turned * radius + arc.normal_P * height;
 }
 
-std::vector<Vec3> linearise(const Arc& arc, double tolerance_mm) {
+double chords_of(const Arc& arc, double tolerance_mm) {
   TRUNNION_EXPECTS(tolerance_mm > 0.0);
   TRUNNION_EXPECTS(arc.sweep.rad() > 0.0);
   const double radius = std::max(radial(arc, arc.start_P).norm(), radial(arc, arc.end_P).norm());
@@ -35,8 +35,11 @@ std::vector<Vec3> linearise(const Arc& arc, double tolerance_mm) {
   const double step = 4.0 * std::asin(std::sqrt(std::min(0.5, tolerance_mm / (2.0 * radius))));
   // At least four chords a turn: with fewer, the middle of a chord says nothing of the sense.
   const double largest_step = std::min(step, kTwoPi / 4.0);
-  const auto count =
-      static_cast<std::size_t>(std::max(1.0, std::ceil(arc.sweep.rad() / largest_step - 1e-9)));
+  return std::max(1.0, std::ceil(arc.sweep.rad() / largest_step - 1e-9));
+}
+
+std::vector<Vec3> linearise(const Arc& arc, double tolerance_mm) {
+  const auto count = static_cast<std::size_t>(chords_of(arc, tolerance_mm));
   std::vector<Vec3> points;
   points.reserve(count);
   for (std::size_t i = 1; i < count; ++i) {

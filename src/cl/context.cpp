@@ -16,6 +16,9 @@ namespace {
 
 // Beyond this the numbers are no rounded unit vector.
 constexpr double kWorstLengthError = 1e-2;
+// Of one arc: 80 turns of radius 1 m within 1 um. More is a fault of the tolerance, and would fill the
+// memory.
+constexpr double kMostChords = 250000.0;
 // Decimals of a file whose axis components are taken as rounded. Fewer are typed by hand: `0,0,1` and
 // `.6,0,.8` are exact.
 constexpr unsigned kRoundedDecimals = 3;
@@ -53,21 +56,9 @@ std::string short_text(double value, int digits) {
 }
 
 Context::Context(std::string file, const ReaderOptions& options, Diagnostics& diagnostics)
-    : file_(std::move(file)),
-      options_(options),
-      diagnostics_(diagnostics),
-      errors_before_(diagnostics.error_count()) {
+    : options_(options), findings_(std::move(file), diagnostics) {
   if (options_.units == ReaderOptions::Units::inch) modal.mm_per_unit = kMmPerInch;
-}
-
-void Context::error(SourceRef where, std::string message) {
-  ++error_count_;
-  if (error_count_ < kMostErrors) {
-    diagnostics_.error(file_, where, std::move(message));
-  } else if (error_count_ == kMostErrors) {
-    diagnostics_.error(file_, where,
-                       std::to_string(kMostErrors) + " errors: the rest of the file is not read");
-  }
+  modal.units.word = options_.units.has_value();
 }
 
 std::optional<double> Context::number(const Statement& statement, std::size_t index) {
@@ -141,6 +132,7 @@ bool Context::in_range(const Statement& statement, std::size_t index, double mm)
 std::optional<Vec3> Context::point(const Statement& statement, std::size_t first) {
   double value[3];
   if (!numbers(statement, first, 3, value)) return std::nullopt;
+  use_unit(statement.where);
   bool good = true;
   for (std::size_t i = 0; i < 3; ++i) {
     value[i] *= modal.mm_per_unit;
@@ -178,6 +170,8 @@ std::optional<Vec3> Context::axis(const Statement& statement, std::size_t first)
     warning_once("axis length", where,
                  word + ": the tool axis has length " + fixed_text(length, 4) + " and was normalised");
   }
+  modal.origin.mill = true;
+  modal.axis_unsure = false;
   return Vec3(v / length_of(lanes::Triple<double>{v.x(), v.y(), v.z()}));
 }
 
@@ -258,7 +252,16 @@ void Context::start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A)
   modal.tip_A = tip_A;
   modal.axis_A = axis_A;
   modal.has_position = true;
-  emit(where, From{modal.X_PA * tip_A, modal.X_PA.R * axis_A});
+  const From from{modal.X_PA * tip_A, modal.X_PA.R * axis_A};
+  modal.home = from;
+  emit(where, from);
+}
+
+void Context::go_home(SourceRef where) {
+  if (!modal.home) return error(where, "GOHOME without values, and no FROM before it says where that is");
+  const Pose X_AP = modal.X_PA.inverse();
+  modal.rapid_next = true;
+  move_to(where, X_AP * modal.home->tip_P, X_AP.R * modal.home->axis_P);
 }
 
 void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, const Vec3& normal_A,
@@ -273,6 +276,11 @@ void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, 
   arc.feed = modal.feed;
   const bool rapid = modal.rapid_next;
   modal.rapid_next = false;
+  if (const double chords = chords_of(arc, options_.arc_tolerance_mm); chords > kMostChords) {
+    return error(where, "an arc of " + short_text(chords, 3) + " chords within " +
+                            short_text(options_.arc_tolerance_mm, 3) + " mm; at most " +
+                            short_text(kMostChords, 7) + " are taken");
+  }
   modal.tip_A = end_A;
   if (options_.keep_arcs && !rapid) {
     emit(where, ArcMotion{std::make_shared<const Arc>(arc)});
@@ -291,6 +299,20 @@ void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, 
 void Context::take_msys(const PendingMsys& msys) {
   modal.new_msys = msys;
   if (modal.first_msys) settle_msys(modal.axis_A);  // settled with the first one
+}
+
+void Context::take_mcs(SourceRef where, const Pose& X_PM) {
+  const bool same = same_pose(X_PM, Pose::identity());
+  if (!same) {
+    note(where, "MCS is applied: the points and tool axes behind it are given in it");
+  }
+  const Pose X_MA = X_PM.inverse() * modal.X_PA;
+  modal.tip_A = X_MA * modal.tip_A;
+  modal.axis_A = Vec3::UnitZ();
+  modal.axis_unsure = false;
+  modal.X_PA = same ? Pose::identity() : X_PM;
+  modal.turned = !same;
+  emit(where, Frame{"MCS", std::make_shared<const Pose>(X_PM), !same});
 }
 
 // Siemens documents the points of a CLSF as those of the MCS, and so they are taken. Files exist whose points
@@ -343,8 +365,8 @@ void Context::settle_msys(const Vec3& axis_A) {
 }
 
 bool Context::plain_motion(const PlainGoto& plain, Record& record) {
-  if (modal.ended || modal.new_msys || modal.pending_arc || modal.cycle) return false;
-  if (plain.count == 3 && modal.tilted_csys_axis) return false;
+  if (modal.ended || modal.new_msys || modal.pending_arc || modal.nurbs || modal.cycle) return false;
+  if (plain.count == 3 && (modal.tilted_csys_axis || modal.axis_unsure)) return false;
   const Vec3 tip_A = Vec3(plain.value[0], plain.value[1], plain.value[2]) * modal.mm_per_unit;
   if (!(tip_A.cwiseAbs().maxCoeff() <= kLongest_mm)) return false;
   if (plain.count == 6) {
@@ -352,7 +374,10 @@ bool Context::plain_motion(const PlainGoto& plain, Record& record) {
     const double length = length_of(lanes::Triple<double>{v.x(), v.y(), v.z()});
     if (!(std::abs(length - 1.0) <= Direction::kMaxLengthError)) return false;
     modal.axis_A = v / length;
+    modal.axis_unsure = false;
+    modal.origin.mill = true;
   }
+  use_unit(plain.where);
   count_decimals(plain.coordinate_decimals, plain.axis_decimals);
   modal.tip_A = tip_A;
   modal.has_position = true;
@@ -394,6 +419,9 @@ std::size_t Context::plain_cuts(std::span<PlainCut> cuts) {
     modal.tip_A = cuts[good - 1].tip_P;
     modal.axis_A = cuts[good - 1].axis_P;
     modal.has_position = true;
+    modal.axis_unsure = false;
+    modal.origin.mill = true;
+    use_unit(cuts.front().where);
     motion_count_ += good;
   }
   return good;
@@ -407,7 +435,10 @@ bool Context::take(Record& record) {
 }
 
 void Context::finish(std::size_t lines) {
-  if (modal.pending_arc) error(modal.pending_arc->where, "CIRCLE: the end (GOTO) of the arc is missing");
+  if (modal.pending_arc)
+    error(modal.pending_arc->where,
+          std::string(modal.pending_arc->word) + ": the end (GOTO) of the arc is missing");
+  if (gave_up_) return findings_.tell_counts();
   if (normalised_ > 1) {
     note(worst_length_at_, std::to_string(normalised_) +
                                " tool axes were normalised; the length of this one is off by most, " +
@@ -416,8 +447,32 @@ void Context::finish(std::size_t lines) {
   const SourceRef end{static_cast<std::uint32_t>(std::max<std::size_t>(lines, 1)), 0};
   if (!modal.ended && !modal.closing.empty())
     warning(end, "the file ends without " + std::string(modal.closing) + ": is it whole?");
-  if (motion_count_ == 0 && diagnostics_.error_count() == errors_before_)
-    error(end, "no motion (GOTO) in the file");
+  if (motion_count_ == 0 && !findings_.has_errors()) error(end, "no motion (GOTO) in the file");
+  judge_units();
+  findings_.tell_counts();
+}
+
+void Context::take_feed_unit(std::string_view unit, SourceRef where) {
+  if (unit.starts_with("MM")) {
+    modal.units.mm = true;
+  } else if (unit.starts_with("IP") || unit.starts_with("FP")) {
+    if (!modal.units.inch && !modal.units.word) modal.units.inch = where;
+  } else if (unit.starts_with("PER")) {
+    use_unit(where);
+  }
+}
+
+// NX writes no UNITS: its feeds tell the unit of its lengths.
+void Context::judge_units() {
+  const UnitSigns& signs = modal.units;
+  if (signs.word || motion_count_ == 0) return;
+  if (signs.inch) {
+    error(*signs.inch,
+          "a feed in inches, and no UNITS before the points: are they in inches or mm? (--cl-units inch or "
+          "mm)");
+  } else if (!signs.mm && !findings_.has_errors()) {
+    note({}, "nothing in the file says its unit of length: taken as mm (--cl-units mm or inch)");
+  }
 }
 
 }  // namespace trunnion::cl

@@ -6,23 +6,27 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/cl/reader.hpp"
 #include "trunnion/cl/record.hpp"
 
+#include "cl/findings.hpp"
 #include "cl/statement.hpp"
 
 namespace trunnion::cl {
 
-/// A CIRCLE that waits for the GOTO to its end.
+/// A CIRCLE or MOVARC that waits for the GOTO to its end.
 struct PendingArc {
+  std::string_view word = "CIRCLE";
   SourceRef where;
   Vec3 center_A = Vec3::Zero();
   Vec3 normal_A = Vec3::UnitZ();  // the tool turns about it by the right-hand rule
   double radius_mm = 0.0;         // 0: not given
   std::uint32_t turns = 1;
   bool full_when_closed = false;
+  std::optional<Angle> sweep;  // as the file gives it: it has to agree with the end
 };
 
 /// A drilling cycle that is switched on.
@@ -39,7 +43,17 @@ struct Cycle {
   bool has_depth = false;
   bool has_clear = false;
   bool return_as_came = false;
+  bool has_rapto = false;       // RAPTO goes before CLEAR, which CAMplete gives as an absolute height
+  bool clear_by_place = false;  // a value without a word: true until the tool has stood there above a hole
   std::optional<Feed> feed;
+};
+
+/// NURBS of NX while its knots and points are read.
+struct NurbsCurve {
+  SourceRef where;
+  bool good = false;  // false: it had a fault, which is told already
+  std::vector<double> knots;
+  std::vector<Vec3> points_A;  // control points behind the position
 };
 
 /// CLEARP: the plane `normal . p = distance` in the file's coordinates.
@@ -54,6 +68,21 @@ struct PendingMsys {
   Pose X_AM;
 };
 
+/// What the file says of its unit of length before the first length that needs it.
+struct UnitSigns {
+  bool word = false;                   // UNITS, or --cl-units
+  bool mm = false;                     // a feed in mm
+  std::optional<SourceRef> inch;       // a feed in inches or feet
+  std::optional<SourceRef> first_use;  // a length that was read without UNITS
+};
+
+/// What is known of the system that wrote the file, and of the machine that it is for.
+struct Origin {
+  bool mill = false;    // MODE/MILL, a tool axis, a milling cutter: this is no lathe's file
+  bool catia = false;   // its comments say so
+  bool fusion = false;  // MODE/MILL: the ISO 4343 posts of Fusion and HSMWorks
+};
+
 /// The lines of a `$$*CATIA0` while they are read.
 struct CatiaMatrix {
   SourceRef where;
@@ -66,11 +95,16 @@ struct CatiaMatrix {
 /// not of P.
 struct Modal {
   double mm_per_unit = 1.0;
+  UnitSigns units;
+  Origin origin;
   Vec3 tip_A = Vec3::Zero();
   Vec3 axis_A = Vec3::UnitZ();
   bool has_position = false;
+  /// The tool axis behind MULTAX/OFF: systems differ in it, and the file does not say which wrote it.
+  bool axis_unsure = false;
   Feed feed;
   bool rapid_next = false;
+  std::optional<From> home;  // FROM
 
   /// Pose of A, in which the points at hand are given, in P.
   Pose X_PA;
@@ -81,6 +115,7 @@ struct Modal {
   std::optional<PendingMsys> new_msys;
 
   std::optional<PendingArc> pending_arc;
+  std::optional<NurbsCurve> nurbs;
   std::optional<Cycle> cycle;
   std::optional<Cycle> last_cycle;
   std::optional<ClearPlane> clear_plane;
@@ -88,6 +123,7 @@ struct Modal {
 
   /// CSYS (SolidWorks) with a Z axis other than the file's: a GOTO without an axis is ambiguous then.
   std::optional<Vec3> tilted_csys_axis;
+  std::optional<std::uint32_t> work_offset;  // ZERO
 
   CatiaMatrix catia_matrix;
   std::optional<std::array<double, 12>> catia_system;
@@ -104,13 +140,24 @@ class Context {
  public:
   Context(std::string file, const ReaderOptions& options, Diagnostics& diagnostics);
 
-  void error(SourceRef where, std::string message);
-  void warning(SourceRef where, std::string message) {
-    diagnostics_.warning(file_, where, std::move(message));
+  void error(SourceRef where, const std::string& message) { findings_.error(where, message); }
+  void warning(SourceRef where, const std::string& message) { findings_.warning(where, message); }
+  void note(SourceRef where, const std::string& message) { findings_.note(where, message); }
+  void warning_once(const std::string& key, SourceRef where, const std::string& message) {
+    findings_.warning_once(key, where, message);
   }
-  void note(SourceRef where, std::string message) { diagnostics_.note(file_, where, std::move(message)); }
-  void warning_once(const std::string& key, SourceRef where, std::string message) {
-    diagnostics_.warning_once(file_ + ":" + key, file_, where, std::move(message));
+  /// An error behind which nothing of the file means anything: the rest is not read.
+  void give_up(SourceRef where, const std::string& message) {
+    error(where, message);
+    gave_up_ = true;
+  }
+  Findings& findings() { return findings_; }
+
+  /// The unit of a feed: it tells that of the lengths where UNITS is missing.
+  void take_feed_unit(std::string_view unit, SourceRef where);
+  /// A length is read here in the file's unit: from now on UNITS may not change it unnoticed.
+  void use_unit(SourceRef where) {
+    if (!modal.units.first_use) modal.units.first_use = where;
   }
 
   /// The number in a field; an error and nothing when it is none. Counts as decimals of nothing.
@@ -149,6 +196,8 @@ class Context {
   /// RETRCT: a rapid along the tool axis to the clearance plane; none when the tool is beyond it. An error
   /// without a plane, or when the tool axis does not lead there.
   void retract(SourceRef where);
+  /// GOHOME without values: a rapid to where FROM stood; an error without FROM.
+  void go_home(SourceRef where);
   /// A position without a motion.
   void start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by
@@ -156,13 +205,15 @@ class Context {
   bool plain_motion(const PlainGoto& plain, Record& record);
   /// Plain cuts may come now: motions at the modal feed, with nothing to do but what `plain_cuts` does.
   bool takes_cuts() const {
-    return pending_.empty() && !modal.ended && !modal.new_msys && !modal.pending_arc && !modal.cycle &&
-           !modal.turned && !modal.rapid_next;
+    return pending_.empty() && !modal.ended && !modal.new_msys && !modal.pending_arc && !modal.nurbs &&
+           !modal.cycle && !modal.turned && !modal.rapid_next;
   }
   /// Makes motions of numbers as they stand in the file, in place; how many of them are of the plain kind.
   std::size_t plain_cuts(std::span<PlainCut> cuts);
   /// An MSYS was read: how its points are meant is settled with the first tool axis behind it.
   void take_msys(const PendingMsys& msys);
+  /// MCS: the frame in which everything behind it is given; its z is the tool axis of points without one.
+  void take_mcs(SourceRef where, const Pose& X_PM);
   /// The next record made by the words read so far.
   bool take(Record& record);
 
@@ -174,27 +225,24 @@ class Context {
   const ReaderOptions& options() const { return options_; }
   const Resolution& resolution() const { return resolution_; }
   std::size_t motion_count() const { return motion_count_; }
-  bool too_many_errors() const { return error_count_ >= kMostErrors; }
+  bool reads_on() const { return !gave_up_ && !findings_.too_many(); }
 
-  static constexpr std::size_t kMostErrors =
-      1000;                                   // a broken file of millions of lines must not fill the memory
   static constexpr double kLongest_mm = 1e6;  // 1 km: larger than any machine; beyond it, a fault of the file
 
  private:
   bool in_range(const Statement& statement, std::size_t index, double mm);
   Motion motion(const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid) const;
   void settle_msys(const Vec3& axis_A);
+  void judge_units();
 
-  std::string file_;
   ReaderOptions options_;
-  Diagnostics& diagnostics_;
+  Findings findings_;
   std::deque<Record> pending_;
   Resolution resolution_;
   unsigned coordinate_decimals_ = 0;
   unsigned axis_decimals_ = 0;
   std::size_t motion_count_ = 0;
-  std::size_t errors_before_;
-  std::size_t error_count_ = 0;
+  bool gave_up_ = false;
   std::size_t normalised_ = 0;
   double worst_length_error_ = 0.0;
   SourceRef worst_length_at_;

@@ -67,6 +67,31 @@ void read_csys(Context& context, const Statement& statement) {
   context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(Pose{*R, origin}), false});
 }
 
+// CAMplete and SURFCAM: MCS/x axis, y axis, z axis, origin: the frame of the operation in the work coordinate
+// system. The points and tool axes behind it are given in it; where they have no axis, it is its z.
+void read_mcs(Context& context, const Statement& statement) {
+  if (statement.fields.size() != 12) {
+    return context.error(statement.where, "MCS: " + std::to_string(statement.fields.size()) +
+                                              " values; 12 (x axis, y axis, z axis, origin) are needed");
+  }
+  double v[12];
+  if (!context.numbers(statement, 0, 12, v)) return;
+  const auto R_PM = axes_of(Vec3(v[0], v[1], v[2]), Vec3(v[3], v[4], v[5]));
+  if (!R_PM || !((R_PM->col(2) - Vec3(v[6], v[7], v[8])).norm() <= kUnitLength)) {
+    return context.error(statement.where,
+                         "MCS: its axes are not three unit vectors at right angles, right-handed");
+  }
+  const Vec3 origin_P = Vec3(v[9], v[10], v[11]) * context.modal.mm_per_unit;
+  if (!(origin_P.cwiseAbs().maxCoeff() <= Context::kLongest_mm)) {
+    return context.error(statement.where,
+                         "MCS: its origin is beyond " + short_text(Context::kLongest_mm) + " mm");
+  }
+  if (context.modal.first_msys || context.modal.new_msys)
+    return context.error(statement.where, "MCS behind MSYS: two kinds of frames in one file");
+  context.use_unit(statement.where);
+  context.take_mcs(statement.where, Pose{*R_PM, origin_P});
+}
+
 void read_trntyp(Context& context, const Statement& statement) {
   bool world = statement.has_fields() && statement.fields[0].text == "WORLD";
   for (std::size_t i = 1; i < statement.fields.size(); ++i) {
@@ -99,8 +124,34 @@ void read_syn(Context& context, const Statement& statement) {
   }
 }
 
-constexpr WordReading kFrameWords[] = {
-    {"MSYS", read_msys}, {"CSYS", read_csys}, {"TRNTYP", read_trntyp}, {"SYN", read_syn}};
+// CAMplete, ZERO/n: the number of the work offset. One program is clamped once.
+void read_zero(Context& context, const Statement& statement) {
+  const auto number = context.whole(statement, 0);
+  if (!number) return;
+  auto& offset = context.modal.work_offset;
+  if (offset && *offset != *number) {
+    return context.error(statement.where, "ZERO/" + std::to_string(*number) + " behind ZERO/" +
+                                              std::to_string(*offset) +
+                                              ": a second clamping needs a program of its own");
+  }
+  offset = *number;
+  context.warning_once(
+      "ZERO", statement.where,
+      "ZERO/" + std::to_string(*number) +
+          " is not acted on: the work offset is that of the controller file or --work-offset");
+}
+
+// A subprogram of the control or of the post that the file was made for. What it does is not known.
+void read_calsub(Context& context, const Statement& statement) {
+  std::string name;
+  for (const Field& field : statement.fields) name += (name.empty() ? "" : ",") + std::string(field.text);
+  context.warning_once("CALSUB/" + name, statement.where,
+                       "CALSUB/" + name.substr(0, 80) + ": the subprogram is not called");
+}
+
+constexpr WordReading kFrameWords[] = {{"MSYS", read_msys}, {"CSYS", read_csys},     {"MCS", read_mcs},
+                                       {"ZERO", read_zero}, {"CALSUB", read_calsub}, {"TRNTYP", read_trntyp},
+                                       {"SYN", read_syn}};
 
 }  // namespace
 
@@ -114,13 +165,15 @@ void read_directive(Context& context, const Statement& statement) {
   if (statement.word == "CUTTER" && statement.has_fields()) {
     const auto diameter = context.number(statement, 0);
     if (diameter) {
+      context.modal.origin.mill = true;
+      context.use_unit(statement.where);
       context.emit(statement.where,
                    ToolGeometry{*diameter * context.modal.mm_per_unit, std::nullopt, std::nullopt});
     }
     return;
   }
   if (statement.word == "FEATNO" && statement.has_fields()) {
-    return context.emit(statement.where, OperationBegin{"FEATNO " + std::string(statement.fields[0].text)});
+    return context.emit(statement.where, OperationBegin{"FEATNO " + shown_text(statement.fields[0].text)});
   }
   if (statement.word == "END") return context.emit(statement.where, OperationEnd{});
   if (statement.word == "CUTCOM_GEOMETRY_TYPE" && statement.has_fields()) {

@@ -23,6 +23,12 @@ bool three_or_six(Context& context, const Statement& statement) {
 /// The tool axis of a statement of 3 or 6 values: its own, else the modal one.
 std::optional<Vec3> axis_of(Context& context, const Statement& statement) {
   if (statement.fields.size() == 6) return context.axis(statement, 3);
+  if (context.modal.axis_unsure) {
+    context.error(statement.where,
+                  std::string(statement.word) +
+                      " without a tool axis behind MULTAX/OFF: that before it (CATIA), or +Z (Fusion)?");
+    return std::nullopt;
+  }
   const auto& tilted = context.modal.tilted_csys_axis;
   if (tilted && (*tilted - context.modal.axis_A).norm() > kSameAxis) {
     context.error(statement.where,
@@ -75,6 +81,21 @@ void read_from(Context& context, const Statement& statement) {
   if (tip_A && axis_A) context.start_from(statement.where, *tip_A, *axis_A);
 }
 
+// A rapid to the point, or to that of FROM.
+void read_gohome(Context& context, const Statement& statement) {
+  if (context.modal.pending_arc || context.modal.cycle) {
+    context.error(statement.where, "GOHOME behind CIRCLE or under CYCLE: a GOTO is needed");
+    return;
+  }
+  if (!statement.has_fields()) return context.go_home(statement.where);
+  if (!three_or_six(context, statement)) return;
+  const auto tip_A = context.point(statement, 0);
+  const auto axis_A = axis_of(context, statement);
+  if (!tip_A || !axis_A) return;
+  context.modal.rapid_next = true;
+  context.move_to(statement.where, *tip_A, *axis_A);
+}
+
 void read_rapid(Context& context, const Statement& statement) {
   for (const Field& field : statement.fields) {
     if (field.text.empty()) continue;
@@ -84,13 +105,28 @@ void read_rapid(Context& context, const Statement& statement) {
   context.modal.rapid_next = true;
 }
 
+// Whether an axis is given is seen from the points. What holds where none is, behind MULTAX/OFF, systems
+// differ in: CATIA locks the last one, Fusion writes OFF for operations along +Z.
+void take_multax_off(Context& context) {
+  Modal& modal = context.modal;
+  if (modal.axis_A == Vec3::UnitZ() || modal.origin.catia) return;
+  if (modal.origin.fusion) {
+    modal.axis_A = Vec3::UnitZ();
+  } else {
+    modal.axis_unsure = true;
+  }
+}
+
 void read_multax(Context& context, const Statement& statement) {
-  // Whether an axis is given is seen from the points; ON and OFF say nothing more.
   if (statement.fields.size() > 1 ||
       (statement.has_fields() && statement.fields[0].text != "ON" && statement.fields[0].text != "OFF" &&
        !statement.fields[0].text.empty())) {
     context.error(statement.where,
                   "MULTAX/" + std::string(statement.fields[0].text) + ": ON or OFF is needed");
+  } else if (statement.has_fields() && statement.fields[0].text == "OFF") {
+    take_multax_off(context);
+  } else {
+    context.modal.origin.mill = true;
   }
 }
 
@@ -117,15 +153,23 @@ void read_units(Context& context, const Statement& statement) {
                              "' is no unit; MM or INCHES is needed");
     return;
   }
-  if (context.modal.has_position && factor != context.modal.mm_per_unit) {
+  Modal& modal = context.modal;
+  if (factor != modal.mm_per_unit && !modal.units.word && modal.units.first_use) {
+    return context.error(statement.where, "UNITS/" + std::string(unit) + " behind lengths (line " +
+                                              std::to_string(modal.units.first_use->line) +
+                                              ") whose unit nothing says: move it before them");
+  }
+  if (modal.has_position && factor != modal.mm_per_unit) {
     context.warning(statement.where, "the unit changes after the first position");
   }
-  context.modal.mm_per_unit = factor;
+  modal.units.word = true;
+  modal.mm_per_unit = factor;
 }
 
 constexpr WordReading kMotionWords[] = {
-    {"GOTO", read_goto},     {"GODLTA", read_godlta}, {"FROM", read_from},   {"RAPID", read_rapid},
-    {"MULTAX", read_multax}, {"TLAXIS", read_tlaxis}, {"UNITS", read_units}, {"UNIT", read_units}};
+    {"GOTO", read_goto},     {"GODLTA", read_godlta}, {"FROM", read_from},
+    {"GOHOME", read_gohome}, {"RAPID", read_rapid},   {"MULTAX", read_multax},
+    {"TLAXIS", read_tlaxis}, {"UNITS", read_units},   {"UNIT", read_units}};
 
 }  // namespace
 

@@ -110,6 +110,7 @@ void read_fedrat(Context& context, const Statement& statement) {
     }
     if (unit) return context.error(field.where, "FEDRAT: a second unit");
     unit = feed_unit_factor(field.text, context.modal.mm_per_unit);
+    context.take_feed_unit(field.text, field.where);
     if (!unit) {
       return context.error(
           field.where,
@@ -120,7 +121,10 @@ void read_fedrat(Context& context, const Statement& statement) {
   if (!value_at) return context.error(statement.where, "FEDRAT: no value");
   const auto value = context.positive(statement, *value_at);
   if (!value) return;
-  if (!unit) unit = feed_unit_factor("PERMIN", context.modal.mm_per_unit);
+  if (!unit) {
+    unit = feed_unit_factor("PERMIN", context.modal.mm_per_unit);
+    context.take_feed_unit("PERMIN", statement.where);
+  }
   const Feed feed{unit->first, *value * unit->second};
   if (feed.mode != FeedMode::inverse && feed.value > kFastest_mm_s) {
     return context.error(
@@ -132,6 +136,8 @@ void read_fedrat(Context& context, const Statement& statement) {
 
 // Value, unit and way in any order: SPINDL/RPM,800,CLW  SPINDL/500,SFM,CCLW  SPINDL/ON  SPINDL/OFF.
 void read_spindl(Context& context, const Statement& statement) {
+  // hyperMILL names the spindle that works: a mill has one.
+  if (statement.fields.size() == 1 && statement.fields[0].text == "MAIN") return;
   Spindle spindle;
   double surface_factor = 0.0;
   std::optional<double> value;
@@ -165,6 +171,11 @@ void read_spindl(Context& context, const Statement& statement) {
   }
   if (value && spindle.state != Spindle::State::orient) {
     if (surface_factor > 0.0) {
+      if (!context.modal.origin.mill) {
+        return refuse_lathe(context, statement.where,
+                            "SPINDL with a surface speed, where no tool axis, MULTAX, MODE/MILL or milling "
+                            "cutter shows a mill");
+      }
       spindle.surface_speed_mm_s = *value * surface_factor;
     } else {
       spindle.speed_rpm = *value;
@@ -307,13 +318,28 @@ void read_cutcom(Context& context, const Statement& statement) {
                        "CUTCOM is left out: the points are those of the tool's center");
 }
 
+// SET/OFSETL,n: the register of the fixture's offset, as Creo writes it; SET/ADJUST,n is the same. Other
+// words behind SET set nothing here.
+void read_set(Context& context, const Statement& statement) {
+  const std::string_view what = statement.has_fields() ? statement.fields[0].text : std::string_view();
+  if (what != "OFSETL" && what != "ADJUST") {
+    return context.warning_once("SET", statement.where,
+                                "SET/" + std::string(what.substr(0, 40)) + " is not acted on");
+  }
+  const auto index = context.whole(statement, 1);
+  if (!index) return;
+  if (*index < 1)
+    return context.error(statement.fields[1].where, "SET: work offsets are numbered from 1 (G54) on");
+  context.emit(statement.where, WorkOffset{*index});
+}
+
 constexpr WordReading kProcessWords[] = {
     {"CUTCOM", read_cutcom},       {"FEDRAT", read_fedrat},    {"SPINDL", read_spindl},
     {"COOLNT", read_coolnt},       {"DELAY", read_delay},      {"DWELL", read_delay},
     {"STOP", read_stop},           {"OPSTOP", read_opstop},    {"LINTOL", read_lintol},
     {"FINI", read_fini},           {"ROTABL", read_post_word}, {"LIMITS", read_post_lengths},
     {"CLEARP", read_post_lengths}, {"MAXDPM", read_post_word}, {"ROTATE", read_rotate},
-    {"RETRCT", read_retrct}};
+    {"RETRCT", read_retrct},       {"SET", read_set}};
 
 }  // namespace
 

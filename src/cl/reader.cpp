@@ -27,7 +27,7 @@ class Reader::Impl {
   Impl(std::unique_ptr<TextSource> source, const std::string& file, const ReaderOptions& options,
        Diagnostics& diagnostics)
       : context(file, options, diagnostics),
-        scanner_(std::move(source), file, diagnostics),
+        scanner_(std::move(source), context.findings()),
         is_nci_(options.dialect == ReaderOptions::Dialect::nci ||
                 (options.dialect == ReaderOptions::Dialect::automatic && names_nci(file))) {}
 
@@ -61,9 +61,10 @@ class Reader::Impl {
   void read_slowly() {
     if (!(is_nci_ ? nci_.next(context, scanner_) : read_statement_of_text())) {
       ended_ = true;
+      if (context.modal.nurbs) finish_nurbs(context);
       context.finish(scanner_.line_count());
     }
-    if (context.too_many_errors()) scanner_.stop();
+    if (!context.reads_on()) scanner_.stop();
     has_pending_ = true;
   }
 

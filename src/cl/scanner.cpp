@@ -15,8 +15,9 @@ constexpr std::size_t kPadding = 16;  // zeros behind the text: the fast path re
 constexpr std::size_t kLongestStatement = 1 << 16;
 
 /// Words whose rest of the line is text, with or without a separator.
-constexpr std::array<std::string_view, 9> kTextWords = {"PARTNO", "PPRINT", "INSERT", "REMARK",  "TPRINT",
-                                                        "LETTER", "TITLES", "HEADER", "TOOLPATH"};
+constexpr std::array<std::string_view, 10> kTextWords = {"PARTNO",   "PPRINT",       "INSERT", "REMARK",
+                                                         "TPRINT",   "LETTER",       "TITLES", "HEADER",
+                                                         "TOOLPATH", "CSI_TOOL_PATH"};
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
@@ -33,8 +34,8 @@ std::uint32_t column_of(std::size_t index) {
 }
 
 std::string hexadecimal(unsigned char byte) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  return std::string("0x") + kDigits[byte / 16] + kDigits[byte % 16];
+  constexpr std::string_view kHexDigits = "0123456789ABCDEF";
+  return std::string("0x") + kHexDigits[byte / 16] + kHexDigits[byte % 16];
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -57,14 +58,14 @@ bool begins_goto(std::string_view line) {
 
 }  // namespace
 
-Scanner::Scanner(std::unique_ptr<TextSource> source, std::string file, Diagnostics& diagnostics)
-    : source_(std::move(source)), file_(std::move(file)), diagnostics_(diagnostics) {
+Scanner::Scanner(std::unique_ptr<TextSource> source, Findings& findings)
+    : source_(std::move(source)), findings_(findings) {
   buffer_ = std::make_unique_for_overwrite<char[]>(kBufferBytes + kPadding);
   std::fill_n(buffer_.get(), kPadding, '\0');
 }
 
-void Scanner::fatal(SourceRef where, std::string message) {
-  diagnostics_.error(file_, where, std::move(message));
+void Scanner::fatal(SourceRef where, const std::string& message) {
+  findings_.error(where, message);
   stopped_ = true;
 }
 
@@ -225,15 +226,14 @@ bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& stat
     in_quotes_ = false;
     const SourceRef place{line_, column_of(line.find_last_not_of(" \t"))};
     if (!physical_line(line)) {
-      if (!stopped_) diagnostics_.error(file_, place, "the file ends after a continuation ($)");
+      if (!stopped_) findings_.error(place, "the file ends after a continuation ($)");
       return false;
     }
     if (begins_goto(line)) {
       unread_line(line);
       if (!compacted_.empty() && compacted_.back() == ',') compacted_.pop_back();
-      diagnostics_.warning(
-          file_, place,
-          "continued by $, but the next line is a new GOTO: the statement is taken as it stands");
+      findings_.warning(
+          place, "continued by $, but the next line is a new GOTO: the statement is taken as it stands");
       break;
     }
     const std::size_t first = line.find_first_not_of(" \t");

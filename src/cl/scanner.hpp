@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "trunnion/base/diagnostics.hpp"
 #include "trunnion/cl/reader.hpp"
 
+#include "cl/findings.hpp"
 #include "cl/goto_layout.hpp"
 #include "cl/statement.hpp"
 
@@ -19,7 +19,7 @@ namespace trunnion::cl {
 /// statement at hand.
 class Scanner {
  public:
-  Scanner(std::unique_ptr<TextSource> source, std::string file, Diagnostics& diagnostics);
+  Scanner(std::unique_ptr<TextSource> source, Findings& findings);
 
   /// The next statement; false at the end. The views in it hold until the next call.
   bool next(Statement& statement);
@@ -54,11 +54,10 @@ class Scanner {
   bool compact(std::string_view line, std::size_t begin);
   void split(Statement& statement);
   void append_field(std::size_t begin, std::size_t end, Statement& statement);
-  void fatal(SourceRef where, std::string message);
+  void fatal(SourceRef where, const std::string& message);
 
   std::unique_ptr<TextSource> source_;
-  std::string file_;
-  Diagnostics& diagnostics_;
+  Findings& findings_;
   std::unique_ptr<char[]> buffer_;  // only what is read into it is touched
   std::size_t cursor_ = 0;          // in buffer_
   std::size_t end_ = 0;             // in buffer_; buffer_[end_] is 0

@@ -9,19 +9,45 @@ namespace trunnion::cl {
 
 namespace {
 
-// Register words of LOADTL and LOAD/TOOL: the number behind them is the length register.
+// Register words of LOADTL and LOAD/TOOL: the number behind them is the length register. That behind LENGTH
+// is the gauge length.
 bool is_register_word(std::string_view text) {
   return text == "ADJUST" || text == "OSETNO";
+}
+
+/// The fields from `first` on are numbers.
+bool is_plain(const Statement& statement, std::size_t first) {
+  for (std::size_t i = first; i < statement.fields.size(); ++i) {
+    if (!parse_number(statement.fields[i].text)) return false;
+  }
+  return true;
 }
 
 void read_tool_number(Context& context, const Statement& statement, std::size_t first) {
   const auto number = context.whole(statement, first);
   if (!number) return;
-  ToolChange change{*number, std::nullopt};
-  for (std::size_t i = first + 1; i < statement.fields.size(); ++i) {
-    if (!is_register_word(statement.fields[i].text)) continue;
-    change.length_register = context.whole(statement, ++i);
+  ToolChange change{*number, std::nullopt, std::nullopt};
+  if (statement.fields.size() == first + 4 && is_plain(statement, first + 1)) {
+    // LOADTL/tool,position,length,register (ISO 4343 as Fusion and HSMWorks write it). Their length is that
+    // of the tool out of its holder: no gauge length.
+    change.length_register = context.whole(statement, first + 3);
     if (!change.length_register) return;
+    context.warning_once("LOADTL length", statement.fields[first + 2].where,
+                         "LOADTL: " + std::string(statement.fields[first + 2].text.substr(0, 40)) +
+                             " is the length of the tool out of its holder, no gauge length, and is not used "
+                             "(--tools, --tool-length-mm, or LOADTL/n,LENGTH,l)");
+    return context.emit(statement.where, change);
+  }
+  for (std::size_t i = first + 1; i < statement.fields.size(); ++i) {
+    if (statement.fields[i].text == "LENGTH") {
+      const auto length = context.positive(statement, ++i);
+      if (!length) return;
+      context.use_unit(statement.where);
+      change.gauge_length_mm = *length * context.modal.mm_per_unit;
+    } else if (is_register_word(statement.fields[i].text)) {
+      change.length_register = context.whole(statement, ++i);
+      if (!change.length_register) return;
+    }
   }
   context.emit(statement.where, change);
 }
@@ -50,6 +76,7 @@ std::array<std::optional<double>, 10> lengths(Context& context, const Statement&
                                               bool& good) {
   std::array<std::optional<double>, 10> value;
   good = true;
+  context.use_unit(statement.where);
   for (std::size_t i = 0; i < value.size() && first + i < statement.fields.size(); ++i) {
     if (statement.fields[first + i].text.empty()) continue;
     value[i] = context.number(statement, first + i);
@@ -65,17 +92,27 @@ void read_cutter(Context& context, const Statement& statement) {
   bool good = false;
   const auto value = lengths(context, statement, 0, good);
   if (!good) return;
+  // A lathe's cutter is its nose alone.
+  if (statement.fields.size() > 1) context.modal.origin.mill = true;
   context.emit(statement.where, ToolGeometry{value[0], value[1], value[6]});
 }
 
-// TLDATA/MILL,diameter,corner radius,length,taper,tip: of the other kinds only what is the same in all of
-// them.
+// TLDATA/MILL,diameter,corner radius,length,taper,tip ...
+// TLDATA/DRILL,module,diameter,corner radius,length,point angle,flute length: the module type (MILL) may be
+// missing. Of the other kinds of mill, whatever their numbers are, nothing is known.
 void read_tldata(Context& context, const Statement& statement) {
   if (!statement.has_fields()) return context.error(statement.where, "TLDATA: no kind of tool");
   const std::string_view kind = statement.fields[0].text;
+  if (kind == "TURN" || kind == "GROOVE" || kind == "THREAD")
+    return refuse_lathe(context, statement.where, "TLDATA/" + std::string(kind));
+  context.modal.origin.mill = true;
   if (kind != "MILL" && kind != "DRILL") return;
+  std::size_t first = 1;
+  while (first < statement.fields.size() && !statement.fields[first].text.empty() &&
+         !parse_number(statement.fields[first].text))
+    ++first;
   bool good = false;
-  const auto value = lengths(context, statement, 1, good);
+  const auto value = lengths(context, statement, first, good);
   if (!good) return;
   if (kind == "MILL") {
     context.emit(statement.where, ToolGeometry{value[0], value[1], value[2]});
@@ -84,11 +121,18 @@ void read_tldata(Context& context, const Statement& statement) {
   }
 }
 
+// TOOLNO/n,TURN: CATIA's tool change of a lathe.
+void read_toolno(Context& context, const Statement& statement) {
+  for (const Field& field : statement.fields) {
+    if (field.text == "TURN") return refuse_lathe(context, statement.where, "TOOLNO/TURN");
+  }
+}
+
 void skip_tool_word(Context&, const Statement&) {}
 
 constexpr WordReading kToolWords[] = {
-    {"LOADTL", read_loadtl}, {"LOAD", read_load},     {"SELECT", read_select},    {"SELCTL", read_select},
-    {"CUTTER", read_cutter}, {"TLDATA", read_tldata}, {"TOOLNO", skip_tool_word}, {"UNLOAD", skip_tool_word}};
+    {"LOADTL", read_loadtl}, {"LOAD", read_load},     {"SELECT", read_select}, {"SELCTL", read_select},
+    {"CUTTER", read_cutter}, {"TLDATA", read_tldata}, {"TOOLNO", read_toolno}, {"UNLOAD", skip_tool_word}};
 
 }  // namespace
 

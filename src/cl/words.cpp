@@ -11,23 +11,23 @@ namespace {
 
 constexpr std::string_view kRefused[] = {
     // curves
-    "MOVARC", "ARC", "NURBS", "KNOT", "CNTRL", "SPLINE", "HELIX", "INDIRP", "ARCSLP", "ARCDAT",
+    "ARC", "MOVNRB", "SPLINE", "HELIX", "INDIRP", "ARCSLP", "ARCDAT", "ARCMOV",
     // motion along part, drive and check surfaces, and motions whose end the file does not say
-    "GO", "GOHOME", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLONPS",
-    "TLOFPS", "THREAD", "TURN", "POCKET", "HEAD",
+    "GO", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "TLLFT", "TLRGT", "TLONPS", "TLOFPS", "TURN",
+    "POCKET", "HEAD",
     // frames and copies
-    "TRACUT", "TRANS", "ORIGIN", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MCS", "MODE",
-    "MATRIX", "SETANG", "POSTN",
+    "TRACUT", "TRANS", "ORIGIN", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MATRIX", "SETANG",
+    "POSTN",
     // programs that call themselves
-    "CALSUB", "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD"};
+    "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD"};
 
 constexpr std::string_view kSilent[] = {
     // display
     "PAINT", "CAMERA", "DISPLY", "CLPRNT", "PLOT", "NOPLOT", "PPLOT", "PEN", "TITLE", "CSI_SET_FLUTE_LENGTH",
-    "CSI_SET_EXTENSION_LENGTH",
+    "CSI_SET_EXTENSION_LENGTH", "CSI_SET_PATH_PARAM", "CSI_PATH_TOLERANCE", "START",
     // what the CAM system worked with: it is in the points already
     "MACHIN", "MCHTOL", "INTOL", "OUTTOL", "TOLER", "THICK", "AUTOPS", "PSIS", "CUT", "DNTCUT", "NOPOST",
-    "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL"};
+    "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL", "END"};
 
 using ReadingTable = std::unordered_map<std::string_view, Reading>;
 
@@ -35,7 +35,7 @@ const ReadingTable& readings() {
   static const ReadingTable table = [] {
     ReadingTable all;
     for (const auto list : {motion_words(), process_words(), tool_words(), frame_words(), text_words(),
-                            circle_words(), cycle_words(), catia_words()}) {
+                            circle_words(), cycle_words(), catia_words(), nurbs_words(), lathe_words()}) {
       for (const WordReading& entry : list) {
         const bool first = all.emplace(entry.word, entry.read).second;
         TRUNNION_EXPECTS(first);
@@ -53,26 +53,20 @@ bool is_in(std::span<const std::string_view> list, std::string_view word) {
   return false;
 }
 
-// A word that no list knows.
-void judge_unknown(Context& context, const Statement& statement) {
-  const std::string word(statement.word.substr(0, 40));
-  const char first = word.empty() ? '\0' : word.front();
-  if (first < 'A' || first > 'Z') {
-    context.error(statement.where, "a statement begins with '" +
-                                       (word.empty() ? std::string(statement.text.substr(0, 1)) : word) +
-                                       "': a word is needed (a lost continuation?)");
-    return;
+/// What to set in the system that writes the word, so that it writes lines.
+std::string_view remedy_for(std::string_view word) {
+  if (word == "MOVNRB") return " (Creo: OUTPUT_3DNURBS NO)";
+  return {};
+}
+
+/// A word that says where the tool goes: behind FINI another program begins.
+bool moves(std::string_view word) {
+  for (const auto list : {motion_words(), circle_words(), cycle_words(), nurbs_words()}) {
+    for (const WordReading& entry : list) {
+      if (entry.word == word) return true;
+    }
   }
-  if (statement.text.starts_with("=")) {
-    context.error(statement.where, word + "=: this is APT source language, not CL data");
-    return;
-  }
-  // A misspelt motion must not get lost with a warning.
-  if (word.starts_with("GO")) {
-    context.error(statement.where, word + ": no motion word of this name");
-    return;
-  }
-  context.warning_once(word, statement.where, word + " is not known and was skipped");
+  return false;
 }
 
 }  // namespace
@@ -85,6 +79,13 @@ std::span<const std::string_view> silent_words() {
 }
 
 void read_statement(Context& context, const Statement& statement) {
+  if (context.modal.nurbs && statement.word != "KNOT" && statement.word != "CNTRL") finish_nurbs(context);
+  if (context.modal.ended && moves(statement.word)) {
+    context.give_up(
+        statement.where,
+        std::string(statement.word) + " behind FINI: a second program in the file, which would be left out");
+    return;
+  }
   if (context.modal.ended) {
     context.warning_once("after FINI", statement.where,
                          std::string(statement.word.substr(0, 40)) + ": what follows FINI is not read");
@@ -106,7 +107,8 @@ void read_statement(Context& context, const Statement& statement) {
     reading->second(context, statement);
   } else if (is_in(refused_words(), statement.word)) {
     context.error(statement.where, std::string(statement.word) +
-                                       " changes the geometry and is not understood by this program");
+                                       " changes the geometry and is not understood by this program" +
+                                       std::string(remedy_for(statement.word)));
   } else if (!is_in(silent_words(), statement.word)) {
     judge_unknown(context, statement);
   }

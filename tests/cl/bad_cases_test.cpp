@@ -49,17 +49,75 @@ TEST(BadCases, AllFaultsOfAFileAreReported) {
             "3:8: error: FEDRAT: -5 is not above 0\n"
             "4:8: error: GOTO: 'NAN' is not a number\n"
             "4:12: error: GOTO: '1E999' is beyond the range of numbers\n"
-            "6:1: warning: CIRCEL is not known and was skipped\n"
+            "6:1: error: CIRCEL is not known; did you mean CIRCLE? (if it means nothing: SYN/'CIRCEL','$$')\n"
+            "7:1: error: CIRCEL is not known; did you mean CIRCLE? (if it means nothing: SYN/'CIRCEL','$$')\n"
             "8:12: error: GOTO: the tool axis (0, 0, 0) has no direction\n");
   EXPECT_EQ(reading.motions().size(), 1U);
 }
 
-TEST(BadCases, AFileOfNothingButFaultsStopsAtAThousand) {
+TEST(BadCases, OfAKindOfFaultTenAreSaidAndTheRestIsCounted) {
   std::string text;
-  for (int i = 0; i < 5000; ++i) text += "GOTO/1\n";
+  for (int i = 0; i < 5000; ++i) text += "GOTO/" + std::to_string(i) + "\nMOVNRB/" + std::to_string(i) + "\n";
+  const auto reading = test::read(text);
+  ASSERT_EQ(reading.findings.size(), 22U);
+  EXPECT_EQ(
+      reading.findings[20],
+      "9999:1: note: 4990 more of these, the last one here: GOTO: 1 value; 3 (x, y, z) or 6 (x, y, z, i, j, "
+      "k) are needed");
+  EXPECT_EQ(reading.findings[21],
+            "10000:1: note: 4990 more of these, the last one here: MOVNRB changes the geometry and is not "
+            "understood by this program (Creo: OUTPUT_3DNURBS NO)");
+}
+
+TEST(BadCases, AFileOfNothingButDifferentFaultsStopsAtAThousand) {
+  std::string text;
+  for (int i = 0; i < 5000; ++i) {
+    std::string word = "GO";
+    for (int k = i + 1; k > 0; k /= 26) word += static_cast<char>('A' + k % 26);
+    text += word + "X\n";
+  }
   const auto reading = test::read(text);
   ASSERT_EQ(reading.findings.size(), 1000U);
   EXPECT_EQ(reading.findings.back(), "1000:1: error: 1000 errors: the rest of the file is not read");
+}
+
+TEST(BadCases, WordsThatNobodyKnowsAreAtMostAHundredWarnings) {
+  std::string text = "GOTO/0,0,0\n";
+  for (int i = 0; i < 5000; ++i) text += "XQ" + std::to_string(i) + "\n";
+  const auto reading = test::read(text);
+  ASSERT_EQ(reading.findings.size(), 101U);
+  EXPECT_EQ(reading.findings.back(), " note: 4900 more warnings");
+}
+
+// GTO/0,0,10 would be a motion that gets lost with a warning.
+TEST(BadCases, AnUnknownWordThatMayBeAMotionIsAnError) {
+  const auto verdict = [](const std::string& line) {
+    return test::joined(test::read("GOTO/0,0,9\n" + line + "\n").findings);
+  };
+  EXPECT_EQ(verdict("GTO/0,0,10,0,0,1"),
+            "2:1: error: GTO is not known, and its 6 numbers may be a point (if it means nothing: "
+            "SYN/'GTO','$$')\n");
+  EXPECT_EQ(verdict("MOVETO/0,0,-10").substr(0, 61),
+            "2:1: error: MOVETO is not known, and its 3 numbers may be a p");
+  EXPECT_EQ(verdict("MOVETO/0,0,-10,5"), "2:1: warning: MOVETO is not known and was skipped\n");
+  EXPECT_EQ(verdict("CIRCEL/0,0,0,0,0,1").substr(0, 84),
+            "2:1: error: CIRCEL is not known, and its 6 numbers may be a point; did you mean CIRC");
+  EXPECT_EQ(
+      verdict("CIRCEL/1"),
+      "2:1: error: CIRCEL is not known; did you mean CIRCLE? (if it means nothing: SYN/'CIRCEL','$$')\n");
+  EXPECT_EQ(verdict("MULTAXX/ON").substr(0, 60),
+            "2:1: error: MULTAXX is not known; did you mean MULTAX? (if i");
+  EXPECT_EQ(verdict("COLNT/ON"), "2:1: warning: COLNT is not known and was skipped; did you mean COOLNT?\n");
+  EXPECT_EQ(verdict("GOTOO/1"), "2:1: error: GOTOO: no motion word of this name; did you mean GOTO?\n");
+  EXPECT_EQ(verdict("SYN/'CIRCEL','$$'\nCIRCEL/1"), "");
+}
+
+// Nothing of a file acts on a terminal: messages are ASCII, whatever stands in a word.
+TEST(BadCases, BytesThatAreNotAsciiAreShownAsNumbers) {
+  EXPECT_EQ(test::joined(test::read("GOTO/0,0,0\nXQ\x9B"
+                                    "2J/1\n")
+                             .findings),
+            "2:1: warning: XQ\\x9B2J is not known and was skipped\n");
 }
 
 TEST(BadCases, EmptyTextsHaveNoMotion) {

@@ -14,7 +14,7 @@ using test::joined;
 using test::read;
 
 ReaderOptions keep_arcs() {
-  ReaderOptions options;
+  ReaderOptions options = test::in_mm();
   options.keep_arcs = true;
   return options;
 }
@@ -80,7 +80,64 @@ TEST(Circle, FaultsAreNamedWithTheirNumbers) {
             "3:1: error: the tool axis turns along a CIRCLE: only the tip's way is known\n");
   EXPECT_EQ(error_of("CIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n"),
             "2:1: error: CIRCLE with 7 values changes the geometry and is not understood by this program: "
-            "its sense is not known\n");
+            "where it ends is not known (Creo: CIRC_INTERPOLATION POINTS_ONLY or APT_FORMAT)\n");
+}
+
+TEST(Circle, MovarcTurnsByItsAngleRightHandedAboutItsNormal) {
+  const auto arc_of = [](const std::string& arc, const std::string& end) {
+    return read("GOTO/20,0,10\nMOVARC/0,0,10,0,0," + arc + "\nGOTO/" + end + "\n", keep_arcs());
+  };
+  const auto quarter = arc_of("1,20,ANGLE,90", "0,20,10");
+  ASSERT_EQ(joined(quarter.findings), "");
+  EXPECT_NEAR(quarter.all<ArcMotion>().at(0).arc->sweep.deg(), 90.0, 1e-9);
+  EXPECT_NEAR(
+      (point_on(*quarter.all<ArcMotion>()[0].arc, 0.5) - Vec3(20, 20, 10 * std::sqrt(2.0)) / std::sqrt(2.0))
+          .norm(),
+      0.0, 1e-12);
+  const auto clockwise = arc_of("-1,20,ANGLE,270.000001", "0,20,10");
+  EXPECT_NEAR(clockwise.all<ArcMotion>().at(0).arc->sweep.deg(), 270.0, 1e-9);
+  EXPECT_NEAR(arc_of("1,20,ANGLE,360", "20,0,10").all<ArcMotion>().at(0).arc->sweep.deg(), 360.0, 1e-9);
+  EXPECT_NEAR(arc_of("1,20,ANGLE,810", "0,20,4").all<ArcMotion>().at(0).arc->sweep.deg(), 810.0, 1e-9);
+  // A post that leaves the normal of a clockwise arc as it is.
+  EXPECT_EQ(
+      joined(arc_of("1,20,ANGLE,270", "0,20,10").findings),
+      "2:1: error: MOVARC: it turns by 270 deg, but the way to its end, right-handed about its normal, is 90 "
+      "deg: the sense is not known\n");
+  EXPECT_EQ(joined(arc_of("1,20,ANGLE,90.1", "0,20,10").findings).substr(0, 40),
+            "2:1: error: MOVARC: it turns by 90.1 deg");
+  EXPECT_EQ(joined(arc_of("1,21,ANGLE,90", "0,20,10").findings).substr(0, 37),
+            "2:1: error: MOVARC: radius to its sta");
+}
+
+// CAMplete's eleven values: the sense of NX, degrees, and zeros.
+TEST(Circle, ElevenValuesThatEndInZerosCarryTheirAngle) {
+  const auto circle = [](const std::string& degrees, const std::string& end) {
+    return read("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,-1,10," + degrees + ",0.0,0.0,0.0\nGOTO/" + end + "\n",
+                keep_arcs());
+  };
+  EXPECT_NEAR(circle("90.0", "0,10,0").all<ArcMotion>().at(0).arc->sweep.deg(), 90.0, 1e-9);
+  EXPECT_NEAR(circle("360.0", "10,0,0").all<ArcMotion>().at(0).arc->sweep.deg(), 360.0, 1e-9);
+  EXPECT_EQ(joined(circle("270.0", "0,10,0").findings).substr(0, 39),
+            "2:1: error: CIRCLE: it turns by 270 deg");
+}
+
+TEST(Circle, ARampOfTurnsAndARestIsRefused) {
+  EXPECT_EQ(
+      joined(read("GOTO/-45,-12,16\nCIRCLE/0,0,13,0,0,-1,46.5725,.06,.5,20,1,TIMES,2\nGOTO/0,-46.5725,13\n")
+                 .findings),
+      "2:1: error: CIRCLE: TIMES with an end that is not at the start's angle: how the rest of a turn counts "
+      "is documented nowhere (NX: Motion Output Type, Line)\n");
+}
+
+TEST(Circle, WhatWouldFillTheMemoryIsRefused) {
+  ReaderOptions fine = test::in_mm();
+  fine.arc_tolerance_mm = 1e-12;
+  EXPECT_EQ(joined(read("GOTO/500,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/0,500,0\n", fine).findings),
+            "3:1: error: an arc of 1.24e+07 chords within 1e-12 mm; at most 250000 are taken\n");
+  EXPECT_EQ(
+      joined(read("GOTO/1,0,0\nCIRCLE/0,0,0,0,0,1,1,.06,.5,20,1,TIMES,4294967295\nGOTO/1,0,0\n").findings)
+          .substr(0, 43),
+      "2:40: error: CIRCLE: TIMES,4294967295 is no");
 }
 
 // The chords' distance from the true curve by dense sampling, not by the formula that made them.

@@ -30,11 +30,14 @@ std::ostream& operator<<(std::ostream& out, const Step& step) {
 
 TEST(Cycle, AHoleInEveryGrammar) {
   // NX (signed depth), SolidWorks, Creo couplets, CATIA, the fixed order.
-  for (const std::string cycle : {"CYCLE/DRILL,RAPTO,3.0,FEDTO,-12.5,RTRCTO,10.0,MMPM,60.0",
-                                  "CYCLE/INIT\nCYCLE/DRILL,FEDTO,12.5,MMPM,60,RAPTO,3.,RTRCTO,10.,DWELL,0",
-                                  "CYCLE / DRILL, DEPTH, 12.5, MMPM, 60.0, CLEAR, 3.0, RETURN, 10.0",
-                                  "CYCLE/DRILL,DEPTH,    12.5,MMPM,    60.0,CLEAR,    3.0,$\nRETURN,   10.0",
-                                  "CYCLE/DRILL, 12.5, MMPM, 60, 3.0, RETURN, 10"}) {
+  for (const std::string cycle :
+       {"CYCLE/DRILL,RAPTO,3.0,FEDTO,-12.5,RTRCTO,10.0,MMPM,60.0",
+        "CYCLE/INIT\nCYCLE/DRILL,FEDTO,12.5,MMPM,60,RAPTO,3.,RTRCTO,10.,DWELL,0",
+        "CYCLE / DRILL, DEPTH, 12.5, MMPM, 60.0, CLEAR, 3.0, RETURN, 10.0",
+        "CYCLE/DRILL,DEPTH,    12.5,MMPM,    60.0,CLEAR,    3.0,$\nRETURN,   10.0",
+        "CYCLE/DRILL, 12.5, MMPM, 60, 3.0, RETURN, 10", "CYCLE/DRILL,12.5,60.,MMPM,3.,RETURN,10",
+        "CYCLE/DRILL, FEDTO, 12.5, MMPM, 60, CLEAR, 50, RTRCTO, 10, RETURN, 10, RAPTO, 3",
+        "CYCLE/DRILL, RAPTO, 3, FEDTO, 12.5, MMPM, 60, CLEAR, 50, RETURN, 10"}) {
     const auto reading =
         read("GOTO/0,0,50,0,0,1\n" + cycle + "\nGOTO/5,0,0\nGOTO/5,5,1\nCYCLE/OFF\nRAPID\nGOTO/5,5,50\n");
     ASSERT_EQ(joined(reading.findings), "") << cycle;
@@ -90,6 +93,28 @@ TEST(Cycle, ReturnAutoGoesBackToWhereItCameFrom) {
       read("GOTO/0,0,20\nCYCLE/FACE,RAPTO,3.,FEDTO,-5.,RTRCTO,AUTO,MMPM,60,DWELL,0.5\nGOTO/0,0,0\n");
   EXPECT_EQ(steps(reading, 1), (std::vector<Step>{{3, true}, {-5, false}, {20, true}}));
   EXPECT_EQ(reading.all<Dwell>().at(0).seconds, 0.5);
+}
+
+// CATIA: depth, clearance. That it is so shows where the tool stands above the first hole.
+TEST(Cycle, AClearanceByPlaceIsTakenWhereTheToolStandsThere) {
+  const auto reading =
+      read("FEDRAT/60\nGOTO/9,9,25\nCYCLE/DRILL,3.,5.\nGOTO/9,9,20\nGOTO/19,9,20\nCYCLE/OFF\n");
+  ASSERT_EQ(joined(reading.findings), "");
+  EXPECT_EQ(steps(reading, 1),
+            (std::vector<Step>{{17, false}, {25, true}, {25, true}, {17, false}, {25, true}}));
+  EXPECT_EQ(
+      joined(read("GOTO/9,9,23\nCYCLE/DRILL,3.,5.\nGOTO/9,9,20\n").findings),
+      "3:1: error: CYCLE: is the value behind its depth, 5 mm, the clearance? The tool does not stand there "
+      "above this hole (words are needed: DEPTH, CLEAR)\n");
+}
+
+// Their GOTO is the bottom of the hole, their clearance an absolute height.
+TEST(Cycle, ValuesByPlaceAreRefusedInFilesOfFusion) {
+  const auto verdict = joined(
+      read("MODE/MILL\nGOTO/9,9,40\nCYCLE/DRILL, 20., MMPM, 200., 15., RAPTO, 10.\nGOTO/9,9,0\n").findings);
+  EXPECT_EQ(verdict.substr(0, 63), "3:14: error: CYCLE: values without words, as Fusion and HSMWork");
+  EXPECT_EQ(joined(read("GOTO/9,9,40\nCYCLE/DRILL,20.,MMPM,200.,15.,RAPTO,10.\nGOTO/9,9,0\n").findings),
+            "2:31: error: CYCLE: RAPTO behind a clearance without a word\n");
 }
 
 TEST(Cycle, WhatAControlAloneCanDoIsRefused) {

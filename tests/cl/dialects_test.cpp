@@ -10,7 +10,7 @@ using test::joined;
 using test::read;
 
 ReaderOptions nci(bool keep_arcs = false) {
-  ReaderOptions options;
+  ReaderOptions options = test::in_mm();
   options.dialect = ReaderOptions::Dialect::nci;
   options.keep_arcs = keep_arcs;
   return options;
@@ -70,6 +70,23 @@ TEST(Nci, WhatIsNotUnderstoodIsAnErrorByCode) {
             "2:9: error: NCI 1: feed 0; above 0, -1 (unchanged) or -2 (rapid) is needed\n");
 }
 
+// One byte, and others that leave nothing of a line.
+TEST(Nci, LinesWithoutACodeAreErrors) {
+  for (const std::string text : {",", " ,", ",\n", ",,,\n0\n", "\t,\t", "0\n,\n", ",0\n"}) {
+    const auto reading = read(text, nci());
+    EXPECT_FALSE(reading.findings.empty()) << text;
+    EXPECT_TRUE(reading.motions().empty()) << text;
+  }
+  EXPECT_EQ(joined(read(",", nci()).findings), "1:1: error: NCI: a line with one code is needed\n");
+}
+
+TEST(Nci, ASecondFileBehindTheEndIsAnError) {
+  const std::string one = "1\n0 1 2 3 60 0\n1003\n0\n";
+  EXPECT_EQ(joined(read(one + "\n \n", nci()).findings), "");
+  EXPECT_EQ(joined(read(one + one, nci()).findings),
+            "5:1: error: NCI: what stands behind the end (1003) would be left out: a second file?\n");
+}
+
 TEST(Nci, TheEndingOfTheNameTellsTheDialect) {
   Diagnostics diagnostics;
   EXPECT_TRUE(read_program("0\n0 1 2 3 -2 0\n", "PART.NCI", {}, diagnostics));
@@ -95,15 +112,16 @@ TEST(Catia, PointsStandInTheFilesAxisSystem) {
 }
 
 TEST(Catia, TheAxisStaysBehindMultaxOff) {
-  const auto reading =
-      read("MULTAX\nGOTO/1,2,3,0.6,0.0,0.8\nMULTAX/OFF\nGOTO/4,5,6\nMULTAX/ON\nGOTO/4,5,6,0,0,1\n");
+  const auto reading = read(
+      "$$ CATIA APT VERSION "
+      "1.0\nMULTAX\nGOTO/1,2,3,0.6,0.0,0.8\nMULTAX/OFF\nGOTO/4,5,6\nMULTAX/ON\nGOTO/4,5,6,0,0,1\n");
   EXPECT_EQ(joined(reading.findings), "");
   EXPECT_EQ(reading.motions().at(1).axis_P, reading.motions().at(0).axis_P);
   EXPECT_EQ(reading.motions().at(2).axis_P, Vec3(0, 0, 1));
 }
 
 TEST(Catia, AnArcStartsInTheDirectionOfIndirv) {
-  ReaderOptions options;
+  ReaderOptions options = test::in_mm();
   options.keep_arcs = true;
   const std::string arc =
       "TLON,GOFWD/ (CIRCLE/  0.00000,  0.00000,  5.00000,$\n 10.00000),ON,(LINE/  0.00000, 0.00000, "

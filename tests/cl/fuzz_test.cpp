@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -82,6 +83,149 @@ TEST(Fuzz, MutatedFilesNeverCrashHangOrGiveNumbersThatAreNone) {
   }
   EXPECT_GT(motions, 2U * kRounds);  // the mutations leave most of the text alive
   EXPECT_GT(faulty, static_cast<std::size_t>(kRounds) / 2);
+}
+
+// What CAM systems write, statement by statement; numbers and order are then changed.
+constexpr std::array kStatements = {
+    "PARTNO/PART\n",
+    "UNITS/MM\n",
+    "UNITS/INCHES\n",
+    "MODE/MILL\n",
+    "MULTAX/ON\n",
+    "MULTAX/OFF\n",
+    "MSYS/10,20,30,0,1,0,1,0,0\n",
+    "MCS/0,1,0,-1,0,0,0,0,1,5,6,7\n",
+    "CSYS/1,0,0,0,0,1,0,0,0,0,1,0\n",
+    "TRNTYP/WORLD,0,0,0\n",
+    "$$-> CSYS / 1.0, 0.0, 0.0, 0.0,  $\n 0.0, 1.0, 0.0, 0.0, $\n 0.0, 0.0, 1.0, 0.0\n",
+    "$$*CATIA0\n$$ Axis\n$$ 1 0 0 5\n$$ 0 1 0 0\n$$ 0 0 1 0\n",
+    "CUTTER/10.0,1.0,4.0,1.0,0.0,0.0,40.0\n",
+    "TLDATA/DRILL,MILL,8.0,0.0,80.0,118.0,35.0\n",
+    "LOADTL/7,LENGTH,200,ADJUST,17\n",
+    "LOADTL/3, 0, 40.000000, 3\n",
+    "LOAD/TOOL,4,ADJUST,4\n",
+    "SPINDL/8000,RPM,CLW\n",
+    "SPINDL/60,SMM,CLW,MAXRPM,9000\n",
+    "COOLNT/ON,THRU,70\n",
+    "CALSUB/START_PROG\n",
+    "ZERO/1\n",
+    "FROM/50,-20,200,0,0,1\n",
+    "RAPID\n",
+    "GOTO/1.5,2.5,10.125,0.0,0.6,0.8\n",
+    "GOTO/1.5,2.5,9.25\n",
+    "GOTO/10,0,0,0,0,1\n",
+    "GODLTA/0,0,1\n",
+    "FEDRAT/1200,MMPM\n",
+    "FEDRAT/IPM,40\n",
+    "LINTOL/0.01\n",
+    "TLAXIS/0.6,0,0.8\n",
+    "CIRCLE/0,0,0,0,0,-1,10,0.06,0.5,20,1\nGOTO/0,10,0\n",
+    "CIRCLE/0,0,0,0,0,1\nGOTO/0,10,0\n",
+    "CIRCLE/0,0,-2,0,0,-1,10,0.06,0.5,20,1,TIMES,2\nGOTO/10,0,-2\n",
+    "MOVARC/0,0,0,0,0,1,10,ANGLE,90\nGOTO/0,10,0\n",
+    "INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0.,0.,0.,10.),ON,(LINE/0.,0.,0.,0.,10.,0.)\n",
+    "CYCLE/DRILL,FEDTO,2.75,MMPM,731.5,RAPTO,3.,RTRCTO,10.,DWELL,0\nGOTO/1,2,3,0.6,0,0.8\nCYCLE/OFF\n",
+    "CYCLE/DEEP2,FEDTO,10.,1STPECK,5.,SUBPECK,2.,MMPM,60,RAPTO,3.,RTRCTO,AUTO\nGOTO/0,0,0\nCYCLE/OFF\n",
+    "CYCLE/DRILL,3.,5.\nGOTO/0,0,0\nCYCLE/OFF\n",
+    "NURBS/\nKNOT/0.25,0.75,1.0\nCNTRL/1,0,0\nCNTRL/2,1,0\nCNTRL/3,0,0\nCNTRL/4,0,0\nCNTRL/5,1,0\n",
+    "CLEARP/XYPLAN,50\nRETRCT\n",
+    "GOHOME/50,-20,200,0,0,1\n",
+    "GOHOME\n",
+    "PPRINT 'text', $$ of all kinds\n",
+    "SYN/'ZOOM','RAPID'\nZOOM\n",
+    "FINI\n"};
+
+// NCI: a code and its values.
+constexpr std::array kNciRecords = {"1050\n9 1 1 1 2020 1 1 1 PART.NCI\n",
+                                    "1013\n0 10. 5.\n",
+                                    "1002\n1 2 0 7 17 27 0 3000. 100. 1\n",
+                                    "1008\nFINISH BLADE\n",
+                                    "1014\n1 0 0 0 1 0 0 0 1\n",
+                                    "1027\n1 0 0 0 1 0 0 0 1 0 0 0\n",
+                                    "4\n1.5\n",
+                                    "0\n0 10. 0. 5. -2. 0\n",
+                                    "1\n0 10. 0. 0. 60. 0\n",
+                                    "3\n0 0 0. 10. 0. 0. 0. -1. 0\n",
+                                    "2\n0 0 10. 0. 0. 0. 0. -1. 0\n",
+                                    "11\n1. 2. 3. 1. 2. 103. -2. 0 0\n",
+                                    "11\n1. 2. 0. 61. 2. 80. 600. 0 0\n",
+                                    "1003\n0\n"};
+
+// A number by another one, a field out, twice or empty: what stands between commas, blanks and line ends.
+std::string with_fields_changed(std::string text, std::mt19937_64& random) {
+  static constexpr std::array kFields = {
+      "0", "-0",    "-1",  "1e-12", "0.0000000000001", "1e300",  "1e6", "-1e6", "4294967295", "1e999", "NAN",
+      "",  "99999", "0.5", "2",     "-90.25",          "1e-300", "'"};
+  for (auto n = random() % 3; n > 0; --n) {
+    const std::size_t from = text.find_first_of(",/ \n", random() % text.size());
+    if (from == std::string::npos) continue;
+    const std::size_t to = std::min(text.find_first_of(", \n", from + 1), text.size());
+    switch (random() % 4) {
+      case 0:
+        text.erase(from, to - from);
+        break;
+      case 1:
+        text.insert(from, text.substr(from, to - from));
+        break;
+      default:
+        text.replace(from + 1, to - from - 1, kFields[random() % kFields.size()]);
+    }
+  }
+  return text;
+}
+
+template <std::size_t N>
+std::string composed(const std::array<const char*, N>& pieces, std::mt19937_64& random) {
+  std::string text;
+  for (auto n = 2 + random() % 24; n > 0; --n) {
+    std::string piece = pieces[random() % N];
+    if (random() % 6 == 0) piece = with_fields_changed(piece, random);
+    text += piece;
+  }
+  return text;
+}
+
+// Records that a text may become: those of its statements, and what its largest arcs and holes may be.
+constexpr std::size_t kMostRecords = 2000000;
+
+TEST(Fuzz, StatementsInAnyOrderWithAnyNumbersAreReadSoundly) {
+  std::mt19937_64 random(20261122);
+  std::size_t good = 0, motions = 0;
+  constexpr int kRounds = 6000;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::string text = composed(kStatements, random);
+    const auto reading = test::read(text, {});
+    expect_sound(reading, text);
+    ASSERT_LT(reading.records.size(), kMostRecords) << text;
+    std::size_t in_runs = 0;
+    const auto again = test::read_in_runs(text, 1 + random() % 40, in_runs, {});
+    ASSERT_EQ(again.findings, reading.findings) << text;
+    ASSERT_EQ(again.records.size(), reading.records.size()) << text;
+    motions += reading.motions().size();
+    const bool faulty =
+        std::any_of(reading.findings.begin(), reading.findings.end(),
+                    [](const std::string& f) { return f.find(" error: ") != std::string::npos; });
+    if (!faulty) ++good;
+  }
+  EXPECT_GT(good, 20U);  // whole files without a fault are among them
+  EXPECT_GT(motions, 10U * kRounds);
+}
+
+TEST(Fuzz, NciRecordsInAnyOrderWithAnyNumbersAreReadSoundly) {
+  std::mt19937_64 random(20261123);
+  ReaderOptions options;
+  options.dialect = ReaderOptions::Dialect::nci;
+  std::size_t motions = 0;
+  constexpr int kRounds = 10000;
+  for (int round = 0; round < kRounds; ++round) {
+    std::string text = composed(kNciRecords, random);
+    if (round % 3 == 0) text = mutated(text, random);
+    const auto reading = test::read(text, options);
+    expect_sound(reading, text);
+    ASSERT_LT(reading.records.size(), kMostRecords) << text;
+    motions += reading.motions().size();
+  }
+  EXPECT_GT(motions, 1000U);
 }
 
 // The fast path for plain GOTOs and the one that reads every word give the same bits.

@@ -209,7 +209,7 @@ TEST(Reader, MsysIsAppliedToPointsOfTheAbsoluteSystem) {
   EXPECT_EQ(axis(applied, 0), Vec3(0, 0, 1));
   ASSERT_EQ(applied.all<Frame>().size(), 1U);
   EXPECT_TRUE(applied.all<Frame>()[0].applied);
-  ReaderOptions ignore;
+  ReaderOptions ignore = test::in_mm();
   ignore.frames = ReaderOptions::Frames::ignore;
   const auto ignored = read(text, ignore);
   EXPECT_EQ(tip(ignored, 0), Vec3(12, 23, 34));
@@ -220,7 +220,7 @@ TEST(Reader, PointsOfMsysStandAsTheyAre) {
   const auto reading = read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n");
   EXPECT_EQ(joined(reading.findings), "1:1: note: MSYS: the points are taken as given in it\n");
   EXPECT_EQ(tip(reading, 0), Vec3(12, 23, 34));
-  ReaderOptions apply;
+  ReaderOptions apply = test::in_mm();
   apply.frames = ReaderOptions::Frames::apply;
   EXPECT_NEAR((tip(read(std::string(kMsys) + "GOTO/12,23,34,0,0,1\n", apply), 0) - Vec3(3, 2, -4)).norm(),
               0.0, 1e-13);
@@ -282,7 +282,8 @@ TEST(Reader, SpindleInAnyOrder) {
     EXPECT_FALSE(spindle.counterclockwise);
   }
   const auto surface =
-      read("SPINDL/  60.0,SMM, CCLW,MAXRPM,2000\nSPINDL/OFF\nSPINDL/ON\nGOTO/0,0,0\n").all<Spindle>();
+      read("MODE/MILL\nSPINDL/  60.0,SMM, CCLW,MAXRPM,2000\nSPINDL/OFF\nSPINDL/ON\nGOTO/0,0,0\n")
+          .all<Spindle>();
   EXPECT_DOUBLE_EQ(*surface.at(0).surface_speed_mm_s, 1000.0);
   EXPECT_EQ(surface.at(0).max_rpm, 2000.0);
   EXPECT_FALSE(surface.at(0).speed_rpm);
@@ -290,6 +291,24 @@ TEST(Reader, SpindleInAnyOrder) {
   EXPECT_EQ(surface.at(1).state, Spindle::State::off);
   EXPECT_EQ(surface.at(2).state, Spindle::State::on);
   EXPECT_FALSE(surface.at(2).speed_rpm);
+}
+
+TEST(Reader, TheGaugeLengthOfAToolIsThatOfTheWord) {
+  const auto reading = read(
+      "UNITS/INCHES\nLOADTL/7,LENGTH,4\nUNITS/MM\nLOADTL/8,LENGTH,200,ADJUST,18\nLOAD/"
+      "TOOL,9,OSETNO,19,LENGTH,"
+      "120.5\nLOADTL/10\nGOTO/0,0,0\n");
+  EXPECT_TRUE(reading.findings.empty()) << joined(reading.findings);
+  const auto tools = reading.all<ToolChange>();
+  ASSERT_EQ(tools.size(), 4U);
+  EXPECT_DOUBLE_EQ(tools[0].gauge_length_mm.value(), 101.6);
+  EXPECT_EQ(tools[1].gauge_length_mm, 200.0);
+  EXPECT_EQ(tools[1].length_register, 18U);
+  EXPECT_EQ(tools[2].gauge_length_mm, 120.5);
+  EXPECT_EQ(tools[2].length_register, 19U);
+  EXPECT_FALSE(tools[3].gauge_length_mm);
+  EXPECT_EQ(joined(read("LOADTL/7,LENGTH,0\nLOADTL/7,LENGTH\nGOTO/0,0,0\n").findings),
+            "1:17: error: LOADTL: 0 is not above 0\n2:1: error: LOADTL: value 3 is missing\n");
 }
 
 TEST(Reader, ToolsCoolantStopsAndTolerances) {
@@ -346,10 +365,13 @@ TEST(Reader, FileThatEndsBeforeItsLastWordIsWarnedOf) {
   EXPECT_EQ(joined(read("GOTO/0,0,0\n").findings), "");
 }
 
-TEST(Reader, NothingIsReadBehindFini) {
-  const auto reading = read("GOTO/0,0,0\nFINI \n\nGOTO/1,1,1\nGOTO/2,2,2\n");
+// Two files joined: the second would be left out.
+TEST(Reader, AMotionBehindFiniIsAnError) {
+  const auto reading = read("GOTO/0,0,0\nFINI \n\nPARTNO/B\nGOTO/1,1,1\nGOTO/2,2,2\n");
   EXPECT_EQ(reading.motions().size(), 1U);
-  EXPECT_EQ(joined(reading.findings), "4:1: warning: GOTO: what follows FINI is not read\n");
+  EXPECT_EQ(joined(reading.findings),
+            "4:1: warning: PARTNO: what follows FINI is not read\n"
+            "5:1: error: GOTO behind FINI: a second program in the file, which would be left out\n");
 }
 
 TEST(Reader, CreoDirectivesInComments) {

@@ -22,7 +22,7 @@ class ReferenceCl : public testing::Test {
     if (folder == nullptr) GTEST_SKIP() << "TRUNNION_REFERENCE_DATA is not set";
     folder_ = std::string(folder) + "/cl/";
   }
-  Reading read(const std::string& name, const ReaderOptions& options = {}) const {
+  Reading read(const std::string& name, const ReaderOptions& options = test::in_mm()) const {
     const auto text = read_file(folder_ + name);
     EXPECT_TRUE(text) << name;
     return text ? test::read(*text, options) : Reading{};
@@ -93,7 +93,7 @@ TEST_F(ReferenceCl, NxContourWithItsMsysAndWithout) {
   const auto [least, most] = tilt_range_deg(applied);
   EXPECT_GE(least, 0.0);
   EXPECT_LT(most, 90.0);
-  ReaderOptions ignore;
+  ReaderOptions ignore = test::in_mm();
   ignore.frames = ReaderOptions::Frames::ignore;
   const auto [least_ignored, most_ignored] =
       tilt_range_deg(read("nx_clsf_5x_variable_contour_large.cls", ignore));
@@ -126,7 +126,7 @@ TEST_F(ReferenceCl, NxCirclesAreRefusedForTheirCompensationAndReadWithoutIt) {
             "17:1: error: CUTCOM/LEFT changes the geometry: whether the points are those of the tool's "
             "center the file "
             "does not say (--cutter-compensation tool-center or wear)");
-  ReaderOptions options;
+  ReaderOptions options = test::in_mm();
   options.cutter_compensation = ReaderOptions::CutterCompensation::tool_center;
   options.keep_arcs = true;
   const auto reading = read("nx_clsf_cutcom_circle.clsf", options);
@@ -145,9 +145,7 @@ TEST_F(ReferenceCl, CatiaTurningIsRefusedByName) {
   for (const std::string& finding : reading.findings) {
     if (finding.find(" error: ") != std::string::npos) errors.push_back(finding.substr(0, finding.find(' ')));
   }
-  EXPECT_EQ(errors, (std::vector<std::string>{"29:1:", "125:1:", "161:1:"}));  // TURRET
-  EXPECT_EQ(reading.all<OperationBegin>().size(), 9U);
-  EXPECT_EQ(reading.all<ToolChange>().size(), 1U);
+  EXPECT_EQ(errors, (std::vector<std::string>{"29:1:"}));  // TURRET; the rest is not read
 }
 
 }  // namespace

@@ -30,7 +30,14 @@ struct Reading {
   }
 };
 
-inline Reading read(std::string_view text, const ReaderOptions& options = {}) {
+/// For texts without UNITS.
+inline ReaderOptions in_mm() {
+  ReaderOptions options;
+  options.units = ReaderOptions::Units::mm;
+  return options;
+}
+
+inline Reading read(std::string_view text, const ReaderOptions& options = in_mm()) {
   Diagnostics diagnostics;
   Reader reader(text, "f", options, diagnostics);
   Reading reading;
@@ -44,7 +51,7 @@ inline Reading read(std::string_view text, const ReaderOptions& options = {}) {
 
 /// The same, plain motions as many at once as there are, at most `most`; in `in_runs` how many those are.
 inline Reading read_in_runs(std::string_view text, std::size_t most, std::size_t& in_runs,
-                            const ReaderOptions& options = {}) {
+                            const ReaderOptions& options = in_mm()) {
   Diagnostics diagnostics;
   Reader reader(text, "f", options, diagnostics);
   Reading reading;

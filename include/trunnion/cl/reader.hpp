@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,9 +17,10 @@ struct ReaderOptions {
   /// `automatic`: Mastercam NCI when the file's name ends in .nci, else APT/CL text.
   enum class Dialect : std::uint8_t { automatic, apt, nci };
   Dialect dialect = Dialect::automatic;
-  /// Unit of a file that says none (no UNITS word; every NCI file).
+  /// Unit of a file that says none (no UNITS word; every NCI file). Nothing: mm with a note, unless a feed is
+  /// in inches: then an error, for such a file may be in either.
   enum class Units : std::uint8_t { mm, inch };
-  Units units = Units::mm;
+  std::optional<Units> units;
   /// NX, MSYS (the program's frame in the absolute system). `automatic`: the points are given in MSYS, as
   /// Siemens documents, unless the first tool axis shows that they are in the absolute system: it points down
   /// there and up in MSYS. `apply`: they are in the absolute system. `ignore`: every point stands as it is,

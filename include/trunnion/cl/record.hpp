@@ -110,10 +110,16 @@ struct Coolant {
 struct ToolChange {
   std::uint32_t number = 0;
   std::optional<std::uint32_t> length_register;  // ADJUST, OSETNO
+  std::optional<double> gauge_length_mm{};       // LENGTH: from the spindle gauge point to the tip
 };
 /// SELECT/TOOL,n: the next tool, to be made ready.
 struct ToolSelect {
   std::uint32_t number = 0;
+};
+
+/// SET/OFSETL,n (a fixture's offset): work offset 1 (G54), 2, ...
+struct WorkOffset {
+  std::uint32_t index = 1;
 };
 
 /// CUTTER and TLDATA. Values that the file does not give are empty.
@@ -189,7 +195,7 @@ struct End {};
 /// One thing that the file says. Motions come first in the variant: they are nearly all of a file.
 struct Record {
   SourceRef where;  // of the major word
-  std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, ToolGeometry,
+  std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, WorkOffset, ToolGeometry,
                CutterCompensation, Dwell, Stop, Text, OperationBegin, OperationEnd, Tolerance, Frame,
                PostWord, ShapeBegin, End>
       data;

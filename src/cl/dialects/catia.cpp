@@ -4,7 +4,7 @@
 //   is documented nowhere that we know: refused. INDIRV/direction
 //   TLON,GOFWD/(CIRCLE/center,radius),ON,(LINE/center,end): an arc in the plane across the tool axis that
 //   starts in that direction. `ON,2,INTOF` counts the crossings of the line with the circle; the line's
-//   second point is the end all the same. TURRET: a lathe's tools. Their paths have no tool axis.
+//   second point is the end all the same.
 #include <array>
 #include <cmath>
 #include <string>
@@ -137,13 +137,7 @@ void read_tlon(Context& context, const Statement& statement) {
   finish_arc(context, statement.where, end, modal.axis_A);
 }
 
-void read_turret(Context& context, const Statement& statement) {
-  context.error(
-      statement.where,
-      "TURRET changes the geometry and is not understood by this program: turning has no tool axis");
-}
-
-constexpr WordReading kCatiaWords[] = {{"INDIRV", read_indirv}, {"TLON", read_tlon}, {"TURRET", read_turret}};
+constexpr WordReading kCatiaWords[] = {{"INDIRV", read_indirv}, {"TLON", read_tlon}};
 
 }  // namespace
 
@@ -157,6 +151,7 @@ void read_comment(Context& context, const Statement& statement) {
   constexpr std::string_view kName = "OPERATION NAME :";
   CatiaMatrix& matrix = context.modal.catia_matrix;
   const std::string_view text = statement.text;
+  if (text.find("CATIA") != std::string_view::npos) context.modal.origin.catia = true;
   if (matrix.lines > 0) {
     const auto values = numbers_of(text);
     if (values && values->size() == 4) {
@@ -178,7 +173,7 @@ void read_comment(Context& context, const Statement& statement) {
   } else if (text.starts_with(kName)) {
     std::string_view name = text.substr(kName.size());
     name.remove_prefix(std::min(name.find_first_not_of(' '), name.size()));
-    context.emit(statement.where, OperationBegin{std::string(name)});
+    context.emit(statement.where, OperationBegin{shown_text(name)});
   } else if (text.starts_with("End of generation of :")) {
     context.emit(statement.where, OperationEnd{});
   }

@@ -3,6 +3,14 @@
 //   DEPTH, FEDTO   to the bottom. Systems differ in the sign (NX -33, SolidWorks 2.75); a hole only goes
 //   down: its size counts. CLEAR, RAPTO   where the feed begins, above. RETURN, RTRCTO where the tool is
 //   taken after the hole, above: at least CLEAR. AUTO: as high as it came.
+// Values without a word for them, three orders:
+//   depth, unit, feed, clearance     ISO 4343
+//   depth, feed, unit, clearance     APT 360, SURFCAM
+//   depth, clearance [, feed, unit]  CATIA: documented nowhere that we know. Taken where the tool stands at
+//   that
+//                                    clearance above the first hole, else refused.
+// In the files of Fusion and HSMWorks (MODE/MILL) the GOTO is the bottom of the hole, and the clearance an
+// absolute height: refused.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -82,18 +90,45 @@ class CycleReading {
   }
   void length(double& target) {
     const auto number = value();
+    context_.use_unit(statement_.where);
     if (number) target = *number * context_.modal.mm_per_unit;
   }
 
-  // DRILL, depth, unit, feed, clearance: the fixed order. The feed follows its unit.
+  bool unit_follows() const {
+    return at_ + 1 < statement_.fields.size() &&
+           feed_unit_factor(statement_.fields[at_ + 1].text, context_.modal.mm_per_unit).has_value();
+  }
+  void read_feed(Cycle& cycle, std::size_t value_at, std::size_t unit_at) {
+    const std::string_view word = statement_.fields[unit_at].text;
+    const auto unit = *feed_unit_factor(word, context_.modal.mm_per_unit);
+    context_.take_feed_unit(word, statement_.fields[unit_at].where);
+    const auto number = context_.positive(statement_, value_at);
+    if (number) {
+      cycle.feed = Feed{unit.first, *number * unit.second};
+    } else {
+      good_ = false;
+    }
+    at_ = std::max(value_at, unit_at) + 1;
+  }
+
   void read_positional(Cycle& cycle) {
     const SourceRef where = field().where;
-    if (!cycle.has_depth) {
+    if (context_.modal.origin.fusion) {
+      fail(where,
+           "values without words, as Fusion and HSMWorks write them: their GOTO is the bottom of the hole, "
+           "and "
+           "their clearance a height in a system that the file does not give (in the CAM system's post: let "
+           "onCyclePoint call expandCyclePoint)");
+    } else if (!cycle.has_depth) {
       length(cycle.depth_mm);
       cycle.has_depth = true;
-    } else if (!cycle.has_clear && cycle.feed) {
+    } else if (!cycle.feed && unit_follows()) {
+      read_feed(cycle, at_, at_ + 1);
+    } else if (!cycle.has_clear) {
+      cycle.clear_by_place = !cycle.feed;
       length(cycle.clear_mm);
       cycle.has_clear = true;
+      positional_clear_ = true;
     } else {
       fail(where, "a value without a word for it");
     }
@@ -107,7 +142,11 @@ class CycleReading {
       length(cycle.depth_mm);
       cycle.has_depth = true;
     } else if (word == "CLEAR" || word == "RAPTO") {
-      length(cycle.clear_mm);
+      if (positional_clear_) return fail(where, word + " behind a clearance without a word");
+      double clear_mm = 0.0;
+      length(clear_mm);
+      if (word == "RAPTO" || !cycle.has_rapto) cycle.clear_mm = clear_mm;
+      cycle.has_rapto = cycle.has_rapto || word == "RAPTO";
       cycle.has_clear = true;
     } else if (word == "RETURN" || word == "RTRCTO") {
       cycle.return_as_came = at_ < statement_.fields.size() && field().text == "AUTO";
@@ -124,14 +163,7 @@ class CycleReading {
       const auto number = value();
       if (number) cycle.dwell_s = *number;
     } else if (feed_unit_factor(word, context_.modal.mm_per_unit)) {
-      const auto number = context_.positive(statement_, at_);
-      ++at_;
-      const auto unit = *feed_unit_factor(word, context_.modal.mm_per_unit);
-      if (number) {
-        cycle.feed = Feed{unit.first, *number * unit.second};
-      } else {
-        good_ = false;
-      }
+      read_feed(cycle, at_, at_ - 1);
     } else if (!word.empty()) {
       fail(where, "'" + word.substr(0, 40) + "' is not understood");
     }
@@ -164,6 +196,7 @@ class CycleReading {
   const Statement& statement_;
   std::size_t at_ = 0;
   bool good_ = true;
+  bool positional_clear_ = false;
 };
 
 void read_cycle(Context& context, const Statement& statement) {
@@ -209,6 +242,7 @@ class Drilling {
 
   void run() {
     modal_.rapid_next = false;
+    if (!clear_is_proved()) return;
     // As a control's own cycle: up to the return height, across, and down to where the feed begins.
     double came = leave_;
     if (modal_.has_position) {
@@ -230,6 +264,22 @@ class Drilling {
   }
 
  private:
+  bool clear_is_proved() {
+    constexpr double kSameHeight_mm = 5e-3;  // three decimals
+    if (!cycle_.clear_by_place) return true;
+    const Vec3 away = modal_.tip_A - tip_A_;
+    const bool stands_there =
+        modal_.has_position && (away - axis_A_ * cycle_.clear_mm).norm() <= kSameHeight_mm;
+    if (!stands_there) {
+      context_.error(where_,
+                     "CYCLE: is the value behind its depth, " + short_text(cycle_.clear_mm) +
+                         " mm, the clearance? The tool does not stand there above this hole (words are "
+                         "needed: DEPTH, CLEAR)");
+    }
+    modal_.cycle->clear_by_place = false;
+    if (modal_.last_cycle) modal_.last_cycle->clear_by_place = false;
+    return stands_there;
+  }
   Vec3 at(double height) const { return tip_A_ + axis_A_ * height; }
   void rapid_to(const Vec3& point, const Vec3& axis, bool step = false) {
     if (modal_.has_position && (point - modal_.tip_A).norm() < kSamePlace_mm &&

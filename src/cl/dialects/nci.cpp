@@ -48,16 +48,23 @@ void split_values(std::string_view line, std::uint32_t number, Statement& statem
 
 bool NciReader::next(Context& context, Scanner& scanner) {
   std::string_view line;
+  Statement code_line;
   do {
     if (!scanner.line(line)) return false;
-  } while (line.find_first_not_of(" \t") == std::string_view::npos);
-  Statement code_line;
-  split_values(line, scanner.line_number(), code_line);
+    if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
+    split_values(line, scanner.line_number(), code_line);
+    if (!code_line.fields.empty()) break;
+    context.give_up({scanner.line_number(), 1}, "NCI: a line with one code is needed");
+    return false;
+  } while (true);
   const auto code = parse_integer(code_line.fields[0].text);
   const SourceRef where = code_line.fields[0].where;
+  if (context.modal.ended) {
+    context.give_up(where, "NCI: what stands behind the end (1003) would be left out: a second file?");
+    return false;
+  }
   if (!code || code_line.fields.size() != 1) {
-    context.error(where, "NCI: a line with one code is needed");
-    scanner.stop();
+    context.give_up(where, "NCI: a line with one code is needed");
     return false;
   }
   const std::string word = "NCI " + std::to_string(*code);
@@ -72,7 +79,6 @@ bool NciReader::next(Context& context, Scanner& scanner) {
   statement.text = line;
   split_values(line, scanner.line_number(), statement);
   read(context, *code, statement);
-  if (context.modal.ended) scanner.stop();
   return true;
 }
 
@@ -88,7 +94,7 @@ void NciReader::read(Context& context, std::uint64_t code, const Statement& stat
     context.emit(statement.where, End{});
   } else if (code >= 1005 && code <= 1008) {
     context.emit(statement.where,
-                 Text{code == 1006 ? Text::Kind::insert : Text::Kind::print, std::string(statement.text)});
+                 Text{code == 1006 ? Text::Kind::insert : Text::Kind::print, shown_text(statement.text)});
   } else if (code == 1013) {
     double value[3];
     if (!context.numbers(statement, 0, 3, value)) return;

@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+#include <string>
+
+#include "cl/support.hpp"
+
+namespace trunnion::cl {
+namespace {
+
+using test::joined;
+using test::read;
+
+Vec3 nth_tip(const test::Reading& reading, std::size_t i) {
+  return reading.motions().at(i).tip_P;
+}
+Vec3 nth_axis(const test::Reading& reading, std::size_t i) {
+  return reading.motions().at(i).axis_P;
+}
+
+TEST(Words, TheUnitOfAFileThatSaysNoneIsAskedFor) {
+  const auto unsaid = [](const std::string& text) { return joined(read(text, {}).findings); };
+  EXPECT_EQ(unsaid("GOTO/1,0,0\n"),
+            " note: nothing in the file says its unit of length: taken as mm (--cl-units mm or inch)\n");
+  EXPECT_EQ(unsaid("FEDRAT/MMPM,40\nGOTO/1,0,0\n"), "");
+  EXPECT_EQ(unsaid("UNITS/INCHES\nFEDRAT/IPM,40\nGOTO/1,0,0\n"), "");
+  const std::string message =
+      ": error: a feed in inches, and no UNITS before the points: are they in inches or mm? (--cl-units inch "
+      "or "
+      "mm)\n";
+  EXPECT_EQ(unsaid("GOTO/1,0,0\nFEDRAT/IPM,40\nGOTO/2,0,0\n"), "2:8" + message);
+  EXPECT_EQ(unsaid("GOTO/1,0,0\nCYCLE/DRILL,DEPTH,1,IPR,0.01,CLEAR,1\nGOTO/2,0,0\n"), "2:21" + message);
+  EXPECT_EQ(
+      unsaid("GOTO/1,0,0\nUNITS/INCHES\nGOTO/2,0,0\n"),
+      "2:1: error: UNITS/INCHES behind lengths (line 1) whose unit nothing says: move it before them\n");
+  ReaderOptions inch;
+  inch.units = ReaderOptions::Units::inch;
+  const auto given = read("GOTO/1,0,0\nFEDRAT/IPM,60\nGOTO/2,0,0\n", inch);
+  EXPECT_EQ(joined(given.findings), "");
+  EXPECT_EQ(nth_tip(given, 1), Vec3(50.8, 0, 0));
+  EXPECT_DOUBLE_EQ(given.motions()[1].feed.value, 25.4);
+}
+
+TEST(Words, GohomeIsARapidToItsPointOrToThatOfFrom) {
+  const auto reading =
+      read("FROM/50,-20,200,0,0,1\nFEDRAT/60\nGOTO/1,2,3\nGOHOME/5,6,7\nGOTO/1,2,3,0.6,0,0.8\nGOHOME\n");
+  EXPECT_EQ(joined(reading.findings), "");
+  EXPECT_EQ(nth_tip(reading, 1), Vec3(5, 6, 7));
+  EXPECT_TRUE(reading.motions()[1].rapid);
+  EXPECT_FALSE(reading.motions()[2].rapid);
+  EXPECT_EQ(nth_tip(reading, 3), Vec3(50, -20, 200));
+  EXPECT_EQ(nth_axis(reading, 3), Vec3(0, 0, 1));
+  EXPECT_TRUE(reading.motions()[3].rapid);
+  EXPECT_EQ(joined(read("GOTO/0,0,0\nGOHOME\n").findings),
+            "2:1: error: GOHOME without values, and no FROM before it says where that is\n");
+}
+
+TEST(Words, SetOfsetlIsTheWorkOffset) {
+  const auto index_of = [](const std::string& text) {
+    const auto reading = read(text);
+    for (const Record& record : reading.records) {
+      if (const auto* offset = std::get_if<WorkOffset>(&record.data)) return std::to_string(offset->index);
+    }
+    return joined(reading.findings);
+  };
+  EXPECT_EQ(index_of("SET/OFSETL,3\nGOTO/1,2,3\n"), "3");
+  EXPECT_EQ(index_of("SET/ADJUST,2\nGOTO/1,2,3\n"), "2");
+  EXPECT_EQ(index_of("SET/OFSETL,0\nGOTO/1,2,3\n"),
+            "1:12: error: SET: work offsets are numbered from 1 (G54) on\n");
+  EXPECT_EQ(index_of("SET/HEAD,1\nGOTO/1,2,3\n"), "1:1: warning: SET/HEAD is not acted on\n");
+}
+
+TEST(Words, AFileOfALatheIsRefusedAsSuch) {
+  const std::string behind = ": this is the file of a lathe; turning has no tool axis and is not posted\n";
+  const auto verdict = [](const std::string& text) { return joined(read(text).findings); };
+  EXPECT_EQ(verdict("MODE/TURN\nGOTO/1\nGOTO/1,2,3\n"), "1:1: error: MODE/TURN" + behind);
+  EXPECT_EQ(verdict("TURRET/1,OSETNO,1\nGOTO/1,2,3\n"), "1:1: error: TURRET" + behind);
+  EXPECT_EQ(verdict("TLDATA/TURN,1,2\nGOTO/1,2,3\n"), "1:1: error: TLDATA/TURN" + behind);
+  EXPECT_EQ(verdict("TOOLNO/1,TURN\nGOTO/1,2,3\n"), "1:1: error: TOOLNO/TURN" + behind);
+  EXPECT_EQ(
+      verdict("CUTTER/0.8\nSPINDL/500,SFM,CLW\nGOTO/13,0,2\n"),
+      "2:1: error: SPINDL with a surface speed, where no tool axis, MULTAX, MODE/MILL or milling cutter "
+      "shows a mill" +
+          behind);
+  EXPECT_EQ(verdict("CUTTER/10,1\nSPINDL/500,SFM,CLW\nGOTO/13,0,2\n"), "");
+  EXPECT_EQ(verdict("MODE/MILL\nGOTO/13,0,2\n"), "");
+  EXPECT_EQ(
+      verdict("MODE/EDM\nGOTO/13,0,2\n"),
+      "1:1: error: MODE/EDM changes the geometry and is not understood by this program; MODE/MILL is\n");
+}
+
+TEST(Words, WordsThatSayNothingForAMillAreSilent) {
+  const auto reading = read("SPINDL/MAIN\nGOTO/0,0,0\nEND\nFINI\n");
+  EXPECT_EQ(joined(reading.findings), "");
+  EXPECT_TRUE(reading.all<Spindle>().empty());
+}
+
+TEST(Words, ASubprogramIsSkippedByName) {
+  EXPECT_EQ(joined(read("CALSUB/START_PROG\nCALSUB/START_PROG\nCALSUB/END_PROG\nGOTO/0,0,0\n").findings),
+            "1:1: warning: CALSUB/START_PROG: the subprogram is not called\n"
+            "3:1: warning: CALSUB/END_PROG: the subprogram is not called\n");
+}
+
+// x' = y, y' = -x, z' = z: a quarter turn about z, and an origin.
+TEST(Words, PointsAndAxesBehindMcsAreGivenInIt) {
+  const auto reading = read(
+      "GOTO/1,0,0,0,0,1\nMCS/0,1,0, -1,0,0, 0,0,1, 10,20,30\nGOTO/1,2,3\nGOTO/1,2,3,0.6,0,0.8\n"
+      "MCS/0,0.6,0.8, -1,0,0, 0,-0.8,0.6, 0,0,0\nGOTO/0,0,5\nMCS/1,0,0, 0,1,0, 0,0,1, 0,0,0\nGOTO/1,2,3\n");
+  EXPECT_EQ(reading.findings.size(), 2U) << joined(reading.findings);
+  EXPECT_NEAR((nth_tip(reading, 1) - Vec3(8, 21, 33)).norm(), 0.0, 1e-12);
+  EXPECT_EQ(nth_axis(reading, 1), Vec3(0, 0, 1));
+  EXPECT_NEAR((nth_axis(reading, 2) - Vec3(0, 0.6, 0.8)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((nth_tip(reading, 3) - Vec3(0, -4, 3)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((nth_axis(reading, 3) - Vec3(0, -0.8, 0.6)).norm(), 0.0, 1e-12);
+  EXPECT_EQ(nth_tip(reading, 4), Vec3(1, 2, 3));
+  EXPECT_EQ(nth_axis(reading, 4), Vec3(0, 0, 1));
+  EXPECT_EQ(joined(read("MCS/1,0,0, 0,1,0, 0,0,-1, 0,0,0\nGOTO/1,2,3\n").findings),
+            "1:1: error: MCS: its axes are not three unit vectors at right angles, right-handed\n");
+}
+
+TEST(Words, TheAxisBehindMultaxOffDependsOnTheSystem) {
+  const std::string path = "GOTO/0,0,0,0.6,0,0.8\nMULTAX/OFF\nGOTO/1,2,3\n";
+  EXPECT_EQ(
+      joined(read(path).findings),
+      "3:1: error: GOTO without a tool axis behind MULTAX/OFF: that before it (CATIA), or +Z (Fusion)?\n");
+  EXPECT_EQ(nth_axis(read("MODE/MILL\n" + path), 1), Vec3(0, 0, 1));
+  EXPECT_EQ(nth_axis(read("$$ CATIA APT VERSION 1.0\n" + path), 1), Vec3(0.6, 0, 0.8));
+  EXPECT_EQ(joined(read("GOTO/0,0,0,0.6,0,0.8\nMULTAX/OFF\nGOTO/1,2,3,0,0,1\nGOTO/2,2,3\n").findings), "");
+}
+
+TEST(Words, ToolsOfFusionAndDrillsOfNx) {
+  const auto reading =
+      read("LOADTL/3, 0, 40.000000, 13\nTLDATA/DRILL,MILL,63.0,0.0,239.0,178.0,35.0\nGOTO/0,0,0\n");
+  const ToolChange tool = reading.all<ToolChange>().at(0);
+  EXPECT_EQ(tool.number, 3U);
+  EXPECT_EQ(tool.length_register, 13U);
+  EXPECT_FALSE(tool.gauge_length_mm);
+  EXPECT_EQ(reading.findings.size(), 1U) << joined(reading.findings);
+  EXPECT_EQ(reading.all<ToolGeometry>().at(0).diameter_mm, 63.0);
+}
+
+TEST(Words, NoCharacterOfATextActsOnATerminalOrAPage) {
+  const auto shown = [](const std::string& text) {
+    return read("PPRINT " + text + "\nGOTO/0,0,0\n").all<Text>().at(0).text;
+  };
+  EXPECT_EQ(shown("Fr\xC3\xA4ser \xE2\x8C\x80"
+                  "12"),
+            "Fr\xC3\xA4ser \xE2\x8C\x80"
+            "12");
+  EXPECT_EQ(shown("Fr\xE4ser"), "Fr?ser");  // Latin-1
+  EXPECT_EQ(shown("a\x9B"
+                  "2Jb\xC2\x9B"
+                  "2J"),
+            "a?2Jb?2J");  // CSI in one byte, and as UTF-8
+  EXPECT_EQ(shown("a\xE2\x80\xA8"
+                  "b\xE2\x80\xAE"
+                  "c"),
+            "a?b?c");  // line separator, right to left
+  EXPECT_EQ(shown("a\xC0\xAF"
+                  "b\xED\xA0\x80"
+                  "c\xF5\x80\x80\x80"),
+            "a??b???c????");
+  EXPECT_EQ(shown("a\xE2\x80"), "a??");
+  EXPECT_EQ(read("CSI_TOOL_PATH/Swarf, 1\nGOTO/0,0,0\n").all<OperationBegin>().at(0).name, "Swarf, 1");
+}
+
+}  // namespace
+}  // namespace trunnion::cl
