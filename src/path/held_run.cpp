@@ -1,6 +1,7 @@
 #include "trunnion/path/held_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -30,7 +31,7 @@ class HeldRun::Work {
         cl_file_(std::move(cl_file)),
         choice_(std::make_unique<GlobalChoice>(machine_, options_)),
         kinematics_(machine_, options_.tool_mm),
-        settler_(kinematics_) {
+        settler_(machine_, kinematics_) {
     choice_->start(seed_);
   }
 
@@ -51,7 +52,28 @@ class HeldRun::Work {
     return {};
   }
 
-  ChosenPoint last() const { return choice_->end(); }
+  // At the pole C stands where the path has led it, which only its way there tells; with axes at right angles
+  // it stands still on that way.
+  ChosenPoint last() {
+    ChosenPoint out = choice_->end();
+    if (!out.singular || kinematics_.rotary_count() < 2 ||
+        std::abs(kinematics_.direction(0).dot(kinematics_.direction(1))) < kRightAngle)
+      return out;
+    const GlobalChoice::Place here = choice_->place();
+    PoleSettler settler = settler_;
+    ChoiceSummary summary;
+    std::vector<ChoicePoint> points;
+    std::vector<ChosenPoint> chosen;
+    for (std::size_t from = here.next; from < store_.size(); from = choice_->place().next) {
+      points.clear();
+      store_.append(from, std::min(from + kAtATime, store_.size()), points);
+      chosen.resize(points.size());
+      choice_->replay(points, chosen);
+      settler.settle(points, chosen, summary, [&] { return pole_ahead(choice_->place().next); });
+    }
+    choice_->go_to(here);
+    return chosen.empty() ? out : chosen.back();
+  }
 
   std::size_t take(std::span<ChosenPoint> chosen, std::vector<ChoicePoint>& points, ChoiceSummary& summary) {
     const std::size_t begin = choice_->place().next;
@@ -71,6 +93,7 @@ class HeldRun::Work {
 
  private:
   static constexpr std::size_t kAtATime = 1024;  // points of a run that is looked at again
+  static constexpr double kRightAngle = 1e-12;   // cosine of the angle between the rotary axes
 
   void advance(std::span<const ChoicePoint> points) {
     if (const ChoicePoint* lost = choice_->advance(points)) lost_ = *lost;
@@ -104,6 +127,7 @@ class HeldRun::Work {
           ++out.points;
         } else {
           out.next = ahead_[i];
+          out.next_axis_P = ahead_points_[i].pose.axis_P;
           out.next_rapid = ahead_points_[i].rapid;
         }
       }

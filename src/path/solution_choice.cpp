@@ -150,7 +150,9 @@ Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoin
   auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
                                                        : choose_local(run, points, seed, out);
   if (!chosen) return chosen;
-  PoleSettler(chooser.kinematics()).settle(points, out, summary, [] { return PoleSettler::Ahead{}; });
+  PoleSettler(machine, chooser.kinematics()).settle(points, out, summary, [] {
+    return PoleSettler::Ahead{};
+  });
   const std::uint8_t first = out.empty() ? std::uint8_t{0} : out.front().branch;
   ChoiceAccount(machine, seed, summary.goes_on ? summary.last_branch : first).add(out, summary);
   return {};

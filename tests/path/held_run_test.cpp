@@ -100,6 +100,7 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
       ASSERT_EQ(chosen[k].reconfigure, at_once[k].reconfigure);
     }
     EXPECT_EQ(last.q, chosen.back().q);
+    EXPECT_EQ(last.q_leave, chosen.back().q_leave);
     EXPECT_NEAR(summary.axis_time_s, summary_at_once.axis_time_s, 1e-6);
     EXPECT_EQ(summary.branch_changes, summary_at_once.branch_changes);
     EXPECT_EQ(summary.turns_in_place, summary_at_once.turns_in_place);
