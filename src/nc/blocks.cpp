@@ -50,10 +50,11 @@ struct Describe {
   std::string operator()(const Retract& b) const {
     AxisWords words;
     words.mask = b.axes;
-    return "retract" + text_of(words);
+    return "retract" + text_of(words) + (b.to.mask == 0 ? "" : " | to" + text_of(b.to));
   }
   std::string operator()(const TiltedPlane& b) const {
     std::string out = b.on ? "plane on" : "plane off";
+    if (b.direction < 0) out += " other way";
     for (const auto& triple : {b.origin, b.angles}) {
       for (const auto value : triple) out += " " + std::to_string(value);
     }
@@ -93,9 +94,16 @@ struct Describe {
            std::to_string(b.step) + " dwell ms " + std::to_string(b.dwell_ms) + " | per min " +
            std::to_string(b.feed);
   }
+  std::string operator()(const AllowedWord& b) const { return "allowed " + b.text; }
   std::string operator()(const CutterCompensation& b) const {
     static constexpr std::array kSides = {"off", "left", "right"};
     return std::string("cutter ") + kSides[static_cast<std::size_t>(b.side)] + " " + std::to_string(b.number);
+  }
+  std::string operator()(const ToolSelect& b) const { return "select tool " + std::to_string(b.tool); }
+  std::string operator()(const Clamp& b) const {
+    AxisWords axes;
+    axes.mask = b.axes;
+    return (b.on ? "clamp" : "free") + text_of(axes);
   }
   std::string operator()(const Stop& b) const { return b.optional ? "optional stop" : "stop"; }
 };

@@ -32,6 +32,35 @@ void read_numbers(Section& s, Controller& c) {
   read_into(s, "plus_sign", c.numbers.plus_sign);
 }
 
+// The text of a comment must not end it, and the program's own comments must come out as they are.
+void check_comments(Section& s, const Controller::Comments& comments) {
+  constexpr std::string_view kNeeded = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .:";
+  const std::string& listed = comments.characters;
+  for (const char ch : kNeeded) {
+    if (listed.find(ch) == std::string::npos)
+      return s.error("characters", std::string("'characters' must hold '") + ch +
+                                       "': capital letters, digits, blank, point and colon are needed");
+  }
+  for (const char ch : listed) {
+    const bool ends = comments.close.find(ch) != std::string::npos;
+    if (ch < ' ' || ch > '~' || ch == '%' || ends)
+      return s.error("characters",
+                     "'characters' must hold printable ASCII characters only, no '%' and none "
+                     "that ends a comment");
+  }
+  const auto is_listed = [&](char ch) { return listed.find(ch) != std::string::npos; };
+  const std::string& mark = comments.mark;
+  if (mark.empty() || mark.size() > 8 || !std::all_of(mark.begin(), mark.end(), is_listed) ||
+      is_letter(mark.front()) || is_digit(mark.front()) || mark.front() == ' ')
+    s.error("mark",
+            "'mark' must be 1 to 8 of the listed 'characters', the first neither a letter nor a digit");
+  for (const std::string& word : comments.active_words) {
+    if (word.empty() ||
+        !std::all_of(word.begin(), word.end(), [](char ch) { return ch >= 'A' && ch <= 'Z'; }))
+      s.error("active_words", "'active_words' must be words of capital letters, not \"" + word + "\"");
+  }
+}
+
 void read_layout(Section& root, Controller& c) {
   in_section(root, "line", [&](Section& s) {
     read_integer(s, "max_characters", c.line.max_length, 40, 10000);
@@ -51,10 +80,34 @@ void read_layout(Section& root, Controller& c) {
     read_into(s, "open", c.comments.open);
     read_into(s, "close", c.comments.close);
     if (auto v = s.find_texts("also_read")) c.comments.also_read = *v;
-    read_integer(s, "max_characters", c.comments.max_length, 20, 1000);
+    // The verdict of the verification is one line.
+    read_integer(s, "max_characters", c.comments.max_length, 60, 1000);
     read_into(s, "upper_case", c.comments.upper_case);
+    read_into(s, "characters", c.comments.characters);
+    read_into(s, "mark", c.comments.mark);
+    if (auto v = s.find_texts("active_words")) c.comments.active_words = *v;
     if (c.comments.open.empty()) s.error("open", "'open' must not be empty");
+    check_comments(s, c.comments);
   });
+}
+
+// "{axis}=DC({angle})"
+void read_modulo_word(Section& s, Controller& c) {
+  const auto word = s.find_text("modulo_word");
+  if (!word) return;
+  constexpr std::string_view kAxis = "{axis}";
+  constexpr std::string_view kAngle = "{angle}";
+  constexpr std::size_t kLongest = 8;
+  const std::string_view text = *word;
+  const auto angle = text.find(kAngle);
+  const std::string_view open = angle == text.npos ? "" : text.substr(0, angle);
+  if (!text.empty() && (!open.starts_with(kAxis) || open.size() == kAxis.size())) {
+    return s.error("modulo_word", "'modulo_word' must be {axis}, some text, {angle}: \"{axis}=DC({angle})\"");
+  }
+  c.rotary.modulo_open = text.empty() ? "" : open.substr(kAxis.size());
+  c.rotary.modulo_close = text.empty() ? "" : text.substr(angle + kAngle.size());
+  if (c.rotary.modulo_open.size() > kLongest || c.rotary.modulo_close.size() > kLongest)
+    s.error("modulo_word", "'modulo_word': at most 8 characters before and behind {angle}");
 }
 
 void read_motion(Section& root, Controller& c) {
@@ -63,6 +116,7 @@ void read_motion(Section& root, Controller& c) {
     read_into(s, "linear", c.motion.linear);
     read_into(s, "modal", c.motion.modal);
     read_into(s, "rapid_suffix", c.motion.rapid_suffix);
+    read_into(s, "straight_rapids_need", c.motion.straight_rapids_need);
   });
   in_section(root, "feed", [&](Section& s) {
     read_into(s, "per_minute", c.feed.per_minute);
@@ -74,7 +128,20 @@ void read_motion(Section& root, Controller& c) {
     if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
     if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
   });
+  in_section(root, "incremental", [&](Section& s) {
+    using P = Placeholder;
+    read_into(s, "on", c.incremental.on);
+    read_into(s, "off", c.incremental.off);
+    read_template(s, "move", {P::axis, P::distance, P::feed}, c.incremental.move);
+    if (c.incremental.on.empty() != c.incremental.off.empty())
+      s.error("on", "[incremental] needs both 'on' and 'off', or neither");
+    for (const P needed : {P::axis, P::distance, P::feed}) {
+      if (!c.incremental.move.empty() && !holds(c.incremental.move, needed))
+        s.error("move", "'move' must hold {axis}, {distance} and {feed}");
+    }
+  });
   in_section(root, "rotary", [&](Section& s) {
+    read_modulo_word(s, c);
     const auto axes = s.find_texts("modulo_axes");
     if (!axes) return;
     c.rotary.modulo_axes = 0;
@@ -103,6 +170,7 @@ void read_compensation(Section& root, Controller& c) {
     read_into(s, "with_motion", c.tcp.with_motion);
     read_into(s, "off_for_tool_change", c.tcp.off_for_tool_change);
     read_into(s, "replaces_length", c.tcp.replaces_length);
+    read_into(s, "switches_kinematics", c.tcp.switches_kinematics);
   });
   in_section(root, "cutter_compensation", [&](Section& s) {
     read_template(s, "off", {}, c.cutter_compensation[0]);
@@ -114,7 +182,7 @@ void read_compensation(Section& root, Controller& c) {
     }
   });
   in_section(root, "tilted_plane", [&](Section& s) {
-    read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c}, c.tilted_plane.on);
+    read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c, P::direction}, c.tilted_plane.on);
     read_template(s, "off", {}, c.tilted_plane.off);
     read_choice<PlaneAngles>(s, "angles",
                              {{"euler_zxz", PlaneAngles::euler_zxz},
@@ -133,6 +201,9 @@ void read_program(Section& root, Controller& c) {
   });
   in_section(root, "tool", [&](Section& s) {
     read_template(s, "change", {P::tool, P::length_offset}, c.tool_change);
+    read_template(s, "preselect", {P::tool}, c.tool_preselect);
+    if (!c.tool_preselect.empty() && !holds(c.tool_preselect, P::tool))
+      s.error("preselect", "'preselect' must hold {tool}");
     c.tool_change_s = s.quantity_or("change_s", 0.0);
     if (c.tool_change_s < 0.0) s.error("change_s", "'change_s' must not be negative");
   });
@@ -159,7 +230,7 @@ void read_program(Section& root, Controller& c) {
       if (key == "ends_length") continue;
       const auto letter = axis_letter(key);
       if (letter) {
-        read_template(s, key.c_str(), {}, c.retract[index(*letter)]);
+        read_template(s, key.c_str(), {Placeholder::position}, c.retract[index(*letter)]);
       } else {
         s.error(key, "'" + key + "' is no axis: X, Y, Z, A, B, C, U, V or W");
       }
@@ -246,6 +317,10 @@ void read_modes(Section& root, Controller& c) {
     static constexpr std::array kKeys = {"exact_path", "exact_stop", "continuous"};
     for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.path_modes[i]);
     read_template(s, "continuous_within", {Placeholder::tolerance}, c.continuous_within);
+    if (!c.continuous_within.empty() && !holds(c.continuous_within, Placeholder::tolerance))
+      s.error("continuous_within",
+              "'continuous_within' must hold {tolerance}; without it it is 'continuous'");
+    read_template(s, "continuous_off", {}, c.continuous_off);
     PathModeKind kind = c.default_path_mode.value_or(PathModeKind::exact_path);
     read_choice<PathModeKind>(s, "default",
                               {{"exact_path", PathModeKind::exact_path},
@@ -257,6 +332,7 @@ void read_modes(Section& root, Controller& c) {
   in_section(root, "read", [&](Section& s) {
     read_template(s, "end", {}, c.also_end);
     read_template(s, "silent", {}, c.silent);
+    read_template(s, "allowed", {}, c.allowed);
     if (auto refused = s.find_section("refused")) {
       for (const auto& word : refused->keys()) c.refused[word] = refused->text(word);
     }
@@ -269,6 +345,7 @@ void read_sections(Section& root, Controller& c) {
   read_motion(root, c);
   read_compensation(root, c);
   read_program(root, c);
+  read_clamps(root, c);
   read_modes(root, c);
   read_shapes(root, c);
 }
@@ -344,6 +421,10 @@ void check(const Controller& c, Diagnostics& diagnostics) {
 }
 
 }  // namespace
+
+bool Controller::names_position(AxisLetter letter) const {
+  return holds(retract[index(letter)], Placeholder::position);
+}
 
 std::int64_t FeedFormat::quanta(FeedMode mode, double internal) const {
   const double scaled = internal * kSecondsPerMinute * scale(mode);

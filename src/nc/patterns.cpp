@@ -2,120 +2,96 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <utility>
+
+#include "nc/pattern_tokens.hpp"
 
 namespace trunnion::nc {
+std::string pattern_key(std::string_view line) {
+  return key_of(tokens_of(line));
+}
+
+std::vector<std::string> setup_words(std::string_view line) {
+  const auto tokens = tokens_of(line);
+  if (words_of(tokens).empty() || has_placeholder(tokens)) return {std::string(line)};
+  std::vector<std::string> out;
+  std::string word;
+  for (const char c : line) {
+    if (is_letter(c) && !word.empty()) out.push_back(std::exchange(word, {}));
+    if (!is_blank(c)) word += c;
+  }
+  out.push_back(word);
+  return out;
+}
+
 namespace {
 
 using Type = PatternToken::Type;
 
-bool is_text(Placeholder p) {
-  return p == Placeholder::name;
-}
-
-void tokenise(std::string_view text, std::vector<PatternToken>& out) {
-  const char* p = text.data();
-  const char* const end = p + text.size();
-  while (p != end) {
-    PatternToken token;
-    if (is_blank(*p)) {
-      ++p;
-      continue;
-    }
-    if (is_letter(*p)) {
-      token.type = Type::letters;
-      while (p != end && is_letter(*p)) token.text += upper(*p++);
-    } else if (const char* q = p; begins_number(*p) && scan_number(q, end, token.number)) {
-      token.type = Type::number;
-      p = q;
-    } else {
-      token.text = *p++;
-    }
-    out.push_back(std::move(token));
-  }
-}
-
-std::vector<PatternToken> tokens_of(std::string_view line) {
-  constexpr std::size_t kUsual = 8;
-  std::vector<PatternToken> out;
-  out.reserve(kUsual);
-  std::string fault;
-  while (!line.empty()) {
-    const auto piece = next_piece(line, fault);
-    tokenise(piece.text, out);
-    if (!piece.placeholder) continue;
-    PatternToken token;
-    token.type = Type::placeholder;
-    token.placeholder = *piece.placeholder;
-    out.push_back(std::move(token));
-  }
-  return out;
-}
-
-// Letter, number, letter, number, ...: a set of address words; anything else is a phrase.
-std::vector<PatternWord> words_of(const std::vector<PatternToken>& tokens) {
-  std::vector<PatternWord> out;
-  if (tokens.size() % 2 != 0) return {};
-  for (std::size_t i = 0; i < tokens.size(); i += 2) {
-    const auto& letter = tokens[i];
-    const auto& value = tokens[i + 1];
-    const bool fixed = value.type == Type::number;
-    const bool numeric = value.type == Type::placeholder && !is_text(value.placeholder);
-    if (letter.type != Type::letters || letter.text.size() != 1 || (!fixed && !numeric)) return {};
-    out.push_back({letter.text.front(), fixed, value.number, value.placeholder});
-  }
-  return out;
-}
-
-// One text for equal patterns, whatever blanks and zeros they are written with.
-std::string key_of(const std::vector<PatternToken>& tokens) {
-  std::string out;
-  for (const auto& t : tokens) {
-    if (t.type == Type::number) {
-      std::int64_t quanta = 0;
-      out += to_quanta(t.number, kMaxDigits / 2, quanta) ? std::to_string(quanta) : "?";
-    } else if (t.type == Type::placeholder) {
-      out += "{}";
-    } else {
-      out += t.text;
-    }
-    out += ' ';
-  }
-  return out;
-}
-
-bool is_symbols_only(const std::vector<PatternToken>& tokens) {
-  return std::all_of(tokens.begin(), tokens.end(),
-                     [](const PatternToken& t) { return t.type == Type::symbol; });
-}
-
-std::vector<Placeholder> placeholders_of(const std::vector<PatternToken>& tokens) {
-  std::vector<Placeholder> out;
-  for (const auto& t : tokens) {
-    if (t.type == Type::placeholder) out.push_back(t.placeholder);
-  }
-  return out;
-}
-
-bool has_placeholder(const std::vector<PatternToken>& tokens) {
-  return std::any_of(tokens.begin(), tokens.end(),
-                     [](const PatternToken& t) { return t.type == Type::placeholder; });
-}
-
 class Compiler {
  public:
   Compiler(const Controller& controller, Diagnostics& diagnostics)
-      : controller_(controller), diagnostics_(diagnostics) {}
+      : controller_(controller), diagnostics_(diagnostics) {
+    for (const std::string& word : controller.silent) silent_.insert(key_of(tokens_of(word)));
+  }
 
-  // The last line of a template with more than symbols means the event; lines before it hold values or mean
-  // nothing.
+  // The last line of a template with more than symbols and words that are known to change nothing means the
+  // event; the others hold values or mean nothing.
   void add(const Template& lines, Event event, const std::string& origin) {
+    add(lines, event, origin, [](const auto& tokens) { return !is_symbols_only(tokens); });
+  }
+
+  // Of a retract it is the line that names the axis. Words that programs may not have (G91) hold in that line
+  // only.
+  void add_retract(const Template& lines, AxisLetter letter) {
+    const std::string origin = std::string("[retract] ") + letter_of(letter);
+    const auto names_axis = [&](const std::vector<PatternToken>& tokens) {
+      return std::any_of(tokens.begin(), tokens.end(), [&](const PatternToken& t) {
+        return t.type == Type::letters && t.text.size() == 1 && t.text.front() == letter_of(letter);
+      });
+    };
+    const auto count = std::count_if(lines.begin(), lines.end(),
+                                     [&](const std::string& line) { return names_axis(tokens_of(line)); });
+    if (!lines.empty() && count != 1) {
+      diagnostics_.error(
+          controller_.file, {},
+          "'" + origin + "' must name the axis in one of its lines; it does in " + std::to_string(count));
+      return;
+    }
+    bool is_incremental = false;
+    for (const std::string& line : lines) {
+      const auto tokens = tokens_of(line);
+      for (const auto& word : words_in(tokens)) {
+        if (!names_axis(tokens) && controller_.refused.contains(word)) {
+          diagnostics_.error(controller_.file, {},
+                             "'" + origin + "': '" + word + "' must stand in the line that names the axis");
+        }
+        if (word == "G91") is_incremental = true;
+        if (word == "G90") is_incremental = false;
+      }
+    }
+    if (is_incremental) {
+      diagnostics_.error(controller_.file, {},
+                         "'" + origin + "': G91 stays in force after it: a line G90 must follow");
+    }
+    add(lines, {EventKind::retract, static_cast<int>(letter)}, origin, names_axis);
+  }
+
+  template <class IsMain>
+  void add(const Template& lines, Event event, const std::string& origin, const IsMain& is_main) {
     std::vector<std::vector<PatternToken>> tokens;
     tokens.reserve(lines.size());
     for (const std::string& line : lines) tokens.push_back(tokens_of(line));
     std::size_t main = lines.size();
+    bool says_more = false;
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (!is_symbols_only(tokens[i])) main = i;
+      if (!is_main(tokens[i])) continue;
+      const bool more = !is_silent(tokens[i]);
+      if (more || !says_more) main = i;
+      says_more = says_more || more;
     }
+    if (lines.size() > 1 && main < lines.size()) note_others(tokens, main);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       if (i == main) {
         put(std::move(tokens[i]), event, origin);
@@ -134,8 +110,43 @@ class Compiler {
     for (const auto& line : lines) later_.push_back({tokens_of(line), origin});
   }
 
+  // Words that mean something, or nothing, by themselves.
+  static std::set<std::string> alone_of(const Controller& controller) {
+    std::set<std::string> out;
+    for (const Template* lines :
+         {&controller.silent, &controller.program.setup, &controller.also_end, &controller.program.begin,
+          &controller.program.end, &controller.tool_preselect}) {
+      for (const std::string& line : *lines) {
+        const auto tokens = tokens_of(line);
+        out.insert(key_of(tokens));
+        if (words_of(tokens).empty()) continue;
+        for (std::size_t k = 0; k + 1 < tokens.size(); k += 2) {
+          const auto at = tokens.begin() + static_cast<std::ptrdiff_t>(k);
+          out.insert(key_of({at, at + 2}));
+        }
+      }
+    }
+    return out;
+  }
+
   PatternSet finish() {
     for (auto& [tokens, origin] : later_) add_later(std::move(tokens), origin);
+    for (auto& [key, others] : others_) {
+      const auto main = found_.find(key);
+      if (main == found_.end()) continue;
+      for (Pattern::Others& of_one : others) {
+        for (auto* keys : {&of_one.before, &of_one.after}) {
+          for (std::string& part : *keys) {
+            part = key_as_read(part);
+            const auto it = found_.find(part);
+            if (it == found_.end()) continue;
+            it->second.is_other = true;
+            it->second.is_part = !alone_.contains(part);
+          }
+        }
+      }
+      main->second.others = std::move(others);
+    }
     PatternSet out;
     for (auto& [key, pattern] : found_) {
       (pattern.words.empty() ? out.phrases : out.words).push_back(std::move(pattern));
@@ -155,18 +166,72 @@ class Compiler {
   }
 
  private:
+  // A line that holds a value is read before one that is the same with this value.
+  std::string key_as_read(const std::string& key) const {
+    const auto literal = found_.find(key);
+    if (literal == found_.end()) return key;
+    const auto holds = [&](const Pattern& pattern) {
+      const auto& a = pattern.tokens;
+      const auto& b = literal->second.tokens;
+      if (pattern.event.kind != EventKind::remember || a.size() != b.size()) return false;
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        const bool any = a[i].type == Type::placeholder && b[i].type == Type::number;
+        if (!any && key_of({a[i]}) != key_of({b[i]})) return false;
+      }
+      return true;
+    };
+    for (const auto& [other, pattern] : found_) {
+      if (holds(pattern)) return other;
+    }
+    return key;
+  }
+
+  // The lines beside the one that means the event; words that stand alone, too, one by one.
+  void note_others(const std::vector<std::vector<PatternToken>>& lines, std::size_t main) {
+    Pattern::Others others;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (i == main || is_symbols_only(lines[i])) continue;
+      auto& keys = i < main ? others.before : others.after;
+      if (has_placeholder(lines[i]) || words_of(lines[i]).empty()) {
+        keys.push_back(key_of(lines[i]));
+        continue;
+      }
+      for (std::size_t k = 0; k + 1 < lines[i].size(); k += 2) {
+        const auto at = lines[i].begin() + static_cast<std::ptrdiff_t>(k);
+        keys.push_back(key_of({at, at + 2}));
+      }
+    }
+    others_[key_of(lines[main])].push_back(std::move(others));
+  }
+
   struct Later {
     std::vector<PatternToken> tokens;
     std::string origin;
   };
 
+  // Word by word, or as a whole.
+  bool is_silent(const std::vector<PatternToken>& tokens) const {
+    if (silent_.contains(key_of(tokens))) return true;
+    const auto words = words_of(tokens);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const auto at = tokens.begin() + static_cast<std::ptrdiff_t>(2 * i);
+      if (!silent_.contains(key_of({at, at + 2}))) return false;
+    }
+    return !words.empty();
+  }
+
   void put(std::vector<PatternToken> tokens, Event event, const std::string& origin) {
     if (tokens.empty()) return;
     const std::string key = key_of(tokens);
     const auto [it, is_new] = found_.try_emplace(key);
+    it->second.key = key;
     if (is_new) {
       auto words = words_of(tokens);
-      it->second = Pattern{event, origin, std::move(tokens), std::move(words)};
+      const auto& increments = controller_.incremental;
+      Counts counts = Counts::as_before;
+      if (!increments.on.empty() && holds_word(tokens, increments.on)) counts = Counts::increments;
+      if (!increments.off.empty() && holds_word(tokens, increments.off)) counts = Counts::absolute;
+      it->second = Pattern{event, origin, std::move(tokens), std::move(words), counts, key, false, false, {}};
       return;
     }
     Event& there = it->second.event;
@@ -182,6 +247,7 @@ class Compiler {
 
   // A line of address words without values is taken word by word: people reorder and split such lines.
   void add_later(std::vector<PatternToken> tokens, const std::string& origin) {
+    if (is_symbols_only(tokens)) return put(std::move(tokens), {EventKind::tape}, origin);
     const bool remembers = has_placeholder(tokens);
     const auto words = words_of(tokens);
     if (remembers || words.empty()) {
@@ -205,8 +271,11 @@ class Compiler {
 
   const Controller& controller_;
   Diagnostics& diagnostics_;
+  std::set<std::string> silent_;
+  std::set<std::string> alone_ = alone_of(controller_);
   std::map<std::string, Pattern> found_;
   std::vector<Later> later_;
+  std::map<std::string, std::vector<Pattern::Others>> others_;
 };
 
 void add_motion(Compiler& compiler, const Controller& c) {
@@ -234,6 +303,12 @@ void add_state(Compiler& compiler, const Controller& c) {
                  std::string("[coolant] ") + kCoolants[i]);
   }
   compiler.add(c.tool_change, {EventKind::tool}, "[tool] change");
+  compiler.add(c.tool_preselect, {EventKind::remember}, "[tool] preselect");
+  for (std::size_t i = 0; i < c.clamps.size(); ++i) {
+    const int at = 2 * static_cast<int>(i);
+    compiler.add(c.clamps[i].on, {EventKind::clamp, at + 1}, "[clamp] on");
+    compiler.add(c.clamps[i].off, {EventKind::clamp, at}, "[clamp] off");
+  }
   compiler.add(c.length.on, {EventKind::length_on}, "[length] on");
   compiler.add(c.length.off, {EventKind::length_off}, "[length] off");
   compiler.add(c.tcp.on, {EventKind::tcp_on}, "[tcp] on");
@@ -258,6 +333,7 @@ void add_state(Compiler& compiler, const Controller& c) {
   for (std::size_t i = 0; i < c.path_modes.size(); ++i) {
     compiler.add(c.path_modes[i], {EventKind::path_mode, static_cast<int>(i)}, "[path_mode]");
   }
+  compiler.add_silent(c.continuous_off, "[path_mode] continuous_off");
   compiler.add(c.continuous_within, {EventKind::path_mode, static_cast<int>(PathModeKind::continuous)},
                "[path_mode] continuous_within");
   compiler.add(c.tilted_plane.on, {EventKind::plane_on}, "[tilted_plane] on");
@@ -296,14 +372,15 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   for (const auto& word : c.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");
   compiler.add(c.dwell, {EventKind::dwell}, "[dwell] words");
   for (const AxisLetter letter : kAllAxisLetters) {
-    compiler.add(c.retract[index(letter)], {EventKind::retract, static_cast<int>(letter)},
-                 std::string("[retract] ") + letter_of(letter));
+    compiler.add_retract(c.retract[index(letter)], letter);
   }
   compiler.add(c.stop, {EventKind::stop, 0}, "[stop] program");
   compiler.add(c.optional_stop, {EventKind::stop, 1}, "[stop] optional");
   compiler.add_silent(c.run_time.begin, "[run_time] begin");
   compiler.add_silent(c.program.setup, "[program] setup");
   compiler.add_silent(c.silent, "[read] silent");
+  for (std::size_t i = 0; i < c.allowed.size(); ++i)
+    compiler.add({c.allowed[i]}, {EventKind::allowed, static_cast<int>(i)}, "[read] allowed");
   return compiler.finish();
 }
 

@@ -17,12 +17,15 @@ inline constexpr int kSubtract = static_cast<int>(RunTimeStep::Kind::add) + 1;
 /// What a pattern means. The order is the order in which the events of one line take place.
 enum class EventKind : std::uint8_t {
   silent,        // no effect
+  tape,          // a line of symbols at the ends of a program, as `%`
+  allowed,       // a word that the controller file lets pass by its name
   remember,      // holds a value that a later line uses (T before M6)
   rapid_suffix,  // makes the motion of its line a rapid
   motion,        // argument: MotionKind
   feed_mode,     // argument: FeedMode
   program_start,
   spindle,  // argument: SpindleTurn
+  clamp,    // argument: twice its place in Controller::clamps, and 1 where it clamps
   coolant,  // argument: CoolantKind
   tool,
   length_on,
@@ -71,13 +74,34 @@ struct PatternWord {
   Placeholder placeholder = Placeholder::tool;
 };
 
+/// What coordinates behind a pattern are.
+enum class Counts : std::uint8_t { as_before, increments, absolute };
+
 struct Pattern {
   Event event;
   std::string origin;                // key of the controller file, for messages
   std::vector<PatternToken> tokens;  // in the order of the template
   std::vector<PatternWord>
       words;  // when it consists of address words only; else the tokens must stand as they are
+  Counts counts = Counts::as_before;
+  /// Key of its words, the same however they are written.
+  std::string key;
+  /// It is a line of templates of several lines, and none that means something alone.
+  bool is_part = false;
+  /// It is a line of such templates, whatever else it means.
+  bool is_other = false;
+  /// Of the line that means a template's event: the keys of its other lines, before it and behind it, one set
+  /// for each template that has this line.
+  struct Others {
+    std::vector<std::string> before, after;
+  };
+  std::vector<Others> others;
 };
+
+/// One text for equal words, whatever blanks and zeros they are written with.
+std::string pattern_key(std::string_view line);
+/// The address words of a line, or the line where it is none of these.
+std::vector<std::string> setup_words(std::string_view line);
 
 /// Longest first within each kind.
 struct PatternSet {

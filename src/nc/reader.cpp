@@ -68,16 +68,23 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
     }
   }
   note_plain_words();
+  if (options.whole_program) {
+    frame.emplace(c, patterns);
+    length = -1;
+  }
   if (runs) run = std::make_unique<MotionRun>();
   has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
 }
 
 void Reader::State::note_simple(const Pattern& p) {
+  // Lines of templates of several lines are followed.
+  if (options.whole_program && (p.is_part || p.is_other)) return;
   const auto& w = p.words.front();
   const auto code = code_of(w.number);
   if (!w.is_fixed || code == kCodes || (w.letter != 'G' && w.letter != 'M')) return;
   Simple simple = Simple::no;
-  if (p.event.kind == EventKind::silent) simple = Simple::silent;
+  if (p.event.kind == EventKind::silent)
+    simple = p.counts == Counts::absolute ? Simple::absolute : Simple::silent;
   if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::rapid)}) simple = Simple::rapid;
   if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::feed)}) simple = Simple::linear;
   if (p.event == Event{EventKind::feed_mode, static_cast<int>(FeedMode::per_minute)})
@@ -115,6 +122,12 @@ void Reader::State::emit(const Block& block) {
   sink(block);
 }
 
+// On a control that wants a modulo axis told otherwise its plain word means something else.
+bool Reader::State::is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const {
+  if (!c.rotary.has_modulo_word(letter)) return true;
+  return word.modulo && quanta >= 0 && quanta < turn;
+}
+
 bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
   const auto letter = static_cast<AxisLetter>(axis);
   if (m.words.has(letter)) {
@@ -132,6 +145,12 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
                            "' has no decimal point: the control would take it for a number of increments");
     return false;
   }
+  if (!is_word_of(word, letter, quanta)) {
+    error(word.column, "'" + text_of(word) + "': axis " + letter_of(letter) +
+                           " counts modulo one turn and is written as " + letter_of(letter) +
+                           c.rotary.modulo_open + "0 to below 360" + c.rotary.modulo_close);
+    return false;
+  }
   m.words.set(letter, quanta);
   if (m.column == 0) m.column = word.column;
   word.used = true;
@@ -145,6 +164,9 @@ bool Reader::State::take_simple(Word& word, LineMotion& m) {
     case Simple::no:
       return false;
     case Simple::silent:
+      break;
+    case Simple::absolute:
+      m.absolute = true;
       break;
     case Simple::rapid:
       set_kind(MotionKind::rapid, m);
@@ -197,6 +219,9 @@ std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) con
 void Reader::State::run_motion(LineMotion& m) {
   take_modes(m);
   if (m.words.mask == 0) return;
+  if (!may_move(m.column)) return;
+  if (!tcp_known && kinematics_unknown(m.column)) return;
+  if (clamped != 0 && turns_clamped(m)) return;
   if (cycle && run_next_hole(m)) return;
   if (!c.motion.modal && !m.named) return error(m.column, "axis words without '" + c.motion.linear + "'");
   if (!motion_kind)
@@ -240,14 +265,19 @@ void Reader::State::read_line(std::string_view text) {
     return emit(Raw{std::string(p, end)});
   }
   LineMotion plain;
-  if (!ended && take_plain_motion(begin, p, end, plain)) {
+  if (!ended && !(frame && frame->is_head()) && take_plain_motion(begin, p, end, plain)) {
     if (parsed.has_values) parsed.clear();
+    if (increments_since != 0 && !counts_absolute(plain)) return;
     return run_motion(plain);
   }
   parsed.clear();
   scanner.scan(begin, p, end, parsed);
   if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
-  for (auto& comment : parsed.comments) emit(Comment{std::move(comment)});
+  for (auto& comment : parsed.comments) {
+    const bool marked = comment.starts_with(c.comments.mark);
+    if (marked) comment.erase(0, c.comments.mark.size());
+    emit(Comment{std::move(comment), marked});
+  }
   run_line();
 }
 
@@ -255,17 +285,37 @@ bool Reader::State::is_raw(std::string_view text) const {
   return std::find(options.raw_lines.begin(), options.raw_lines.end(), text) != options.raw_lines.end();
 }
 
+// The only words in increments that are read are those of a retract.
+bool Reader::State::counts_absolute(const LineMotion& m) {
+  if (increments_since == line || (parsed.word_count == 0 && parsed.phrases.empty() && m.words.mask == 0))
+    return true;
+  if (m.absolute) {
+    increments_since = 0;
+    return true;
+  }
+  error(1, "'" + c.incremental.on + "' of line " + std::to_string(increments_since) +
+               " is still in force: '" + c.incremental.off + "' is missing");
+  return false;
+}
+
 void Reader::State::run_line() {
   // Almost every line of a program is a motion and nothing else.
   LineMotion m;
-  if (parsed.phrases.empty() && !ended && take_motion(m)) return run_motion(m);
+  if (frame && frame->is_head()) note_head();
+  if (parsed.phrases.empty() && !ended && take_motion(m)) {
+    if (increments_since != 0 && !counts_absolute(m)) return;
+    return run_motion(m);
+  }
   m = {};
   for (std::size_t i = 0; i < parsed.word_count; ++i) parsed.words[i].used = false;
   const std::vector<FoundEvent> events = find_events(m);
   if (!take_words(m)) return;
+  if (increments_since != 0 && !counts_absolute(m)) return;
   if (ended && (m.words.mask != 0 || !events.empty())) {
     if (std::all_of(events.begin(), events.end(),
-                    [](const auto& e) { return e.event.kind == EventKind::program_end; }) &&
+                    [](const auto& e) {
+                      return e.event.kind == EventKind::program_end || e.event.kind == EventKind::tape;
+                    }) &&
         m.words.mask == 0) {
       return;
     }
@@ -284,6 +334,7 @@ bool Reader::State::take_motion(LineMotion& m) {
       std::int64_t quanta = 0;
       if (m.words.has(letter) || !to_quanta(word.number, format.decimals(letter), quanta)) return false;
       if (c.numbers.point_required && !word.number.has_point && quanta != 0) return false;
+      if (!is_word_of(word, letter, quanta)) return false;
       m.words.set(letter, quanta);
       if (m.column == 0) m.column = word.column;
     } else if (word.letter == 'F') {
@@ -345,6 +396,10 @@ void Reader::feed(std::string_view text) {
     }
     text.remove_prefix(n + 1);
   }
+}
+
+std::uint32_t Reader::line() const {
+  return state_->line;
 }
 
 Result<void> Reader::finish() {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "nc/reader_state.hpp"
@@ -10,12 +11,20 @@ bool Reader::State::keep(const Word& word) {
   const auto placeholder = kept_letters[static_cast<std::size_t>(word.letter - '@') & 31U];
   if (placeholder == 0) return false;
   kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
+  // A speed alone changes that of a spindle that turns.
+  Spindle now = spindle;
+  if (static_cast<Placeholder>(placeholder - 1) == Placeholder::rpm && spindle.turn != SpindleTurn::off &&
+      to_rounded_quanta(word.number, 0, now.rpm) && now.rpm != spindle.rpm) {
+    spindle = now;
+    emit(now);
+  }
   return true;
 }
 
 std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
   std::vector<FoundEvent> events;
   for (auto& phrase : parsed.phrases) {
+    note_pattern(phrase);
     switch (phrase.event.kind) {
       case EventKind::silent:
         break;
@@ -37,12 +46,42 @@ std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
     if (kind == EventKind::motion || kind == EventKind::feed_mode) continue;  // left to take_simple
     FoundEvent found;
     if (!match_words(pattern, found)) continue;
+    found.pattern = &pattern;
+    note_pattern(found);
     if (kind == EventKind::rapid_suffix) m.rapid = true;
+    if (pattern.counts == Counts::increments) increments_since = line;
+    m.absolute = m.absolute || pattern.counts == Counts::absolute;
     if (kind != EventKind::silent && kind != EventKind::rapid_suffix) events.push_back(std::move(found));
   }
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
   return events;
+}
+
+void Reader::State::note_head() {
+  for (std::size_t i = 0; i < parsed.word_count; ++i) frame->head(pattern_key(text_of(parsed.words[i])));
+  for (const FoundEvent& phrase : parsed.phrases) frame->head(phrase.pattern->key);
+}
+
+void Reader::State::note_pattern(const FoundEvent& found) {
+  if (!frame) return;
+  const std::string message = frame->take(*found.pattern, line);
+  if (!message.empty()) error(std::max(found.column, 1U), message);
+}
+
+bool Reader::State::may_move(std::uint32_t column) {
+  if (!frame) return true;
+  said_anything = true;
+  const std::string message = frame->moves();
+  if (!message.empty()) error(column, message);
+  return message.empty();
+}
+
+// At the ends of a program only.
+void Reader::State::run_tape(const FoundEvent& found) {
+  if (!frame || ended || !said_anything) return;
+  error(std::max(found.column, 1U),
+        "the program ends here for the control, which does not run what stands behind it");
 }
 
 Word* Reader::State::find_word(const PatternWord& wanted) {
@@ -89,6 +128,8 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
       run_motion(m);
       moved = true;
     }
+    if ((kind == EventKind::arc || kind == EventKind::cycle) && m.named)
+      return error(std::max(found.column, 1U), "two motion words in one block");
     if (kind == EventKind::arc || kind == EventKind::cycle) take_modes(m);
     run_event(found);
   }
@@ -130,14 +171,20 @@ void Reader::State::keep_captures(const FoundEvent& found) {
 
 void Reader::State::run_event(const FoundEvent& found) {
   keep_captures(found);
+  if (found.event.kind == EventKind::tape) return run_tape(found);
+  if (found.event.kind != EventKind::program_start) said_anything = true;
   switch (found.event.kind) {
     case EventKind::program_start:
       return run_program_start(found);
+    case EventKind::allowed:
+      return emit(AllowedWord{c.allowed[static_cast<std::size_t>(found.event.argument)]});
     case EventKind::program_end:
       ended = true;
       return emit(ProgramEnd{});
     case EventKind::spindle:
       return run_spindle(found);
+    case EventKind::clamp:
+      return run_clamp(found.event.argument);
     case EventKind::coolant:
       return run_coolant(static_cast<CoolantKind>(found.event.argument));
     case EventKind::tool:
@@ -165,6 +212,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::plane_on:
       return run_plane(found);
     case EventKind::plane_off:
+      check_origin(found);
       if (!plane) return;
       plane = false;
       position.forget(kAllAxes);
@@ -185,7 +233,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::dwell:
       return run_dwell(found);
     case EventKind::retract:
-      return run_retract(static_cast<AxisLetter>(found.event.argument));
+      return run_retract(found);
     case EventKind::stop:
       return emit(Stop{found.event.argument == 1});
     default:
@@ -194,6 +242,7 @@ void Reader::State::run_event(const FoundEvent& found) {
 }
 
 void Reader::State::run_program_start(const FoundEvent& found) {
+  if (frame && said_anything) return error(std::max(found.column, 1U), "another program begins here");
   if (started) return;
   ProgramStart start;
   start.name = found.captures.name;
@@ -221,6 +270,25 @@ void Reader::State::run_coolant(CoolantKind kind) {
   emit(Coolant{kind});
 }
 
+void Reader::State::run_clamp(int argument) {
+  const auto& clamp = c.clamps[static_cast<std::size_t>(argument / 2)];
+  const bool on = argument % 2 == 1;
+  clamped = static_cast<std::uint16_t>(on ? clamped | clamp.axes : clamped & ~clamp.axes);
+  emit(Clamp{clamp.axes, on});
+}
+
+// The drive would work against the brake.
+bool Reader::State::turns_clamped(const LineMotion& m) {
+  for (unsigned rest = m.words.mask & clamped; rest != 0; rest &= rest - 1) {
+    const auto letter = static_cast<AxisLetter>(std::countr_zero(rest));
+    const auto to = c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words[letter]) : m.words[letter];
+    if (position.has(letter) && position[letter] == to) continue;
+    error(m.column, std::string("axis ") + letter_of(letter) + " turns while it is clamped");
+    return true;
+  }
+  return false;
+}
+
 void Reader::State::run_tool(const FoundEvent& found) {
   ToolCall call;
   call.tool = whole(found, Placeholder::tool, -1);
@@ -235,19 +303,30 @@ void Reader::State::run_tool(const FoundEvent& found) {
 }
 
 void Reader::State::run_length(std::int64_t number) {
-  if (number == length) return;
+  if (number == length && !(tcp && c.tcp.replaces_length)) return;
+  if (tcp && c.tcp.replaces_length) run_tcp(false, 0);
   length = number;
   position.forget(kLinearAxes);
   emit(LengthCompensation{number});
 }
 
 void Reader::State::run_tcp(bool on, std::int64_t offset) {
-  if (on == tcp && offset == tcp_offset) return;
+  if (tcp_known && on == tcp && offset == tcp_offset) return;
   tcp = on;
+  tcp_known = true;
   tcp_offset = offset;
   if (c.tcp.replaces_length) length = 0;
   position.forget(kLinearAxes);
   emit(TcpControl{on, offset});
+}
+
+// A motion under kinematics that are not known may go anywhere.
+bool Reader::State::kinematics_unknown(std::uint32_t column) {
+  if (tcp_known) return false;
+  error(column, "the program has not said which kinematics are active: '" + c.tcp.off.back() + "' or '" +
+                    c.tcp.on.back() + "' must stand before the first motion");
+  tcp_known = true;  // said once
+  return true;
 }
 
 void Reader::State::run_work_offset(std::int64_t index) {
@@ -334,9 +413,19 @@ void Reader::State::run_plane(const FoundEvent& found) {
     now.origin[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
     now.angles[i] = scaled(found, kAngle[i], format.decimals(AxisLetter::A));
   }
+  now.direction = whole(found, Placeholder::direction, 1) < 0 ? -1 : 1;
   plane = true;
   position.forget(kAllAxes);
   emit(now);
+}
+
+// Where an end of several lines takes the origin back, all of it.
+void Reader::State::check_origin(const FoundEvent& found) {
+  if (!frame || c.tilted_plane.off.size() < 2) return;
+  for (const Placeholder p : {Placeholder::x, Placeholder::y, Placeholder::z}) {
+    if (kept.has(p) && kept[p].mantissa != 0)
+      return error(std::max(found.column, 1U), "the tilted plane ends and its shift of the origin stays");
+  }
 }
 
 void Reader::State::run_dwell(const FoundEvent& found) {
@@ -347,12 +436,24 @@ void Reader::State::run_dwell(const FoundEvent& found) {
   emit(now);
 }
 
-void Reader::State::run_retract(AxisLetter letter) {
+void Reader::State::run_retract(const FoundEvent& found) {
+  const auto letter = static_cast<AxisLetter>(found.event.argument);
+  Retract now{AxisWords::bit(letter), {}};
+  if (c.names_position(letter)) {
+    now.to.set(letter, scaled(found, Placeholder::position, format.decimals(letter)));
+    const Number& number = found.captures[Placeholder::position];
+    if (c.numbers.point_required && !number.has_point && now.to[letter] != 0) {
+      return error(found.column,
+                   std::string("the position of ") + letter_of(letter) +
+                       " has no decimal point: the control would take it for a number of increments");
+    }
+  }
+  if (!may_move(found.column) || kinematics_unknown(found.column)) return;
   position.forget(letter);
   motion_kind.reset();
   cycle.reset();
   if (c.retract_ends_length && length > 0) length = -1;
-  emit(Retract{AxisWords::bit(letter)});
+  emit(now);
 }
 
 }  // namespace trunnion::nc

@@ -20,6 +20,12 @@ bool starts_with(const char* p, const char* end, const std::string& text) {
   return static_cast<std::size_t>(end - p) >= text.size() && std::string_view(p, text.size()) == text;
 }
 
+// In capital or small letters.
+bool begins_as(const char* p, const char* end, const std::string& text) {
+  return static_cast<std::size_t>(end - p) >= text.size() &&
+         std::equal(text.begin(), text.end(), p, [](char a, char b) { return upper(a) == upper(b); });
+}
+
 std::string trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
@@ -106,6 +112,7 @@ bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, 
   Word& word = out.words[out.word_count];
   word.letter = upper(*p);
   word.used = false;
+  word.modulo = false;
   word.column = static_cast<std::uint32_t>(p - begin) + 1;
   if (!scan_number(s, end, word.number)) {
     refuse(out, begin, p, "no number after " + quoted(p, p + 1));
@@ -113,6 +120,27 @@ bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, 
   }
   word.length = static_cast<std::uint32_t>(s - p);
   ++out.word_count;
+  p = s;
+  return true;
+}
+
+// C=DC(90.5)
+bool LineScanner::scan_modulo_word(const char* begin, const char*& p, const char* end,
+                                   ParsedLine& out) const {
+  const auto& rotary = c_.rotary;
+  const auto letter = axis_letter(std::string(1, upper(*p)));
+  if (!letter || !rotary.has_modulo_word(*letter) || out.word_count == kMaxWords) return false;
+  const char* s = p + 1;
+  if (!begins_as(s, end, rotary.modulo_open)) return false;
+  s += rotary.modulo_open.size();
+  Word word;
+  word.letter = upper(*p);
+  word.modulo = true;
+  word.column = static_cast<std::uint32_t>(p - begin) + 1;
+  if (s == end || !scan_number(s, end, word.number) || !begins_as(s, end, rotary.modulo_close)) return false;
+  s += rotary.modulo_close.size();
+  word.length = static_cast<std::uint32_t>(s - p);
+  out.words[out.word_count++] = word;
   p = s;
   return true;
 }
@@ -210,6 +238,7 @@ bool LineScanner::scan_phrase(const char*& p, const char* end, FoundEvent& out) 
     }
     if (!matches) continue;
     out.event = pattern.event;
+    out.pattern = &pattern;
     p = s;
     return true;
   }
@@ -225,6 +254,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       continue;
     }
     if (c >= 'X' && has_expressions_ && scan_expression(begin, p, end, out)) continue;
+    if (is_letter(c) && !c_.rotary.modulo_open.empty() && scan_modulo_word(begin, p, end, out)) continue;
     if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;
     if (!out.error.empty()) return;
     if (scan_comment(p, end, out)) continue;

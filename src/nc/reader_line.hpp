@@ -14,6 +14,7 @@ namespace trunnion::nc {
 struct Word {
   char letter = ' ';
   bool used = false;
+  bool modulo = false;  // written as [rotary] modulo_word
   std::uint32_t column = 0;
   std::uint32_t length = 0;  // of its text
   Number number;
@@ -22,14 +23,14 @@ struct Word {
 /// Values that the placeholders of a pattern stood for.
 struct Captures {
   std::array<Number, kPlaceholders> number{};
-  std::uint32_t mask = 0;
+  std::uint64_t mask = 0;
   std::string name;
 
-  bool has(Placeholder p) const { return (mask & (1U << static_cast<unsigned>(p))) != 0; }
+  bool has(Placeholder p) const { return (mask & (std::uint64_t{1} << static_cast<unsigned>(p))) != 0; }
   const Number& operator[](Placeholder p) const { return number[static_cast<std::size_t>(p)]; }
   void set(Placeholder p, const Number& value) {
     number[static_cast<std::size_t>(p)] = value;
-    mask |= 1U << static_cast<unsigned>(p);
+    mask |= std::uint64_t{1} << static_cast<unsigned>(p);
   }
 };
 
@@ -37,6 +38,7 @@ struct FoundEvent {
   Event event;
   Captures captures;
   std::uint32_t column = 0;
+  const Pattern* pattern = nullptr;
 };
 
 /// No line that a person or a post-processor writes has more address words.
@@ -81,6 +83,7 @@ class LineScanner {
 
  private:
   bool scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_modulo_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
   bool scan_expression(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
   bool scan_term(const char*& p, const char* end, std::array<std::int64_t, 3>& coefficient) const;
   bool scan_comment(const char*& p, const char* end, ParsedLine& out) const;

@@ -9,7 +9,8 @@ void Reader::State::note_plain_words() {
     if (!scanner.begins_other(letter)) plain_words[static_cast<unsigned char>(letter)] = word;
   };
   for (const AxisLetter axis : kAllAxisLetters)
-    note(letter_of(axis), {Kind::axis, axis, static_cast<std::int8_t>(format.decimals(axis))});
+    if (!c.rotary.has_modulo_word(axis))
+      note(letter_of(axis), {Kind::axis, axis, static_cast<std::int8_t>(format.decimals(axis))});
   note('F', {Kind::feed, {}, 0});
   note('G', {Kind::code, {}, 0});
   note('M', {Kind::code, {}, 0});

@@ -51,7 +51,10 @@ bool fits(std::int64_t quanta) {
 }  // namespace
 
 bool Reader::State::may_run() const {
-  if (!runs || !started || ended || given_up || cycle || !options.raw_lines.empty()) return false;
+  if (!runs || !started || ended || given_up || cycle || clamped != 0 || increments_since != 0 ||
+      !options.raw_lines.empty())
+    return false;
+  if (frame && (frame->is_head() || frame->is_open())) return false;
   if (motion_kind != MotionKind::feed || !c.motion.modal || c.block_numbers.prefix.size() > 1) return false;
   return std::all_of(kAllAxisLetters.begin(), kAllAxisLetters.end(),
                      [this](AxisLetter letter) { return !position.has(letter) || fits(position[letter]); });

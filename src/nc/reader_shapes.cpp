@@ -8,6 +8,12 @@
 namespace trunnion::nc {
 namespace {
 
+constexpr double kFarthestCenter_mm = 1e7;  // far beyond any machine
+
+}  // namespace
+
+namespace {
+
 AxisWords xyz_of(const AxisWords& position) {
   AxisWords out = position;
   out.mask &= kXyz;
@@ -17,6 +23,7 @@ AxisWords xyz_of(const AxisWords& position) {
 }  // namespace
 
 bool Reader::State::shape_may_begin(const FoundEvent& found) {
+  if (!may_move(found.column)) return false;
   const char* what = found.event.kind == EventKind::arc ? "an arc" : "a drilling cycle";
   if ((position.mask & kXyz) != kXyz) {
     error(found.column, std::string(what) + " from a place that is not known");
@@ -46,6 +53,12 @@ void Reader::State::run_arc(const FoundEvent& found) {
   std::array<double, 2> radius{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto letter = static_cast<AxisLetter>(i);
+    // Its chords are counted: the centre of a mistyped number would ask for more than there is memory.
+    if (const double at_mm = format.internal(letter, center[i]); std::abs(at_mm) > kFarthestCenter_mm) {
+      return error(found.column, "an arc whose centre is " + std::to_string(at_mm) + " mm away in " +
+                                     letter_of(letter) + ", more than " + std::to_string(kFarthestCenter_mm) +
+                                     " mm");
+    }
     arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : position[letter]);
     radius[0] = std::hypot(radius[0], format.internal(letter, position[letter] - arc.center[i]));
     radius[1] = std::hypot(radius[1], format.internal(letter, end[i] - arc.center[i]));
@@ -91,7 +104,12 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   if (!(hole.bottom < hole.clear))
     return error(found.column, "a drilling cycle whose bottom is not below its clearance");
   const bool steps = hole.kind == Hole::Kind::peck || hole.kind == Hole::Kind::chip_break;
-  if (steps && hole.step <= 0) return error(found.column, "a drilling cycle with a step of nothing");
+  const bool has_step = steps || given(Placeholder::step);
+  if (has_step && hole.step == 0) return error(found.column, "a drilling cycle with a step of nothing");
+  if (has_step && hole.step < 0) return error(found.column, "a drilling cycle with a step below 0");
+  constexpr std::int64_t kMostSteps = 10000;
+  if (has_step && (hole.clear - hole.bottom) / hole.step > kMostSteps)
+    return error(found.column, "a drilling cycle of more than " + std::to_string(kMostSteps) + " steps");
   // A step of the whole depth is none.
   if (given(Placeholder::step) && (steps || hole.kind == Hole::Kind::drill)) {
     const bool whole_depth = hole.step >= hole.clear - hole.bottom;

@@ -11,12 +11,13 @@
 #include "nc/patterns.hpp"
 #include "nc/reader_line.hpp"
 #include "nc/run_layout.hpp"
+#include "nc/whole_program.hpp"
 
 namespace trunnion::nc {
 
 // G0 to G999.9 in tenths.
 inline constexpr std::size_t kCodes = 10000;
-enum class Simple : std::uint8_t { no, silent, rapid, linear, per_minute, inverse_time };
+enum class Simple : std::uint8_t { no, silent, absolute, rapid, linear, per_minute, inverse_time };
 
 /// What a letter begins in the lines that take_plain_motion reads.
 struct PlainWord {
@@ -71,8 +72,10 @@ struct Reader::State {
   std::int64_t feed = 0;  // 0: none
   Spindle spindle;
   std::uint8_t coolant = 0;
-  std::int64_t length = 0;
+  std::uint16_t clamped = 0;  // rotary axes, bits of AxisWords
+  std::int64_t length = 0;    // below 0: not said
   bool tcp = false;
+  bool tcp_known = !c.tcp.unknown_at_start;
   std::int64_t tcp_offset = 0;
   std::int64_t work_offset = 0;
   std::optional<PathMode> path_mode;
@@ -83,8 +86,11 @@ struct Reader::State {
   bool cycle_to_clear = false;
   CutterCompensation cutter;
   Captures kept;
+  std::optional<WholeProgram> frame;  // where the text is a whole program
+  bool said_anything = false;         // but for its first lines
   bool started = false;
   bool ended = false;
+  std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
 
   void note_simple(const Pattern& p);
   // Findings.
@@ -101,10 +107,12 @@ struct Reader::State {
     bool has_feed = false;
     Number feed;
     std::uint32_t column = 0;
-    bool rapid = false;  // by a word that holds for this line only
-    bool named = false;  // a motion word stands in the line
+    bool rapid = false;     // by a word that holds for this line only
+    bool named = false;     // a motion word stands in the line
+    bool absolute = false;  // coordinates are, from this line on
   };
   bool take_axis(Word& word, std::uint8_t axis, LineMotion& m);
+  bool is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const;
   /// The words from `p` on, where they are those of a motion in the form that nearly every line has: capital
   /// letters, plain numbers. False, with nothing but `m` touched, for any other line, right or wrong.
   /// @param end  of the line; the character there can be read and is no part of a word
@@ -137,11 +145,18 @@ struct Reader::State {
   void read_line(std::string_view text);
   bool is_raw(std::string_view text) const;
   void run_line();
+  /// False, with a message, where a line goes on in increments.
+  bool counts_absolute(const LineMotion& m);
   // What is left after patterns have taken their words: motion, or not understood.
   bool take_words(LineMotion& m);
   bool take_motion(LineMotion& m);
   // T before M6, S before M3: on lines of their own.
   bool keep(const Word& word);
+  /// False, with a message, where something is missing for the line to move the machine as it says.
+  bool may_move(std::uint32_t column);
+  void note_head();
+  void note_pattern(const FoundEvent& found);
+  void run_tape(const FoundEvent& found);
   std::vector<FoundEvent> find_events(LineMotion& m);
   Word* find_word(const PatternWord& wanted);
   // All words of the pattern in the line, in any order; tool and spindle speed may have come before.
@@ -157,6 +172,9 @@ struct Reader::State {
   void run_program_start(const FoundEvent& found);
   void run_spindle(const FoundEvent& found);
   void run_coolant(CoolantKind kind);
+  void run_clamp(int argument);
+  /// With a message.
+  bool turns_clamped(const LineMotion& m);
   void run_tool(const FoundEvent& found);
   void run_length(std::int64_t number);
   void run_tcp(bool on, std::int64_t offset);
@@ -167,8 +185,10 @@ struct Reader::State {
   void run_path_mode(const FoundEvent& found);
   void run_cutter(const FoundEvent& found);
   void run_plane(const FoundEvent& found);
+  void check_origin(const FoundEvent& found);
   void run_dwell(const FoundEvent& found);
-  void run_retract(AxisLetter letter);
+  void run_retract(const FoundEvent& found);
+  bool kinematics_unknown(std::uint32_t column);
   bool shape_may_begin(const FoundEvent& found);
   void run_arc(const FoundEvent& found);
   void run_cycle(const FoundEvent& found);

@@ -38,7 +38,11 @@ constexpr std::array<std::string_view, kPlaceholders> kNames = {"tool",
                                                                 "depth",
                                                                 "back",
                                                                 "rise",
-                                                                "feed"};
+                                                                "feed",
+                                                                "position",
+                                                                "axis",
+                                                                "distance",
+                                                                "direction"};
 
 }  // namespace
 

@@ -41,9 +41,13 @@ enum class Placeholder : std::uint8_t {
   depth,
   back,
   rise,
-  feed
+  feed,
+  position,
+  axis,
+  distance,
+  direction
 };
-inline constexpr std::size_t kPlaceholders = 32;  // bits of Captures::mask
+inline constexpr std::size_t kPlaceholders = 36;  // bits of Captures::mask
 
 std::string_view name_of(Placeholder placeholder);
 std::optional<Placeholder> placeholder_of(std::string_view name);

@@ -109,13 +109,20 @@ Result<void> Writer::State::put_template(const Template& lines_of_template, cons
   return {};
 }
 
-Result<void> Writer::State::put_words(const Template& words, const Values& values, const char* what) {
-  if (words.empty()) return refuse(std::string("the controller file has no words for ") + what);
+tl::unexpected<Error> Writer::State::no_words(const char* what, const std::string& key) const {
+  return refuse("the controller file has no words for " + std::string(what) + ": " + key + " in " + c.file +
+                ", or in a file of your own with it as 'base'");
+}
+
+Result<void> Writer::State::put_words(const Template& words, const Values& values, const char* what,
+                                      const std::string& key) {
+  if (words.empty()) return no_words(what, key);
   return put_template(words, values);
 }
 
-Result<void> Writer::State::put_with_motion(const Template& words, const Values& values, const char* what) {
-  if (words.empty()) return refuse(std::string("the controller file has no words for ") + what);
+Result<void> Writer::State::put_with_motion(const Template& words, const Values& values, const char* what,
+                                            const std::string& key) {
+  if (words.empty()) return no_words(what, key);
   pending_words.clear();
   for (const auto& line : words) pending_words += render(line, values) + c.line.separator;
   if (pending_words.size() > kWordRoom) return refuse("words too long: '" + pending_words + "'");
@@ -226,6 +233,9 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   TRUNNION_EXPECTS(started && !ended);
   std::uint16_t changed = changed_axes(m.words);
   if (changed == 0) return {};
+  if (!c.clamps.empty()) {
+    if (auto done = free_axes(changed); !done) return done;
+  }
   if (cycle) {
     if (auto done = end_cycle(); !done) return done;
   }
@@ -288,6 +298,9 @@ Result<void> Writer::write(const Motion& motion) {
 }
 Result<void> Writer::write(const Block& block) {
   return state_->write_block(block);
+}
+Result<void> Writer::step(AxisLetter axis, std::int64_t distance, std::int64_t feed) {
+  return state_->step(axis, distance, feed);
 }
 std::size_t Writer::lines() const {
   return state_->lines;

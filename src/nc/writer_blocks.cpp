@@ -4,6 +4,7 @@
 
 #include "trunnion/base/contract.hpp"
 
+#include "nc/comment_text.hpp"
 #include "nc/writer_state.hpp"
 
 // All blocks but motion.
@@ -29,6 +30,25 @@ Result<void> Writer::State::suspend_tcp(bool must_be_off) {
   return {};
 }
 
+Result<void> Writer::State::step(AxisLetter axis, std::int64_t distance, std::int64_t feed_quanta) {
+  TRUNNION_EXPECTS(started && !ended && feed_quanta > 0);
+  if (setup_pending) {
+    if (auto done = flush_setup(true); !done) return done;
+  }
+  if (auto done = free_axes(AxisWords::bit(axis)); !done) return done;
+  position.forget(kAllAxes);
+  motion_kind.reset();
+  feed_mode = FeedMode::per_minute;
+  feed = {kUnknown, kUnknown};
+  const auto per_minute = static_cast<std::size_t>(FeedMode::per_minute);
+  const auto values =
+      Values()
+          .set(Placeholder::axis, std::string(1, letter_of(axis)))
+          .set(Placeholder::distance, number_text(distance, is_rotary(axis) ? rotary : linear))
+          .set(Placeholder::feed, number_text(feed_quanta, feed_style[per_minute]));
+  return put_words(c.incremental.move, values, "a motion from where the axis stands", "[incremental] move");
+}
+
 Result<void> Writer::State::write(const ProgramStart& b) {
   TRUNNION_EXPECTS(!started);
   for (const char ch : b.name) {
@@ -50,38 +70,27 @@ Result<void> Writer::State::write(const ProgramEnd&) {
     feed_mode = FeedMode::per_minute;
     if (auto done = put_line(c.feed.per_minute); !done) return done;
   }
+  if (path_mode && path_mode->kind == PathModeKind::continuous) {
+    if (auto done = put_template(c.continuous_off, {}); !done) return done;
+  }
   ended = true;
   return put_template(c.program.end, program_values());
 }
 
 Result<void> Writer::State::write(const Comment& b) {
-  std::string text;
-  for (char ch : b.text) {
-    const bool printable = ch >= ' ' && ch <= '~';
-    if (c.comments.upper_case && ch >= 'a' && ch <= 'z') ch = static_cast<char>(ch - 'a' + 'A');
-    if (!c.comments.close.empty() && ch == '(') ch = '[';
-    if (!c.comments.close.empty() && ch == ')') ch = ']';
-    text += printable ? ch : '?';
+  const std::string blank = c.comments.close.empty() ? " " : "";
+  for (const std::string& line : comment_lines(c.comments, b.text, b.foreign)) {
+    if (auto done = put_line(c.comments.open + blank + line + c.comments.close); !done) return done;
   }
-  std::string_view rest = text;
-  do {
-    std::size_t n = rest.size();
-    if (n > c.comments.max_length) {
-      const auto blank = rest.rfind(' ', c.comments.max_length);
-      n = blank == std::string_view::npos || blank == 0 ? c.comments.max_length : blank;
-    }
-    const std::string blank = c.comments.close.empty() ? " " : "";
-    if (auto done = put_line(c.comments.open + blank + std::string(rest.substr(0, n)) + c.comments.close);
-        !done)
-      return done;
-    rest.remove_prefix(n);
-    rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
-  } while (!rest.empty());
   return {};
 }
 
 Result<void> Writer::State::write(const Raw& b) {
   if (b.text.find_first_of("\r\n") != std::string::npos) return refuse("a raw line must be one line");
+  return put_line(b.text);
+}
+
+Result<void> Writer::State::write(const AllowedWord& b) {
   return put_line(b.text);
 }
 
@@ -94,7 +103,7 @@ Result<void> Writer::State::write(const Dwell& b) {
   Values values;
   values.set(Placeholder::seconds, number_text((b.milliseconds + step / 2) / step, style));
   values.set(Placeholder::milliseconds, std::to_string(b.milliseconds));
-  return put_words(c.dwell, values, "a dwell");
+  return put_words(c.dwell, values, "a dwell", "[dwell] words");
 }
 
 Result<void> Writer::State::write(const Spindle& b) {
@@ -106,7 +115,8 @@ Result<void> Writer::State::write(const Spindle& b) {
   const auto& words = b.turn == SpindleTurn::off         ? c.spindle_off
                       : b.turn == SpindleTurn::clockwise ? c.spindle_clockwise
                                                          : c.spindle_counterclockwise;
-  return put_words(words, Values().set(Placeholder::rpm, std::to_string(rpm)), "this spindle command");
+  return put_words(words, Values().set(Placeholder::rpm, std::to_string(rpm)), "this spindle command",
+                   "[spindle]");
 }
 
 Result<void> Writer::State::write(const Coolant& b) {
@@ -116,7 +126,35 @@ Result<void> Writer::State::write(const Coolant& b) {
   coolant = wanted;
   static constexpr std::array kWhat = {"coolant off", "flood coolant", "mist coolant",
                                        "coolant through the tool", "air"};
-  return put_words(c.coolant[kind], {}, kWhat[kind]);
+  static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
+  return put_words(c.coolant[kind], {}, kWhat[kind], std::string("[coolant] ") + kKeys[kind]);
+}
+
+Result<void> Writer::State::write(const ToolSelect& b) {
+  if (b.tool < 0) return refuse("a tool number must not be negative");
+  return put_words(c.tool_preselect, Values().set(Placeholder::tool, std::to_string(b.tool)),
+                   "getting a tool ready", "[tool] preselect");
+}
+
+Result<void> Writer::State::write(const Clamp& b) {
+  for (const auto& clamp : c.clamps) {
+    if (clamp.axes != b.axes) continue;
+    const unsigned in_force = (b.on ? clamped : freed) & clamp.axes;
+    if (in_force != 0) return {};
+    clamped = static_cast<std::uint16_t>(b.on ? clamped | clamp.axes : clamped & ~clamp.axes);
+    freed = static_cast<std::uint16_t>(b.on ? freed & ~clamp.axes : freed | clamp.axes);
+    return put_template(b.on ? clamp.on : clamp.off, {});
+  }
+  return no_words("clamping these axes", "[clamp]");
+}
+
+// Whether they are clamped is not known where a program begins.
+Result<void> Writer::State::free_axes(std::uint16_t axes) {
+  for (const auto& clamp : c.clamps) {
+    if ((clamp.axes & axes) == 0) continue;
+    if (auto done = write(Clamp{clamp.axes, false}); !done) return done;
+  }
+  return {};
 }
 
 Result<void> Writer::State::write(const ToolCall& b) {
@@ -133,7 +171,7 @@ Result<void> Writer::State::write(const ToolCall& b) {
   const auto values = Values()
                           .set(Placeholder::tool, std::to_string(b.tool))
                           .set(Placeholder::length_offset, std::to_string(b.length_offset));
-  return put_words(c.tool_change, values, "a tool change");
+  return put_words(c.tool_change, values, "a tool change", "[tool] change");
 }
 
 Result<void> Writer::State::write(const LengthCompensation& b) {
@@ -145,10 +183,10 @@ Result<void> Writer::State::write(const LengthCompensation& b) {
   position.forget(kLinearAxes);
   pending_tcp = false;
   pending_words.clear();
-  if (number == 0) return put_words(c.length.off, {}, "the end of length compensation");
+  if (number == 0) return put_words(c.length.off, {}, "the end of length compensation", "[length] off");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(number));
-  return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation")
-                              : put_words(c.length.on, values, "length compensation");
+  return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation", "[length] on")
+                              : put_words(c.length.on, values, "length compensation", "[length] on");
 }
 
 Result<void> Writer::State::write(const CutterCompensation& b) {
@@ -157,7 +195,7 @@ Result<void> Writer::State::write(const CutterCompensation& b) {
   if (b.side != CutterSide::off && cutter.side != CutterSide::off)
     return refuse("cutter compensation must be off before it changes its side or register");
   const Template& words = c.cutter_compensation[static_cast<std::size_t>(b.side)];
-  if (words.empty()) return refuse("the controller file has no words for cutter compensation");
+  if (words.empty()) return no_words("cutter compensation", "[cutter_compensation]");
   cutter = {b.side, number};
   cutter_words.clear();
   const auto values = Values().set(Placeholder::number, std::to_string(number));
@@ -177,17 +215,18 @@ Result<void> Writer::State::write(const TcpControl& b) {
   const bool has_offset = b.on && holds(c.tcp.on, Placeholder::length_offset);
   const std::int64_t offset = has_offset ? b.length_offset : 0;
   tcp_to_restore.reset();
-  if (b.on == tcp && offset == tcp_offset) return {};
+  if (tcp_known && b.on == tcp && offset == tcp_offset) return {};
   tcp = b.on;
+  tcp_known = true;
   tcp_offset = offset;
   position.forget(kLinearAxes);
   pending_tcp = b.on;
   pending_words.clear();
   if (c.tcp.replaces_length) length = 0;
-  if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control");
+  if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control", "[tcp] off");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(offset));
-  return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control")
-                           : put_words(c.tcp.on, values, "tool-centre-point control");
+  return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control", "[tcp] on")
+                           : put_words(c.tcp.on, values, "tool-centre-point control", "[tcp] on");
 }
 
 Result<void> Writer::State::write(const WorkOffset& b) {
@@ -210,12 +249,12 @@ Result<void> Writer::State::write(const OffsetShift& b) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i) values.set(kOrigin[i], number_text(b.offset[i], linear));
   return b.kind == OffsetShift::Kind::set
-             ? put_words(c.offset_shift.set, values, "setting a work offset")
-             : put_words(c.offset_shift.add, values, "a shift beside the work offset");
+             ? put_words(c.offset_shift.set, values, "setting a work offset", "[offset_shift] set")
+             : put_words(c.offset_shift.add, values, "a shift beside the work offset", "[offset_shift] add");
 }
 
 Result<void> Writer::State::write(const LatchValues& b) {
-  if (!c.has_run_time_values()) return refuse("the controller file has no words for values at run time");
+  if (!c.has_run_time_values()) return no_words("values at run time", "[run_time]");
   if (b.first) {
     if (auto done = put_template(c.run_time.begin, {}); !done) return done;
   }
@@ -232,7 +271,7 @@ Result<void> Writer::State::write(const RunTimeStep& b) {
   using Kind = RunTimeStep::Kind;
   const auto& t = c.run_time_temperatures;
   if (!c.has_run_time_temperatures())
-    return refuse("the controller file has no words for calculating with temperatures");
+    return no_words("calculating with temperatures", "[run_time_temperatures]");
   TRUNNION_EXPECTS(b.axis < 3);
   const auto sensor = static_cast<std::int64_t>(b.sensor);
   if (sensor >= t.count)
@@ -284,9 +323,10 @@ std::string Writer::State::variable_word(AxisLetter letter, std::int64_t quanta,
 
 Result<void> Writer::State::write(const VariableMotion& b) {
   const Motion& m = b.motion;
-  if (!c.has_run_time_values()) return refuse("the controller file has no words for values at run time");
+  if (!c.has_run_time_values()) return no_words("values at run time", "[run_time]");
   if ((m.words.mask & kXyz) != kXyz) return refuse("a motion with run-time values must name X, Y and Z");
   if (auto done = restore_after_retract(kLinearAxes); !done) return done;
+  if (auto done = free_axes(changed_axes(m.words)); !done) return done;
   const auto mode = static_cast<std::size_t>(m.feed_mode);
   if (m.kind == MotionKind::feed && (m.feed <= 0 || m.feed > feed_limit[mode])) return refuse_feed(m);
   std::array<char, 1024> buffer;
@@ -321,9 +361,9 @@ Result<void> Writer::State::write(const PathMode& b) {
     style.plus_sign = false;
     return put_words(c.continuous_within,
                      Values().set(Placeholder::tolerance, number_text(b.tolerance, style)),
-                     "path blending within a tolerance");
+                     "path blending within a tolerance", "[path_mode] continuous_within");
   }
-  return put_words(c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode");
+  return put_words(c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode", "[path_mode]");
 }
 
 // Before the first motion that it matters to: a rotary axis that turns at the safe height must not make the
@@ -341,6 +381,7 @@ Result<void> Writer::State::restore_after_retract(std::uint16_t changed) {
 }
 
 Result<void> Writer::State::write(const Retract& b) {
+  if (auto done = free_axes(b.axes); !done) return done;
   if (auto done = suspend_tcp(c.tcp.off_for_tool_change); !done) return done;
   if (c.retract_ends_length && length > 0) {
     length_to_restore = LengthCompensation{length};
@@ -349,8 +390,15 @@ Result<void> Writer::State::write(const Retract& b) {
   for (const AxisLetter letter : {AxisLetter::Z, AxisLetter::W, AxisLetter::X, AxisLetter::Y, AxisLetter::A,
                                   AxisLetter::B, AxisLetter::C, AxisLetter::U, AxisLetter::V}) {
     if ((b.axes & AxisWords::bit(letter)) == 0) continue;
-    const std::string what = std::string("a safe position of axis ") + letter_of(letter);
-    if (auto done = put_words(c.retract[index(letter)], {}, what.c_str()); !done) return done;
+    const Template& words = c.retract[index(letter)];
+    if (words.empty()) {
+      return refuse(std::string("the program has to retract and [retract] ") + letter_of(letter) +
+                    " has no words in " + c.file);
+    }
+    TRUNNION_EXPECTS(!c.names_position(letter) || b.to.has(letter));
+    const auto values =
+        Values().set(Placeholder::position, number_text(b.to[letter], is_rotary(letter) ? rotary : linear));
+    if (auto done = put_template(words, values); !done) return done;
     position.forget(letter);
   }
   motion_kind.reset();
@@ -361,7 +409,9 @@ Result<void> Writer::State::write(const TiltedPlane& b) {
   if (!b.on && !plane) return {};
   plane = b.on;
   position.forget(kAllAxes);
-  if (!b.on) return put_words(c.tilted_plane.off, {}, "the end of a tilted plane");
+  if (!b.on) return put_words(c.tilted_plane.off, {}, "the end of a tilted plane", "[tilted_plane] off");
+  // The control may turn its rotary axes for it.
+  if (auto done = free_axes(kAllAxes); !done) return done;
   Values values;
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
@@ -369,11 +419,13 @@ Result<void> Writer::State::write(const TiltedPlane& b) {
     values.set(kOrigin[i], number_text(b.origin[i], linear));
     values.set(kAngle[i], number_text(b.angles[i], rotary));
   }
-  return put_words(c.tilted_plane.on, values, "a tilted plane");
+  values.set(Placeholder::direction, b.direction < 0 ? "-1" : "1");
+  return put_words(c.tilted_plane.on, values, "a tilted plane", "[tilted_plane] on");
 }
 
 Result<void> Writer::State::write(const Stop& b) {
-  return put_words(b.optional ? c.optional_stop : c.stop, {}, b.optional ? "an optional stop" : "a stop");
+  return put_words(b.optional ? c.optional_stop : c.stop, {}, b.optional ? "an optional stop" : "a stop",
+                   b.optional ? "[stop] optional" : "[stop] program");
 }
 
 Values Writer::State::program_values() const {

@@ -75,11 +75,11 @@ struct Writer::State::Run {
 // A motion is nothing but its words: all of them known, the same motion word and feed mode as before.
 bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
   bool goes = plain_words && started && !ended && !setup_pending && !cycle && !length_to_restore &&
-              !tcp_to_restore && pending_words.empty() && cutter_words.empty() && c.motion.modal &&
-              motion_kind == MotionKind::feed && feed_mode == mode && c.line.max_length >= kLongest &&
-              !c.line.end.empty() && c.line.end.size() <= Run::Affix::kRoom &&
-              c.block_numbers.prefix.size() <= Run::Affix::kRoom && c.block_numbers.max < kEightDigits &&
-              c.block_numbers.start >= 0 &&
+              clamped == 0 && !tcp_to_restore && pending_words.empty() && cutter_words.empty() &&
+              c.motion.modal && motion_kind == MotionKind::feed && feed_mode == mode &&
+              c.line.max_length >= kLongest && !c.line.end.empty() &&
+              c.line.end.size() <= Run::Affix::kRoom && c.block_numbers.prefix.size() <= Run::Affix::kRoom &&
+              c.block_numbers.max < kEightDigits && c.block_numbers.start >= 0 &&
               feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < kAxes && goes; ++i) {
     const std::int64_t at = position[letters[i]];

@@ -38,7 +38,8 @@ Result<void> Writer::State::write(const Arc& b) {
   if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
   const bool helix = b.words.has(AxisLetter::Z) && b.words[AxisLetter::Z] != position[AxisLetter::Z];
   const Template& words = c.arcs.words(b.clockwise, helix);
-  if (words.empty()) return refuse("the controller file has no words for this arc", b.source);
+  if (words.empty())
+    return refuse("the controller file has no words for this arc: [arcs] in " + c.file, b.source);
   const std::string mode = per_minute_words(b.feed, false);
   const auto center = [&](std::size_t i, AxisLetter letter) {
     return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - position[letter], linear);
@@ -75,7 +76,9 @@ bool Writer::State::continues_cycle(const Hole& b) const {
 Result<void> Writer::State::write(const Hole& b) {
   if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
   const Template& words = c.cycles.words(b);
-  if (words.empty()) return refuse("the controller file has no words for this drilling cycle", b.source);
+  if (words.empty())
+    return refuse("the controller file has no words for this drilling cycle: [cycles] in " + c.file,
+                  b.source);
   const std::int64_t back = b.words[AxisLetter::Z];
   if (!(b.bottom < b.clear && b.clear <= back))
     return refuse("a hole whose bottom is not below its clearance", b.source);

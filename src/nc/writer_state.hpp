@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -34,9 +35,11 @@ struct Writer::State {
   FeedMode feed_mode = FeedMode::per_minute;
   std::array<std::int64_t, 2> feed = {kUnknown, kUnknown};
   Spindle spindle;
-  std::uint8_t coolant = 0;  // bit per kind
-  std::int64_t length = 0;   // number; kUnknown after a tool change
+  std::uint8_t coolant = 0;              // bit per kind
+  std::uint16_t clamped = 0, freed = 0;  // rotary axes of which it is known, bits of AxisWords
+  std::int64_t length = kUnknown;  // number; not known before the program says it, and after a tool change
   bool tcp = false;
+  bool tcp_known = !c.tcp.unknown_at_start;
   std::int64_t tcp_offset = 0;
   std::int64_t work_offset = 0;  // 0: not chosen
   std::optional<PathMode> path_mode;
@@ -69,9 +72,13 @@ struct Writer::State {
   bool wants_number(const std::string& line) const;
   Result<void> put_line(const std::string& line);
   Result<void> put_template(const Template& lines_of_template, const Values& values);
-  Result<void> put_words(const Template& words, const Values& values, const char* what);
+  // `what` in words, and the key of the controller file, for the message where there are none.
+  tl::unexpected<Error> no_words(const char* what, const std::string& key) const;
+  Result<void> put_words(const Template& words, const Values& values, const char* what,
+                         const std::string& key);
   // Words that the control wants in the block of the motion they belong to.
-  Result<void> put_with_motion(const Template& words, const Values& values, const char* what);
+  Result<void> put_with_motion(const Template& words, const Values& values, const char* what,
+                               const std::string& key);
   std::string number_text(std::int64_t quanta, const NumberStyle& style) const;
 
   // Motion.
@@ -83,12 +90,14 @@ struct Writer::State {
   Result<void> refuse_feed(const Motion& m) const;
   char* put_axis(char* p, std::size_t i, std::int64_t quanta) const {
     const AxisLetter letter = kAllAxisLetters[i];
-    if (c.rotary.modulo_axes != 0 && c.rotary.is_modulo(letter)) {
-      quanta %= turn;
-      if (quanta < 0) quanta += turn;
-    }
-    *p = letter_of(letter);
-    return put_number(p + 1, quanta, is_rotary(letter) ? rotary : linear);
+    *p++ = letter_of(letter);
+    if (c.rotary.modulo_axes == 0 || !c.rotary.is_modulo(letter))
+      return put_number(p, quanta, is_rotary(letter) ? rotary : linear);
+    quanta %= turn;
+    if (quanta < 0) quanta += turn;
+    p = std::copy(c.rotary.modulo_open.begin(), c.rotary.modulo_open.end(), p);
+    p = put_number(p, quanta, rotary);
+    return std::copy(c.rotary.modulo_close.begin(), c.rotary.modulo_close.end(), p);
   }
   char* put_axes(char* p, const AxisWords& words, unsigned axes);
   char* put_plain_axes(char* p, const AxisWords& words, unsigned axes);
@@ -110,17 +119,23 @@ struct Writer::State {
   Result<void> switch_tcp_off();
   // Off now, on again with the next motion that it matters to.
   Result<void> suspend_tcp(bool must_be_off);
+  Result<void> step(AxisLetter axis, std::int64_t distance, std::int64_t feed_quanta);
   Result<void> write(const ProgramStart& b);
   Values program_values() const;
   Result<void> write(const ProgramEnd&);
   Result<void> write(const Comment& b);
   Result<void> write(const Raw& b);
   Result<void> write(const CutterCompensation& b);
+  Result<void> write(const AllowedWord& b);
   // Before what needs the tool where the program says.
   Result<void> end_cutter_compensation(const char* before);
   Result<void> write(const Dwell& b);
   Result<void> write(const Spindle& b);
   Result<void> write(const Coolant& b);
+  Result<void> write(const ToolSelect& b);
+  Result<void> write(const Clamp& b);
+  /// Before these axes turn.
+  Result<void> free_axes(std::uint16_t axes);
   Result<void> write(const ToolCall& b);
   Result<void> write(const LengthCompensation& b);
   Result<void> write(const TcpControl& b);

@@ -39,19 +39,41 @@ class ControllerFile : public ::testing::Test {
 constexpr const char* kHead = "[controller]\nname = \"C\"\nbase = \"iso\"\n";
 
 TEST_F(ControllerFile, TakesEverythingFromItsBase) {
-  std::ofstream(folder_ / "c.toml") << kHead << "[comments]\nmax_characters = 30\n";
+  std::ofstream(folder_ / "c.toml") << kHead << "[comments]\nmax_characters = 70\n";
   Diagnostics diagnostics;
   const auto c = nc::load_controller((folder_ / "c.toml").string(), diagnostics);
   ASSERT_TRUE(c);
   EXPECT_EQ(c->name, "C");
-  EXPECT_EQ(c->comments.max_length, 30U);
+  EXPECT_EQ(c->comments.max_length, 70U);
   EXPECT_EQ(c->motion.rapid, "G0");
+}
+
+TEST_F(ControllerFile, AReferencePointInIncrementsEndsAsAbsolute) {
+  std::ofstream(folder_ / "c.toml") << kHead << "[retract]\nZ = [\"G91 G28 Z0.\", \"G90\"]\n";
+  Diagnostics diagnostics;
+  const auto c = nc::load_controller((folder_ / "c.toml").string(), diagnostics);
+  ASSERT_TRUE(c);
+  nc::Motion m;
+  m.words.set(nc::AxisLetter::X, 1000);
+  const std::string text = test::nc_text(*c, {nc::ProgramStart{}, nc::Retract{}, m, nc::ProgramEnd{}});
+  EXPECT_NE(text.find("G91 G28 Z0.\nN30 G90\nN40 G0 X1.\n"), std::string::npos) << text;
+  const auto blocks = test::nc_blocks(*c, text);
+  ASSERT_EQ(blocks.size(), 4U);
+  EXPECT_TRUE(std::holds_alternative<nc::Retract>(blocks[1]));
+  // Somebody has taken the line out: X1. is an increment then.
+  std::string without = text;
+  without.erase(without.find("N30 G90\n"), 8);
+  Diagnostics findings;
+  EXPECT_FALSE(nc::read_program(*c, without, "p.nc", findings));
+  EXPECT_NE(findings.findings()[0].text().find("'G91' of line 4 is still in force: 'G90' is missing"),
+            std::string::npos)
+      << findings.findings()[0].text();
 }
 
 TEST_F(ControllerFile, TakesABaseThatShipsWhenNoneStandsBesideIt) {
   const fs::path shop = folder_ / "shop";
   fs::create_directories(shop);
-  std::ofstream(shop / "c.toml") << kHead << "[comments]\nmax_characters = 30\n";
+  std::ofstream(shop / "c.toml") << kHead << "[comments]\nmax_characters = 70\n";
   Diagnostics diagnostics;
   EXPECT_FALSE(nc::load_controller((shop / "c.toml").string(), diagnostics));
   Diagnostics fresh;
@@ -79,6 +101,30 @@ TEST_F(ControllerFile, RefusesPlaceholdersWithoutMeaning) {
 TEST_F(ControllerFile, RefusesTemplatesThatTheReaderCouldNotTellApart) {
   EXPECT_THAT(errors_of(std::string(kHead) + "[coolant]\nmist = \"M08\"\n"),
               ElementsAre(HasSubstr("error: '[coolant] mist' and '[coolant] flood' have the same words")));
+}
+
+// The reference point as a shop's control may want it: incremental, which may not stay in force.
+TEST_F(ControllerFile, TakesTheReferencePointAsARetract) {
+  std::ofstream(folder_ / "c.toml") << kHead << "[retract]\nZ = [\"G91 G28 Z0.\", \"G90\"]\n";
+  Diagnostics diagnostics;
+  const auto c = nc::load_controller((folder_ / "c.toml").string(), diagnostics);
+  ASSERT_TRUE(c);
+  EXPECT_FALSE(c->names_position(nc::AxisLetter::Z));
+  const std::string text = test::nc_text(*c, {nc::ProgramStart{}, nc::Retract{}, nc::ProgramEnd{}});
+  EXPECT_THAT(text, HasSubstr("N20 G91 G28 Z0.\nN30 G90\n"));
+  const auto blocks = test::nc_blocks(*c, text);
+  ASSERT_EQ(blocks.size(), 3U);
+  EXPECT_TRUE(nc::same(blocks[1], nc::Block{nc::Retract{}}));
+  EXPECT_THROW(test::nc_blocks(*c, "G91\nG28 Z0.\nM30\n"), std::runtime_error);
+
+  const std::string retract = std::string(kHead) + "[retract]\n";
+  EXPECT_THAT(
+      errors_of(retract + "Z = \"G91 G28 Z0.\"\n"),
+      ElementsAre(HasSubstr("c.toml: error: '[retract] Z': G91 stays in force after it: a line G90 must")));
+  EXPECT_THAT(errors_of(retract + "Z = [\"G91\", \"G28 Z0.\", \"G90\"]\n"),
+              ElementsAre(HasSubstr("'[retract] Z': 'G91' must stand in the line that names the axis")));
+  EXPECT_THAT(errors_of(retract + "Z = \"G30 P2\"\n"),
+              ElementsAre(HasSubstr("'[retract] Z' must name the axis in one of its lines; it does in 0")));
 }
 
 TEST_F(ControllerFile, RefusesACircleOfBases) {

@@ -44,7 +44,7 @@ std::string program(const std::string& name) {
   blocks.emplace_back(position(nc::MotionKind::feed, c, {1, 2, 50, -30, 350}, mode, 5));
   blocks.emplace_back(position(nc::MotionKind::feed, c, {1, 3, 50, -30, 370}, mode, 5));
   if (!c.dwell.empty()) blocks.emplace_back(nc::Dwell{1500});
-  if (!c.retract[2].empty()) blocks.emplace_back(nc::Retract{});
+  if (!c.retract[2].empty()) blocks.emplace_back(test::retract_to(c, 610.0));
   blocks.emplace_back(position(nc::MotionKind::rapid, c, {1, 3, 100, -30, 370}));
   blocks.emplace_back(nc::ToolCall{5, 5});
   blocks.emplace_back(nc::ProgramEnd{});
@@ -59,7 +59,7 @@ TEST(Fanuc30i, SwitchesToolCentreControlOffForRetractAndToolChange) {
   EXPECT_THAT(text, HasSubstr(" Y3. C370. F5.\n"));  // F again, angle unwrapped
   EXPECT_THAT(text, HasSubstr(" G4 X1.5\n"));        // seconds
   EXPECT_THAT(text,
-              HasSubstr(" G49\nN100 G53 G0 Z0.\nN110 G0 G43.4 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
+              HasSubstr(" G49\nN100 G53 G0 Z610.\nN110 G0 G43.4 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
   EXPECT_THAT(text, HasSubstr(" G94\nN150 M30\n%\n"));
 }
 
@@ -73,29 +73,53 @@ TEST(Fanuc30i, TiltsThePlaneWithEulerAnglesAndThenTurnsTheTable) {
 
 TEST(Siemens840D, UsesItsOwnWords) {
   const auto text = program("siemens_840d_sl");
-  EXPECT_THAT(
-      text,
-      HasSubstr(
-          "; made by (us)\nN10 G17 G40 G710 G90 G94\nN20 G54\nN30 T4\nN40 M6\nN50 S12000 M3\nN60 D1\n"));
-  EXPECT_THAT(text, HasSubstr(" TRAORI\nN90 G93 G1 X1 Y2 Z50 C350 F5\nN100 Y3 C370 F5\n"));
-  EXPECT_THAT(
-      text,
-      HasSubstr(" G4 F1.5\nN120 TRAFOOF\nN130 SUPA G0 Z0 D0\nN140 D1\nN150 TRAORI\nN160 G0 X1 Y3 Z100\n"));
-  EXPECT_THAT(text, HasSubstr(" TRAFOOF\nN180 T5\nN190 M6\nN200 G94\nN210 M30\n"));
+  EXPECT_THAT(text, HasSubstr("; made by [us]\nN10 G17 G40 G710 G90 G94\nN20 RTLION\nN30 G54\nN40 T4\nN50 "
+                              "M6\nN60 S12000 M3\nN70 D1\n"));
+  // Modulo axes: the shorter way to an absolute place.
+  EXPECT_THAT(text, HasSubstr(" X1 Y2 Z100 A=DC(330) C=DC(200)\nN90 TRAORI\nN100 ORIMKS\nN110 ORIAXES\n"));
+  EXPECT_THAT(text, HasSubstr(" G93 G1 X1 Y2 Z50 C=DC(350) F5\nN130 Y3 C=DC(10) F5\n"));
+  EXPECT_THAT(text, HasSubstr(" G4 F1.5\nN150 TRAFOOF\nN160 SUPA G0 Z610 D0\nN170 D1\nN180 TRAORI\n"));
+  EXPECT_THAT(text, HasSubstr(" TRAFOOF\nN230 T5\nN240 M6\nN250 G94\nN260 M30\n"));
+}
+
+TEST(Siemens840D, AnAxisWithLimitsIsNoModuloAxis) {
+  auto c = test::shipped_controller("siemens_840d_sl");
+  c.rotary.modulo_axes = nc::AxisWords::bit(nc::AxisLetter::C);
+  nc::Motion m = position(nc::MotionKind::rapid, c, {0, 0, 0, -30, -90});
+  const std::string text = test::nc_text(c, {nc::ProgramStart{}, m, nc::ProgramEnd{}});
+  EXPECT_THAT(text, HasSubstr(" A-30 C=DC(270)\n"));
+  const auto back = test::nc_blocks(c, text);
+  EXPECT_EQ(std::get<nc::Motion>(back[1]).words[nc::AxisLetter::C], 2700000);
+}
+
+// Alarm 16830, or the long way round.
+TEST(Siemens840D, ReadsNoPlainWordOfAModuloAxis) {
+  const auto c = test::shipped_controller("siemens_840d_sl");
+  for (const char* word : {"C90", "C-90", "C=DC(360)", "C=DC(-1)", "C=ACP(90)", "C=IC(5)", "C=DC(90"}) {
+    Diagnostics d;
+    EXPECT_FALSE(nc::read_program(c, std::string("G90\nG0 X0 ") + word + "\nM30\n", "p.mpf", d)) << word;
+  }
+  Diagnostics d;
+  EXPECT_TRUE(nc::read_program(c, "G90\nG0 X0 c=dc(90.5)\nM30\n", "p.mpf", d));
 }
 
 TEST(Siemens840D, SwivelsWithSixteenParameters) {
   const auto c = test::shipped_controller("siemens_840d_sl");
   const auto text = test::nc_text(
       c, {nc::ProgramStart{}, nc::TiltedPlane{true, {10000, 0, 0}, {300000, 0, -50000}}, nc::TiltedPlane{}});
-  EXPECT_THAT(text, HasSubstr("CYCLE800(0,\"\",200000,57,1,0,0,30,0,-5,0,0,0,1,0,1)\nN30 CYCLE800()\n"));
+  EXPECT_THAT(text, HasSubstr("CYCLE800(0,\"\",200000,57,1,0,0,30,0,-5,0,0,0,1,0,1)\nN40 CYCLE800()\n"));
+  nc::TiltedPlane other{true, {10000, 0, 0}, {300000, 0, -50000}};
+  other.direction = -1;
+  const auto other_text = test::nc_text(c, {nc::ProgramStart{}, other, nc::ProgramEnd{}});
+  EXPECT_THAT(other_text, HasSubstr(",30,0,-5,0,0,0,-1,0,1)\n"));
+  EXPECT_EQ(std::get<nc::TiltedPlane>(test::nc_blocks(c, other_text)[1]).direction, -1);
 }
 
 TEST(HeidenhainTnc640, SpeaksKlartext) {
   const auto text = program("heidenhain_tnc640");
   EXPECT_THAT(
       text,
-      HasSubstr("0 BEGIN PGM PART MM\n1 ; made by (us)\n2 M126\n3 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n"));
+      HasSubstr("0 BEGIN PGM PART MM\n1 ; made by [us]\n2 M126\n3 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n"));
   EXPECT_THAT(text,
               HasSubstr("4 TOOL CALL 4 Z\n5 TOOL CALL Z S12000\n6 M3\n7 L X+1 Y+2 Z+100 A-30 C+200 FMAX\n"));
   EXPECT_THAT(text, HasSubstr("8 M128\n9 L X+1 Y+2 Z+50 C+350 F5\n10 L Y+3 C+10\n"));  // C below 360
@@ -103,7 +127,7 @@ TEST(HeidenhainTnc640, SpeaksKlartext) {
   EXPECT_THAT(
       text,
       HasSubstr(
-          "13 M129\n14 L Z+0 R0 FMAX M91\n15 M128\n16 L X+1 Y+3 Z+100 FMAX\n17 M129\n18 TOOL CALL 5 Z\n"));
+          "13 M129\n14 L Z+610 R0 FMAX M91\n15 M128\n16 L X+1 Y+3 Z+100 FMAX\n17 M129\n18 TOOL CALL 5 Z\n"));
   EXPECT_THAT(text, HasSubstr("19 M30\n20 END PGM PART MM\n"));
 }
 
@@ -122,7 +146,7 @@ TEST(HaasNgc, GivesFInEveryInverseTimeBlockAndUsesG234) {
   EXPECT_THAT(text, HasSubstr(" Y3. C370. F5.\n"));
   EXPECT_THAT(text, HasSubstr(" G4 P1.5\n"));  // with a point: seconds
   EXPECT_THAT(text,
-              HasSubstr(" G49\nN100 G53 G0 Z0.\nN110 G0 G234 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
+              HasSubstr(" G49\nN100 G53 G0 Z610.\nN110 G0 G234 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
 }
 
 TEST(HaasNgc, DwellsWholeSecondsWithAPoint) {
@@ -137,7 +161,7 @@ TEST(LinuxCnc, WritesFourDecimalsAndTheExactPath) {
               HasSubstr("(made by [us])\nG17 G21 G40 G49 G80 G90 G94\nG61\nG54\nT4 M6\nS12000 M3\nG43 H4\n"));
   EXPECT_THAT(text, HasSubstr("G0 X1.0000 Y2.0000 Z100.0000 A-30.0000 C200.0000\nM428\nG93 G1 X1.0000 "
                               "Y2.0000 Z50.0000 C350.0000 F5.0000\n"));
-  EXPECT_THAT(text, HasSubstr("G4 P1.500\nM429\nG53 G0 Z0\nM428\n"));
+  EXPECT_THAT(text, HasSubstr("G4 P1.500\nM429\nG53 G0 Z610.0000\nM428\n"));
   EXPECT_THAT(text, HasSubstr("M429\nT5 M6\nG94\nM2\n"));
 }
 

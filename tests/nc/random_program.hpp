@@ -83,7 +83,7 @@ class RandomProgram {
   }
 
   void comment() {
-    static const std::string kLetters = "ABCXYZ0189 .,:;/=+-%$#@!&[]";
+    static const std::string kLetters = "ABCXYZ0189 .:/=+-*!&[]";
     std::string text = "C";
     for (std::int64_t i = integer(0, 20); i > 0; --i) {
       text += kLetters[static_cast<std::size_t>(integer(0, static_cast<std::int64_t>(kLetters.size()) - 1))];
@@ -191,7 +191,9 @@ class RandomProgram {
     if (c_.retract[nc::index(letter)].empty()) return;
     if (tcp_) tcp(false);
     known_.forget(letter);
-    blocks_.push_back(nc::Retract{nc::AxisWords::bit(letter)});
+    nc::Retract block{nc::AxisWords::bit(letter), {}};
+    if (c_.names_position(letter)) block.to.set(letter, integer(-9999999, 9999999));
+    blocks_.push_back(block);
     if (c_.retract_ends_length && length_ > 0) {
       length_ = -1;
       length(integer(0, 1) == 0 ? 0 : 1);

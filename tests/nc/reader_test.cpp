@@ -189,6 +189,36 @@ TEST(Reader, WantsAMotionWordInEveryBlockWhereTheControlDoes) {
       HasSubstr("p.nc:3:3: error: axis words without 'L'"));
 }
 
+// A retract says to which machine position.
+TEST(Reader, ReadsWhereARetractGoes) {
+  for (const auto& [name, line, quanta] : {std::tuple{"linuxcnc", "G53 G0 Z610", 6100000L},
+                                           {"fanuc_30i", "G0 G53 Z-12.5", -12500L},
+                                           {"siemens_840d_sl", "SUPA G0 Z610.25 D0", 6102500L},
+                                           {"hnc_8", "N5 G53 G0 Z0.", 0L}}) {
+    const auto blocks = test::nc_blocks(test::shipped_controller(name), std::string(line) + "\nM30\n");
+    nc::Retract wanted;
+    wanted.to.set(nc::AxisLetter::Z, quanta);
+    ASSERT_EQ(blocks.size(), 3U) << name;
+    EXPECT_EQ(nc::to_text(blocks[1]), nc::to_text(nc::Block{wanted})) << name;
+  }
+  // 610 increments are 0.61 mm.
+  EXPECT_THAT(first_error_of("fanuc_30i", "G53 G0 Z610\nM30\n"),
+              HasSubstr("the position of Z has no decimal point"));
+}
+
+// A control that can switch its kinematics starts in those that it was left in.
+TEST(Reader, WantsTheKinematicsToBeSaid) {
+  nc::Controller c = test::shipped_controller("linuxcnc");
+  c.tcp.unknown_at_start = true;
+  for (const std::string motion : {"G0 A10", "G53 G0 Z610", "G0 X1 Y2 Z3 A4 C5"}) {
+    Diagnostics diagnostics;
+    EXPECT_FALSE(nc::read_program(c, motion + "\nM2\n", "p.nc", diagnostics));
+    EXPECT_THAT(diagnostics.findings().front().text(),
+                HasSubstr("error: the program has not said which kinematics are active: 'M429' or 'M428'"));
+    EXPECT_NO_THROW(test::nc_blocks(c, "M429\n" + motion + "\nM2\n"));
+  }
+}
+
 TEST(Reader, GivesUpOnTheWrongLanguage) {
   std::string text;
   for (int i = 0; i < 1000; ++i) text += "L X+1 Y+2 FMAX\n";

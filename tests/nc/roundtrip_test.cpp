@@ -210,7 +210,7 @@ TEST_P(EveryController, GivesTheSameBlocksInRuns) {
     ASSERT_EQ(by_one.findings, by_runs.findings) << seed;
     in_runs += by_runs.in_runs;
   }
-  if (controller.motion.modal) {
+  if (controller.motion.modal && controller.rotary.modulo_open.empty()) {
     EXPECT_GT(in_runs, 10000U);
   }
 }

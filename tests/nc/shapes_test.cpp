@@ -187,6 +187,10 @@ TEST(Shapes, WhatCannotBeReadIsRefusedByWordAndPlace) {
             "p.nc:2:21: error: a drilling cycle whose bottom is not below its clearance");
   EXPECT_EQ(first_error(start + "G98 G83 X1 Y2 Z-5 R2 Q0 F100\nM2"),
             "p.nc:2:25: error: a drilling cycle with a step of nothing");
+  EXPECT_EQ(first_error(start + "G98 G83 X1 Y2 Z-5 R2 Q-1 F100\nM2"),
+            "p.nc:2:26: error: a drilling cycle with a step below 0");
+  EXPECT_NE(first_error(start + "G98 G83 X1 Y2 Z-9999 R2 Q0.001 F100\nM2").find("more than 10000 steps"),
+            std::string::npos);
   EXPECT_EQ(first_error(start + "G98 G81 X1 Y2 Z-5 R2 F0\nM2"),
             "p.nc:2:22: error: a drilling cycle without feed");
   EXPECT_EQ(first_error("G0 X1 Y1\nG98 G81 X1 Y2 Z-5 R2 F100\nM2"),
@@ -220,6 +224,18 @@ TEST(Shapes, AControllerFileWithHalfOfTheirWordsIsRefused) {
             "[cycles] 'off' needs 'to_clear' and 'to_initial' too");
   EXPECT_EQ(finding_of("[post]\narcs = \"sometimes\"\n"),
             "'arcs' must be one of \"native\", \"moves\", not \"sometimes\"");
+}
+
+TEST(Arcs, ACentreFarBeyondAnyMachineIsRefused) {
+  const auto controller = test::shipped_controller("linuxcnc");
+  Diagnostics diagnostics;
+  EXPECT_FALSE(nc::read_program(controller, "G0 X0 Y0 Z0\nG1 Z-1 F100\nG3 X0 Y0 I0 J-900000000000\nM2\n",
+                                "p.nc", diagnostics));
+  ASSERT_FALSE(diagnostics.findings().empty());
+  EXPECT_NE(
+      diagnostics.findings().front().text().find("an arc whose centre is -900000000000.000000 mm away in Y"),
+      std::string::npos)
+      << diagnostics.findings().front().text();
 }
 
 }  // namespace

@@ -167,10 +167,7 @@ TEST(Writer, ChoosesTheExactPathUnlessToldOtherwise) {
 TEST(Writer, BreaksLongCommentsAndKeepsTheirSignsHarmless) {
   const auto text =
       text_of("iso", {nc::Comment{"first (second) " + std::string(50, 'x') + " third \t\xc3\xa9"}});
-  EXPECT_EQ(text, "%\nO1\n(FIRST [SECOND])\n(" + std::string(50, 'X') +
-                      " THIRD ?"
-                      "?"
-                      "?)\n");
+  EXPECT_EQ(text, "%\nO1\n(FIRST [SECOND])\n(- " + std::string(50, 'X') + " THIRD)\n(- ?)\n");
 }
 
 TEST(Writer, RestartsBlockNumbersAtTheirEnd) {
@@ -183,7 +180,9 @@ TEST(Writer, RestartsBlockNumbersAtTheirEnd) {
 TEST(Writer, RefusesWhatTheControlCannotBeTold) {
   EXPECT_EQ(refusal_of("linuxcnc", {move(MotionKind::feed, {{AxisLetter::X, 1}})}),
             "LinuxCNC: a feed move without feed");
-  EXPECT_EQ(refusal_of("hnc_8", {nc::Dwell{100}}), "HNC-8: the controller file has no words for a dwell");
+  EXPECT_THAT(refusal_of("hnc_8", {nc::Dwell{100}}),
+              AllOf(HasSubstr("HNC-8: the controller file has no words for a dwell: [dwell] words in "),
+                    HasSubstr("hnc_8.toml")));
   EXPECT_EQ(refusal_of("hnc_8", {move(MotionKind::feed, {{AxisLetter::X, 1}}, 5, FeedMode::inverse_time)}),
             "HNC-8: the control has no inverse-time feed");
   EXPECT_EQ(refusal_of("iso", {nc::WorkOffset{7}}),
@@ -201,21 +200,22 @@ TEST(Writer, RestoresCompensationAfterARetractWithTheFirstLinearMotion) {
   const auto program = [](const std::string& name, const nc::Block& compensation) {
     const auto c = test::shipped_controller(name);
     nc::Motion m = move(MotionKind::rapid, {{AxisLetter::X, 0}, {AxisLetter::Z, 0}, {AxisLetter::C, 0}});
-    std::vector<nc::Block> blocks = {nc::ProgramStart{}, compensation, m, nc::Retract{}};
+    std::vector<nc::Block> blocks = {nc::ProgramStart{}, compensation, m, test::retract_to(c, -12.5)};
     m = move(MotionKind::rapid, {{AxisLetter::C, 90 * c.numbers.axes.turn() / 360}});
     blocks.emplace_back(m);
     blocks.emplace_back(move(MotionKind::rapid, {{AxisLetter::X, 0}, {AxisLetter::Z, 0}}));
     const auto text = test::nc_text(c, blocks);
-    return text.substr(text.find("Z0") + 2);
+    return text.substr(text.find(" Z0") + 3);
   };
   EXPECT_THAT(program("iso", nc::LengthCompensation{3}),
-              HasSubstr(" G53 G0 Z0.\nN40 G0 C90.\nN50 G43 H3 X0. Z0.\n"));
+              HasSubstr(" G53 G0 Z-12.5\nN40 G0 C90.\nN50 G43 H3 X0. Z0.\n"));
   EXPECT_THAT(program("fanuc_30i", nc::TcpControl{true, 3}),
-              HasSubstr(" G49\nN40 G53 G0 Z0.\nN50 G0 C90.\nN60 G43.4 H3 X0. Z0.\n"));
+              HasSubstr(" G49\nN40 G53 G0 Z-12.5\nN50 G0 C90.\nN60 G43.4 H3 X0. Z0.\n"));
   EXPECT_THAT(program("siemens_840d_sl", nc::TcpControl{true, 3}),
-              HasSubstr(" TRAFOOF\nN50 SUPA G0 Z0 D0\nN60 G0 C90\nN70 TRAORI\nN80 X0 Z0\n"));
+              HasSubstr(" TRAFOOF\nN80 SUPA G0 Z-12.5 D0\nN90 G0 C=DC(90)\nN100 TRAORI\nN110 ORIMKS\nN120 "
+                        "ORIAXES\nN130 X0 Z0\n"));
   EXPECT_THAT(program("linuxcnc", nc::LengthCompensation{3}),
-              HasSubstr("\nG53 G0 Z0\nG0 C90.0000\nZ0.0000\n"));
+              HasSubstr("\nG53 G0 Z-12.5000\nG0 C90.0000\nZ0.0000\n"));
 }
 
 // X and Y that were said before compensation began are other coordinates after it.

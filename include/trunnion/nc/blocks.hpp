@@ -68,8 +68,12 @@ struct ProgramStart {
 };
 /// Last block.
 struct ProgramEnd {};
+/// A remark. The writer replaces characters that the controller file does not list.
 struct Comment {
   std::string text;
+  /// Somebody else's text (of the CL file): each of its lines begins with the mark of the controller file, so
+  /// that none can be taken for a line of the header. Reading: a comment with that mark, its text without it.
+  bool foreign = false;
 };
 /// Line of text that goes out as it is (block number added). The reader takes it only when told to expect it.
 struct Raw {
@@ -94,6 +98,17 @@ struct Coolant {
 struct ToolCall {
   std::int64_t tool = 0;
   std::int64_t length_offset = 0;  // read: the tool's number where the words do not say
+};
+/// The magazine gets this tool ready while the present one cuts; nothing moves at the spindle. Written only:
+/// a change says its tool itself.
+struct ToolSelect {
+  std::int64_t tool = 0;
+};
+/// Clamps or frees rotary axes. The writer frees an axis by itself before it turns; the reader refuses a
+/// program that turns a clamped one.
+struct Clamp {
+  std::uint16_t axes = 0;  // bits of AxisWords: one entry of Controller::clamps
+  bool on = false;
 };
 /// Tool length compensation along the tool (G43 H in ISO words); number 0 ends it. 1 for controls whose words
 /// hold no number.
@@ -164,11 +179,15 @@ struct PathMode {
   PathModeKind kind = PathModeKind::exact_path;
   std::int64_t tolerance = 0;  // of `continuous`, quanta of the linear format; 0: what the control has set
 };
-/// Moves axes to the safe machine position of the controller file; their program positions are unknown
-/// afterwards. Tool-centre-point control and length compensation are what they were for the next motion: the
-/// writer switches them off and on where needed.
+/// Moves axes to a safe place in machine coordinates; their program positions are unknown afterwards.
+/// Tool-centre-point control and length compensation are what they were for the next motion: the writer
+/// switches them off and on where needed.
 struct Retract {
   std::uint16_t axes = AxisWords::bit(AxisLetter::Z);
+  /// Machine position (spindle gauge point, without tool length) of each axis whose words hold a number
+  /// (Controller::names_position). Written: of each of those. Read: no others; where those go whose words
+  /// hold none, as a reference point, is the machine's to say.
+  AxisWords to = {};
 };
 /// Tilted working plane (3+2): origin in quanta of the linear format, angles in quanta of the rotary format
 /// in the convention of the controller (Controller::TiltedPlane). Axis words that follow are in the plane's
@@ -177,15 +196,22 @@ struct TiltedPlane {
   bool on = false;
   std::array<std::int64_t, 3> origin{};
   std::array<std::int64_t, 3> angles{};
+  /// Which of the two positions of the rotary axes it means: -1 where the outer one is negative, else 1.
+  int direction = 1;
 };
 struct Stop {
   bool optional = false;
 };
 
-using Block =
-    std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
-                 LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
-                 OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole, CutterCompensation>;
+/// A word that the controller file lets pass by its name (Controller::allowed).
+struct AllowedWord {
+  std::string text;
+};
+
+using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
+                           LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
+                           OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole,
+                           CutterCompensation, ToolSelect, Clamp, AllowedWord>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -90,6 +90,12 @@ struct Controller {
         also_read;                // other marks that begin a comment to the end of the line, when reading
     std::size_t max_length = 80;  // of the text; longer comments are broken at a blank
     bool upper_case = false;
+    /// Characters that a comment may hold: anything else is replaced. Nothing that ends a comment or a
+    /// program.
+    std::string characters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 .,:+-*/=_?";
+    /// In front of lines that the control might execute or a reader might take for a line of the header.
+    std::string mark = "- ";
+    std::vector<std::string> active_words;  // capital letters: the control executes comments that begin so
   } comments;
 
   struct MotionWords {
@@ -97,6 +103,8 @@ struct Controller {
     std::string linear = "G1";
     bool modal = true;         // written only when it changes
     std::string rapid_suffix;  // a word that makes a block rapid, as FMAX
+    /// What must be set on the control so that rapids are straight lines; empty: they always are.
+    std::string straight_rapids_need;
   } motion;
 
   struct FeedRules {
@@ -110,11 +118,20 @@ struct Controller {
     std::optional<double> min_linear_rate_mm_s;
   } feed;
 
+  /// Coordinates as distances from where the axis stands.
+  struct Incremental {
+    std::string on, off;  // modal words, as G91 and G90; may be empty
+    Template move;        // {axis} {distance} {feed}: one axis, at a feed per minute; ends as absolute
+  } incremental;
+
   struct Rotary {
     /// Rotary axes (bits of AxisWords) whose angles are written in [0, 360) and which turn the shorter way:
     /// without limits, as a rule C.
     std::uint16_t modulo_axes = 0;
+    /// Round the angle of such an axis, behind its letter: `=DC(` and `)`. Empty: the angle alone.
+    std::string modulo_open, modulo_close;
     bool is_modulo(AxisLetter letter) const { return (modulo_axes & AxisWords::bit(letter)) != 0; }
+    bool has_modulo_word(AxisLetter letter) const { return !modulo_open.empty() && is_modulo(letter); }
   } rotary;
 
   struct Length {
@@ -131,6 +148,12 @@ struct Controller {
     bool off_for_tool_change =
         true;                      // switched off before a tool change, a retract and the end of the program
     bool replaces_length = false;  // `on` takes the place of length compensation, `off` ends both
+    /// The words switch between kinematics of the control, on machines whose file says that it has both
+    /// ([machine] switchable_kinematics).
+    bool switches_kinematics = false;
+    /// Which of the two is active where a program begins is not known: it must say so. No key of the file;
+    /// follows from the machine.
+    bool unknown_at_start = false;
   } tcp;
 
   struct Plane {
@@ -146,11 +169,17 @@ struct Controller {
   } program;
 
   Template tool_change;        // {tool} {length_offset}
+  Template tool_preselect;     // {tool}; may be empty: the magazine gets no tool ready beforehand
   double tool_change_s = 0.0;  // that a change takes: for what follows the time (thermal effects)
   Template spindle_clockwise, spindle_counterclockwise, spindle_off;  // {rpm}
   std::array<Template, 5> coolant;                                    // by CoolantKind
   Template dwell;                                                     // {seconds} or {milliseconds}
   int dwell_decimals = 3;
+  struct Clamp {
+    std::uint16_t axes = 0;  // bits of AxisWords: rotary axes that these words clamp and free together
+    Template on, off;
+  };
+  std::vector<Clamp> clamps;  // none: the control clamps by itself, or never
   Template stop, optional_stop;
   std::vector<Template> work_offsets;  // 1, 2, ...
   struct Shift {
@@ -183,8 +212,9 @@ struct Controller {
   } run_time_temperatures;
   std::array<Template, 3> path_modes;             // by PathModeKind
   Template continuous_within;                     // {tolerance}
+  Template continuous_off;                        // ends both at the end of the program
   std::optional<PathModeKind> default_path_mode;  // written by the setup when the program does not choose
-  std::array<Template, kAxisLetters> retract;     // by axis
+  std::array<Template, kAxisLetters> retract;     // by axis, {position}
   bool retract_ends_length =
       false;  // a retract ends length compensation too: written again before the next motion
   /// Circular motions in the plane of X and Y, {x} {y} of the end, {i} {j} of the centre, {z} of a helix's
@@ -224,8 +254,11 @@ struct Controller {
   Template also_end;  // other words that end a program, when reading
   Template silent;    // words that the reader takes and that move nothing and change nothing here
 
+  Template allowed;  // words that the user lets pass by name: what they do is not known here
   std::map<std::string, std::string> refused;  // words that are known and not read, as G91, and why
 
+  /// The words of a retract of this axis hold the machine position it goes to.
+  bool names_position(AxisLetter letter) const;
   bool has_inverse_time() const { return !feed.inverse_time.empty(); }
   bool has_tcp() const { return !tcp.on.empty(); }
   bool has_run_time_values() const { return !run_time.latch.empty(); }

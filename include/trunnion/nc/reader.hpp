@@ -20,6 +20,10 @@ struct ReaderOptions {
   std::optional<AxisFormat> format;
   /// Lines (without block number) that come out as Raw instead of being understood.
   std::vector<std::string> raw_lines;
+  /// The text is a whole program, as a control runs it from its first line: what no word has said is not
+  /// known, all words of [program] setup must stand before the first motion, all lines of a template
+  /// together, and nothing of what ends a program, or begins one, in the middle of it.
+  bool whole_program = false;
   /// Reading gives up after this many errors: the wrong controller would make one of every line.
   std::size_t max_errors = 20;
 };
@@ -44,6 +48,8 @@ class Reader {
 
   /// Any piece of the text, in order; pieces may end anywhere.
   void feed(std::string_view text);
+  /// The line that is read or was read last, from 1 on.
+  std::uint32_t line() const;
   /// Reads the last line. Fails with the first error when there was one.
   Result<void> finish();
 

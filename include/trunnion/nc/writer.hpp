@@ -38,6 +38,10 @@ class Writer {
   Result<void> write(const Motion& motion);
   Result<void> write(const Block& block);
 
+  /// One axis moves by `distance` from where it stands, wherever that is, at a feed per minute: quanta of the
+  /// axis' words and of F, F > 0. For programs that a person watches; the reader does not take its words.
+  Result<void> step(AxisLetter axis, std::int64_t distance, std::int64_t feed);
+
   /// Writes the first of these motions of the axes with these letters, as many of them as leave nothing to be
   /// asked, and gives their number: the text is that of `write` for each. What is not written, `write` takes,
   /// or refuses. Letters in their order.
