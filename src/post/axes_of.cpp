@@ -9,6 +9,7 @@ nc::Controller with_axes_of(const Machine& machine, nc::Controller controller) {
       controller.rotary.modulo_axes =
           static_cast<std::uint16_t>(controller.rotary.modulo_axes & ~nc::AxisWords::bit(*letter));
   }
+  controller.tcp.unknown_at_start = controller.tcp.switches_kinematics && machine.switchable_kinematics;
   return controller;
 }
 

@@ -3,10 +3,12 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/info.h>
+#include <system_error>
+#include <thread>
 #include <xxhash.h>
 
+#include "trunnion/base/failure.hpp"
 #include "trunnion/base/files.hpp"
 
 namespace trunnion::post {
@@ -113,6 +115,32 @@ void run_item(const Context& context, BatchResult& result) {
     static_cast<void>(write_file(stamp_path(result.item.output), stamp_text(inputs_hash, made.text())));
 }
 
+// One item's failure is its own, whatever it is.
+void run_item_alone(const Context& context, BatchResult& result) {
+  try {
+    run_item(context, result);
+  } catch (const std::exception& e) {
+    fail_item(result, error_of(e).value_or(Error{
+                          ErrorCode::defect, std::string("defect of the program: ") + e.what(), {}, {}}));
+    if (result.outcome.error->file.empty()) result.outcome.error->file = result.item.input;
+  }
+}
+
+// Calls work(i) for all i below `count`, in as many threads as the system gives of those that are asked for.
+void in_threads(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next = 0;
+  const auto take_items = [&] {
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  };
+  std::vector<std::jthread> others;
+  others.reserve(threads);
+  try {
+    while (others.size() + 1 < std::min(threads, count)) others.emplace_back(take_items);
+  } catch (const std::system_error&) {  // fewer do it too
+  }
+  take_items();
+}
+
 }  // namespace
 
 std::string content_hash(std::string_view bytes) {
@@ -129,13 +157,11 @@ std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Ma
   std::vector<BatchResult> results(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) results[i].item = items[i];
   const Context context{machine, controller, model, header, options};
-  std::optional<oneapi::tbb::global_control> limit;
-  if (options.threads > 0)
-    limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
-  oneapi::tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) {
+  const auto cores = static_cast<std::size_t>(oneapi::tbb::info::default_concurrency());
+  in_threads(items.size(), options.threads > 0 ? options.threads : cores, [&](std::size_t i) {
     if (stop) return;
     const auto start = std::chrono::steady_clock::now();
-    run_item(context, results[i]);
+    run_item_alone(context, results[i]);
     results[i].seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress(results[i]);
   });

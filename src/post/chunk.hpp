@@ -13,6 +13,8 @@
 #include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
 
+#include "post/spindle_tool.hpp"
+
 namespace trunnion::post {
 
 /// A motion of the CL file that waits for the choice of its joints.
@@ -50,6 +52,7 @@ struct PreparedSegment {
 struct Chunk {
   std::vector<Pending> motions;
   std::vector<Event> events;
+  SpindleTool tool;                       // that the motions are made with
   std::vector<ToleranceFrom> tolerances;  // the first one holds from motion 0 on
   std::vector<path::ChosenPoint> chosen;
   std::vector<path::PoleStretch> pole;  // where tool axes are tilted

@@ -16,7 +16,8 @@ double narrowed(double angle, double slack) {
   return slack == 0.0 ? most : std::asin(std::max(0.0, std::sin(most) - slack));
 }
 
-// Angle from u to the arc of the great circle from a to b.
+}  // namespace
+
 double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
   const double to_ends = std::min(angle_between(u, a).rad(), angle_between(u, b).rad());
   const Vec3 n = a.cross(b);
@@ -26,8 +27,6 @@ double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
   const bool inside = a.cross(foot).dot(unit) >= 0.0 && foot.cross(b).dot(unit) >= 0.0;
   return inside ? std::asin(std::min(1.0, std::abs(unit.dot(u)))) : to_ends;
 }
-
-}  // namespace
 
 ToolPose DeviationMeter::pose(const JointVector& q, const RotarySines& sines,
                               const ChainErrors& errors) const {

@@ -30,6 +30,7 @@ struct BlockEnd {
   Vec3 word_tip_P = Vec3::Zero();  // under it: X Y Z as the words have them
   bool from_unknown = false;       // the position before it is not known
   bool in_cycle = false;           // a stroke of a drilling cycle
+  bool up = false;                 // at the safe height, on the way between two cuts
   float off_chord_mm = 0.0F;       // by which the block itself may leave the straight way to here: an arc
 };
 
@@ -78,6 +79,9 @@ inline double combined_distance(const ToolPose& v, const Vec3& tip_P, const Vec3
   const double turned_mm = kAxisWeight_mm * turn_between(v.axis_P, axis_P);
   return std::sqrt((v.tip_P - tip_P).squaredNorm() + turned_mm * turned_mm);
 }
+
+/// Angle from the unit vector u to the arc of the great circle from a to b, rad.
+double angle_to_arc(const Vec3& u, const Vec3& a, const Vec3& b);
 
 /// Deviation of motions on the machine that is verified, the nominal one or one with errors: proved bounds,
 /// samples where an effect of the model knows no bound.
@@ -166,6 +170,17 @@ class DeviationMeter {
   Deviation sampled(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                     const ProgramState& program) const;
 
+  /// The tool on a motion beside the place of the path at which its tip is.
+  struct Beside {
+    Interval axis_rad;  // the tool axis, from the path's there
+    Interval flute_mm;  // the point of the tool so far up its axis, from the same point of the tool there
+    bool proved = true;
+  };
+  /// Of the motion along the part of the segment a-b from fraction `t0` to `t1`. What is proved to change
+  /// nothing of `uninteresting` is left out.
+  Beside beside(const Vertex& from, const Vertex& to, const Target& a, const Target& b, double t0, double t1,
+                double flute_mm, const ProgramState& program, const Beside& uninteresting) const;
+
   /// Where the axes are on the way from `from` to `to`, as the control moves them.
   JointVector between(const Vertex& from, const Vertex& to, double t) const;
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
@@ -187,6 +202,10 @@ class DeviationMeter {
                      double slack_mm, double limit_mm) const;
   bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
                       double slack_rad, double limit_rad) const;
+  struct BesidePath;
+  void look_beside(const Vertex& from, const Vertex& to, double t0, double t1, const BesidePath& path,
+                   int halvings, Beside& sum) const;
+  std::optional<path::Certifier::Bows> bows_between(const Vertex& from, const Vertex& to) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;
   /// A place of a motion on the machine with errors.

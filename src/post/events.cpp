@@ -1,9 +1,11 @@
 // What is not a motion: spindle, coolant, tool, texts and words for the post-processor.
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/asked.hpp"
 #include "post/pipeline.hpp"
 
 namespace trunnion::post {
@@ -16,40 +18,42 @@ struct Visitor : F... {
 template <class... F>
 Visitor(F...) -> Visitor<F...>;
 
-nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
-  switch (kind) {
-    case cl::Coolant::Kind::off:
-      return nc::CoolantKind::off;
-    case cl::Coolant::Kind::mist:
-      return nc::CoolantKind::mist;
-    case cl::Coolant::Kind::through:
-      return nc::CoolantKind::through_tool;
-    case cl::Coolant::Kind::air:
-      return nc::CoolantKind::air;
-    default:
-      return nc::CoolantKind::flood;
-  }
-}
-
 }  // namespace
 
 Result<void> Pipeline::emit_event(const cl::Record& record) {
+  auto done = emit_event_at(record);
+  if (done || !done.error().file.empty()) return done;
+  Error error = done.error();
+  error.file = job_.cl_file;
+  error.where = record.where;
+  return tl::unexpected(error);
+}
+
+Result<void> Pipeline::emit_event_at(const cl::Record& record) {
   return std::visit(
       Visitor{
           [&](const cl::Spindle& s) { return emit_spindle(s, record.where); },
-          [&](const cl::Coolant& c) { return write(nc::Coolant{coolant_kind(c.kind)}); },
-          [&](const cl::ToolChange& t) { return emit_tool_change(t); },
+          [&](const cl::Coolant& c) { return emit_coolant(coolant_kind(c.kind)); },
+          [&](const cl::ToolChange& t) { return emit_tool_change(t, record.where); },
+          [&](const cl::ToolSelect& t) {
+            // The magazine may do without.
+            if (controller_.tool_preselect.empty()) return Result<void>{};
+            return write(nc::ToolSelect{t.number});
+          },
+          [&](const cl::WorkOffset& w) { return check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
             if (g.diameter_mm) tool_diameter_mm_ = *g.diameter_mm;
+            own_length_mm_ = g.length_mm.value_or(0.0);
+            own_length_where_ = record.where;
             return Result<void>{};
           },
           [&](const cl::CutterCompensation& c) { return emit_cutter_compensation(c, record.where); },
           [&](const cl::Dwell& d) { return emit_dwell(d, record.where); },
-          [&](const cl::Stop& s) { return write(nc::Stop{s.optional}); },
+          [&](const cl::Stop& s) { return emit_stop(s, record.where); },
           [&](const cl::Text& t) { return emit_text(t, record.where); },
           [&](const cl::OperationBegin& o) {
             begin_operation(o.name);
-            return write(nc::Comment{o.name});
+            return write(nc::Comment{o.name, true});
           },
           [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
           [&](const cl::PostWord& w) { return take_post_word(w, record.where); },
@@ -59,9 +63,12 @@ Result<void> Pipeline::emit_event(const cl::Record& record) {
 }
 
 Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
+  spindle_said_ = true;
   if (s.state == cl::Spindle::State::off) {
+    if (auto r = emit_pause_above(where); !r) return r;
     state_.spindle(0.0);
-    return write(nc::Spindle{});
+    spindle_asked_ = {};
+    return write(spindle_asked_);
   }
   if (s.state == cl::Spindle::State::orient) {
     diagnostics_.warning_once("orient", job_.cl_file, where, "SPINDL/ORIENT is not acted on");
@@ -92,23 +99,63 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
   nc::Spindle out;
   out.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
   out.rpm = std::llround(spindle_rpm_);
-  return write(out);
+  spindle_asked_ = out;
+  // Not with the tool of the program before: its own is called first, where it has one.
+  return tool_called_ || placed_ ? write(out) : Result<void>{};
 }
 
-Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t) {
+void Pipeline::warn_of_spindle(SourceRef where) {
+  spindle_said_ = true;
+  if (spindle_asked_.turn == nc::SpindleTurn::off) {
+    diagnostics_.warning(job_.cl_file, where, "no SPINDL before this cut: the spindle does not turn");
+  } else {
+    diagnostics_.warning(job_.cl_file, where,
+                         "no SPINDL since the tool was loaded: it turns at the " +
+                             std::to_string(spindle_asked_.rpm) + " rpm of the tool before");
+  }
+}
+
+Result<void> Pipeline::emit_coolant(nc::CoolantKind kind) {
+  coolant_asked_ = kind == nc::CoolantKind::off ? 0U : coolant_asked_ | (1U << static_cast<unsigned>(kind));
+  return kind == nc::CoolantKind::off || tool_called_ || placed_ ? write(nc::Coolant{kind}) : Result<void>{};
+}
+
+Result<void> Pipeline::emit_stop(const cl::Stop& stop, SourceRef where) {
+  if (auto r = emit_pause_above(where); !r) return r;
+  return write(nc::Stop{stop.optional});
+}
+
+Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where) {
+  if (auto r = emit_retract(where); !r) return r;
+  up_ = false;  // the control may move any axis for it
+  returns_ = false;
   approach_ = true;
-  if (auto r = leave_plane(); !r) return r;
+  tool_called_ = true;
+  spindle_said_ = false;
+  resumes_ = true;
   nc::ToolCall call;
   call.tool = t.number;
-  call.length_offset = t.length_register.value_or(t.number);
+  call.length_offset = *t.length_register;
   length_offset_ = call.length_offset;
+  const std::string text = "tool " + std::to_string(t.number) + ", gauge length " +
+                           shortest_text(*t.gauge_length_mm) + " mm, length register " +
+                           std::to_string(length_offset_);
+  if (auto r = write(nc::Comment{text}); !r) return r;
   if (auto r = write(call); !r) return r;
   pause(controller_.tool_change_s);
   if (options_.rtcp && controller_.tcp.replaces_length) return {};
-  // The spindle's position is what the words say where the output point is S: then the control must not add a
-  // length.
-  if (machine_.output_point == OutputPoint::spindle || controller_.length.automatic) return {};
-  return write(nc::LengthCompensation{call.length_offset});
+  if (controller_.length.automatic) return {};
+  // Where the words are those of S the control must not add a length, and some do with the tool change.
+  const bool adds = machine_.output_point == OutputPoint::tip;
+  return write(nc::LengthCompensation{adds ? call.length_offset : 0});
+}
+
+// The tool's own length (TLDATA, CUTTER) is a part of its gauge length.
+void Pipeline::check_own_length() {
+  if (std::exchange(own_length_mm_, 0.0) <= tool_.length_mm) return;
+  diagnostics_.warning(job_.cl_file, own_length_where_,
+                       "the tool itself is longer than its gauge length of " +
+                           shortest_text(tool_.length_mm) + " mm, which must hold the tool and its holder");
 }
 
 Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
@@ -125,6 +172,7 @@ Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
     return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day",
                 job_.cl_file, where);
   }
+  if (auto r = resume(); !r) return r;
   pause(seconds);
   return write(nc::Dwell{std::llround(seconds * 1000.0)});
 }
@@ -136,7 +184,7 @@ Result<void> Pipeline::emit_text(const cl::Text& t, SourceRef where) {
     diagnostics_.warning_once("INSERT", job_.cl_file, where,
                               "the text of INSERT goes into the program as a comment, not as a command");
   }
-  return t.text.empty() ? Result<void>{} : write(nc::Comment{t.text});
+  return t.text.empty() ? Result<void>{} : write(nc::Comment{t.text, true});
 }
 
 Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {

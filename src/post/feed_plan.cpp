@@ -14,6 +14,8 @@ namespace {
 constexpr double kDefaultRotary_rad_s = 3600.0 * kRadPerDegree / kSecondsPerMinute;
 constexpr double kDefaultLinear_mm_s = 10000.0 / kSecondsPerMinute;
 
+constexpr double kRoundedWay = 2.0;  // quanta: root of 3, half a quantum of X Y Z at either end
+
 double rapid_rate(const Axis& axis) {
   return axis.rapid.value_or(axis.kind == AxisKind::rotary ? kDefaultRotary_rad_s : kDefaultLinear_mm_s);
 }
@@ -24,7 +26,8 @@ FeedPlanner::FeedPlanner(const Machine& machine, const nc::Controller& controlle
     : count_(machine.axes.size()),
       controller_(controller),
       output_(output),
-      inverse_(output == FeedOutput::inverse && controller.has_inverse_time()) {
+      inverse_(output == FeedOutput::inverse && controller.has_inverse_time()),
+      rounding_mm_(kRoundedWay * controller.numbers.axes.quantum(nc::AxisLetter::X)) {
   feed_.fill(1.0);
   for (AxisId id = 0; id < kMaxAxes; ++id) linear_share_[id] = 1.0;
   for (AxisId id = 0; id < count_; ++id) {
@@ -75,8 +78,13 @@ double FeedPlanner::linear_rate_mm_s() const {
 }
 
 void FeedPlanner::limit_rotary(double rad_s) {
+  rotary_rad_s_ = rad_s;
+  limit_turn(std::numeric_limits<double>::infinity());
+}
+
+void FeedPlanner::limit_turn(double rad_s) {
   for (AxisId id = 0; id < count_; ++id) {
-    if (!axes_[id].linear) feed_[id] = std::min(axes_[id].most, rad_s);
+    if (!axes_[id].linear) feed_[id] = std::min({axes_[id].most, rotary_rad_s_, rad_s});
   }
   set_slowness();
 }
@@ -126,9 +134,9 @@ double FeedPlanner::seconds_of(const ControlPath& path, nc::FeedMode mode, std::
 }
 
 // The largest F of this mode with which the block does not last less than `seconds` but for half a digit, and
-// never less than the axes need.
-BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s,
-                               double seconds) const {
+// never less than the axes need. Per minute of linear axes it is `rate_mm_s`.
+BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds,
+                               double rate_mm_s) const {
   const nc::FeedFormat& format = controller_.numbers.feed;
   BlockFeed out;
   out.mode = mode;
@@ -140,7 +148,7 @@ BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const ControlPath& path, doubl
   } else if (path.rotary_only) {
     out.quanta = format.rotary_quanta(path.length / seconds);
   } else {
-    double rate = path.length / seconds;
+    double rate = rate_mm_s;
     if (controller_.feed.max_per_minute)
       rate = std::min(rate, *controller_.feed.max_per_minute / kSecondsPerMinute);
     out.quanta = format.quanta(mode, rate);
@@ -165,7 +173,14 @@ BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   const double seconds = std::max(tip_s, move.axes_s);
   const bool inverse = inverse_ && turns();
   const ControlPath path = control_path(move.a, move.b, move.tcp_way_mm);
-  const auto in = [&](nc::FeedMode mode) { return in_mode(mode, path, move.axes_s, seconds); };
+  const auto in = [&](nc::FeedMode mode) {
+    return in_mode(mode, path, move.axes_s, seconds, path.length / seconds);
+  };
+  const double programmed_s = path.length / feed_mm_s;
+  const bool as_programmed =
+      !path.rotary_only && is_way_of_tip(path.length, move.tip_mm) && programmed_s >= move.axes_s;
+  if (as_programmed && (move.tcp_way_mm || !turns()))
+    return in_mode(nc::FeedMode::per_minute, path, move.axes_s, programmed_s, feed_mm_s);
   BlockFeed out = in(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute);
   if (inverse && (out.runs_away() || out.seconds < move.axes_s)) {
     // Below the lowest rate of inverse time; a feed per minute has none.

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <span>
@@ -17,6 +18,9 @@ inline constexpr double kRunsAway = 0.95;
 /// Where the tip's own time is below a thousandth of the axes' it is no measure of a feed: nothing is "lost"
 /// then.
 inline constexpr double kTipMoves = 1e-3;
+
+/// Share by which the way of the axes may differ from that of the tip and F still be the programmed one.
+inline constexpr double kSameWay = 0.01;
 
 /// How long a block takes and what F says so.
 struct BlockFeed {
@@ -95,6 +99,8 @@ class FeedPlanner {
   }
   /// MAXDPM: no rotary axis is faster than this while cutting.
   void limit_rotary(double rad_s);
+  /// The same for the segment at hand alone: a turn in place that has a time of its own. Infinity ends it.
+  void limit_turn(double rad_s);
   /// A rate that no linear axis exceeds in any direction, mm/s.
   double linear_rate_mm_s() const;
   /// What `seconds_of` and `slowest_axis_s` give for blocks one after the other, a few at a time: block i
@@ -112,7 +118,13 @@ class FeedPlanner {
   ControlPath control_path(const JointVector& a, const JointVector& b,
                            const std::optional<double>& tcp_way_mm) const;
   double seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const;
-  BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds) const;
+  BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds,
+                    double rate_mm_s) const;
+  /// The way that the control divides by F is the tip's but for rounding and the errors of the machine: F is
+  /// the programmed feed, the same in every block.
+  bool is_way_of_tip(double length_mm, double tip_mm) const {
+    return std::abs(length_mm - tip_mm) <= std::max(rounding_mm_, kSameWay * tip_mm);
+  }
 
   void set_slowness();
   template <class T>
@@ -127,7 +139,7 @@ class FeedPlanner {
   struct FewFeeds;
   struct RunRules;
   template <class T>
-  void measure(const Place<T>& from, const Place<T>& to, bool wants_rotary, Ways<T>& out) const;
+  void measure(const Place<T>& from, const Place<T>& to, Ways<T>& out) const;
   template <nc::FeedMode kMode, class T>
   void plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T>& out) const;
   template <nc::FeedMode kMode, class T>
@@ -141,6 +153,7 @@ class FeedPlanner {
   bool four_ = lanes::four_at_a_time();
   std::size_t count_;
   std::array<PlannedAxis, kMaxAxes> axes_;
+  double rotary_rad_s_ = std::numeric_limits<double>::infinity();  // MAXDPM
   // Of positions that the machine has no axis for, too: these do not change.
   std::array<double, kMaxAxes> feed_;  // mm/s, rad/s
   JointVector linear_share_;           // 1 for a linear axis, 0 for a rotary one
@@ -148,7 +161,8 @@ class FeedPlanner {
   JointVector slowness_;               // 1 / feed_, a little more
   const nc::Controller& controller_;
   FeedOutput output_;
-  bool inverse_;  // time, where rotary axes turn
+  bool inverse_;        // time, where rotary axes turn
+  double rounding_mm_;  // of a way between two rounded points, at most
 };
 
 }  // namespace trunnion::post

@@ -51,8 +51,8 @@ template <class T>
 struct FeedPlanner::Ways {
   T tip2_mm2;
   T linear2_mm2;
-  T rotary2_rad2;  // where it is wanted
-  T axes_s;        // at least what the slowest axis needs
+  T rotary2_rad2;
+  T axes_s;  // at least what the slowest axis needs
   std::array<T, kMaxAxes> axis;
 
   /// As slowest_axis_s.
@@ -64,7 +64,7 @@ struct FeedPlanner::Ways {
 };
 
 template <class T>
-void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, bool wants_rotary, Ways<T>& out) const {
+void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, Ways<T>& out) const {
   out.linear2_mm2 = out.rotary2_rad2 = out.axes_s = T{};
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const T by = to.q[id] - from.q[id];
@@ -72,7 +72,7 @@ void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, bool wants_r
     out.axis[id] = by;
     // In the order of `control_path`.
     out.linear2_mm2 += by2 * linear_share_[id];
-    if (wants_rotary) out.rotary2_rad2 += by2 * rotary_share_[id];
+    out.rotary2_rad2 += by2 * rotary_share_[id];
     out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * slowness_[id]));
   }
   out.tip2_mm2 = lanes::squared(to.tip_P - from.tip_P);
@@ -123,7 +123,9 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
   T axes_s = way.axes_s;
   T wanted_s = tip_s;
   out.lost_s = T{};
-  const bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
+  const T programmed_s = length / rules.feed_mm_s;
+  bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
+  if constexpr (!kInverse) slowed = slowed || lanes::any(lanes::Mask<T>(axes_s > programmed_s));
   if (slowed) {
     axes_s = way.slowest_s(feed_);
     wanted_s = lanes::larger(tip_s, axes_s);
@@ -135,7 +137,13 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
     rate = 1.0 / wanted_s;
   } else {
     const T most = lanes::splat<T>(rules.most_mm_s);
-    rate = length / wanted_s;
+    const T tip_mm = lanes::sqrt(way.tip2_mm2);
+    const T differ_mm = lanes::larger(lanes::splat<T>(rounding_mm_), T(kSameWay * tip_mm));
+    const lanes::Mask<T> as_programmed =
+        (way.rotary2_rad2 == 0.0) & (lanes::abs(T(length - tip_mm)) <= differ_mm) & (programmed_s >= axes_s);
+    rate = lanes::select(as_programmed, lanes::splat<T>(rules.feed_mm_s), T(length / wanted_s));
+    wanted_s = lanes::select(as_programmed, programmed_s, wanted_s);
+    out.lost_s = lanes::select(as_programmed, T{}, out.lost_s);
     rate = lanes::select(most < rate, most, rate);
   }
   const T scaled = rate * kSecondsPerMinute * rules.scale;
@@ -160,13 +168,12 @@ std::size_t FeedPlanner::plan_blocks(std::span<const Stop> stops, double feed_mm
   constexpr std::size_t kTogether = lanes::kCount<T>;
   static_assert(RunFeeds::kMost % kTogether == 0);
   const RunRules rules(controller_, kMode, feed_mm_s);
-  const bool wants_rotary = kMode == nc::FeedMode::inverse_time || rules.all_axes;
   const std::size_t count = stops.size() - 1;
   Place<T> before(stops.first(1), 0);
   for (std::size_t i = 0; i < count; i += kTogether) {
     const Place<T> to(stops, i + 1);
     Ways<T> way;
-    measure(Place<T>(before, to), to, wants_rotary, way);
+    measure(Place<T>(before, to), to, way);
     before = to;
     FewFeeds<T> few;
     plan_few<kMode>(rules, way, few);

@@ -34,6 +34,10 @@ constexpr double kAxisShareWithErrors = 0.8;
 // tolerance, 0.003 mm, and are refused.
 constexpr double kTipShareWithLostMotion = 0.9;
 
+// Of a rapid's tolerance: the rest is left to errors and offsets, of which nothing is corrected between
+// points.
+constexpr double kRapidShare = 0.9;
+
 double tip_share(const PostJob& job) {
   const bool loses = job.model != nullptr && ModelEvaluator(*job.model).depends_on() >= DependsOn::motion;
   return loses ? kTipShareWithLostMotion : 1.0;
@@ -47,9 +51,9 @@ PathTolerances::PathTolerances(const PostJob& job, const PostOptions& options)
       axis_given_(options.axis_tolerance.value_or(job.machine->axis_tolerance) * axis_share_),
       tip_share_(tip_share(job)),
       tip_given_mm_(options.tolerance_mm * tip_share_),
-      cutting_{options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_} {
-  if (options.rapid_tolerance_mm) rapid_ = path::Tolerance{*options.rapid_tolerance_mm, axis_given_};
-}
+      cutting_{options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_},
+      rapid_given_mm_(kRapidShare * options.rapid_tolerance_mm),
+      rapid_{options.rtcp ? kNoTipError_mm : rapid_given_mm_, Angle::radians(kPi)} {}
 
 // LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
 void PathTolerances::take(const cl::Tolerance& t) {
@@ -57,22 +61,21 @@ void PathTolerances::take(const cl::Tolerance& t) {
   if (t.applies == cl::Tolerance::Applies::feed && !options_.rtcp) {
     cutting_.tip_mm = std::min(tip_given_mm_, t.value_mm.value_or(options_.tolerance_mm) * tip_share_);
   } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
-    const double given = options_.rapid_tolerance_mm.value_or(*t.value_mm);
-    rapid_ = path::Tolerance{std::min(given, *t.value_mm), cutting_.axis};
+    if (!options_.rtcp) rapid_.tip_mm = std::min(rapid_given_mm_, kRapidShare * *t.value_mm);
   } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
     cutting_.axis = std::min(axis_given_, Angle::radians(*t.axis_angle) * axis_share_);
   }
 }
 
-Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm,
-               const path::Rounding& rounding, ChunkStore& store)
+Intake::Intake(const PostJob& job, const PostOptions& options, const JointVector& quantum, ChunkStore& store)
     : job_(job),
       options_(options),
       machine_(*job.machine),
-      tool_mm_(tool_mm),
-      rounding_(rounding),
+      tools_(*job.machine, options.tools),
+      tool_{tools_.length_of_nobody()},
+      rounding_(path::Rounding::of(machine_, tool_.in_words(), quantum)),
       store_(store),
-      kinematics_(machine_, tool_mm),
+      kinematics_(machine_, tool_.vector()),
       solver_(machine_),
       tolerances_(job, options),
       method_(options.choice),
@@ -81,6 +84,7 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_
 
 std::unique_ptr<Chunk> Intake::fresh() {
   auto chunk = store_.take();
+  chunk->tool = tool_;
   chunk->tolerances.push_back({0, tolerances_.cutting()});
   chunk->before = last_;
   chunk->has_before = has_last_;
@@ -92,9 +96,71 @@ path::ChoiceOptions Intake::choice_options() const {
   out.method = method_;
   out.axis = axis_;
   out.inverse = inverse_;
-  out.tool_mm = tool_mm_;
+  out.tool_mm = tool_.vector();
   out.axis_tolerance = tolerances_.cutting().axis;
   return out;
+}
+
+// Where the axes stand is another place for another tool: what comes next begins anew.
+void Intake::set_tool(const SpindleTool& tool) {
+  tool_ = tool;
+  kinematics_ = TableKinematics(machine_, tool.vector());
+  rounding_ = path::Rounding::of(machine_, tool.in_words(), rounding_.quantum);
+  chunk_->tool = tool;
+  chunk_->has_before = false;
+}
+
+std::unique_ptr<Chunk> Intake::take_tool(const cl::ToolChange& change, SourceRef where) {
+  const auto loaded = tools_.load(change, job_.cl_file, where);
+  if (loaded) chunk_->events.push_back({run_size(), {where, *loaded}});
+  // Before the first motion all is one piece: the head of the program says what stands there.
+  if (loaded && points_ == 0) {
+    tool_known_ = true;
+    set_tool({*loaded->gauge_length_mm, true});
+    return nullptr;
+  }
+  // The machine stands still for a tool change: what comes before is one thing, what comes after another.
+  auto done = flush();
+  feed_seen_ = false;
+  summary_.goes_on = false;
+  tool_known_ = true;
+  if (loaded) {
+    next_tool_ = SpindleTool{*loaded->gauge_length_mm, true};
+  } else {
+    done->failure = loaded.error();
+  }
+  return done;
+}
+
+bool Intake::begin_without_tool(SourceRef where) {
+  tool_known_ = true;
+  const ToolOptions& given = options_.tools;
+  if (given.tool) {
+    const auto loaded = tools_.load({*given.tool, std::nullopt, std::nullopt}, job_.cl_file, where);
+    if (!loaded) {
+      chunk_->failure = loaded.error();
+      return false;
+    }
+    chunk_->events.insert(chunk_->events.begin(), {0, {where, *loaded}});
+    set_tool({*loaded->gauge_length_mm, true});
+    return true;
+  }
+  const bool in_part = options_.rtcp || options_.tilted_plane;
+  const bool words_of_tip = job_.machine->output_point == OutputPoint::tip || in_part;
+  const bool needs_number = in_part || job_.controller->length.automatic;
+  if (words_of_tip && (needs_number || !given.length_mm)) {
+    const std::string number = "--tool N, as if LOADTL/N stood in front of the file";
+    chunk_->failure =
+        Error{ErrorCode::wrong_input,
+              "the file moves here and has loaded no tool, whose length the control adds to these words: " +
+                  (needs_number ? number
+                                : number + ", or --tool-length-mm L for words of the spindle's gauge point"),
+              job_.cl_file, where};
+    return false;
+  }
+  tools_.move_without_tool();
+  if (words_of_tip) set_tool({tools_.length_of_nobody(), false});
+  return true;
 }
 
 // Where points may be dropped or moved a run is looked at as a whole.
@@ -107,6 +173,7 @@ bool Intake::may_cut(const ToolPose& pose) const {
 }
 
 std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resolution& resolution) {
+  take_next_tool();
   inverse_.axis_resolution = resolution.axis;
   const auto* motion = std::get_if<cl::Motion>(&record.data);
   if (motion == nullptr) {
@@ -115,24 +182,22 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
       shape_ = record;
       return nullptr;
     }
+    if (const auto* change = std::get_if<cl::ToolChange>(&record.data))
+      return take_tool(*change, record.where);
     chunk_->events.push_back({run_size(), record});
     if (const auto* word = std::get_if<cl::Tolerance>(&record.data)) {
       tolerances_.take(*word);
       chunk_->tolerances.push_back({run_size(), tolerances_.cutting()});
     }
     if (const auto* word = std::get_if<cl::PostWord>(&record.data)) {
-      auto before = flush();
+      auto before = run_is_empty() ? nullptr : flush();
       summary_.goes_on = true;
       take_post_word(*word);
       return before;
     }
-    // The machine stands still for a tool change: what comes before is one thing, what comes after another.
-    if (!std::holds_alternative<cl::ToolChange>(record.data)) return nullptr;
-    auto done = flush();
-    feed_seen_ = false;
-    summary_.goes_on = false;
-    return done;
+    return nullptr;
   }
+  if (!tool_known_ && !begin_without_tool(record.where)) return std::exchange(chunk_, fresh());
   ++points_;
   std::unique_ptr<Chunk> done;
   // A plane holds one tool axis: a rapid to another one begins a new run.
@@ -182,7 +247,9 @@ std::size_t Intake::cuts_taken() const {
 
 std::unique_ptr<Chunk> Intake::take(std::span<const cl::PlainCut> cuts, const cl::Feed& feed,
                                     const cl::Resolution& resolution) {
+  take_next_tool();
   inverse_.axis_resolution = resolution.axis;
+  if (!tool_known_ && !begin_without_tool(cuts[0].where)) return std::exchange(chunk_, fresh());
   points_ += cuts.size();
   std::unique_ptr<Chunk> done;
   if (!run_is_empty() && may_cut(last_pose())) {
@@ -259,7 +326,7 @@ Result<void> Intake::choose(Chunk& chunk) {
   summary_ = so_far;
   if (auto done = choice(); !done) return done;
   chunk.pole =
-      path::tilt_near_pole(machine_, tool_mm_, pole, programmed, before, choice_points_, chunk.chosen);
+      path::tilt_near_pole(machine_, tool_.vector(), pole, programmed, before, choice_points_, chunk.chosen);
   for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = choice_points_[i];
   return {};
 }
@@ -329,6 +396,7 @@ std::unique_ptr<Chunk> Intake::next_piece() {
               from.begin() + static_cast<std::ptrdiff_t>(end));
   };
   auto piece = store_.take();
+  piece->tool = whole.tool;
   if (unheld_) {
     take_held(end - begin, *piece);
   } else {

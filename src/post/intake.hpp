@@ -2,6 +2,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "trunnion/machine/rotary_solver.hpp"
@@ -20,7 +21,8 @@ class PathTolerances {
   PathTolerances(const PostJob& job, const PostOptions& options);
   void take(const cl::Tolerance& word);
   const path::Tolerance& cutting() const { return cutting_; }
-  const std::optional<path::Tolerance>& rapid() const { return rapid_; }
+  /// Of rapids only the tip is held to its line.
+  const path::Tolerance& rapid() const { return rapid_; }
 
  private:
   const PostOptions& options_;
@@ -29,7 +31,8 @@ class PathTolerances {
   double tip_share_;
   double tip_given_mm_;
   path::Tolerance cutting_;
-  std::optional<path::Tolerance> rapid_;
+  double rapid_given_mm_;
+  path::Tolerance rapid_;
 };
 
 /// First stage: gathers the records of the CL file into chunks and chooses the joints of their motions. A
@@ -38,9 +41,8 @@ class PathTolerances {
 /// there is no such point is held to its end, packed, and goes on in pieces.
 class Intake {
  public:
-  /// `store` must outlive the intake.
-  Intake(const PostJob& job, const PostOptions& options, const Vec3& tool_mm, const path::Rounding& rounding,
-         ChunkStore& store);
+  /// `quantum`: of the words, as path::Rounding has it. `store` must outlive the intake.
+  Intake(const PostJob& job, const PostOptions& options, const JointVector& quantum, ChunkStore& store);
 
   /// Takes the next record; gives a chunk when one is complete.
   std::unique_ptr<Chunk> take(const cl::Record& record, const cl::Resolution& resolution);
@@ -56,6 +58,7 @@ class Intake {
 
   std::size_t points() const { return points_; }
   const path::ChoiceSummary& choice() const { return summary_; }
+  const ProgramTools& tools() const { return tools_; }
 
  private:
   std::unique_ptr<Chunk> flush();
@@ -81,13 +84,25 @@ class Intake {
   bool may_divide(const Chunk& chunk) const;
   Result<void> choose(Chunk& chunk);
   void take_post_word(const cl::PostWord& word);
+  /// The chunk that ends at a tool change.
+  std::unique_ptr<Chunk> take_tool(const cl::ToolChange& change, SourceRef where);
+  /// Before the first motion of a file that has loaded no tool. False: it must, and the chunk has failed.
+  bool begin_without_tool(SourceRef where);
+  void set_tool(const SpindleTool& tool);
+  /// Before anything is taken: the tool that was changed for.
+  void take_next_tool() {
+    if (next_tool_) set_tool(*std::exchange(next_tool_, std::nullopt));
+  }
   bool may_cut(const ToolPose& pose) const;
   path::ChoiceOptions choice_options() const;
 
   const PostJob& job_;
   const PostOptions& options_;
   Machine machine_;  // as LIMITS leaves it
-  Vec3 tool_mm_;
+  ProgramTools tools_;
+  SpindleTool tool_;
+  std::optional<SpindleTool> next_tool_;  // behind what is still handed on of the run before
+  bool tool_known_ = false;               // a tool was loaded, or nothing asks for one
   path::Rounding rounding_;
   ChunkStore& store_;
   TableKinematics kinematics_;

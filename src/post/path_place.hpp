@@ -25,6 +25,8 @@ struct KnownFigures {
   double tip_mm = 0.0;
   double axis = 0.0;        // that is in the report already
   double axis_limit = 0.0;  // that may come into it
+  double flute_mm = 0.0;    // VerifyOptions, and what its points must stay below where it is not 0
+  double flute_limit_mm = 0.0;
 };
 
 /// What the places of a program on its CL path are looked for with.
@@ -53,11 +55,32 @@ inline constexpr double kAlong2 = 0.99;
 /// A way of so many times kSamePoint_mm is none of the tool axis alone.
 inline constexpr double kTellsPoints = 20.0;
 
+/// How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
+inline double fraction_of(const ToolPose& v, const Target& a, const Target& b) {
+  const Vec3 d = b.tip_P - a.tip_P;
+  const double l2 = d.squaredNorm();
+  // No turn is above half a one: mostly that decides.
+  double turn = kPi;
+  if (l2 <= kStill_mm * turn * kStill_mm * turn) turn = b.turn;
+  if (l2 > kStill_mm * turn * kStill_mm * turn) {
+    return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
+  }
+  return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
+}
+
 /// How much farther off than the chord between two tool axes, its square given, the arc between them may be
 /// from a plane sector: seen from the centre it runs along the chord, at 1 / cos(theta / 2) at most.
 template <class T>
 T arc_beyond_chord(const T& chord2) {
   return 1.0 + chord2 / 6.0;
+}
+/// By how much more the tool axis of a block, its chord between ends that are off the path's by `off` at
+/// most, may be off that of the path where the tip is: the path's arc bows, too.
+template <class T>
+T path_bow(const T& chord2, const T& off) {
+  const T turn = lanes::sqrt(chord2) + 2.0 * off;
+  const T turn2 = turn * turn;
+  return turn2 * (0.125 + 0.015 * turn2);
 }
 /// How far a block goes: its tip and its tool axis.
 struct Way {

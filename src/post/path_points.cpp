@@ -115,6 +115,7 @@ void PathPoints::forget(std::size_t count) {
     std::copy(column.begin() + passed, column.begin() + static_cast<std::ptrdiff_t>(rows_), column.begin());
   });
   rows_ -= count;
+  gone_ += count;
   size_ -= count;
   first_ += count;
   const auto pages = static_cast<std::ptrdiff_t>(first_ / kPage);

@@ -24,6 +24,9 @@ class PathPoints {
   /// The first ones.
   void forget(std::size_t count);
 
+  /// How many have been forgotten.
+  std::size_t gone() const { return gone_; }
+
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
   const Target& operator[](std::size_t i) const { return at(i); }
@@ -55,6 +58,7 @@ class PathPoints {
   std::size_t first_ = 0;  // on its page
   std::size_t size_ = 0;
   std::size_t rows_ = 0;
+  std::size_t gone_ = 0;
   bool four_ = lanes::four_at_a_time();
 };
 

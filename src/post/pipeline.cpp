@@ -32,6 +32,10 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.offsets = job.offsets;
   v.offset_limits = job.offset_limits;
   if (job.run_time_drift != nullptr) v.run_time_temperatures = &job.run_time_drift->history;
+  v.tools = options.tools;
+  v.work_offset = options.work_offset;
+  v.smoothing_mm = options.smoothing_mm;
+  v.default_feed_mm_s = options.default_feed_mm_s;
   v.collect = options.collect;
   return v;
 }
@@ -46,17 +50,19 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
       all_findings_(diagnostics),
       machine_(*job.machine),
       controller_(*job.controller),
-      tool_mm_(job.machine->tool_vector()),
+      tool_{options.tools.length_mm.value_or(machine_.tool_length_mm)},
+      quantum_(quantum_of(machine_, controller_, options.rtcp)),
       writer_(controller_, text_),
-      kinematics_(machine_, tool_mm_),
-      rounding_(path::Rounding::of(machine_, tool_mm_, quantum_of(machine_, controller_, options.rtcp))),
-      refiner_(machine_, tool_mm_, rounding_, options.nonlinear),
+      kinematics_(machine_, tool_.vector()),
+      rounding_(path::Rounding::of(machine_, tool_.in_words(), quantum_)),
+      refiner_(machine_, tool_.vector(), rounding_, options.nonlinear),
+      rapid_refiner_(machine_, tool_.vector(), rounding_, {}),
       planner_(machine_, controller_, options.feed),
       tolerances_(job, options),
-      word_offsets_(words_of(machine_, JointVector(), tool_mm_)),
+      word_offsets_(words_of(machine_, JointVector(), tool_.in_words())),
       state_(machine_.axes.size(),
              job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),
-      shift_(machine_, controller_, tool_mm_) {
+      shift_(machine_, controller_) {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     letters_[id] = *nc::axis_letter(machine_.axes[id].name);
     least_[id] = machine_.axes[id].min;
@@ -70,7 +76,7 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
   writes_runs_ = axis_count_ == nc::RunBlock::kAxes && !options.rtcp;
   if (job.model != nullptr) {
     evaluator_ = std::make_unique<ModelEvaluator>(*job.model);
-    compensator_ = std::make_unique<path::Compensator>(machine_, *job.model, tool_mm_);
+    compensators_ = std::make_unique<Compensators>(*job.machine, *job.model);
     loses_motion_ = evaluator_->depends_on() >= DependsOn::motion;
     knows_history_ = evaluator_->depends_on() > DependsOn::position;
   }
@@ -78,17 +84,12 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     offsets_.emplace(*job.offsets, job.offset_limits,
                      shifts() ? OffsetTracker::Follow::operations : OffsetTracker::Follow::always);
   }
-  if (compensator_ || offsets_) {
-    meter_.emplace(machine_, tool_mm_, evaluator_.get(), offsets_ && !shifts() ? &*offsets_ : nullptr,
-                   options.nonlinear.certify, options.tolerance_mm,
-                   options.axis_tolerance.value_or(machine_.axis_tolerance));
-    for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
-    station_ = vertices_[0].station;
-    corrects_by_place_ = writes_runs_ && meter_->is_fixed() && !loses_motion_ && !knows_history_;
-  }
+  set_tool(tool_);
+  corrects_by_place_ =
+      compensator_ != nullptr && writes_runs_ && meter_->is_fixed() && !loses_motion_ && !knows_history_;
   if (!options.verify) return;
   const std::string nc_file = "<program>";
-  verifier_ = std::make_unique<Verifier>(*job.machine, controller_, tool_mm_,
+  verifier_ = std::make_unique<Verifier>(*job.machine, controller_,
                                          verify_options(job, options, *job.machine, evaluator_.get()),
                                          nc_file, verification_);
   if (evaluator_ || offsets_) {
@@ -96,30 +97,45 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSin
     nominal.collect = false;
     nominal.offsets = nullptr;
     nominal.run_time_temperatures = nullptr;
-    nominal_ =
-        std::make_unique<Verifier>(*job.machine, controller_, tool_mm_, nominal, nc_file, verification_);
+    nominal_ = std::make_unique<Verifier>(*job.machine, controller_, nominal, nc_file, verification_);
     verifier_->share_with(*nominal_);
   }
 }
 
 Pipeline::~Pipeline() = default;
 
+void Pipeline::set_tool(const SpindleTool& tool) {
+  tool_ = tool;
+  const Vec3 vector = tool.vector();
+  kinematics_ = TableKinematics(machine_, vector);
+  rounding_ = path::Rounding::of(machine_, tool.in_words(), quantum_);
+  refiner_ = path::Refiner(machine_, vector, rounding_, options_.nonlinear);
+  rapid_refiner_ = path::Refiner(machine_, vector, rounding_, {});
+  word_offsets_ = words_of(machine_, JointVector(), tool.in_words());
+  if (compensators_) compensator_ = &compensators_->of(tool.length_mm);
+  if (compensator_ == nullptr && !offsets_) return;
+  meter_.emplace(machine_, vector, evaluator_.get(), offsets_ && !shifts() ? &*offsets_ : nullptr,
+                 options_.nonlinear.certify, options_.tolerance_mm,
+                 options_.axis_tolerance.value_or(machine_.axis_tolerance));
+  for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
+  station_ = vertices_[0].station;
+}
+
 Result<void> Pipeline::write(const nc::Block& block) {
   return writer_.write(block);
 }
 
 Result<void> Pipeline::begin() {
-  if (auto r = begin_offsets(); !r) return r;
-  if (auto r = write(nc::ProgramStart{}); !r) return r;
-  for (const std::string& line : job_.header) {
-    if (auto r = write(nc::Comment{line}); !r) return r;
-  }
-  return write(nc::Comment{verdict_placeholder()});
+  return begin_offsets();
 }
 
 Result<void> Pipeline::emit(Chunk& chunk) {
   if (chunk.failure) return tl::unexpected(*chunk.failure);
   chunk_ = &chunk;
+  if (chunk.tool != tool_) set_tool(chunk.tool);
+  if (!begun_) {
+    if (auto begun = begin_text(chunk); !begun) return begun;
+  }
   tell_notes();
   if (options_.tilted_plane && !chunk.motions.empty()) choose_plane();
   auto done = emit_run();
@@ -132,7 +148,17 @@ Result<void> Pipeline::emit(Chunk& chunk) {
 // not be judged yet.
 Result<void> Pipeline::pass_on(Chunk& chunk) {
   if (verifier_) {
-    for (const Pending& p : chunk.motions) {
+    for (const Event& event : chunk.events) {
+      if (const auto* change = std::get_if<cl::ToolChange>(&event.record.data))
+        verifier_->expect_tool(change->number, *change->gauge_length_mm);
+    }
+    if (!chunk.tool.control_adds_length) verifier_->expect_no_length();
+    std::size_t event = 0;
+    for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
+      for (; event < chunk.events.size() && chunk.events[event].before == i; ++event)
+        verifier_->expect(chunk.events[event].record);
+      if (i == chunk.motions.size()) break;
+      const Pending& p = chunk.motions[i];
       verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
                         p.point.where);
     }
@@ -148,65 +174,6 @@ Result<void> Pipeline::pass_on(Chunk& chunk) {
 void Pipeline::tell_findings() {
   all_findings_.append(diagnostics_);
   all_findings_.append(verification_);
-}
-
-// From an unknown or safe position: up, the rotary axes, then over the part, then down.
-Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
-  const auto first = corrected(to, 0.0);
-  if (!first) return tl::unexpected(first.error());
-  if (auto r = emit_safe_turn(*first, motion.point.where); !r) return r;
-  // In a plane that was entered on the way the words are others.
-  const auto found = plane_ ? corrected(to, 0.0) : first;
-  if (!found) return tl::unexpected(found.error());
-  const JointVector q = *found;
-  last_ = to;
-  last_emitted_ = q;
-  if (motion.point.rapid) return emit_motion(q, nc::MotionKind::rapid, {}, motion.point.where);
-  const auto rate = feed_rate(motion.feed, 0.0, motion.point.where);
-  if (!rate) return tl::unexpected(rate.error());
-  return emit_feed_per_minute(q, *rate, motion.point.where);
-}
-
-// Up to the safe height, then the rotary axes and then X and Y to where `q` has them.
-Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
-  const std::uint16_t z = nc::AxisWords::bit(nc::AxisLetter::Z);
-  std::uint16_t rotary = 0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::rotary) {
-      rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(letters_[id]));
-    }
-  }
-  if (auto r = leave_plane(); !r) return r;
-  if (!controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
-    if (auto r = write(nc::Retract{z}); !r) return r;
-  }
-  if (auto r = emit_shift(); !r) return r;
-  // Where the machine comes from is known from the second time on.
-  moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
-  if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
-  if (next_plane_) {
-    // The rotary axes stand where the plane wants them: the control has nothing to turn.
-    if (auto r = write(next_plane_block_); !r) return r;
-    plane_ = std::exchange(next_plane_, std::nullopt);
-    ++report_.tilted_planes;
-  }
-  if (!options_.rtcp)
-    return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~z));
-  // Under tool-centre-point control a linear move needs all of X Y Z: to a point straight above, at the end
-  // of Z's travel.
-  JointVector above = q;
-  // A shift of the work offset needs room there.
-  const double room_mm = offsets_ && shifts() ? 2.0 * job_.offset_limits.clamp_mm : 0.0;
-  if (const auto id = machine_.axis("Z")) {
-    above[*id] = std::max(q[*id], machine_.axes[*id].max - room_mm);
-    // Words of the part may be rounded upwards, beyond the travel by more than rounding of Z itself.
-    const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::Z);
-    JointVector there = above;
-    kinematics_.solve_linear(word_tip_P(above), kinematics_.sines(above), there);
-    if (there[*id] > machine_.axes[*id].max + 0.5 * digit_mm) above[*id] -= digit_mm;
-  }
-  if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
-  return emit_motion(above, nc::MotionKind::rapid, {}, where);
 }
 
 // A motion whose length the post does not know or that only leaves or enters: F per minute.
@@ -238,23 +205,29 @@ Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, So
 Result<void> Pipeline::emit_corrected(const path::Point& to, JointVector q, double rate_mm_s,
                                       const cl::Feed& feed, SourceRef where, int depth) {
   const double tip_mm = (to.tip_P - last_.tip_P).norm();
-  const bool bent = (compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q);
-  if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, rate_mm_s))) {
-    // The errors bend the path between the two: a point between them, compensated itself.
+  // A point between the two, compensated itself.
+  const auto in_halves = [&]() -> Result<void> {
     const path::Point middle = middle_before(to);
     ++report_.points_inserted;
     if (auto r = emit_feed(middle, feed, where, depth + 1); !r) return r;
     last_ = middle;
     return emit_feed(to, feed, where, depth + 1);
-  }
-  BlockFeed block = planner_.plan(move_to(q, tip_mm), rate_mm_s);
+  };
+  // The errors bend the path between the two.
+  const bool bent = (compensator_ || (offsets_ && !shifts())) && depth < kMaxBends && bends(to, q);
+  if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, rate_mm_s))) return in_halves();
+  const FeedPlanner::Move move = move_to(q, tip_mm);
+  BlockFeed block = planner_.plan(move, rate_mm_s);
   holds_digits_ = false;
-  if (block.other_mode || block.runs_away()) {
+  // Of a way of one digit even the smallest F may be too fast for axes that turn far.
+  if (block.other_mode || block.runs_away() || block.seconds < move.axes_s) {
     if (const auto held = without_idle_digits(to, q)) {
       q = *held;
       holds_digits_ = true;
       ++report_.blocks_held;
       block = planner_.plan(move_to(q, tip_mm), rate_mm_s);
+    } else if (block.seconds < move.axes_s && depth < kMaxBends) {
+      return in_halves();
     }
   }
   moved(q, block.seconds);
@@ -331,7 +304,15 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
       const double by = found->q[kinematics_.linear(i)] - q[kinematics_.linear(i)];
       correction2 += by * by;
     }
-    report_.largest_correction_mm = std::max(report_.largest_correction_mm, std::sqrt(correction2));
+    const double correction_mm = std::sqrt(correction2);
+    if (correction_mm > options_.largest_correction_mm) {
+      return fail(ErrorCode::check_failed,
+                  "the model asks for a correction of " + fixed_text(correction_mm, 4) +
+                      " mm here, at most " + shortest_text(options_.largest_correction_mm) +
+                      " mm is taken to be meant (--largest-correction-mm)",
+                  job_.cl_file, point.where);
+    }
+    report_.largest_correction_mm = std::max(report_.largest_correction_mm, correction_mm);
     report_.largest_error_mm = std::max(report_.largest_error_mm, found->before_mm);
     q = found->q;
     aim_P_ = found->aim_P;
@@ -367,6 +348,7 @@ void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
     if (v.by > beyond.worst.by) {
       beyond.worst = v;
       beyond.where = point.where;
+      beyond.tool_mm = tool_.vector();
     }
   }
 }
@@ -396,8 +378,12 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
 Result<PostReport> Pipeline::finish(const Intake& intake) {
   report_.points_in = intake.points();
   report_.choice = intake.choice();
-  if (auto r = leave_plane(); !r) return tl::unexpected(r.error());
-  if (auto r = finish_offsets(); !r) return tl::unexpected(r.error());
+  report_.tools = intake.tools().loaded();
+  intake.tools().warn_of_machine_file(job_.cl_file, diagnostics_);
+  if (!begun_) {
+    if (auto r = begin_text(Chunk()); !r) return tl::unexpected(r.error());
+  }
+  if (auto r = emit_end(); !r) return tl::unexpected(r.error());
   if (auto r = write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
   Chunk end;
   end.text.swap(text_);
@@ -431,9 +417,20 @@ std::string Pipeline::limit_text(AxisId id) const {
   const double factor = rotary ? kDegreePerRad : 1.0;
   const std::string unit = rotary ? " deg" : " mm";
   const auto number = [&](double v) { return fixed_text(v * factor, 4) + unit; };
-  std::string text = "axis " + axis.name + " would stand at " + number(beyond.worst.value) + ", " +
-                     number(beyond.worst.by) + " beyond its limits of " + number(axis.min) + " to " +
-                     number(axis.max);
+  // Along the spindle the position is that of the spindle nose: what of it is tool is what can be changed.
+  const double along_mm = rotary || axis.carries_part ? 0.0 : axis.direction.dot(beyond.tool_mm);
+  std::string text;
+  if (along_mm != 0.0) {
+    const auto short_number = [](double v) { return fixed_text(v, 3); };
+    const bool above = beyond.worst.value > axis.max;
+    text = "spindle nose at " + axis.name + " " + short_number(beyond.worst.value) + " (tip " +
+           short_number(beyond.worst.value + along_mm) + (along_mm < 0.0 ? " + tool " : " - tool ") +
+           short_number(std::abs(along_mm)) + "): " + short_number(beyond.worst.by) +
+           (above ? " above" : " below") + " the limit of " + shortest_text(above ? axis.max : axis.min);
+  } else {
+    text = "axis " + axis.name + " would stand at " + number(beyond.worst.value) + ", " +
+           number(beyond.worst.by) + " beyond its limits of " + number(axis.min) + " to " + number(axis.max);
+  }
   if (beyond.count > 1) {
     text += "; " + std::to_string(beyond.count) + " positions are beyond them, the first at line " +
             std::to_string(beyond.first.line);

@@ -10,6 +10,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/chunk.hpp"
+#include "post/compensators.hpp"
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
@@ -38,11 +39,11 @@ class Pipeline {
   /// What the stages found goes to the diagnostics, in the order of the stages.
   void tell_findings();
 
-  const Vec3& tool_mm() const { return tool_mm_; }
-  const path::Rounding& rounding() const { return rounding_; }
+  /// Of the words, as path::Rounding has it.
+  const JointVector& quantum() const { return quantum_; }
   /// Where the errors hang on the position alone; else null.
-  const path::Compensator* compensator_by_place() const {
-    return corrects_by_place_ ? compensator_.get() : nullptr;
+  const path::Compensator* compensator_by_place(const SpindleTool& tool) const {
+    return corrects_by_place_ ? &compensators_->of(tool.length_mm) : nullptr;
   }
 
  private:
@@ -51,6 +52,7 @@ class Pipeline {
     SourceRef first;
     LimitViolation worst;
     SourceRef where;  // of the worst
+    Vec3 tool_mm = Vec3::Zero();
   };
 
   static constexpr std::uint16_t kAllWords = 0xFFFF;
@@ -58,6 +60,13 @@ class Pipeline {
   /// machine's.
   static constexpr int kMaxBends = 6;
 
+  /// The head of the program, when its first motions and what is said before them are known.
+  Result<void> begin_text(const Chunk& chunk);
+  std::int64_t work_offset_of(const Chunk& chunk) const;
+  Result<void> check_work_offset(const cl::WorkOffset& offset, SourceRef where);
+  /// Rotary axes that the cut from motion `i` of the chunk on does not turn, bits of nc::AxisWords.
+  std::uint16_t standing_axes(std::size_t i) const;
+  Result<void> clamp_standing();
   Result<void> begin_offsets();
   Result<void> finish_offsets();
   bool variables() const { return offsets_ && job_.offset_output == OffsetOutput::variables; }
@@ -79,6 +88,8 @@ class Pipeline {
   void elapse(double seconds);
   void pause(double seconds);
 
+  /// From here on motions are made with this tool.
+  void set_tool(const SpindleTool& tool);
   Result<void> emit_run();
   /// The tilted plane in which the chunk is to be written, when it is one of its kind.
   void choose_plane();
@@ -130,17 +141,32 @@ class Pipeline {
   Vec3 xyz_of(const JointVector& words) const;
   nc::AxisWords quanta_of(const Vec3& xyz_mm) const;
   JointVector joints_of_xyz(const nc::AxisWords& words, const JointVector& at) const;
+  /// Failures name the line of the CL file.
   Result<void> emit_event(const cl::Record& record);
+  Result<void> emit_event_at(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
-  Result<void> emit_tool_change(const cl::ToolChange& change);
+  /// Before a cut for which the CL file has said nothing.
+  void warn_of_spindle(SourceRef where);
+  Result<void> emit_coolant(nc::CoolantKind kind);
+  Result<void> emit_stop(const cl::Stop& stop, SourceRef where);
+  Result<void> emit_tool_change(const cl::ToolChange& change, SourceRef where);
+  void check_own_length();
   Result<void> emit_cutter_compensation(const cl::CutterCompensation& c, SourceRef where);
   /// What a control asks of motion number `i` while it compensates.
   Result<void> check_compensated(std::size_t i);
   Result<void> emit_dwell(const cl::Dwell& dwell, SourceRef where);
   Result<void> emit_text(const cl::Text& text, SourceRef where);
   Result<void> take_tolerance(const cl::Tolerance& tolerance, SourceRef where);
+  Result<void> emit_retract(SourceRef where);
+  Result<void> write_retract(nc::AxisLetter letter, double position_mm);
+  /// To the safe height, from where the tool comes back if the program cuts on.
+  Result<void> emit_pause_above(SourceRef where);
+  Result<void> emit_return(const Pending& motion);
+  Result<void> resume();
+  Result<void> emit_end();
   Result<void> emit_approach(const path::Point& to, const Pending& motion);
   Result<void> emit_safe_turn(const JointVector& q, SourceRef where);
+  JointVector above(const JointVector& q) const;
   /// On the way to `next`, the position of `motion`, the rotary axes turn away from the part where they must.
   /// True when the tool is there already.
   Result<bool> emit_reconfiguration(const path::ChosenPoint& next, const Pending& motion);
@@ -149,6 +175,8 @@ class Pipeline {
   Result<void> emit_turn_away(const JointVector& after, const Pending& motion);
   Result<void> emit_feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where);
   Result<void> emit_rapid(const path::Point& to);
+  /// Over the safe height: on its straight way the tip would circle the part.
+  Result<void> emit_rapid_above(const path::Point& to);
   Result<void> emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
   /// From where `q` is found on: `rate_mm_s` that of the tip.
   Result<void> emit_corrected(const path::Point& to, JointVector q, double rate_mm_s, const cl::Feed& feed,
@@ -208,12 +236,13 @@ class Pipeline {
   Diagnostics verification_;  // of reading it back
   Machine machine_;           // as LIMITS leaves it; the verification has the one that was given
   const nc::Controller& controller_;
-  Vec3 tool_mm_;
+  SpindleTool tool_;
+  JointVector quantum_;
   std::string text_;
   nc::Writer writer_;
   TableKinematics kinematics_;
   path::Rounding rounding_;
-  path::Refiner refiner_;
+  path::Refiner refiner_, rapid_refiner_;
   FeedPlanner planner_;
   PathTolerances tolerances_;
   std::array<nc::AxisLetter, kMaxAxes> letters_{};
@@ -226,6 +255,8 @@ class Pipeline {
   nc::Motion plain_;             // a feed motion of all axes
   double spindle_rpm_ = 0.0;
   double tool_diameter_mm_ = 0.0;
+  double own_length_mm_ = 0.0;  // of the tool, as TLDATA has it, until its first motion
+  SourceRef own_length_where_;
   std::int64_t length_offset_ = 1;
   nc::CutterSide cutter_ = nc::CutterSide::off;
   bool cutter_changes_ = false;  // with the next motion
@@ -236,10 +267,19 @@ class Pipeline {
   nc::TiltedPlane next_plane_block_;
 
   Chunk* chunk_ = nullptr;  // that is emitted
+  std::size_t motion_ = 0;  // of the chunk: the next one, while what is said before it goes out
 
+  bool begun_ = false;    // the head of the program was written
   bool placed_ = false;   // a first point was emitted
   bool approach_ = true;  // the next motion starts from an unknown or safe position
-  path::Point last_;      // nominal, on the word grid
+  bool up_ = false;       // Z is at the safe height
+  bool returns_ = false;  // from where it comes back to `last_`
+  bool resumes_ = true;   // spindle and coolant are to be said again before the next motion
+  nc::Spindle spindle_asked_;
+  unsigned coolant_asked_ = 0;  // bit per kind
+  bool tool_called_ = false;
+  bool spindle_said_ = false;  // for the tool at hand, or it was warned of
+  path::Point last_;           // nominal, on the word grid
   JointVector last_emitted_;
   Vec3 aim_P_ = Vec3::Zero();              // path::Corrected::aim_P of the last point
   std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
@@ -248,8 +288,9 @@ class Pipeline {
   std::vector<path::SegmentReport> reports_;
   ProgramState state_;
   std::unique_ptr<ModelEvaluator> evaluator_;
-  std::unique_ptr<path::Compensator> compensator_;
-  bool loses_motion_ = false;       // there are errors of the sense of motion
+  std::unique_ptr<Compensators> compensators_;
+  const path::Compensator* compensator_ = nullptr;  // of the tool
+  bool loses_motion_ = false;                       // there are errors of the sense of motion
   bool corrects_by_place_ = false;  // errors hang on the position alone, and runs can be written
   bool knows_history_ = false;      // there are errors that depend on more than the position
   std::optional<OffsetTracker> offsets_;

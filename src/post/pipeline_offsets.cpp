@@ -29,7 +29,7 @@ Result<void> Pipeline::begin_offsets() {
   if (*kind == nc::OffsetShift::Kind::set) {
     const Vec3 value = work_offset_words(machine_, options_.rtcp);
     diagnostics_.warning(machine_.file, {},
-                         "the program sets work offset 1 to X" + fixed_text(value.x(), 4) + " Y" +
+                         "the program sets its work offset to X" + fixed_text(value.x(), 4) + " Y" +
                              fixed_text(value.y(), 4) + " Z" + fixed_text(value.z(), 4) +
                              " and shifts of it: that must be what the control has there (--thermal-output "
                              "local-shift leaves it alone)");

@@ -165,6 +165,8 @@ void Pipeline::begin_segment(std::size_t i) {
 const JointVector* Pipeline::known_correction(std::size_t number) const {
   const Chunk::Corrections& corrections = chunk_->corrections;
   if (corrections.known.empty() || corrections.known[number] == 0) return nullptr;
+  // Where one of them is too large each is asked for by itself, which tells the place.
+  if (corrections.largest_correction_mm > options_.largest_correction_mm) return nullptr;
   const JointVector* const q = &corrections.joints[number];
   return within_travel(*q) ? q : nullptr;
 }

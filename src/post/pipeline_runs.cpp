@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <variant>
 
 #include "post/pipeline.hpp"
@@ -11,6 +12,7 @@ Result<void> Pipeline::emit_run() {
   const auto& chosen = chunk_->chosen;
   std::size_t event = 0;
   for (std::size_t i = 0; i <= motions.size(); ++i) {
+    motion_ = i;
     for (; event < events.size() && events[event].before == i; ++event) {
       if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
         const auto taken = emit_shape(*begin->shape, i);
@@ -25,6 +27,11 @@ Result<void> Pipeline::emit_run() {
     }
     if (i == motions.size()) break;
     const Pending& motion = motions[i];
+    if (auto done = resume(); !done) return done;
+    if (!spindle_said_ && !motion.point.rapid) warn_of_spindle(motion.point.where);
+    if (returns_) {
+      if (auto done = emit_return(motion); !done) return done;
+    }
     if (auto done = emit_waiting_turn(motion); !done) return done;
     if (cutter_ != nc::CutterSide::off || cutter_changes_) {
       if (auto done = check_compensated(i); !done) return done;
@@ -86,8 +93,31 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   }
   if (approach_ || !placed_) {
     approach_ = false;
+    check_own_length();
     auto done = emit_approach(to, motion);
     placed_ = true;
+    return done;
+  }
+  if (motion.feed.mode == cl::FeedMode::inverse && !motion.point.rapid) {
+    // The time is that of the whole segment: its pieces share one rate.
+    Pending at_rate = motion;
+    const auto rate = feed_rate(motion.feed, (to.tip_P - last_.tip_P).norm(), motion.point.where);
+    if (!rate) return tl::unexpected(rate.error());
+    at_rate.feed = {cl::FeedMode::per_minute, *rate};
+    // Where the tip stands there is no rate of its: the rotary axes take the time.
+    constexpr double kStands_mm = 1e-6;
+    constexpr double kSameAxis = 1e-9;
+    const bool in_place = (to.tip_P - last_.tip_P).norm() < kStands_mm;
+    if (!in_place || (to.axis_P - last_.axis_P).norm() < kSameAxis)
+      return emit_segment(to, at_rate, prepared);
+    double turn_rad = 0.0;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      if (machine_.axes[id].kind == AxisKind::rotary)
+        turn_rad = std::max(turn_rad, std::abs(to.q[id] - last_.q[id]));
+    }
+    planner_.limit_turn(turn_rad * motion.feed.value);
+    auto done = emit_segment(to, at_rate, prepared);
+    planner_.limit_turn(std::numeric_limits<double>::infinity());
     return done;
   }
   begin_segment(last_, to);
@@ -100,10 +130,16 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   }
   const bool rapid = motion.point.rapid;
   inserted_.clear();
-  if (!rapid || tolerances_.rapid()) {
-    const path::SegmentReport r =
-        refiner_.decide(last_, to, rapid ? *tolerances_.rapid() : tolerances_.cutting(), 0.0, inserted_);
-    if (!rapid) note(r);
+  if (rapid) {
+    const bool stays =
+        !rewinds(to, to.q) && rapid_refiner_.decide(last_, to, tolerances_.rapid(), 0.0, inserted_).converged;
+    if (!stays) {
+      auto done = emit_rapid_above(to);
+      last_ = to;
+      return done;
+    }
+  } else {
+    note(refiner_.decide(last_, to, tolerances_.cutting(), 0.0, inserted_));
   }
   for (const path::Point& point : inserted_) {
     if (auto done = emit_to(point, motion); !done) return done;
@@ -136,7 +172,9 @@ std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) cons
   const auto& chosen = chunk_->chosen;
   if (!options_.nonlinear.thin && !options_.nonlinear.move_programmed_points) return first;
   const auto cuts = [&](std::size_t i) {
-    return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q;
+    // An inverse time is that of one motion: what passes several has none.
+    return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q &&
+           motions[i].feed.mode != cl::FeedMode::inverse;
   };
   if (approach_ || !placed_ || !cuts(first)) return first;
   std::size_t last = first;

@@ -110,7 +110,7 @@ Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
 
 // The rotary axes stand still, and nothing bends the path.
 bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
-  if (turn_waits_ || cutter_changes_ || compensator_ || offsets_ || count == 0 ||
+  if (turn_waits_ || returns_ || cutter_changes_ || compensator_ || offsets_ || count == 0 ||
       i + count > chunk_->motions.size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {

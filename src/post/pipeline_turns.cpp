@@ -10,15 +10,9 @@
 namespace trunnion::post {
 
 Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const Pending& motion) {
-  if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
-    return fail(
-        ErrorCode::check_failed,
-        "the rotary axes must turn back here and the controller file has no safe position ([retract] Z)",
-        job_.cl_file, motion.point.where);
-  }
   path::ChoiceOptions options;
   options.inverse = chunk_->inverse;
-  options.tool_mm = tool_mm_;
+  options.tool_mm = tool_.vector();
   options.axis_tolerance = tolerances_.cutting().axis;
   const auto turns =
       path::plan_turns(machine_, {last_.tip_P, last_.axis_P}, last_.q, motion.point.pose, next.q, options);
@@ -79,6 +73,7 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   // Lost motion is that of the axes as they come to stand above, and is taken up there: in the air.
   last_ = away(back);
   last_emitted_ = *above;
+  up_ = false;
   auto at = corrected(back, 0.0);
   if (at && loses_motion_) {
     const auto taken_up = emit_take_up(*at, motion.point.where);
@@ -109,24 +104,28 @@ bool Pipeline::rewinds(const path::Point& to, const JointVector& q) const {
   constexpr double kNear = 20.0 * kRadPerDegree;  // the tip stays about where it is
   if (turn < kNear) return false;
   path::ChoiceOptions options;
-  options.tool_mm = tool_mm_;
+  options.tool_mm = tool_.vector();
   options.axis_tolerance = tolerances_.cutting().axis;
   return !path::connects(machine_, {last_.tip_P, last_.axis_P}, last_.q, {to.tip_P, to.axis_P}, to.q,
                          options);
+}
+
+Result<void> Pipeline::emit_rapid_above(const path::Point& to) {
+  const auto q = corrected(to, 0.0);
+  if (!q) return tl::unexpected(q.error());
+  ++report_.rewinds_at_rapids;
+  diagnostics_.note(job_.cl_file, to.where,
+                    "a rotary axis turns back or changes the branch at this rapid: at the safe height");
+  if (auto r = emit_safe_turn(*q, to.where); !r) return r;
+  last_emitted_ = *q;
+  up_ = false;
+  return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
 }
 
 Result<void> Pipeline::emit_rapid(const path::Point& to) {
   const auto q = corrected(to, 0.0);
   if (!q) return tl::unexpected(q.error());
   const double seconds = planner_.rapid_seconds(last_emitted_, *q);
-  if (rewinds(to, *q) && !controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
-    ++report_.rewinds_at_rapids;
-    diagnostics_.note(job_.cl_file, to.where,
-                      "a rotary axis turns back or changes the branch at this rapid: at the safe height");
-    if (auto r = emit_safe_turn(*q, to.where); !r) return r;
-    last_emitted_ = *q;
-    return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);
-  }
   // Nothing is being cut: a good moment to follow the drift.
   constexpr double kLatchAgain_s = 60.0;
   if (variables() && latched_s_ >= 0.0 && report_.duration_s - latched_s_ > kLatchAgain_s) shift_due_ = true;

@@ -24,12 +24,38 @@ std::string verdict_placeholder() {
   return padded("VERIFICATION PENDING ");
 }
 
+std::string tools_placeholder() {
+  return padded("GAUGE LENGTHS PENDING ");
+}
+
+std::string tools_text(const std::vector<LoadedTool>& tools) {
+  const auto more = [](std::size_t count) { return " AND " + std::to_string(count) + " MORE "; };
+  std::string out = tools.size() > 1 ? "GAUGE LENGTHS" : "GAUGE LENGTH";
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const LoadedTool& tool = tools[i];
+    std::string text = i == 0 ? " " : ", ";
+    text += tool.number ? "T" + std::to_string(*tool.number) + " " : "";
+    text += shortest_text(tool.length_mm);
+    if (tool.number && tool.length_register != *tool.number)
+      text += " REGISTER " + std::to_string(tool.length_register);
+    if (!tool.number) text += ", NO TOOL IS LOADED";
+    const std::size_t left = tools.size() - i;
+    const std::size_t room = left > 1 ? more(left - 1).size() : 1;
+    if (out.size() + text.size() + room > kVerdictLength) {
+      out += more(left);
+      break;
+    }
+    out += text;
+  }
+  return padded(out + (out.ends_with(' ') ? "" : " "));
+}
+
 std::string verdict_text(const PostReport& report) {
   if (!report.verification) return padded("NOT VERIFIED ");
   const VerifyReport& v = *report.verification;
-  const double tip = std::max(v.certified_tip_deviation_mm, v.max_point_deviation_mm);
-  return padded((v.passed() ? "WITHIN TOLERANCE: " : "NOT WITHIN TOLERANCE: ") + fixed_text(tip, 6) + " OF " +
-                fixed_text(v.tolerance_mm, 6) + " MM ");
+  return padded((v.passed() ? "WITHIN TOLERANCE: " : "NOT WITHIN TOLERANCE: ") +
+                fixed_text(v.largest_tip_deviation_mm(), 6) + " OF " + fixed_text(v.tolerance_mm, 6) +
+                " MM ");
 }
 
 Result<void> check_options(const PostOptions& options, const Machine& machine,
@@ -42,6 +68,11 @@ Result<void> check_options(const PostOptions& options, const Machine& machine,
   if (options.rtcp && (options.nonlinear.thin || options.nonlinear.move_programmed_points)) {
     return refuse(std::string(options.nonlinear.thin ? "--thin" : "--move-programmed-points") +
                   " and --rtcp: under tool-centre-point control every programmed point stays where it is");
+  }
+  if (machine.output_point == OutputPoint::spindle && controller.length.automatic) {
+    return refuse(
+        "the machine file asks for words of the spindle's gauge point ([output] point), and the control '" +
+        controller.name + "' adds the length of every tool that it loads: it needs point = \"tip\"");
   }
   if (options.tilted_plane && !controller.has_tilted_plane())
     return refuse("--tilted-plane: the control '" + controller.name + "' has no tilted plane");

@@ -10,19 +10,21 @@ namespace {
 // The output file, with the verdict put into its header in the end.
 class ProgramFile {
  public:
-  explicit ProgramFile(AtomicFile file) : file_(std::move(file)) {}
+  ProgramFile(AtomicFile file, const nc::Controller::Comments& comments)
+      : file_(std::move(file)), begins_comment_(comments.open + (comments.close.empty() ? " " : "")) {}
 
   Result<void> take(std::string_view text) {
-    if (!verdict_at_) {
-      const auto at = text.find(verdict_placeholder());
-      if (at != std::string_view::npos) verdict_at_ = size_ + at;
-    }
+    find(verdict_placeholder(), text, verdict_at_);
+    find(tools_placeholder(), text, tools_at_);
     size_ += text.size();
     return file_.write(text);
   }
-  Result<void> finish(const std::string& verdict, const FinishedText& written) {
+  Result<void> finish(const PostReport& report, const FinishedText& written) {
     if (verdict_at_) {
-      if (auto r = file_.overwrite(*verdict_at_, verdict); !r) return r;
+      if (auto r = file_.overwrite(*verdict_at_, verdict_text(report)); !r) return r;
+    }
+    if (tools_at_) {
+      if (auto r = file_.overwrite(*tools_at_, tools_text(report.tools)); !r) return r;
     }
     if (written) {
       if (auto r = file_.read_back(written); !r) return r;
@@ -31,16 +33,22 @@ class ProgramFile {
   }
 
  private:
+  void find(const std::string& placeholder, std::string_view text, std::optional<std::size_t>& found) const {
+    if (found) return;
+    const auto at = text.find(begins_comment_ + placeholder);
+    if (at != std::string_view::npos) found = size_ + at + begins_comment_.size();
+  }
   AtomicFile file_;
+  std::string begins_comment_;  // other comments may hold the same words, but not at their beginning
   std::size_t size_ = 0;
-  std::optional<std::size_t> verdict_at_;
+  std::optional<std::size_t> verdict_at_, tools_at_;
 };
 
 }  // namespace
 
 bool FileOutcome::only_deviates() const {
   return report && report->verification && report->verification->limits_ok() &&
-         report->verification->points_missed == 0;
+         report->verification->points_missed == 0 && report->verification->unsafe_count == 0;
 }
 
 FileOutcome post_file(const PostJob& job, const PostOptions& options, const std::string& output,
@@ -56,9 +64,11 @@ FileOutcome post_file(const PostJob& job, const PostOptions& options, const std:
     out.error = opened.error();
     return out;
   }
-  ProgramFile file(std::move(*opened));
+  ProgramFile file(std::move(*opened), job.controller->comments);
+  PostJob named = job;
+  if (named.output.empty()) named.output = output;
   auto report = post(
-      std::move(*source), job, options, [&](std::string_view text) { return file.take(text); },
+      std::move(*source), named, options, [&](std::string_view text) { return file.take(text); },
       out.diagnostics);
   if (!report) {
     out.error = report.error();
@@ -67,7 +77,7 @@ FileOutcome post_file(const PostJob& job, const PostOptions& options, const std:
   out.report = std::move(*report);
   out.passed = !out.report->verification || out.report->verification->passed();
   if (!out.passed && !(accept_deviation && out.only_deviates())) return out;
-  if (auto finished = file.finish(verdict_text(*out.report), written); !finished) {
+  if (auto finished = file.finish(*out.report, written); !finished) {
     out.error = finished.error();
     return out;
   }

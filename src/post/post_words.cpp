@@ -195,9 +195,8 @@ Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef w
   if (std::abs(last_.q[id] - rounded) < 1e-12) return {};
   last_.q[id] = rounded;
   approach_ = true;  // what follows comes from the safe height
-  if (!now || !placed_ || controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) return {};
-  if (auto r = leave_plane(); !r) return r;
-  if (auto r = write(nc::Retract{nc::AxisWords::bit(nc::AxisLetter::Z)}); !r) return r;
+  if (!now || !placed_) return {};
+  if (auto r = emit_retract(where); !r) return r;
   last_emitted_[id] = rounded;
   return emit_motion(last_emitted_, nc::MotionKind::rapid, {}, where, nc::AxisWords::bit(letters_[id]));
 }

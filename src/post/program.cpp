@@ -1,10 +1,13 @@
 #include "post/program.hpp"
 
+#include <algorithm>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 #include <utility>
+
+#include "trunnion/base/number_text.hpp"
 
 #include "post/preparer.hpp"
 
@@ -18,6 +21,30 @@ cl::ReaderOptions reading(const PostJob& job, const PostOptions& options) {
   return out;
 }
 
+// The preparer of the tool that the chunk at hand is made with.
+class PreparerOfTool {
+ public:
+  PreparerOfTool(const PostJob& job, const PostOptions& options, const Pipeline& pipeline)
+      : job_(job), options_(options), pipeline_(pipeline) {}
+
+  void prepare(Chunk& chunk) {
+    if (!preparer_ || tool_ != chunk.tool) {
+      tool_ = chunk.tool;
+      preparer_.emplace(*job_.machine, tool_.vector(),
+                        path::Rounding::of(*job_.machine, tool_.in_words(), pipeline_.quantum()), options_,
+                        pipeline_.compensator_by_place(tool_));
+    }
+    preparer_->prepare(chunk);
+  }
+
+ private:
+  const PostJob& job_;
+  const PostOptions& options_;
+  const Pipeline& pipeline_;
+  SpindleTool tool_;
+  std::optional<Preparer> preparer_;
+};
+
 }  // namespace
 
 Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, const PostOptions& options,
@@ -27,8 +54,48 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       diagnostics_(diagnostics),
       errors_before_(diagnostics.error_count()),
       pipeline_(job, options, sink, diagnostics),
-      intake_(job, options, pipeline_.tool_mm(), pipeline_.rounding(), store_),
+      intake_(job, options, pipeline_.quantum(), store_),
       reader_(std::move(source), job.cl_file, reading(job, options), diagnostics) {}
+
+double Program::half_a_digit(AxisKind kind) const {
+  double least = 0.0;
+  for (AxisId id = 0; id < job_.machine->axes.size(); ++id) {
+    if (job_.machine->axes[id].kind != kind) continue;
+    const double half = 0.5 * pipeline_.quantum()[id];
+    least = least > 0.0 ? std::min(least, half) : half;
+  }
+  return least;
+}
+
+// The rounding of the words uses such a tolerance up: points without end would be inserted to keep it.
+Result<void> Program::may_keep_tolerances() const {
+  const auto below = [](const std::string& name, double asked, double least, const std::string& unit) {
+    return fail(ErrorCode::wrong_use, name + " " + shortest_text(asked) +
+                                          " is below half a digit of the words, " + shortest_text(least) +
+                                          " " + unit);
+  };
+  const double least_mm = half_a_digit(AxisKind::linear);
+  if (options_.tolerance_mm < least_mm) return below("--tolerance-mm", options_.tolerance_mm, least_mm, "mm");
+  if (options_.rapid_tolerance_mm < least_mm)
+    return below("--rapid-tolerance-mm", options_.rapid_tolerance_mm, least_mm, "mm");
+  return {};
+}
+
+bool Program::read() {
+  if (!reader_.next(record_)) return false;
+  const auto* tolerance = std::get_if<cl::Tolerance>(&record_.data);
+  if (tolerance == nullptr) return true;
+  const auto below = [&](double asked, double least, const std::string& unit) {
+    if (asked < least) {
+      diagnostics_.error(job_.cl_file, record_.where,
+                         "LINTOL: " + shortest_text(asked) + " " + unit +
+                             " is below half a digit of the words, " + shortest_text(least) + " " + unit);
+    }
+  };
+  if (tolerance->value_mm) below(*tolerance->value_mm, half_a_digit(AxisKind::linear), "mm");
+  if (tolerance->axis_angle) below(*tolerance->axis_angle, half_a_digit(AxisKind::rotary), "rad");
+  return true;
+}
 
 std::unique_ptr<Chunk> Program::next() {
   const auto stopped = [&] { return choice_failed_ || diagnostics_.error_count() > errors_before_; };
@@ -39,7 +106,7 @@ std::unique_ptr<Chunk> Program::next() {
     const std::size_t count = reader_.next_cuts(std::span(cuts_).first(intake_.cuts_taken()), feed);
     if (count > 0) {
       if (!stopped()) chunk = intake_.take(std::span(cuts_).first(count), feed, reader_.resolution());
-    } else if (!reader_.next(record_)) {
+    } else if (!read()) {
       ended_ = true;
       if (stopped()) return nullptr;
       chunk = intake_.finish();
@@ -68,8 +135,7 @@ void Program::pass_on(Chunk& chunk) {
 }
 
 void Program::run_in_turn() {
-  Preparer preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_,
-                    pipeline_.compensator_by_place());
+  PreparerOfTool preparer(job_, options_, pipeline_);
   while (auto chunk = next()) {
     if (emit_failure_ || pass_on_failure_) continue;
     preparer.prepare(*chunk);
@@ -85,10 +151,8 @@ void Program::run_in_parallel() {
   const std::size_t tokens = 2 * threads;
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
   tbb::task_arena arena(static_cast<int>(threads));
-  tbb::enumerable_thread_specific<Preparer> preparers([&] {
-    return Preparer(*job_.machine, pipeline_.tool_mm(), pipeline_.rounding(), options_,
-                    pipeline_.compensator_by_place());
-  });
+  tbb::enumerable_thread_specific<PreparerOfTool> preparers(
+      [&] { return PreparerOfTool(job_, options_, pipeline_); });
   using Held = Chunk*;  // owned by whichever stage has it: the pipeline's items must be copied
   const auto read = [&](tbb::flow_control& control_of_flow) -> Held {
     auto chunk = next();
@@ -117,6 +181,7 @@ void Program::run_in_parallel() {
 }
 
 Result<PostReport> Program::run() {
+  if (auto kept = may_keep_tolerances(); !kept) return tl::unexpected(kept.error());
   if (auto begun = pipeline_.begin(); !begun) return tl::unexpected(begun.error());
   if (options_.threads > 1) {
     run_in_parallel();
@@ -124,7 +189,9 @@ Result<PostReport> Program::run() {
     run_in_turn();
   }
   Result<PostReport> out = tl::unexpected(Error{});
-  if (diagnostics_.error_count() > errors_before_) {
+  if (reader_.read_failure()) {
+    out = tl::unexpected(*reader_.read_failure());
+  } else if (diagnostics_.error_count() > errors_before_) {
     out = tl::unexpected(diagnostics_.first_error());
   } else if (emit_failure_ || pass_on_failure_) {
     out = tl::unexpected(pass_on_failure_ ? *pass_on_failure_ : *emit_failure_);

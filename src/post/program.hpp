@@ -25,6 +25,11 @@ class Program {
   /// The next chunk of the file; null at its end. Behind an error there are none, but the file is read on:
   /// all findings in it are to be told.
   std::unique_ptr<Chunk> next();
+  /// The next record; a tolerance in it that the words cannot keep is an error.
+  bool read();
+  /// The smallest rounding error of the words of such axes, mm or rad; 0 where they are not rounded.
+  double half_a_digit(AxisKind kind) const;
+  Result<void> may_keep_tolerances() const;
   void emit(Chunk& chunk);
   void pass_on(Chunk& chunk);
   void run_in_turn();

@@ -53,9 +53,113 @@ std::string number(const Axis& axis, double value) {
                                        : fixed_text(value, 3) + " mm";
 }
 
-double middle(const Axis& axis) {
-  return axis.has_limits() ? 0.5 * (axis.min + axis.max) : 0.0;
+// +1 where a positive command of Z takes the tool away from the part.
+double away_from_part(const Axis& z) {
+  return (z.direction.z() < 0.0) == z.carries_part ? 1.0 : -1.0;
 }
+
+constexpr double kStep_mm = 5.0;
+constexpr double kStep_rad = 5.0 * kRadPerDegree;
+constexpr double kFeed_mm_s = 200.0 / kSecondsPerMinute;
+constexpr double kFeed_rad_s = 3.0 * kRadPerDegree;
+constexpr double kShareOfTravel = 0.25;
+
+/// Writes the steps, each announced and behind a stop.
+class ProvingProgram {
+ public:
+  ProvingProgram(const Machine& machine, const nc::Controller& controller, std::string& text)
+      : machine_(machine),
+        controller_(controller),
+        words_(describe_axes(machine)),
+        writer_(controller, text) {}
+
+  Result<void> write() {
+    const auto z = machine_.axis("Z");
+    if (!z) return fail(ErrorCode::wrong_input, "a proving program needs an axis Z", machine_.file);
+    const Axis& axis = machine_.axes[*z];
+    const double away = away_from_part(axis);
+    const SafeHeight& safe = machine_.safe;
+    const bool names_position = controller_.names_position(nc::AxisLetter::Z);
+    const bool retracts = !controller_.retract[nc::index(nc::AxisLetter::Z)].empty() && safe.z_mm() &&
+                          (names_position || safe.z_is_given);
+    head(retracts);
+    step(*z, away,
+         words_[*z].motion + opposite(away) + ". If not: reset, the machine file has Z the wrong way round");
+    if (retracts) {
+      announce("Z goes to the safe height, machine Z " + fixed_text(*safe.z_mm(), 3) + ", at rapid rate");
+      nc::Retract retract;
+      if (names_position)
+        retract.to.set(nc::AxisLetter::Z, controller_.numbers.axes.quanta(nc::AxisLetter::Z, *safe.z_mm()));
+      take(writer_.write(retract));
+    }
+    // From the end of its travel Z can only come down.
+    step(*z, -away, "towards the part");
+    step(*z, away, "back");
+    for (const AxisKind kind : {AxisKind::linear, AxisKind::rotary}) {
+      for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+        if (machine_.axes[id].kind != kind || id == *z) continue;
+        step(id, 1.0, words_[id].motion);
+        step(id, -1.0, "back");
+      }
+    }
+    take(writer_.write(nc::ProgramEnd{}));
+    return done_;
+  }
+
+ private:
+  static std::string opposite(double sense) {
+    return sense < 0.0 ? ", for a positive command; here the other way" : "";
+  }
+
+  void take(const Result<void>& written) {
+    if (done_ && !written) done_ = written;
+  }
+  void say(const std::string& text) { take(writer_.write(nc::Comment{text})); }
+
+  void head(bool retracts) {
+    take(writer_.write(nc::ProgramStart{}));
+    say("proving program for " + machine_.name);
+    say("before the start: no tool and no part in the machine, low override, a hand on feed hold");
+    say("before the start: reset the control. No tool length, no tool-centre-point control, no tilted plane "
+        "may be "
+        "in force");
+    say("before the start: jog to where every linear axis has 10 mm of room both ways and every rotary axis "
+        "10 deg");
+    if (!retracts)
+      say("before the start: jog Z to the safe height. There are no words for it: [retract] Z in the "
+          "controller file");
+    say("every move waits for cycle start: read the line before it, and look");
+  }
+
+  void announce(const std::string& text) {
+    say(std::to_string(++moves_) + ": " + text);
+    take(writer_.write(nc::Stop{}));
+  }
+
+  void step(AxisId id, double sense, const std::string& what) {
+    const Axis& axis = machine_.axes[id];
+    const bool rotary = axis.kind == AxisKind::rotary;
+    const nc::AxisLetter letter = *nc::axis_letter(axis.name);
+    double way = rotary ? kStep_rad : kStep_mm;
+    if (axis.has_limits()) way = std::min(way, kShareOfTravel * (axis.max - axis.min));
+    const std::int64_t quanta = controller_.numbers.axes.quanta(letter, sense * way);
+    const double rate =
+        std::min(rotary ? kFeed_rad_s : kFeed_mm_s, axis.rapid.value_or(rotary ? kFeed_rad_s : kFeed_mm_s));
+    const nc::FeedFormat& format = controller_.numbers.feed;
+    announce(axis.name + (quanta < 0 ? " -" : " +") +
+             shortest_text(std::abs(rotary ? sense * way * kDegreePerRad : sense * way)) +
+             (rotary ? " deg: " : " mm: ") + what);
+    take(writer_.step(letter, quanta,
+                      rotary ? format.rotary_quanta(rate) : format.quanta(nc::FeedMode::per_minute, rate)));
+  }
+
+  const Machine& machine_;
+  const nc::Controller& controller_;
+  std::vector<AxisWords> words_;
+  nc::Writer writer_;
+  Result<void> done_;
+  int moves_ = 0;
+};
 
 }  // namespace
 
@@ -77,40 +181,8 @@ std::vector<AxisWords> describe_axes(const Machine& machine) {
 
 Result<std::string> proving_program(const Machine& machine, const nc::Controller& controller) {
   std::string text;
-  nc::Writer writer(controller, text);
-  std::vector<nc::Block> blocks;
-  blocks.emplace_back(nc::ProgramStart{});
-  blocks.emplace_back(nc::Comment{"proving program for " + machine.name});
-  blocks.emplace_back(nc::Comment{"no tool, no part, low override"});
-  constexpr double kStep_mm = 20.0;
-  constexpr double kStep_rad = 10.0 * kRadPerDegree;
-  const auto words = describe_axes(machine);
-  JointVector q;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) q[id] = middle(machine.axes[id]);
-  const auto motion = [&](AxisId only, double value) {
-    nc::Motion m;
-    const nc::AxisLetter letter = *nc::axis_letter(machine.axes[only].name);
-    JointVector at = q;
-    at[only] = value;
-    m.words.set(letter,
-                controller.numbers.axes.quanta(letter, words_of(machine, at, machine.tool_vector())[only]));
-    return m;
-  };
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    const Axis& axis = machine.axes[id];
-    const double wanted = axis.kind == AxisKind::rotary ? kStep_rad : kStep_mm;
-    const double step = axis.has_limits() ? std::min(wanted, 0.25 * (axis.max - axis.min)) : wanted;
-    blocks.emplace_back(motion(id, q[id]));
-    blocks.emplace_back(nc::Comment{axis.name + " plus: " + words[id].motion});
-    blocks.emplace_back(nc::Stop{});
-    blocks.emplace_back(motion(id, q[id] + step));
-    blocks.emplace_back(nc::Stop{});
-    blocks.emplace_back(motion(id, q[id]));
-  }
-  blocks.emplace_back(nc::ProgramEnd{});
-  for (const nc::Block& block : blocks) {
-    if (auto written = writer.write(block); !written) return tl::unexpected(written.error());
-  }
+  if (auto written = ProvingProgram(machine, controller, text).write(); !written)
+    return tl::unexpected(written.error());
   return text;
 }
 

@@ -233,6 +233,7 @@ struct QuietRun::Judged {
   const Corners<T>& corner;
   T off_mm, off_axis;  // as in Place
   T axis;              // by which the tool axis leaves its course at most
+  T axis_at_tip;       // that of the path where the tip is
   lanes::Mask<T> quiet;
 
   // As is_quiet; `off2_mm2` and `off2_axis` of the ends.
@@ -244,12 +245,13 @@ struct QuietRun::Judged {
         axis(lanes::larger<T>(shifted(at.off_axis, off_axis), off_axis)),
         bow_mm_(lanes::load<T>(&poses.bow_mm[row])),
         bow_axis_(lanes::load<T>(&poses.bow_axis[row])),
-        axis_limit_(known.axis_limit) {
-    const T most_mm = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
+        axis_limit_(known.axis_limit),
+        known_(known) {
+    most_mm_ = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
     left_mm_ = known.tip_mm - bow_mm_;
-    quiet = most_mm <= left_mm_;
+    quiet = most_mm_ <= left_mm_;
     ends_keep_mm_ = known.tip_mm - lanes::load<T>(&poses.rest_mm[row]);
-    ends_keep_ = most_mm <= ends_keep_mm_;
+    ends_keep_ = most_mm_ <= ends_keep_mm_;
   }
   // Blocks `beside` one segment of the path, from tip0_P to tip1_P: the parabola of the tip lies between its
   // ends, its middle and where the tangents of these meet half way, and what lies between points is no
@@ -276,10 +278,17 @@ struct QuietRun::Judged {
     const T left_mm = lanes::select(all_mm < left_mm_, all_mm, left_mm_);
     quiet &= ~passed | ((left_mm >= 0.0) & (point.off2_mm2 <= left_mm * left_mm));
     axis = lanes::select(passed, lanes::larger<T>(axis, lanes::sqrt(point.off2_axis)), axis);
+    if (known_.flute_mm > 0.0)
+      most_mm_ = lanes::select(passed, lanes::larger<T>(most_mm_, lanes::sqrt(point.off2_mm2)), most_mm_);
   }
   void end_axis(const Chords<T>& block) {
-    axis = axis * arc_beyond_chord(T(length2(block.to_axis - block.from_axis))) + bow_axis_;
+    const T chord2 = length2(block.to_axis - block.from_axis);
+    const T more = path_bow<T>(chord2, axis);
+    axis = axis * arc_beyond_chord(chord2) + bow_axis_;
+    axis_at_tip = axis + more;
     quiet &= axis <= axis_limit_;
+    if (known_.flute_mm > 0.0)
+      quiet &= most_mm_ + bow_mm_ + known_.flute_mm * axis_at_tip <= known_.flute_limit_mm;
   }
   // Goes on over those that are quiet, `taken` at most, then so many. `t`, `behind`: of the ends.
   void take(const T& t, const lanes::Mask<T>& behind, Place& at, Found& found, std::size_t& taken) const {
@@ -291,6 +300,7 @@ struct QuietRun::Judged {
     for (; count < most && (all || quiet[static_cast<int>(count)] != 0); ++count) {
       const int k = static_cast<int>(count);
       found.axis = std::max(found.axis, axis[k]);
+      found.axis_at_tip = std::max(found.axis_at_tip, axis_at_tip[k]);
       found.point_off_mm = std::max(found.point_off_mm, off_point_mm[k]);
     }
     taken = count;
@@ -305,9 +315,10 @@ struct QuietRun::Judged {
   }
 
  private:
-  T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_;
+  T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_, most_mm_;
   lanes::Mask<T> ends_keep_;
   double axis_limit_;
+  const KnownFigures& known_;
 };
 
 template <class T>

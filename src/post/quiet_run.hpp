@@ -22,6 +22,7 @@ class QuietRun {
   struct Found {
     std::size_t count = 0;      // blocks that are quiet, from the first one on
     double axis = 0.0;          // by which the tool axis leaves its course at most (a sine)
+    double axis_at_tip = 0.0;   // that of the path where the tip is
     double point_off_mm = 0.0;  // the largest distance from a CL point at which a block ends
   };
   /// Looks at the blocks from the pose of `row` to that of the next, and so on. `at`: where the first of them

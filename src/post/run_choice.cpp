@@ -76,8 +76,13 @@ void Pipeline::choose_plane() {
   wanted = wanted && (axes_P - Mat3::Identity()).norm() > kSameAxis;
   nc::TiltedPlane block;
   const PlaneFrame frame = PlaneFrame::of(controller_, axes_P, Vec3::Zero(), block);
-  const bool same = plane_ && block.angles == next_plane_block_.angles && wanted;
+  if (wanted && q[machine_.rotary_axes().front()] < 0.0) block.direction = -1;
+  const bool same = plane_ && wanted && block.angles == next_plane_block_.angles &&
+                    block.direction == next_plane_block_.direction;
   if (same && !approach_) return;
+  // Rapids alone, as the last one of a program, cut nothing: they go as they are.
+  wanted =
+      wanted && std::any_of(motions.begin(), motions.end(), [](const Pending& m) { return !m.point.rapid; });
   const bool can_enter = approach_ || !placed_ || motions[0].point.rapid;
   if (wanted && can_enter) {
     next_plane_ = frame;

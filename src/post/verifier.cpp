@@ -5,28 +5,105 @@
 
 namespace trunnion::post {
 
-bool VerifyReport::within_tolerance() const {
-  // A hair for the rounding errors of the evaluation itself.
-  constexpr double kRounding_mm = 1e-9;
+namespace {
+
+// A hair for the rounding errors of the evaluation itself.
+constexpr double kRounding_mm = 1e-9;
+
+}  // namespace
+
+bool VerifyReport::cuts_within_tolerance() const {
   constexpr double kRounding_rad = 1e-12;
   return certified_tip_deviation_mm <= tolerance_mm + kRounding_mm &&
          max_point_deviation_mm <= tolerance_mm + kRounding_mm &&
+         (flute_mm == 0.0 || certified_flute_deviation_mm <= tolerance_mm + kRounding_mm) &&
          max_axis_deviation.rad() <= axis_tolerance.rad() + kRounding_rad &&
-         max_pole_axis_deviation.rad() <= axis_tolerance.rad() + pole_tolerance.rad() + kRounding_rad &&
-         (!rapid_tolerance_mm || max_rapid_deviation_mm <= *rapid_tolerance_mm + kRounding_mm);
+         max_pole_axis_deviation.rad() <= axis_tolerance.rad() + pole_tolerance.rad() + kRounding_rad;
 }
 
-Verifier::Verifier(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm,
-                   const VerifyOptions& options, std::string nc_file, Diagnostics& diagnostics)
-    : state_(
-          std::make_unique<State>(machine, controller, tool_mm, options, std::move(nc_file), diagnostics)) {}
+bool VerifyReport::within_tolerance() const {
+  return cuts_within_tolerance() && max_rapid_deviation_mm <= rapid_tolerance_mm + kRounding_mm;
+}
+
+Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOptions& o,
+                       const std::string& nc_file, Diagnostics& diagnostics)
+    : machine(m),
+      controller(c),
+      file(nc_file),
+      findings(diagnostics),
+      options(o),
+      tool{o.tools.length_mm.value_or(m.tool_length_mm), m.output_point == OutputPoint::tip},
+      words_of_tool(m, tool.vector()),
+      offsets(o.offsets != nullptr
+                  ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
+                  : std::nullopt),
+      planner(m, c, FeedOutput::inverse),
+      shift(m, c),
+      values(c),
+      program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
+              o.temperatures),
+      reader(
+          c, nc_file, diagnostics,
+          [this](const nc::Block& block) {
+            take(block);
+            if (follower != nullptr) follower->take(block);
+          },
+          reader_options(o),
+          [this](const nc::MotionRun& run) {
+            take(run);
+            if (follower != nullptr) follower->take(run);
+          }) {
+  report.tolerance_mm = o.tolerance_mm;
+  report.axis_tolerance = o.axis_tolerance;
+  report.flute_mm = o.flute_mm;
+  report.pole_tolerance = o.pole.tolerance;
+  report.rapid_tolerance_mm = o.rapid_tolerance_mm;
+  report.on_truth = o.truth != nullptr || o.offsets != nullptr;
+  set_words(tool.control_adds_length);
+  put_in_spindle(tool.length_mm);
+  report.certified = o.certify;
+  for (AxisId id = 0; id < m.axes.size(); ++id) {
+    letters[id] = *nc::axis_letter(m.axes[id].name);
+    needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
+    if (m.axes[id].kind == AxisKind::linear)
+      linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
+    word_of[id] = word_of_axis(c.numbers.axes, letters[id], m.axes[id].kind);
+    least[id] = m.axes[id].min;
+    most[id] = m.axes[id].max;
+  }
+  cone_cosine = std::cos(o.pole.cone.rad());
+  has_cone = o.pole.tolerance.rad() > 0.0 && words_of_tool.rotary_count() >= 2;
+  program_judge.emplace(machine, controller, options, own_points);
+  quiet_run = QuietRun({o.tolerance_mm, o.axis_tolerance.rad(), report.on_truth, has_cone,
+                        words_of_tool.direction(1), cone_cosine});
+}
+
+Verifier::Verifier(const Machine& machine, const nc::Controller& controller, const VerifyOptions& options,
+                   const std::string& nc_file, Diagnostics& diagnostics)
+    : state_(std::make_unique<State>(machine, controller, options, nc_file, diagnostics)) {}
 Verifier::~Verifier() = default;
 
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   State& s = *state_;
   ++s.report.points_in;
   s.points->add(motion, where.line, s.in_cone(motion.axis_P));
+  if (s.program_judge) s.program_judge->asked().take(motion, where);
   if (s.follower != nullptr) ++s.follower->report.points_in;
+}
+
+void Verifier::expect(const cl::Record& record) {
+  if (state_->program_judge) state_->program_judge->asked().take(record);
+}
+
+void Verifier::expect_tool(std::uint32_t number, double length_mm) {
+  for (State* s = state_.get(); s != nullptr; s = s->follower) s->length_of[number] = length_mm;
+}
+
+void Verifier::expect_no_length() {
+  for (State* s = state_.get(); s != nullptr; s = s->follower) {
+    if (!s->a_tool_was_read) s->set_words(false);
+    if (s->program_judge) s->program_judge->expect_no_length();
+  }
 }
 
 void Verifier::text(std::string_view piece) {
@@ -37,6 +114,7 @@ void Verifier::text(std::string_view piece) {
 void Verifier::share_with(Verifier& other) {
   state_->follower = other.state_.get();
   other.state_->follows = true;
+  other.state_->program_judge.reset();
   other.state_->leader = state_.get();
   other.state_->points = state_->points;
   // Nothing that only one of them knows of changes where its words lead.
@@ -55,6 +133,7 @@ Result<VerifyReport> Verifier::finish() {
   s.all_expected = true;
   s.work();
   s.settle_rapid_end();
+  s.match_end_of_cut();
   if (s.started && s.at.segment + 1 < s.targets().size()) {
     const Target& next = s.targets()[s.at.segment + 1];
     if (combined_distance(*s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
@@ -74,6 +153,7 @@ Result<VerifyReport> Verifier::finish() {
     }
   }
   s.report_travel();
+  if (s.program_judge) s.program_judge->finish(s.report, s.reader.line());
   return std::move(s.report);
 }
 
@@ -83,19 +163,58 @@ cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm)
   return reading;
 }
 
+namespace {
+
+Result<void> expect_tool(const cl::ToolChange& change, SourceRef where, ProgramTools& tools,
+                         const std::string& cl_file, Verifier& verifier) {
+  const auto loaded = tools.load(change, cl_file, where);
+  if (!loaded) return tl::unexpected(loaded.error());
+  verifier.expect_tool(loaded->number, *loaded->gauge_length_mm);
+  verifier.expect(cl::Record{where, *loaded});
+  return {};
+}
+
+// What `post` makes of a file that moves and has loaded no tool.
+Result<void> expect_without_tool(const ToolOptions& options, SourceRef where, ProgramTools& tools,
+                                 const std::string& cl_file, Verifier& verifier) {
+  if (options.tool)
+    return expect_tool({*options.tool, std::nullopt, std::nullopt}, where, tools, cl_file, verifier);
+  tools.move_without_tool();
+  if (options.length_mm) verifier.expect_no_length();
+  return {};
+}
+
+}  // namespace
+
 Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
                             std::unique_ptr<cl::TextSource> nc, const std::string& nc_file,
                             const Machine& machine, const nc::Controller& controller,
                             const cl::ReaderOptions& reading, const VerifyOptions& options,
                             Diagnostics& diagnostics) {
-  Verifier verifier(machine, controller, machine.tool_vector(), options, nc_file, diagnostics);
+  Verifier verifier(machine, controller, options, nc_file, diagnostics);
+  ProgramTools tools(machine, options.tools);
   const std::size_t errors = diagnostics.error_count();
   cl::Reader reader(std::move(cl), cl_file, reading_within(reading, options.tolerance_mm), diagnostics);
   cl::Record record;
   while (reader.next(record)) {
-    if (const auto* motion = std::get_if<cl::Motion>(&record.data)) verifier.expect(*motion, record.where);
+    if (const auto* change = std::get_if<cl::ToolChange>(&record.data)) {
+      if (auto done = expect_tool(*change, record.where, tools, cl_file, verifier); !done)
+        return tl::unexpected(done.error());
+    }
+    const auto* motion = std::get_if<cl::Motion>(&record.data);
+    if (motion == nullptr) {
+      if (!std::holds_alternative<cl::ToolChange>(record.data)) verifier.expect(record);
+      continue;
+    }
+    if (tools.loaded().empty()) {
+      if (auto done = expect_without_tool(options.tools, record.where, tools, cl_file, verifier); !done)
+        return tl::unexpected(done.error());
+    }
+    verifier.expect(*motion, record.where);
   }
+  if (reader.read_failure()) return tl::unexpected(*reader.read_failure());
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
+  tools.warn_of_machine_file(cl_file, diagnostics);
   std::array<char, 1 << 16> buffer;
   for (;;) {
     const auto size = nc->read(buffer.data(), buffer.size());
@@ -103,7 +222,9 @@ Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::strin
     if (*size == 0) break;
     verifier.text({buffer.data(), *size});
   }
-  return verifier.finish();
+  auto report = verifier.finish();
+  if (report && diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
+  return report;
 }
 
 }  // namespace trunnion::post

@@ -9,6 +9,13 @@ namespace trunnion::post {
 
 void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* terms) {
   ++report.points_out;
+  if (unknown_tool && leader == nullptr) {
+    findings.error(
+        file, motion.source,
+        "the program moves with tool " + std::to_string(*std::exchange(unknown_tool, {})) +
+            ", whose gauge length is not known: neither the CL file nor a tool file (--tools) has it");
+  }
+  if (program_judge) program_judge->take_axes(motion.words.mask, motion.source.line);
   const bool rapid = motion.kind == nc::MotionKind::rapid;
   ++(rapid ? report.rapid_blocks : report.feed_blocks);
   last_end.reset();
@@ -17,7 +24,9 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   if (terms == nullptr && leader != nullptr && leader->last_end && !compensates) {
     rotary = leader->rotary;
     from_unknown = false;
-    return take(*leader->last_end);
+    const BlockEnd& end = *leader->last_end;
+    walk.wholly(end.q, end.rapid, end.tcp, words_of_tool, end.nc_line);
+    return take(end);
   }
   JointVector words;
   for (AxisId id = 0; id < axis_count; ++id) words[id] = word_of[id].internal(motion.words);
@@ -34,11 +43,13 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
   if ((motion.words.mask & wanted) != wanted || leaves_plane) {
     from_unknown = true;
-    return;
+    return take_partly(motion);
   }
   BlockEnd v = end_at(words);
-  v.from_unknown = std::exchange(from_unknown, false);
   v.nc_line = motion.source.line;
+  const bool walks = walk.wholly(v.q, rapid, v.tcp, words_of_tool, v.nc_line);
+  v.from_unknown = std::exchange(from_unknown, false) || walks;
+  v.up = walks && walk.is_up();
   v.feed_mode = motion.feed_mode;
   v.feed = motion.feed;
   v.rapid = rapid;
@@ -48,6 +59,109 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   }
   if (follower != nullptr) last_end = v;
   take(v);
+}
+
+void Verifier::State::take(const nc::ToolCall& call) {
+  a_tool_was_read = true;
+  if (controller.tool_change_s > 0.0)
+    waiting.emplace_back(nc::Dwell{std::llround(controller.tool_change_s * 1000.0)});
+  const auto number = static_cast<std::uint32_t>(call.tool);
+  const auto loaded = length_of.find(number);
+  std::optional<double> length_mm;
+  if (loaded != length_of.end()) {
+    length_mm = loaded->second;
+  } else if (options.tools.table != nullptr) {
+    const auto known = options.tools.table->find(number);
+    if (known != options.tools.table->end()) length_mm = known->second.length_mm;
+  }
+  unknown_tool = length_mm ? std::nullopt : std::optional(call.tool);
+  tool.length_mm = length_mm.value_or(tool.length_mm);
+  words_of_tool = TableKinematics(machine, tool.vector());
+  // The tool comes without its length, which is added by words of its own.
+  set_words(controller.length.automatic);
+  if (tool.length_mm != judged_length_mm || !waiting.empty()) waiting.emplace_back(InSpindle{tool.length_mm});
+}
+
+// The machine may have gone anywhere for the change. What comes next is judged as if it had come from where
+// the tool before stood on the path.
+void Verifier::State::put_in_spindle(double length_mm) {
+  trail.clear();
+  const bool is_first = !meter_of_tool;
+  if (!is_first && length_mm == judged_length_mm) return;
+  const TableKinematics kinematics(machine, {0.0, 0.0, -length_mm});
+  if (have_previous) {
+    JointVector& q = previous->q;
+    kinematics.solve_linear(previous->station.tip_P, kinematics.sines(q), q);
+  }
+  judged_length_mm = length_mm;
+  meter_of_tool.emplace(machine, Vec3(0.0, 0.0, -length_mm), options.truth, offsets ? &*offsets : nullptr,
+                        options.certify, options.tolerance_mm, options.axis_tolerance);
+  run_ends.emplace(meter().kinematics());
+  has_ends = false;
+  placed_run = nullptr;
+  bows.reset();
+  if (!have_previous) return;
+  path::put_station(meter().kinematics(), previous->q, previous->station);
+  meter().place_at_station(*previous, previous->q, program);
+}
+
+void Verifier::State::take_other(const nc::Block& block) {
+  if (!std::holds_alternative<nc::Arc>(block) && !std::holds_alternative<nc::Hole>(block) &&
+      !std::holds_alternative<nc::VariableMotion>(block) && !std::holds_alternative<nc::Comment>(block))
+    mark(block);
+  if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
+  if (const auto* arc = std::get_if<nc::Arc>(&block)) take(*arc);
+  if (const auto* hole = std::get_if<nc::Hole>(&block)) take(*hole);
+  if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
+  if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
+  if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
+    tcp = control->on;
+    if (controller.tcp.replaces_length) set_words(false);
+  }
+  if (const auto* retract = std::get_if<nc::Retract>(&block)) take(*retract);
+  if (std::holds_alternative<nc::ToolCall>(block)) walk.forget(nc_line());
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block); spindle != nullptr && spindle->rpm == 0)
+    walk.needs_height("the spindle stops", nc_line());
+  if (std::holds_alternative<nc::ProgramEnd>(block)) walk.needs_height("the program ends", nc_line());
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block))
+    compensates = cutter->side == nc::CutterSide::off ? std::nullopt : std::optional(rotary);
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
+  if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
+  // What the machine does takes its turn among the motions, which may have to wait for theirs.
+  if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
+    waiting.emplace_back(*comment);
+  if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
+  if (const auto* call = std::get_if<nc::ToolCall>(&block)) take(*call);
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) set_words(length->number > 0);
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
+  if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
+}
+
+void Verifier::State::take(const nc::Retract& retract) {
+  for (AxisId id = 0; id < axis_count; ++id) {
+    if ((retract.axes & nc::AxisWords::bit(letters[id])) == 0) continue;
+    std::optional<double> to;
+    if (retract.to.has(letters[id]))
+      to = controller.numbers.axes.internal(letters[id], retract.to[letters[id]]);
+    walk.retract(id, to, nc_line());
+  }
+  waiting.emplace_back(retract);
+}
+
+void Verifier::State::take_partly(const nc::Motion& motion) {
+  mark(motion);
+  JointVector words;
+  SafeWalk::Known known{};
+  const bool in_part = plane.has_value() || tcp;
+  for (AxisId id = 0; id < axis_count; ++id) {
+    const bool is_linear = machine.axes[id].kind == AxisKind::linear;
+    known[id] = (motion.words.mask & nc::AxisWords::bit(letters[id])) != 0 && !(is_linear && in_part);
+    words[id] = word_of[id].internal(motion.words);
+  }
+  if (in_part && (motion.words.mask & linear) != 0) walk.sideways(motion.source.line);
+  JointVector q = joints_of_words(words);
+  if (!shift.is_idle()) q = shift.joints(q, false);
+  walk.partly(q, known, tcp, motion.source.line);
 }
 
 void Verifier::State::take(const BlockEnd& end) {
@@ -105,27 +219,37 @@ void Verifier::State::work() {
 // Whose points they are, for whoever follows it, too.
 void Verifier::State::forget_passed() {
   if (leader != nullptr) return;
-  const std::size_t passed = follower != nullptr ? std::min(at.segment, follower->at.segment) : at.segment;
+  const auto settled = [](const State& s) {
+    return s.trail.marks.empty() ? s.at.segment : s.trail.marks.front().at.segment;
+  };
+  const std::size_t passed =
+      follower != nullptr ? std::min(settled(*this), settled(*follower)) : settled(*this);
   if (passed <= std::max(4 * kLookAhead, targets().size() / 2)) return;
   points->forget(passed);
-  at.segment -= passed;
-  if (follower != nullptr) follower->at.segment -= passed;
+  if (program_judge) program_judge->asked().forget(points->gone());
+  for (State* s : {this, follower}) {
+    if (s == nullptr) continue;
+    s->at.segment -= passed;
+    for (TrailMark& mark : s->trail.marks) mark.at.segment -= passed;
+  }
 }
 
 void Verifier::State::step(const BlockEnd& end) {
   Vertex& v = *present;
   static_cast<BlockEnd&>(v) = end;
+  if (program_judge) program_judge->check_offset(v.nc_line);
   v.placed = false;
   // Who reads the same text has mostly been at the same place just before.
-  const bool is_leaders = leader != nullptr && leader->have_previous && leader->previous->q == v.q;
+  const bool is_leaders = leader != nullptr && leader->have_previous && leader->previous->q == v.q &&
+                          leader->judged_length_mm == judged_length_mm;
   if (is_leaders)
     v.station = leader->previous->station;
   else
-    path::put_station(meter.kinematics(), v.q, v.station);
+    path::put_station(meter().kinematics(), v.q, v.station);
   shares_block = is_leaders && is_block_of_leader(v);
   bows.reset();
   if (!(is_leaders && same_words && leader->within_limits)) check_limits(v);
-  meter.place_at_station(v, v.q, program);
+  meter().place_at_station(v, v.q, program);
   if (options.collect && have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
   if (!started) {
     start(v);
@@ -136,11 +260,22 @@ void Verifier::State::step(const BlockEnd& end) {
   }
   const double seconds = shares_block ? seconds_of_leader(v) : block_seconds(v);
   if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
-  if (options.truth != nullptr && !meter.is_fixed())
+  if (!trail.blocks.empty()) trail.blocks.back().seconds = seconds;
+  if (options.truth != nullptr && !meter().is_fixed())
     program.move_to(v.q, seconds);  // nothing else asks for it
   elapse(seconds);
+  if (program_judge && have_previous)
+    program_judge->lasts(
+        pace_of(*previous, v, v.from_unknown ? 0.0 : seconds, last_speed_ratio * last_seconds), v.nc_line);
   std::swap(previous, present);
   have_previous = true;
+}
+
+Pace Verifier::State::pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const {
+  Pace out{(v.station.tip_P - from.station.tip_P).norm(), 0.0, seconds, slowest_s, v.feed_mode, v.feed};
+  for (AxisId id = 0; id < axis_count; ++id)
+    out.turn_rad = std::max(out.turn_rad, word_of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
+  return out;
 }
 
 bool Verifier::State::is_block_of_leader(const Vertex& v) const {
@@ -176,7 +311,7 @@ double Verifier::State::seconds_of(const Vertex& v) const {
 
 void Verifier::State::check_speed(const Vertex& v, double seconds) {
   const double needed_s =
-      v.tcp ? planner.slowest_along_s([&](double t) { return meter.between(*previous, v, t); })
+      v.tcp ? planner.slowest_along_s([&](double t) { return meter().between(*previous, v, t); })
             : planner.slowest_axis_s(previous->q, v.q);
   const double ratio = needed_s / seconds;
   last_speed_ratio = ratio;

@@ -38,6 +38,12 @@ void Verifier::State::start(const Vertex& v) {
   if (met) {
     started = true;
     point_hit((v.tip_P - first.tip_P).norm());
+    if (program_judge) program_judge->rapid_to(0, v.nc_line);
+    if (program_judge && first.rapid && !v.rapid) judge_feed_to(first, v.nc_line);
+  } else if (program_judge && !v.up && !is_above(v, first, -hit_tolerance())) {
+    program_judge->find(CheckOf::rapids, v.nc_line, [] {
+      return std::string("a rapid below the safe height to elsewhere than above the first CL point");
+    });
   }
   record(v, 0.0, 0.0, first.line, met);
 }
@@ -50,6 +56,8 @@ void Verifier::State::rapid(const Vertex& v) {
   if (v.in_cycle && steps(v)) return;
   pass_repeated_points();
   pass_end_of_cut();
+  match_end_of_cut();
+  trail.clear();
   if (comes_nearer(v)) return;
   settle_rapid_end();
   const std::size_t next = at.segment + 1;
@@ -59,11 +67,61 @@ void Verifier::State::rapid(const Vertex& v) {
   if (met) {
     rapid_end =
         RapidEnd{*target, (v.tip_P - target->tip_P).norm(), distance_to(v, target->tip_P, target->axis_P)};
-    const auto d = meter.sampled(*previous, v, targets()[next - 1], *target, program);
-    report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, d.tip_mm.upper);
-    at = {next, 0.0, 0.0};
+    away = false;
   }
+  // On the way over the safe height there is no line to keep to.
+  if (target != nullptr && target->rapid && !v.from_unknown && !away) {
+    const double off_mm = meter().sampled(*previous, v, targets()[next - 1], *target, program).tip_mm.upper;
+    if (off_mm > report.max_rapid_deviation_mm) report.worst_rapid = {v.nc_line, target->line};
+    report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, off_mm);
+  }
+  if (program_judge && met) program_judge->rapid_to(next, v.nc_line);
+  if (program_judge && !met) judge_rapid(v);
+  if (met) at = {next, 0.0, 0.0};
   record(v, 0.0, 0.0, target != nullptr ? target->line : 0, met);
+}
+
+void Verifier::State::judge_rapid(const Vertex& v) {
+  const std::size_t next = at.segment + 1;
+  const Target* target = next < targets().size() ? &targets()[next] : nullptr;
+  const bool is_outside = away || v.from_unknown;
+  if (v.up || turns_in_place(v)) return;
+  // Held to its line.
+  if (target != nullptr && target->rapid && !is_outside) return;
+  const double near_mm = hit_tolerance();
+  if (is_outside && target != nullptr && target->rapid && is_above(v, *target, -near_mm)) return;
+  const bool may_be_above = is_outside || target == nullptr || target->rapid;
+  if (may_be_above && is_above(v, place_of_path(), target != nullptr ? near_mm : -near_mm)) return;
+  // A cut may begin behind a tool change: above where it does.
+  if (is_outside && target != nullptr && is_above(v, *target, near_mm)) return;
+  program_judge->find(CheckOf::rapids, v.nc_line, [&] {
+    return std::string(is_outside || target == nullptr
+                           ? "a rapid below the safe height that the CL file does not ask for"
+                           : "a rapid where the CL file cuts") +
+           (target != nullptr ? " (CL line " + std::to_string(target->line) + ")" : "");
+  });
+}
+
+void Verifier::State::judge_feed_to(const Target& target, std::uint32_t nc_line) {
+  program_judge->find(CheckOf::rapids, nc_line, [&] {
+    return "a feed where the CL file has a rapid (CL line " + std::to_string(target.line) + ")";
+  });
+}
+
+bool Verifier::State::is_above(const ToolPose& v, const Target& target, double least_mm) const {
+  const Angle allowed = options.axis_tolerance + (in_cone(target.axis_P) ? options.pole.tolerance : Angle{});
+  const double angle = turn_between(v.axis_P, target.axis_P);
+  if (angle > allowed.rad()) return false;
+  const Vec3 d = v.tip_P - target.tip_P;
+  const double along_mm = d.dot(target.axis_P);
+  const double beside_mm = (d - along_mm * target.axis_P).norm();
+  return along_mm >= least_mm && beside_mm <= hit_tolerance() + std::abs(along_mm) * allowed.rad();
+}
+
+bool Verifier::State::turns_in_place(const Vertex& v) const {
+  constexpr double kDigits = 4.0;
+  return (v.station.tip_P - previous->station.tip_P).norm() <=
+         kDigits * controller.numbers.axes.quantum(nc::AxisLetter::X);
 }
 
 bool Verifier::State::comes_nearer(const Vertex& v) {
@@ -104,26 +162,50 @@ void Verifier::State::pass_end_of_cut() {
 }
 
 void Verifier::State::feed(Vertex& v) {
-  if (v.in_cycle && steps(v)) return;
+  if (v.in_cycle && steps(v)) return trail.clear();
   pass_repeated_points();
+  if (v.from_unknown && arrives(v)) return;
   if (at.segment + 1 >= targets().size()) {  // beyond the end of the CL path: compared with its last point
+    trail.clear();
     const Target& last = targets().back();
     take_deviation({{(v.tip_P - last.tip_P).norm(), (v.tip_P - last.tip_P).norm()},
                     {0.0, angle_between(v.axis_P, last.axis_P).rad()}});
     record_feed(v, last.line, false);
     return;
   }
-  if (away && meter.takes_up(*previous, v, program)) return record(v, 0.0, 0.0, place_of_path().line, false);
-  if (away ? comes_back(v) : leaves(v)) return;
+  if (away && meter().takes_up(*previous, v, program))
+    return record(v, 0.0, 0.0, place_of_path().line, false);
+  if (away ? comes_back(v) : leaves(v)) return trail.clear();
+  note_on_trail(v);
   const Place place = find(*previous, v);
-  const bool quiet = changes_no_figure(v, place);
-  const bool passed_point = !quiet && judge(v, place);
+  v.placed = true;
+  if (program_judge) program_judge->cut(at, place);
+  if (changes_no_figure(v, place)) {
+    move_on(v, place);
+    return;
+  }
+  const bool kept = report.cuts_within_tolerance();
+  const bool passed_point = judge(v, place);
   const std::uint32_t line = targets()[place.segment + 1].line;
   const bool programmed = move_on(v, place);
-  v.placed = true;
-  if (quiet) return;
   if (v.off_chord_mm > 0.0F) bows_by(v.off_chord_mm);
+  if (kept && !report.cuts_within_tolerance() && match_anew()) return;
   record_feed(v, line, programmed || passed_point);
+}
+
+// From the safe height down to the next CL point.
+bool Verifier::State::arrives(const Vertex& v) {
+  const std::size_t next = at.segment + 1;
+  if (next >= targets().size()) return false;
+  const Target& target = targets()[next];
+  if (distance_to(v, target.tip_P, target.axis_P) > hit_tolerance()) return false;
+  away = false;
+  point_hit((v.tip_P - target.tip_P).norm());
+  if (program_judge) program_judge->comes_to(next);
+  if (program_judge && target.rapid) judge_feed_to(target, v.nc_line);
+  at = {next, 0.0, 0.0};
+  record(v, 0.0, 0.0, target.line, true);
+  return true;
 }
 
 bool Verifier::State::move_on(const ToolPose& v, const Place& place) {
@@ -151,18 +233,19 @@ KnownFigures Verifier::State::known_figures() const {
   constexpr double kSameAxis = 1e-9;
   const double axis = path::sine_at_least(known.axis_rad.upper);
   return {known.tip_mm.upper, axis,
-          std::min(axis + kSameAxis, std::max(axis, path::sine_at_least(options.axis_tolerance.rad())))};
+          std::min(axis + kSameAxis, std::max(axis, path::sine_at_least(options.axis_tolerance.rad()))),
+          options.flute_mm, report.certified_flute_deviation_mm};
 }
 
 bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
-  if (!previous->placed || v.off_chord_mm > 0.0F || !meter.may_bow(*previous, v)) return false;
+  if (!previous->placed || v.off_chord_mm > 0.0F || !meter().may_bow(*previous, v)) return false;
   const KnownFigures known = known_figures();
   if (!(std::max(at.off_tip_mm, place.off_tip_mm) < known.tip_mm &&
         std::max(at.off_axis, place.off_axis) < known.axis_limit))
     return false;
   bows = shares_block && leader->bows ? leader->bows
-                                      : meter.certifier().bows_from_norms(previous->station, v.station);
-  const auto bow = meter.bow_at_most(*previous, v, *bows);
+                                      : meter().certifier().bows_from_norms(previous->station, v.station);
+  const auto bow = meter().bow_at_most(*previous, v, *bows);
   if (!bow) return false;
   double axis = 0.0;
   const Quiet quiet = is_quiet(*previous, v, place, *bow, known, axis);
@@ -172,16 +255,22 @@ bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
 bool Verifier::State::proves_quiet(Quiet quiet, const Vertex& v, const Place& place,
                                    const KnownFigures& known, double axis) {
   if (!quiet.may_be || (!quiet.tip_keeps && !keeps_tip(v, place, known.tip_mm))) return false;
-  if (!quiet.axis_keeps)  // then it is below what was judged already
-    return meter.keeps_axis(*previous, v, targets()[place.segment], targets()[place.segment + 1],
-                            uninteresting().axis_rad.upper);
-  note_axis(axis, known);
+  if (!quiet.axis_keeps) {  // then it is below what was judged already
+    if (!meter().keeps_axis(*previous, v, targets()[place.segment], targets()[place.segment + 1],
+                            uninteresting().axis_rad.upper))
+      return false;
+    take_beside(*previous, v, place.segment, at.t, place.t);
+    return true;
+  }
+  note_axis(axis, quiet.axis_at_tip, known);
   return true;
 }
 
-void Verifier::State::note_axis(double axis, const KnownFigures& known) {
+void Verifier::State::note_axis(double axis, double at_tip, const KnownFigures& known) {
   if (axis > known.axis)
     report.max_axis_deviation = std::max(report.max_axis_deviation, Angle::radians(std::asin(axis)));
+  report.max_axis_deviation_at_tip =
+      std::max(report.max_axis_deviation_at_tip, Angle::radians(std::asin(std::min(1.0, at_tip))));
 }
 
 // The block is within its bow of the chord between its ends, and that, cut at the feet of the CL points that
@@ -209,11 +298,15 @@ Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const Too
       axis = std::max(axis, (foot.axis_P() - corner.axis_P).norm());
     }
   }
-  axis = axis * arc_beyond_chord((v.axis_P - from.axis_P).squaredNorm()) + bow.axis;
+  const double chord2 = (v.axis_P - from.axis_P).squaredNorm();
+  const double more = path_bow(chord2, axis);
+  axis = axis * arc_beyond_chord(chord2) + bow.axis;
+  const double at_tip = axis + more;
+  if (known.flute_mm > 0.0 && tip_mm + bow.tip_mm + known.flute_mm * at_tip > known.flute_limit_mm) return {};
   const bool axis_keeps = axis <= known.axis_limit;
   // A block that passes CL points is not looked at once more.
   return {axis_keeps || place.segment == at.segment, surely && tip_mm + bow.tip_mm <= known.tip_mm,
-          axis_keeps};
+          axis_keeps, at_tip};
 }
 
 Verifier::State::Quiet Verifier::State::is_quiet(const ToolPose& from, const ToolPose& v,
@@ -243,13 +336,13 @@ bool Verifier::State::keeps_tip(const Vertex& v, const Place& place, double limi
     foot.go_to(targets()[j + 1]);
     Vertex& cut = cuts[j - at.segment];
     cut.q = JointVector::interpolate(previous->q, v.q, foot.t);
-    meter.place(cut, v.q, program);
+    meter().place(cut, v.q, program);
     if ((cut.tip_P - targets()[j + 1].tip_P).norm() > report.max_point_deviation_mm ||
-        !meter.keeps_tip(*from, cut, targets()[j], targets()[j + 1], limit_mm))
+        !meter().keeps_tip(*from, cut, targets()[j], targets()[j + 1], limit_mm))
       return false;
     from = &cut;
   }
-  return meter.keeps_tip(*from, v, targets()[place.segment], targets()[place.segment + 1], limit_mm);
+  return meter().keeps_tip(*from, v, targets()[place.segment], targets()[place.segment + 1], limit_mm);
 }
 
 bool Verifier::State::judge(const Vertex& v, const Place& place) {
@@ -260,17 +353,19 @@ bool Verifier::State::judge(const Vertex& v, const Place& place) {
       v.off_chord_mm > 0.0F ? DeviationMeter::Deviation{} : uninteresting();
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
-    const Vertex to = meter.nearest_between(*from, v, targets()[j + 1], program);
+    const Vertex to = meter().nearest_between(*from, v, targets()[j + 1], program);
     point_hit((to.tip_P - targets()[j + 1].tip_P).norm());
-    take_deviation(meter.of(*from, to, targets()[j], targets()[j + 1], program, known),
+    take_deviation(meter().of(*from, to, targets()[j], targets()[j + 1], program, known),
                    near_pole(targets()[j], targets()[j + 1]));
+    take_beside(*from, to, j, j == at.segment ? at.t : 0.0, 1.0);
     passed_point |= options.collect && mark_nearer(v, targets()[j + 1]);
     passed = to;
     from = &*passed;
   }
   const Target& end = targets()[place.segment + 1];
-  take_deviation(meter.of(*from, v, targets()[place.segment], end, program, known),
+  take_deviation(meter().of(*from, v, targets()[place.segment], end, program, known),
                  near_pole(targets()[place.segment], end));
+  take_beside(*from, v, place.segment, place.segment == at.segment ? at.t : 0.0, place.t);
   return passed_point;
 }
 
@@ -321,10 +416,11 @@ bool Verifier::State::comes_back(const Vertex& v) {
   // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then, as it is
   // commanded. That the machine's errors turn it moves the tip nowhere.
   const bool in_cone = this->in_cone(place.axis_P);
-  const Vec3 along_P = in_cone ? path::station(meter.kinematics(), v.q).axis_P : place.axis_P;
+  const Vec3 along_P = in_cone ? path::station(meter().kinematics(), v.q).axis_P : place.axis_P;
   const Target out{place.tip_P + way.norm() * along_P, place.axis_P, place.line, false};
-  take_deviation(meter.of(*previous, v, out, place, program, uninteresting()), in_cone);
+  take_deviation(meter().of(*previous, v, out, place, program, uninteresting()), in_cone);
   record_feed(v, place.line, at.t == 0.0);
+  if (program_judge && at.segment + 1 < targets().size()) program_judge->comes_to(at.segment + 1);
   return true;
 }
 
@@ -338,7 +434,7 @@ bool Verifier::State::near_pole(const Target& a, const Target& b) const {
 }
 
 bool Verifier::State::in_cone(const Vec3& axis_P) const {
-  return has_cone && std::abs(meter.kinematics().direction(1).dot(axis_P)) >= cone_cosine;
+  return has_cone && std::abs(meter().kinematics().direction(1).dot(axis_P)) >= cone_cosine;
 }
 
 double Verifier::State::distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const {

@@ -7,19 +7,6 @@
 namespace trunnion::post {
 namespace {
 
-// How far along a-b a position is. Where the tip stands nearly still the tool axis tells.
-double parameter_of(const ToolPose& v, const Target& a, const Target& b) {
-  const Vec3 d = b.tip_P - a.tip_P;
-  const double l2 = d.squaredNorm();
-  // No turn is above half a one: mostly that decides.
-  double turn = kPi;
-  if (l2 <= kStill_mm * turn * kStill_mm * turn) turn = b.turn;
-  if (l2 > kStill_mm * turn * kStill_mm * turn) {
-    return l2 > 0.0 ? std::clamp((v.tip_P - a.tip_P).dot(d) / l2, 0.0, 1.0) : 1.0;
-  }
-  return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
-}
-
 // The arc's point near fraction t of it: between ends as near as this where the chord is at t, which is the
 // arc's fraction within 1e-6.
 Vec3 point_of_arc(const Vec3& u0, const Vec3& u1, double t) {
@@ -55,7 +42,7 @@ std::optional<Way> bent_way(const TableKinematics& kinematics, const Vertex& fro
 }  // namespace
 
 Place Verifier::State::find(const Vertex& from, const Vertex& v) const {
-  if (const auto way = bent_way(meter.kinematics(), from, v)) return find_ahead(v, *way);
+  if (const auto way = bent_way(meter().kinematics(), from, v)) return find_ahead(v, *way);
   if (const auto place = find_near(from, v)) return *place;
   return find_ahead(v, {(v.tip_P - from.tip_P).norm(), turn_between(v.axis_P, from.axis_P)});
 }
@@ -80,7 +67,7 @@ std::optional<Place> Verifier::State::find_near(const ToolPose& from, const Tool
   if (const auto t = still_on(v, a, next)) return placed_at(v, at.segment, *t);
   // Nor can a block end beyond it that does not reach so far.
   if ((1.0 - at.t) * next.way_mm > reach_of((v.tip_P - from.tip_P).norm(), options.tolerance_mm))
-    return placed_at(v, at.segment, std::max(parameter_of(v, a, next), at.t));
+    return placed_at(v, at.segment, std::max(fraction_of(v, a, next), at.t));
   return find_at_corner(from, v, std::sqrt(chord2));
 }
 
@@ -142,7 +129,7 @@ std::optional<Place> Verifier::State::find_at_corner(const ToolPose& from, const
   Place found = there && there->distance < off0_mm - kNearer_mm ? *there : placed_at(v, k, t0, off0_mm);
   if (there && there->distance < found.distance - kNearer_mm) found = *there;
   if (!passes) return found;
-  const double t = std::max(parameter_of(v, targets()[s], a), at.t);
+  const double t = std::max(fraction_of(v, targets()[s], a), at.t);
   const double off_mm = (v.tip_P - targets()[s].tip_P - t * (a.tip_P - targets()[s].tip_P)).norm();
   return found.distance < off_mm - 2.0 * kNearer_mm ? std::optional(found) : std::nullopt;
 }
@@ -158,7 +145,7 @@ Place Verifier::State::find_ahead(const ToolPose& v, const Way& way) const {
     const Target& a = targets()[j];
     const Target& b = targets()[j + 1];
     if (j > at.segment && b.rapid) break;
-    double t = parameter_of(v, a, b);
+    double t = fraction_of(v, a, b);
     if (j == at.segment) t = std::max(t, at.t);
     // The tip alone may be too far off.
     if ((v.tip_P - a.tip_P - t * (b.tip_P - a.tip_P)).norm() < best.distance - kNearer_mm) {
@@ -176,7 +163,7 @@ Place Verifier::State::find_ahead(const ToolPose& v, const Way& way) const {
     const Target& a = targets()[best.segment - 1];
     const Target& b = targets()[best.segment];
     const double here = distance_to_segment(v.tip_P, b.tip_P, targets()[best.segment + 1].tip_P);
-    const double t = parameter_of(v, a, b);
+    const double t = fraction_of(v, a, b);
     const double before = best.segment - 1 == at.segment ? std::max(t, at.t) : t;
     // Where the path comes back along itself what lies behind is as near.
     const double there = before > t ? (v.tip_P - a.tip_P - before * (b.tip_P - a.tip_P)).norm()

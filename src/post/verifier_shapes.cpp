@@ -64,6 +64,7 @@ void Verifier::State::take(const nc::Hole& hole) {
     v.feed = hole.feed;
     v.in_cycle = true;
     put(v);
+    if (stroke.dwell_s > 0.0) mark(nc::Dwell{std::llround(stroke.dwell_s * 1000.0)});
     if (stroke.dwell_s > 0.0) waiting.emplace_back(nc::Dwell{std::llround(stroke.dwell_s * 1000.0)});
   }
 }
@@ -92,7 +93,7 @@ bool Verifier::State::steps(const Vertex& v) {
   // Small steps may back above where the feed begins: out of the hole, along it.
   Target highest = top;
   highest.tip_P += std::min({0.0, depth_mm, down.dot(previous->tip_P - top.tip_P)}) * down;
-  take_deviation(meter.of(*previous, v, highest, bottom, program, {}));
+  take_deviation(meter().of(*previous, v, highest, bottom, program, {}));
   const double too_deep_mm = depth_mm - drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
   if (!v.rapid) drilled_mm = std::max(drilled_mm, depth_mm);
@@ -103,6 +104,7 @@ bool Verifier::State::steps(const Vertex& v) {
     drilled_mm = 0.0;
   }
   record_feed(v, bottom.line, reached);
+  if (program_judge && !v.rapid) program_judge->comes_to(reached ? at.segment : end);
   return true;
 }
 

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -14,10 +16,14 @@
 #include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/verify.hpp"
 
+#include "post/block_trail.hpp"
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
+#include "post/program_judge.hpp"
 #include "post/quiet_run.hpp"
 #include "post/run_time_values.hpp"
+#include "post/safe_walk.hpp"
+#include "post/spindle_tool.hpp"
 #include "post/work_shift.hpp"
 
 // Private to the verifier: where the program read back stands, and how far the CL path has been followed.
@@ -45,55 +51,8 @@ inline constexpr double kSpeedRounding = 1e-6;
 inline constexpr std::size_t kLookAhead = 1024;
 
 struct Verifier::State {
-  State(const Machine& m, const nc::Controller& c, const Vec3& tool, const VerifyOptions& o,
-        std::string nc_file, Diagnostics& diagnostics)
-      : machine(m),
-        controller(c),
-        file(nc_file),
-        findings(diagnostics),
-        tool_mm(tool),
-        options(o),
-        offsets(o.offsets != nullptr
-                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
-                    : std::nullopt),
-        meter(m, tool, o.truth, offsets ? &*offsets : nullptr, o.certify, o.tolerance_mm, o.axis_tolerance),
-        planner(m, c, FeedOutput::inverse),
-        shift(m, c, tool),
-        values(c),
-        program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
-                o.temperatures),
-        word_offsets(words_of(m, JointVector(), tool)),
-        reader(
-            c, std::move(nc_file), diagnostics,
-            [this](const nc::Block& block) {
-              take(block);
-              if (follower != nullptr) follower->take(block);
-            },
-            reader_options(o),
-            [this](const nc::MotionRun& run) {
-              take(run);
-              if (follower != nullptr) follower->take(run);
-            }) {
-    report.tolerance_mm = o.tolerance_mm;
-    report.axis_tolerance = o.axis_tolerance;
-    report.pole_tolerance = o.pole.tolerance;
-    report.rapid_tolerance_mm = o.rapid_tolerance_mm;
-    report.on_truth = o.truth != nullptr || o.offsets != nullptr;
-    report.certified = meter.proves();
-    for (AxisId id = 0; id < m.axes.size(); ++id) {
-      letters[id] = *nc::axis_letter(m.axes[id].name);
-      needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
-      if (m.axes[id].kind == AxisKind::linear)
-        linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
-      word_of[id] = word_of_axis(c.numbers.axes, letters[id], m.axes[id].kind);
-      least[id] = m.axes[id].min;
-      most[id] = m.axes[id].max;
-    }
-    cone_cosine = std::cos(o.pole.cone.rad());
-    has_cone = o.pole.tolerance.rad() > 0.0 && meter.kinematics().rotary_count() >= 2;
-    quiet_run = QuietRun({o.tolerance_mm, o.axis_tolerance.rad(), report.on_truth, has_cone,
-                          meter.kinematics().direction(1), cone_cosine});
-  }
+  State(const Machine& m, const nc::Controller& c, const VerifyOptions& o, const std::string& nc_file,
+        Diagnostics& diagnostics);
 
   static WordOfAxis word_of_axis(const nc::AxisFormat& format, nc::AxisLetter letter, AxisKind kind) {
     const bool rotary = kind == AxisKind::rotary;
@@ -109,29 +68,45 @@ struct Verifier::State {
   static nc::ReaderOptions reader_options(const VerifyOptions& o) {
     nc::ReaderOptions r;
     r.raw_lines = o.raw_lines;
+    r.whole_program = true;
     return r;
   }
 
   void take(const nc::Block& block) {
     if (const auto* motion = std::get_if<nc::Motion>(&block)) return take(*motion, nullptr);
-    if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
-    if (const auto* arc = std::get_if<nc::Arc>(&block)) take(*arc);
-    if (const auto* hole = std::get_if<nc::Hole>(&block)) take(*hole);
-    if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
-    if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
-    if (const auto* control = std::get_if<nc::TcpControl>(&block)) tcp = control->on;
-    if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block))
-      compensates = cutter->side == nc::CutterSide::off ? std::nullopt : std::optional(rotary);
-    if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
-    if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
-    // What the machine does takes its turn among the motions, which may have to wait for theirs.
-    if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
-      waiting.emplace_back(*comment);
-    if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
-    if (std::holds_alternative<nc::ToolCall>(block) && controller.tool_change_s > 0.0)
-      waiting.emplace_back(nc::Dwell{std::llround(controller.tool_change_s * 1000.0)});
-    if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
-    if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
+    take_other(block);
+  }
+  void take_other(const nc::Block& block);
+  /// The line that is read.
+  std::uint32_t nc_line() const { return leader != nullptr ? leader->reader.line() : reader.line(); }
+
+  /// The words that follow are those of another tool; the motions before them are not yet judged.
+  void take(const nc::ToolCall& call);
+  /// From here on the control adds the length of the tool that was read last, or it does not.
+  void set_words(bool control_adds_length) {
+    tool.control_adds_length = control_adds_length;
+    Machine counted = machine;
+    counted.output_point = control_adds_length ? OutputPoint::tip : OutputPoint::spindle;
+    word_offsets = words_of(counted, JointVector(), tool.vector());
+  }
+  /// Motions are judged with a tool of this gauge length.
+  struct InSpindle {
+    double length_mm = 0.0;
+  };
+  void put_in_spindle(double length_mm);
+  void step(const InSpindle& next) { put_in_spindle(next.length_mm); }
+
+  /// Words that are no motion, for the judge.
+  struct Mark {
+    nc::Block block;
+    std::uint32_t nc_line = 0;
+  };
+  void mark(const nc::Block& block) {
+    if (program_judge) waiting.emplace_back(std::make_unique<Mark>(Mark{block, nc_line()}));
+  }
+  void step(const std::unique_ptr<Mark>& mark) {
+    trail.clear();
+    program_judge->take(mark->block, at, mark->nc_line);
   }
 
   struct WithTerms {
@@ -151,17 +126,32 @@ struct Verifier::State {
     end.q = shift.moved(end.q, values.change(motion->terms), end.tcp);
     step(end);
   }
-  void step(const nc::Comment& comment) { offsets->comment(comment.text); }
+  void step(const nc::Comment& comment) {
+    trail.clear();
+    offsets->comment(comment.text);
+  }
   void step(const nc::Dwell& dwell) {
+    trail.clear();
     const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
     program.wait(seconds);
     elapse(seconds);
   }
-  void step(const nc::Spindle& spindle) { program.spindle(static_cast<double>(spindle.rpm)); }
+  // Straight up is along the tool axis.
+  void step(const nc::Retract&) {
+    trail.clear();
+    away = started;
+  }
+  void step(const nc::Spindle& spindle) {
+    trail.clear();
+    program.spindle(static_cast<double>(spindle.rpm));
+  }
 
   /// `terms`: the motion with what it adds at run time, or null.
   void take(const nc::Motion& motion, const nc::VariableMotion* terms);
   void take(const BlockEnd& end);
+  void take(const nc::Retract& retract);
+  /// A motion at whose end not all axes are known.
+  void take_partly(const nc::Motion& motion);
   /// Motions that nothing stands between: those that change no figure of the report are judged from
   /// columns, the others one by one.
   void take(const nc::MotionRun& run);
@@ -180,7 +170,8 @@ struct Verifier::State {
   bool words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out);
   void take(const nc::Arc& arc);
   void take(const nc::Hole& hole);
-  void put(const BlockEnd& end) {
+  void put(BlockEnd end) {
+    end.up = walk.wholly(end.q, end.rapid, end.tcp, words_of_tool, end.nc_line) && walk.is_up();
     waiting.emplace_back(end);
     work();
   }
@@ -195,10 +186,11 @@ struct Verifier::State {
     plane = PlaneFrame::of(controller, block);
     const auto found = inverse(machine, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
     plane_q = found.empty() ? rotary : found[0].q;
+    walk.turns_to(plane_q, nc_line());
   }
   JointVector joints_of_plane_words(const JointVector& words) const {
     JointVector q = plane_q;
-    meter.kinematics().solve_linear(plane->X_PF * tip_of(words), meter.kinematics().sines(q), q);
+    words_of_tool.solve_linear(plane->X_PF * tip_of(words), words_of_tool.sines(q), q);
     return q;
   }
 
@@ -219,10 +211,11 @@ struct Verifier::State {
   }
   JointVector joints_of_part_words(const JointVector& words) const {
     JointVector q = words;
-    meter.kinematics().solve_linear(tip_of(words), meter.kinematics().sines(q), q);
+    words_of_tool.solve_linear(tip_of(words), words_of_tool.sines(q), q);
     return q;
   }
 
+  const DeviationMeter& meter() const { return *meter_of_tool; }
   const PathPoints& targets() const { return *points; }
   // A block can be judged when the CL motions are known up to well beyond it.
   bool may_step() const { return all_expected || targets().size() > at.segment + kLookAhead; }
@@ -263,6 +256,10 @@ struct Verifier::State {
   /// As a vertex of its own, but for the errors there.
   void load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const;
   void count_blocks(const nc::MotionRun& run, const RunEnds& ends, std::size_t count);
+  /// The first row from `row` on, of `end` at most, that may end where the CL file asks for something else.
+  std::size_t row_of_change(const RunEnds& ends, std::size_t row, std::size_t end) const;
+  void judge_rows(const nc::MotionRun& run, const RunEnds& ends, std::size_t first, std::size_t last,
+                  const Place& from);
 
   // Time of the block as the control runs it; its speed is looked at, too.
   double block_seconds(const Vertex& v);
@@ -282,6 +279,13 @@ struct Verifier::State {
   void point_hit(double tip_mm);
 
   void rapid(const Vertex& v);
+  /// Of a rapid that is not at the next CL point: where it may be all the same.
+  void judge_rapid(const Vertex& v);
+  void judge_feed_to(const Target& target, std::uint32_t nc_line);
+  /// The tool stands above this point, along its axis, or there.
+  bool is_above(const ToolPose& v, const Target& target, double least_mm) const;
+  bool turns_in_place(const Vertex& v) const;
+  Pace pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const;
 
   // Points of a rapid may lie within reach of its end: it is met by the block that comes nearest.
   bool comes_nearer(const Vertex& v);
@@ -294,6 +298,7 @@ struct Verifier::State {
   void pass_end_of_cut();
 
   void feed(Vertex& v);
+  bool arrives(const Vertex& v);
   /// `v` ends at this place of the path. True when that is a CL point.
   bool move_on(const ToolPose& v, const Place& place);
   KnownFigures known_figures() const;
@@ -301,13 +306,14 @@ struct Verifier::State {
   struct Quiet {
     bool may_be = false;
     bool tip_keeps = false, axis_keeps = false;
+    double axis_at_tip = 0.0;  // at most, as `axis`, where that keeps
     bool surely() const { return tip_keeps && axis_keeps; }
   };
   /// The block from `from` to `v`, which ends at `place` and leaves its chord by `bow` at most. `axis`: by
   /// which the tool axis leaves its course at most.
   Quiet is_quiet(const ToolPose& from, const ToolPose& v, const Place& place,
                  const path::Certifier::Bows& bow, const KnownFigures& known, double& axis) const;
-  void note_axis(double axis, const KnownFigures& known);
+  void note_axis(double axis, double at_tip, const KnownFigures& known);
   /// The same without a look ahead: no, too, for what needs one. `place`: where the block ends.
   Quiet is_quiet(const ToolPose& from, const ToolPose& v, const path::Certifier::Bows& bow,
                  const KnownFigures& known, Place& place, double& axis) const;
@@ -368,51 +374,30 @@ struct Verifier::State {
   // Combined measure of how far `v` is from a place of the path; what the pole allows is no distance.
   double distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const;
 
-  void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false) {
-    block_proved = block_proved && d.proved;
-    if (d.unbounded != nullptr) {
-      auto& ids = report.unproved_effects;
-      const std::string& id = d.unbounded->info().id;
-      if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
-    }
-    block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
-    block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
-    report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
-    report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
-    if (!in_cone) judged_axis_rad = std::max(judged_axis_rad, d.axis_rad.upper);
-    Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
-    largest = std::max(largest, Angle::radians(d.axis_rad.upper));
-  }
-
+  void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false);
+  /// What the tool is off beside the tip's place, of a piece that does not pass a CL point.
+  void take_beside(const Vertex& from, const Vertex& v, std::size_t segment, double t0, double t1);
   // A block that is not straight itself leaves its chord by so much more.
-  void bows_by(double off_chord_mm) {
-    block_tip_mm += off_chord_mm;
-    report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, block_tip_mm);
-  }
+  void bows_by(double off_chord_mm);
+  void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed);
+  void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed);
 
-  void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
-    auto& worst = report.worst;
-    if (worst.size() < options.worst_count || (!worst.empty() && block_tip_mm > worst.back().tip_mm)) {
-      const WorstPlace place{v.nc_line, cl_line, block_tip_mm, Angle::radians(block_axis_rad), v.tip_P};
-      const auto by_tip = [](const WorstPlace& x, const WorstPlace& y) { return x.tip_mm > y.tip_mm; };
-      worst.insert(std::upper_bound(worst.begin(), worst.end(), place, by_tip), place);
-      if (worst.size() > options.worst_count) worst.pop_back();
-    }
-    record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
-    if (!block_proved) {
-      ++report.sampled_blocks;
-      report.certified = false;
-    }
-    block_proved = true;
-    block_tip_mm = 0.0;
-    block_axis_rad = 0.0;
-  }
-
-  void record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line, bool programmed) {
-    if (!options.collect) return;
-    report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
-                             0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
-  }
+  // What a block is matched to is the nearest place ahead; where the path comes back along itself that may be
+  // the wrong one, which only a later block shows. Then the blocks behind the last mark are matched anew, all
+  // together (`match_places`), and judged where they then are.
+  /// A block of the cut is about to be judged.
+  void note_on_trail(const Vertex& v);
+  void note_on_trail(const nc::MotionRun& run, const RunEnds& ends, std::size_t first, std::size_t last);
+  void mark_trail();
+  TrailMark mark() const;
+  void go_back_to(const TrailMark& mark);
+  /// Of the blocks on the trail; false, and nothing changed, where there is no match within the tolerances.
+  /// `last_point`: at which the last of them ends.
+  bool match_anew(std::optional<std::size_t> last_point = std::nullopt);
+  bool judge_anew(std::span<Vertex> stands_at, std::span<const Place> places);
+  /// The cut is over, and the program not at its end.
+  void match_end_of_cut();
+  MatchLimits match_limits() const;
 
   void check_limits(const Vertex& v);
   /// What the report says of the axes' way.
@@ -422,10 +407,15 @@ struct Verifier::State {
   const nc::Controller& controller;
   std::string file;
   Diagnostics& findings;
-  Vec3 tool_mm;
   VerifyOptions options;
+  SpindleTool tool;               // as the last words had it
+  TableKinematics words_of_tool;  // with it
+  bool a_tool_was_read = false;
+  std::optional<std::int64_t> unknown_tool;   // that was read last, until the first motion with it
+  std::map<std::uint32_t, double> length_of;  // of the tools of the CL file
   std::optional<OffsetTracker> offsets;
-  DeviationMeter meter;
+  double judged_length_mm = 0.0;  // of the tool that motions are judged with
+  std::optional<DeviationMeter> meter_of_tool;
   FeedPlanner planner;
   WorkShift shift;
   RunTimeValues values;
@@ -448,7 +438,8 @@ struct Verifier::State {
   bool from_unknown = false;  // a motion of which not all positions were known was left out
 
   PathPoints own_points;
-  PathPoints* points = &own_points;  // those of the leader, where there is one
+  PathPoints* points = &own_points;           // those of the leader, where there is one
+  std::optional<ProgramJudge> program_judge;  // of one that reads a text
   Place at;
   struct RapidEnd {
     Target target;
@@ -461,8 +452,9 @@ struct Verifier::State {
   double drilled_mm = 0.0;  // in the hole at hand, from where the feed begins
   bool away = false;        // the tool has left the path along its axis
   // A block with terms of its own is large and rare: the others keep their size.
-  std::vector<std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep,
-                           nc::Comment, nc::Dwell, nc::Spindle>>
+  std::vector<
+      std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep, nc::Comment,
+                   nc::Dwell, nc::Spindle, InSpindle, nc::Retract, std::unique_ptr<Mark>>>
       waiting;
   std::size_t next_waiting = 0;
   std::array<Vertex, 2> vertices;
@@ -478,16 +470,20 @@ struct Verifier::State {
   bool shares_block = false;  // its ends are those of the leader's last block
   double block_tip_mm = 0.0;
   double block_axis_rad = 0.0;
+  double block_flute_mm = 0.0;
   double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
   bool block_proved = true;
   VerifyReport report;
+  SafeWalk walk{machine, controller.numbers.axes.quantum(nc::AxisLetter::Z),
+                2.0 * options.offset_limits.clamp_mm, options.worst_count, report};
   State* follower = nullptr;  // takes the blocks that `reader` reads, too
-  RunEnds run_ends{meter.kinematics()};
+  std::optional<RunEnds> run_ends;
   bool four = lanes::four_at_a_time();
   bool has_ends = false;                      // `run_ends` are those of the run at hand
   const path::PoseRun* placed_run = nullptr;  // of the run at hand, on the machine that is verified
   path::PoseRun with_errors;
   QuietRun quiet_run;
+  BlockTrail trail;
   const State* leader = nullptr;     // whose follower this one is
   bool follows = false;              // takes those of another one's
   bool same_words = false;           // which mean the same to both

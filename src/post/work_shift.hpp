@@ -22,8 +22,9 @@ ShiftWords work_offset_words(const Machine& machine, bool tcp);
 /// a drift in M at one pose does not at another.
 class WorkShift {
  public:
-  WorkShift(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm)
-      : machine_(machine), controller_(controller), kinematics_(machine, tool_mm) {}
+  /// For any tool: a shift moves the axes by the same whatever the tool's length.
+  WorkShift(const Machine& machine, const nc::Controller& controller)
+      : machine_(machine), controller_(controller), kinematics_(machine, machine.tool_vector()) {}
 
   /// How the control can be told of a shift; `local`: only beside the work offset. Setting the whole offset
   /// takes the machine file's word for what it is, which a probed one ([datum]) is not.

@@ -1,12 +1,19 @@
+(GAUGE LENGTHS PENDING ..................................)
+(X Y Z are the tool tip, the control adds the tool length)
+(G54 must be at machine X0.000 Y0.000 Z0.000 with A0 C0)
+(Retracts to machine Z700.000)
 (VERIFICATION PENDING ...................................)
-(SHAPES)
 G17 G21 G40 G49 G80 G90 G94
 G61
+G54
+(- SHAPES)
+G53 G0 Z700.0000
+(tool 3, gauge length 150 mm, length register 3)
 T3 M6
 G43 H3
 S8000 M3
 M8
-G53 G0 Z0
+G53 G0 Z700.0000
 G0 A30.0000 C0.0000
 X20.0000 Y36.8837
 Z38.9917
@@ -28,7 +35,11 @@ G99 G85 X10.0000 Y36.8837 Z-7.0083 R0.9917 F80.000
 G80
 G0 Z23.9917
 Z43.6808
+X4.9988 Y18.6512 Z47.9711 A14.9842
 X0.0000 Y0.0000 Z50.0000 A0.0000
 G98 G82 X0.0000 Y0.0000 Z15.0000 R22.0000 P0.500 F200.000
 G80
+G53 G0 Z700.0000
+M5
+M9
 M2

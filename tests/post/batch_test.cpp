@@ -38,6 +38,7 @@ class Batch : public testing::Test {
         *nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", d);
     machine_ = test::shipped_machine("paper");
     options_.fingerprint = "a";
+    options_.post.tools.tool = 1;
   }
   void TearDown() override { fs::remove_all(folder_); }
 

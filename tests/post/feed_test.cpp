@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
+#include <set>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -28,10 +29,10 @@ Machine slow_machine(const std::string& name) {
 
 TEST(AxisSpeed, EveryBlockKeepsItOnEveryControl) {
   for (const std::string& control : test::shipped_controllers()) {
-    const nc::Controller c = test::shipped_controller(control);
-    const bool can_approach = !c.retract[2].empty();
+    const bool can_approach = !test::shipped_controller(control).retract[2].empty();
     for (const char* name : {"trunnion_offset", "xyzac_trt"}) {
       const Machine machine = slow_machine(name);
+      const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
       for (const FeedOutput feed : {FeedOutput::inverse, FeedOutput::per_minute}) {
         PostOptions options;
         options.feed = feed;
@@ -51,6 +52,84 @@ TEST(AxisSpeed, EveryBlockKeepsItOnEveryControl) {
   }
 }
 
+std::set<std::string> feeds_of(const std::string& nc) {
+  std::set<std::string> out;
+  for (std::size_t at = nc.find(" F"); at != std::string::npos; at = nc.find(" F", at + 2)) {
+    const auto end = nc.find_first_of(" \n", at + 2);
+    const auto number = parse_number(std::string_view(nc).substr(at + 2, end - at - 2));
+    if (number) out.insert(shortest_text(number.value));
+  }
+  return out;
+}
+
+// The programmed number, once, where no rotary axis moves: not one that rounding makes anew in every block.
+TEST(ModalFeed, IsTheProgrammedOneInThreeAxisCuts) {
+  std::mt19937_64 random(250);
+  std::uniform_real_distribution<double> u(-30.0, 30.0);
+  for (const char* axis : {",0,0,1\n", ",0,0.6,0.8\n"}) {
+    std::string cl =
+        "UNITS/MM\nMULTAX/ON\nLOADTL/1\nRAPID\nGOTO/0,0,60" + std::string(axis) + "FEDRAT/250,MMPM\n";
+    for (int i = 0; i < 200; ++i) {
+      cl += "GOTO/";
+      for (int k = 0; k < 3; ++k)
+        cl += (k > 0 ? "," : "") + fixed_text(0.1 * u(random) + (k == 2 ? 30.0 : 0.0), 4);
+      cl += axis;
+    }
+    cl += "FINI\n";
+    for (const std::string& control : test::shipped_controllers()) {
+      for (const FeedOutput feed : {FeedOutput::inverse, FeedOutput::per_minute}) {
+        PostOptions options;
+        options.feed = feed;
+        const auto p = posted(cl, test::shipped_machine("trunnion_offset"), options, control);
+        ASSERT_TRUE(p.report) << control << " " << p.report.error().text();
+        EXPECT_TRUE(p.report->verification->passed()) << control;
+        EXPECT_EQ(feeds_of(p.nc), std::set<std::string>{"250"}) << control << axis;
+      }
+    }
+  }
+}
+
+// One by one and a few at a time: the same to the last bit, straight blocks among others.
+TEST(ModalFeed, RunsHaveItToo) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::mt19937_64 random(251);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  for (const char* control : {"linuxcnc", "iso", "heidenhain_tnc640"}) {
+    const nc::Controller controller = test::shipped_controller(control);
+    const FeedPlanner planner(machine, controller, FeedOutput::per_minute);
+    std::size_t in_runs = 0;
+    std::size_t as_programmed = 0;
+    for (int i = 0; i < 2000; ++i) {
+      std::vector<JointVector> q(40);
+      std::vector<Vec3> tips(40);
+      for (std::size_t k = 1; k < q.size(); ++k) {
+        q[k] = q[k - 1];
+        const double size = std::pow(10.0, 2.0 * u(random));
+        for (AxisId id = 0; id < 3; ++id) q[k][id] += size * u(random);
+        if (i % 3 == 0) q[k][3] += 0.01 * u(random);
+        tips[k] = tips[k - 1] + Vec3(q[k][0] - q[k - 1][0], q[k][1] - q[k - 1][1], q[k][2] - q[k - 1][2]);
+        if (i % 5 == 0) tips[k] += 0.05 * size * Vec3(u(random), u(random), u(random));
+      }
+      std::vector<FeedPlanner::Stop> stops;
+      for (std::size_t k = 0; k < q.size(); ++k) stops.push_back({&q[k], &tips[k]});
+      const double feed = std::pow(10.0, 1.5 + 1.5 * u(random));
+      RunFeeds run;
+      const std::size_t planned = planner.plan_run(stops, feed, run);
+      for (std::size_t k = 0; k < planned; ++k) {
+        const BlockFeed block = planner.plan(q[k], q[k + 1], (tips[k + 1] - tips[k]).norm(), feed);
+        ASSERT_EQ(run.quanta[k], block.quanta) << control;
+        ASSERT_EQ(run.seconds[k], block.seconds) << control;
+        ASSERT_EQ(run.lost_s[k], block.lost_s) << control;
+        ++in_runs;
+        as_programmed += block.quanta == controller.numbers.feed.quanta(nc::FeedMode::per_minute, feed);
+      }
+    }
+    EXPECT_GT(in_runs, 30000U) << control;
+    EXPECT_GT(as_programmed, 4000U) << control;
+    EXPECT_LT(as_programmed, in_runs) << control;
+  }
+}
+
 TEST(AxisSpeed, ToolCentrePointControlKeepsItToo) {
   for (const char* control : {"fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "haas_ngc", "linuxcnc"}) {
     PostOptions options;
@@ -62,6 +141,77 @@ TEST(AxisSpeed, ToolCentrePointControlKeepsItToo) {
     EXPECT_TRUE(v.passed()) << control << " " << v.max_speed_ratio;
     EXPECT_GT(v.max_speed_ratio, 0.9) << control;
   }
+}
+
+// The time of FEDRAT/INVERS is that of the motion, into however many blocks it goes.
+TEST(InverseTime, OfAMotionIsThatOfAllItsBlocks) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string from = "LOADTL/1,LENGTH,100\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,600\n" +
+                           test::point_text({0, 0, 0}, test::tilted(0.2, 0.3));
+  const std::string to = test::point_text({30, 0, 40}, test::tilted(0.9, 0.6)) + "FINI\n";
+  const auto by_time = test::posted(from + "FEDRAT/INVERS,6\n" + to, machine);
+  const auto by_way = test::posted(from + "FEDRAT/MMPM,300\n" + to, machine);
+  ASSERT_TRUE(by_time.report && by_way.report);
+  EXPECT_TRUE(by_time.report->verification->passed());
+  EXPECT_GT(by_time.report->points_inserted, 3U);
+  EXPECT_NEAR(by_time.report->verification->duration_s, by_way.report->verification->duration_s, 0.05);
+}
+
+// Where the tip stands the rotary axes take that time, and the next motion is as fast as before.
+TEST(InverseTime, OfATurnInPlaceIsKept) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string from = "LOADTL/1,LENGTH,100\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,600\n" +
+                           test::point_text({10, 0, 20}, test::tilted(0.3, 0.3));
+  const std::string turn = test::point_text({10, 0, 20}, test::tilted(0.5, 0.9));
+  const std::string on =
+      "FEDRAT/MMPM,600\n" + test::point_text({20, 0, 20}, test::tilted(0.5, 0.9)) + "FINI\n";
+  for (const bool rtcp : {false, true}) {
+    PostOptions options;
+    options.rtcp = rtcp;
+    if (rtcp) options.feed = FeedOutput::tip;
+    const auto seconds = [&](const std::string& feed) {
+      const auto p = test::posted(from + feed + turn + on, machine, options);
+      EXPECT_TRUE(p.report && p.report->verification->passed());
+      return p.report ? p.report->verification->duration_s : 0.0;
+    };
+    EXPECT_NEAR(seconds("FEDRAT/INVERS,6\n") - seconds("FEDRAT/INVERS,12\n"), 5.0, 0.05);
+  }
+}
+
+// With one decimal of F a way of a digit or two lasts 0.6 s a digit at most, and slow axes that turn far need
+// longer: such digits are held, or the block is divided.
+TEST(AxisSpeed, TheSmallestFeedIsNotTooFastEither) {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::size_t smallest = 0;
+  for (int i = 0; i < test::cases(60); ++i) {
+    Machine machine = slow_machine(i % 2 == 0 ? "trunnion_offset" : "xyzac_trt");
+    for (Axis& axis : machine.axes) {
+      const bool rotary = axis.kind == AxisKind::rotary;
+      axis.rapid = axis.max_feed =
+          rotary ? 300.0 * kRadPerDegree / kSecondsPerMinute : 500.0 / kSecondsPerMinute;
+    }
+    std::string cl = "LOADTL/1,LENGTH,100\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,20000\n";
+    Vec3 tip(20.0 * u(random), 20.0 * u(random), 0.0);
+    double tilt = 0.4;
+    double turn = 0.5;
+    for (int k = 0; k < 40; ++k) {
+      tip += (k % 3 == 0 ? 4.0 : 0.002) * Vec3(u(random), u(random), u(random));
+      tilt = std::clamp(tilt + 0.1 * u(random), 0.2, 1.0);
+      turn += 0.15 * u(random);
+      cl += test::point_text(tip, test::tilted(tilt, turn));
+    }
+    PostOptions options;
+    options.rtcp = true;
+    options.feed = FeedOutput::tip;
+    options.tolerance_mm = 0.02;
+    const char* control = i % 3 == 0 ? "haas_ngc" : "fanuc_30i";
+    const auto p = test::posted(cl + "FINI\n", machine, options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->speeds_ok()) << p.report->verification->max_speed_ratio;
+    if (p.nc.find(" F0.1\n") != std::string::npos) ++smallest;
+  }
+  EXPECT_GT(smallest, 0U);
 }
 
 // LinuxCNC runs such a block at its lowest linear rate, whatever the inverse time says.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/axes_of.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "support/cl_text.hpp"
@@ -72,7 +73,7 @@ struct Setting {
 
 OffsetPost offset_post(const std::string& cl, Machine machine, const thermal::OffsetTable* table,
                        const Setting& setting = {}) {
-  const nc::Controller c = test::shipped_controller(setting.control);
+  const nc::Controller c = with_axes_of(machine, test::shipped_controller(setting.control));
   PostJob job;
   job.cl_file = "part.cls";
   job.machine = &machine;
@@ -141,7 +142,7 @@ TEST(OffsetOutput, OneShiftForEachBladeLeavesTheProgramAsItIs) {
   // 5 mm less 11 um, -3 mm plus 5 um, 20 mm less 2 um; and the offset itself in the end.
   EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X4.9890 Y-2.9950 Z19.9980\n"));
   EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X4.9860 Y-2.9800 Z19.9920\n"));
-  EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000\nG94\nM2"));
+  EXPECT_THAT(p.nc, HasSubstr("G10 L2 P1 X5.0000 Y-3.0000 Z20.0000\nM5\nG94\nM2"));
   // On a machine without the drift it is off by it.
   EXPECT_GT(p.report->nominal_verification->certified_tip_deviation_mm, 0.02);
 }
@@ -209,7 +210,7 @@ TEST(OffsetOutput, AProbedWorkOffsetIsNotSet) {
   const OffsetPost p = offset_post(blades(4, true), machine, &table, setting);
   EXPECT_TRUE(p.report->verification->passed());
   EXPECT_THAT(p.nc, HasSubstr("G52 X-0.0110 Y0.0050 Z-0.0020\n"));
-  EXPECT_THAT(p.nc, HasSubstr("G52 X0.0000 Y0.0000 Z0.0000\nG94\nM2"));
+  EXPECT_THAT(p.nc, HasSubstr("G52 X0.0000 Y0.0000 Z0.0000\nM5\nG94\nM2"));
 }
 
 // The frame trap: under tool-centre-point control the offset turns with the table. A drift in the machine is

@@ -66,6 +66,7 @@ class Poster {
 
   Placed post(const std::vector<ClPoint>& points, PostOptions options, const Model* model = nullptr) const {
     options.collect = true;
+    options.tools.tool = 1;
     PostJob job;
     job.cl_file = "part.cls";
     job.machine = &machine_;
@@ -85,8 +86,8 @@ class Poster {
     return out;
   }
 
-  VerifyReport verify(const Placed& posted, const std::vector<ClPoint>& points,
-                      const VerifyOptions& options) const {
+  VerifyReport verify(const Placed& posted, const std::vector<ClPoint>& points, VerifyOptions options) const {
+    options.tools.tool = 1;
     Diagnostics d;
     auto report = post::verify(std::make_unique<test::TextOf>(cl_text(points)), "part.cls",
                                std::make_unique<test::TextOf>(posted.nc), "part.nc", machine_, controller_,

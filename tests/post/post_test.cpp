@@ -1,8 +1,10 @@
 #include "trunnion/post/post.hpp"
 
 #include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <sstream>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -86,6 +88,44 @@ TEST(Post, WithoutInsertionTheVerificationFails) {
   EXPECT_NE(p.nc.find(verdict_placeholder()), std::string::npos);
 }
 
+// A remark of the CL file that says what the header's verdict says.
+TEST(Post, NoTextOfTheClFileIsTakenForTheVerdict) {
+  const std::string cl = "PPRINT WITHIN TOLERANCE: 0.000000 OF 0.010000 MM\nPPRINT " + verdict_placeholder() +
+                         "\nPPRINT " + std::string(70, 'x') + " " + verdict_placeholder() + "\nPPRINT (" +
+                         verdict_placeholder() + "\n" + sample_path(1);
+  for (const std::string& control : test::shipped_controllers()) {
+    const auto c = test::shipped_controller(control);
+    const Posted p = posted(cl, test::shipped_machine("trunnion_offset"), {}, control);
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    std::size_t verdicts = 0;
+    std::istringstream lines(p.nc);
+    for (std::string line; std::getline(lines, line);) {
+      const auto open = line.find(c.comments.open);
+      if (open == std::string::npos) continue;
+      const auto text = line.find_first_not_of(' ', open + c.comments.open.size());
+      if (text == std::string::npos) continue;
+      EXPECT_NE(line.compare(text, 6, "WITHIN"), 0) << control << ": " << line;
+      if (line.compare(text, 12, "VERIFICATION") == 0) ++verdicts;
+    }
+    EXPECT_EQ(verdicts, 1U) << control;
+  }
+}
+
+// A machine without it, or a file that does not know it: flood instead would burn the tool.
+TEST(Post, CoolantWithoutWordsNamesLineKeyAndFile) {
+  const std::string cl = "UNITS/MM\nLOADTL/1\nCOOLNT/THRU\n" + sample_path(1);
+  const Posted p = posted(cl, test::shipped_machine("trunnion_offset"));
+  ASSERT_FALSE(p.report);
+  const std::string text = p.report.error().text();
+  EXPECT_EQ(
+      text.find(
+          "part.cls:3:1: error: LinuxCNC: the controller file has no words for coolant through the tool: "
+          "[coolant] through_tool in "),
+      0U)
+      << text;
+  EXPECT_NE(text.find("linuxcnc.toml"), std::string::npos) << text;
+}
+
 // Every word of the program matters. One word of a cut is changed at a time: a linear one by `by_mm`, a
 // rotary one by 0.1 degrees (twice the axis tolerance).
 void expect_every_changed_word_is_found(path::Method method, double by_mm) {
@@ -156,20 +196,26 @@ TEST(Verify, RepeatedRapidPointsAndDrilledHolesAreFollowed) {
   EXPECT_EQ(out.report->verification->points_missed, 0U);
 }
 
-TEST(Post, BareGotosPostWithOneWarning) {
+TEST(Post, BareGotosPostWithAWarningForFeedAndSpindle) {
   const std::string cl = "GOTO/10,0,5,0.6,0,0.8\nGOTO/11,0,5,0.61,0,0.7924\nGOTO/12,0,5,0.62,0,0.7846\n";
   const Posted p = posted(cl, test::shipped_machine("paper"));
   ASSERT_TRUE(p.report) << p.report.error().text();
   EXPECT_TRUE(p.report->verification->passed());
-  ASSERT_EQ(p.diagnostics.findings().size(), 1u);
-  EXPECT_EQ(p.diagnostics.findings()[0].text(),
-            "part.cls:1:1: warning: no FEDRAT before this motion: the default feed of 250.0 mm/min is used");
+  std::vector<std::string> said;
+  for (const Finding& finding : p.diagnostics.findings()) said.push_back(finding.text());
+  EXPECT_THAT(said,
+              testing::UnorderedElementsAre(
+                  "part.cls:1:1: warning: no FEDRAT before this motion: the default feed of 250.0 mm/min is "
+                  "used",
+                  "part.cls:1:1: warning: no SPINDL before this cut: the spindle does not turn",
+                  "part.cls: note: nothing in the file says its unit of length: taken as mm (--cl-units mm "
+                  "or inch)"));
 }
 
 TEST(Post, PapersSecondAxisVectorPostsWithOneWarning) {
   // Section 3.2.3 of the paper: |U1| = 1.0020.
   const std::string cl =
-      "FEDRAT/1000,MMPM\nGOTO/-191.4037,11.3508,7.6182,0.00639,-0.036377,0.99927\n"
+      "SPINDL/6000,RPM,CLW\nFEDRAT/1000,MMPM\nGOTO/-191.4037,11.3508,7.6182,0.00639,-0.036377,0.99927\n"
       "GOTO/-191.4057,13.5159,7.9093,0.006393,-0.068922,0.99960\n";
   const Posted p = posted(cl, test::shipped_machine("paper"));
   ASSERT_TRUE(p.report) << p.report.error().text();

@@ -58,7 +58,8 @@ TEST(PostWords, LimitsNarrowTheTravelFromThereOn) {
       "part.cls:5:1: error: axis X would stand at 38.1000 mm, 12.7000 mm beyond its limits of -25.4000 mm to "
       "25.4000 mm");
   EXPECT_TRUE(
-      posted("LIMITS/XAXIS,-1.,1.\nLIMITS/OFF\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine).report);
+      posted("UNITS/MM\nLIMITS/XAXIS,-1.,1.\nLIMITS/OFF\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine)
+          .report);
   EXPECT_TRUE(
       warned(posted("LIMITS/XAXIS\nFEDRAT/9,MMPM\nGOTO/0,0,0\n", machine), "LIMITS/XAXIS is not acted on"));
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -21,9 +22,21 @@ struct Posted {
   Diagnostics diagnostics;
 };
 
+/// CL text of tests that are about something else loads no tool: number 1 then, of the machine's length.
+inline post::ToolOptions with_some_tool(post::ToolOptions tools, const std::string& cl,
+                                        const Machine& machine) {
+  if (tools.tool || tools.length_mm || cl.find("LOADTL") != std::string::npos) return tools;
+  tools.tool = 1;
+  tools.length_mm = machine.tool_length_mm;
+  return tools;
+}
+
 /// CL text posted into memory.
-inline Posted posted(const std::string& cl, const Machine& machine, const post::PostOptions& options = {},
+inline Posted posted(const std::string& cl, const Machine& given, post::PostOptions options = {},
                      const std::string& control = "linuxcnc", const Model* model = nullptr) {
+  Machine machine = given;
+  machine.switchable_kinematics = machine.switchable_kinematics || options.rtcp;
+  options.tools = with_some_tool(options.tools, cl, machine);
   const nc::Controller c = post::with_axes_of(machine, shipped_controller(control));
   post::PostJob job;
   job.cl_file = "part.cls";
@@ -43,12 +56,15 @@ inline Posted posted(const std::string& cl, const Machine& machine, const post::
 
 /// A program read back against its CL text.
 inline Result<post::VerifyReport> verified(const std::string& nc_text, const std::string& cl,
-                                           const Machine& machine, double tolerance_mm,
+                                           const Machine& given, double tolerance_mm,
                                            const std::string& control = "linuxcnc", bool collect = false) {
+  Machine machine = given;
+  machine.switchable_kinematics = machine.switchable_kinematics || nc_text.find("M428") != std::string::npos;
   const nc::Controller c = post::with_axes_of(machine, shipped_controller(control));
   post::VerifyOptions options;
   options.tolerance_mm = tolerance_mm;
   options.collect = collect;
+  options.tools = with_some_tool({}, cl, machine);
   Diagnostics d;
   return post::verify(std::make_unique<TextOf>(cl), "part.cls", std::make_unique<TextOf>(nc_text), "part.nc",
                       machine, c, {}, options, d);
@@ -103,7 +119,7 @@ inline Model random_errors(const Machine& machine, std::mt19937_64& random) {
 /// `nc` with one linear word of a feed block changed: of a point of the CL file or of one between.
 inline std::string with_changed_word(const std::string& nc, std::mt19937_64& random, double by_mm) {
   std::string text = nc;
-  const auto first = text.find("G93");
+  const auto first = std::min(text.find("G93"), text.find("\nG1"));  // behind the comments of the head
   for (;;) {
     auto at = std::uniform_int_distribution<std::size_t>(first, text.size() - 40)(random);
     at = text.find_first_of("XYZ", at);

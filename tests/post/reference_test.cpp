@@ -26,7 +26,8 @@ struct ReferenceOutcome {
   Diagnostics diagnostics;
 };
 
-ReferenceOutcome reference_post(const std::string& name, const PostOptions& options) {
+ReferenceOutcome reference_post(const std::string& name, PostOptions options) {
+  options.tools.tool = 1;
   const Machine machine = roomy_machine();
   Diagnostics d;
   const auto controller =

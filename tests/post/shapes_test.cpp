@@ -133,7 +133,7 @@ std::string figures(const VerifyReport& r) {
 
 void expect_the_shapes(const std::string& text, const Part& part, const Machine& machine,
                        const std::string& control) {
-  const nc::Controller c = test::shipped_controller(control);
+  const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
   const double digit = std::pow(10.0, -c.numbers.axes.decimals(AxisLetter::X));
   // Ends and centre are rounded, and 0.0005 deg at 30 mm from the axes.
   const double near =
@@ -189,7 +189,7 @@ TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
     const Machine machine = test::shipped_machine(name);
     for (const std::string control :
          {"linuxcnc", "fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640"}) {
-      const nc::Controller c = test::shipped_controller(control);
+      const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
       for (const ShapeKind& kind : kShapeKinds) {
         nc::Hole hole;
         hole.kind = kind.kind;
@@ -234,7 +234,7 @@ TEST(Shapes, InTheControlsPlaneAndUnderToolCentrePointControl) {
     EXPECT_EQ(p.report->arcs, part.circles.size());
     EXPECT_EQ(p.report->holes, part.bores.size());
     EXPECT_GT(p.report->tilted_planes, 0U);
-    EXPECT_TRUE(passes(p.nc, part.cl, machine, test::shipped_controller(control)));
+    EXPECT_TRUE(passes(p.nc, part.cl, machine, with_axes_of(machine, test::shipped_controller(control))));
   }
   // Under tool-centre-point control X and Y are those of the part: circles about its Z only, and no cycles.
   PostOptions options = native();

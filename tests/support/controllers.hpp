@@ -38,6 +38,15 @@ inline nc::Controller shipped_controller(const std::string& name) {
   return *controller;
 }
 
+/// Z to this machine position, where the control's words hold one.
+inline nc::Retract retract_to(const nc::Controller& controller, double position_mm,
+                              nc::AxisLetter letter = nc::AxisLetter::Z) {
+  nc::Retract block{nc::AxisWords::bit(letter), {}};
+  if (controller.names_position(letter))
+    block.to.set(letter, controller.numbers.axes.quanta(letter, position_mm));
+  return block;
+}
+
 /// Text of `blocks`; throws what the writer refuses.
 inline std::string nc_text(const nc::Controller& controller, const std::vector<nc::Block>& blocks) {
   std::string text;

@@ -15,6 +15,7 @@
 #include "trunnion/path/nonlinear.hpp"
 #include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
+#include "trunnion/post/tools.hpp"
 #include "trunnion/post/verify.hpp"
 
 namespace trunnion::post {
@@ -27,8 +28,8 @@ enum class FeedOutput : std::uint8_t {
 
 struct PostOptions {
   double tolerance_mm = 0.01;
-  std::optional<double> rapid_tolerance_mm;  // nothing: rapids get no points and are only reported
-  std::optional<Angle> axis_tolerance;       // nothing: the machine's
+  double rapid_tolerance_mm = 1.0;      // of the tip from the straight line of a rapid
+  std::optional<Angle> axis_tolerance;  // nothing: the machine's
   path::NonlinearOptions nonlinear;
   path::ChoiceMethod choice = path::ChoiceMethod::global;
   std::string choice_axis = "C";
@@ -50,10 +51,23 @@ struct PostOptions {
   /// the controller file says.
   std::optional<bool> native_arcs;
   std::optional<bool> native_cycles;
+  /// Of the linear axes, for a model of the machine's errors: what asks for more is taken for a mistake.
+  double largest_correction_mm = 0.5;
   bool verify = true;
   bool collect = false;  // keep what the HTML report draws
   /// Threads for this one program; the text does not depend on it.
   std::size_t threads = 1;
+  ToolOptions tools;
+  /// The work offset that the program calls; nothing: that of SET/OFSETL in the CL file, else the machine
+  /// file's. Not called where the control has no words.
+  std::optional<std::int64_t> work_offset;
+  /// The control may leave the programmed path where blocks meet, beside the tolerance: by this much, or by
+  /// what it has set (0). Nothing: exact path, or the controller file's [path_mode] default.
+  std::optional<double> smoothing_mm;
+  /// For controls that name or number programs; nothing: the name is PARTNO's, else the output file's, the
+  /// number is made of the digits in the name.
+  std::optional<std::string> program_name;
+  std::optional<std::int64_t> program_number;
   cl::ReaderOptions cl;
 };
 
@@ -77,6 +91,7 @@ struct RunTimeDrift {
 /// What is posted with what. Pointers must outlive the call.
 struct PostJob {
   std::string cl_file;  // for messages
+  std::string output;   // file of the program, whose name it may bear; may be empty
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on the machine (`with_axes_of`)
   const Model* model = nullptr;                // errors to compensate and to verify with; nothing: nominal
@@ -123,6 +138,8 @@ struct PostReport {
   /// Largest motion of the tip, while a block lasts, by effects that are lagged: they count as they were at
   /// its beginning.
   double lag_step_mm = 0.0;
+  std::vector<LoadedTool> tools;  // in the order in which they are loaded
+  std::int64_t work_offset = 1;   // that the program calls
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for
   std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied
@@ -134,6 +151,11 @@ using TextSink = std::function<Result<void>(std::string_view)>;
 /// A text that stands in the header until the verification is done; the caller replaces it, in what the sink
 /// took, by a text of the same length (see verdict_text).
 std::string verdict_placeholder();
+/// The same for the tools: which ones are loaded is known in the end.
+std::string tools_placeholder();
+/// `GAUGE LENGTHS T1 150, T2 80.5 REGISTER 12`, padded to the placeholder's length; what does not fit is
+/// counted.
+std::string tools_text(const std::vector<LoadedTool>& tools);
 /// `WITHIN TOLERANCE: ...` or `NOT WITHIN TOLERANCE: ...` with the figures, padded to the placeholder's
 /// length.
 std::string verdict_text(const PostReport& report);

@@ -16,6 +16,8 @@
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/path/pole.hpp"
+#include "trunnion/post/checks.hpp"
+#include "trunnion/post/tools.hpp"
 #include "trunnion/thermal/offsets.hpp"
 
 namespace trunnion::post {
@@ -34,10 +36,13 @@ struct TemperatureHistory {
 
 struct VerifyOptions {
   double tolerance_mm = 0.01;
-  std::optional<double> rapid_tolerance_mm;  // nothing: rapids are reported only
+  double rapid_tolerance_mm = 1.0;
   Angle axis_tolerance = Angle::degrees(0.05);
   /// Tool axes inside this cone may be off by its tolerance more (PostOptions::pole).
   path::PoleOptions pole;
+  /// The tolerance holds for every point of the tool from the tip to here along its axis, mm; 0: the tip
+  /// alone.
+  double flute_mm = 0.0;
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
@@ -51,7 +56,13 @@ struct VerifyOptions {
   thermal::OffsetLimits offset_limits;  // only the dead band matters: a machine's drift knows no clamp
   std::vector<std::string> raw_lines;   // lines that the controller's templates did not make
   std::size_t worst_count = 10;         // places listed in the report
-  bool collect = false;                 // keep one VerifiedBlock per motion block
+  ToolOptions tools;                    // those that the program was posted with
+  /// In which the program is to move; nothing: that of SET/OFSETL, else the machine file's.
+  std::optional<std::int64_t> work_offset;
+  std::optional<double> smoothing_mm;  // PostOptions::smoothing_mm
+  /// Of CL motions before the first FEDRAT; nothing: their feeds are not compared.
+  std::optional<double> default_feed_mm_s;
+  bool collect = false;  // keep one VerifiedBlock per motion block
 };
 
 /// One motion block of the NC program, as verified.
@@ -102,27 +113,53 @@ struct TooFast {
   double ratio = 0.0;  // of its largest velocity, > 1
 };
 
-struct VerifyReport {
-  std::size_t points_in = 0;   // motions of the CL file
-  std::size_t points_out = 0;  // motion blocks of the NC program
-  std::size_t feed_blocks = 0;
-  std::size_t rapid_blocks = 0;
+struct PlaceOfRapid {
+  std::uint32_t nc_line = 0;
+  std::uint32_t cl_line = 0;
+};
+
+/// A rotary axis that turns below the safe height outside a cut, a tool that comes down while it goes
+/// sideways, a retract to elsewhere, a tip inside the table.
+struct UnsafeMove {
+  std::uint32_t nc_line = 0;
+  std::string what;  // with the numbers
+};
+
+/// How far a program is off its CL path while it cuts.
+struct CutFigures {
   double max_tip_deviation_mm = 0.0;  // feed moves: largest that was found on the path
   double certified_tip_deviation_mm =
       0.0;                         // feed moves: proved upper bound; the sampled one when not `certified`
   bool certified = true;           // every feed block's deviation was proved
   std::size_t sampled_blocks = 0;  // feed blocks whose deviation was sampled
+  Angle max_axis_deviation;        // feed moves outside the pole's cone
+  Angle max_pole_axis_deviation;   // inside it, where a tolerance for it was given
+  /// Feed moves outside the pole's cone, at most: the tool axis from that of the path at the place where the
+  /// tip is. (The tool axis may keep to its great circle and be behind the tip, or before it.)
+  Angle max_axis_deviation_at_tip;
+  /// There, of the tool from its tip to VerifyOptions::flute_mm: largest that was found, and the bound.
+  double max_flute_deviation_mm = 0.0;
+  double certified_flute_deviation_mm = 0.0;
+  double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
+  std::vector<WorstPlace> worst;        // feed moves, worst first
+};
+
+struct VerifyReport : CutFigures {
+  std::size_t points_in = 0;   // motions of the CL file
+  std::size_t points_out = 0;  // motion blocks of the NC program
+  std::size_t feed_blocks = 0;
+  std::size_t rapid_blocks = 0;
   /// Effects of the model that know no bound on their course: ids, each once.
   std::vector<std::string> unproved_effects;
-  Angle max_axis_deviation;             // feed moves outside the pole's cone
-  Angle max_pole_axis_deviation;        // inside it, where a tolerance for it was given
-  double max_rapid_deviation_mm = 0.0;  // of rapids between CL points
-  double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
-  std::size_t points_missed = 0;        // CL points that the program never comes to
+  double max_rapid_deviation_mm = 0.0;  // of the tip in rapids, from the line between their CL points
+  PlaceOfRapid worst_rapid;             // where
+  /// What is not safe on the way between the cuts: the first places of it.
+  std::vector<UnsafeMove> unsafe;
+  std::size_t unsafe_count = 0;
+  std::size_t points_missed = 0;  // CL points that the program never comes to
   std::vector<BeyondLimit> beyond_limits;
   std::size_t beyond_limits_count = 0;
   std::vector<AxisTravel> travel;  // of every axis; none for a program without a block
-  std::vector<WorstPlace> worst;   // feed moves, worst first
   std::vector<VerifiedBlock> blocks;
   bool on_truth = false;    // evaluated on a machine with errors
   double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
@@ -132,14 +169,32 @@ struct VerifyReport {
   std::vector<TooFast> too_fast;  // the first of them
   std::size_t too_fast_count = 0;
   double tolerance_mm = 0.0;
+  double flute_mm = 0.0;
   Angle axis_tolerance;
   Angle pole_tolerance;  // what the pole's cone allows beyond it
-  std::optional<double> rapid_tolerance_mm;
+  double rapid_tolerance_mm = 0.0;
+  /// What was compared, in a table: of the program that was read; a verification that shares its text with
+  /// another one leaves it to that.
+  Checks checks;
+  std::vector<AllowedUse> allowed;
 
+  /// How far the tip is off its path at most, and CL points off the tip's.
+  double largest_tip_deviation_mm() const {
+    return std::max(certified_tip_deviation_mm, max_point_deviation_mm);
+  }
   bool limits_ok() const { return beyond_limits_count == 0; }
   bool speeds_ok() const { return too_fast_count == 0; }
-  bool within_tolerance() const;
-  bool passed() const { return within_tolerance() && limits_ok() && speeds_ok() && points_missed == 0; }
+  /// The feed moves are within the tolerances of tip and tool axis.
+  bool cuts_within_tolerance() const;
+  bool within_tolerance() const;  // and the rapids within theirs
+  bool checks_ok() const {
+    return std::none_of(checks.begin(), checks.end(),
+                        [](const Check& check) { return check.state == Check::State::failed; });
+  }
+  bool passed() const {
+    return within_tolerance() && limits_ok() && speeds_ok() && points_missed == 0 && unsafe_count == 0 &&
+           checks_ok();
+  }
 };
 
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing
@@ -148,18 +203,25 @@ struct VerifyReport {
 ///
 /// Tip deviation: distance of the tip's curve (q linear between blocks, words as rounded) from the CL
 /// segments between the places that the two blocks match. Axis deviation: angle of the tool axis from the
-/// great circle of the segment.
+/// great circle of the segment; at the tip: from the tool axis that the path has where the tip is. Flute
+/// deviation: distance of a point of the tool from the same point of the tool there.
 class Verifier {
  public:
   /// References must outlive the verifier.
-  Verifier(const Machine& machine, const nc::Controller& controller, const Vec3& tool_mm,
-           const VerifyOptions& options, std::string nc_file, Diagnostics& diagnostics);
+  Verifier(const Machine& machine, const nc::Controller& controller, const VerifyOptions& options,
+           const std::string& nc_file, Diagnostics& diagnostics);
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
   ~Verifier();
 
   /// The next motion of the CL file.
   void expect(const cl::Motion& motion, SourceRef where);
+  /// The next record of the CL file that is no motion, a tool change with its length register.
+  void expect(const cl::Record& record);
+  /// The CL file loads this tool, of this gauge length: before any text that loads it.
+  void expect_tool(std::uint32_t number, double length_mm);
+  /// The program is made for words of the gauge point where it loads no tool: before any text.
+  void expect_no_length();
   /// Any piece of the NC text, in order. Blocks whose CL motions are not known yet wait.
   void text(std::string_view piece);
   /// The motions and the text that this one is given are `other`'s too, text read once: `other`, of the same
@@ -173,6 +235,9 @@ class Verifier {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// What the verdict means for the tool above its tip, in words.
+std::string flute_text(const VerifyReport& report);
 
 /// How a CL file is read that is held within `tolerance_mm`: the chords of its arcs take a tenth of it at
 /// most.

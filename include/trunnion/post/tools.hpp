@@ -1,0 +1,83 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/base/diagnostics.hpp"
+#include "trunnion/base/result.hpp"
+#include "trunnion/cl/record.hpp"
+#include "trunnion/machine/machine.hpp"
+
+namespace trunnion::post {
+
+/// A tool of the shop.
+struct Tool {
+  double length_mm = 0.0;  // gauge length: from the spindle gauge point S to the tip
+  std::optional<double> radius_mm;
+  std::optional<double> flute_length_mm;
+  std::optional<std::uint32_t> length_register;  // nothing: the tool's number
+};
+using ToolTable = std::map<std::uint32_t, Tool>;  // by tool number
+
+/// Reads a tool file: CSV with the columns `tool`, `length_mm` and, where they are given, `radius_mm`,
+/// `flute_length_mm`, `register`; or, where the name ends in `.tbl`, LinuxCNC's tool table (T, Z, D; mm).
+/// Tools of such a table without Z, or with Z0, were never measured and are left out. Errors with
+/// file:line:column: unknown columns, a tool twice, a length that is not above 0, offsets in other axes.
+Result<ToolTable> parse_tools(std::string_view text, const std::string& file, Diagnostics& diagnostics);
+Result<ToolTable> load_tools(const std::string& path, Diagnostics& diagnostics);
+
+/// What is known of the tools of a program beside its CL file.
+struct ToolOptions {
+  const ToolTable* table = nullptr;  // must outlive its use; nothing: no tool file
+  /// The program begins as if LOADTL with this number stood in front of the CL file, where that loads no tool
+  /// before its first motion.
+  std::optional<std::uint32_t> tool;
+  std::optional<double> length_mm;  // in place of the machine file's
+};
+
+/// Who says how long a tool is: the first of these that does.
+enum class LengthSource : std::uint8_t { tool_file, cl_file, option, machine_file };
+
+/// A tool that a program loads.
+struct LoadedTool {
+  std::optional<std::uint32_t> number;  // nothing: the CL file loads none
+  double length_mm = 0.0;
+  std::uint32_t length_register = 0;
+  LengthSource source = LengthSource::machine_file;
+};
+
+/// The tools of one program, in the order in which its CL file loads them, and their gauge lengths.
+class ProgramTools {
+ public:
+  /// References must outlive the object.
+  ProgramTools(const Machine& machine, const ToolOptions& options) : machine_(machine), options_(options) {}
+
+  /// The word with its length register and gauge length filled in. Fails with wrong_input when it gives a
+  /// tool another length than it was loaded with before.
+  Result<cl::ToolChange> load(const cl::ToolChange& word, const std::string& cl_file, SourceRef where);
+  /// The CL file moves and has loaded no tool.
+  void move_without_tool() { add({std::nullopt, length_of_nobody(), 0, source_of_nobody()}); }
+  /// Gauge length of whatever is in the spindle before a tool is loaded.
+  double length_of_nobody() const { return options_.length_mm.value_or(machine_.tool_length_mm); }
+  /// Of a tool that was loaded, or that the tool file has.
+  std::optional<double> length_of(std::uint32_t number) const;
+
+  const std::vector<LoadedTool>& loaded() const { return loaded_; }
+  /// One warning that names the tools whose gauge length is the machine file's for want of another.
+  void warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const;
+
+ private:
+  LengthSource source_of_nobody() const {
+    return options_.length_mm ? LengthSource::option : LengthSource::machine_file;
+  }
+  const LoadedTool* find(std::uint32_t number) const;
+  void add(const LoadedTool& tool) { loaded_.push_back(tool); }
+  const Machine& machine_;
+  const ToolOptions& options_;
+  std::vector<LoadedTool> loaded_;
+};
+
+}  // namespace trunnion::post

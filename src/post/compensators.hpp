@@ -1,0 +1,28 @@
+#pragma once
+#include <map>
+#include <mutex>
+
+#include "trunnion/path/compensation.hpp"
+
+namespace trunnion::post {
+
+/// The compensators of one program, one for each gauge length. Several threads may ask at the same time.
+class Compensators {
+ public:
+  /// Must outlive the object.
+  Compensators(const Machine& machine, const Model& model) : machine_(machine), model_(model) {}
+
+  /// The reference stays valid as long as this object lives.
+  const path::Compensator& of(double length_mm) {
+    const std::lock_guard lock(mutex_);
+    return of_length_.try_emplace(length_mm, machine_, model_, Vec3(0.0, 0.0, -length_mm)).first->second;
+  }
+
+ private:
+  const Machine& machine_;
+  const Model& model_;
+  std::mutex mutex_;
+  std::map<double, path::Compensator> of_length_;
+};
+
+}  // namespace trunnion::post

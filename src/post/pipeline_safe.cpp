@@ -1,0 +1,221 @@
+// The safe height: where the tool goes before a rotary axis turns outside a cut, before a tool change, before
+// the spindle stops and at the end, and how it comes back.
+#include <algorithm>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/pipeline.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr std::uint16_t kZBit = nc::AxisWords::bit(nc::AxisLetter::Z);
+
+}  // namespace
+
+// Z to the safe height, where it is not there already.
+Result<void> Pipeline::emit_retract(SourceRef where) {
+  if (auto r = leave_plane(); !r) return r;
+  if (up_) return {};
+  const auto refuse = [&](const std::string& why) {
+    return fail(ErrorCode::check_failed, why, job_.cl_file, where);
+  };
+  if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    return refuse("the program has to retract and the controller file " + controller_.file +
+                  " has no words for it: add [retract] Z");
+  }
+  const SafeHeight& safe = machine_.safe;
+  const bool names_position = controller_.names_position(nc::AxisLetter::Z);
+  if (!safe.z_mm() || (!names_position && !safe.z_is_given)) {
+    return refuse("the program has to retract and the machine file " + machine_.file +
+                  " does not say where to: add [retract] z_mm" +
+                  (names_position
+                       ? ""
+                       : ", the machine position of Z to which " + controller_.file + " [retract] Z goes"));
+  }
+  if (const auto fault = safe_height_fault(machine_, tool_.length_mm)) {
+    return refuse(*fault + " ([retract], [table] and [part] of " + machine_.file + ")");
+  }
+  up_ = true;
+  return write_retract(nc::AxisLetter::Z, *safe.z_mm());
+}
+
+Result<void> Pipeline::write_retract(nc::AxisLetter letter, double position_mm) {
+  nc::Retract block{nc::AxisWords::bit(letter), {}};
+  if (controller_.names_position(letter))
+    block.to.set(letter, controller_.numbers.axes.quanta(letter, position_mm));
+  return write(block);
+}
+
+// Before what stops the cut where it is: the tool comes back there if the program cuts on.
+Result<void> Pipeline::emit_pause_above(SourceRef where) {
+  if (!placed_ || up_) return {};
+  const auto plane = plane_;
+  if (auto r = emit_retract(where); !r) return r;
+  if (approach_) return {};
+  returns_ = true;
+  next_plane_ = plane;
+  return {};
+}
+
+Result<void> Pipeline::emit_return(const Pending& motion) {
+  if (!std::exchange(returns_, false) || approach_) return {};
+  if (motion.point.rapid) {
+    approach_ = true;  // straight from the safe height to where the rapid ends
+    return {};
+  }
+  const SourceRef where = motion.point.where;
+  const auto rate = feed_rate(motion.feed, (motion.point.pose.tip_P - last_.tip_P).norm(), where);
+  if (!rate) return tl::unexpected(rate.error());
+  path::Point above = last_;
+  above.tip_P += retract_way_mm(last_, where) * last_.axis_P;
+  path::round_to_words(kinematics_, rounding_, above.tip_P, above.q);
+  auto up = corrected(above, 0.0);
+  if (!up) return tl::unexpected(up.error());
+  if (auto r = emit_safe_turn(*up, where); !r) return r;
+  if (plane_) up = corrected(above, 0.0);
+  if (!up) return tl::unexpected(up.error());
+  if (auto r = emit_motion(*up, nc::MotionKind::rapid, {}, where); !r) return r;
+  last_emitted_ = *up;
+  const path::Point back = std::exchange(last_, above);
+  const auto at = corrected(back, 0.0);
+  if (!at) return tl::unexpected(at.error());
+  last_ = back;
+  last_emitted_ = *at;
+  state_.move_to(last_emitted_);
+  up_ = false;
+  return emit_feed_per_minute(last_emitted_, *rate, where);
+}
+
+// From an unknown or safe position: up, the rotary axes, then over the part, then down.
+Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motion) {
+  const auto first = corrected(to, 0.0);
+  if (!first) return tl::unexpected(first.error());
+  if (auto r = emit_safe_turn(*first, motion.point.where); !r) return r;
+  // In a plane that was entered on the way the words are others.
+  const auto found = plane_ ? corrected(to, 0.0) : first;
+  if (!found) return tl::unexpected(found.error());
+  const JointVector q = *found;
+  last_ = to;
+  last_emitted_ = q;
+  up_ = false;
+  if (motion.point.rapid) return emit_motion(q, nc::MotionKind::rapid, {}, motion.point.where);
+  const auto rate = feed_rate(motion.feed, 0.0, motion.point.where);
+  if (!rate) return tl::unexpected(rate.error());
+  return emit_feed_per_minute(q, *rate, motion.point.where);
+}
+
+// Up to the safe height, then the rotary axes and then X and Y to where `q` has them.
+Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
+  std::uint16_t rotary = 0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::rotary) {
+      rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(letters_[id]));
+    }
+  }
+  if (auto r = emit_retract(where); !r) return r;
+  if (auto r = emit_shift(); !r) return r;
+  // Where the machine comes from is known from the second time on.
+  moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
+  if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
+  if (next_plane_) {
+    // The rotary axes stand where the plane wants them: the control has nothing to turn.
+    if (auto r = write(next_plane_block_); !r) return r;
+    plane_ = std::exchange(next_plane_, std::nullopt);
+    ++report_.tilted_planes;
+  }
+  if (auto r = clamp_standing(); !r) return r;
+  if (!options_.rtcp)
+    return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~kZBit));
+  if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
+  return emit_motion(above(q), nc::MotionKind::rapid, {}, where);
+}
+
+// As far as the chunk reaches: an axis that turns later is freed by the writer, and a clamp that is worth its
+// time holds for more than that.
+std::uint16_t Pipeline::standing_axes(std::size_t i) const {
+  std::uint16_t out = 0;
+  if (chunk_ == nullptr || i >= chunk_->motions.size()) return out;
+  std::size_t end = i + 1;
+  while (end < chunk_->motions.size() && !chunk_->chosen[end].reconfigure) ++end;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+    const auto stands = [&](std::size_t k) {
+      return chunk_->joints[k][id] == chunk_->joints[i][id] &&
+             rounding_.rounded(id, chunk_->chosen[k].q_leave[id]) == chunk_->joints[i][id];
+    };
+    bool all = true;
+    for (std::size_t k = i; k < end && all; ++k) all = stands(k);
+    if (all) out = static_cast<std::uint16_t>(out | nc::AxisWords::bit(letters_[id]));
+  }
+  return out;
+}
+
+Result<void> Pipeline::clamp_standing() {
+  if (controller_.clamps.empty()) return {};
+  const std::uint16_t stand = standing_axes(motion_);
+  for (const nc::Controller::Clamp& clamp : controller_.clamps) {
+    std::uint16_t own = 0;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id)
+      own = static_cast<std::uint16_t>(own | (nc::AxisWords::bit(letters_[id]) & clamp.axes));
+    if (own == 0 || (own & stand) != own) continue;
+    if (auto r = write(nc::Clamp{clamp.axes, true}); !r) return r;
+  }
+  return {};
+}
+
+// Under tool-centre-point control a linear move needs all of X Y Z: those of a place straight above, at the
+// safe height.
+JointVector Pipeline::above(const JointVector& q) const {
+  JointVector out = q;
+  const auto id = machine_.axis("Z");
+  if (!id) return out;
+  const Axis& z = machine_.axes[*id];
+  // A shift of the work offset needs room at the end of the travel.
+  const double room_mm = offsets_ && shifts() ? 2.0 * job_.offset_limits.clamp_mm : 0.0;
+  const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::Z);
+  const double height = std::clamp(*machine_.safe.z_mm(), z.min + room_mm, z.max - room_mm);
+  out[*id] = machine_.safe.away < 0 ? std::min(q[*id], height) : std::max(q[*id], height);
+  // Words of the part are rounded in all three directions, and a control stops at a place that is beyond its
+  // travel by the last digit (LinuxCNC does): a digit or two towards the part.
+  constexpr int kDigits = 4;
+  for (int i = 0; i < kDigits; ++i) {
+    JointVector there = out;
+    kinematics_.solve_linear(word_tip_P(out), kinematics_.sines(out), there);
+    if (there[*id] <= z.max && there[*id] >= z.min) break;
+    out[*id] += there[*id] > z.max ? -digit_mm : digit_mm;
+  }
+  return out;
+}
+
+// Spindle and coolant as the CL file has them, where a tool change has ended them or none was said yet.
+Result<void> Pipeline::resume() {
+  if (!std::exchange(resumes_, false)) return {};
+  if (spindle_asked_.turn != nc::SpindleTurn::off) {
+    if (auto r = write(spindle_asked_); !r) return r;
+  }
+  for (const nc::CoolantKind kind :
+       {nc::CoolantKind::flood, nc::CoolantKind::mist, nc::CoolantKind::through_tool, nc::CoolantKind::air}) {
+    if ((coolant_asked_ & (1U << static_cast<unsigned>(kind))) == 0) continue;
+    if (auto r = write(nc::Coolant{kind}); !r) return r;
+  }
+  return {};
+}
+
+Result<void> Pipeline::emit_end() {
+  if (auto r = leave_plane(); !r) return r;
+  if (placed_) {
+    if (auto r = emit_retract({}); !r) return r;
+    for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y}) {
+      const auto& to_mm = machine_.safe.to_mm[nc::index(letter)];
+      if (!to_mm) continue;
+      if (auto r = write_retract(letter, *to_mm); !r) return r;
+    }
+  }
+  if (auto r = finish_offsets(); !r) return r;
+  if (auto r = write(nc::Spindle{}); !r) return r;
+  return write(nc::Coolant{});
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,33 @@
+#include "post/told.hpp"
+
+namespace trunnion::post {
+
+void Told::take(const nc::Block& block) {
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) work_offset_ = offset->index;
+  if (const auto* call = std::get_if<nc::ToolCall>(&block)) {
+    tool_ = call->tool;
+    spindle_ = {};
+    coolant_ = 0;
+    length_.reset();
+    if (controller_.length.automatic) length_ = call->tool;
+  }
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) length_ = length->number;
+  if (const auto* control = std::get_if<nc::TcpControl>(&block)) take_tcp(*control);
+  if (std::holds_alternative<nc::Retract>(block) && controller_.retract_ends_length &&
+      !controller_.length.automatic && length_ != 0)
+    length_.reset();
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) spindle_ = *spindle;
+  if (const auto* coolant = std::get_if<nc::Coolant>(&block))
+    coolant_ =
+        coolant->kind == nc::CoolantKind::off ? 0U : coolant_ | (1U << static_cast<unsigned>(coolant->kind));
+  if (const auto* mode = std::get_if<nc::PathMode>(&block)) path_mode_ = *mode;
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) cutter_ = *cutter;
+}
+
+// Where it takes the place of length compensation the register of its words counts.
+void Told::take_tcp(const nc::TcpControl& control) {
+  if (!controller_.tcp.replaces_length || controller_.length.automatic) return;
+  length_ = control.on ? control.length_offset : 0;
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,37 @@
+#pragma once
+#include <optional>
+
+#include "trunnion/nc/blocks.hpp"
+#include "trunnion/nc/controller.hpp"
+
+// Private to the verifier: what the words of a program have set on the control.
+namespace trunnion::post {
+
+/// The state of the control beside the motions, block by block. What no word has set yet is not known.
+class Told {
+ public:
+  explicit Told(const nc::Controller& controller) : controller_(controller) {}
+
+  void take(const nc::Block& block);
+
+  const std::optional<std::int64_t>& work_offset() const { return work_offset_; }
+  const std::optional<std::int64_t>& tool() const { return tool_; }
+  /// Register of the length that the control adds; 0: it adds none.
+  const std::optional<std::int64_t>& length() const { return length_; }
+  const nc::Spindle& spindle() const { return spindle_; }
+  unsigned coolant() const { return coolant_; }  // bit per kind
+  const std::optional<nc::PathMode>& path_mode() const { return path_mode_; }
+  const nc::CutterCompensation& cutter() const { return cutter_; }
+
+ private:
+  void take_tcp(const nc::TcpControl& control);
+
+  const nc::Controller& controller_;
+  std::optional<std::int64_t> work_offset_, tool_, length_;
+  nc::Spindle spindle_;
+  unsigned coolant_ = 0;
+  std::optional<nc::PathMode> path_mode_;
+  nc::CutterCompensation cutter_;
+};
+
+}  // namespace trunnion::post

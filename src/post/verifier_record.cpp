@@ -1,0 +1,89 @@
+// What the verification writes into its report of the cut.
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/verifier_state.hpp"
+
+namespace trunnion::post {
+
+std::string flute_text(const VerifyReport& report) {
+  if (report.flute_mm > 0.0)
+    return "from its tip to " + shortest_text(report.flute_mm) + " mm up the tool stays within " +
+           fixed_text(report.certified_flute_deviation_mm, 6) + " mm of its place";
+  constexpr double kUp_mm = 10.0;
+  return shortest_text(kUp_mm) + " mm up the tool the axis tolerance allows " +
+         fixed_text(kUp_mm * 2.0 * std::sin(0.5 * report.axis_tolerance.rad()), 4) + " mm more";
+}
+
+void Verifier::State::take_deviation(const DeviationMeter::Deviation& d, bool in_cone) {
+  block_proved = block_proved && d.proved;
+  if (d.unbounded != nullptr) {
+    auto& ids = report.unproved_effects;
+    const std::string& id = d.unbounded->info().id;
+    if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+  }
+  block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
+  block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
+  report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
+  report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
+  if (!in_cone) judged_axis_rad = std::max(judged_axis_rad, d.axis_rad.upper);
+  Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
+  largest = std::max(largest, Angle::radians(d.axis_rad.upper));
+}
+
+void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size_t segment, double t0,
+                                  double t1) {
+  const Target& a = targets()[segment];
+  const Target& b = targets()[segment + 1];
+  if (near_pole(a, b)) return;
+  DeviationMeter::Beside known;
+  known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
+  known.flute_mm.upper =
+      options.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
+  const auto beside = meter().beside(from, v, a, b, t0, t1, options.flute_mm, program, known);
+  report.max_axis_deviation_at_tip =
+      std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
+  if (options.flute_mm == 0.0) return;
+  block_flute_mm = std::max(block_flute_mm, beside.flute_mm.upper);
+  block_proved = block_proved && beside.proved;
+  report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);
+  report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, beside.flute_mm.upper);
+}
+
+void Verifier::State::bows_by(double off_chord_mm) {
+  block_tip_mm += off_chord_mm;
+  report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, block_tip_mm);
+  // The tool stays parallel to itself on the way of an arc: its points bow alike.
+  block_flute_mm += off_chord_mm;
+  report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, block_flute_mm);
+}
+
+void Verifier::State::record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
+  auto& worst = report.worst;
+  if (worst.size() < options.worst_count || (!worst.empty() && block_tip_mm > worst.back().tip_mm)) {
+    const WorstPlace place{v.nc_line, cl_line, block_tip_mm, Angle::radians(block_axis_rad), v.tip_P};
+    const auto by_tip = [](const WorstPlace& x, const WorstPlace& y) { return x.tip_mm > y.tip_mm; };
+    worst.insert(std::upper_bound(worst.begin(), worst.end(), place, by_tip), place);
+    if (worst.size() > options.worst_count) worst.pop_back();
+  }
+  record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
+  if (!block_proved) {
+    ++report.sampled_blocks;
+    report.certified = false;
+  }
+  block_proved = true;
+  block_tip_mm = 0.0;
+  block_axis_rad = 0.0;
+  block_flute_mm = 0.0;
+}
+
+void Verifier::State::record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line,
+                             bool programmed) {
+  if (!options.collect) return;
+  report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
+                           0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
+}
+
+}  // namespace trunnion::post

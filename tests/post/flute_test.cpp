@@ -1,0 +1,158 @@
+// The tool above its tip: how far its axis is off that of the path where the tip is, and how far its flute is
+// off its place, held against a chain of the tests' own.
+#include <gtest/gtest.h>
+#include <random>
+
+#include "post/own_chain.hpp"
+#include "post/posting.hpp"
+#include "support/cases.hpp"
+
+namespace trunnion::post {
+namespace {
+
+using test::PlacedTool;
+
+constexpr double kFluteTolerance_mm = 0.005;
+
+// Round a leading edge: the tip goes round an arc of `radius_mm`, while the axis turns over it, out of step.
+std::vector<PlacedTool> leading_edge(std::mt19937_64& random, double radius_mm) {
+  const auto any = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const Vec3 centre(any(20.0, 60.0), any(-40.0, 40.0), any(5.0, 20.0));
+  const double tilt = any(25.0, 45.0) * kRadPerDegree;
+  const double swing = any(15.0, 30.0) * kRadPerDegree;
+  const double late = any(0.2, 0.6);
+  const double start = any(0.0, kTwoPi);
+  std::vector<PlacedTool> path;
+  constexpr int kPoints = 24;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double x = static_cast<double>(i) / kPoints;
+    const double round = kPi * x;
+    const double share = std::clamp((x - late * 0.5) / (1.0 - late * 0.5), 0.0, 1.0);
+    path.push_back({centre + radius_mm * Vec3(std::cos(round), std::sin(round), 0.1 * x),
+                    test::tilted(tilt + 0.3 * swing * share * share, start + swing * share * share)});
+  }
+  return path;
+}
+
+std::string flute_cl(const std::vector<PlacedTool>& path) {
+  std::string out = "UNITS/MM\nLOADTL/1\nFEDRAT/250.,MMPM\n";
+  for (const PlacedTool& p : path) out += test::point_text(p.tip, p.axis);
+  return out + "FINI\n";
+}
+
+struct FluteTruth {
+  double axis_deg = 0.0;
+  double flute_mm = 0.0;       // at the place nearest to the tip
+  double best_flute_mm = 0.0;  // at the place where tip and flute are nearest together
+};
+
+// Of all samples of the tool, with the path's place the one nearest to the tip; the path is followed from
+// point to point, each of which ends a block.
+FluteTruth sampled(const std::vector<PlacedTool>& tool, const std::vector<PlacedTool>& path,
+                   double flute_mm) {
+  FluteTruth out;
+  std::size_t j = 0;
+  for (const PlacedTool& p : tool) {
+    const auto place = [&](std::size_t k) {
+      const Vec3 d = path[k + 1].tip - path[k].tip;
+      return std::clamp((p.tip - path[k].tip).dot(d) / d.squaredNorm(), 0.0, 1.0);
+    };
+    const auto off = [&](std::size_t k) {
+      return (p.tip - path[k].tip - place(k) * (path[k + 1].tip - path[k].tip)).norm();
+    };
+    if (j + 2 < path.size() && off(j + 1) < off(j)) ++j;
+    const Vec3& a = path[j].axis;
+    const Vec3& b = path[j + 1].axis;
+    const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
+    const auto axis_at = [&](double t) {
+      if (angle < 1e-9) return a;
+      return Vec3((std::sin((1.0 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle));
+    };
+    const auto tip_at = [&](double t) { return Vec3(path[j].tip + t * (path[j + 1].tip - path[j].tip)); };
+    const auto off_flute = [&](double t) {
+      return (p.tip - tip_at(t) + flute_mm * (p.axis - axis_at(t))).norm();
+    };
+    const double foot = place(j);
+    const Vec3 axis = axis_at(foot);
+    out.axis_deg =
+        std::max(out.axis_deg, std::atan2(p.axis.cross(axis).norm(), p.axis.dot(axis)) * kDegreePerRad);
+    out.flute_mm = std::max(out.flute_mm, off_flute(foot));
+    double best_mm = off_flute(foot);
+    for (int i = -100; i <= 100; ++i) {
+      const double t = std::clamp(foot + 0.002 * i, 0.0, 1.0);
+      best_mm = std::min(best_mm, std::max(off_flute(t), (p.tip - tip_at(t)).norm()));
+    }
+    out.best_flute_mm = std::max(out.best_flute_mm, best_mm);
+  }
+  return out;
+}
+
+VerifyReport verified_with_flute(const std::string& nc, const std::string& cl, const Machine& machine,
+                                 double flute_mm) {
+  const nc::Controller c = post::with_axes_of(machine, test::shipped_controller("linuxcnc"));
+  VerifyOptions options;
+  options.tolerance_mm = kFluteTolerance_mm;
+  options.flute_mm = flute_mm;
+  Diagnostics d;
+  auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
+                       "part.nc", machine, c, {}, options, d);
+  if (!report) throw std::runtime_error(report.error().text());
+  return *report;
+}
+
+TEST(Flute, BoundsHoldAndAreNearToSamples) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const int seeds = test::cases(12, "TRUNNION_CASES");
+  for (int seed = 0; seed < seeds; ++seed) {
+    std::mt19937_64 random(static_cast<unsigned>(seed) + 5);
+    const auto path = leading_edge(random, std::uniform_real_distribution<double>(0.4, 1.5)(random));
+    const std::string cl = flute_cl(path);
+    PostOptions options;
+    options.tolerance_mm = kFluteTolerance_mm;
+    const auto p = test::posted(cl, machine, options);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    const auto tool = test::tool_of(test::cut_of(p.nc));
+    for (const double flute_mm : {15.0, 50.0}) {
+      const VerifyReport v = verified_with_flute(p.nc, cl, machine, flute_mm);
+      const FluteTruth truth = sampled(tool, path, flute_mm);
+      // The place of the path runs evenly between those of the tip.
+      EXPECT_GE(v.max_axis_deviation_at_tip.deg(), 0.96 * truth.axis_deg) << seed;
+      EXPECT_LE(v.max_axis_deviation_at_tip.deg(), 1.1 * truth.axis_deg + 0.003) << seed;
+      EXPECT_GE(v.certified_flute_deviation_mm, truth.best_flute_mm - 1e-6) << seed;
+      EXPECT_LE(v.certified_flute_deviation_mm, 1.1 * truth.flute_mm + 1e-4) << seed;
+      EXPECT_LE(v.max_flute_deviation_mm, v.certified_flute_deviation_mm) << seed;
+      EXPECT_EQ(v.cuts_within_tolerance(), v.certified_flute_deviation_mm <= kFluteTolerance_mm) << seed;
+      // The tip's own figures are not touched by it.
+      const VerifyReport tip = verified_with_flute(p.nc, cl, machine, 0.0);
+      EXPECT_TRUE(tip.passed()) << seed;
+      EXPECT_EQ(tip.certified_flute_deviation_mm, 0.0);
+    }
+  }
+}
+
+// A turn of A alone about the tip's place, by 0.02 degrees: 17 micrometres 50 mm up.
+TEST(Flute, ATurnOfTheAxisIsFoundAtItsEnd) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = "UNITS/MM\nLOADTL/1\nFEDRAT/250.,MMPM\n";
+  for (int i = 0; i < 12; ++i) cl += test::point_text({30.0 + 2.0 * i, 10.0, 5.0}, test::tilted(0.5, 0.3));
+  PostOptions options;
+  options.tolerance_mm = kFluteTolerance_mm;
+  const auto p = test::posted(cl + "FINI\n", machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(verified_with_flute(p.nc, cl, machine, 50.0).passed());
+  // The same path with the tool axis elsewhere: what the program of this one does to that path.
+  std::string turned = "UNITS/MM\nLOADTL/1\nFEDRAT/250.,MMPM\n";
+  for (int i = 0; i < 12; ++i) {
+    const double by = i == 6 ? 0.02 * kRadPerDegree : 0.0;
+    turned += test::point_text({30.0 + 2.0 * i, 10.0, 5.0}, test::tilted(0.5 + by, 0.3));
+  }
+  const VerifyReport v = verified_with_flute(p.nc, turned, machine, 50.0);
+  EXPECT_FALSE(v.passed());
+  EXPECT_NEAR(v.certified_flute_deviation_mm, 50.0 * 0.02 * kRadPerDegree, 5e-4);
+  EXPECT_TRUE(verified_with_flute(p.nc, turned, machine, 0.0).passed());
+}
+
+}  // namespace
+}  // namespace trunnion::post

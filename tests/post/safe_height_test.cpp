@@ -1,0 +1,309 @@
+// What stands around the cut: the way to the safe height and back, rapids on their lines, what the program
+// must say before it moves. Programs are walked in machine positions by a little interpreter that knows tool
+// and travel only.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/machine/kinematics.hpp"
+
+#include "post/posting.hpp"
+#include "support/shop_machines.hpp"
+
+namespace trunnion {
+namespace {
+
+using post::PostOptions;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// A line between two CL points that the tool runs at rapid rate.
+struct RapidLine {
+  Vec3 from_P, to_P;
+};
+struct Part {
+  std::string cl;
+  std::vector<RapidLine> rapids;
+};
+
+double uniform(std::mt19937_64& random, double from, double to) {
+  return from + (to - from) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+
+// Operations of a rapid above the part, a rapid down, cuts and a rapid up, tool axes all over the upper half;
+// tool changes, stops, spindle and coolant off between them and in the cut.
+Part random_part(std::mt19937_64& random) {
+  Part part;
+  part.cl = "UNITS/MM\nLOADTL/1\nSPINDL/5000,RPM,CLW\nCOOLNT/FLOOD\nFEDRAT/800.,MMPM\n";
+  std::optional<Vec3> at;
+  const auto go = [&](const Vec3& tip, const Vec3& axis, bool rapid) {
+    if (rapid) part.cl += "RAPID\n";
+    if (rapid && at) part.rapids.push_back({*at, tip});
+    part.cl += test::point_text(tip, axis);
+    at = tip;
+  };
+  int tool = 1;
+  for (int operation = 0; operation < 4; ++operation) {
+    Vec3 axis = test::tilted(uniform(random, 0.05, 1.2), uniform(random, -3.1, 3.1));
+    Vec3 tip(uniform(random, -60.0, 60.0), uniform(random, -60.0, 60.0), uniform(random, 20.0, 60.0));
+    go(tip + 40.0 * axis, axis, true);
+    go(tip, axis, true);
+    for (int i = 0; i < 4; ++i) {
+      tip += Vec3(uniform(random, -8.0, 8.0), uniform(random, -8.0, 8.0), uniform(random, -2.0, 2.0));
+      axis = (axis + 0.1 * Vec3(uniform(random, -1.0, 1.0), uniform(random, -1.0, 1.0), 0.0)).normalized();
+      go(tip, axis, false);
+      if (i == 1 && random() % 4 == 0) part.cl += "OPSTOP\n";
+    }
+    if (random() % 3 != 0) go(tip + 60.0 * axis, axis, true);
+    if (random() % 3 == 0) part.cl += "COOLNT/OFF\nSPINDL/OFF\nSTOP\nSPINDL/4000,RPM,CLW\nCOOLNT/FLOOD\n";
+    if (random() % 2 == 0) part.cl += "LOADTL/" + std::to_string(++tool) + "\n";
+  }
+  part.cl += "FINI\n";
+  return part;
+}
+
+// Where the axes stand, as far as the program has said.
+class Walker {
+ public:
+  Walker(const Machine& machine, const nc::Controller& controller, const Part& part)
+      : machine_(machine),
+        c_(controller),
+        part_(part),
+        kinematics_(machine, machine.tool_vector()),
+        offsets_(words_of(machine, JointVector{}, machine.tool_vector())),
+        z_(*machine.axis("Z")) {}
+
+  std::vector<std::string> walk(const std::vector<nc::Block>& blocks) {
+    for (const nc::Block& block : blocks) {
+      ++number_;
+      if (const auto* retract = std::get_if<nc::Retract>(&block)) go_up(*retract);
+      if (std::holds_alternative<nc::ToolCall>(block)) {
+        expect(is_up(), "a tool change that is not at the safe height");
+        known_ = {};
+        tool_ = true;
+        length_ = machine_.output_point == OutputPoint::spindle || c_.length.automatic;
+        spindle_ = false;
+      }
+      if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
+        length_ = length->number > 0 || machine_.output_point == OutputPoint::spindle;
+      if (const auto* spindle = std::get_if<nc::Spindle>(&block)) {
+        spindle_ = spindle->rpm > 0;
+        expect(spindle_ ? tool_ : is_up(), "the spindle starts without its tool or stops at the part");
+      }
+      if (std::holds_alternative<nc::Stop>(block)) expect(is_up(), "a stop at the part");
+      if (const auto* motion = std::get_if<nc::Motion>(&block)) move(*motion);
+      if (std::holds_alternative<nc::ProgramEnd>(block)) {
+        expect(is_up() && !spindle_, "the end at the part, or with the spindle running");
+      }
+    }
+    return found_;
+  }
+
+ private:
+  void expect(bool holds, const std::string& what) {
+    if (!holds) found_.push_back("block " + std::to_string(number_) + ": " + what);
+  }
+  bool is_up() const { return known_[z_] && std::abs(q_[z_] - *machine_.safe.z_mm()) < 1e-9; }
+  void go_up(const nc::Retract& retract) {
+    expect(retract.axes == nc::AxisWords::bit(nc::AxisLetter::Z), "another axis than Z");
+    q_[z_] = c_.numbers.axes.internal(nc::AxisLetter::Z, retract.to[nc::AxisLetter::Z]);
+    known_[z_] = true;
+    expect(is_up(), "a retract to elsewhere");
+  }
+  void move(const nc::Motion& motion) {
+    const JointVector before = q_;
+    const auto was_known = known_;
+    const bool was_up = is_up();
+    bool turns = false, sideways = false, z_moves = false;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      const nc::AxisLetter letter = *nc::axis_letter(machine_.axes[id].name);
+      if (!motion.words.has(letter)) continue;
+      const double to = c_.numbers.axes.internal(letter, motion.words[letter]) - offsets_[id];
+      const bool changes = !was_known[id] || std::abs(to - q_[id]) > 1e-9;
+      q_[id] = to;
+      known_[id] = true;
+      if (!changes) continue;
+      (machine_.axes[id].kind == AxisKind::rotary ? turns : id == z_ ? z_moves : sideways) = true;
+    }
+    const bool stays_up = was_up && is_up();
+    if (z_moves) expect(length_, "Z moves without the tool's length");
+    if (!(was_up && !turns && !sideways) && motion.kind == nc::MotionKind::feed) {
+      expect(spindle_, "a cut with the spindle off");
+      return;
+    }
+    if (stays_up || (was_up && !turns && !sideways)) return;
+    // Down to above where it was, or on the line of a rapid.
+    expect(std::all_of(was_known.begin(), was_known.end(), [](bool k) { return k; }),
+           "a rapid below the safe height from a place that is not known");
+    double least_mm = 1e9;
+    for (const RapidLine& line : part_.rapids) {
+      double off_mm = 0.0;
+      for (int i = 0; i <= 64; ++i) {
+        const Vec3 tip_P = kinematics_.pose(JointVector::interpolate(before, q_, i / 64.0)).tip_P;
+        off_mm = std::max(off_mm, distance_to_segment(tip_P, line.from_P, line.to_P));
+      }
+      least_mm = std::min(least_mm, off_mm);
+    }
+    expect(least_mm < 1.0 + 0.002, "a rapid leaves its line by " + std::to_string(least_mm) + " mm");
+  }
+
+  const Machine& machine_;
+  const nc::Controller& c_;
+  const Part& part_;
+  TableKinematics kinematics_;
+  JointVector offsets_;
+  AxisId z_;
+  JointVector q_;
+  std::array<bool, kMaxAxes> known_{};
+  bool tool_ = false, length_ = false, spindle_ = false;
+  std::size_t number_ = 0;
+  std::vector<std::string> found_;
+};
+
+TEST(AroundTheCut, IsSafeOnEveryControlAndKindOfMachine) {
+  std::mt19937_64 random(20);
+  std::size_t programs = 0;
+  for (const auto& kind : test::kShopMachines) {
+    const Machine machine = test::shop_machine(kind);
+    for (const std::string& control : test::shipped_controllers()) {
+      const nc::Controller c = post::with_axes_of(machine, test::shipped_controller(control));
+      // Which adds the length of every tool: refused.
+      if (machine.output_point == OutputPoint::spindle && c.length.automatic) continue;
+      for (int i = 0; i < 6; ++i) {
+        const Part part = random_part(random);
+        const auto p = test::posted(part.cl, machine, {}, control);
+        SCOPED_TRACE(std::string(kind.kind) + ", " + control + "\n" + part.cl + p.nc);
+        ASSERT_TRUE(p.report) << p.report.error().text();
+        const auto& v = *p.report->verification;
+        ASSERT_TRUE(v.passed()) << (v.unsafe.empty() ? "" : v.unsafe[0].what) << " rapids "
+                                << v.max_rapid_deviation_mm << " tip " << v.certified_tip_deviation_mm
+                                << " missed " << v.points_missed << " limits " << v.limits_ok() << " axis "
+                                << v.max_axis_deviation.deg();
+        const auto found = Walker(machine, c, part).walk(test::nc_blocks(c, p.nc));
+        ASSERT_TRUE(found.empty()) << found[0];
+        ++programs;
+      }
+    }
+  }
+  EXPECT_GE(programs, (test::kShopMachines.size() * test::shipped_controllers().size() - 1) * 6);
+}
+
+// The same under tool-centre-point control: what the verification finds.
+TEST(AroundTheCut, IsSafeUnderToolCentrePointControl) {
+  std::mt19937_64 random(21);
+  for (const auto& kind : test::kShopMachines) {
+    if (kind.point != std::string("tip")) continue;
+    for (const char* control :
+         {"fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "haas_ngc", "linuxcnc"}) {
+      PostOptions options;
+      options.rtcp = true;
+      options.feed = post::FeedOutput::tip;
+      const Part part = random_part(random);
+      const auto p = test::posted(part.cl, test::shop_machine(kind), options, control);
+      SCOPED_TRACE(std::string(kind.kind) + ", " + control + "\n" + part.cl + p.nc);
+      ASSERT_TRUE(p.report) << p.report.error().text();
+      const auto& v = *p.report->verification;
+      EXPECT_TRUE(v.passed()) << (v.unsafe.empty() ? "" : v.unsafe[0].what) << " rapids "
+                              << v.max_rapid_deviation_mm << " speed " << v.max_speed_ratio << " tip "
+                              << v.certified_tip_deviation_mm << " missed " << v.points_missed;
+    }
+  }
+}
+
+constexpr const char* kTwoTools =
+    "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nCOOLNT/FLOOD\nFEDRAT/800.,MMPM\nRAPID\n"
+    "GOTO/0.,0.,100.,0.5,0.,0.8660254\nRAPID\nGOTO/20.,0.,40.,0.5,0.,0.8660254\nGOTO/"
+    "10.,0.,30.,0.5,0.,0.8660254\n"
+    "OPSTOP\nGOTO/10.,40.,30.,0.5,0.,0.8660254\nLOADTL/2\nRAPID\nGOTO/0.,40.,60.,0.,0.7071068,0.7071068\n"
+    "GOTO/0.,40.,50.,0.,0.7071068,0.7071068\nFINI\n";
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const auto at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  if (at != std::string::npos) text.replace(at, what.size(), by);
+  return text;
+}
+
+TEST(AroundTheCut, ComesBackAfterAStopAndResumesAfterAToolChange) {
+  const Machine machine = test::shop_machine(test::kShopMachines[2], "[retract]\nz_mm = 610\nx_mm = -200\n");
+  const auto p = test::posted(kTwoTools, machine, {}, "iso");
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+  EXPECT_THAT(p.nc, HasSubstr("G53 G0 Z610.\nN"));
+  EXPECT_THAT(p.nc, ::testing::ContainsRegex("G53 G0 Z610.\nN[0-9]+ M1\n"));
+  EXPECT_THAT(p.nc, ::testing::ContainsRegex("T2 M6\nN[0-9]+ S4000 M3\nN[0-9]+ M8\n"));
+  EXPECT_THAT(p.nc, ::testing::ContainsRegex(
+                        "G53 G0 Z610.\nN[0-9]+ G53 G0 X-200.\nN[0-9]+ M5\nN[0-9]+ M9\nN[0-9]+ M30\n"));
+}
+
+// A program that was edited: what the verification says of it.
+TEST(AroundTheCut, IsJudgedInEditedPrograms) {
+  const Machine machine = test::shop_machine(test::kShopMachines[2]);
+  const auto p = test::posted(kTwoTools, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const auto unsafe = [&](const std::string& text) {
+    const auto v = test::verified(text, kTwoTools, machine, 0.01);
+    EXPECT_TRUE(v);
+    if (!v || v->unsafe.empty()) return std::string("nothing");
+    EXPECT_FALSE(v->passed());
+    return v->unsafe[0].what;
+  };
+  EXPECT_EQ(unsafe(p.nc), "nothing");
+  const std::string up = "G53 G0 Z700.0000\n";
+  EXPECT_THAT(unsafe(replaced(p.nc, up, "G53 G0 Z0.0000\n")), HasSubstr("does not reach the safe height"));
+  EXPECT_THAT(unsafe(replaced(p.nc, up, "G53 G0 Z7000.0000\n")), HasSubstr("beyond the travel"));
+  EXPECT_THAT(unsafe(replaced(p.nc, up + "G0 A", "G0 A")), HasSubstr("axis A turns below the safe height"));
+  EXPECT_THAT(unsafe(replaced(p.nc, up + "(tool 2", "(tool 2")), HasSubstr("the tool is changed before"));
+  EXPECT_THAT(unsafe(replaced(p.nc, up + "M5", "M5")), HasSubstr("the spindle stops before"));
+}
+
+TEST(AroundTheCut, NamesTheKeyThatIsMissing) {
+  Machine machine = test::shop_machine(test::kShopMachines[2]);
+  machine.safe = {};
+  EXPECT_THAT(test::posted(kTwoTools, machine).report.error().text(),
+              HasSubstr("does not say where to: add [retract] z_mm"));
+  machine = test::shop_machine(test::kShopMachines[2], "[table]\nradius_mm = 900\ntop_mm = 10\n");
+  EXPECT_THAT(test::posted(kTwoTools, machine).report.error().text(),
+              HasSubstr("below what the table sweeps"));
+}
+
+TEST(Rapids, KeepTheirLine) {
+  const std::string cl =
+      "UNITS/MM\nLOADTL/1\nSPINDL/8000,RPM,CLW\nFEDRAT/800.,MMPM\nRAPID\nGOTO/"
+      "100.,20.,40.,0.9,0.2,0.3872983\n"
+      "GOTO/100.,0.,40.,0.9,0.2,0.3872983\nRAPID\nGOTO/120.,0.,80.,0.9,0.2,0.3872983\n"
+      "RAPID\nGOTO/60.,40.,80.,0.2,0.1,0.9746794\nGOTO/60.,60.,60.,0.2,0.1,0.9746794\nFINI\n";
+  const Machine machine = test::shop_machine(test::kShopMachines[0]);
+  PostOptions options;
+  for (const double tolerance_mm : {1.0, 0.1}) {
+    options.rapid_tolerance_mm = tolerance_mm;
+    const auto p = test::posted(cl, machine, options, "haas_ngc");
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed());
+    EXPECT_LE(p.report->verification->max_rapid_deviation_mm, tolerance_mm);
+    EXPECT_GT(p.report->verification->max_rapid_deviation_mm, 0.1 * tolerance_mm);
+    EXPECT_EQ(p.report->verification->worst_rapid.cl_line, 11U);
+  }
+  options.rapid_tolerance_mm = 1e6;
+  const auto wide = test::posted(cl, machine, options, "haas_ngc");
+  EXPECT_GT(wide.report->verification->max_rapid_deviation_mm, 5.0);
+  const auto v = test::verified(wide.nc, cl, machine, 0.01, "haas_ngc");
+  EXPECT_FALSE(v->passed());
+}
+
+TEST(Kinematics, IsSaidWhereTheControlCanSwitch) {
+  const Machine can = test::shipped_machine("xyzac_trt");
+  const auto p = test::posted(kTwoTools, can);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_THAT(p.nc, HasSubstr("\nM429\n"));
+  EXPECT_LT(p.nc.find("M429"), p.nc.find("G53"));
+  EXPECT_THAT(p.nc, Not(HasSubstr("M428")));
+  EXPECT_FALSE(test::verified(replaced(p.nc, "M429\n", ""), kTwoTools, can, 0.01));
+  const nc::Controller cannot =
+      post::with_axes_of(test::shipped_machine("paper"), test::shipped_controller("linuxcnc"));
+  EXPECT_THAT(test::posted(kTwoTools, test::shipped_machine("paper")).nc, Not(HasSubstr("M42")));
+  EXPECT_FALSE(cannot.tcp.unknown_at_start);
+}
+
+}  // namespace
+}  // namespace trunnion
