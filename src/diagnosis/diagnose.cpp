@@ -5,8 +5,10 @@
 
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/bookkeeping.hpp"
 #include "diagnosis/data_check.hpp"
 #include "diagnosis/fit_core.hpp"
+#include "diagnosis/heldout.hpp"
 #include "diagnosis/leftover.hpp"
 #include "diagnosis/neighbours.hpp"
 #include "diagnosis/next_measurement.hpp"
@@ -32,6 +34,7 @@ constexpr int kMostRounds = 3;  // of the judgement of outliers
 constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
+constexpr double kOfConvention = 0.97, kOfHarm = 0.9;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
@@ -186,6 +189,7 @@ class Engine {
     d.leftover = dependences(x.after);
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     decide(d, atoms, x);
+    d.row_problems = row_problems(o_);
     d.base = fit(o_.machine(), o_.data(), model_);
     if (!d.effects.empty()) refit(d, atoms, x.found);
     if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
@@ -208,20 +212,13 @@ class Engine {
 
   void sizes(Diagnosis& d, const FitCore& base, const NoiseScale& noise) const {
     const auto& used = base.whitening->noise().used;
-    const auto setups = base.whitening->setup_of(base.raw);
-    double sum = 0.0, floor = 0.0, count = 0.0;
-    for (Eigen::Index i = 0; i < o_.size(); ++i) {
-      if (!used[static_cast<std::size_t>(i)]) {
-        ++d.outliers;
-        continue;
-      }
-      const double unit = o_.reading(i).quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
-      sum += std::pow((base.raw[i] - o_.setup_row(i).dot(setups[o_.state(i).run])) / unit, 2);
-      floor += std::pow(base.whitening->noise().u[i] / unit, 2);
-      count += 1.0;
-    }
-    d.rms_um = std::sqrt(sum / std::max(count, 1.0));
-    d.noise_floor_um = std::sqrt(floor / std::max(count, 1.0) * noise.variance);
+    d.outliers = static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
+    const SizeByQuantity rms = size_by_quantity(o_.data(), plain_residual(o_, base), used);
+    const SizeByQuantity floor = size_by_quantity(o_.data(), base.whitening->noise().u, used);
+    d.rms_um = rms.um;
+    d.rms_urad = rms.urad;
+    d.noise_floor_um = floor.um * std::sqrt(noise.variance);
+    d.noise_floor_urad = floor.urad * std::sqrt(noise.variance);
   }
 
   static double chi2_p(double chi2, double dof) {
@@ -264,6 +261,7 @@ class Engine {
     if (const std::string wrong = contradiction(o_); !wrong.empty()) {
       d.verdict = Verdict::data_problem;
       d.confidence = 0.99;
+      d.contradicted = true;
       d.paragraph = "The rows contradict themselves: " + wrong + ". Correct the file first.";
       return;
     }
@@ -301,6 +299,20 @@ class Engine {
       d.verdict = Verdict::named;
       if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
     }
+    if (x.rivals.empty()) refuse_harm(d, atoms, x, after_dof);
+  }
+
+  // What one run says of the set must not be wrong in another.
+  void refuse_harm(Diagnosis& d, const Atoms& atoms, const Outcome& x, double after_dof) const {
+    const double scatter = x.found.remainder.rss() / std::max(after_dof, 1.0);
+    const auto harm = held_out_harm(atoms, x.found.members, std::max({1.0, noise_.variance, scatter}));
+    if (!harm) return;
+    d.harm =
+        HeldOutHarm{o_.data().context.runs[harm->run].id, d.effects, harm->chi2_before, harm->chi2_after};
+    d.verdict = Verdict::not_in_library;
+    d.confidence = kOfHarm;
+    d.effects.clear();
+    d.sets.clear();
   }
 
   // One function of the state that does what two or three effects are needed for: they imitate it.
@@ -381,11 +393,56 @@ class Engine {
 
 }  // namespace
 
+namespace {
+
+void forget_effects(Diagnosis& d) {
+  d.effects.clear();
+  d.sets.clear();
+  d.additions.clear();
+  d.imitators.clear();
+  d.harm.reset();
+  d.next.reset();
+}
+
+// Rows that cannot be right: nothing is said of the machine before they are.
+void blame_rows(Diagnosis& d) {
+  forget_effects(d);
+  d.verdict = Verdict::data_problem;
+  d.confidence = kOfConvention;
+  d.paragraph = "Rows of the measurement file cannot be right: ";
+  for (std::size_t k = 0; k < d.row_problems.size(); ++k) {
+    if (k > 0) d.paragraph += "; ";
+    d.paragraph += d.row_problems[k];
+  }
+  d.paragraph += ". Correct or leave out these rows, then diagnose again.";
+}
+
+}  // namespace
+
 Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& model,
                    const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
-  std::vector<EffectFamily> library = effect_library(machine, data.context);
-  library.insert(library.end(), extra.begin(), extra.end());
-  return Engine(machine, data, model, options, std::move(library)).run();
+  const auto effects_of = [&](const Machine& m, const Dataset& d, const Model& known,
+                              const DiagnoseOptions& how) {
+    std::vector<EffectFamily> library = effect_library(m, d.context);
+    library.insert(library.end(), extra.begin(), extra.end());
+    return Engine(m, d, known, how, std::move(library)).run();
+  };
+  Diagnosis out = effects_of(machine, data, model, options);
+  if (!options.conventions || out.contradicted) return out;
+  DiagnoseOptions quick = options;
+  quick.plan = false;
+  out.bookkeeping = wrong_conventions(
+      machine, data, model, out,
+      [&](const Machine& m, const Dataset& d, const Model& known) { return effects_of(m, d, known, quick); });
+  if (out.bookkeeping.empty()) {
+    if (!out.row_problems.empty()) blame_rows(out);
+    return out;
+  }
+  out.verdict = Verdict::bookkeeping;
+  out.confidence = out.bookkeeping.size() == 1 ? kOfConvention : kAmongSets;
+  forget_effects(out);
+  out.paragraph = bookkeeping_text(out.bookkeeping);
+  return out;
 }
 
 }  // namespace trunnion::diagnosis

@@ -17,6 +17,29 @@ double unit_of(const Reading& r) {
   return r.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
 }
 
+// Residuals of both quantities; micrometres and microradians do not add.
+struct Spread {
+  struct Sizes {
+    std::vector<double> values;
+    void add(double v) { values.push_back(std::abs(v)); }
+    ResidualSize size() const {
+      ResidualSize out;
+      if (values.empty()) return out;
+      std::vector<double> sorted = values;
+      std::sort(sorted.begin(), sorted.end());
+      const auto count = static_cast<double>(sorted.size());
+      double sum = 0.0;
+      for (const double v : sorted) sum += v * v;
+      out.rms = std::sqrt(sum / count);
+      out.largest = sorted.back();
+      out.p95 = sorted[static_cast<std::size_t>(std::ceil(0.95 * count)) - 1];
+      return out;
+    }
+  };
+  Sizes um, urad;
+  void add(Quantity q, double value) { (q == Quantity::displacement ? um : urad).add(value); }
+};
+
 Model held(const Model& model) {
   Model out = model;
   for (ModelEffect& effect : out.effects)
@@ -47,36 +70,31 @@ std::string sentence(const Evaluation& e) {
 Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& model, std::size_t worst) {
   const Observations o(machine, data);
   const FitCore core = fit_core(o, held(model), {.robust = false});
-  const auto setups = core.whitening->setup_of(core.raw);
+  const VectorXd plain = plain_residual(o, core);
   Evaluation out;
   out.runs.resize(o.runs().size());
-  std::vector<double> sizes;
+  Spread spread;
+  std::vector<Spread> of_run(o.runs().size());
   for (Eigen::Index i = 0; i < o.size(); ++i) {
     const Reading& r = o.reading(i);
     const std::size_t run = o.state(i).run;
-    const double residual = (core.raw[i] - o.setup_row(i).dot(setups[run])) / unit_of(r);
+    const double residual = plain[i] / unit_of(r);
     const RowOrigin& row = data.rows[r.row];
-    sizes.push_back(std::abs(residual));
-    out.rms_um += residual * residual;
-    out.worst.push_back(
-        {data.files[row.file], data.context.runs[run].id, row.line, o.state(i).q, residual, core.white[i]});
-    RunResidual& rr = out.runs[run];
-    ++rr.readings;
-    rr.rms_um += residual * residual;
-    rr.max_um = std::max(rr.max_um, std::abs(residual));
-    rr.chi2 += core.white[i] * core.white[i];
+    spread.add(r.quantity, residual);
+    of_run[run].add(r.quantity, residual);
+    out.worst.push_back({data.files[row.file], data.context.runs[run].id, row.line, o.state(i).q, residual,
+                         core.white[i], r.quantity});
+    ++out.runs[run].readings;
+    out.runs[run].chi2 += core.white[i] * core.white[i];
   }
-  const auto count = static_cast<double>(sizes.size());
-  out.rms_um = std::sqrt(out.rms_um / count);
+  out.displacement = spread.um.size();
+  out.rotation = spread.urad.size();
   for (std::size_t run = 0; run < out.runs.size(); ++run) {
     out.runs[run].run_id = data.context.runs[run].id;
-    if (out.runs[run].readings > 0)
-      out.runs[run].rms_um = std::sqrt(out.runs[run].rms_um / static_cast<double>(out.runs[run].readings));
+    out.runs[run].displacement = of_run[run].um.size();
+    out.runs[run].rotation = of_run[run].urad.size();
   }
   std::erase_if(out.runs, [](const RunResidual& r) { return r.readings == 0; });
-  std::sort(sizes.begin(), sizes.end());
-  out.max_um = sizes.back();
-  out.p95_um = sizes[static_cast<std::size_t>(std::ceil(0.95 * count)) - 1];
   std::stable_sort(out.worst.begin(), out.worst.end(), [](const RowResidual& a, const RowResidual& b) {
     return std::abs(a.normalised) > std::abs(b.normalised);
   });

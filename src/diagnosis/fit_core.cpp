@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/units.hpp"
 
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/neighbours.hpp"
@@ -293,6 +294,41 @@ MatrixXd FitCore::projected(const MatrixXd& raw_columns) const {
     out -= basis * (basis.transpose() * out);  // twice is enough (Giraud et al. 2005)
   }
   return out;
+}
+
+VectorXd plain_residual(const Observations& o, const FitCore& fit) {
+  const auto setups = fit.whitening->setup_of(fit.raw);
+  const NoiseModel& noise = fit.whitening->noise();
+  VectorXd out = fit.raw;
+  for (Eigen::Index i = 0; i < o.size(); ++i) out[i] -= o.setup_row(i).dot(setups[o.state(i).run]);
+  for (const auto& group : o.groups()) {
+    if (group.empty() || o.reading(group.front()).u_common) continue;
+    double moment = 0.0, weight = 0.0;
+    for (const Eigen::Index i : group) {
+      if (!noise.used[static_cast<std::size_t>(i)]) continue;
+      moment += out[i] / (noise.u[i] * noise.u[i]);
+      weight += 1.0 / (noise.u[i] * noise.u[i]);
+    }
+    const double c2 = noise.common[group.front()] * noise.common[group.front()];
+    const double offset = c2 * moment / (1.0 + c2 * weight);
+    for (const Eigen::Index i : group) out[i] -= offset;
+  }
+  return out;
+}
+
+SizeByQuantity size_by_quantity(const Dataset& data, const VectorXd& values, const std::vector<bool>& used) {
+  double um = 0.0, um_count = 0.0, urad = 0.0, urad_count = 0.0;
+  for (std::size_t i = 0; i < data.readings.size(); ++i) {
+    if (!used.empty() && !used[i]) continue;
+    const bool length = data.readings[i].quantity == Quantity::displacement;
+    const double value = values[static_cast<Eigen::Index>(i)] / (length ? kMmPerUm : kRadPerUrad);
+    (length ? um : urad) += value * value;
+    (length ? um_count : urad_count) += 1.0;
+  }
+  const auto rms = [](double sum, double count) {
+    return count > 0.0 ? std::sqrt(sum / count) : std::nan("");
+  };
+  return {rms(um, um_count), rms(urad, urad_count)};
 }
 
 FitCore fit_core(const Observations& observations, const Model& model, const FitOptions& options,

@@ -38,6 +38,18 @@ struct FitCore {
   MatrixXd projected(const MatrixXd& raw_columns) const;
 };
 
+/// value - prediction - set-up of each reading, without the offsets of groups where the data had to tell how
+/// large they are; mm, rad.
+VectorXd plain_residual(const Observations& observations, const FitCore& fit);
+
+/// Root mean squares of the readings that `used` says (empty: all), one a quantity; NaN where it was not
+/// measured.
+struct SizeByQuantity {
+  double um = 0.0, urad = 0.0;
+};
+SizeByQuantity size_by_quantity(const Dataset& data, const VectorXd& values,
+                                const std::vector<bool>& used = {});
+
 /// Fits from the model's values. `outliers` (empty or one flag per reading) are left out; `options.robust`
 /// finds them instead.
 FitCore fit_core(const Observations& observations, const Model& model, const FitOptions& options,

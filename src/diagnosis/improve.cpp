@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "trunnion/base/units.hpp"
-
 #include "diagnosis/heldout.hpp"
 #include "diagnosis/verdict_text.hpp"
 
@@ -17,22 +15,11 @@ config::Value real_value(double value) {
   return {value, {}};
 }
 
-double rms_um(const Dataset& data, const Fit& fit) {
-  double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < data.readings.size(); ++i) {
-    if (fit.outlier[i]) continue;
-    const double unit = data.readings[i].quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
-    sum += std::pow(fit.residual[i] / unit, 2);
-    count += 1.0;
-  }
-  return std::sqrt(sum / std::max(count, 1.0));
-}
-
-double floor_um(const Dataset& data) {
-  double sum = 0.0;
-  for (const Reading& r : data.readings)
-    sum += std::pow(r.u_random / (r.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad), 2);
-  return std::sqrt(sum / static_cast<double>(data.readings.size()));
+VectorXd stated(const Dataset& data) {
+  VectorXd out(static_cast<Eigen::Index>(data.readings.size()));
+  for (std::size_t i = 0; i < data.readings.size(); ++i)
+    out[static_cast<Eigen::Index>(i)] = data.readings[i].u_random;
+  return out;
 }
 
 config::Table evidence(const Diagnosis& d, const std::string& id) {
@@ -90,13 +77,19 @@ HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Mo
   for (const ModelEffect& effect : model.effects) out.effects.push_back(effect.id());
   const Observations o(machine, data);
   const FitCore core = fit_core(o, model, {});
-  const Fit f = fit(machine, data, model);
-  out.rms_um = rms_um(data, f);
+  const SizeByQuantity rms = size_by_quantity(data, plain_residual(o, core), core.whitening->noise().used);
+  const SizeByQuantity floor = size_by_quantity(data, stated(data));
+  out.rms_um = rms.um;
+  out.rms_urad = rms.urad;
+  out.noise_floor_um = floor.um;
+  out.noise_floor_urad = floor.urad;
   out.chi2 = core.chi2();
   out.dof = core.dof();
-  out.noise_floor_um = floor_um(data);
   const Atoms none(o, core, {});
-  if (const auto h = held_out(none, {})) out.heldout_um = h->rms_um;
+  if (const auto h = held_out(none, {})) {
+    if (std::isfinite(h->rms_um)) out.heldout_um = h->rms_um;
+    if (std::isfinite(h->rms_urad)) out.heldout_urad = h->rms_urad;
+  }
   return out;
 }
 
@@ -107,10 +100,7 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
   Model now = model;
   for (std::size_t k = 0;; ++k) {
     ImproveStep step;
-    const HistoryEntry entry = history_entry(machine, data, now);
-    step.rms_um = entry.rms_um;
-    step.heldout_um = entry.heldout_um;
-    step.noise_floor_um = entry.noise_floor_um;
+    step.error = history_entry(machine, data, now);
     step.diagnosis = diagnose(machine, data, now, options, extra);
     step.model = step.diagnosis.base.model;
     step.model.parent = now.parent;

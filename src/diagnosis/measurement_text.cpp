@@ -1,6 +1,7 @@
 #include <array>
 #include <charconv>
 
+#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/measurement.hpp"
 
@@ -62,7 +63,7 @@ std::string reading_fields(const Reading& reading) {
 std::string measurements_text(const Dataset& data, const Machine& machine,
                               const std::vector<std::string>& comments) {
   std::string out;
-  for (const auto& comment : comments) out += "# " + comment + "\n";
+  for (const auto& comment : comments) out.append("# ").append(printable(comment, "\t")).append("\n");
   out += header(data, machine);
   std::vector<std::vector<std::size_t>> readings(data.rows.size());
   for (std::size_t i = 0; i < data.readings.size(); ++i) readings[data.readings[i].row].push_back(i);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/failure.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -68,8 +69,15 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
     for (std::size_t k = 0; k < count; ++k)
       out(i, static_cast<Eigen::Index>(k)) = response.row(i).head<3>().dot(twists[k].trans_mm) +
                                              response.row(i).tail<3>().dot(twists[k].rot_rad);
+    if (!out.row(i).allFinite()) refuse(effect, i);
   }
   return out;
+}
+
+void Observations::refuse(const Effect& effect, Eigen::Index i) const {
+  const RowOrigin& row = data_->rows[reading(i).row];
+  throw Failure({ErrorCode::wrong_input, "effect '" + effect.info().id + "' gives no number for this reading",
+                 data_->files[row.file], SourceRef{row.line, 0}});
 }
 
 VectorXd Observations::twist_response(const Effect& effect, std::span<const double> parameters) const {
@@ -81,6 +89,7 @@ VectorXd Observations::twist_response(const Effect& effect, std::span<const doub
     for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
     const Twist twist = effect.twist(state(i), at, parameters);
     out[i] = response.row(i).head<3>().dot(twist.trans_mm) + response.row(i).tail<3>().dot(twist.rot_rad);
+    if (!std::isfinite(out[i])) refuse(effect, i);
   }
   return out;
 }
@@ -113,7 +122,7 @@ Vec3 Observations::setup_row(Eigen::Index i) const {
 }
 
 VectorXd Observations::predicted(const Model& model) const {
-  const ModelEvaluator evaluator(model);
+  const ModelEvaluator evaluator(model, ModelEvaluator::Sizes::any);
   std::vector<std::vector<double>> lags;
   for (const LagRequest& request : evaluator.lags()) lags.push_back(data_->track.lag(request));
   std::vector<double> at(lags.size());

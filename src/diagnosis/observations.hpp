@@ -32,7 +32,8 @@ class Observations {
   const std::vector<std::vector<Eigen::Index>>& runs() const { return runs_; }
   const std::vector<std::vector<Eigen::Index>>& groups() const { return groups_; }
 
-  /// Derivative of the readings in the linear parameters of `effect`, at zero errors.
+  /// Derivative of the readings in the linear parameters of `effect`, at zero errors. Throws a Failure
+  /// (wrong_input) that names the reading where the effect gives no number; so do the next two.
   MatrixXd linear_columns(const Effect& effect, std::span<const double> shape) const;
   /// Derivative in all parameters of a model's effect, linear ones first (shape parameters by central
   /// differences).
@@ -48,6 +49,7 @@ class Observations {
   VectorXd predicted(const Model& model) const;
 
  private:
+  [[noreturn]] void refuse(const Effect& effect, Eigen::Index i) const;
   VectorXd twist_response(const Effect& effect, std::span<const double> parameters) const;
   std::vector<std::vector<double>> lagged(const Effect& effect, std::span<const double> shape) const;
   std::size_t link_index(const Link& link) const;

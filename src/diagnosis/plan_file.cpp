@@ -15,6 +15,7 @@ using config::Value;
 
 constexpr double kDefaultMinutesPerPose = 0.25;
 constexpr std::int64_t kMaxPoints = 100000;
+constexpr double kMostPoses = 1e6;  // of one run: days of measuring
 
 std::string axis_key(const Axis& axis) {
   return axis.name + (axis.kind == AxisKind::linear ? "_mm" : "_deg");
@@ -72,6 +73,9 @@ class RunReader {
     read_path();
     read_directions();
     read_profiles();
+    if (pose_count() > kMostPoses)
+      s_.error("id", "a run has at most " + shortest_text(kMostPoses) + " poses; this one has " +
+                         shortest_text(pose_count()));
     run_.minutes = s_.find_number("minutes").value_or(kDefaultMinutesPerPose * pose_count());
     if (!(run_.minutes > 0.0)) s_.error("minutes", "'minutes' must be greater than 0");
     s_.finish();

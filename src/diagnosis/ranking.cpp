@@ -73,6 +73,10 @@ std::vector<RankedParameter> printed_parameters(const Effect& effect, const std:
 
 namespace {
 
+std::optional<double> measured(double rms) {
+  return std::isfinite(rms) ? std::optional(rms) : std::nullopt;
+}
+
 // A family of which these readings see nothing.
 Atom unseen(std::size_t family, Eigen::Index rows) {
   Atom out;
@@ -131,8 +135,11 @@ std::vector<RankedEffect> ranking(const Atoms& atoms, const Search& search, cons
       const SetEstimate e = estimate(atoms, {atom});
       r.parameters = printed_parameters(atoms.effect(atom), e.values[0], e.sigmas[0], atom.shape);
       if (i < kHeldOut && before) {
-        r.heldout_before_um = before->rms_um;
-        r.heldout_after_um = held_out(atoms, {atom})->rms_um;
+        const HeldOut after = *held_out(atoms, {atom});
+        r.heldout_before_um = measured(before->rms_um);
+        r.heldout_after_um = measured(after.rms_um);
+        r.heldout_before_urad = measured(before->rms_urad);
+        r.heldout_after_urad = measured(after.rms_urad);
         r.rivals = rivals(atoms, best, atom);
       }
     }

@@ -8,15 +8,32 @@
 
 namespace trunnion::diagnosis {
 namespace bm = boost::math;
+namespace {
+
+// Tails beyond the range of a double are 0 or 1, not a reason to stop.
+using Quiet = bm::policies::policy<bm::policies::overflow_error<bm::policies::ignore_error>,
+                                   bm::policies::underflow_error<bm::policies::ignore_error>,
+                                   bm::policies::evaluation_error<bm::policies::ignore_error>,
+                                   bm::policies::domain_error<bm::policies::ignore_error>,
+                                   bm::policies::pole_error<bm::policies::ignore_error>>;
+
+double share(double p) {
+  return std::isfinite(p) ? std::clamp(p, 0.0, 1.0) : 0.0;
+}
+
+}  // namespace
 
 double chi2_tail(double x, double k) {
-  if (k <= 0.0 || x <= 0.0) return 1.0;
-  return bm::cdf(bm::complement(bm::chi_squared(k), x));
+  if (!(k > 0.0) || !(x > 0.0)) return 1.0;
+  if (!std::isfinite(x)) return 0.0;
+  return share(bm::cdf(bm::complement(bm::chi_squared_distribution<double, Quiet>(k), x)));
 }
 
 double f_tail(double x, double a, double b) {
-  if (a <= 0.0 || b <= 0.0 || x <= 0.0) return 1.0;
-  return bm::cdf(bm::complement(bm::fisher_f(a, b), x));
+  // Not a number: a quotient of two residuals that are both nothing.
+  if (!(a > 0.0) || !(b > 0.0) || !(x > 0.0)) return 1.0;
+  if (!std::isfinite(x)) return 0.0;
+  return share(bm::cdf(bm::complement(bm::fisher_f_distribution<double, Quiet>(a, b), x)));
 }
 
 double normal_cdf(double z) {

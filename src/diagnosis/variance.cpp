@@ -56,7 +56,8 @@ class RestrictedLikelihood {
 // best.
 template <class F>
 double minimise(const F& f, double unit) {
-  constexpr std::array kGrid = {0.0, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6, 2.5, 4.0, 7.0, 12.0, 25.0, 60.0};
+  constexpr std::array kGrid = {0.0, 0.1, 0.2,  0.35, 0.6,  1.0,   1.6,   2.5,
+                                4.0, 7.0, 12.0, 25.0, 60.0, 150.0, 400.0, 1000.0};
   std::size_t best = 0;
   double value = f(0.0);
   const double at_zero = value;

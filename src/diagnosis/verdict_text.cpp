@@ -33,9 +33,10 @@ std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* 
     }
     out += "The data show " + values + "; chi-square falls by " + short_number(ranked->chi2_drop) + " with " +
            short_number(ranked->dof) + " parameter(s). ";
-    if (ranked->heldout_before_um && ranked->heldout_after_um)
-      out += "Runs that were held out: " + short_number(*ranked->heldout_before_um) + " um RMS without it, " +
-             short_number(*ranked->heldout_after_um) + " um with it. ";
+    if (ranked->heldout_before_um || ranked->heldout_before_urad)
+      out +=
+          "Runs that were held out: " + sizes_text(ranked->heldout_before_um, ranked->heldout_before_urad) +
+          " without it, " + sizes_text(ranked->heldout_after_um, ranked->heldout_after_urad) + " with it. ";
   }
   return out + "What to do: " + info.remedy + ".";
 }
@@ -68,6 +69,19 @@ std::string limits(const Diagnosis& d) {
   return out.empty() ? out : out + ".";
 }
 
+// What fits and is not named.
+std::string harm_text(const Diagnosis& d) {
+  return "The model misses something real: the residual of " + sizes_text(d.rms_um, d.rms_urad) +
+         ". It can be fitted with " + listed(d.harm->effects, " and ") +
+         ", but the other runs then predict run '" + d.harm->run + "' worse than without (chi-square " +
+         short_number(d.harm->chi2_before) + " to " + short_number(d.harm->chi2_after) +
+         "): it is no effect that all runs share, and nothing is added. Either it is none of the effects "
+         "known "
+         "here, or that run was measured otherwise than its columns say (set-up, sign, tool, time), or there "
+         "are "
+         "too few runs to tell: measure that run once more.";
+}
+
 std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
   std::vector<std::string> names;
   for (const auto& t : tests) {
@@ -78,6 +92,13 @@ std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
 }
 
 }  // namespace
+
+std::string sizes_text(std::optional<double> um, std::optional<double> urad) {
+  std::string out;
+  if (um && std::isfinite(*um)) out = short_number(*um) + " um";
+  if (urad && std::isfinite(*urad)) out += (out.empty() ? "" : " and ") + short_number(*urad) + " urad";
+  return out.empty() ? "nothing" : out + " RMS";
+}
 
 std::string short_number(double value) {
   std::array<char, 40> buffer;
@@ -90,9 +111,9 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
   std::string out;
   switch (d.verdict) {
     case Verdict::nothing_to_find:
-      out = "Nothing is missing that these data could show: the residual of " + short_number(d.rms_um) +
-            " um RMS is the noise of the readings (chi-square " + short_number(d.chi2) + " for " +
-            short_number(d.dof) +
+      out = "Nothing is missing that these data could show: the residual of " +
+            sizes_text(d.rms_um, d.rms_urad) + " is the noise of the readings (chi-square " +
+            short_number(d.chi2) + " for " + short_number(d.dof) +
             " degrees of freedom), and it depends on nothing that was tried. This is no proof that an effect "
             "is absent. " +
             limits(d);
@@ -117,9 +138,13 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
       break;
     }
     case Verdict::not_in_library:
+      if (d.harm) {
+        out = harm_text(d);
+        break;
+      }
       if (!d.imitators.empty()) {
         out = "The model misses something real that is none of the effects known here: the residual of " +
-              short_number(d.rms_um) + " um RMS depends on " + where(d.depends_on) + ". " +
+              sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) + ". " +
               listed(d.imitators, " and ") + " together can imitate it, but one function of " +
               where(d.depends_on, 1) +
               " does so with fewer parameters. Look at the residual against it, and write the effect as a "
@@ -127,7 +152,7 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
         break;
       }
       out = "The model misses something real that is none of the effects known here: the residual of " +
-            short_number(d.rms_um) + " um RMS depends on " + where(d.depends_on) +
+            sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) +
             ", and the best match of the library explains only " + percent(d.explained) +
             " of it. Look at the residual against " + where(d.leftover.empty() ? d.depends_on : d.leftover) +
             ", and write the effect as a formula in the model file.";
@@ -146,6 +171,8 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
             " times the stated one. Check u_random, the repeatability of the instrument, and rows that were "
             "entered twice.";
       break;
+    case Verdict::bookkeeping:
+      return bookkeeping_text(d.bookkeeping);
   }
   if (d.outliers > 0)
     out += " " + std::to_string(d.outliers) + " reading(s) stand far out and were left out.";
@@ -156,6 +183,28 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
     out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
   if (d.next) out += " Next measurement: " + d.next->why;
   return out;
+}
+
+std::string bookkeeping_text(const std::vector<Bookkeeping>& all) {
+  std::string out =
+      "No effect of the machine is missing as far as this goes: a convention is wrong in the files. ";
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (k > 0) out += " Or, and these readings cannot tell the two apart: ";
+    out += all[k].words;
+  }
+  return out + " Put that right and diagnose again before anything is compensated.";
+}
+
+std::string what_next(const Diagnosis& d) {
+  if (d.next) return d.next->why;
+  if (d.verdict == Verdict::bookkeeping)
+    return "No measurement yet: put the files right first. " + bookkeeping_text(d.bookkeeping);
+  if (d.harm)
+    return "Measure run '" + d.harm->run +
+           "' once more, with a set-up of its own: what the other runs say does not hold in it.";
+  if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
+    return "No run of the menu helps here: " + d.paragraph;
+  return "No further measurement is needed for the verdict '" + std::string(text_of(d.verdict)) + "'.";
 }
 
 std::string_view text_of(Verdict verdict) {
@@ -174,6 +223,8 @@ std::string_view text_of(Verdict verdict) {
       return "not_testable";
     case Verdict::data_problem:
       return "data_problem";
+    case Verdict::bookkeeping:
+      return "bookkeeping";
   }
   return "";
 }

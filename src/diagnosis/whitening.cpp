@@ -1,6 +1,9 @@
 #include "diagnosis/whitening.hpp"
 
+#include <array>
 #include <cmath>
+
+#include "trunnion/base/units.hpp"
 
 #include "diagnosis/linalg.hpp"
 
@@ -10,15 +13,42 @@ Eigen::Index NoiseModel::used_count() const {
   return static_cast<Eigen::Index>(std::count(used.begin(), used.end(), true));
 }
 
+namespace {
+
+// The step of the readings of one quantity, where all are whole multiples of one: of the display, or of the
+// digits in the file. 0 without one.
+double resolution(const Observations& o, Quantity quantity) {
+  constexpr Eigen::Index kFewest = 20;
+  const double unit = quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
+  for (double step = 1.0; step > 1e-7; step *= 0.1) {
+    Eigen::Index count = 0;
+    bool whole = true, any = false;
+    for (Eigen::Index i = 0; i < o.size() && whole; ++i) {
+      if (o.reading(i).quantity != quantity) continue;
+      const double steps = o.values()[i] / (unit * step);
+      whole = std::abs(steps - std::round(steps)) < 1e-4;
+      any = any || std::abs(steps) > 0.5;
+      ++count;
+    }
+    if (whole) return any && count >= kFewest ? unit * step : 0.0;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
 NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad) {
   NoiseModel out;
   const Eigen::Index count = observations.size();
+  const std::array<double, 2> rounding = {resolution(observations, Quantity::displacement) / std::sqrt(12.0),
+                                          resolution(observations, Quantity::rotation) / std::sqrt(12.0)};
   out.u.resize(count);
   out.common.resize(count);
   out.used.assign(static_cast<std::size_t>(count), true);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Reading& r = observations.reading(i);
-    out.u[i] = r.u_random;
+    // Rounding is noise too, whatever the file states.
+    out.u[i] = std::max(r.u_random, rounding[r.quantity == Quantity::displacement ? 0 : 1]);
     out.common[i] = r.u_common.value_or(r.quantity == Quantity::displacement ? unknown_mm : unknown_rad);
   }
   return out;

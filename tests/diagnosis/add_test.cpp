@@ -80,7 +80,7 @@ TEST(LongAdd, SetUpTiltsThatSomeRunsCannotSeeStayUsual) {
   const Dataset data = measured(machine, plan_text({}), truth, 8);
   const Diagnosis said =
       diagnose(machine, data, model_for(machine, data, "[model]\nname = \"m\"\n"), {.plan = false});
-  ASSERT_FALSE(said.effects.empty());
+  ASSERT_FALSE(said.effects.empty()) << said.paragraph;
   ASSERT_EQ(said.effects.front(), "setup_tilt");
   for (const RankedParameter& p : said.ranking.front().parameters)
     EXPECT_LT(std::abs(p.value), 100.0) << p.key;

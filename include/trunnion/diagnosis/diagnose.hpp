@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/diagnosis/bookkeeping.hpp"
 #include "trunnion/diagnosis/fit.hpp"
 #include "trunnion/diagnosis/plan.hpp"
 
@@ -15,7 +16,8 @@ enum class Verdict : std::uint8_t {
   ambiguous,
   not_in_library,
   not_testable,
-  data_problem
+  data_problem,
+  bookkeeping  // a convention is the wrong way round in the machine file or the measurements
 };
 std::string_view text_of(Verdict verdict);
 
@@ -25,6 +27,7 @@ struct DiagnoseOptions {
   std::size_t simulations = 80;  // of the null of the maximum; fewer for large data
   std::uint64_t seed = 1;        // fixed: nobody re-rolls for a nicer answer
   bool plan = true;              // propose the next measurement
+  bool conventions = true;       // try what may be the wrong way round in the files
 };
 
 struct Rival {
@@ -47,7 +50,8 @@ struct RankedEffect {
   double chi2_drop = 0.0;
   double dof = 0.0;
   std::vector<RankedParameter> parameters;
-  std::optional<double> heldout_before_um, heldout_after_um;  // leave-one-run-out
+  /// Leave-one-run-out, one a quantity; nothing where it was not measured or not computed.
+  std::optional<double> heldout_before_um, heldout_after_um, heldout_before_urad, heldout_after_urad;
   std::optional<double> detectable_um;  // RMS at the readings that these data would show with 95 % chance
   std::vector<Rival> rivals;
 };
@@ -55,6 +59,13 @@ struct RankedEffect {
 struct Dependence {
   std::string covariate;
   double p_value = 1.0;  // over all covariates tried
+};
+
+/// Effects that explain the readings, and of which one run says what is wrong in the others.
+struct HeldOutHarm {
+  std::string run;                   // that the others predict worse with these effects than without
+  std::vector<std::string> effects;  // best first
+  double chi2_before = 0.0, chi2_after = 0.0;  // of that run as the others predict it
 };
 
 struct NextMeasurement {
@@ -71,7 +82,9 @@ struct Diagnosis {
   double confidence = 0.0;
   std::string paragraph;  // for a person
   std::vector<RankedEffect> ranking;
-  double rms_um = 0.0, chi2 = 0.0, dof = 0.0, noise_floor_um = 0.0;
+  double rms_um = 0.0, rms_urad = 0.0;                  // one a quantity; NaN where it was not measured
+  double noise_floor_um = 0.0, noise_floor_urad = 0.0;  // likewise
+  double chi2 = 0.0, dof = 0.0;
   std::vector<Dependence> depends_on;  // of the residual of the model as it was given
   std::vector<Dependence> leftover;    // of the residual after adding `effects`
   std::vector<std::string> imitators;  // effects that together imitate what one unknown function does
@@ -79,11 +92,18 @@ struct Diagnosis {
   double autocorrelation = 0.0;        // of the noise, along the runs
   double noise_factor = 1.0;           // true over stated uncertainty, as far as the residual tells
   std::size_t outliers = 0;
+  std::optional<HeldOutHarm> harm;        // why what fits is not named
+  std::vector<std::string> row_problems;  // rows that cannot be right, file:row first
+  bool contradicted = false;              // rows contradict each other, or stand twice
+  std::vector<Bookkeeping> bookkeeping;   // best first; empty unless that is the verdict
   std::optional<NextMeasurement> next;
   std::vector<NullDirection> null_directions;
   Fit base;                            // the model as given, fitted
   std::vector<ModelEffect> additions;  // `effects` with their fitted parameters
 };
+
+/// What is to be done next, in words: the next measurement, or what to check where none helps.
+std::string what_next(const Diagnosis& diagnosis);
 
 /// Which effect is missing in `model`, or that none is, or that these data cannot tell (README of this
 /// layer). Deterministic. `extra`: effects that compete beside the library's (formulas of the user).

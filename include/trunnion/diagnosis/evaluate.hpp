@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,23 +8,30 @@
 
 namespace trunnion::diagnosis {
 
+/// Of one quantity, um or urad; NaN where it was not measured.
+struct ResidualSize {
+  double rms = std::nan(""), p95 = std::nan(""), largest = std::nan("");
+};
+
 struct RunResidual {
   std::string run_id;
   std::size_t readings = 0;
-  double rms_um = 0.0, max_um = 0.0, chi2 = 0.0;
+  ResidualSize displacement, rotation;
+  double chi2 = 0.0;
 };
 
 struct RowResidual {
   std::string file, run_id;
   std::uint32_t row = 0;  // line of the file
   JointVector q;
-  double residual_um = 0.0;  // rotations: urad, that is um at 1 m
-  double normalised = 0.0;   // over its uncertainty
+  double residual = 0.0;    // um or urad
+  double normalised = 0.0;  // over its uncertainty
+  Quantity quantity = Quantity::displacement;
 };
 
 /// How well a model as it stands explains measurements (set-ups fitted, nothing else).
 struct Evaluation {
-  double rms_um = 0.0, p95_um = 0.0, max_um = 0.0;
+  ResidualSize displacement, rotation;
   double chi2 = 0.0, dof = 0.0, p_value = 1.0;  // against the stated uncertainty
   /// Lack of fit against repeated readings; nothing without repeats.
   std::optional<double> replicate_p, replicate_um;

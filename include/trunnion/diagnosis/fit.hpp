@@ -32,12 +32,17 @@ struct EstimatedCommon {
 struct Fit {
   Model model;  // values and sigmas filled in; sigma empty where the data (and priors) do not determine a
                 // parameter
-  std::vector<Vec3> setup_P;       // of each run, mm
-  std::vector<double> residual;    // of each reading: value - prediction - set-up; mm, rad
+  std::vector<Vec3> setup_P;  // of each run, mm
+  /// Of each reading: value - prediction - set-up, without the offset of its group where the data had to tell
+  /// how large such offsets are; mm, rad.
+  std::vector<double> residual;
   std::vector<double> normalised;  // whitened residual of each reading, about 1 for noise
   std::vector<bool> outlier;       // of each reading
   double chi2 = 0.0;
   double dof = 0.0;
+  /// By which the parameters' standard uncertainties are larger than the stated ones of the readings make
+  /// them: root of chi-square per degree of freedom where that is too large, else 1.
+  double sigma_factor = 1.0;
   std::size_t parameter_count = 0;  // determined ones, without the set-ups
   EstimatedCommon common;
   std::vector<NullDirection> null_directions;

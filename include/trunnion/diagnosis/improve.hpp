@@ -12,12 +12,22 @@ struct Added {
 Added add_and_fit(const Machine& machine, const Dataset& data, const Model& parent,
                   std::vector<ModelEffect> effects, const Diagnosis* diagnosis = nullptr);
 
+/// Error of a model: on the data as given, and leave-one-run-out with all its parameters refitted. One figure
+/// a quantity, NaN (nothing) where it was not measured; chi-square over its degrees of freedom is the one
+/// number for both.
+struct HistoryEntry {
+  std::string name, parent;
+  std::vector<std::string> effects;
+  double rms_um = 0.0, rms_urad = 0.0;
+  std::optional<double> heldout_um, heldout_urad;
+  double noise_floor_um = 0.0, noise_floor_urad = 0.0;
+  double chi2 = 0.0, dof = 0.0;
+};
+
 /// One step of the loop: the model as it stood before, and what was said of it.
 struct ImproveStep {
-  Model model;          // fitted
-  double rms_um = 0.0;  // fit data
-  std::optional<double> heldout_um;
-  double noise_floor_um = 0.0;
+  Model model;  // fitted
+  HistoryEntry error;
   Diagnosis diagnosis;
 };
 
@@ -27,15 +37,6 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
                                  const DiagnoseOptions& options = {}, std::size_t most_steps = 12,
                                  const std::vector<EffectFamily>& extra = {});
 
-/// Error of a model against steps: on the data as given, and leave-one-run-out with all its parameters
-/// refitted.
-struct HistoryEntry {
-  std::string name, parent;
-  std::vector<std::string> effects;
-  double rms_um = 0.0;
-  std::optional<double> heldout_um;
-  double chi2 = 0.0, dof = 0.0, noise_floor_um = 0.0;
-};
 HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Model& model);
 
 }  // namespace trunnion::diagnosis

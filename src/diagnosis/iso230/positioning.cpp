@@ -105,7 +105,7 @@ void add_notes(Positioning& out, bool long_axis, bool replicates) {
   else if (runs != 5)
     out.notes.push_back(std::to_string(runs) + " runs per direction; the standard asks for 5");
   if (out.runs_up == 0 || out.runs_down == 0)
-    out.notes.push_back("one direction only: no B, M and no bi-directional values");
+    out.notes.emplace_back("one direction only: no B, M and no bi-directional values");
   std::vector<double> steps;
   for (std::size_t i = 1; i < out.target.size(); ++i) steps.push_back(out.target[i] - out.target[i - 1]);
   // The standard wants the intervals to vary, so that a periodic error is not sampled at one phase.

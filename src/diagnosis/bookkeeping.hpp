@@ -1,0 +1,22 @@
+#pragma once
+#include <functional>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+
+namespace trunnion::diagnosis {
+
+/// Names what is missing in `model`, conventions left alone.
+using EffectSearch = std::function<Diagnosis(const Machine&, const Dataset&, const Model&)>;
+
+/// Conventions of the files that explain what effects would have to, best first; mostly none (README of this
+/// layer, "Conventions"). `said`: what the effects explain.
+std::vector<Bookkeeping> wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
+                                           const Diagnosis& said, const EffectSearch& search);
+
+/// All conventions that these files could have wrong; offsets and shifts with their starting values.
+std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model);
+
+/// What to put right and where, in one sentence.
+std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data);
+
+}  // namespace trunnion::diagnosis

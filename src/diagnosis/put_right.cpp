@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/diagnosis/bookkeeping.hpp"
+#include "trunnion/effects/deviation.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+// A dataset taken apart, so that states can be changed.
+struct Parts {
+  std::vector<MachineState> states;
+  std::vector<std::vector<double>> temperatures, free_states;
+  std::vector<RowOrigin> rows;
+  std::vector<Reading> readings;
+
+  explicit Parts(const Dataset& data) : rows(data.rows), readings(data.readings) {
+    states.reserve(data.track.size());
+    for (std::size_t i = 0; i < data.track.size(); ++i) {
+      states.push_back(data.track.state(i));
+      temperatures.emplace_back(states[i].temperature_K.begin(), states[i].temperature_K.end());
+      free_states.emplace_back(states[i].state.begin(), states[i].state.end());
+    }
+  }
+  Dataset joined(const Dataset& data) {
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      states[i].temperature_K = temperatures[i];
+      states[i].state = free_states[i];
+    }
+    Dataset out = make_dataset(data.context, states, std::move(rows), std::move(readings));
+    out.files = data.files;
+    return out;
+  }
+};
+
+bool concerns(const Dataset& data, const Reading& r, const Convention& c) {
+  return (!c.run || data.run_of(r) == *c.run) && (!c.quantity || r.quantity == *c.quantity);
+}
+
+void turn_axis(MachineState& s, AxisId a) {
+  s.q[a] = -s.q[a];
+  s.velocity[a] = -s.velocity[a];
+  s.direction[a] = static_cast<std::int8_t>(-s.direction[a]);
+}
+
+void swap_axes(MachineState& s, AxisId a, AxisId b, bool positions_only) {
+  std::swap(s.q[a], s.q[b]);
+  if (positions_only) return;
+  std::swap(s.velocity[a], s.velocity[b]);
+  std::swap(s.direction[a], s.direction[b]);
+}
+
+// The direction of sensitivity in M.
+Vec3 n_in_machine(const DeviationMap& map, const Reading& r) {
+  return r.frame == SensitivityFrame::part ? Vec3(map.R_MP() * r.n) : r.n;
+}
+
+void move_tool(Parts& parts, const Machine& machine, const Convention& c) {
+  if (c.in_readings)
+    for (Reading& r : parts.readings) {
+      if (r.quantity != Quantity::displacement) continue;
+      const DeviationMap map(machine, parts.states[r.row].q, parts.rows[r.row].tool_mm);
+      r.value -= n_in_machine(map, r).dot(c.by_mm);
+    }
+  for (RowOrigin& row : parts.rows) row.tool_mm += c.by_mm;
+}
+
+void move_part(Parts& parts, const Machine& machine, const Dataset& data, const Convention& c) {
+  for (Reading& r : parts.readings) {
+    if (r.quantity != Quantity::displacement || !concerns(data, r, c)) continue;
+    const DeviationMap map(machine, parts.states[r.row].q, parts.rows[r.row].tool_mm);
+    r.value -= n_in_machine(map, r).dot(map.setup_translation_M(c.by_mm).displacement_mm);
+  }
+}
+
+// Temperatures between two rows are in between; speeds and free states hold. Beyond the run's ends the last
+// ones stay.
+void shift_clock(Parts& parts, std::size_t runs, double by_s) {
+  std::vector<std::vector<std::size_t>> by_time(runs);
+  for (std::size_t i = 0; i < parts.states.size(); ++i) by_time[parts.states[i].run].push_back(i);
+  const auto temperatures = parts.temperatures;
+  const auto free_states = parts.free_states;
+  const auto states = parts.states;
+  for (auto& rows : by_time) {
+    std::stable_sort(rows.begin(), rows.end(),
+                     [&](std::size_t a, std::size_t b) { return states[a].time_s < states[b].time_s; });
+    for (const std::size_t i : rows) {
+      const double t = states[i].time_s + by_s;
+      const auto after = std::upper_bound(rows.begin(), rows.end(), t,
+                                          [&](double x, std::size_t k) { return x < states[k].time_s; });
+      const std::size_t low = after == rows.begin() ? rows.front() : *(after - 1);
+      const std::size_t high = after == rows.end() ? rows.back() : *after;
+      const double span = states[high].time_s - states[low].time_s;
+      const double share = span > 0.0 ? std::clamp((t - states[low].time_s) / span, 0.0, 1.0) : 0.0;
+      parts.states[i].spindle_rpm = states[low].spindle_rpm;
+      parts.free_states[i] = free_states[low];
+      for (std::size_t k = 0; k < parts.temperatures[i].size(); ++k)
+        parts.temperatures[i][k] =
+            temperatures[low][k] + share * (temperatures[high][k] - temperatures[low][k]);
+    }
+  }
+}
+
+// Effects know the machine's axes; on another machine they are others.
+void turn_in_machine(PutRight& out, AxisId a) {
+  out.machine.axes[a].direction = -out.machine.axes[a].direction;
+  Diagnostics none;  // the model's own text
+  auto model = parse_model(model_text(out.model), out.model.file, out.machine, out.data.context, none);
+  if (model) out.model = std::move(*model);
+}
+
+void scale_readings(Parts& parts, const Dataset& data, const Convention& c) {
+  for (Reading& r : parts.readings) {
+    if (!concerns(data, r, c)) continue;
+    r.value *= c.factor;
+    if (!c.with_uncertainty) continue;
+    r.u_random *= c.factor;
+    if (r.u_common) *r.u_common *= c.factor;
+  }
+}
+
+}  // namespace
+
+PutRight put_right(const Machine& machine, const Model& model, const Dataset& data, const Convention& c) {
+  PutRight out{machine, model, data};
+  if (c.kind == ConventionKind::axis_sense && !c.in_file) {
+    turn_in_machine(out, c.axes.front());
+    return out;
+  }
+  Parts parts(data);
+  switch (c.kind) {
+    case ConventionKind::axis_sense:
+      for (MachineState& s : parts.states) turn_axis(s, c.axes.front());
+      break;
+    case ConventionKind::reading_sense:
+      for (Reading& r : parts.readings)
+        if (concerns(data, r, c)) r.value = -r.value;
+      break;
+    case ConventionKind::swapped_columns:
+      if (c.axes.size() == 2)
+        for (MachineState& s : parts.states) swap_axes(s, c.axes[0], c.axes[1], c.in_file);
+      else
+        for (Reading& r : parts.readings) std::swap(r.n[c.components[0]], r.n[c.components[1]]);
+      break;
+    case ConventionKind::unit:
+      if (c.axes.empty()) scale_readings(parts, data, c);
+      for (MachineState& s : parts.states)
+        for (const AxisId a : c.axes) {
+          s.q[a] *= c.factor;
+          s.velocity[a] *= c.factor;
+        }
+      break;
+    case ConventionKind::tool_length:
+    case ConventionKind::tool_offset:
+      move_tool(parts, machine, c);
+      break;
+    case ConventionKind::ball_offset:
+      move_part(parts, machine, data, c);
+      break;
+    case ConventionKind::time_shift:
+      shift_clock(parts, data.context.runs.size(), c.by_s);
+      break;
+  }
+  out.data = parts.joined(data);
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,294 @@
+#include "trunnion/diagnosis/bookkeeping.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/diagnosis/evaluate.hpp"
+#include "trunnion/diagnosis/improve.hpp"
+
+#include "diagnosis/campaigns.hpp"
+#include "support/cases.hpp"
+
+// What is the wrong way round in the files, rows that cannot be right, and what one run says wrongly of the
+// others.
+namespace trunnion::diagnosis {
+namespace {
+
+const std::string kKnownTruth =
+    "[model]\nname = \"m\"\n"
+    "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 14\nZ0A_um = -9\nB0A_urad = 40\nC0A_urad "
+    "= -32\n"
+    "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 16\nY0C_um = -11\nA0C_urad = "
+    "35\nB0C_urad "
+    "= -27\n"
+    "[[effect]]\nid = \"squareness:C0Y\"\n[effect.parameters]\nC0Y_urad = 40\n"
+    "[[effect]]\nid = \"component:EBX\"\n[effect.parameters]\nP1_urad = 20\nP2_urad = -15\n";
+// The same effects, known to be there and nothing else.
+const std::string kKnown =
+    "[model]\nname = \"m\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid = \"location:C\"\n"
+    "[[effect]]\nid = \"squareness:C0Y\"\n[[effect]]\nid = \"component:EBX\"\n";
+
+struct Files {
+  Machine machine = test::thermal_machine("trunnion_offset");
+  Dataset data;
+  std::string known = kKnown;
+
+  explicit Files(std::uint64_t seed, const std::string& more_truth = "") {
+    data = test::measured(machine, test::plan_text({}), kKnownTruth + more_truth, seed);
+  }
+  Model model() const { return test::model_for(machine, data, known); }
+  /// The convention is put wrong: all that are tried here undo themselves.
+  void spoil(const Convention& c) {
+    PutRight wrong = put_right(machine, model(), data, c);
+    machine = std::move(wrong.machine);
+    data = std::move(wrong.data);
+  }
+  Diagnosis said() const { return diagnose(machine, data, model()); }
+};
+
+std::string told_by(const Diagnosis& d) {
+  std::string out(text_of(d.verdict));
+  for (const auto& id : d.effects) out.append(" ").append(id);
+  for (const auto& b : d.bookkeeping) out.append("\n").append(b.words);
+  return out + "\n" + d.paragraph;
+}
+
+Convention of_kind(ConventionKind kind) {
+  Convention c;
+  c.kind = kind;
+  return c;
+}
+
+TEST(LongBookkeeping, TheSenseOfAnAxis) {
+  for (const AxisId axis : {AxisId{0}, AxisId{3}, AxisId{4}}) {
+    Files files(1 + axis);
+    Convention c = of_kind(ConventionKind::axis_sense);
+    c.axes = {axis};
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::axis_sense) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().axis, files.machine.axes[axis].name);
+    EXPECT_LT(d.bookkeeping.front().chi2_after, 1.4 * d.bookkeeping.front().dof);
+    EXPECT_TRUE(d.effects.empty() && d.additions.empty() && !d.next);
+    EXPECT_NE(what_next(d).find("direction"), std::string::npos);
+  }
+}
+
+TEST(LongBookkeeping, TheSignOfARun) {
+  Files files(3);
+  Convention c = of_kind(ConventionKind::reading_sense);
+  for (std::size_t run = 0; run < files.data.context.runs.size(); ++run)
+    if (files.data.context.runs[run].id == "ball_2") c.run = run;
+  files.spoil(c);
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().run, "ball_2") << told_by(d);
+}
+
+// Fitted parameters follow the sign of all readings; the model's own values do not.
+TEST(Bookkeeping, TheSignOfAllReadings) {
+  Files files(4);
+  files.known = kKnownTruth;
+  EXPECT_EQ(files.said().verdict, Verdict::nothing_to_find);
+  files.spoil(of_kind(ConventionKind::reading_sense));
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::reading_sense);
+  EXPECT_TRUE(d.bookkeeping.front().run.empty() && d.bookkeeping.front().as_it_stands);
+}
+
+TEST(LongBookkeeping, SwappedColumns) {
+  Files axes(5);
+  Convention c = of_kind(ConventionKind::swapped_columns);
+  c.axes = {3, 4};
+  axes.spoil(c);
+  const Diagnosis d = axes.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().axes, (std::vector<std::string>{"A", "C"})) << told_by(d);
+  Files n(6);
+  c.axes.clear();
+  c.components = {0, 2};
+  n.spoil(c);
+  const Diagnosis e = n.said();
+  ASSERT_EQ(e.verdict, Verdict::bookkeeping) << told_by(e);
+  EXPECT_EQ(e.bookkeeping.front().components, (std::vector<std::string>{"n_x", "n_z"})) << told_by(e);
+}
+
+TEST(Bookkeeping, AnotherUnit) {
+  for (const double wrong : {1e3, 1e-3}) {
+    Files files(7);
+    Convention c = of_kind(ConventionKind::unit);
+    c.quantity = Quantity::displacement;
+    c.factor = wrong;
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << wrong << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::unit) << told_by(d);
+    EXPECT_NEAR(d.bookkeeping.front().convention.factor * wrong, 1.0, 1e-9) << told_by(d);
+  }
+}
+
+TEST(Bookkeeping, AnotherToolLength) {
+  Files files(8);
+  Convention c = of_kind(ConventionKind::tool_length);
+  c.in_readings = true;
+  c.by_mm = {0.0, 0.0, 12.0};
+  files.spoil(c);
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::tool_length) << told_by(d);
+  EXPECT_NEAR(d.bookkeeping.front().convention.by_mm.z(), -12.0, 0.2) << told_by(d);
+}
+
+// An error of some hundredths of a millimetre is what the effect is made for.
+TEST(Bookkeeping, ATrueToolLengthErrorIsAnEffect) {
+  Files files(9);
+  files.known = "[model]\nname = \"m\"\n[[effect]]\nid = \"location:C\"\n";
+  files.data = test::measured(
+      files.machine, test::plan_text({}),
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 16\n"
+      "[[effect]]\nid = \"tool_length\"\n[effect.parameters]\nZ0S_um = 60\n",
+      9);
+  const Diagnosis d = files.said();
+  EXPECT_TRUE(d.bookkeeping.empty()) << told_by(d);
+  ASSERT_FALSE(d.effects.empty()) << told_by(d);
+  EXPECT_EQ(d.effects.front(), "tool_length");
+}
+
+TEST(LongBookkeeping, TrueEffectsTenTimesAsLargeAsUsualAreEffects) {
+  const std::vector<std::string> effects = {
+      "id = \"squareness:B0Z\"\n[effect.parameters]\nB0Z_urad = 200\n",
+      "id = \"component:EYX\"\n[effect.parameters]\nP2_um = 40\nP3_um = -30\n",
+      "id = \"backlash:Y\"\n[effect.parameters]\nb_um = 50\n",
+      "id = \"sag:A\"\n[effect.parameters]\nA_sin_urad = 100\nY_sin_um = 50\nZ_cos_um = -50\n",
+      "id = \"component:EZC\"\n[effect.parameters]\ncos1_um = 40\nsin2_um = 30\n",
+      "id = \"step\"\nrun = \"ball_2\"\n[effect.parameters]\nX_um = 40\nY_um = -30\nZ_um = 30\nt_s = 500\n"};
+  std::uint64_t seed = 20;
+  for (const std::string& effect : effects) {
+    Files files(++seed, "[[effect]]\n" + effect);
+    const Diagnosis d = files.said();
+    EXPECT_TRUE(d.bookkeeping.empty()) << effect << told_by(d);
+    EXPECT_FALSE(d.effects.empty()) << effect << told_by(d);
+  }
+}
+
+TEST(Bookkeeping, NullsAreNone) {
+  for (int seed = 1; seed <= test::cases(3); ++seed) {
+    const Diagnosis d = Files(static_cast<std::uint64_t>(seed)).said();
+    EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << told_by(d);
+  }
+}
+
+TEST(LongBookkeeping, ImproveAddsNothing) {
+  Files files(10);
+  Convention c = of_kind(ConventionKind::axis_sense);
+  c.axes = {3};
+  files.spoil(c);
+  const auto steps = improve(files.machine, files.data, files.model());
+  ASSERT_EQ(steps.size(), 1U);
+  EXPECT_EQ(steps.front().model.effects.size(), files.model().effects.size());
+}
+
+TEST(RowProblems, EachIsNamedByItsRow) {
+  struct Spoilt {
+    const char* words;
+    void (*spoil)(Dataset&);
+  };
+  const std::vector<Spoilt> kinds = {{"others of its run", [](Dataset& d) { d.readings[100].value += 2.9; }},
+                                     {"stands still", [](Dataset& d) {
+                                        for (std::size_t i = 20; i < 40; ++i)
+                                          d.readings[i].value = d.readings[20].value;
+                                      }}};
+  for (const Spoilt& kind : kinds) {
+    Files files(11);
+    kind.spoil(files.data);
+    const Diagnosis d = files.said();
+    EXPECT_EQ(d.verdict, Verdict::data_problem) << kind.words << told_by(d);
+    ASSERT_EQ(d.row_problems.size(), 1U) << kind.words << told_by(d);
+    EXPECT_NE(d.paragraph.find(kind.words), std::string::npos) << told_by(d);
+  }
+}
+
+TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
+  Files files(12);
+  std::vector<MachineState> states;
+  for (std::size_t i = 0; i < files.data.track.size(); ++i) states.push_back(files.data.track.state(i));
+  const std::size_t row = files.data.readings[30].row;
+  states[row].q[0] += 800.0;
+  for (std::size_t i = row + 40; i < states.size() && states[i].run == states[row + 40].run; ++i)
+    states[i].time_s -= 3600.0;
+  Dataset spoilt = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
+  spoilt.files = files.data.files;
+  files.data = std::move(spoilt);
+  const Diagnosis d = files.said();
+  EXPECT_EQ(d.verdict, Verdict::data_problem) << told_by(d);
+  EXPECT_NE(d.paragraph.find("outside its travel"), std::string::npos) << told_by(d);
+  EXPECT_NE(d.paragraph.find("jumps back"), std::string::npos) << told_by(d);
+}
+
+// Micrometres and microradians do not add; offsets that the data had to tell are no error of the model.
+TEST(Sizes, OneFigureForEachQuantity) {
+  Files files(13);
+  const Evaluation e =
+      evaluate(files.machine, files.data, test::model_for(files.machine, files.data, kKnownTruth));
+  EXPECT_NEAR(e.displacement.rms, 0.8, 0.15);
+  EXPECT_NEAR(e.rotation.rms, 0.8, 0.15);
+  const Dataset all = files.data;
+  std::erase_if(files.data.readings, [](const Reading& r) { return r.quantity == Quantity::rotation; });
+  const Evaluation lengths =
+      evaluate(files.machine, files.data, test::model_for(files.machine, files.data, kKnownTruth));
+  EXPECT_NEAR(lengths.displacement.rms, e.displacement.rms, 0.02);
+  EXPECT_TRUE(std::isnan(lengths.rotation.rms));
+  files.data = all;
+  for (Reading& r : files.data.readings) {
+    r.u_common.reset();
+    r.value += (r.group % 2 == 0 ? 0.1 : -0.1);  // a tenth of a millimetre, a tenth of a radian
+  }
+  const HistoryEntry open = history_entry(files.machine, files.data, files.model());
+  EXPECT_NEAR(open.rms_um, 0.8, 0.15);
+}
+
+// What fits in one run and is wrong in the others is not named.
+TEST(HeldOut, WhatOneRunSaysWronglyOfTheOthersIsNotAdded) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string plan;
+  for (const char* id : {"one", "two", "three"})
+    plan += test::sweep_run(id, "X", -240, 240, 31, "[1, 0, 0]", "displacement", {});
+  Dataset data = test::measured(machine, plan, "[model]\nname = \"truth\"\n", 5);
+  // The scale of one run only: another temperature of the material that nobody wrote down.
+  for (Reading& r : data.readings) {
+    const MachineState s = data.track.state(r.row);
+    if (s.run == 0) r.value += 4e-5 * s.q[0];
+  }
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"none\"\n"));
+  EXPECT_NE(d.verdict, Verdict::named) << told_by(d);
+  EXPECT_NE(d.verdict, Verdict::named_but_incomplete) << told_by(d);
+  const auto steps = improve(machine, data, test::model_for(machine, data, "[model]\nname = \"none\"\n"));
+  EXPECT_EQ(steps.size(), 1U);
+}
+
+// 4 000 readings of a table of another machine: chi-square of billions once stopped the program.
+TEST(Sizes, AHopelessModelIsEvaluated) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string plan;
+  for (int k = 0; k < 4; ++k)
+    plan += test::sweep_run("run" + std::to_string(k), "X", -240, 240, 500, "[1, 0, 0]", "displacement", {});
+  Dataset data = test::measured(machine, plan, "[model]\nname = \"truth\"\n", 5);
+  for (Reading& r : data.readings) r.value += 3.0 * std::sin(0.02 * data.track.state(r.row).q[0]);
+  const Model none = test::model_for(machine, data, "[model]\nname = \"none\"\n");
+  const Evaluation e = evaluate(machine, data, none);
+  EXPECT_EQ(e.p_value, 0.0);
+  EXPECT_GT(e.chi2, 1e6);
+}
+
+TEST(Sizes, ParametersOfAModelThatDoesNotFitAreAsUncertainAsItsResidual) {
+  Files files(14, "[[effect]]\nid = \"backlash:Y\"\n[effect.parameters]\nb_um = 30\n");
+  const Fit f = fit(files.machine, files.data, files.model(), {.robust = false});
+  EXPECT_NEAR(f.sigma_factor, std::sqrt(f.chi2 / f.dof), 1e-12);
+  EXPECT_GT(f.sigma_factor, 2.0);
+  EXPECT_EQ(fit(files.machine, Files(14).data, files.model()).sigma_factor, 1.0);
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
