@@ -12,6 +12,8 @@ namespace trunnion::thermal {
 namespace {
 
 constexpr double kPerThousand = 1e-3;  // rpm to 1000 rpm, mm/min to m/min: features of order one
+// Readings that a median is made of, the latest: a logger that sends thousands a second costs no more.
+constexpr std::size_t kMostInWindow = 1000;
 
 std::string lag_name(const std::string& signal, double tau_s) {
   return tau_s == 0.0 ? signal : "lag(" + signal + ", " + shortest_text(tau_s) + ")";
@@ -47,7 +49,10 @@ double FeatureState::filtered(std::size_t sensor, double time_s, double value) {
   if (spec_.median_s == 0.0) return value;
   auto& window = window_[sensor];
   window.push_back({time_s, value});
-  while (window.front().time_s <= time_s - spec_.median_s) window.pop_front();
+  while (window.size() > 1 &&
+         (window.front().time_s <= time_s - spec_.median_s || window.size() > kMostInWindow)) {
+    window.pop_front();
+  }
   std::vector<double> values;
   for (const TimedValue& v : window) values.push_back(v.value);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

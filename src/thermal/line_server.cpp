@@ -1,5 +1,6 @@
 #include "trunnion/thermal/line_server.hpp"
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <array>
 #include <cerrno>
@@ -18,6 +19,14 @@ tl::unexpected<Error> failure(const char* action, std::uint16_t port) {
   return fail(ErrorCode::io_failed,
               std::string("cannot ") + action + " 127.0.0.1:" + std::to_string(port) + ": " +
                   std::strerror(errno));  // NOLINT(concurrency-mt-unsafe): glibc's is per thread
+}
+
+// What a browser sends first, whatever the page asks it to send.
+bool is_http(std::string_view line) {
+  constexpr std::array<std::string_view, 9> kMethods = {"GET ",     "HEAD ",    "POST ",  "PUT ",  "DELETE ",
+                                                        "CONNECT ", "OPTIONS ", "TRACE ", "PATCH "};
+  return std::any_of(kMethods.begin(), kMethods.end(),
+                     [&](std::string_view method) { return line.starts_with(method); });
 }
 
 }  // namespace
@@ -47,6 +56,7 @@ LineServer::LineServer(int descriptor, std::uint16_t port, Handler handler, Comm
 
 LineServer::LineServer(LineServer&& other) noexcept
     : listener_(std::exchange(other.listener_, -1)),
+      no_descriptor_(other.no_descriptor_),
       port_(other.port_),
       handler_(std::move(other.handler_)),
       commit_(std::move(other.commit_)),
@@ -58,14 +68,18 @@ LineServer::~LineServer() {
 }
 
 bool LineServer::step(int timeout_ms) {
-  std::vector<pollfd> waiting = {{listener_, POLLIN, 0}};
+  // A listener that cannot be answered would be ready without end; poll passes over a negative descriptor.
+  std::vector<pollfd> waiting = {{no_descriptor_ ? -1 : listener_, POLLIN, 0}};
   for (const auto& [descriptor, client] : clients_) {
     short events = 0;
     if (!client.closed && client.out.size() < kUnreadAnswers) events = POLLIN;
     if (!client.out.empty()) events = static_cast<short>(events | POLLOUT);
     waiting.push_back({descriptor, events, 0});
   }
-  if (::poll(waiting.data(), waiting.size(), timeout_ms) <= 0) return false;
+  if (::poll(waiting.data(), waiting.size(), timeout_ms) <= 0) {
+    no_descriptor_ = false;
+    return false;
+  }
   for (std::size_t i = 1; i < waiting.size(); ++i) {
     if (waiting[i].revents == 0) continue;
     Client& client = clients_.at(waiting[i].fd);
@@ -76,37 +90,38 @@ bool LineServer::step(int timeout_ms) {
     if (alive && !(client.closed && client.out.empty())) continue;
     ::close(waiting[i].fd);
     clients_.erase(waiting[i].fd);
+    no_descriptor_ = false;
   }
   if (waiting[0].revents != 0) accept_clients();
   return true;
 }
 
 void LineServer::accept_clients() {
-  for (;;) {
+  constexpr int kAtOnce = 64;  // before those that are there get their turn
+  for (int i = 0; i < kAtOnce; ++i) {
     const int descriptor = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (descriptor < 0) return;
+    if (descriptor < 0) {
+      no_descriptor_ = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
+      return;
+    }
     clients_.emplace(descriptor, Client{});
   }
 }
 
 void LineServer::receive(int descriptor, Client& client) {
-  std::array<char, 1 << 14> buffer;
-  while (client.out.size() < kUnreadAnswers) {
-    const ssize_t n = ::recv(descriptor, buffer.data(), buffer.size(), 0);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EAGAIN) return;
-    if (n > 0) {
-      client.in.append(buffer.data(), static_cast<std::size_t>(n));
-      take_lines(client);
-      continue;
-    }
-    client.closed = true;
-    // A last line without its end is a line too.
-    if (!client.in.empty() && !client.too_long) {
-      client.in += '\n';
-      take_lines(client);
-    }
+  std::array<char, 1 << 12> buffer;
+  const ssize_t n = ::recv(descriptor, buffer.data(), buffer.size(), 0);
+  if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
+  if (n > 0) {
+    client.in.append(buffer.data(), static_cast<std::size_t>(n));
+    take_lines(client);
     return;
+  }
+  client.closed = true;
+  // A last line without its end is a line too.
+  if (!client.in.empty() && !client.too_long) {
+    client.in += '\n';
+    take_lines(client);
   }
 }
 
@@ -118,13 +133,24 @@ void LineServer::take_lines(Client& client) {
     if (std::exchange(client.too_long, false)) continue;  // it was answered when it grew too long
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.find_first_not_of(" \t") == std::string::npos) continue;
-    if (const std::string answer = handler_(line); !answer.empty()) client.out += answer + "\n";
+    if (is_http(line)) {
+      take_line({}, client);
+      client.closed = true;
+      client.in.clear();
+      return;
+    }
+    take_line(line, client);
   }
   client.in.erase(0, begin);
   if (client.in.size() <= kLongestLine) return;
-  if (!client.too_long) client.out += handler_(client.in) + "\n";
+  if (!client.too_long) take_line(is_http(client.in) ? std::string() : client.in, client);
+  client.closed = client.closed || is_http(client.in);
   client.too_long = true;
   client.in.clear();
+}
+
+void LineServer::take_line(const std::string& line, Client& client) {
+  if (const std::string answer = handler_(line); !answer.empty()) client.out.append(answer).append("\n");
 }
 
 bool LineServer::send(int descriptor, Client& client) {

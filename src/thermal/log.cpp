@@ -6,8 +6,10 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
+#include "trunnion/config/largest_number.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -22,8 +24,9 @@ std::string_view between(std::string_view name, std::string_view prefix, std::st
 enum class Role { run, time, temperature, speed, feed, channel };
 struct LogColumn {
   Role role = Role::channel;
-  std::size_t index = 0;  // of the sensor or channel
-  double factor = 1.0;    // to internal units
+  std::size_t index = 0;                    // of the sensor or channel
+  double factor = 1.0;                      // to internal units
+  double largest = config::kLargestNumber;  // of its magnitude, as the file has it
 };
 
 std::optional<LogColumn> classify(const std::string& name, Log& log) {
@@ -31,11 +34,11 @@ std::optional<LogColumn> classify(const std::string& name, Log& log) {
   if (name == "time_s") return LogColumn{Role::time};
   if (name == "spindle_rpm") {
     log.has_speed = true;
-    return LogColumn{Role::speed};
+    return LogColumn{Role::speed, 0, 1.0, kFastestSpindle_rpm};
   }
   if (name == "feed_mm_min") {
     log.has_feed = true;
-    return LogColumn{Role::feed, 0, 1.0 / kSecondsPerMinute};
+    return LogColumn{Role::feed, 0, 1.0 / kSecondsPerMinute, kFastestFeed_mm_min};
   }
   if (const auto sensor = between(name, "T_", "_degC"); !sensor.empty()) {
     log.sensors.emplace_back(sensor);
@@ -43,7 +46,7 @@ std::optional<LogColumn> classify(const std::string& name, Log& log) {
   }
   if (const auto channel = between(name, "", "_um"); !channel.empty()) {
     log.channels.emplace_back(channel);
-    return LogColumn{Role::channel, log.channels.size() - 1, kMmPerUm};
+    return LogColumn{Role::channel, log.channels.size() - 1, kMmPerUm, kLargestDeviation_um};
   }
   return std::nullopt;
 }
@@ -98,7 +101,7 @@ class LogReader {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const LogColumn& column = columns_[i];
       if (column.role == Role::run || column.role == Role::time) continue;
-      const double value = rows_.number_or_nan(i).value_or(kNotRead) * column.factor;
+      const double value = value_of(i) * column.factor;
       switch (column.role) {
         case Role::temperature:
           run.temperature_degC[column.index].push_back(value);
@@ -114,6 +117,16 @@ class LogReader {
           break;
       }
     }
+  }
+
+  // As the file has it; kNotRead where nothing stands or what stands there cannot be.
+  double value_of(std::size_t i) {
+    const double value = rows_.number_or_nan(i).value_or(kNotRead);
+    if (!(std::abs(value) > columns_[i].largest)) return value;
+    diagnostics_->error(rows_.file(), {rows_.line(), static_cast<std::uint32_t>(i + 1)},
+                        "'" + shortest_text(value) + "' in column '" + rows_.columns()[i] + "' is beyond " +
+                            shortest_text(columns_[i].largest));
+    return kNotRead;
   }
 
   LogRun& run_of_row() {
@@ -268,7 +281,7 @@ Result<Log> load_logs(const std::vector<std::string>& paths, Diagnostics& diagno
 
 std::string log_text(const Log& log, const std::vector<std::string>& comments) {
   std::string out;
-  for (const std::string& comment : comments) out += "#" + comment + "\n";
+  for (const std::string& comment : comments) out.append("#").append(printable(comment, "\t")).append("\n");
   out += "run_id,time_s";
   for (const auto& name : log.sensors) out += ",T_" + name + "_degC";
   if (log.has_speed) out += ",spindle_rpm";

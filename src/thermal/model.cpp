@@ -174,6 +174,7 @@ double Guard::weight(const VectorXd& x) const {
 }
 
 void TrackRecord::add(const VectorXd& change, double predicted_mm, double measured_mm) {
+  if (past_.size() == kMostKept) past_.pop_front();
   past_.push_back({change, predicted_mm, measured_mm});
 }
 

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/thermal/model.hpp"
 
@@ -92,6 +93,12 @@ void read_parts(Section& section, ChannelModel& channel) {
       if (!(tau >= 0.0)) section.error("sensors", "a time constant must not be negative");
     }
   }
+  constexpr double kHighestPower = 10.0;  // friction heat grows as speed^1 to ^2
+  for (const double power : channel.features.speed_powers) {
+    if (!(power > 0.0 && power <= kHighestPower))
+      section.error("speed_powers",
+                    "'speed_powers' must hold numbers above 0 and up to " + shortest_text(kHighestPower));
+  }
   if (const auto names = section.find_texts("features"); names && *names != channel.features.names()) {
     section.error("features", "'features' does not agree with the sensors and lags of this channel");
   }
@@ -155,7 +162,11 @@ MatrixXd read_matrix(Section& section, std::string_view key, std::size_t rows, s
   }
   for (std::size_t i = 0; i < rows; ++i) {
     // Each row is read as a table of one key, so that the messages are those of every other array.
-    const Value row{Table{{std::string(key), (*items)[i]}}, (*items)[i].where};
+    // (Not as a list of pairs: without memory for its last copy the compiler's own clean-up ends the
+    // process.)
+    Table cells;
+    cells.emplace_back(std::string(key), (*items)[i]);
+    const Value row{std::move(cells), (*items)[i].where};
     Section wrapped(row, section.name(), section.file(), section.diagnostics());
     const auto values = wrapped.find_numbers(key);
     if (!values || values->size() != columns) {

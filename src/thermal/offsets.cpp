@@ -7,6 +7,7 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 
@@ -96,7 +97,25 @@ const Offset* OffsetTable::of_comment(std::string_view text) const {
     return std::equal(row.operation.begin(), row.operation.end(), text.begin(), text.end(),
                       [&](char a, char b) { return plain(a) == plain(b); });
   });
-  return it == rows.end() ? nullptr : &*it;
+  if (it != rows.end()) return &*it;
+  // The control may not have had all characters of the name: its letters and digits, where they are of one
+  // name only.
+  const auto letters_of = [](std::string_view name) {
+    std::string out;
+    for (const char c : name) {
+      if (c >= 'a' && c <= 'z') out += static_cast<char>(c - 'a' + 'A');
+      if ((c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9')) out += c;
+    }
+    return out;
+  };
+  const std::string letters = letters_of(text);
+  const Offset* found = nullptr;
+  for (const Offset& row : rows) {
+    if (letters.empty() || letters_of(row.operation) != letters) continue;
+    if (found != nullptr && found->operation != row.operation) return nullptr;
+    if (found == nullptr) found = &row;
+  }
+  return found;
 }
 
 Result<OffsetTable> parse_offsets(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
@@ -142,7 +161,7 @@ Result<OffsetTable> load_offsets(const std::string& path, Diagnostics& diagnosti
 
 std::string offsets_text(const OffsetTable& table, const std::vector<std::string>& comments) {
   std::string out;
-  for (const std::string& comment : comments) out += "#" + comment + "\n";
+  for (const std::string& comment : comments) out.append("#").append(printable(comment, "\t")).append("\n");
   const bool by_time = table.key == OffsetTable::Key::time;
   out += by_time ? "time_s" : "operation";
   out += ",dx_um,dy_um,dz_um,sigma_um,frame\n";

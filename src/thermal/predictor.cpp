@@ -5,6 +5,7 @@
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 #include "trunnion/thermal/location.hpp"
@@ -16,8 +17,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-// A temperature of a structure that is older than this says nothing of what goes on now.
-constexpr double kStale_s = 900.0;
 // A first measurement so early (in units of the interval) is the reference itself; the same rule as in the
 // validation.
 constexpr double kReferenceShare = 0.1;
@@ -177,7 +176,13 @@ Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::si
         predictor.measure(c, run.channel_mm[*log.channel(model.channels[c].channel)][row]);
         known[c].pop_back();
       }
-      out.channel[c].push_back(predictor.estimate(c));
+      const Estimate estimate = predictor.estimate(c);
+      if (!estimate.finite())
+        return fail(ErrorCode::check_failed,
+                    "run '" + run.id + "' at " + shortest_text(run.time_s[row]) +
+                        " s: the model of channel '" + model.channels[c].channel + "' gives no number",
+                    log.file);
+      out.channel[c].push_back(estimate);
     }
   }
   return out;
@@ -203,7 +208,7 @@ OffsetTable offsets_of(const ThermalModel& model, const RunPrediction& predictio
 std::string prediction_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
                             const std::vector<std::string>& comments) {
   std::string out;
-  for (const auto& comment : comments) out += "#" + comment + "\n";
+  for (const auto& comment : comments) out.append("#").append(printable(comment, "\t")).append("\n");
   if (runs.size() > 1) out += "run_id,";
   out += "time_s,dx_um,dy_um,dz_um,sigma_um";
   for (const ChannelModel& channel : model.channels) {
@@ -232,7 +237,7 @@ std::string prediction_text(const ThermalModel& model, const std::vector<RunPred
 std::string paper_angles_text(const ThermalModel& model, const std::vector<RunPrediction>& runs,
                               const std::vector<std::string>& comments) {
   std::string out;
-  for (const auto& comment : comments) out.append("#").append(comment).append("\n");
+  for (const auto& comment : comments) out.append("#").append(printable(comment, "\t")).append("\n");
   const bool several = runs.size() > 1;
   out += several ? "run_id,time_s,paper_A_deg,paper_C_deg\n" : "time_s,paper_A_deg,paper_C_deg\n";
   for (const RunPrediction& run : runs) {

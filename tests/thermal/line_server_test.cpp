@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <string>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -27,9 +28,14 @@ class Client {
   void send(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t n = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (n < 0 && errno != EAGAIN) return;  // the server has closed
       if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
       server_->step(10);
     }
+  }
+  /// Without giving the server a turn, as far as the connection takes it.
+  void send_only(std::string_view bytes) const {
+    static_cast<void>(::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
   }
   void finish() { ::shutdown(descriptor_, SHUT_WR); }
   /// Everything up to `lines` line ends or the end of the connection.
@@ -91,6 +97,65 @@ TEST(LineServer, CutsAnEndlessLineAndGoesOn) {
   client.send("\nok\n");
   const std::string answers = client.receive(2);
   EXPECT_EQ(answers.substr(answers.find('\n') + 1), "2:2\n");
+}
+
+// A browser posts a form of any web page to any port of its own computer.
+TEST(LineServer, TakesNothingFromABrowser) {
+  auto server = counting_server();
+  ASSERT_TRUE(server);
+  for (const std::string method : {"POST", "GET", "PUT", "OPTIONS"}) {
+    Client client(*server);
+    client.send(method + " / HTTP/1.1\r\nHost: localhost\r\n\r\n{\"enabled\": false}\r\n");
+    const std::string answer = client.receive(4);
+    EXPECT_EQ(answer.substr(answer.find(':')), ":0\n") << method;  // one answer, to an empty line
+  }
+  Client late(*server);
+  late.send("x\nPOST / HTTP/1.1\ny\n");
+  const std::string answers = late.receive(3);
+  EXPECT_EQ(std::count(answers.begin(), answers.end(), '\n'), 2);
+  EXPECT_EQ(server->clients(), 0U);
+  Client long_one(*server);
+  long_one.send("POST /" + std::string(2 * LineServer::kLongestLine, 'x'));
+  for (int i = 0; i < 50 && server->clients() > 0; ++i) server->step(1);
+  EXPECT_EQ(server->clients(), 0U);
+}
+
+TEST(LineServer, ServesInTurnWhileOneSendsWithoutPause) {
+  auto server = counting_server();
+  ASSERT_TRUE(server);
+  Client flood(*server), other(*server);
+  flood.send_only(std::string(1 << 20, '\n'));
+  other.send_only("x\n");
+  for (int i = 0; i < 3; ++i) server->step(10);
+  EXPECT_EQ(other.receive(1), "1:1\n");
+}
+
+TEST(LineServer, WaitsQuietlyWhenNoDescriptorIsLeft) {
+  auto server = counting_server();
+  ASSERT_TRUE(server);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  auto first = std::make_unique<Client>(*server);
+  first->send("x\n");
+  ASSERT_EQ(first->receive(1), "1:1\n");
+  Client second(*server);
+  second.send_only("y\n");
+  // From here on the next descriptor is one too many.
+  const int next = ::dup(0);
+  ASSERT_GE(next, 0);
+  ::close(next);
+  rlimit few = before;
+  few.rlim_cur = static_cast<rlim_t>(next);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  server->step(1);  // finds that out
+  int busy = 0;
+  for (int i = 0; i < 20; ++i) busy += server->step(1) ? 1 : 0;
+  // Woken once more after each pause; before, every step came back at once.
+  EXPECT_LE(busy, 10);
+  EXPECT_EQ(server->clients(), 1U);
+  first.reset();
+  EXPECT_EQ(second.receive(1), "2:1\n");
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
 }
 
 TEST(LineServer, SurvivesClientsThatVanish) {

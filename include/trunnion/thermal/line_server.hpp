@@ -11,6 +11,10 @@ namespace trunnion::thermal {
 /// Takes lines over TCP on the loopback and answers each with one line, in order; one thread, poll. A line is
 /// never dropped: a client that does not read its answers is not read from either until it does. A line
 /// longer than kLongestLine is answered by the handler with what came so far cut off.
+///
+/// Clients are served in turn, one piece of what each has sent at a time. When the process has no descriptor
+/// left, further clients wait until one goes. A line that begins with a method of HTTP is answered by the
+/// handler as if it were empty and ends the connection: any web page on the same computer can send one.
 class LineServer {
  public:
   /// Answer to one line (both without line end); an empty answer sends nothing.
@@ -20,7 +24,7 @@ class LineServer {
   using Commit = std::function<bool()>;
   static constexpr std::size_t kLongestLine = 1U << 16U;
   static constexpr std::size_t kUnreadAnswers =
-      1U << 20U;  // bytes that wait for a client before it is no longer read from
+      1U << 16U;  // bytes that wait for a client before it is no longer read from
 
   /// Listens on 127.0.0.1; port 0 is any free one. Fails with io_failed.
   static Result<LineServer> listen(std::uint16_t port, Handler handler, Commit commit = {});
@@ -39,14 +43,16 @@ class LineServer {
   struct Client {
     std::string in, out;
     bool too_long = false;  // the rest of the line is being skipped
-    bool closed = false;    // the peer sends no more
+    bool closed = false;    // the peer sends no more, or nothing more is taken from it
   };
   LineServer(int descriptor, std::uint16_t port, Handler handler, Commit commit);
   void accept_clients();
   void receive(int descriptor, Client& client);
   void take_lines(Client& client);
+  void take_line(const std::string& line, Client& client);
   bool send(int descriptor, Client& client);
   int listener_ = -1;
+  bool no_descriptor_ = false;  // for another client
   std::uint16_t port_ = 0;
   Handler handler_;
   Commit commit_;

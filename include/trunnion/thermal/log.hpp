@@ -13,6 +13,11 @@ namespace trunnion::thermal {
 /// In a column: nothing was read at that time.
 inline constexpr double kNotRead = std::numeric_limits<double>::quiet_NaN();
 
+/// Beyond these nothing turns, moves or errs: a value in another unit, or none at all.
+inline constexpr double kFastestSpindle_rpm = 1e6;
+inline constexpr double kFastestFeed_mm_min = 1e7;
+inline constexpr double kLargestDeviation_um = 1e6;
+
 /// One warm-up, day or impeller: the unit that is held out. Columns have one value per entry of `time_s`;
 /// kNotRead where nothing was read (rates may differ).
 struct LogRun {
@@ -41,7 +46,7 @@ struct Log {
 
 /// Reads `run_id` (default: one run), `time_s`, `T_<name>_degC`, [`spindle_rpm`], [`feed_mm_min`],
 /// `<channel>_um`. Any other column is an error (a misspelt unit is never ignored). Time must increase within
-/// a run; a run's rows need not be adjacent.
+/// a run; a run's rows need not be adjacent. Speeds, feeds and deviations beyond the limits above are errors.
 Result<Log> parse_log(std::string_view text, const std::string& file, Diagnostics& diagnostics);
 
 /// Reads several files; rows of the same run_id in different files are joined by time (temperatures in one

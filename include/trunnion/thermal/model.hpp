@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -127,7 +128,8 @@ class TrackRecord {
     Eigen::VectorXd change;
     double predicted_mm, measured_mm;
   };
-  std::vector<Kept> past_;
+  static constexpr std::size_t kMostKept = 200;  // what is older has a weight of 0.8^200
+  std::deque<Kept> past_;
 };
 
 /// The model of one channel.

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +20,11 @@ struct Estimate {
   double since_measured_s = 0.0;  // since the last measurement or the reference
   bool stale = false;             // a sensor has not been read for long: the last measurement is held
   bool outside_training() const { return distance > Guard::kMargin; }
+  bool finite() const { return std::isfinite(value_mm) && std::isfinite(sigma_mm); }
 };
+
+/// A temperature of a structure that is older than this says nothing of what goes on now.
+inline constexpr double kStale_s = 900.0;
 
 /// Follows a run reading by reading and measurement by measurement: the live loop and `thermal predict` are
 /// this, with the formula of the validation.
@@ -75,7 +80,8 @@ struct RunPrediction {
 enum class UseMeasurements { yes, no };
 
 /// Predicts a run of a log. Measurements in the log re-anchor the model as often as it was validated for, or
-/// not at all. Fails when the log lacks a sensor, the speed or the feed that the model uses, naming it.
+/// not at all. Fails when the log lacks a sensor, the speed or the feed that the model uses, naming it, and
+/// (check_failed) where the model gives no number, naming run and time.
 Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::size_t run,
                               UseMeasurements use);
 
