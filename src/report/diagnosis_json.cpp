@@ -54,6 +54,8 @@ ordered_json ranked(const RankedEffect& r) {
           {"parameters", parameters},
           {"heldout_rms_before_um", optional(r.heldout_before_um)},
           {"heldout_rms_after_um", optional(r.heldout_after_um)},
+          {"heldout_rms_before_urad", optional(r.heldout_before_urad)},
+          {"heldout_rms_after_urad", optional(r.heldout_after_urad)},
           {"detectable_um", optional(r.detectable_um)},
           {"rivals", rivals}};
 }
@@ -72,6 +74,46 @@ ordered_json next_json(const NextMeasurement& next, const Machine& machine) {
           {"chance_of_wrong_name_before", next.wrong_before},
           {"chance_of_wrong_name_after", next.wrong_after},
           {"runs", runs}};
+}
+
+// The one number for both quantities.
+double root_per_dof(double chi2, double dof) {
+  return dof > 0.0 ? std::sqrt(chi2 / dof) : std::nan("");
+}
+
+ordered_json bookkeeping_json(const std::vector<Bookkeeping>& all) {
+  ordered_json out = ordered_json::array();
+  for (const auto& b : all) {
+    const Convention& c = b.convention;
+    ordered_json one = {{"kind", std::string(text_of(c.kind))}};
+    if (!b.axis.empty()) one["axis"] = b.axis;
+    if (!b.axes.empty()) one["axes"] = b.axes;
+    if (!b.components.empty()) one["components"] = b.components;
+    if (!b.run.empty()) one["run"] = b.run;
+    if (!b.quantity.empty()) one["quantity"] = b.quantity;
+    if (c.kind == ConventionKind::unit) {
+      one["factor"] = c.factor;
+      one["with_uncertainty"] = c.with_uncertainty;
+    }
+    if (c.kind == ConventionKind::tool_length) one["by_mm"] = -c.by_mm.z();  // + is longer
+    if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset)
+      one["by_mm"] = {c.by_mm.x(), c.by_mm.y(), c.by_mm.z()};
+    if (c.kind == ConventionKind::time_shift) one["by_s"] = c.by_s;
+    one["chi2_before"] = b.chi2_before;
+    one["chi2_after"] = b.chi2_after;
+    one["dof"] = b.dof;
+    one["what"] = b.words;
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+ordered_json harm_json(const std::optional<HeldOutHarm>& harm) {
+  if (!harm) return nullptr;
+  return {{"run", harm->run},
+          {"effects", harm->effects},
+          {"chi2_before", harm->chi2_before},
+          {"chi2_after", harm->chi2_after}};
 }
 
 ordered_json null_json(const std::vector<NullDirection>& all) {
@@ -123,16 +165,22 @@ std::string diagnosis_json(const Diagnosis& d, const Machine& machine) {
                       {"paragraph", d.paragraph},
                       {"ranking", ranking},
                       {"residual",
-                       {{"rms_um", d.rms_um},
+                       {{"rms_um", optional(d.rms_um)},
+                        {"rms_urad", optional(d.rms_urad)},
                         {"chi2", d.chi2},
                         {"dof", d.dof},
-                        {"noise_floor_um", d.noise_floor_um},
+                        {"root_chi2_per_dof", optional(root_per_dof(d.chi2, d.dof))},
+                        {"noise_floor_um", optional(d.noise_floor_um)},
+                        {"noise_floor_urad", optional(d.noise_floor_urad)},
                         {"noise_factor", d.noise_factor},
                         {"autocorrelation", d.autocorrelation},
                         {"outliers", d.outliers},
                         {"explained", d.explained},
                         {"depends_on", dependences(d.depends_on)},
                         {"after_adding_depends_on", dependences(d.leftover)}}},
+                      {"data_problems", d.row_problems},
+                      {"bookkeeping", bookkeeping_json(d.bookkeeping)},
+                      {"held_out_harm", harm_json(d.harm)},
                       {"next_measurement", d.next ? next_json(*d.next, machine) : ordered_json(nullptr)},
                       {"null_directions", null_json(d.null_directions)}};
   return text_of_json(out);
@@ -142,8 +190,10 @@ std::string evaluation_json(const Evaluation& e, const Machine& machine) {
   ordered_json runs = ordered_json::array(), worst = ordered_json::array();
   for (const auto& r : e.runs)
     runs.push_back({{"run_id", r.run_id},
-                    {"rms_um", r.rms_um},
-                    {"max_um", r.max_um},
+                    {"rms_um", optional(r.displacement.rms)},
+                    {"max_um", optional(r.displacement.largest)},
+                    {"rms_urad", optional(r.rotation.rms)},
+                    {"max_urad", optional(r.rotation.largest)},
                     {"chi2", r.chi2},
                     {"readings", r.readings}});
   for (const auto& w : e.worst)
@@ -151,11 +201,15 @@ std::string evaluation_json(const Evaluation& e, const Machine& machine) {
                      {"row", w.row},
                      {"run_id", w.run_id},
                      {"q", position(w.q, machine)},
-                     {"residual_um", w.residual_um},
+                     {w.quantity == Quantity::displacement ? "residual_um" : "residual_urad", w.residual},
                      {"normalised", w.normalised}});
-  return text_of_json({{"rms_um", e.rms_um},
-                       {"p95_um", e.p95_um},
-                       {"max_um", e.max_um},
+  return text_of_json({{"rms_um", optional(e.displacement.rms)},
+                       {"p95_um", optional(e.displacement.p95)},
+                       {"max_um", optional(e.displacement.largest)},
+                       {"rms_urad", optional(e.rotation.rms)},
+                       {"p95_urad", optional(e.rotation.p95)},
+                       {"max_urad", optional(e.rotation.largest)},
+                       {"root_chi2_per_dof", optional(root_per_dof(e.chi2, e.dof))},
                        {"chi2", e.chi2},
                        {"dof", e.dof},
                        {"p_value", e.p_value},
@@ -186,6 +240,7 @@ std::string fit_json(const Fit& f, const Dataset& data) {
   return text_of_json({{"chi2", f.chi2},
                        {"dof", f.dof},
                        {"converged", f.converged},
+                       {"sigma_factor", f.sigma_factor},
                        {"parameters", f.parameter_count},
                        {"outliers", outliers},
                        {"u_common_um", common(f.common.displacement_mm, kMmPerUm)},
@@ -198,9 +253,8 @@ std::string fit_json(const Fit& f, const Dataset& data) {
 std::string plan_json(const Diagnosis& diagnosis, const Machine& machine) {
   const std::string verdict(text_of(diagnosis.verdict));
   if (!diagnosis.next) {
-    return text_of_json({{"verdict", verdict},
-                         {"why", "no further measurement is needed for this verdict"},
-                         {"runs", ordered_json::array()}});
+    return text_of_json(
+        {{"verdict", verdict}, {"why", diagnosis::what_next(diagnosis)}, {"runs", ordered_json::array()}});
   }
   ordered_json out = {{"verdict", verdict}};
   out.update(next_json(*diagnosis.next, machine));
@@ -219,9 +273,13 @@ std::string improve_json(const std::vector<ImproveStep>& steps) {
   ordered_json out = ordered_json::array();
   for (const auto& s : steps)
     out.push_back({{"model", s.model.name},
-                   {"rms_um", s.rms_um},
-                   {"heldout_rms_um", optional(s.heldout_um)},
-                   {"noise_floor_um", s.noise_floor_um},
+                   {"rms_um", optional(s.error.rms_um)},
+                   {"rms_urad", optional(s.error.rms_urad)},
+                   {"heldout_rms_um", optional(s.error.heldout_um)},
+                   {"heldout_rms_urad", optional(s.error.heldout_urad)},
+                   {"noise_floor_um", optional(s.error.noise_floor_um)},
+                   {"noise_floor_urad", optional(s.error.noise_floor_urad)},
+                   {"root_chi2_per_dof", optional(root_per_dof(s.diagnosis.chi2, s.diagnosis.dof))},
                    {"chi2", s.diagnosis.chi2},
                    {"dof", s.diagnosis.dof},
                    {"verdict", std::string(text_of(s.diagnosis.verdict))},
@@ -237,40 +295,54 @@ std::string history_json(const std::vector<HistoryEntry>& entries) {
     out.push_back({{"name", e.name},
                    {"parent", e.parent},
                    {"effects", e.effects},
-                   {"rms_um", e.rms_um},
+                   {"rms_um", optional(e.rms_um)},
+                   {"rms_urad", optional(e.rms_urad)},
                    {"heldout_rms_um", optional(e.heldout_um)},
+                   {"heldout_rms_urad", optional(e.heldout_urad)},
                    {"chi2", e.chi2},
                    {"dof", e.dof},
-                   {"noise_floor_um", e.noise_floor_um}});
+                   {"root_chi2_per_dof", optional(root_per_dof(e.chi2, e.dof))},
+                   {"noise_floor_um", optional(e.noise_floor_um)},
+                   {"noise_floor_urad", optional(e.noise_floor_urad)}});
   return text_of_json({{"steps", out}});
 }
 
 SimulationSummary summary_of(const Dataset& data, const Plan& plan, std::uint64_t seed) {
   double minutes = 0.0;
   for (const PlanRun& run : plan.runs) minutes += run.minutes;
-  std::vector<double> squares(data.context.runs.size());
-  std::vector<std::size_t> counts(data.context.runs.size());
-  double all = 0.0;
-  for (const Reading& reading : data.readings) {
-    const double um = reading.value / (reading.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
-    all += um * um;
-    const std::size_t run = data.run_of(reading);
-    if (run >= squares.size()) continue;
-    squares[run] += um * um;
-    ++counts[run];
-  }
-  const auto rms = [](double sum, std::size_t count) {
-    return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+  // Of all, then of each run; one a quantity.
+  struct Sum {
+    double squares = 0.0;
+    std::size_t count = 0;
+    ordered_json rms() const {
+      return count == 0 ? ordered_json(nullptr)
+                        : ordered_json(std::sqrt(squares / static_cast<double>(count)));
+    }
   };
-  ordered_json out = {{"readings", data.readings.size()},
-                      {"minutes", minutes},
-                      {"seed", seed},
-                      {"rms_um", rms(all, data.readings.size())},
-                      {"runs", ordered_json::array()}};
-  for (std::size_t i = 0; i < squares.size(); ++i)
+  struct Sums {
+    Sum um, urad;
+  };
+  std::vector<Sums> sums(data.context.runs.size());
+  Sums all;
+  for (const Reading& reading : data.readings) {
+    const bool length = reading.quantity == Quantity::displacement;
+    const double value = reading.value / (length ? kMmPerUm : kRadPerUrad);
+    const std::size_t run = data.run_of(reading);
+    for (Sums* to : {&all, run < sums.size() ? &sums[run] : nullptr}) {
+      if (to == nullptr) continue;
+      Sum& sum = length ? to->um : to->urad;
+      sum.squares += value * value;
+      ++sum.count;
+    }
+  }
+  ordered_json out = {
+      {"readings", data.readings.size()}, {"minutes", minutes},         {"seed", seed},
+      {"rms_um", all.um.rms()},           {"rms_urad", all.urad.rms()}, {"runs", ordered_json::array()}};
+  for (std::size_t i = 0; i < sums.size(); ++i)
     out["runs"].push_back({{"run_id", data.context.runs[i].id},
-                           {"readings", counts[i]},
-                           {"rms_um", rms(squares[i], counts[i])}});
+                           {"readings", sums[i].um.count + sums[i].urad.count},
+                           {"rms_um", sums[i].um.rms()},
+                           {"rms_urad", sums[i].urad.rms()}});
   const std::string text = std::to_string(data.readings.size()) + " readings in " +
                            std::to_string(plan.runs.size()) + " runs, " + shortest_text(minutes) +
                            " min of machine time";

@@ -1,5 +1,6 @@
 #include <array>
 #include <charconv>
+#include <cmath>
 
 #include "trunnion/report/diagnosis_json.hpp"
 
@@ -21,6 +22,30 @@ std::string number(const std::optional<double>& value) {
   return value ? number(*value) : "-";
 }
 
+// "1.2 um and 3.4 urad": what was measured.
+std::string sizes(double um, double urad) {
+  std::string out;
+  if (std::isfinite(um)) out = number(um) + " um";
+  if (std::isfinite(urad)) out += (out.empty() ? "" : " and ") + number(urad) + " urad";
+  return out;
+}
+std::string sizes(const std::optional<double>& um, const std::optional<double>& urad) {
+  return sizes(um.value_or(std::nan("")), urad.value_or(std::nan("")));
+}
+
+std::string chi2_text(double chi2, double dof) {
+  std::string out = "chi-square " + number(chi2) + " for " + number(dof) + " degrees of freedom";
+  if (dof > 0.0) out += " (root of the quotient " + number(std::sqrt(chi2 / dof)) + ")";
+  return out;
+}
+
+// Held-out residual without and with an effect; of displacements where there are any.
+std::string held_out_text(const diagnosis::RankedEffect& r) {
+  if (r.heldout_before_um) return number(r.heldout_before_um) + " -> " + number(r.heldout_after_um);
+  if (!r.heldout_before_urad) return "- -> -";
+  return number(r.heldout_before_urad) + " -> " + number(r.heldout_after_urad) + " urad";
+}
+
 std::string padded(std::string text, std::size_t width) {
   return left(std::move(text), width) + " ";
 }
@@ -32,16 +57,16 @@ std::string diagnosis_text(const Diagnosis& d) {
   if (!d.effects.empty()) out += ": " + joined(d.effects, " + ");
   out += "   (confidence " + number(d.confidence) + ")\n";
   for (std::size_t k = 1; k < d.sets.size(); ++k) out += "or          " + joined(d.sets[k], " + ") + "\n";
-  out += "residual    " + number(d.rms_um) + " um RMS, noise " + number(d.noise_floor_um) +
-         " um, chi-square " + number(d.chi2) + " for " + number(d.dof) + "\n\n" + d.paragraph + "\n\n";
+  out += "residual    " + sizes(d.rms_um, d.rms_urad) + " RMS, noise " +
+         sizes(d.noise_floor_um, d.noise_floor_urad) + ", " + chi2_text(d.chi2, d.dof) + "\n\n" +
+         d.paragraph + "\n\n";
   out += padded("effect", 22) + padded("p", 11) + padded("chi2 drop", 10) + padded("dof", 5) +
          padded("held-out um", 18) + "detectable um\n";
   std::size_t shown = 0;
   for (const auto& r : d.ranking) {
     if (++shown > 12) break;
     out += padded(r.id, 22) + padded(number(r.p_value), 11) + padded(number(r.chi2_drop), 10) +
-           padded(number(r.dof), 5) +
-           padded(number(r.heldout_before_um) + " -> " + number(r.heldout_after_um), 18) +
+           padded(number(r.dof), 5) + padded(held_out_text(r), 18) +
            (r.excited ? number(r.detectable_um) : "not excited by these runs") + "\n";
   }
   for (const auto& n : d.null_directions) out += "null direction: " + n.words + "\n";
@@ -49,15 +74,27 @@ std::string diagnosis_text(const Diagnosis& d) {
 }
 
 std::string evaluation_text(const Evaluation& e) {
-  std::string out = e.verdict + "\nRMS " + number(e.rms_um) + " um, 95 % within " + number(e.p95_um) +
-                    " um, largest " + number(e.max_um) + " um; chi-square " + number(e.chi2) + " for " +
-                    number(e.dof) + " degrees of freedom (p = " + number(e.p_value) + ")\n";
+  constexpr std::size_t kWorst = 5;
+  std::string out = e.verdict + "\n";
+  for (const auto& [size, unit] : {std::pair{e.displacement, "um"}, std::pair{e.rotation, "urad"}})
+    if (std::isfinite(size.rms))
+      out += "RMS " + number(size.rms) + " " + unit + ", 95 % within " + number(size.p95) + " " + unit +
+             ", largest " + number(size.largest) + " " + unit + "\n";
+  out += chi2_text(e.chi2, e.dof) + ", p = " + number(e.p_value) + "\n";
   if (e.replicate_p)
     out += "repeats scatter by " + number(e.replicate_um) +
            " um; lack of fit against them: p = " + number(e.replicate_p) + "\n";
   for (const auto& r : e.runs)
-    out += padded("run " + r.run_id, 28) + number(r.rms_um) + " um RMS, largest " + number(r.max_um) +
-           " um, " + std::to_string(r.readings) + " readings\n";
+    out += padded("run " + r.run_id, 28) + sizes(r.displacement.rms, r.rotation.rms) + " RMS, largest " +
+           sizes(r.displacement.largest, r.rotation.largest) + ", " + std::to_string(r.readings) +
+           " readings\n";
+  for (std::size_t k = 0; k < e.worst.size() && k < kWorst; ++k) {
+    const auto& w = e.worst[k];
+    out += (k == 0 ? "worst readings: " : "                ") + w.file + ":" + std::to_string(w.row) +
+           " (run " + w.run_id + ") " + number(w.residual) +
+           (w.quantity == Quantity::displacement ? " um, " : " urad, ") + number(std::abs(w.normalised)) +
+           " times its uncertainty\n";
+  }
   out += "the residual depends on:";
   std::size_t shown = 0;
   for (const auto& d : e.by_covariate)
@@ -66,9 +103,20 @@ std::string evaluation_text(const Evaluation& e) {
   return out + (shown == 0 ? " nothing that was tried\n" : "\n");
 }
 
+std::string error_text(const HistoryEntry& e) {
+  std::string out = sizes(e.rms_um, e.rms_urad) + " RMS";
+  if (e.heldout_um || e.heldout_urad) out += ", held out " + sizes(e.heldout_um, e.heldout_urad);
+  return out + ", noise " + sizes(e.noise_floor_um, e.noise_floor_urad) + ", " + chi2_text(e.chi2, e.dof);
+}
+
 std::string fit_text(const Fit& f) {
   std::string out = "chi-square " + number(f.chi2) + " for " + number(f.dof) + " degrees of freedom" +
                     (f.converged ? "" : " (did not converge)") + "\n";
+  if (f.sigma_factor > 1.0)
+    out += "WARNING: the model does not explain these readings (chi-square per degree of freedom " +
+           number(f.chi2 / f.dof) + "). The uncertainties below are " + number(f.sigma_factor) +
+           " times those that follow from the stated ones, and hold only if what is missing is like noise: "
+           "`model diagnose` says what it is.\n";
   for (const ModelEffect& effect : f.model.effects) {
     const auto& info = effect.effect->info();
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {

@@ -170,7 +170,10 @@ Figure budget_figure(const Machine& machine, const diagnosis::Dataset& data, con
 }
 
 Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries) {
-  XyPlot plot{{"model", ""}, {"error", "µm"}, {}, {}, {}, false};
+  // Lengths where there are any: they are what a part shows.
+  const bool lengths =
+      std::any_of(entries.begin(), entries.end(), [](const auto& e) { return std::isfinite(e.rms_um); });
+  XyPlot plot{{"model", ""}, {"error", lengths ? "µm" : "µrad"}, {}, {}, {}, false};
   Series fit = bars_of("these data", 0);
   Series held = bars_of("held-out runs", 1);
   Series noise;
@@ -182,13 +185,13 @@ Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries) {
     const auto x = static_cast<double>(i);
     plot.categories.push_back(e.name);
     fit.x.push_back(x);
-    fit.y.push_back(e.rms_um);
+    fit.y.push_back(lengths ? e.rms_um : e.rms_urad);
     held.x.push_back(x);
-    held.y.push_back(e.heldout_um.value_or(std::nan("")));
+    held.y.push_back((lengths ? e.heldout_um : e.heldout_urad).value_or(std::nan("")));
     for (const double edge : {x - 0.5, x + 0.5}) {
       noise.x.push_back(edge);
       noise.y.push_back(0.0);
-      noise.y2.push_back(e.noise_floor_um);
+      noise.y2.push_back(lengths ? e.noise_floor_um : e.noise_floor_urad);
     }
   }
   plot.series = {std::move(noise), std::move(fit), std::move(held)};

@@ -107,6 +107,8 @@ std::string headline(const Diagnosis& d) {
     case Verdict::data_problem:
       out = "The readings do not fit their own uncertainty";
       break;
+    case Verdict::bookkeeping:
+      return d.bookkeeping.front().words;
   }
   double best = std::numeric_limits<double>::infinity();
   double worst = 0.0;
@@ -142,6 +144,34 @@ std::vector<diagnosis::HistoryEntry> steps_of(const ModelPageInput& input, const
   return out;
 }
 
+// One figure a quantity, for what was measured.
+void add_size(Page& page, const std::string& id, const std::string& label, double um, double urad) {
+  if (std::isfinite(um)) page.facts.push_back({id + "_um", label, um_text(um), um});
+  if (std::isfinite(urad)) page.facts.push_back({id + "_urad", label, short_number(urad, 4) + " µrad", urad});
+}
+
+std::string measured_text(double value, int digits) {
+  return std::isfinite(value) ? short_number(value, digits) : "–";
+}
+
+// The readings that stand out most.
+Table worst_table(const diagnosis::Evaluation& e) {
+  constexpr std::size_t kShown = 10;
+  Table table;
+  table.id = "worst";
+  table.title = "The worst readings";
+  table.columns = {"file", "row", "run", "residual", "times its uncertainty"};
+  table.numeric = {false, true, false, true, true};
+  for (std::size_t k = 0; k < e.worst.size() && k < kShown; ++k) {
+    const auto& w = e.worst[k];
+    const bool length = w.quantity == diagnosis::Quantity::displacement;
+    table.rows.push_back({w.file, std::to_string(w.row), w.run_id,
+                          short_number(w.residual, 4) + (length ? " µm" : " µrad"),
+                          short_number(std::abs(w.normalised), 3)});
+  }
+  return table;
+}
+
 Page start(const ModelPageInput& input, std::string title, std::string verdict, Tone tone) {
   Page page;
   page.title = std::move(title);
@@ -157,14 +187,15 @@ Page start(const ModelPageInput& input, std::string title, std::string verdict, 
 Page evaluation_page(const ModelPageInput& input, const Model& model, const diagnosis::Evaluation& e) {
   Page page = start(input, "Model " + model.name + " against measurements of " + input.machine->name,
                     e.verdict, Tone::neutral);
-  page.facts = {{"rms_um", "rms residual", um_text(e.rms_um), e.rms_um},
-                {"p95_um", "95 % are below", um_text(e.p95_um), e.p95_um},
-                {"max_um", "largest residual", um_text(e.max_um), e.max_um},
-                {"chi2", "chi-square", short_number(e.chi2, 5), e.chi2},
-                {"dof", "degrees of freedom", short_number(e.dof, 6), e.dof}};
+  add_size(page, "rms", "rms residual", e.displacement.rms, e.rotation.rms);
+  add_size(page, "p95", "95 % are below", e.displacement.p95, e.rotation.p95);
+  add_size(page, "max", "largest residual", e.displacement.largest, e.rotation.largest);
+  page.facts.insert(page.facts.end(), {{"chi2", "chi-square", short_number(e.chi2, 5), e.chi2},
+                                       {"dof", "degrees of freedom", short_number(e.dof, 6), e.dof}});
   const Residuals residuals = residuals_of(*input.machine, *input.data, as_it_stands(input, model));
   Section first{"Residual",
                 {vectors_figure(residuals, vector_scale(residuals), "vectors", "Residual vectors")}};
+  first.items.emplace_back(worst_table(e));
   page.sections.push_back(std::move(first));
   if (!model.effects.empty()) page.sections.push_back(model_section(input, model));
   add_residual_sections(page, residuals, names_of(e.by_covariate));
@@ -179,10 +210,10 @@ Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   page.facts = {{"verdict", "verdict", std::string(diagnosis::text_of(d.verdict)), std::nullopt},
                 {"effects", "missing", d.effects.empty() ? "–" : joined(d.effects, " + "), std::nullopt},
                 {"confidence", "confidence", short_number(100 * d.confidence, 3) + " %", d.confidence},
-                {"rms_um", "rms residual", um_text(d.rms_um), d.rms_um},
-                {"noise_floor_um", "noise floor", um_text(d.noise_floor_um), d.noise_floor_um},
                 {"chi2", "chi-square", short_number(d.chi2, 5), d.chi2},
                 {"dof", "degrees of freedom", short_number(d.dof, 6), d.dof}};
+  add_size(page, "rms", "rms residual", d.rms_um, d.rms_urad);
+  add_size(page, "noise_floor", "noise floor", d.noise_floor_um, d.noise_floor_urad);
   std::optional<diagnosis::Added> added;
   if (!d.additions.empty())
     added = diagnosis::add_and_fit(*input.machine, *input.data, d.base.model, d.additions, &d);
@@ -215,23 +246,38 @@ Page history_page(const ModelPageInput& input, const std::vector<diagnosis::Hist
   Table table;
   table.id = "steps";
   table.title = "Models";
-  table.columns = {"model",         "parent",           "effects",    "rms / µm",
-                   "held out / µm", "noise floor / µm", "chi-square", "dof"};
-  table.numeric = {false, false, false, true, true, true, true, true};
+  table.columns = {"model",
+                   "parent",
+                   "effects",
+                   "rms / µm",
+                   "rms / µrad",
+                   "held out / µm",
+                   "held out / µrad",
+                   "noise floor / µm",
+                   "noise floor / µrad",
+                   "chi-square",
+                   "dof"};
+  table.numeric = {false, false, false, true, true, true, true, true, true, true, true};
   for (const auto& e : entries) {
-    table.rows.push_back({e.name, e.parent, joined(e.effects, " + "), short_number(e.rms_um, 4),
-                          optional_text(e.heldout_um), short_number(e.noise_floor_um, 3),
-                          short_number(e.chi2, 5), short_number(e.dof, 6)});
+    table.rows.push_back(
+        {e.name, e.parent, joined(e.effects, " + "), measured_text(e.rms_um, 4), measured_text(e.rms_urad, 4),
+         optional_text(e.heldout_um), optional_text(e.heldout_urad), measured_text(e.noise_floor_um, 3),
+         measured_text(e.noise_floor_urad, 3), short_number(e.chi2, 5), short_number(e.dof, 6)});
   }
   if (input.data != nullptr && !entries.empty()) {
     const auto& first = entries.front();
     const auto& last = entries.back();
-    page.verdict = "From " + um_text(first.heldout_um.value_or(first.rms_um)) + " with " + first.name +
-                   " to " + um_text(last.heldout_um.value_or(last.rms_um)) + " with " + last.name +
-                   (last.heldout_um ? " on held-out runs" : "") + "; the noise floor is " +
-                   um_text(last.noise_floor_um) + ".";
-    page.facts = {{"rms_um", "last model: rms", um_text(last.rms_um), last.rms_um},
-                  {"noise_floor_um", "noise floor", um_text(last.noise_floor_um), last.noise_floor_um}};
+    const bool lengths = std::isfinite(last.rms_um);
+    const auto error = [lengths](const diagnosis::HistoryEntry& e) {
+      return lengths ? um_text(e.heldout_um.value_or(e.rms_um))
+                     : short_number(e.heldout_urad.value_or(e.rms_urad), 4) + " µrad";
+    };
+    page.verdict =
+        "From " + error(first) + " with " + first.name + " to " + error(last) + " with " + last.name +
+        (last.heldout_um || last.heldout_urad ? " on held-out runs" : "") + "; the noise floor is " +
+        (lengths ? um_text(last.noise_floor_um) : short_number(last.noise_floor_urad, 4) + " µrad") + ".";
+    add_size(page, "rms", "last model: rms", last.rms_um, last.rms_urad);
+    add_size(page, "noise_floor", "noise floor", last.noise_floor_um, last.noise_floor_urad);
     page.sections.push_back({"The error falls", {steps_figure(entries), std::move(table)}});
   } else {
     page.verdict = std::to_string(entries.size()) + " models; without data there is no error to show.";
@@ -252,15 +298,9 @@ Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::Impr
              {}};
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const auto& step = steps[k];
-    diagnosis::HistoryEntry entry;
+    diagnosis::HistoryEntry entry = step.error;
     entry.name = "step " + std::to_string(k);
     entry.parent = k == 0 ? "" : "step " + std::to_string(k - 1);
-    for (const ModelEffect& effect : step.model.effects) entry.effects.push_back(effect.id());
-    entry.rms_um = step.rms_um;
-    entry.heldout_um = step.heldout_um;
-    entry.chi2 = step.diagnosis.chi2;
-    entry.dof = step.diagnosis.dof;
-    entry.noise_floor_um = step.noise_floor_um;
     entries.push_back(std::move(entry));
     const auto& d = step.diagnosis;
     said.rows.push_back({std::to_string(k), std::string(diagnosis::text_of(d.verdict)),

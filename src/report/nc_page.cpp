@@ -25,12 +25,13 @@ std::string length_text(double mm) {
 }
 
 std::string verdict_of(const post::VerifyReport& r) {
-  const double tip = std::max(r.certified_tip_deviation_mm, r.max_point_deviation_mm);
-  const std::string figures = "the tip stays within " + length_text(tip) + " of its path (" +
-                              (r.certified ? "proved" : "sampled") + "; tolerance " +
+  const std::string figures = "the tip stays within " + length_text(r.largest_tip_deviation_mm()) +
+                              " of its path (" + (r.certified ? "proved" : "sampled") + "; tolerance " +
                               length_text(r.tolerance_mm) + "), the tool axis within " +
                               short_number(r.max_axis_deviation.deg(), 3) + "° (tolerance " +
-                              short_number(r.axis_tolerance.deg(), 3) + "°).";
+                              short_number(r.axis_tolerance.deg(), 3) + "°) of its great circle and within " +
+                              short_number(r.max_axis_deviation_at_tip.deg(), 3) +
+                              "° of where the path has it at the tip's place. " + post::flute_text(r) + ".";
   const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
   if (r.passed()) return "Verified: " + figures + machine;
   std::string why;
@@ -49,6 +50,8 @@ std::vector<Fact> facts_of(const post::VerifyReport& r) {
           {"tolerance_mm", "tolerance", length_text(r.tolerance_mm), r.tolerance_mm},
           {"max_axis_deviation_deg", "largest tool axis deviation",
            short_number(r.max_axis_deviation.deg(), 4) + "°", r.max_axis_deviation.deg()},
+          {"max_axis_deviation_at_tip_deg", "tool axis off the path's at the tip's place, at most",
+           short_number(r.max_axis_deviation_at_tip.deg(), 4) + "°", r.max_axis_deviation_at_tip.deg()},
           {"points_in", "CL points", std::to_string(r.points_in), count(r.points_in)},
           {"points_out", "NC motion blocks", std::to_string(r.points_out), count(r.points_out)},
           {"max_rapid_deviation_mm", "largest deviation of rapids", length_text(r.max_rapid_deviation_mm),

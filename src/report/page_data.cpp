@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstring>
 
+#include "trunnion/base/printable.hpp"
+
 namespace trunnion::report {
 namespace {
 
@@ -181,7 +183,7 @@ ordered_json page_data(const Page& page) {
 std::string script_text(const std::string& json) {
   std::string out;
   out.reserve(json.size());
-  for (const char c : json) {
+  for (const char c : printable_json(json)) {
     if (c == '<') {
       out += "\\u003c";
     } else {

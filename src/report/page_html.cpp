@@ -138,11 +138,12 @@ bool has_interactive_charts() {
 }
 
 std::string page_html(const Page& page) {
-  // The policy is the promise that nothing is fetched, kept by the browser.
+  // The policy is the promise that nothing is fetched or sent, kept by the browser.
   std::string out =
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-      "script-src 'unsafe-inline'; img-src data: blob:\">\n"
+      "script-src 'unsafe-inline'; img-src data: blob:; "
+      "connect-src 'none'; form-action 'none'; base-uri 'none'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>" +
       escaped(page.title) + "</title>\n<style>\n" + std::string(style_sheet()) +

@@ -28,6 +28,44 @@ ordered_json travel_json(const post::AxisTravel& t) {
   return out;
 }
 
+const char* source_text(post::LengthSource source) {
+  switch (source) {
+    case post::LengthSource::tool_file:
+      return "tool file";
+    case post::LengthSource::cl_file:
+      return "CL file";
+    case post::LengthSource::option:
+      return "--tool-length-mm";
+    default:
+      return "machine file";
+  }
+}
+
+ordered_json tools_json(const std::vector<post::LoadedTool>& tools) {
+  ordered_json out = ordered_json::array();
+  for (const post::LoadedTool& tool : tools) {
+    ordered_json one = {{"tool", nullptr}, {"gauge_length_mm", tool.length_mm}};
+    if (tool.number) {
+      one["tool"] = *tool.number;
+      one["length_register"] = tool.length_register;
+    }
+    one["length_from"] = source_text(tool.source);
+    out.push_back(one);
+  }
+  return out;
+}
+
+ordered_json check_json(post::CheckOf of, const post::Check& check) {
+  ordered_json out = {{"check", post::name_of(of)},
+                      {"result", post::name_of(check.state)},
+                      {"compared", check.about},
+                      {"places", check.count}};
+  auto& first = out["first"] = ordered_json::array();
+  for (const post::CheckPlace& place : check.places)
+    first.push_back({{"nc_line", place.nc_line}, {"what", place.what}});
+  return out;
+}
+
 ordered_json verify_object(const post::VerifyReport& r) {
   ordered_json out;
   out["max_tip_deviation_mm"] = r.max_tip_deviation_mm;
@@ -36,10 +74,19 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["sampled_blocks"] = r.sampled_blocks;
   out["unproved_effects"] = r.unproved_effects;
   out["max_axis_deviation_deg"] = r.max_axis_deviation.deg();
+  out["max_axis_deviation_at_tip_deg"] = r.max_axis_deviation_at_tip.deg();
   out["max_pole_axis_deviation_deg"] = r.max_pole_axis_deviation.deg();
   out["pole_tolerance_deg"] = r.pole_tolerance.deg();
+  out["flute_length_mm"] = r.flute_mm;
+  out["max_flute_deviation_mm"] = r.max_flute_deviation_mm;
+  out["certified_flute_deviation_mm"] = r.certified_flute_deviation_mm;
   out["max_point_deviation_mm"] = r.max_point_deviation_mm;
   out["max_rapid_deviation_mm"] = r.max_rapid_deviation_mm;
+  out["rapid_tolerance_mm"] = r.rapid_tolerance_mm;
+  out["worst_rapid"] = {{"nc_line", r.worst_rapid.nc_line}, {"cl_line", r.worst_rapid.cl_line}};
+  out["unsafe_moves"] = r.unsafe_count;
+  auto& unsafe = out["unsafe"] = ordered_json::array();
+  for (const auto& u : r.unsafe) unsafe.push_back({{"nc_line", u.nc_line}, {"what", u.what}});
   out["tolerance_mm"] = r.tolerance_mm;
   out["axis_tolerance_deg"] = r.axis_tolerance.deg();
   out["points_in"] = r.points_in;
@@ -52,6 +99,12 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["max_axis_speed_ratio"] = r.max_speed_ratio;
   out["axis_speeds_ok"] = r.speeds_ok();
   out["blocks_too_fast"] = r.too_fast_count;
+  // Who left it to another verification of the same text has no table.
+  if (!r.checks[0].about.empty()) {
+    auto& checks = out["checks"] = ordered_json::array();
+    for (std::size_t i = 0; i < post::kChecks; ++i)
+      checks.push_back(check_json(static_cast<post::CheckOf>(i), r.checks[i]));
+  }
   out["limits_ok"] = r.limits_ok();
   out["within_tolerance"] = r.within_tolerance();
   out["passed"] = r.passed();
@@ -124,6 +177,7 @@ std::string post_json(const post::PostReport& r) {
   out["largest_error_mm"] = r.largest_error_mm;
   out["largest_correction_mm"] = r.largest_correction_mm;
   out["nc_lines"] = r.nc_lines;
+  out["tools"] = tools_json(r.tools);
   if (r.nominal_verification) out["nominal"] = verify_object(*r.nominal_verification);
   return json_text(out);
 }

@@ -295,7 +295,7 @@ std::vector<std::vector<double>> contributions_um(const Machine& machine, const 
   for (const ModelEffect& effect : model.effects) {
     Model alone = model;
     alone.effects = {effect};
-    const ModelEvaluator evaluator(alone);
+    const ModelEvaluator evaluator(alone, ModelEvaluator::Sizes::any);
     std::vector<std::vector<double>> lags;
     for (const LagRequest& request : evaluator.lags()) lags.push_back(data.track.lag(request));
     std::vector<double> values;

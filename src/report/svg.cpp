@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/printable.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -39,7 +40,7 @@ std::string coordinate(double value) {
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
-  for (const char c : text) {
+  for (const char c : printable(text, "\n\t")) {
     switch (c) {
       case '&':
         out += "&amp;";

@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/config/largest_number.hpp"
 
 namespace trunnion::report {
 
@@ -38,9 +40,19 @@ tl::unexpected<Error> wrong(const std::string& message) {
   return fail(ErrorCode::wrong_input, message);
 }
 
+// Within what its key can mean.
+Result<double> bounded(double value, const std::string& key) {
+  const double largest = key == "spindle_rpm"                            ? kFastestSpindle_rpm
+                         : key == "feed_mm_min"                          ? kFastestFeed_mm_min
+                         : key == "um" || key.starts_with("measured_um") ? kLargestDeviation_um
+                                                                         : config::kLargestNumber;
+  if (std::abs(value) <= largest) return value;
+  return wrong("'" + key + "' is " + shortest_text(value) + ", beyond " + shortest_text(largest));
+}
+
 Result<double> number_of(const nlohmann::json& value, const std::string& key) {
   if (!value.is_number()) return wrong("'" + key + "' must be a number");
-  return value.get<double>();
+  return bounded(value.get<double>(), key);
 }
 
 Result<std::map<std::string, double>> numbers_of(const nlohmann::json& value, const std::string& key) {
@@ -59,7 +71,7 @@ Result<std::map<std::string, double>> numbers_of(const nlohmann::json& value, co
 Result<double> number_of(const std::string& text, const std::string& key) {
   const ParsedNumber number = parse_number(text);
   if (!number) return wrong("'" + key + "' is no number: '" + text + "'");
-  return number.value;
+  return bounded(number.value, key);
 }
 
 template <class Answer>
@@ -203,15 +215,32 @@ Result<ThermalService::Message> ThermalService::parse_xml(const std::string& lin
   return out;
 }
 
-Result<void> ThermalService::take_reading(const Message& message, Answer& answer) {
+// Loggers that post beside each other are a little late at times: their values count as of now.
+constexpr double kLate_s = 60.0;
+// After a longer pause the machine is in another state: that is another run.
+constexpr double kLongestPause_s = 86400.0;
+
+Result<void> ThermalService::check_reading(const Message& message) const {
   if (!message.time_s) return wrong("a reading needs 'time_s'");
   if (*message.time_s < 0.0) return wrong("'time_s' counts from the run's start and must not be below zero");
+  if (predictor_.started() && !message.new_run) {
+    const double ahead_s = *message.time_s - predictor_.time_s();
+    const std::string last = " s; the last reading was at " + shortest_text(predictor_.time_s()) + " s (" +
+                             R"({"run": "start"} begins a new run))";
+    if (ahead_s <= -kLate_s) return wrong("'time_s' goes back to " + shortest_text(*message.time_s) + last);
+    if (ahead_s > kLongestPause_s)
+      return wrong("'time_s' jumps ahead to " + shortest_text(*message.time_s) + last);
+  }
   for (const auto& measured : message.measured_um) {
     const std::string& name = measured.first;
     const bool known = std::any_of(model_.channels.begin(), model_.channels.end(),
                                    [&](const ChannelModel& c) { return c.channel == name; });
     if (!known) return wrong("the model has no channel '" + name + "'");
   }
+  return {};
+}
+
+void ThermalService::take_reading(const Message& message, Answer& answer) {
   std::vector<double> temperature(predictor_.sensors().size(), kNotRead);
   for (std::size_t i = 0; i < temperature.size(); ++i) {
     const auto it = message.temperature_degC.find(predictor_.sensors()[i]);
@@ -222,32 +251,33 @@ Result<void> ThermalService::take_reading(const Message& message, Answer& answer
       temperature[i] = it->second;
   }
   const double feed = message.feed_mm_min ? *message.feed_mm_min / kSecondsPerMinute : kNotRead;
-  // Loggers that post beside each other are a little late at times: their values count as of now.
-  constexpr double kLate_s = 60.0;
-  double time_s = *message.time_s;
-  if (predictor_.started() && time_s > predictor_.time_s() - kLate_s)
-    time_s = std::max(time_s, predictor_.time_s());
-  auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNotRead), feed);
-  if (!read) return read;
+  const double time_s =
+      predictor_.started() ? std::max(*message.time_s, predictor_.time_s()) : *message.time_s;
+  const auto read = predictor_.read(time_s, temperature, message.spindle_rpm.value_or(kNotRead), feed);
+  TRUNNION_EXPECTS(read.has_value());
+  heard_s_ = now_s_;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const auto it = message.measured_um.find(model_.channels[c].channel);
     if (it != message.measured_um.end()) predictor_.measure(c, it->second * kMmPerUm);
   }
   ++readings_;
   changed_ = true;
-  return {};
 }
 
-void ThermalService::fill(Answer& answer) {
+Result<void> ThermalService::fill(Answer& answer) {
   answer.started = predictor_.started();
   answer.readings = readings_;
   answer.enabled = limits_.enabled;
   answer.clamp_mm = limits_.clamp_mm;
-  if (!answer.started) return;
+  if (!answer.started) return {};
   answer.time_s = predictor_.time_s();
+  const bool silent = now_s_ - heard_s_ > kStale_s;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const ChannelModel& channel = model_.channels[c];
-    const Estimate e = predictor_.estimate(c);
+    Estimate e = predictor_.estimate(c);
+    if (!e.finite()) return wrong("the model of channel '" + channel.channel + "' gives no number here");
+    e.stale = e.stale || silent;
+    if (silent) e.sigma_mm = std::max(e.sigma_mm, channel.hold_last_rmse_mm);
     answer.channel[channel.channel] = e;
     answer.outside_training = answer.outside_training || e.outside_training();
     answer.stale = answer.stale || e.stale;
@@ -260,10 +290,17 @@ void ThermalService::fill(Answer& answer) {
   answer.correction_mm = -follower_.follow(answer.deviation_mm, dt);
   answer.clamped = follower_.clamped();
   answer.slew_limited = follower_.slew_limited();
+  return {};
 }
 
 Result<ThermalService::Answer> ThermalService::act(const Message& message) {
   Answer answer;
+  const bool reading = message.time_s || !message.temperature_degC.empty() || !message.measured_um.empty();
+  if (reading) {
+    if (auto checked = check_reading(message); !checked) return tl::unexpected(checked.error());
+  } else if (!message.query && !message.new_run && !message.enabled) {
+    return wrong("an empty message");
+  }
   if (message.new_run) {
     start_run();
     changed_ = true;
@@ -275,17 +312,13 @@ Result<ThermalService::Answer> ThermalService::act(const Message& message) {
     if (limits_.enabled && predictor_.started()) follower_.follow(Vec3::Zero(), 0.0);
     changed_ = true;
   }
-  const bool reading = message.time_s || !message.temperature_degC.empty() || !message.measured_um.empty();
-  if (reading) {
-    if (auto taken = take_reading(message, answer); !taken) return tl::unexpected(taken.error());
-  } else if (!message.query && !message.new_run && !message.enabled) {
-    return wrong("an empty message");
-  }
-  fill(answer);
+  if (reading) take_reading(message, answer);
+  if (auto filled = fill(answer); !filled) return tl::unexpected(filled.error());
   return answer;
 }
 
-std::string ThermalService::handle(const std::string& line) {
+std::string ThermalService::handle(const std::string& line, double now_s) {
+  now_s_ = now_s;
   changed_ = false;
   const auto first = line.find_first_not_of(" \t");
   const bool xml = first != std::string::npos && line[first] == '<';

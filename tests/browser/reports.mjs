@@ -117,7 +117,8 @@ if (process.env.PICTURES) {
 }
 
 const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
-for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch']) {
+const names = ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch'];
+for (const name of names) {
   // One page of each kind in the dark too: the style sheet is the same for all.
   for (const scheme of ['post', 'diagnose', 'predict'].includes(name) ? ['light', 'dark'] : ['light']) {
     const {page, troubles} = await open(name, scheme);
@@ -142,6 +143,39 @@ for (const name of ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose'
   assert.equal(shown, await page.$$eval('figure[data-figure]', (all) => all.length));
   await page.close();
 }
+
+// Nothing leaves the page: of every page every button is pressed, those of the charts' toolbars among them. No request goes out, no other
+// page or download opens, and the address stays. The toolbars hold the buttons of this list only.
+const toolbar = ['Zoom', 'Pan', 'Zoom in', 'Zoom out', 'Autoscale', 'Reset axes', 'Orbital rotation', 'Turntable rotation', 'Reset camera to default'];
+let pressed = 0;
+for (const name of names) {
+  const {page, troubles} = await open(name);
+  const opened = [];
+  page.on('popup', (p) => opened.push(`popup: ${p.url()}`));
+  page.on('download', (d) => opened.push(`download: ${d.url()}`));
+  page.on('framenavigated', (f) => opened.push(`navigation: ${f.url()}`));
+  page.on('dialog', (d) => (opened.push(`dialog: ${d.message()}`), d.dismiss()));
+  await activateAll(page);
+  const titles = await page.$$eval('.modebar-btn', (all) => all.map((b) => b.dataset.title));
+  assert.deepEqual(titles.filter((t) => !toolbar.includes(t)), [], `${name}: a button that is not on the list`);
+  assert.deepEqual(await page.$$eval('a, area, form, iframe, object, embed', (all) => all.map((e) => e.getAttribute('href') ?? e.tagName)
+    .filter((t) => !t.startsWith('#'))), [], `${name}: a link that leaves the page`);
+  // Pressed by the page itself: a toolbar is hidden until the pointer stands on its chart, and one button may cover another.
+  pressed += await page.evaluate(async () => {
+    const all = [...document.querySelectorAll('.modebar-btn, button')];
+    for (const b of all) {
+      b.dispatchEvent(new MouseEvent('click', {bubbles: true}));
+      await new Promise((done) => setTimeout(done, 20));
+    }
+    return all.length;
+  });
+  await page.waitForTimeout(300);
+  assert.equal(await page.$('.plotly-cloud-dialog'), null, `${name}: a dialog that offers to send`);
+  assert.equal(await page.evaluate(() => window.open('https://example.invalid/')), null);
+  assert.deepEqual([...opened, ...troubles], [], `${name}: something left the page`);
+  await page.close();
+}
+console.log(`nothing leaves the pages: ${pressed} buttons pressed on ${names.length} pages, no request, no other page`);
 
 if (interactive) {
   const {page, troubles} = await open('post');

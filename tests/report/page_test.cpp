@@ -157,6 +157,16 @@ TEST(Page, FetchesNothing) {
   EXPECT_THAT(html, Not(HasSubstr("@import")));
 }
 
+// The browser test presses every button; where there is no browser these settings are what is checked.
+TEST(Page, SendsNothing) {
+  const std::string html = page_html(sample_page());
+  for (const char* rule :
+       {"default-src 'none'", "connect-src 'none'", "form-action 'none'", "base-uri 'none'"})
+    EXPECT_THAT(html, HasSubstr(rule));
+  EXPECT_THAT(html, HasSubstr("showSendToCloud: false, plotlyServerURL: ''"));
+  EXPECT_THAT(html, HasSubstr("globalThis.open = () => null;"));
+}
+
 TEST(Page, EscapesText) {
   const std::string html = page_html(sample_page());
   EXPECT_THAT(html, HasSubstr("<title>Sample &lt;of&gt; a page</title>"));

@@ -81,6 +81,59 @@ TEST(ThermalService, SurvivesBadInput) {
   EXPECT_EQ(service.handle(R"({"query": 1})"), before);
 }
 
+// One line with the seconds of the calendar shut out all that followed, and "stale" stayed false.
+TEST(ThermalService, RefusesAJumpAheadAndGoesOn) {
+  ThermalService service(model(), {});
+  service.handle(reading(0.0, 20.0));
+  for (const double time_s : {1e19, 1.7e9, 86401.0}) {
+    const auto answer = json::parse(service.handle(reading(time_s, 20.0)));
+    EXPECT_FALSE(answer["ok"]) << time_s;
+    EXPECT_FALSE(service.changed());
+  }
+  EXPECT_NE(
+      service.handle(reading(1.7e9, 20.0)).find("jumps ahead to 1.7e+09 s; the last reading was at 0 s"),
+      std::string::npos);
+  EXPECT_TRUE(json::parse(service.handle(reading(86400.0, 20.0)))["ok"]);
+  EXPECT_FALSE(json::parse(service.handle(reading(86339.0, 20.0)))["ok"]);
+  // A new run may begin at any time, in the same line too.
+  EXPECT_TRUE(
+      json::parse(service.handle(R"({"run": "start", "time_s": 1.7e9, "T_degC": {"head": 20}})"))["ok"]);
+}
+
+TEST(ThermalService, SaysStaleWhenNoReadingIsAcceptedForLong) {
+  ThermalService service(model(), {});
+  service.handle(reading(1.7e9, 20.0), 0.0);  // the clock of another logger: all others are refused
+  EXPECT_FALSE(json::parse(service.handle(reading(10.0, 20.0), 10.0))["ok"]);
+  EXPECT_FALSE(json::parse(service.handle(R"({"query": 1})", 900.0))["stale"]);
+  EXPECT_TRUE(json::parse(service.handle(R"({"query": 1})", 901.0))["stale"]);
+  EXPECT_NE(service.handle("<query/>", 901.0).find("stale=\"1\""), std::string::npos);
+  service.handle(R"({"run": "start"})", 902.0);
+  EXPECT_FALSE(json::parse(service.handle(reading(20.0, 20.0), 903.0))["stale"]);
+}
+
+TEST(ThermalService, AFaultyLineChangesNothingWhateverElseItSays) {
+  ThermalService service(model(), {});
+  service.handle(reading(0.0, 20.0));
+  const std::string before = service.handle(R"({"query": 1})");
+  for (const std::string line :
+       {R"({"enabled": false, "time_s": -1})", R"({"run": "start", "time_s": -1})",
+        R"({"run": "start", "T_degC": {"head": 20}})", R"({"time_s": 5, "spindle_rpm": 1e300})",
+        R"({"time_s": 5, "feed_mm_min": 1e9})", R"({"time_s": 5, "measured_um": {"dx": 1e12}})",
+        R"({"time_s": 5, "T_degC": {"head": 1e18}})"}) {
+    EXPECT_FALSE(json::parse(service.handle(line))["ok"]) << line;
+    EXPECT_FALSE(service.changed()) << line;
+  }
+  EXPECT_EQ(service.handle(R"({"query": 1})"), before);
+}
+
+// Neither the median nor the record of measurements grows with what a client sends.
+TEST(ThermalService, CostsTheSameAfterManyReadingsOfOneMoment) {
+  ThermalService service(model(), {});
+  for (int i = 0; i < 30000; ++i)
+    service.handle(R"({"time_s": 1, "T_degC": {"head": 20, "bed": 20}, "measured_um": {"dx": 1}})");
+  EXPECT_EQ(service.readings(), 30000U);
+}
+
 TEST(ThermalService, LeavesOutASensorThatCannotBeTrue) {
   ThermalService service(model(), {});
   service.handle(reading(0.0, 20.0));

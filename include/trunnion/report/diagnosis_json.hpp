@@ -25,6 +25,8 @@ std::string imported_json(const std::string& file, const std::string& measuremen
 std::string diagnosis_text(const diagnosis::Diagnosis& result);
 std::string evaluation_text(const diagnosis::Evaluation& result);
 std::string fit_text(const diagnosis::Fit& result);
+/// One line: residual, held-out residual and noise of each quantity, chi-square.
+std::string error_text(const diagnosis::HistoryEntry& entry);
 
 /// What `simulate` has made, for a person and as JSON.
 struct SimulationSummary {

@@ -19,11 +19,17 @@ namespace trunnion::report {
 ///        <enabled>0</enabled>
 /// The answer has the form of the question: the correction that may be applied now (minus the deviation,
 /// limited), its sigma and limits, or what was wrong. A faulty line changes nothing.
+///
+/// The time of a run neither goes back nor jumps ahead by more than a day: after such a pause the machine is
+/// in another state, and one line with another clock (seconds of the calendar) would shut out all that
+/// follow.
 class ThermalService {
  public:
   ThermalService(thermal::ThermalModel model, const thermal::OffsetLimits& limits);
 
-  std::string handle(const std::string& line);
+  /// @param now_s  of a clock of the service's own (seconds, any origin): without an accepted reading for 15
+  ///               min the answers say `stale`, whatever time the last reading had
+  std::string handle(const std::string& line, double now_s = 0.0);
   /// Whether the last line changed the state: only such lines belong into the journal.
   bool changed() const { return changed_; }
   std::size_t readings() const { return readings_; }
@@ -41,9 +47,10 @@ class ThermalService {
   static Result<Message> parse_json(const std::string& line);
   static Result<Message> parse_xml(const std::string& line);
   Result<Answer> act(const Message& message);
-  Result<void> take_reading(const Message& message, Answer& answer);
+  Result<void> check_reading(const Message& message) const;
+  void take_reading(const Message& message, Answer& answer);
   void start_run();
-  void fill(Answer& answer);
+  Result<void> fill(Answer& answer);
 
   thermal::ThermalModel model_;
   thermal::OffsetLimits limits_;
@@ -52,6 +59,8 @@ class ThermalService {
   thermal::SensorLimits sensor_limits_;
   std::vector<double> temperature_degC_;  // last good reading of each sensor, for jumps
   std::optional<double> followed_s_;
+  double now_s_ = 0.0;
+  double heard_s_ = 0.0;  // when the last reading was accepted
   std::size_t readings_ = 0;
   std::size_t rejected_ = 0;
   bool changed_ = false;

@@ -169,13 +169,22 @@
     return {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene: spaceScene(f)};
   }
   // One drawn point per screen pixel: the library's own 2 costs four times as much where there is no graphics card.
-  const config = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['toImage'], plotGlPixelRatio: Math.max(1, devicePixelRatio)};
+  // The toolbar has the buttons of these lists and no others: none of them sends, saves or opens anything.
+  const flatButtons = [['zoom2d', 'pan2d'], ['zoomIn2d', 'zoomOut2d', 'autoScale2d', 'resetScale2d']];
+  const spaceButtons = [['zoom3d', 'pan3d', 'orbitRotation', 'tableRotation'], ['resetCameraDefault3d']];
+  const configOf = (space) => ({
+    responsive: true, displaylogo: false, modeBarButtons: space ? spaceButtons : flatButtons, showSendToCloud: false, plotlyServerURL: '',
+    plotGlPixelRatio: Math.max(1, devicePixelRatio),
+  });
+  // No code of the page, the chart library's included, can open another one.
+  globalThis.open = () => null;
   const kMostSpaces = 6;  // browsers take the drawing context from the oldest beyond 8 to 16
 
+  const isSpace = (f) => f.kind === 'path' || f.kind === 'vectors';
   const live = new Map();  // figure id -> element that holds the chart
   function activate(element) {
     const f = data(element.dataset.figure);
-    const space = f && (f.kind === 'path' || f.kind === 'vectors');
+    const space = f && isSpace(f);
     if (!f || !load() || live.has(element.dataset.figure) || (space && !hasWebGl)) return;
     const holder = element.querySelector('.live');
     holder.hidden = false;
@@ -183,7 +192,7 @@
     element.querySelector('.still').hidden = true;
     if (space) giveUpFarthest(element);
     live.set(element.dataset.figure, holder);
-    return charts.newPlot(holder, traces(f), layout(f), config);
+    return charts.newPlot(holder, traces(f), layout(f), configOf(space));
   }
   // Where too many charts in space are alive the one farthest from `element` becomes its drawing again.
   function giveUpFarthest(element) {
@@ -270,7 +279,7 @@
     const scene = spaceScene({unit: 'mm'});
     [scene.xaxis.range, scene.yaxis.range, scene.zaxis.range] = range;
     machineHolder.classList.add('space');
-    return charts.newPlot(machineHolder, data, {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene}, config);
+    return charts.newPlot(machineHolder, data, {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene}, configOf(true));
   }
   function stopText(s) {
     const names = machine.axis_names.map((name, i) => `${name} ${short(decoded.axes[s * machine.axis_names.length + i], 7)} ${machine.axis_units[i]}`);
@@ -333,7 +342,7 @@
   function redraw() {
     for (const [id, holder] of live) {
       const f = data(id);
-      charts.react(holder, traces(f), layout(f), config);
+      charts.react(holder, traces(f), layout(f), configOf(isSpace(f)));
     }
     if (machineHolder && machineHolder.data) {
       drawMachine();
