@@ -21,6 +21,12 @@ if(TRUNNION_SANITIZE)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
+# TRUNNION_FUZZ: clang's coverage for libFuzzer in every library, and the sanitizers with it (tests/fuzz).
+if(TRUNNION_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
 # TRUNNION_PCH: the standard library, Eigen and GoogleTest are parsed once, not 300 times. For whole builds (tests/run-all, samples/run-demo);
 # a build without it, and clang-tidy, show that each file includes what it uses.
 set(TRUNNION_PCH_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional> <span>

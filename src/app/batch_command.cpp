@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <filesystem>
@@ -66,11 +67,12 @@ std::vector<std::string> shared_files(const BatchCommand& command, const Machine
                                       const std::optional<Model>& model) {
   std::vector<std::string> out = {files.machine.file, files.controller.file};
   out.insert(out.end(), files.controller.bases.begin(), files.controller.bases.end());
+  if (!command.options.model.empty()) out.push_back(command.options.model);
   if (model) {
-    out.push_back(command.options.model);
     const auto tables = table_files(*model);
     out.insert(out.end(), tables.begin(), tables.end());
   }
+  if (!command.options.tools.tools.empty()) out.push_back(command.options.tools.tools);
   return out;
 }
 
@@ -131,9 +133,11 @@ Result<void> make_folder(const std::string& folder) {
   return {};
 }
 
-std::vector<std::string> header_lines(const BatchCommand& command, const MachineFiles& files) {
+std::vector<std::string> header_lines(const BatchCommand& command, const MachineFiles& files,
+                                      const Model* model) {
   return {std::string("trunnion ") + TRUNNION_VERSION + ", controller " + files.controller.name,
-          "machine " + files.machine.name, command.options.errors_line(), command.options.tolerance_line()};
+          "machine " + files.machine.name, command.options.errors_line(model != nullptr),
+          command.options.tolerance_line()};
 }
 
 // What was found in a file, and why it failed.
@@ -162,7 +166,7 @@ std::vector<post::BatchResult> post_all(const BatchCommand& command,
   stop_on_signals();
   ProgressLine progress(items.size(), "files");
   return post::run_batch(
-      items, files.machine, files.controller, model, header_lines(command, files), options,
+      items, files.machine, files.controller, model, header_lines(command, files, model), options,
       [&](const post::BatchResult&) { progress.step(); }, g_stop);
 }
 
@@ -176,20 +180,28 @@ ExitCode finish(const BatchCommand& command, const std::vector<post::BatchResult
       code != kDone)
     return code;
   const report::BatchCounts counts = report::count(results);
-  return counts.failed + counts.not_run > 0 ? kCheckFailed : kDone;
+  if (counts.failed == 0) return counts.not_run > 0 ? kCheckFailed : kDone;
+  ExitCode worst = kCheckFailed;
+  for (const post::BatchResult& r : results)
+    if (r.state == post::BatchState::failed && r.outcome.error)
+      worst = std::max(worst, exit_code(r.outcome.error->code));
+  return worst;
 }
 
 ExitCode run(const BatchCommand& command) {
   if (const auto use = check_use(command); !use) return print_error(use.error());
-  const auto options = command.options.resolve();
+  auto options = command.options.resolve();
   if (!options) return print_error(options.error());
   Diagnostics diagnostics;
-  const auto files = load_with_controller(command.machine, diagnostics);
+  const auto files = load_with_controller(command.machine, diagnostics, command.options.rtcp);
   if (!files) return print_failure(diagnostics, files.error());
   if (const auto checked = post::check_options(*options, files->machine, files->controller); !checked)
     return print_error(checked.error());
   const auto model = command.options.load_errors(files->machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
+  const auto tools = command.options.tools.load(diagnostics);
+  if (!tools) return print_failure(diagnostics, tools.error());
+  options->tools = command.options.tools.resolve(*tools);
   auto items = post::batch_items(command.inputs, command.folder, diagnostics);
   if (!items) return print_failure(diagnostics, items.error());
   const auto shared = shared_files(command, *files, *model);

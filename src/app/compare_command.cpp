@@ -16,6 +16,7 @@ struct CompareCommand {
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
+  ToolCliOptions tools;
   ClCliOptions reading;
 };
 
@@ -44,10 +45,13 @@ ExitCode run(const CompareCommand& command) {
   const nc::Controller& controller = files->controller;
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
+  const auto tools = command.tools.load(diagnostics);
+  if (!tools) return print_failure(diagnostics, tools.error());
   post::VerifyOptions options;
   options.tolerance_mm = command.tolerance_mm;
   options.axis_tolerance = machine.axis_tolerance;
   options.truth = *truth ? &**truth : nullptr;
+  options.tools = command.tools.resolve(*tools);
   options.collect = true;
   std::vector<report::ComparedProgram> programs;
   for (const std::string& program : command.programs) {
@@ -76,6 +80,7 @@ void add_compare_command(CLI::App& root, int& exit) {
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
       ->check(above_zero())
       ->capture_default_str();
+  command->tools.add_to(*c);
   command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/program_zero.hpp"
 #include "trunnion/post/proving.hpp"
 #include "trunnion/report/machine_json.hpp"
 
@@ -15,7 +16,7 @@ struct MachineCommand {
   ResultOptions result;
 };
 
-std::string text_of(const Machine& machine) {
+std::string text_of(const Machine& machine, const nc::Controller& controller) {
   std::string out = machine.name + "\n";
   const auto chain = [&](const std::vector<AxisId>& ids) {
     std::string names;
@@ -24,11 +25,17 @@ std::string text_of(const Machine& machine) {
   };
   out += "from the bed to the tool: " + chain(machine.tool_chain) +
          "; from the bed to the part: " + chain(machine.part_chain) + "\n";
-  out +=
-      "X Y Z words: position of " +
-      std::string(machine.output_point == OutputPoint::tip ? "the tool tip (the control owns the tool length)"
-                                                           : "the spindle's gauge point") +
-      "\ngauge length " + shortest_text(machine.tool_length_mm) + " mm\n\nA positive command:\n";
+  out += "gauge length " + shortest_text(machine.tool_length_mm) +
+         " mm, of tools that neither a tool file nor the CL file gives one\n";
+  const auto add_zero = [&](const std::string& title, post::WordsOf words) {
+    out += "\n" + title + "\n";
+    const auto zero = post::program_zero(machine, controller, machine.work_offset, words);
+    for (const std::string& line : post::zero_lines(zero)) out += "  " + line + "\n";
+  };
+  add_zero("Program zero:",
+           machine.output_point == OutputPoint::tip ? post::WordsOf::tip : post::WordsOf::spindle);
+  if (controller.has_tcp()) add_zero("Program zero with --rtcp:", post::WordsOf::part);
+  out += "\nA positive command:\n";
   for (const post::AxisWords& axis : post::describe_axes(machine)) {
     out += "  " + axis.name + "  " + axis.motion + "\n     travel " + axis.limits + "; rapid " + axis.rapid +
            "\n";
@@ -49,9 +56,9 @@ ExitCode run(const MachineCommand& command) {
   if (!command.program.empty()) {
     if (const auto code = write_output(command.program, *program); code != kDone) return code;
   }
-  std::string text = text_of(machine);
+  std::string text = text_of(machine, controller);
   if (command.program.empty()) text += "\nProving program (-o FILE writes it):\n\n" + *program;
-  return command.result.write(report::machine_json(machine, *program), machine.name,
+  return command.result.write(report::machine_json(machine, controller, *program), machine.name,
                               "What a positive command of each axis does, and how far it goes.",
                               command.program == "-" ? "" : text);
 }

@@ -1,12 +1,18 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <memory>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <string_view>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/failure.hpp"
+#include "trunnion/base/printable.hpp"
 
 #include "app/support.hpp"
 
@@ -14,10 +20,22 @@ namespace {
 
 using namespace trunnion;
 
+// No name or text of an input acts on the terminal.
+class PrintableText final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const std::string text = printable({message.payload.data(), message.payload.size()}, "\n\t");
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PrintableText>(); }
+};
+
 // Messages and progress go to standard error; standard output is for results.
 void set_up_log(bool quiet, bool verbose) {
   auto logger = spdlog::stderr_logger_st("trunnion");
-  logger->set_pattern("%v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PrintableText>('*').set_pattern("%*");
+  logger->set_formatter(std::move(formatter));
   logger->set_level(quiet ? spdlog::level::err : verbose ? spdlog::level::debug : spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
 }
@@ -75,6 +93,31 @@ int run(int argc, char** argv) {
   return exit;
 }
 
+// Says what an exception means that nobody nearer could answer.
+int exit_code_of(const std::exception& exception) {
+  if (const auto error = error_of(exception)) {
+    std::fprintf(stderr, "%s\n", error->text().c_str());
+    return app::exit_code(error->code);
+  }
+  std::fprintf(stderr,
+               "trunnion: defect of the program: %s\nPlease report it with the command and the files.\n",
+               exception.what());
+  return app::kDefect;
+}
+
+// A second thread, or the library that runs it, can go no further: the system gave it no memory or no thread.
+// Files that are not complete have no name yet.
+[[noreturn]] void end_of_a_thread() {
+  try {
+    if (const auto current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::exception& e) {
+    std::_Exit(exit_code_of(e));
+  } catch (...) {
+  }
+  std::fprintf(stderr, "trunnion: defect of the program: ended without a reason\n");
+  std::_Exit(app::kDefect);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -82,12 +125,10 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   trunnion::app::remember_command_line(argc, argv);
+  std::set_terminate(end_of_a_thread);
   try {
     return run(argc, argv);
   } catch (const std::exception& e) {
-    std::fprintf(stderr,
-                 "trunnion: defect of the program: %s\nPlease report it with the command and the files.\n",
-                 e.what());
-    return trunnion::app::kDefect;
+    return exit_code_of(e);
   }
 }

@@ -1,5 +1,3 @@
-#include <array>
-#include <charconv>
 #include <memory>
 #include <spdlog/spdlog.h>
 
@@ -17,14 +15,6 @@ struct ModelHistoryOptions {
   std::string machine;
   ResultOptions result;
 };
-
-std::string number(const std::optional<double>& value) {
-  if (!value) return "-";
-  std::array<char, 40> buffer;
-  const auto r =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), *value, std::chars_format::general, 4);
-  return {buffer.data(), r.ptr};
-}
 
 std::string effects_text(const std::vector<std::string>& items) {
   std::string out;
@@ -67,10 +57,7 @@ int run(const ModelHistoryOptions& options) {
       for (const auto& effect : model->effects) entry.effects.push_back(effect.id());
     }
     text += path + ": ";
-    if (data)
-      text += number(entry.rms_um) + " um RMS, held out " + number(entry.heldout_um) + " um, noise " +
-              number(entry.noise_floor_um) + " um, chi-square " + number(entry.chi2) + " for " +
-              number(entry.dof) + "; ";
+    if (data) text += report::error_text(entry) + "; ";
     text += effects_text(entry.effects) + "\n";
     entries.push_back(std::move(entry));
   }

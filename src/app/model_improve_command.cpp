@@ -1,5 +1,3 @@
-#include <array>
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <spdlog/spdlog.h>
@@ -17,17 +15,9 @@ namespace {
 
 constexpr std::size_t kMostSteps = 12;  // a model that lacks more is better fitted whole
 
-std::string number(double value) {
-  std::array<char, 40> buffer;
-  const auto r =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 4);
-  return {buffer.data(), r.ptr};
-}
-
 std::string line(const diagnosis::ImproveStep& step, std::size_t k) {
-  std::string out = "step " + std::to_string(k) + ": " + number(step.rms_um) + " um RMS";
-  if (step.heldout_um) out += ", held out " + number(*step.heldout_um) + " um";
-  out += ", noise " + number(step.noise_floor_um) + " um; " + std::string(text_of(step.diagnosis.verdict));
+  std::string out = "step " + std::to_string(k) + ": " + report::error_text(step.error) + "; " +
+                    std::string(text_of(step.diagnosis.verdict));
   for (std::size_t i = 0; i < step.diagnosis.effects.size(); ++i)
     out += (i == 0 ? ": " : " + ") + step.diagnosis.effects[i];
   return out + "\n";

@@ -32,9 +32,7 @@ void add_model_plan_command(CLI::App& model, int& exit) {
       exit = write_output(*out, config::toml_text({config::Table{{"run", {std::move(runs), {}}}}, {}}));
       if (exit != kDone) return;
     }
-    const std::string said = result.next ? result.next->why
-                                         : "No further measurement is needed for the verdict '" +
-                                               std::string(text_of(result.verdict)) + "'.";
+    const std::string said = what_next(result);
     exit = files->result.write(report::plan_json(result, in->machine), "The next measurement", said,
                                *out == "-" ? "" : said + "\n");
   });

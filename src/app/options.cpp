@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/effects/model_values.hpp"
 #include "trunnion/post/axes_of.hpp"
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
@@ -14,6 +15,8 @@
 
 namespace trunnion::app {
 namespace {
+
+constexpr double kMostSmoothing_mm = 1.0;  // more would be no finish of any kind
 
 namespace fs = std::filesystem;
 
@@ -57,7 +60,8 @@ Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {
   return load_machine_or_named(options.machine, diagnostics);
 }
 
-Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics) {
+Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics,
+                                          bool rtcp) {
   auto machine = load(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
   const std::string name =
@@ -70,6 +74,12 @@ Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnos
   spdlog::debug("machine '{}' from {}", machine->name, machine->file);
   spdlog::debug("controller '{}' from {}{}", controller->name, controller->file,
                 controller->bases.empty() ? "" : " on " + controller->bases.front());
+  if (rtcp && controller->tcp.switches_kinematics && !machine->switchable_kinematics) {
+    diagnostics.warning_once("kinematics", machine->file, {},
+                             "--rtcp: the machine file does not say that the control can switch its "
+                             "kinematics; taken as if it had [machine] switchable_kinematics = true");
+    machine->switchable_kinematics = true;
+  }
   auto on_machine = post::with_axes_of(*machine, std::move(*controller));
   return MachineFiles{std::move(*machine), std::move(on_machine)};
 }
@@ -80,6 +90,10 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
   const auto model = load_model(file, machine, {}, diagnostics);
   if (!model) return tl::unexpected(model.error());
   warn_of_missing_sensors(*model, {}, diagnostics);
+  if (!has_values(*model)) {
+    diagnostics.warning(file, {}, "no effect has a value: the program is evaluated on the nominal machine");
+    return std::optional<ModelEvaluator>{};
+  }
   spdlog::debug("true errors: {} effects from {}", model->effects.size(), file);
   return std::optional<ModelEvaluator>(ModelEvaluator(*model));
 }
@@ -92,9 +106,11 @@ void ClCliOptions::add_to(CLI::App& c) {
       ->check(CLI::IsMember({"auto", "apply", "ignore"}))
       ->capture_default_str();
   c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");
-  c.add_option("--cl-units", units, "unit of a CL file that says none")
-      ->check(CLI::IsMember({"mm", "inch"}))
-      ->capture_default_str();
+  c.add_option(
+       "--cl-units", units,
+       "unit of length of a CL file without UNITS (without this option: mm, and an error where its feeds "
+       "are in inches)")
+      ->check(CLI::IsMember({"mm", "inch"}));
   c.add_option(
        "--cutter-compensation", cutter_compensation,
        "CUTCOM in the CL file: an error (refuse), or left out because the points are those of the tool's "
@@ -127,7 +143,8 @@ cl::ReaderOptions ClCliOptions::resolve() const {
   cl::ReaderOptions out;
   if (msys == "apply") out.frames = cl::ReaderOptions::Frames::apply;
   if (msys == "ignore" || ignore_msys) out.frames = cl::ReaderOptions::Frames::ignore;
-  if (units == "inch") out.units = cl::ReaderOptions::Units::inch;
+  if (!units.empty())
+    out.units = units == "inch" ? cl::ReaderOptions::Units::inch : cl::ReaderOptions::Units::mm;
   if (cutter_compensation == "tool-center") {
     out.cutter_compensation = cl::ReaderOptions::CutterCompensation::tool_center;
   }
@@ -144,8 +161,9 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--rapid-tolerance-mm", rapid_tolerance_mm,
-               "the same for rapids (none: rapids are reported only)")
-      ->check(above_zero());
+               "largest deviation of the tip from the straight line of a rapid")
+      ->check(above_zero())
+      ->capture_default_str();
   c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
                "largest angle of the tool axis from its great circle (the machine's)")
       ->check(above_zero());
@@ -214,7 +232,40 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_flag("--accept-deviation", accept_deviation,
              "write a program that misses the tolerance all the same (marked, exit code 1)");
   pole.add_to(c);
+  c.add_option("--largest-correction-mm", largest_correction_mm,
+               "--model: a larger correction of the linear axes is taken for a mistake, and refused")
+      ->check(above_zero())
+      ->capture_default_str();
+  add_smoothing(c, smoothing);
+  c.add_option(
+       "--work-offset", work_offset,
+       "work offset that the program calls: 1 (G54), 2, ... (default: SET/OFSETL of the CL file, else the "
+       "machine file's)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000}));
+  c.add_option("--program-name", program_name,
+               "for controls that name programs (PARTNO, else the name of the output file)");
+  c.add_option("--program-number", program_number,
+               "for controls that number programs (of the digits in the name, else 1)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{99999999}));
+  tools.add_to(c);
   reading.add_to(c);
+}
+
+Result<std::optional<double>> smoothing_of(const std::string& text) {
+  if (text == "off") return std::nullopt;
+  if (text == "control") return 0.0;
+  const auto within = parse_number(text);
+  if (within && within.value > 0.0 && within.value <= kMostSmoothing_mm) return within.value;
+  return fail(ErrorCode::wrong_use, "--smoothing: '" + text + "' is neither off nor control nor mm, up to " +
+                                        shortest_text(kMostSmoothing_mm));
+}
+
+void add_smoothing(CLI::App& c, std::string& smoothing) {
+  c.add_option(
+       "--smoothing", smoothing,
+       "words of the control's path smoothing ([path_mode] continuous, continuous_within): off, control "
+       "(by what the control has set) or by how many mm it may round corners, beside the tolerance")
+      ->capture_default_str();
 }
 
 Result<post::PostOptions> PostCliOptions::resolve() const {
@@ -258,6 +309,14 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
              : feed == "inverse" ? post::FeedOutput::inverse
                                  : post::FeedOutput::per_minute;
   out.rtcp = rtcp;
+  out.tools = tools.resolve(std::nullopt);
+  out.largest_correction_mm = largest_correction_mm;
+  out.work_offset = work_offset;
+  const auto within = smoothing_of(smoothing);
+  if (!within) return tl::unexpected(within.error());
+  out.smoothing_mm = *within;
+  if (!program_name.empty()) out.program_name = program_name;
+  out.program_number = program_number;
   out.tilted_plane = tilted_plane;
   if (!arcs.empty()) out.native_arcs = arcs == "native";
   if (!cycles.empty()) out.native_cycles = cycles == "native";
@@ -269,8 +328,8 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   return out;
 }
 
-std::string PostCliOptions::errors_line() const {
-  return model.empty() ? "errors none compensated" : "errors compensated: " + model;
+std::string PostCliOptions::errors_line(bool compensated) const {
+  return compensated ? "errors compensated: " + model : "errors none compensated";
 }
 
 std::string PostCliOptions::tolerance_line() const {
@@ -279,7 +338,7 @@ std::string PostCliOptions::tolerance_line() const {
 
 std::string PostCliOptions::text() const {
   const auto number = [](const std::optional<double>& v) { return v ? shortest_text(*v) : std::string("-"); };
-  std::string out = shortest_text(tolerance_mm) + " " + number(rapid_tolerance_mm) + " " +
+  std::string out = shortest_text(tolerance_mm) + " " + shortest_text(rapid_tolerance_mm) + " " +
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
                     feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
                     shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm) + " " +
@@ -291,7 +350,10 @@ std::string PostCliOptions::text() const {
                           accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
   }
-  return out + " arcs " + arcs + " cycles " + cycles + " " + reading.text() + "\n";
+  out += " " + shortest_text(largest_correction_mm) + " offset " + std::to_string(work_offset.value_or(0)) +
+         " smoothing " + smoothing + " program " + program_name + " " +
+         std::to_string(program_number.value_or(0));
+  return out + " arcs " + arcs + " cycles " + cycles + " " + tools.text() + " " + reading.text() + "\n";
 }
 
 void PostCliOptions::set_offset_output(post::PostJob& job) const {

@@ -10,6 +10,7 @@
 
 #include "app/results.hpp"
 #include "app/support.hpp"
+#include "app/tool_options.hpp"
 
 namespace trunnion::app {
 
@@ -33,7 +34,9 @@ struct MachineFiles {
   Machine machine;
   nc::Controller controller;
 };
-Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics);
+/// `rtcp`: a program under tool-centre-point control is asked for, so that the control must have it.
+Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics,
+                                          bool rtcp = false);
 /// The errors of the machine to evaluate on; nothing for an empty `file`: the nominal machine.
 Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,
                                                  Diagnostics& diagnostics);
@@ -43,7 +46,7 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
 struct ClCliOptions {
   bool ignore_msys = false;
   std::string msys = "auto";
-  std::string units = "mm";
+  std::string units;
   std::string cutter_compensation = "refuse";
   void add_to(CLI::App& command);
   cl::ReaderOptions resolve() const;
@@ -63,10 +66,15 @@ struct PoleCliOptions {
   path::PoleOptions resolve() const;
 };
 
+/// `--smoothing` of `post`, `batch` and `verify`: PostOptions::smoothing_mm of its text; fails with
+/// wrong_use.
+void add_smoothing(CLI::App& command, std::string& smoothing);
+Result<std::optional<double>> smoothing_of(const std::string& text);
+
 /// How a CL file is posted: the options that `post` and `batch` share.
 struct PostCliOptions {
   double tolerance_mm = 0.01;
-  std::optional<double> rapid_tolerance_mm;
+  double rapid_tolerance_mm = 1.0;
   std::optional<double> axis_tolerance_deg;
   std::string nonlinear = "adaptive";
   std::string predictor = "harmonic";
@@ -95,13 +103,19 @@ struct PostCliOptions {
   bool accept_deviation = false;
   bool no_geometric = false;
   bool no_thermal = false;
+  double largest_correction_mm = 0.5;
+  std::string smoothing = "off";
+  std::optional<std::int64_t> work_offset;
+  std::string program_name;
+  std::optional<std::int64_t> program_number;
+  ToolCliOptions tools;
   ClCliOptions reading;
 
   void add_to(CLI::App& command);
-  /// Fails with wrong_use.
+  /// Without the tool file. Fails with wrong_use.
   Result<post::PostOptions> resolve() const;
   /// Lines of a program's header: what is compensated, and how its nonlinear error is held.
-  std::string errors_line() const;
+  std::string errors_line(bool compensated) const;
   std::string tolerance_line() const;
   /// All values, for the fingerprint of a batch.
   std::string text() const;

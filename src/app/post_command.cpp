@@ -3,6 +3,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/post_file.hpp"
+#include "trunnion/post/program_zero.hpp"
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
 #include "trunnion/report/result_page.hpp"
@@ -49,13 +50,13 @@ void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
 }
 
 std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
-                                      const nc::Controller& controller, const post::RunTimeDrift* drift) {
+                                      const nc::Controller& controller, const post::PostJob& job) {
   std::vector<std::string> out;
   out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
   out.push_back("CL file " + command.cl_file);
   out.push_back("machine " + machine.name + ", " + machine.file);
   const PostCliOptions& o = command.options;
-  out.push_back(o.errors_line());
+  out.push_back(o.errors_line(job.model != nullptr));
   const bool at_run_time = o.thermal_output == "variables";
   if (!o.no_thermal && !at_run_time && (!o.offsets.empty() || !o.thermal_model.empty())) {
     out.push_back("thermal offsets " +
@@ -63,12 +64,12 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
                   ": valid for that thermal history only, from the first block on");
     if (o.thermal_output == "work-offset" || o.thermal_output == "local-shift") {
       const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
-      out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS WORK OFFSET 1"
+      out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS ITS WORK OFFSET"
                          : "one shift beside the work offset for each operation");
     }
   }
   if (!o.no_thermal && at_run_time && controller.has_run_time_values())
-    run_time_lines(o, controller, drift, out);
+    run_time_lines(o, controller, job.run_time_drift, out);
   out.push_back(o.tolerance_line());
   return out;
 }
@@ -115,8 +116,11 @@ void print_summary(const post::PostReport& r) {
   const post::VerifyReport& v = *r.verification;
   spdlog::info(
       "verified{}: tip within {:.6f} mm of its path ({}; tolerance {} mm), tool axis within {:.4f} deg",
-      v.on_truth ? " on the machine with errors" : "", v.certified_tip_deviation_mm,
+      v.on_truth ? " on the machine with errors" : "", v.largest_tip_deviation_mm(),
       v.certified ? "proved" : "sampled", v.tolerance_mm, v.max_axis_deviation.deg());
+  spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
+               v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
+  spdlog::info("{}", rapid_text(v));
 }
 
 std::vector<report::Fact> facts(const post::PostReport& r) {
@@ -131,22 +135,54 @@ std::vector<report::Fact> facts(const post::PostReport& r) {
           {"duration_s", "machining time", fmt::format("{:.1f} s", r.duration_s), r.duration_s}};
 }
 
-report::Page page_of(const PostCommand& command, const Machine& machine, const post::PostReport& report) {
+std::string lengths_text(const std::vector<post::LoadedTool>& tools) {
+  std::string out;
+  for (const post::LoadedTool& tool : tools) {
+    out += (out.empty() ? "" : ", ") +
+           (tool.number ? "T" + std::to_string(*tool.number) + " " : std::string()) +
+           shortest_text(tool.length_mm) + " mm";
+  }
+  return out;
+}
+
+// What an operator has to know before the first block.
+std::vector<report::Fact> setup_facts(const PostCommand& command, const MachineFiles& files,
+                                      const post::PostReport& report) {
+  const bool is_tip =
+      files.machine.output_point == OutputPoint::tip && (report.tools.empty() || report.tools.front().number);
+  const auto words = command.options.rtcp ? post::WordsOf::part
+                     : is_tip             ? post::WordsOf::tip
+                                          : post::WordsOf::spindle;
+  const auto zero = post::program_zero(files.machine, files.controller, report.work_offset, words);
+  std::string text;
+  for (const std::string& line : post::zero_lines(zero)) text += (text.empty() ? "" : "; ") + line;
+  std::vector<report::Fact> out = {{"program_zero", "program zero", text, {}}};
+  if (!report.tools.empty())
+    out.push_back(
+        {"gauge_length_mm", "gauge lengths", lengths_text(report.tools), report.tools.front().length_mm});
+  return out;
+}
+
+report::Page page_of(const PostCommand& command, const MachineFiles& files, const post::PostReport& report) {
   if (!report.verification)
     return report::result_page(command.output, "Not verified (--no-verify).", report::post_json(report),
                                made_by());
   report::NcPageInput input;
   input.nc_file = command.output;
   input.cl_file = command.cl_file;
+  // Drawn with the tool that the program begins with.
+  Machine machine = files.machine;
+  if (!report.tools.empty()) machine.tool_length_mm = report.tools.front().length_mm;
   input.machine = &machine;
   input.verification = &*report.verification;
   input.more_facts = facts(report);
+  for (const report::Fact& fact : setup_facts(command, files, report)) input.more_facts.push_back(fact);
   input.result_json = report::post_json(report);
   input.made_by = made_by();
   return report::nc_page(input);
 }
 
-ExitCode finish(const PostCommand& command, const Machine& machine, const post::FileOutcome& outcome) {
+ExitCode finish(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome) {
   print_summary(*outcome.report);
   if (!outcome.passed) {
     for (const std::string& reason : failed_checks(*outcome.report->verification, command.cl_file))
@@ -158,7 +194,7 @@ ExitCode finish(const PostCommand& command, const Machine& machine, const post::
                     outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
     }
   }
-  const auto page = [&] { return page_of(command, machine, *outcome.report); };
+  const auto page = [&] { return page_of(command, files, *outcome.report); };
   if (const auto code = command.result.write(report::post_json(*outcome.report), page); code != kDone)
     return code;
   return outcome.passed ? kDone : kCheckFailed;
@@ -166,8 +202,14 @@ ExitCode finish(const PostCommand& command, const Machine& machine, const post::
 
 std::vector<std::string> inputs(const PostCommand& command) {
   const PostCliOptions& o = command.options;
-  return {command.cl_file, command.machine.machine, command.machine.controller, o.model, o.offsets,
-          o.thermal_model, o.temperatures};
+  return {command.cl_file,
+          command.machine.machine,
+          command.machine.controller,
+          o.model,
+          o.offsets,
+          o.thermal_model,
+          o.temperatures,
+          o.tools.tools};
 }
 
 ExitCode run(const PostCommand& command) {
@@ -177,13 +219,16 @@ ExitCode run(const PostCommand& command) {
   if (!options) return print_error(options.error());
   options->collect = !command.result.report.empty();
   Diagnostics diagnostics;
-  const auto files = load_with_controller(command.machine, diagnostics);
+  const auto files = load_with_controller(command.machine, diagnostics, command.options.rtcp);
   if (!files) return print_failure(diagnostics, files.error());
   const Machine& machine = files->machine;
   const nc::Controller& controller = files->controller;
   std::optional<post::TemperatureHistory> temperatures;
   const auto model = command.options.load_errors(machine, diagnostics, &temperatures);
   if (!model) return print_failure(diagnostics, model.error());
+  const auto tools = command.options.tools.load(diagnostics);
+  if (!tools) return print_failure(diagnostics, tools.error());
+  options->tools = command.options.tools.resolve(*tools);
   print(diagnostics);
   post::PostJob job;
   job.cl_file = command.cl_file;
@@ -198,7 +243,7 @@ ExitCode run(const PostCommand& command) {
   if (!offsets) return print_failure(diagnostics, offsets.error());
   job.offsets = *offsets ? &**offsets : nullptr;
   command.options.set_offset_output(job);
-  job.header = header_lines(command, machine, controller, job.run_time_drift);
+  job.header = header_lines(command, machine, controller, job);
   options->threads = command.threads;
   const auto outcome = [&] {
     const Activity activity("posting");
@@ -206,7 +251,7 @@ ExitCode run(const PostCommand& command) {
   }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, machine, outcome);
+  return finish(command, *files, outcome);
 }
 
 }  // namespace

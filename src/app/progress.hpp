@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <string>
 #include <sys/ioctl.h>
+#include <system_error>
 #include <thread>
 #include <unistd.h>
 
@@ -66,7 +67,10 @@ class Activity {
  public:
   explicit Activity(std::string what) {
     if (::isatty(STDERR_FILENO) != 1 || !spdlog::should_log(spdlog::level::info)) return;
-    thread_ = std::jthread([what = std::move(what)](const std::stop_token& stop) { show(what, stop); });
+    try {
+      thread_ = std::jthread([what = std::move(what)](const std::stop_token& stop) { show(what, stop); });
+    } catch (const std::system_error&) {  // no thread to be had: nothing is shown
+    }
   }
 
  private:

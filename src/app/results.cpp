@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/printable.hpp"
 #include "trunnion/report/result_page.hpp"
 
 namespace trunnion::app {
@@ -56,12 +57,12 @@ Result<void> ResultOptions::apart_from(const std::string& output,
 ExitCode ResultOptions::write(const std::string& result_json, const std::function<report::Page()>& page,
                               const std::string& text) const {
   if (!json.empty()) {
-    if (const ExitCode code = write_output(json, result_json); code != kDone) return code;
+    if (const ExitCode code = write_output(json, printable_json(result_json)); code != kDone) return code;
   }
   if (!report.empty()) {
     if (const ExitCode code = write_output(report, report::page_html(page())); code != kDone) return code;
   }
-  return json_on_stdout() || text.empty() ? kDone : write_output("-", text);
+  return json_on_stdout() || text.empty() ? kDone : write_output("-", printable(text, "\n\t"));
 }
 
 ExitCode ResultOptions::write(const std::string& result_json, const std::string& title,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/effects/model_values.hpp"
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/predictor.hpp"
 
@@ -161,9 +162,12 @@ Result<std::optional<Model>> PostCliOptions::load_errors(
     warn_of_missing_sensors(*loaded, context, diagnostics);
   }
   if (log) *history = history_of(*log, loaded->context.names.temperatures, machine.reference_degC);
-  return std::optional<Model>(filtered(*loaded, [&](const EffectInfo& info) {
+  Model kept = filtered(*loaded, [&](const EffectInfo& info) {
     return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
-  }));
+  });
+  if (has_values(kept)) return std::optional<Model>(std::move(kept));
+  if (!has_values(*loaded)) diagnostics.warning(model, {}, "no effect has a value: nothing is compensated");
+  return std::optional<Model>{};
 }
 
 }  // namespace trunnion::app

@@ -1,9 +1,12 @@
 #include "app/thermal_serve.hpp"
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -44,41 +47,71 @@ class Journal {
     const auto before = std::filesystem::exists(path) ? read_file(path) : Result<std::string>("");
     if (!before) return tl::unexpected(before.error());
     Journal out;
-    out.file_.reset(std::fopen(path.c_str(), "ab"));
-    if (!out.file_) return fail(ErrorCode::io_failed, "cannot write the journal", path);
+    out.file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+    if (out.file_ < 0)
+      return fail(ErrorCode::io_failed, std::string("cannot write the journal: ") + std::strerror(errno),
+                  path);
     // Two services would mix their readings.
-    if (::flock(::fileno(out.file_.get()), LOCK_EX | LOCK_NB) != 0)
+    if (::flock(out.file_, LOCK_EX | LOCK_NB) != 0)
       return fail(ErrorCode::io_failed, "another service writes this journal", path);
-    if (!before->empty() && before->back() != '\n') out.write("");
+    if (!before->empty() && before->back() != '\n' && !out.write(""))
+      return fail(ErrorCode::io_failed, std::string("cannot write the journal: ") + std::strerror(errno),
+                  path);
     return out;
   }
+  Journal(Journal&& other) noexcept : file_(std::exchange(other.file_, -1)), waits_(other.waits_) {}
+  Journal& operator=(Journal&&) = delete;
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+  ~Journal() {
+    if (file_ >= 0) ::close(file_);
+  }
+
   bool write(const std::string& line) {
     const std::string text = line + "\n";
     waits_ = true;
-    return std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size() &&
-           std::fflush(file_.get()) == 0;
+    for (std::string_view rest = text; !rest.empty();) {
+      const ssize_t n = ::write(file_, rest.data(), rest.size());
+      if (n < 0 && errno != EINTR) return false;
+      if (n > 0) rest.remove_prefix(static_cast<std::size_t>(n));
+    }
+    return true;
   }
   bool sync() {
     if (!std::exchange(waits_, false)) return true;
-    return ::fsync(::fileno(file_.get())) == 0;
+    int code = ::fsync(file_);
+    while (code != 0 && errno == EINTR) code = ::fsync(file_);
+    return code == 0;
   }
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Close> file_;
+  Journal() = default;
+  int file_ = -1;
   bool waits_ = false;  // something was written since the last sync
 };
 
-// The state as it was when the service stopped.
-Result<void> replay(const std::string& path, report::ThermalService& service) {
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// How long ago the last line of a journal was written, s; 0 where there is none.
+double age_of(const std::string& path) {
+  std::error_code ec;
+  const auto written = std::filesystem::last_write_time(path, ec);
+  const auto now = std::filesystem::file_time_type::clock::now();
+  return ec ? 0.0 : std::max(0.0, std::chrono::duration<double>(now - written).count());
+}
+
+// The state as it was when the service stopped; its readings are as old as the journal.
+Result<void> replay(const std::string& path, double age_s, report::ThermalService& service) {
   if (!std::filesystem::exists(path)) return {};
   const auto text = read_file(path);
   if (!text) return tl::unexpected(text.error());
   std::istringstream lines(*text);
   for (std::string line; std::getline(lines, line);) {
-    if (!line.empty()) service.handle(line);
+    if (!line.empty()) service.handle(line, -age_s);
   }
   spdlog::info("{} readings replayed from {}, {} faulty lines left out", service.readings(), path,
                service.rejected());
@@ -97,17 +130,19 @@ ExitCode serve(const ThermalServeOptions& options) {
   report::ThermalService service(std::move(*model), limits);
   std::optional<Journal> journal;
   if (options.journal) {
+    const double age_s = age_of(*options.journal);
     auto opened = Journal::open(*options.journal);
     if (!opened) return print_error(opened.error());
-    journal = std::move(*opened);
-    if (const auto replayed = replay(*options.journal, service); !replayed)
+    journal.emplace(std::move(*opened));
+    if (const auto replayed = replay(*options.journal, age_s, service); !replayed)
       return print_error(replayed.error());
   }
+  const auto begin = Clock::now();
   bool journal_failed = false;
   auto server = thermal::LineServer::listen(
       options.port,
       [&](const std::string& line) {
-        std::string answer = service.handle(line);
+        std::string answer = service.handle(line, seconds_since(begin));
         if (journal && service.changed() && !journal->write(line)) journal_failed = true;
         return answer;
       },
@@ -119,13 +154,11 @@ ExitCode serve(const ThermalServeOptions& options) {
   std::signal(SIGINT, [](int) { stop_asked = 1; });
   std::signal(SIGTERM, [](int) { stop_asked = 1; });
   spdlog::info("listening on 127.0.0.1:{}", server->port());
-  using Clock = std::chrono::steady_clock;
   auto last = Clock::now();
   while (stop_asked == 0 && !journal_failed) {
     constexpr int kWake_ms = 200;
     if (server->step(kWake_ms) || server->clients() > 0) last = Clock::now();
-    const double idle_s = std::chrono::duration<double>(Clock::now() - last).count();
-    if (options.idle_exit_s > 0.0 && idle_s > options.idle_exit_s) break;
+    if (options.idle_exit_s > 0.0 && seconds_since(last) > options.idle_exit_s) break;
   }
   spdlog::info("{} readings taken, {} lines rejected", service.readings(), service.rejected());
   return journal_failed

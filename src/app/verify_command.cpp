@@ -8,6 +8,7 @@
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
 
+#include "app/failed_checks.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -22,16 +23,20 @@ struct VerifyCommand {
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
-  std::optional<double> rapid_tolerance_mm;
+  double rapid_tolerance_mm = 1.0;
   std::optional<double> axis_tolerance_deg;
+  double flute_mm = 0.0;
   bool no_certify = false;
+  std::optional<std::int64_t> work_offset;
+  std::string smoothing = "off";
   PoleCliOptions pole;
+  ToolCliOptions tools;
   ClCliOptions reading;
 };
 
 void print_report(const post::VerifyReport& v) {
   spdlog::info("{} CL points, {} NC motion blocks ({} rapid)", v.points_in, v.points_out, v.rapid_blocks);
-  spdlog::info("tip deviation {:.6f} mm ({}), tolerance {} mm", v.certified_tip_deviation_mm,
+  spdlog::info("tip deviation {:.6f} mm ({}), tolerance {} mm", v.largest_tip_deviation_mm(),
                v.certified ? "proved bound" : "sampled", v.tolerance_mm);
   if (v.sampled_blocks > 0) {
     spdlog::info("{} blocks sampled, not proved{}", v.sampled_blocks,
@@ -42,17 +47,30 @@ void print_report(const post::VerifyReport& v) {
   spdlog::info("CL points met within {:.6f} mm, {} missed", v.max_point_deviation_mm, v.points_missed);
   spdlog::info("tool axis deviation {:.4f} deg, tolerance {:.4f} deg", v.max_axis_deviation.deg(),
                v.axis_tolerance.deg());
+  spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
+               v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   if (v.pole_tolerance > Angle{}) {
     spdlog::info("tool axis deviation near the pole {:.4f} deg, tolerance {:.4f} deg more",
                  v.max_pole_axis_deviation.deg(), v.pole_tolerance.deg());
   }
-  spdlog::info("rapids deviate by {:.4f} mm", v.max_rapid_deviation_mm);
+  spdlog::info("{}", rapid_text(v));
+  for (const auto& u : v.unsafe) spdlog::error("error: NC line {}: {}", u.nc_line, u.what);
   for (const auto& b : v.beyond_limits)
     spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
   spdlog::info("axes at {:.3f} of their largest speed at most", v.max_speed_ratio);
   for (const auto& f : v.too_fast) {
     spdlog::error("error: NC line {} moves axis {} at {:.4f} times its largest speed", f.nc_line, f.axis,
                   f.ratio);
+  }
+  for (const post::Check& check : v.checks) {
+    for (const auto& place : check.places) spdlog::error("error: NC line {}: {}", place.nc_line, place.what);
+  }
+  for (const std::string& line : check_table(v)) spdlog::info("{}", line);
+  for (const auto& use : v.allowed) {
+    spdlog::warn(
+        "warning: '{}' is allowed by the controller file ([read] allowed): {} times, first at NC line {}; "
+        "what it does is not known",
+        use.word, use.count, use.nc_line);
   }
   if (v.passed()) {
     spdlog::info("passed");
@@ -64,8 +82,9 @@ void print_report(const post::VerifyReport& v) {
   }
 }
 
-// Whether the header says that errors of the machine are compensated. Of a file only: a pipe is read once.
-bool compensates_errors(const std::string& nc_file) {
+// Whether the header says that errors of the machine are compensated: a comment that begins so, as none of
+// the CL file does. Of a file only: a pipe is read once.
+bool compensates_errors(const std::string& nc_file, const nc::Controller::Comments& comments) {
   std::error_code ec;
   if (!std::filesystem::is_regular_file(nc_file, ec)) return false;
   constexpr std::size_t kHeader = 4096;
@@ -75,23 +94,26 @@ bool compensates_errors(const std::string& nc_file) {
   head.resize(static_cast<std::size_t>(file.gcount()));
   std::transform(head.begin(), head.end(), head.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return head.find("errors compensated: ") != std::string::npos;
+  const std::string begins = comments.open + (comments.close.empty() ? " " : "");
+  return head.find(begins + "errors compensated: ") != std::string::npos;
 }
 
 ExitCode run(const VerifyCommand& command) {
   Diagnostics diagnostics;
-  if (command.truth.empty() && compensates_errors(command.nc_file)) {
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const Machine& machine = files->machine;
+  const nc::Controller& controller = files->controller;
+  if (command.truth.empty() && compensates_errors(command.nc_file, controller.comments)) {
     diagnostics.warning(
         command.nc_file, {},
         "its header names a model of the machine's errors; without --truth it is evaluated on "
         "the nominal machine");
   }
-  const auto files = load_with_controller(command.machine, diagnostics);
-  if (!files) return print_failure(diagnostics, files.error());
-  const Machine& machine = files->machine;
-  const nc::Controller& controller = files->controller;
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
+  const auto tools = command.tools.load(diagnostics);
+  if (!tools) return print_failure(diagnostics, tools.error());
   std::optional<thermal::OffsetTable> offsets;
   if (!command.offsets.empty()) {
     auto table = thermal::load_offsets(command.offsets, diagnostics);
@@ -104,9 +126,15 @@ ExitCode run(const VerifyCommand& command) {
   options.rapid_tolerance_mm = command.rapid_tolerance_mm;
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine.axis_tolerance;
+  options.flute_mm = command.flute_mm;
   options.certify = !command.no_certify;
   options.pole = command.pole.resolve();
   options.truth = *truth ? &**truth : nullptr;
+  options.work_offset = command.work_offset;
+  const auto smoothing = smoothing_of(command.smoothing);
+  if (!smoothing) return print_error(smoothing.error());
+  options.smoothing_mm = *smoothing;
+  options.tools = command.tools.resolve(*tools);
   options.collect = !command.result.report.empty();
   const cl::ReaderOptions reading = command.reading.resolve();
   auto cl = cl::open_source(command.against);
@@ -144,12 +172,26 @@ void add_verify_command(CLI::App& root, int& exit) {
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
       ->check(above_zero())
       ->capture_default_str();
-  c->add_option("--rapid-tolerance-mm", command->rapid_tolerance_mm, "the same for rapids")
-      ->check(above_zero());
+  c->add_option("--rapid-tolerance-mm", command->rapid_tolerance_mm,
+                "largest deviation of the tip from the straight line of a rapid")
+      ->check(above_zero())
+      ->capture_default_str();
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
       ->check(above_zero());
+  c->add_option(
+       "--flute-length-mm", command->flute_mm,
+       "the tolerance holds for every point of the tool from its tip to so far along its axis (0: the "
+       "tip alone)")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
+  c->add_option(
+      "--work-offset", command->work_offset,
+      "work offset that the program is to call: 1 (G54), 2, ... (default: SET/OFSETL of the CL file, else "
+      "the machine file's)");
+  add_smoothing(*c, command->smoothing);
   command->pole.add_to(*c);
+  command->tools.add_to(*c);
   command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

@@ -1,6 +1,7 @@
 // `trunnion thermal` as a user runs it: the service as a process that is killed, the split of a drift.
 #include <arpa/inet.h>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 #include "trunnion/base/files.hpp"
@@ -237,6 +239,48 @@ TEST(ThermalServe, ManyClientsBadLinesAndXml) {
   EXPECT_THAT(read_file(other.file("err.txt")).value_or(""),
               HasSubstr("another service writes this journal"));
   EXPECT_EQ(service.stop(SIGINT), 0);
+}
+
+TEST(ThermalServe, AClientThatSendsBlankLinesWithoutPauseStopsNobody) {
+  const Folder folder;
+  const std::string model = folder.file("thermal.toml");
+  std::ofstream(model) << model_file_text();
+  Service service(model, folder.file("journal.txt"));
+  std::atomic<bool> over = false;
+  std::thread flood([&, port = service.port()] {
+    const Client client(port);
+    const std::string blank(1 << 16, '\n');
+    while (!over) client.send(blank);
+  });
+  Client client(service.port());
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(json::parse(client.ask(reading(i)))["ok"]);
+  // Nothing of a web page counts, and its connection ends.
+  Client page(service.port());
+  page.send("POST / HTTP/1.1\r\nContent-Type: text/plain\r\n\r\n{\"enabled\": false}");
+  EXPECT_FALSE(json::parse(page.answer())["ok"]);
+  EXPECT_EQ(page.answer(), "");
+  EXPECT_EQ(state_of(client)["enabled"], true);
+  EXPECT_EQ(service.stop(SIGTERM), 0);
+  over = true;
+  flood.join();
+}
+
+TEST(ThermalPredict, RefusesATimeThatIsNone) {
+  const Folder folder;
+  std::ofstream(folder.file("thermal.toml")) << model_file_text();
+  const auto code_of = [&](const std::string& time_s) {
+    std::ofstream(folder.file("log.csv"))
+        << "time_s,T_spindle_front_degC,T_spindle_rear_degC,T_head_degC,T_column_degC,T_a_bearing_degC,"
+           "T_c_bearing_degC,T_bed_degC,T_ambient_degC\n0,20,20,20,20,20,20,20,20\n"
+        << time_s << ",21,21,21,21,21,21,21,21\n";
+    const std::string command = kProgram + " thermal predict " + folder.file("thermal.toml") + " " +
+                                folder.file("log.csv") + " > /dev/null 2> " + folder.file("err.txt");
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(code_of("60"), 0);
+  EXPECT_EQ(code_of("9e15"), 0);
+  EXPECT_EQ(code_of("1e19"), 3);
+  EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""), HasSubstr("log.csv:3:1: error: '1e19'"));
 }
 
 // Readings of X, Y and Z at poses of A = 0, from the exact chain: C's line moved by 20 um, the tool by 7 and

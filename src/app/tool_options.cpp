@@ -1,0 +1,38 @@
+#include "app/tool_options.hpp"
+
+#include "trunnion/base/number_text.hpp"
+
+#include "app/support.hpp"
+
+namespace trunnion::app {
+
+void ToolCliOptions::add_to(CLI::App& c) {
+  c.add_option(
+      "--tools", tools,
+      "tool file: CSV with tool, length_mm (and radius_mm, flute_length_mm, register), or a tool table "
+      "tool.tbl "
+      "(T, Z, D). A tool that it lacks has the length of LOADTL/n,LENGTH,l, else --tool-length-mm, else the "
+      "machine file's");
+  c.add_option("--tool", tool,
+               "for a CL file that loads no tool: as if LOADTL with this number stood in front")
+      ->check(CLI::Range(std::uint32_t{0}, std::uint32_t{99999999}));
+  c.add_option(
+       "--tool-length-mm", length_mm,
+       "gauge length of a tool that nobody gives one. Where the CL file loads no tool and there is no "
+       "--tool: words of the spindle's gauge point, length compensation off")
+      ->check(above_zero());
+}
+
+Result<std::optional<post::ToolTable>> ToolCliOptions::load(Diagnostics& diagnostics) const {
+  if (tools.empty()) return std::nullopt;
+  auto table = post::load_tools(tools, diagnostics);
+  if (!table) return tl::unexpected(table.error());
+  return std::optional(std::move(*table));
+}
+
+std::string ToolCliOptions::text() const {
+  return "tools " + tools + " " + (tool ? std::to_string(*tool) : "-") + " " +
+         (length_mm ? shortest_text(*length_mm) : "-");
+}
+
+}  // namespace trunnion::app
