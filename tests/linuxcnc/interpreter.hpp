@@ -33,6 +33,7 @@ struct Interpreted {
   int exit_code = -1;
   std::string messages;
   std::vector<Straight> motions;
+  std::vector<std::string> made;  // files that the program itself has made
 };
 
 class Folder {
@@ -117,6 +118,12 @@ inline Interpreted interpret(const std::string& program) {
   Interpreted out = parse(read_file((folder.path / "out.txt").string()).value_or(""));
   out.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   out.messages = read_file((folder.path / "log.txt").string()).value_or("");
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path)) {
+    const std::string name = entry.path().filename().string();
+    static const std::vector<std::string> kOurs = {"p.ngc",       "tool.tbl", ".tool.mmap", "new.var",
+                                                   "new.var.bak", "out.txt",  "log.txt"};
+    if (std::find(kOurs.begin(), kOurs.end(), name) == kOurs.end()) out.made.push_back(name);
+  }
   return out;
 }
 

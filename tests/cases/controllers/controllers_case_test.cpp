@@ -10,6 +10,7 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/machine/kinematics.hpp"
+#include "trunnion/post/axes_of.hpp"
 #include "trunnion/post/post.hpp"
 
 #include "support/controllers.hpp"
@@ -112,6 +113,11 @@ std::string folder_file(const std::string& name) {
   return std::string(CASE_DIR) + "/expected/" + name + ".nc";
 }
 
+// As it is set up on the machine of these programs.
+nc::Controller control_of(const std::string& name) {
+  return post::with_axes_of(test::shipped_machine("trunnion_offset"), test::shipped_controller(name));
+}
+
 class EveryControl : public ::testing::TestWithParam<std::string> {};
 
 std::string file_name(const ::testing::TestParamInfo<std::string>& tested) {
@@ -120,7 +126,7 @@ std::string file_name(const ::testing::TestParamInfo<std::string>& tested) {
 
 TEST_P(EveryControl, IsPostedWithinToleranceAndMeetsEveryPoint) {
   const Machine machine = test::shipped_machine("trunnion_offset");
-  const auto controller = test::shipped_controller(GetParam());
+  const auto controller = control_of(GetParam());
   const Posted p = posted(machine, controller);
   ASSERT_TRUE(p.report.verification);
   EXPECT_TRUE(p.report.verification->passed());
@@ -133,12 +139,12 @@ TEST_P(EveryControl, IsPostedWithinToleranceAndMeetsEveryPoint) {
 TEST_P(EveryControl, ProgramInTheFolderMeetsEveryPoint) {
   const auto text = read_file(folder_file(GetParam()));
   ASSERT_TRUE(text);
-  expect_every_point(test::shipped_machine("trunnion_offset"), test::shipped_controller(GetParam()), *text);
+  expect_every_point(test::shipped_machine("trunnion_offset"), control_of(GetParam()), *text);
 }
 
 // The blocks that the reader finds in the program in the folder are written again as exactly that program.
 TEST_P(EveryControl, ProgramInTheFolderIsWhatTheWriterWrites) {
-  const auto controller = test::shipped_controller(GetParam());
+  const auto controller = control_of(GetParam());
   const auto text = read_file(folder_file(GetParam()));
   ASSERT_TRUE(text);
   EXPECT_EQ(test::nc_text(controller, test::nc_blocks(controller, *text)), *text);

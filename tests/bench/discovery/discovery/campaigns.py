@@ -16,6 +16,17 @@ def travel(axis, share=0.85):
     return middle - share * half, middle + share * half
 
 
+def displayed(values):
+    """Numbers as a file shows them: six decimals. What the last digits of one processor's arithmetic say is gone."""
+    return np.round(values, 6) + 0.0  # no negative zero
+
+
+def commanded(axis, values):
+    """Positions as they are given to a control: six decimals of a millimetre or a degree."""
+    values = np.asarray(values, float)
+    return displayed(values) if axis.kind == "linear" else np.radians(displayed(np.degrees(values)))
+
+
 class Campaign:
     """Collects runs; every run has its own clock, temperatures and set-up."""
 
@@ -45,7 +56,7 @@ class Campaign:
         rng, machine = self.rng, self.machine
         count = len(next(iter(poses.values())))
         home = self.home()
-        q = {a.name: np.asarray(poses.get(a.name, np.full(count, home[a.name])), float) for a in machine.axes}
+        q = {a.name: commanded(a, poses.get(a.name, np.full(count, home[a.name]))) for a in machine.axes}
         pace = rng.uniform(0.7, 1.3, count) * seconds
         time = np.concatenate([[0.0], np.cumsum(pace)[:-1]])
         direction = {}

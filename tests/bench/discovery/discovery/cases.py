@@ -48,13 +48,12 @@ class Case:
     def twists(self, rows):
         return physics.add_twists(*(physics.twists(n, p, c, self.machine, rows) for n, p, c in self.base + self.hidden))
 
-    def seal(self):
-        """What must not change once a figure was published."""
-        # No amplitudes: their last digits may differ from one processor's arithmetic to the next.
-        hidden = [(n, c) for n, _, c in self.hidden]
-        text = json.dumps([self.name, self.machine.name, len(self.rows), hidden, sorted(self.outside), self.about["stratum"],
-                           self.about.get("kind"), self.about.get("lambda") if self.hidden else None], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
+    def seal(self, folder):
+        """What must not change once a figure was published: the files, to the last character, and what they hide."""
+        hidden = [(n, c, {k: f"{v:.6g}" for k, v in p.items()}) for n, p, c in self.hidden]
+        text = json.dumps([self.name, hidden, sorted(self.outside), self.about["stratum"], self.about.get("kind")], sort_keys=True)
+        parts = [text.encode()] + [(folder / file).read_bytes() for file in ("machine.toml", "known.toml", "data.csv")]
+        return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
     def write(self, folder):
         machines.write_machine(folder / "machine.toml", self.machine)

@@ -4,7 +4,7 @@ import numpy as np
 
 from . import campaigns, machines
 from .campaigns import UNIT
-from .oracle import Oracle
+from .oracle import Oracle, four_digits
 
 
 def one_feed(machine, rng):
@@ -90,7 +90,7 @@ def pair(name, index, rng):
         oracle = Oracle(machine, rows, [])
         _, signal = cases.scaled_to(oracle, [], drawn, 100.0)
         rho = oracle.rivals(signal, {truth}, oracle.project(oracle.raw_columns(*drawn)), drawn).get(other, 0.0)
-        wanted = min(float(rng.choice([100, 200, 400])), MOST_TELLING / max(1.0 - rho**2, 1e-9))
+        wanted = min(float(rng.choice([100, 200, 400])), four_digits(MOST_TELLING / max(1.0 - rho**2, 1e-9)))
         if wanted >= 60:
             break
     hidden, signal = cases.scaled_to(oracle, [], drawn, wanted)

@@ -11,7 +11,12 @@ import numpy as np
 from . import physics
 from .chain import readings
 
-TINY = {"translation": 1e-4, "rotation": 1e-6}  # mm, rad: far above rounding, far below second order
+TINY = {"translation": 1e-2, "rotation": 1e-4}  # mm, rad: rounding is 1e-11 of what they do, the third order 1e-9
+ROUNDING = 1e-8  # of the largest of its column: smaller numbers are zeros that were not worked out exactly
+INVISIBLE = 1e-6  # standard deviations, all readings together, that one um or urad moves: below is what rounding leaves of a projection
+# Of two spans, a direction that is new. It must be far above what rounding makes of one that both have: else a random direction comes in,
+# another on every processor.
+NEW = 1e-3
 
 
 def joint_columns(machine, rows):
@@ -24,6 +29,7 @@ def joint_columns(machine, rows):
             twist = np.zeros((len(rows), 6))
             twist[:, k] = size
             columns[:, k] = (readings(machine, rows, {joint: twist}) - readings(machine, rows, {joint: -twist})) / (2 * size)
+        columns[np.abs(columns) < ROUNDING * np.abs(columns).max(axis=0)] = 0.0
         out[joint] = columns * rows.per_unit[:, None]
     return out
 
@@ -41,7 +47,7 @@ def orthonormal(matrix, relative=1e-7):
 def small_basis(columns):
     """Basis of a few columns, from their Gram matrix: quick; directions that these runs excite 1e4 times less are left out."""
     scale = np.linalg.norm(columns, axis=0)
-    keep = scale > 1e-9
+    keep = scale > INVISIBLE
     unit = columns[:, keep] / scale[keep]
     values, vectors = np.linalg.eigh(unit.T @ unit)
     good = values > 1e-8
@@ -163,7 +169,7 @@ class Oracle:
             gains = [(np.linalg.norm(basis.T @ rest), name, basis) for name, _, basis in self.bases()]
             _, name, basis = max(gains, key=lambda g: g[0])
             chosen.append(name)
-            spanned = orthonormal(np.concatenate([spanned, basis], axis=1))
+            spanned = orthonormal(np.concatenate([spanned, basis], axis=1), NEW)
             rest = signal - spanned @ (spanned.T @ signal)
         return float(rest @ rest), chosen
 
@@ -173,5 +179,9 @@ def strength(signal):
 
 
 def rescaled(value, wanted):
-    """Factor on an amplitude so that its chi-square becomes the wanted one."""
-    return math.sqrt(wanted / value)
+    """Factor on an amplitude so that its chi-square becomes the wanted one, to four digits: the same on every processor."""
+    return four_digits(math.sqrt(wanted / value))
+
+
+def four_digits(value):
+    return float(f"{value:.4g}")

@@ -82,6 +82,11 @@ def join(parts):
     return type(first)(**arrays, **tables)
 
 
+def decimal(value, places=6):
+    """A number at the file's resolution, which is coarser than what two processors may disagree about; no negative zero."""
+    return f"{round(float(value), places) + 0.0:.{places}f}"
+
+
 def write_rows(path, machine, rows, values, stated_random=None, stated_common=None, silent=()):
     """The measurement file. NaN in `stated_common`: the column is left empty there. `silent`: columns left out, by their beginnings."""
     stated_random = rows.u_random if stated_random is None else stated_random
@@ -100,15 +105,15 @@ def write_rows(path, machine, rows, values, stated_random=None, stated_common=No
         out.writerow([header[k] for k in kept])
         for i in range(len(rows)):
             line = [rows.run[i], f"{rows.time[i]:.9g}"]
-            line += [repr(float(np.degrees(rows.q[a][i]) if a in rotary else rows.q[a][i])) for a in names]
+            line += [decimal(np.degrees(rows.q[a][i]) if a in rotary else rows.q[a][i]) for a in names]
             line += [int(rows.direction[a][i]) for a in names]
             line += [
-                repr(float((np.degrees(rows.velocity[a][i]) if a in rotary else rows.velocity[a][i]) * 60.0))
+                decimal((np.degrees(rows.velocity[a][i]) if a in rotary else rows.velocity[a][i]) * 60.0)
                 for a in names
             ]
-            line += [f"{rows.rpm[i]:g}"] + [f"{rows.temperature[s][i]:.6f}" for s in sensors]
-            line += [f"{rows.state[s][i]:.6f}" for s in sorted(rows.state)]
-            line += [f"{v:.9g}" for v in rows.tool[i]] + [rows.quantity[i]] + [repr(float(v)) for v in rows.n[i]]
+            line += [f"{rows.rpm[i]:g}"] + [decimal(rows.temperature[s][i]) for s in sensors]
+            line += [decimal(rows.state[s][i]) for s in sorted(rows.state)]
+            line += [f"{v:.9g}" for v in rows.tool[i]] + [rows.quantity[i]] + [decimal(v, 9) for v in rows.n[i]]
             value = repr(float(values[i])) if rows.measured[i] else ""
             common = "" if np.isnan(stated_common[i]) else f"{stated_common[i]:.6g}"
             line += [rows.frame[i], value, QUANTITY_UNIT[rows.quantity[i]], f"{stated_random[i]:.6g}", common]

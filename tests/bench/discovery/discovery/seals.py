@@ -7,7 +7,9 @@ SMOKE = ([f"H0-{i:04d}" for i in range(30)] + [f"H1-{i:04d}" for i in range(32, 
 
 
 def write(path, records):
-    path.write_text(json.dumps({r["case"]: r["seal"] for r in sorted(records, key=lambda r: r["case"])}, indent=0) + "\n")
+    known = json.loads(path.read_text()) if path.exists() else {}
+    known.update({r["case"]: r["seal"] for r in records})
+    path.write_text(json.dumps(dict(sorted(known.items())), indent=0) + "\n")
 
 
 def broken(path, records):

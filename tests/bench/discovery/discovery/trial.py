@@ -1,7 +1,9 @@
 """One case through the program: diagnosis, the effect added, the planned run measured."""
 
+import hashlib
 import json
 import os
+import pathlib
 import pickle
 import resource
 import subprocess
@@ -34,12 +36,19 @@ def diagnosed(binary, folder, data="data.csv"):
                               folder / "known.toml", "--json", "-"))
 
 
-def prepared(name, folder, with_baselines):
+def generator_stamp():
+    """Of the code that makes cases: what an earlier version of it made is made anew."""
+    judges = {"score.py", "seals.py", "statistics.py", "trial.py", "cross_check.py"}
+    sources = sorted(p for p in pathlib.Path(__file__).parent.glob("*.py") if p.name not in judges)
+    return hashlib.sha256(b"\0".join(p.read_bytes() for p in sources)).hexdigest()
+
+
+def prepared(name, folder, with_baselines, anew=False):
     """The case, made once and kept: the files, and what only the score may see."""
-    kept = folder / "sealed.pkl"
-    if kept.exists():
-        case, extra = pickle.loads(kept.read_bytes())
-        if not with_baselines or "baselines" in extra:
+    kept, stamp = folder / "sealed.pkl", generator_stamp()
+    if kept.exists() and not anew:
+        case, extra, made_by = pickle.loads(kept.read_bytes())
+        if made_by == stamp and (not with_baselines or "baselines" in extra):
             return case, extra
     folder.mkdir(parents=True, exist_ok=True)
     case = cases.case(name)
@@ -51,7 +60,7 @@ def prepared(name, folder, with_baselines):
         del case.oracle
     case.write(folder)
     case.rows.lags.clear()
-    kept.write_bytes(pickle.dumps((case, extra)))
+    kept.write_bytes(pickle.dumps((case, extra, stamp)))
     return case, extra
 
 
@@ -130,7 +139,7 @@ def run(binary, name, root, with_baselines=False, with_held_out=True):
     folder = root / name
     try:
         case, extra = prepared(name, folder, with_baselines)
-        record = {"case": name, "truth": case.truth, "about": case.about, "seal": case.seal(), **extra}
+        record = {"case": name, "truth": case.truth, "about": case.about, "seal": case.seal(folder), **extra}
         before = processor_seconds()
         result = diagnosed(binary, folder)
         record["seconds"] = processor_seconds() - before

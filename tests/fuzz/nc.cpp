@@ -1,0 +1,30 @@
+// NC text, read with each controller.
+#include "trunnion/nc/reader.hpp"
+
+#include "fuzz/fuzz.hpp"
+
+using namespace trunnion;
+
+namespace {
+
+const nc::Controller& controller(std::size_t i) {
+  static const std::vector<nc::Controller> all = [] {
+    std::vector<nc::Controller> out;
+    for (const std::string& name : test::shipped_controllers()) out.push_back(test::shipped_controller(name));
+    return out;
+  }();
+  return all[i % all.size()];
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Bytes bytes(data, size);
+  const nc::Controller& control = controller(bytes.byte());
+  Diagnostics diagnostics;
+  std::size_t blocks = 0;
+  nc::Reader reader(control, "input", diagnostics, [&](const nc::Block&) { ++blocks; });
+  reader.feed(bytes.rest());
+  static_cast<void>(reader.finish());
+  return 0;
+}

@@ -1,0 +1,44 @@
+// Temperature logs: faults out, means of 15 s, prediction by a model; offsets and tools, which are tables of
+// the same kind.
+#include "trunnion/thermal/condition.hpp"
+#include "trunnion/thermal/predictor.hpp"
+
+#include "fuzz/fuzz.hpp"
+
+using namespace trunnion;
+
+namespace {
+
+const thermal::ThermalModel& model() {
+  static const thermal::ThermalModel read = [] {
+    Diagnostics diagnostics;
+    auto out =
+        thermal::load_model(std::string(TRUNNION_SOURCE_DIR) + "/tests/fuzz/thermal_model.toml", diagnostics);
+    if (!out) fuzz::broken(out.error().text());
+    return *out;
+  }();
+  return read;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Bytes bytes(data, size);
+  const std::size_t which = bytes.choice(2);
+  const std::string text = bytes.rest();
+  Diagnostics diagnostics;
+  if (which == 1) static_cast<void>(thermal::parse_offsets(text, "input.csv", diagnostics));
+  if (which != 0) return 0;
+  const auto log = thermal::parse_log(text, "input.csv", diagnostics);
+  if (!log) return 0;
+  std::vector<thermal::SensorFault> faults;
+  const thermal::Log kept =
+      thermal::resampled(thermal::without_faults(*log, {}, faults), thermal::kLogStep_s);
+  for (std::size_t run = 0; run < kept.runs.size(); ++run) {
+    const auto predicted = thermal::predict(model(), kept, run, thermal::UseMeasurements::yes);
+    if (!predicted) continue;
+    for (const auto& channel : predicted->channel)
+      for (const thermal::Estimate& e : channel) fuzz::hold(e.finite(), "an estimate is a number");
+  }
+  return 0;
+}
