@@ -263,8 +263,8 @@ void Reader::State::run_spindle(const FoundEvent& found) {
 }
 
 void Reader::State::run_coolant(CoolantKind kind) {
-  const auto now =
-      static_cast<std::uint8_t>(kind == CoolantKind::off ? 0 : coolant | (1U << static_cast<unsigned>(kind)));
+  const auto now = static_cast<std::uint8_t>(
+      kind == CoolantKind::off ? 0 : coolant.value_or(0) | (1U << static_cast<unsigned>(kind)));
   if (now == coolant) return;
   coolant = now;
   emit(Coolant{kind});
@@ -295,7 +295,7 @@ void Reader::State::run_tool(const FoundEvent& found) {
   if (call.tool < 0) return error(found.column, "a tool change without a tool");
   call.length_offset = whole(found, Placeholder::length_offset, call.tool);
   spindle = {};
-  coolant = 0;
+  if (coolant != 0) coolant.reset();
   length = -1;  // not said yet
   position.forget(kAllAxes);
   cycle.reset();

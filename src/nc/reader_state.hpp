@@ -71,9 +71,9 @@ struct Reader::State {
   FeedMode feed_mode = FeedMode::per_minute;
   std::int64_t feed = 0;  // 0: none
   Spindle spindle;
-  std::uint8_t coolant = 0;
-  std::uint16_t clamped = 0;  // rotary axes, bits of AxisWords
-  std::int64_t length = 0;    // below 0: not said
+  std::optional<std::uint8_t> coolant = 0;  // bit per kind; not known where a tool change may have ended it
+  std::uint16_t clamped = 0;                // rotary axes, bits of AxisWords
+  std::int64_t length = 0;                  // below 0: not said
   bool tcp = false;
   bool tcp_known = !c.tcp.unknown_at_start;
   std::int64_t tcp_offset = 0;

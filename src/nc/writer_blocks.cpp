@@ -121,7 +121,8 @@ Result<void> Writer::State::write(const Spindle& b) {
 
 Result<void> Writer::State::write(const Coolant& b) {
   const auto kind = static_cast<std::size_t>(b.kind);
-  const auto wanted = static_cast<std::uint8_t>(b.kind == CoolantKind::off ? 0 : coolant | (1U << kind));
+  const auto wanted =
+      static_cast<std::uint8_t>(b.kind == CoolantKind::off ? 0 : coolant.value_or(0) | (1U << kind));
   if (wanted == coolant) return {};
   coolant = wanted;
   static constexpr std::array kWhat = {"coolant off", "flood coolant", "mist coolant",
@@ -160,9 +161,9 @@ Result<void> Writer::State::free_axes(std::uint16_t axes) {
 Result<void> Writer::State::write(const ToolCall& b) {
   if (b.tool < 0 || b.length_offset < 0) return refuse("tool and length offset numbers must not be negative");
   if (auto done = switch_tcp_off(); !done) return done;
-  // The control stops the spindle and the coolant for it, and may move any axis.
+  // The control stops the spindle for it, on some machines the coolant, and may move any axis.
   spindle = {};
-  coolant = 0;
+  if (coolant != 0) coolant.reset();
   length = kUnknown;
   pending_words.clear();
   length_to_restore.reset();

@@ -35,8 +35,8 @@ struct Writer::State {
   FeedMode feed_mode = FeedMode::per_minute;
   std::array<std::int64_t, 2> feed = {kUnknown, kUnknown};
   Spindle spindle;
-  std::uint8_t coolant = 0;              // bit per kind
-  std::uint16_t clamped = 0, freed = 0;  // rotary axes of which it is known, bits of AxisWords
+  std::optional<std::uint8_t> coolant = 0;  // bit per kind; not known where a tool change may have ended it
+  std::uint16_t clamped = 0, freed = 0;     // rotary axes of which it is known, bits of AxisWords
   std::int64_t length = kUnknown;  // number; not known before the program says it, and after a tool change
   bool tcp = false;
   bool tcp_known = !c.tcp.unknown_at_start;

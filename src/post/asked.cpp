@@ -71,10 +71,12 @@ void Asked::take(const cl::Record& record) {
                                ? *dwell->revolutions / now_.rpm * kSecondsPerMinute
                                : dwell->seconds;
     if (const auto milliseconds = std::llround(seconds * 1000.0); milliseconds > 0)
-      pauses_.push_back({motions_, false, milliseconds, record.where.line});
+      pauses_.push_back({motions_, AskedPause::Kind::dwell, milliseconds, record.where.line});
   }
-  if (const auto* stop = std::get_if<cl::Stop>(&record.data); stop != nullptr && !stop->optional)
-    pauses_.push_back({motions_, true, 0, record.where.line});
+  if (const auto* stop = std::get_if<cl::Stop>(&record.data)) {
+    const auto kind = stop->optional ? AskedPause::Kind::optional_stop : AskedPause::Kind::stop;
+    pauses_.push_back({motions_, kind, 0, record.where.line});
+  }
 }
 
 const AskedState& Asked::at(std::size_t motion) const {

@@ -23,10 +23,11 @@ struct AskedState {
   std::uint32_t line = 0;  // of the CL file, from which on
 };
 
-/// DELAY and STOP: what takes place before motion number `before`.
+/// DELAY, STOP and OPSTOP: what takes place before motion number `before`.
 struct AskedPause {
+  enum class Kind : std::uint8_t { dwell, stop, optional_stop };
   std::size_t before = 0;
-  bool stops = false;
+  Kind kind = Kind::dwell;
   std::int64_t milliseconds = 0;  // of a dwell
   std::uint32_t line = 0;
 };

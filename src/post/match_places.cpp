@@ -129,7 +129,8 @@ class Matching {
     const Target& a = points_[k];
     const Target& b = points_[k + 1];
     const double t = std::max(fraction_of(end, a, b), way.t);
-    // On one segment the tip may go to and fro: what counts is how far off it is.
+    // On one segment the tip may go to and fro a little: what counts is how far off it is.
+    if (back_mm(end, a, b, way.t) > limits_.back_mm) return {};
     const double off_mm = distance_to_segment(end.tip_P, a.tip_P, b.tip_P);
     const double share = std::max(off_mm / limits_.tip_mm, off_arc(end.axis_P, k));
     return share > 1.0 ? WayToEnd{} : WayToEnd{way.cost + cost_of(share), t, way.left};

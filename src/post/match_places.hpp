@@ -13,6 +13,7 @@ struct MatchLimits {
   double tip_mm = 0.0;
   double axis_rad = 0.0;
   double pole_axis_rad = 0.0;  // beyond that, beside CL points in the pole's cone
+  double back_mm = 0.0;        // by which the tip may go back on a segment
 };
 
 /// Where blocks that follow one another end on the CL path, of all ways to match them in the order of both

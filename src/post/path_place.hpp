@@ -68,6 +68,14 @@ inline double fraction_of(const ToolPose& v, const Target& a, const Target& b) {
   return turn > 0.0 ? std::clamp(angle_between(a.axis_P, v.axis_P).rad() / turn, 0.0, 1.0) : 1.0;
 }
 
+/// How far the tip stands behind fraction t of the way from a to b: 0 where it does not tell.
+inline double back_mm(const ToolPose& v, const Target& a, const Target& b, double t) {
+  const Vec3 d = b.tip_P - a.tip_P;
+  const double length_mm = d.norm();
+  if (!(length_mm > kTipTells_mm)) return 0.0;
+  return std::max(0.0, t * length_mm - std::max(0.0, (v.tip_P - a.tip_P).dot(d) / length_mm));
+}
+
 /// How much farther off than the chord between two tool axes, its square given, the arc between them may be
 /// from a plane sector: seen from the centre it runs along the chord, at 1 / cos(theta / 2) at most.
 template <class T>

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,11 +18,18 @@
 // Private to the verifier: the program beside its path.
 namespace trunnion::post {
 
+/// Where a block ends is known but for rounding and what it is off its place, that in tolerances.
+inline constexpr double kNearEnd_mm = 2e-3;
+inline constexpr double kNearEnds = 3.0;
+
+/// " (CL line 7)", behind a finding.
+std::string cl_line(std::uint32_t line);
+
 /// How long a block lasts, and what that must do for.
 struct Pace {
-  double way_mm = 0.0;    // of the tip, words taken as they are
-  double turn_rad = 0.0;  // largest turn of a rotary axis
-  double seconds = 0.0;
+  double way_mm = 0.0;     // of the tip, words taken as they are
+  double turn_rad = 0.0;   // largest turn of a rotary axis
+  double seconds = 0.0;    // 0: from where it goes is not known
   double slowest_s = 0.0;  // that its slowest axis needs
   nc::FeedMode mode = nc::FeedMode::per_minute;
   std::int64_t feed = 0;  // quanta
@@ -119,6 +127,7 @@ class ProgramJudge {
   };
 
   std::size_t number(std::size_t point) const { return point + points_.gone(); }
+  void check_feed_word(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
   bool is_rounding(std::size_t point, double share) const;
   Covered covered(const Cut& cut) const;
   Rates rates_of(const Covered& covered) const;
@@ -140,6 +149,7 @@ class ProgramJudge {
   void find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
   /// A motion at whose end not all axes are known.
   void take_partly(const nc::Motion& motion, std::uint32_t nc_line);
+  void find_cutter(const AskedState& asked, std::uint32_t nc_line);
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
 
   const nc::Controller& controller_;
@@ -150,7 +160,8 @@ class ProgramJudge {
   std::int64_t work_offset_;  // of the machine file
   bool adds_length_;
   std::uint16_t axes_ = 0;  // bits of the words that the machine has
-  std::optional<Cut> cut_;  // at hand
+  double slowest_axis_mm_s_ = std::numeric_limits<double>::infinity();  // of X Y Z
+  std::optional<Cut> cut_;                                              // at hand
   Checks checks_;
   std::vector<AllowedUse> allowed_;
 };

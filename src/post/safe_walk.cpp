@@ -66,7 +66,10 @@ void SafeWalk::retract(AxisId axis, const std::optional<double>& to, std::uint32
 }
 
 void SafeWalk::forget(std::uint32_t nc_line) {
-  needs_height("the tool is changed", nc_line);
+  if (machine_.safe.z_mm() && !at_height(side_slack_mm_))
+    find(nc_line, "the tool is changed below the safe height: " + height_text());
+  else
+    needs_height("the tool is changed", nc_line);
   walks_ = true;
   partly_since_ = true;
   known_ = {};
@@ -126,8 +129,10 @@ void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_foll
     find(nc_line, "the tool comes down where not all axes are known to stand: " + height_text());
 }
 
-void SafeWalk::sideways(std::uint32_t nc_line) {
+void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
   partly_since_ = true;
+  if (tcp)
+    find(nc_line, "X, Y or Z moves under tool-centre-point control from a place that is not known");
   if (!at_height(side_slack_mm_))
     find(nc_line, "X or Y moves below the safe height on the way to a cut: " + height_text());
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
@@ -173,7 +178,7 @@ bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKin
   partly_since_ = false;
   if (sideways && !(left_height && at_height(side_slack_mm_)))
     find(nc_line, "X or Y moves below the safe height on the way to a cut: " + height_text());
-  walks_ = rapid && down_mm <= side_slack_mm_;
+  walks_ = rapid && (down_mm <= side_slack_mm_ || at_height(side_slack_mm_));
   return true;
 }
 

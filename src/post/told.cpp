@@ -7,7 +7,8 @@ void Told::take(const nc::Block& block) {
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) {
     tool_ = call->tool;
     spindle_ = {};
-    coolant_ = 0;
+    // Whether the change of a tool ends the coolant is for the machine's builder to say.
+    if (coolant_ != 0U) coolant_.reset();
     length_.reset();
     if (controller_.length.automatic) length_ = call->tool;
   }
@@ -18,8 +19,9 @@ void Told::take(const nc::Block& block) {
     length_.reset();
   if (const auto* spindle = std::get_if<nc::Spindle>(&block)) spindle_ = *spindle;
   if (const auto* coolant = std::get_if<nc::Coolant>(&block))
-    coolant_ =
-        coolant->kind == nc::CoolantKind::off ? 0U : coolant_ | (1U << static_cast<unsigned>(coolant->kind));
+    coolant_ = coolant->kind == nc::CoolantKind::off
+                   ? 0U
+                   : coolant_.value_or(0U) | (1U << static_cast<unsigned>(coolant->kind));
   if (const auto* mode = std::get_if<nc::PathMode>(&block)) path_mode_ = *mode;
   if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) cutter_ = *cutter;
 }

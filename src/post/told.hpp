@@ -19,7 +19,7 @@ class Told {
   /// Register of the length that the control adds; 0: it adds none.
   const std::optional<std::int64_t>& length() const { return length_; }
   const nc::Spindle& spindle() const { return spindle_; }
-  unsigned coolant() const { return coolant_; }  // bit per kind
+  const std::optional<unsigned>& coolant() const { return coolant_; }  // bit per kind
   const std::optional<nc::PathMode>& path_mode() const { return path_mode_; }
   const nc::CutterCompensation& cutter() const { return cutter_; }
 
@@ -29,7 +29,7 @@ class Told {
   const nc::Controller& controller_;
   std::optional<std::int64_t> work_offset_, tool_, length_;
   nc::Spindle spindle_;
-  unsigned coolant_ = 0;
+  std::optional<unsigned> coolant_ = 0U;  // a program begins without
   std::optional<nc::PathMode> path_mode_;
   nc::CutterCompensation cutter_;
 };

@@ -158,7 +158,7 @@ void Verifier::State::take_partly(const nc::Motion& motion) {
     known[id] = (motion.words.mask & nc::AxisWords::bit(letters[id])) != 0 && !(is_linear && in_part);
     words[id] = word_of[id].internal(motion.words);
   }
-  if (in_part && (motion.words.mask & linear) != 0) walk.sideways(motion.source.line);
+  if (in_part && (motion.words.mask & linear) != 0) walk.sideways(tcp && !plane, motion.source.line);
   JointVector q = joints_of_words(words);
   if (!shift.is_idle()) q = shift.joints(q, false);
   walk.partly(q, known, tcp, motion.source.line);
@@ -264,9 +264,12 @@ void Verifier::State::step(const BlockEnd& end) {
   if (options.truth != nullptr && !meter().is_fixed())
     program.move_to(v.q, seconds);  // nothing else asks for it
   elapse(seconds);
-  if (program_judge && have_previous)
-    program_judge->lasts(
-        pace_of(*previous, v, v.from_unknown ? 0.0 : seconds, last_speed_ratio * last_seconds), v.nc_line);
+  if (program_judge) {
+    const bool is_known = have_previous && !v.from_unknown;
+    program_judge->lasts(is_known ? pace_of(*previous, v, seconds, last_speed_ratio * last_seconds)
+                                  : Pace{0.0, 0.0, 0.0, 0.0, v.feed_mode, v.feed},
+                         v.nc_line);
+  }
   std::swap(previous, present);
   have_previous = true;
 }

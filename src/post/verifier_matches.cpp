@@ -53,7 +53,7 @@ void Verifier::State::go_back_to(const TrailMark& mark) {
 }
 
 MatchLimits Verifier::State::match_limits() const {
-  return {options.tolerance_mm, options.axis_tolerance.rad(), options.pole.tolerance.rad()};
+  return {options.tolerance_mm, options.axis_tolerance.rad(), options.pole.tolerance.rad(), back_limit_mm()};
 }
 
 bool Verifier::State::match_anew(std::optional<std::size_t> last_point) {

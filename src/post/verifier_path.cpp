@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/number_text.hpp"
+
 #include "post/verifier_state.hpp"
 
 namespace trunnion::post {
@@ -38,7 +40,8 @@ void Verifier::State::start(const Vertex& v) {
   if (met) {
     started = true;
     point_hit((v.tip_P - first.tip_P).norm());
-    if (program_judge) program_judge->rapid_to(0, v.nc_line);
+    if (program_judge && v.rapid) program_judge->rapid_to(0, v.nc_line);
+    if (program_judge && !v.rapid) program_judge->comes_to(0);
     if (program_judge && first.rapid && !v.rapid) judge_feed_to(first, v.nc_line);
   } else if (program_judge && !v.up && !is_above(v, first, -hit_tolerance())) {
     program_judge->find(CheckOf::rapids, v.nc_line, [] {
@@ -185,11 +188,12 @@ void Verifier::State::feed(Vertex& v) {
     return;
   }
   const bool kept = report.cuts_within_tolerance();
+  const bool back = goes_back(v, place);
   const bool passed_point = judge(v, place);
   const std::uint32_t line = targets()[place.segment + 1].line;
   const bool programmed = move_on(v, place);
   if (v.off_chord_mm > 0.0F) bows_by(v.off_chord_mm);
-  if (kept && !report.cuts_within_tolerance() && match_anew()) return;
+  if (kept && (back || !report.cuts_within_tolerance()) && match_anew()) return;
   record_feed(v, line, programmed || passed_point);
 }
 
@@ -367,6 +371,23 @@ bool Verifier::State::judge(const Vertex& v, const Place& place) {
                  near_pole(targets()[place.segment], end));
   take_beside(*from, v, place.segment, place.segment == at.segment ? at.t : 0.0, place.t);
   return passed_point;
+}
+
+double Verifier::State::back_limit_mm() const {
+  constexpr double kTolerances = 3.0;  // points on both sides of the path
+  constexpr double kDigits = 4.0;
+  return kTolerances * options.tolerance_mm + kDigits * controller.numbers.axes.quantum(nc::AxisLetter::X);
+}
+
+bool Verifier::State::goes_back(const Vertex& v, const Place& place) {
+  if (!program_judge || place.segment != at.segment) return false;
+  const double off_mm = back_mm(v, targets()[place.segment], targets()[place.segment + 1], at.t);
+  if (!(off_mm > back_limit_mm())) return false;
+  program_judge->find(CheckOf::order, v.nc_line, [&] {
+    return "the tip goes back on its path by " + fixed_text(off_mm, 3) + " mm (CL line " +
+           std::to_string(targets()[place.segment + 1].line) + ")";
+  });
+  return true;
 }
 
 bool Verifier::State::mark_nearer(const Vertex& v, const Target& target) {

@@ -329,6 +329,9 @@ struct Verifier::State {
 
   // A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
   // compensation, tolerance or the machine's errors explain. True when it is the end `v`.
+  /// How far the tip may go back on a segment of the path, and whether a block goes back farther.
+  double back_limit_mm() const;
+  bool goes_back(const Vertex& v, const Place& place);
   bool mark_nearer(const Vertex& v, const Target& target);
   double near_point_mm() const;
   void mark_programmed();

@@ -1,0 +1,164 @@
+// Edits that change what a control knows while the geometry of the cuts stays: found by the walk of changed
+// programs (tests/walk), each passed by the verification once.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../support/controllers.hpp"
+#include "posting.hpp"
+
+namespace trunnion {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Two tools, coolant on all the time; the tool is tilted, and the path comes back beside itself.
+constexpr const char* kPath =
+    "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nCOOLNT/FLOOD\nFEDRAT/800.,MMPM\n"
+    "RAPID\nGOTO/0,0,100,0.5,0,0.8660254\nGOTO/20,0,30,0.5,0,0.8660254\nGOTO/30,0,30,0.5,0.,0.8660254\n"
+    "GOTO/40,0,30,0.45,0,0.8930286\nGOTO/50,0,30,0.4,0,0.9165151\nOPSTOP\nGOTO/50,10,30,0.4,0,0.9165151\n"
+    "RAPID\nGOTO/50,10,90,0.4,0,0.9165151\n"
+    "LOADTL/2\nRAPID\nGOTO/0,40,60,0,0.7071068,0.7071068\nGOTO/0,40,50,0,0.7071068,0.7071068\n"
+    "GOTO/5,40,50,0,0.7071068,0.7071068\nRAPID\nGOTO/5,80,90,0,0.7071068,0.7071068\nFINI\n";
+// As some CAM systems write it: the first motion is a feed.
+constexpr const char* kBeginsWithAFeed =
+    "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nFEDRAT/800.,MMPM\nGOTO/20,0,30,0.5,0,0.8660254\nGOTO/"
+    "30,0,30,0.5,0,0.8660254\n"
+    "FINI\n";
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) out.push_back(line);
+  return out;
+}
+
+class Program {
+ public:
+  Program(const char* cl, const std::string& control, const post::PostOptions& options = {},
+          const std::string& point = "tip")
+      : cl_(cl), control_(control), machine_(test::shipped_machine("trunnion_offset")) {
+    if (point == "spindle") machine_.output_point = OutputPoint::spindle;
+    const auto p = test::posted(cl_, machine_, options, control_);
+    EXPECT_TRUE(p.report) << p.report.error().text();
+    lines_ = lines_of(p.nc);
+    EXPECT_EQ(found(lines_), "") << p.nc;
+  }
+
+  const std::vector<std::string>& lines() const { return lines_; }
+  // The first line behind `from` that holds the text.
+  std::size_t line(const std::string& text, std::size_t from = 0) const {
+    for (std::size_t i = from; i < lines_.size(); ++i) {
+      if (lines_[i].find(text) != std::string::npos) return i;
+    }
+    ADD_FAILURE() << "no " << text;
+    return 0;
+  }
+  std::string without(std::size_t i) const {
+    auto lines = lines_;
+    lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(i));
+    return found(lines);
+  }
+  std::string with(std::size_t before, const std::string& line) const {
+    auto lines = lines_;
+    lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(before), line);
+    return found(lines);
+  }
+  std::string with_word(std::size_t i, const std::string& what, const std::string& by) const {
+    auto lines = lines_;
+    const auto at = lines[i].find(what);
+    EXPECT_NE(at, std::string::npos) << what << " in " << lines[i];
+    if (at != std::string::npos) lines[i].replace(at, what.size(), by);
+    return found(lines);
+  }
+  std::string swapped(std::size_t i) const {
+    auto lines = lines_;
+    std::swap(lines[i], lines[i + 1]);
+    return found(lines);
+  }
+
+ private:
+  // What the verification says first; empty where it lets the program pass.
+  std::string found(const std::vector<std::string>& lines) const {
+    std::string text;
+    for (const std::string& line : lines) text.append(line).append("\n");
+    const auto v = test::verified(text, cl_, machine_, 0.01, control_);
+    if (!v) return v.error().text();
+    if (v->passed()) return "";
+    if (!v->unsafe.empty()) return v->unsafe[0].what;
+    for (const post::Check& check : v->checks) {
+      if (!check.places.empty()) return check.places[0].what;
+    }
+    return "failed";
+  }
+
+  std::string cl_, control_;
+  Machine machine_;
+  std::vector<std::string> lines_;
+};
+
+TEST(ControlState, OptionalStopsAreThoseOfTheClFile) {
+  const Program p(kPath, "linuxcnc");
+  EXPECT_THAT(p.without(p.line("M1")), HasSubstr("the optional stop before it is missing"));
+  EXPECT_THAT(p.with(p.line("M1") - 1, "M1"),
+              HasSubstr("an optional stop that the CL file does not ask for"));
+}
+
+TEST(ControlState, CoolantIsSaidAgainAfterAToolChange) {
+  const Program p(kPath, "linuxcnc");
+  EXPECT_THAT(p.without(p.line("M8", p.line("T2 M6"))), HasSubstr("the coolant is not said again"));
+}
+
+TEST(ControlState, AToolIsChangedAtTheSafeHeightFromTheFirstOneOn) {
+  const Program p(kPath, "linuxcnc");
+  EXPECT_THAT(p.without(p.line("G53 G0 Z")), HasSubstr("the tool is changed below the safe height"));
+}
+
+TEST(ControlState, CompensationOfTheCutterIsOffAtTheEnd) {
+  const Program p(kPath, "fanuc_30i");
+  EXPECT_THAT(p.with(p.line("M5", p.line("T2 M6")), "G41 D1"),
+              HasSubstr("the program ends while the cutter's radius is compensated"));
+}
+
+TEST(ControlState, LengthCompensationIsSaidToBeOffWhereTheWordsAreTheSpindles) {
+  const Program p(kPath, "linuxcnc", {}, "spindle");
+  EXPECT_THAT(p.without(p.line("G49", p.line("T1 M6"))), HasSubstr("it is not said again"));
+}
+
+TEST(ControlState, PointsAreCutInTheirOrder) {
+  post::PostOptions options;
+  options.rtcp = true;
+  const Program p(kPath, "fanuc_30i", options);
+  const std::size_t at_30 = p.line("X30.");
+  // Out to X40, back to X30, on to X50: every place is on the path.
+  EXPECT_NE(p.swapped(at_30), "");
+}
+
+TEST(ControlState, AFeedFromAnUnknownPlaceIsJudgedByItsWord) {
+  for (const char* control : {"linuxcnc", "heidenhain_tnc640", "siemens_840d_sl"}) {
+    const Program p(kBeginsWithAFeed, control);
+    const std::size_t first = p.line("F800");
+    EXPECT_THAT(p.with_word(first, "F800", "F1600"), HasSubstr("F says 1600.0 mm/min")) << control;
+    EXPECT_THAT(p.with_word(first, "F800", "F400"), HasSubstr("F says 400.0 mm/min")) << control;
+  }
+  const Program p(
+      "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nFEDRAT/800.,MMPM\nGOTO/20,0,30,0.5,0,0.8660254\nRAPID\n"
+      "GOTO/45,0,73.30127,0.5,0,0.8660254\nFINI\n",
+      "iso");
+  EXPECT_THAT(p.with_word(p.line("F800"), "G1", "G93 G1"),
+              HasSubstr("inverse time from a place that is not known"));
+}
+
+TEST(ControlState, TheWayDownUnderToolCentrePointControlIsStraight) {
+  post::PostOptions options;
+  options.rtcp = true;
+  const Program p(kPath, "haas_ngc", options);
+  const std::size_t first = p.line("G234");
+  const std::string line = p.lines()[first];
+  const auto y = line.find(" Y");
+  const std::string word = line.substr(y, line.find(' ', y + 1) - y);
+  EXPECT_NE(p.with_word(first, word, " Y30."), "");
+  EXPECT_THAT(p.with_word(first, word, ""), HasSubstr("X, Y or Z moves under tool-centre-point control"));
+}
+
+}  // namespace
+}  // namespace trunnion
