@@ -150,7 +150,7 @@ def distance_to(p, a, b):
     return length(sub(p, add(a, scale(ab, t))))
 
 
-def judge(m, motions, path, tolerance_mm):
+def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM):
     """Findings, as texts. The path is followed in its order: `at` is the point that was reached last."""
     samples = 12
     at = -1
@@ -164,15 +164,15 @@ def judge(m, motions, path, tolerance_mm):
         known = all(motion.start[n] is not None for n in m.axes)
         if not known:
             # From an unknown place: Z to the safe height, or what is done there.
-            if names == ["Z"] and motion.safe_word and abs(motion.end["Z"] - m.safe) < 1e-6:
+            if names == ["Z"] and m.is_up(motion.end["Z"]):
                 continue
-            # Words of the part under tool-centre-point control are rounded: Z may come to stand a digit or two lower.
-            if motion.start["Z"] is None or any(abs(q["Z"] - m.safe) > 5e-3 for q in (motion.start, motion.end)):
+            # Words of the part under tool-centre-point control are rounded, and where the part is tilted Z follows X and Y.
+            if not (m.is_up(motion.start["Z"], RAPID_MM) and m.is_up(motion.end["Z"], RAPID_MM)):
                 say(motion, f"{names} move from an unknown place below the safe height")
             continue
-        if motion.safe_word and names in ([], ["Z"]) and abs(motion.end["Z"] - m.safe) < 1e-6:
+        if (motion.safe_word or motion.rapid) and names in ([], ["Z"]) and m.is_up(motion.end["Z"]):
             continue  # the retract: straight out along the tool
-        if all(abs(q["Z"] - m.safe) < 5e-3 for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
+        if all(m.is_up(q["Z"], 5e-3) for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
             continue
         if not motion.rapid and not motion.spindle:
             say(motion, "a feed with the spindle at rest")
@@ -195,9 +195,10 @@ def judge(m, motions, path, tolerance_mm):
             tips.append((m.tip_in_part(q, motion.tool_mm), q))
         rotary_moves = any(n in m.rotary for n in names)
         turns = max((abs(motion.end[n] - motion.start[n]) for n in m.rotary), default=0.0)
-        straight_z = names == ["Z"] or (turns < 1e-9 and all(abs(motion.end[n] - motion.start[n]) < 3e-3 for n in m.linear if n != "Z"))
+        beside = rapid_mm if motion.rapid or m.is_up(motion.start["Z"], 5e-3) else 3e-3
+        straight_z = names == ["Z"] or (turns < 1e-9 and all(abs(motion.end[n] - motion.start[n]) < beside for n in m.linear if n != "Z"))
         # Does it stay on the path, from `at` on? A motion may pass several points.
-        limit = (RAPID_MM if motion.rapid else tolerance_mm) + slack
+        limit = (rapid_mm if motion.rapid else tolerance_mm) + slack
         reached = at
         worst = 0.0
         place = max(at, 0)
@@ -227,7 +228,7 @@ def judge(m, motions, path, tolerance_mm):
                     for t in (tips[0], tips[-1])]
             line = [min(_off_line(t[0], path.points[i]) for i in range(max(at, 0), min(max(at, 0) + 4, len(path.points))))
                     for t in (tips[0], tips[-1])]
-            if max(line) > RAPID_MM + slack:
+            if max(line) > rapid_mm + slack:
                 say(motion, f"Z alone moves {max(line):.3f} mm beside the path")
             if ends[1] <= limit:
                 reached = next(i for i in range(max(at, 0), min(max(at, 0) + 4, len(path.points)))

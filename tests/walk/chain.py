@@ -57,6 +57,10 @@ class Machine:
         self.away = 1.0 if up else -1.0  # sense of Z that takes the tool from the part
         self.safe = file.get("retract", {}).get("z_mm", z["max_mm"] if up else z["min_mm"])
 
+    def is_up(self, z, slack_mm=1e-6):
+        """Z at the safe height, or beyond it."""
+        return z is not None and self.away * (z - self.safe) >= -slack_mm
+
     def direction(self, name):
         return tuple(self.axes[name]["direction"])
 

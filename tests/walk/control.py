@@ -11,7 +11,7 @@ class Refused(Exception):
 
 
 class Motion:
-    __slots__ = ("rapid", "start", "end", "line", "tcp", "tool_mm", "spindle", "length_on", "safe_word", "tool", "moved")
+    __slots__ = ("rapid", "start", "end", "line", "tcp", "tool_mm", "spindle", "length_on", "safe_word", "tool", "moved", "state")
 
     def __init__(self, **values):
         for k, v in values.items():
@@ -24,7 +24,7 @@ WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
 class Control:
     """One program on one machine. `lengths`: gauge length of each tool that the operator has set up, mm."""
 
-    def __init__(self, machine, lengths, switchable=False, part_words=False):
+    def __init__(self, machine, lengths, switchable=False, part_words=False, reads_on=True):
         self.m = machine
         self.lengths = lengths
         self.q = {n: None for n in machine.axes}
@@ -34,24 +34,39 @@ class Control:
         self.tcp = None if switchable else False
         self.switchable = switchable
         self.part_words = part_words  # the operator has set the offset for tool-centre-point control
+        self.reads_on = reads_on  # behind the end there must be nothing; False: what is there is not run
         self.offset = None  # of the program: not known before it says so
         self.spindle = 0
         self.rapid = None
         self.ended = False
         self.motions = []
         self.line = 0
+        self.feed, self.feed_mode, self.coolant, self.path_mode = None, None, frozenset(), None
+        self.pauses = 0  # dwells and stops so far
+        self.speed = None  # of the spindle; it holds until another is given
+        self.cutter = 40  # G40, G41, G42: no path of ours is compensated by the control
+        self.edge = None  # D, where that is a tool's cutting edge
 
     def run(self, text):
         for self.line, raw in enumerate(text.splitlines(), 1):
             line = self.strip(raw)
             if not line:
                 continue
+            if self.ended and not self.reads_on:
+                return self.motions
             if self.ended and not self.after_end(line):
                 raise Refused(f"line {self.line}: {raw!r} behind the end of the program")
             self.block(line, raw)
         if not self.ended:
             raise Refused("the program has no end")
         return self.motions
+
+    def state(self):
+        """What a cut depends on besides its place, as the words have set it."""
+        return (self.offset, self.tool, self.length, self.edge, self.spindle, self.coolant, self.feed_mode, self.feed, self.path_mode == 64, self.pauses)
+
+    def set_coolant(self, code):
+        self.coolant = frozenset() if code == 9 else self.coolant | {code}
 
     def after_end(self, line):
         return line == "%"
@@ -64,7 +79,7 @@ class Control:
     def change_tool(self):
         if self.next_tool is None:
             raise Refused(f"line {self.line}: a tool change without a tool")
-        if self.q["Z"] is None or abs(self.q["Z"] - self.m.safe) > 1e-6:
+        if not self.m.is_up(self.q["Z"]):
             raise Refused(f"line {self.line}: tool change with Z at {self.q['Z']}, the safe height is {self.m.safe}")
         self.tool = self.next_tool
         self.spindle = 0
@@ -72,6 +87,8 @@ class Control:
 
     def move(self, targets, rapid, machine_coordinates=False):
         """Words of one block, by axis, as numbers. Names that are not in it stay."""
+        if self.cutter != 40:
+            raise Refused(f"line {self.line}: a motion under G{self.cutter}")
         unknown = [n for n in targets if n not in self.m.axes]
         if unknown:
             raise Refused(f"line {self.line}: the machine has no axis {unknown}")
@@ -94,7 +111,7 @@ class Control:
         for n in targets:
             if start[n] is None and n != "Z" and not self.at_safe_height(start):
                 raise Refused(f"line {self.line}: {n} moves from an unknown place and Z is not at the safe height")
-        if start["Z"] is None and not machine_coordinates:
+        if start["Z"] is None and not machine_coordinates and not (list(targets) == ["Z"] and self.at_safe_height(end)):
             raise Refused(f"line {self.line}: a motion before Z is at a known place")
         for n, v in end.items():
             a = self.m.axes[n]
@@ -103,12 +120,13 @@ class Control:
                 raise Refused(f"line {self.line}: {n} at {v}, beyond {low} to {high}")
         moved = [n for n in self.m.axes if end[n] is not None and (start[n] is None or abs(end[n] - start[n]) > 1e-9)]
         self.q = end
-        tool = self.tool_mm() if not machine_coordinates else self.lengths.get(self.tool, 0.0)
+        only_up = machine_coordinates or (list(targets) == ["Z"] and self.at_safe_height(end))
+        tool = self.lengths.get(self.tool, 0.0) if only_up else self.tool_mm()
         self.motions.append(Motion(rapid=rapid, start=start, end=dict(end), line=self.line, tcp=bool(tcp), tool_mm=tool, tool=self.tool,
-                                   spindle=self.spindle, length_on=self.length, safe_word=machine_coordinates, moved=moved))
+                                   spindle=self.spindle, length_on=self.length, safe_word=machine_coordinates, moved=moved, state=self.state()))
 
     def at_safe_height(self, q):
-        return q["Z"] is not None and abs(q["Z"] - self.m.safe) < 1e-6
+        return self.m.is_up(q["Z"])
 
     def tip_words(self, start, targets):
         known = None
@@ -180,7 +198,14 @@ class Iso(Control):
         machine = False
         tcp_on = self.TCP.get(self.name)
         for code in g:
-            if code in (17, 21, 40, 80, 94, 93, 61, 97, 90):
+            if code in (93, 94):
+                self.feed_mode = code
+            elif code in (61, 64):
+                self.path_mode = code
+            elif code in (40, 41, 42):
+                self.cutter = code
+                value.pop("D", None)
+            elif code in (17, 21, 80, 97, 90):
                 continue
             elif code in (0, 1):
                 self.rapid = code == 0
@@ -200,15 +225,18 @@ class Iso(Control):
             elif 54 <= code <= 59:
                 self.offset = int(code) - 53
             elif code == 4:
+                self.pauses += 1
                 return
             else:
                 raise Refused(f"line {self.line}: G{code:g} in {raw!r}")
         if "T" in value:
             self.next_tool = int(value.pop("T"))
-        speed = value.pop("S", None)
+        self.speed = value.pop("S", self.speed)
         feed = value.pop("F", None)
         if feed is not None and not feed > 0:
             raise Refused(f"line {self.line}: F {feed}")
+        if feed is not None:
+            self.feed = feed
         for n in ("H", "D", "P", "L"):
             if n in value and n != "P":
                 raise Refused(f"line {self.line}: {n} in {raw!r}")
@@ -216,13 +244,15 @@ class Iso(Control):
             if code == 6:
                 self.change_tool()
             elif code in (3, 4):
-                self.spindle = (speed or 0) * (1 if code == 3 else -1)
+                self.spindle = (self.speed or 0) * (1 if code == 3 else -1)
                 if not self.spindle:
                     raise Refused(f"line {self.line}: the spindle turns without a speed")
             elif code == 5:
                 self.spindle = 0
-            elif code in (7, 8, 9, 88, 89, 0, 1):
-                continue
+            elif code in (7, 8, 9, 88, 89):
+                self.set_coolant({89: 9}.get(code, code))
+            elif code in (0, 1):
+                self.pauses += 1
             elif code in (2, 30):
                 self.ended = True
             elif code in (428, 429) and self.switchable:
@@ -273,7 +303,10 @@ class Siemens(Iso):
         for a, v in words:
             if a == "D":
                 self.length = 0 if float(v) == 0 else self.tool
-            elif a == "G" and float(v) in (60, 64, 710):
+                self.edge = int(float(v))
+            elif a == "G" and float(v) in (60, 64):
+                self.path_mode = float(v)
+            elif a == "G" and float(v) == 710:
                 continue
             else:
                 rest.append((a, v) if not (a == "G" and float(v) == 53) else (a, "53"))
@@ -320,7 +353,11 @@ class Heidenhain(Control):
         if line == "M5":
             self.spindle = 0
             return
-        if line in ("M7", "M8", "M9", "M0", "M1"):
+        if line in ("M7", "M8", "M9"):
+            self.set_coolant(int(line[1:]))
+            return
+        if line in ("M0", "M1"):
+            self.pauses += 1
             return
         if line in ("M128", "M129"):
             self.tcp = line == "M128"
@@ -335,11 +372,14 @@ class Heidenhain(Control):
             return
         if re.match(r"CYCL DEF 32\.|CYCL DEF 9\.", line):
             return
-        if line.startswith("L "):
+        if line == "L" or line.startswith("L "):
             body = line[2:]
             rapid = "FMAX" in body
             machine = "M91" in body
             body = body.replace("FMAX", "").replace("M91", "").replace("R0", "")
+            feed = re.search(r"F([\d.]+)", body)
+            if feed and not rapid:
+                self.feed = float(feed[1])
             body = re.sub(r"F[\d.]+", "", body)
             words = re.findall(r"([XYZABC])([+-][\d.]+)", body)
             if "".join(a + b for a, b in words) != body.replace(" ", ""):
@@ -350,6 +390,8 @@ class Heidenhain(Control):
                 if a in self.m.rotary and self.m.axes[a].get("cyclic") and self.q[a] is not None and a == "C":
                     now = self.q[a]
                     targets[a] = now + (float(v) - now + 180.0) % 360.0 - 180.0  # M126: the shorter way
+            if not targets:
+                return None
             return self.move(targets, rapid, machine)
         raise Refused(f"line {self.line}: {raw!r} is not understood")
 
