@@ -228,6 +228,12 @@ void random_options_everywhere(int each, bool errors) {
         const VerifyReport& v = *p.report->verification;
         const bool taken = v.passed();
         refused_by_verification += !taken;
+        // Nobody has edited it: what is not its path is as the CL file asks for it.
+        for (std::size_t k = 0; k < kChecks; ++k) {
+          const auto of = static_cast<CheckOf>(k);
+          if (of == CheckOf::path || of == CheckOf::rapids) continue;
+          EXPECT_NE(v.checks[k].state, Check::State::failed) << name_of(of);
+        }
         EXPECT_TRUE(taken || only_sampled_short(v, options))
             << job.cl << "tip " << v.certified_tip_deviation_mm << " of " << options.tolerance_mm
             << ", method " << static_cast<int>(options.nonlinear.method) << ", predictor "
