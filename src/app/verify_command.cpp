@@ -75,10 +75,16 @@ void print_report(const post::VerifyReport& v) {
   if (v.passed()) {
     spdlog::info("passed");
   } else {
-    spdlog::error("error: not passed{}", v.worst.empty()
-                                             ? ""
-                                             : fmt::format("; worst at NC line {}, CL line {}",
-                                                           v.worst[0].nc_line, v.worst[0].cl_line));
+    std::vector<std::string> failed;
+    for (std::size_t i = 0; i < post::kChecks; ++i) {
+      if (v.checks[i].state == post::Check::State::failed)
+        failed.emplace_back(post::name_of(static_cast<post::CheckOf>(i)));
+    }
+    const bool off_path = !v.worst.empty() && !v.within_tolerance();
+    spdlog::error("error: not passed{}{}{}", failed.empty() ? "" : ": ", fmt::join(failed, ", "),
+                  off_path ? fmt::format("; the tool is farthest off its path at NC line {}, CL line {}",
+                                         v.worst[0].nc_line, v.worst[0].cl_line)
+                           : "");
   }
 }
 

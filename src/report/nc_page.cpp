@@ -25,7 +25,7 @@ std::string length_text(double mm) {
 }
 
 std::string verdict_of(const post::VerifyReport& r) {
-  const std::string figures = "the tip stays within " + length_text(r.largest_tip_deviation_mm()) +
+  const std::string figures = "tip stays within " + length_text(r.largest_tip_deviation_mm()) +
                               " of its path (" + (r.certified ? "proved" : "sampled") + "; tolerance " +
                               length_text(r.tolerance_mm) + "), the tool axis within " +
                               short_number(r.max_axis_deviation.deg(), 3) + "° (tolerance " +
@@ -33,12 +33,22 @@ std::string verdict_of(const post::VerifyReport& r) {
                               short_number(r.max_axis_deviation_at_tip.deg(), 3) +
                               "° of where the path has it at the tip's place. " + post::flute_text(r) + ".";
   const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
-  if (r.passed()) return "Verified: " + figures + machine;
+  if (r.passed()) return "Verified: the " + figures + machine;
   std::string why;
   if (!r.limits_ok())
     why += " " + std::to_string(r.beyond_limits_count) + " blocks are beyond the limits of an axis.";
   if (r.points_missed > 0) why += " " + std::to_string(r.points_missed) + " CL points are not on the path.";
-  return (r.within_tolerance() ? "Not passed: " : "Not within tolerance: ") + figures + why + machine;
+  for (const auto& unsafe : r.unsafe) {
+    why += " NC line " + std::to_string(unsafe.nc_line) + ": " + unsafe.what + ".";
+    break;
+  }
+  for (std::size_t i = 0; i < post::kChecks; ++i) {
+    if (r.checks[i].places.empty()) continue;
+    const post::CheckPlace& place = r.checks[i].places.front();
+    why += std::string(" ") + post::name_of(static_cast<post::CheckOf>(i)) + ", NC line " +
+           std::to_string(place.nc_line) + ": " + place.what + ".";
+  }
+  return (r.within_tolerance() ? "Not passed." : "Not within tolerance.") + why + " The " + figures + machine;
 }
 
 std::vector<Fact> facts_of(const post::VerifyReport& r) {
@@ -76,6 +86,25 @@ Table worst_table(const post::VerifyReport& r, const std::vector<std::size_t>& s
   return table;
 }
 
+Table checks_table(const post::VerifyReport& r) {
+  Table table;
+  table.id = "checks";
+  table.title = "What was compared";
+  table.caption =
+      "The program, word for word as the control runs it, beside what its CL file and the job ask for.";
+  table.columns = {"check", "result", "of", "places", "NC line", "first finding"};
+  table.numeric = {false, false, false, true, true, false};
+  for (std::size_t i = 0; i < post::kChecks; ++i) {
+    const post::Check& check = r.checks[i];
+    const bool found = !check.places.empty();
+    table.rows.push_back({post::name_of(static_cast<post::CheckOf>(i)), post::name_of(check.state),
+                          check.about, check.count > 0 ? std::to_string(check.count) : "",
+                          found ? std::to_string(check.places.front().nc_line) : "",
+                          found ? check.places.front().what : ""});
+  }
+  return table;
+}
+
 Section path_section(const NcPageInput& input) {
   const post::VerifyReport& r = *input.verification;
   std::vector<std::size_t> worst_blocks;
@@ -92,6 +121,7 @@ Section path_section(const NcPageInput& input) {
              path_plot(r, 0.0)});
   section.items.emplace_back(std::move(view));
   if (!r.worst.empty()) section.items.emplace_back(worst_table(r, stops));
+  if (!r.checks[0].about.empty()) section.items.emplace_back(checks_table(r));
   return section;
 }
 
