@@ -24,7 +24,7 @@ Result<void> Pipeline::emit_event(const cl::Record& record) {
   auto done = emit_event_at(record);
   if (done || !done.error().file.empty()) return done;
   Error error = done.error();
-  error.file = job_.cl_file;
+  error.file = posting_.job.cl_file;
   error.where = record.where;
   return tl::unexpected(error);
 }
@@ -37,8 +37,8 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
           [&](const cl::ToolChange& t) { return emit_tool_change(t, record.where); },
           [&](const cl::ToolSelect& t) {
             // The magazine may do without.
-            if (controller_.tool_preselect.empty()) return Result<void>{};
-            return write(nc::ToolSelect{t.number});
+            if (posting_.controller.tool_preselect.empty()) return Result<void>{};
+            return posting_.write(nc::ToolSelect{t.number});
           },
           [&](const cl::WorkOffset& w) { return check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
@@ -52,8 +52,8 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
           [&](const cl::Stop& s) { return emit_stop(s, record.where); },
           [&](const cl::Text& t) { return emit_text(t, record.where); },
           [&](const cl::OperationBegin& o) {
-            begin_operation(o.name);
-            return write(nc::Comment{o.name, true});
+            thermal_.begin_operation(o.name);
+            return posting_.write(nc::Comment{o.name, true});
           },
           [&](const cl::Tolerance& t) { return take_tolerance(t, record.where); },
           [&](const cl::PostWord& w) { return take_post_word(w, record.where); },
@@ -68,24 +68,24 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
     if (auto r = emit_pause_above(where); !r) return r;
     state_.spindle(0.0);
     spindle_asked_ = {};
-    return write(spindle_asked_);
+    return posting_.write(spindle_asked_);
   }
   if (s.state == cl::Spindle::State::orient) {
-    diagnostics_.warning_once("orient", job_.cl_file, where, "SPINDL/ORIENT is not acted on");
+    posting_.diagnostics.warning_once("orient", posting_.job.cl_file, where, "SPINDL/ORIENT is not acted on");
     return {};
   }
   if (s.speed_rpm) spindle_rpm_ = *s.speed_rpm;
   if (s.surface_speed_mm_s) {
     if (tool_diameter_mm_ <= 0.0) {
       return fail(ErrorCode::wrong_input, "SPINDL gives a surface speed and no CUTTER or TLDATA a diameter",
-                  job_.cl_file, where);
+                  posting_.job.cl_file, where);
     }
     spindle_rpm_ = *s.surface_speed_mm_s / (kPi * tool_diameter_mm_) * kSecondsPerMinute;
   }
   if (s.max_rpm) spindle_rpm_ = std::min(spindle_rpm_, *s.max_rpm);
   if (spindle_rpm_ <= 0.0) {
-    diagnostics_.warning_once("no speed", job_.cl_file, where,
-                              "SPINDL gives no speed, and none was given before: left out");
+    posting_.diagnostics.warning_once("no speed", posting_.job.cl_file, where,
+                                      "SPINDL gives no speed, and none was given before: left out");
     return {};
   }
   constexpr double kFastest_rpm = 1e6;
@@ -93,7 +93,7 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
     return fail(ErrorCode::wrong_input,
                 "SPINDL: " + shortest_text(spindle_rpm_) + " rpm is not between 1 and " +
                     shortest_text(kFastest_rpm) + " rpm",
-                job_.cl_file, where);
+                posting_.job.cl_file, where);
   }
   state_.spindle(spindle_rpm_);
   nc::Spindle out;
@@ -101,28 +101,30 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
   out.rpm = std::llround(spindle_rpm_);
   spindle_asked_ = out;
   // Not with the tool of the program before: its own is called first, where it has one.
-  return tool_called_ || placed_ ? write(out) : Result<void>{};
+  return tool_called_ || placed_ ? posting_.write(out) : Result<void>{};
 }
 
 void Pipeline::warn_of_spindle(SourceRef where) {
   spindle_said_ = true;
   if (spindle_asked_.turn == nc::SpindleTurn::off) {
-    diagnostics_.warning(job_.cl_file, where, "no SPINDL before this cut: the spindle does not turn");
+    posting_.diagnostics.warning(posting_.job.cl_file, where,
+                                 "no SPINDL before this cut: the spindle does not turn");
   } else {
-    diagnostics_.warning(job_.cl_file, where,
-                         "no SPINDL since the tool was loaded: it turns at the " +
-                             std::to_string(spindle_asked_.rpm) + " rpm of the tool before");
+    posting_.diagnostics.warning(posting_.job.cl_file, where,
+                                 "no SPINDL since the tool was loaded: it turns at the " +
+                                     std::to_string(spindle_asked_.rpm) + " rpm of the tool before");
   }
 }
 
 Result<void> Pipeline::emit_coolant(nc::CoolantKind kind) {
   coolant_asked_ = kind == nc::CoolantKind::off ? 0U : coolant_asked_ | (1U << static_cast<unsigned>(kind));
-  return kind == nc::CoolantKind::off || tool_called_ || placed_ ? write(nc::Coolant{kind}) : Result<void>{};
+  return kind == nc::CoolantKind::off || tool_called_ || placed_ ? posting_.write(nc::Coolant{kind})
+                                                                 : Result<void>{};
 }
 
 Result<void> Pipeline::emit_stop(const cl::Stop& stop, SourceRef where) {
   if (auto r = emit_pause_above(where); !r) return r;
-  return write(nc::Stop{stop.optional});
+  return posting_.write(nc::Stop{stop.optional});
 }
 
 Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where) {
@@ -140,58 +142,60 @@ Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where
   const std::string text = "tool " + std::to_string(t.number) + ", gauge length " +
                            shortest_text(*t.gauge_length_mm) + " mm, length register " +
                            std::to_string(length_offset_);
-  if (auto r = write(nc::Comment{text}); !r) return r;
-  if (auto r = write(call); !r) return r;
-  pause(controller_.tool_change_s);
-  if (options_.rtcp && controller_.tcp.replaces_length) return {};
-  if (controller_.length.automatic) return {};
+  if (auto r = posting_.write(nc::Comment{text}); !r) return r;
+  if (auto r = posting_.write(call); !r) return r;
+  pause(posting_.controller.tool_change_s);
+  if (posting_.options.rtcp && posting_.controller.tcp.replaces_length) return {};
+  if (posting_.controller.length.automatic) return {};
   // Where the words are those of S the control must not add a length, and some do with the tool change.
-  const bool adds = machine_.output_point == OutputPoint::tip;
-  return write(nc::LengthCompensation{adds ? call.length_offset : 0});
+  const bool adds = posting_.machine.output_point == OutputPoint::tip;
+  return posting_.write(nc::LengthCompensation{adds ? call.length_offset : 0});
 }
 
 // The tool's own length (TLDATA, CUTTER) is a part of its gauge length.
 void Pipeline::check_own_length() {
   if (std::exchange(own_length_mm_, 0.0) <= tool_.length_mm) return;
-  diagnostics_.warning(job_.cl_file, own_length_where_,
-                       "the tool itself is longer than its gauge length of " +
-                           shortest_text(tool_.length_mm) + " mm, which must hold the tool and its holder");
+  posting_.diagnostics.warning(posting_.job.cl_file, own_length_where_,
+                               "the tool itself is longer than its gauge length of " +
+                                   shortest_text(tool_.length_mm) +
+                                   " mm, which must hold the tool and its holder");
 }
 
 Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
   double seconds = d.seconds;
   if (d.revolutions) {
     if (spindle_rpm_ <= 0.0) {
-      return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed", job_.cl_file,
-                  where);
+      return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed",
+                  posting_.job.cl_file, where);
     }
     seconds = *d.revolutions / spindle_rpm_ * kSecondsPerMinute;
   }
   constexpr double kLongest_s = 86400.0;
   if (seconds > kLongest_s) {
     return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day",
-                job_.cl_file, where);
+                posting_.job.cl_file, where);
   }
   if (auto r = resume(); !r) return r;
   pause(seconds);
-  return write(nc::Dwell{std::llround(seconds * 1000.0)});
+  return posting_.write(nc::Dwell{std::llround(seconds * 1000.0)});
 }
 
 Result<void> Pipeline::emit_text(const cl::Text& t, SourceRef where) {
   if (t.kind == cl::Text::Kind::insert) {
     // Some CAM systems put remarks there; a line that no one has checked does not go to a machine as a
     // command.
-    diagnostics_.warning_once("INSERT", job_.cl_file, where,
-                              "the text of INSERT goes into the program as a comment, not as a command");
+    posting_.diagnostics.warning_once(
+        "INSERT", posting_.job.cl_file, where,
+        "the text of INSERT goes into the program as a comment, not as a command");
   }
-  return t.text.empty() ? Result<void>{} : write(nc::Comment{t.text, true});
+  return t.text.empty() ? Result<void>{} : posting_.write(nc::Comment{t.text, true});
 }
 
 Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {
   if (!t.on) {
-    diagnostics_.warning_once("LINTOL/OFF", job_.cl_file, where,
-                              "LINTOL/OFF is not followed: the tolerance stays " +
-                                  shortest_text(tolerances_.cutting().tip_mm) + " mm");
+    posting_.diagnostics.warning_once("LINTOL/OFF", posting_.job.cl_file, where,
+                                      "LINTOL/OFF is not followed: the tolerance stays " +
+                                          shortest_text(tolerances_.cutting().tip_mm) + " mm");
   }
   tolerances_.take(t);
   return {};

@@ -4,20 +4,21 @@
 #include <string>
 #include <vector>
 
-#include "trunnion/nc/writer.hpp"
 #include "trunnion/path/compensation.hpp"
 #include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/post.hpp"
 
+#include "post/beyond_travel.hpp"
 #include "post/chunk.hpp"
 #include "post/compensators.hpp"
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
-#include "post/offset_tracker.hpp"
 #include "post/post_words.hpp"
+#include "post/posting.hpp"
 #include "post/program_state.hpp"
-#include "post/work_shift.hpp"
+#include "post/read_back.hpp"
+#include "post/thermal_output.hpp"
 
 namespace trunnion::post {
 
@@ -27,7 +28,6 @@ namespace trunnion::post {
 class Pipeline {
  public:
   Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics);
-  ~Pipeline();
 
   Result<void> begin();
   /// Makes the NC text of a prepared chunk, and puts it there.
@@ -47,14 +47,6 @@ class Pipeline {
   }
 
  private:
-  struct BeyondAxis {
-    std::size_t count = 0;
-    SourceRef first;
-    LimitViolation worst;
-    SourceRef where;  // of the worst
-    Vec3 tool_mm = Vec3::Zero();
-  };
-
   static constexpr std::uint16_t kAllWords = 0xFFFF;
   /// Halvings of one piece for the bend of the errors: beyond this the errors change faster than any
   /// machine's.
@@ -67,23 +59,6 @@ class Pipeline {
   /// Rotary axes that the cut from motion `i` of the chunk on does not turn, bits of nc::AxisWords.
   std::uint16_t standing_axes(std::size_t i) const;
   Result<void> clamp_standing();
-  Result<void> begin_offsets();
-  Result<void> finish_offsets();
-  bool variables() const { return offsets_ && job_.offset_output == OffsetOutput::variables; }
-  /// The motion with its terms, where it names X, Y and Z.
-  nc::VariableMotion with_terms(const nc::Motion& motion, const JointVector& q) const;
-  bool shifts() const { return job_.offset_output != OffsetOutput::axis_values; }
-  /// Before the first motion at `q` of an operation: the shift that it is to have, to be written by
-  /// `emit_shift`.
-  void prepare_shift(const JointVector& q);
-  Result<void> emit_shift();
-  Result<void> emit_latch();
-  Result<void> emit_calculation(bool first);
-  /// The most that the terms of a motion can do, for the report.
-  void note_terms(const nc::VariableMotion& motion, const JointVector& q, bool feed);
-  /// What the machine's position is while a shift is in force, for the limits; notes the shift's error there.
-  JointVector shifted(const JointVector& q);
-  void begin_operation(const std::string& name);
   /// Time passes, `pause` without a motion.
   void elapse(double seconds);
   void pause(double seconds);
@@ -206,16 +181,15 @@ class Pipeline {
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = kAllWords);
   /// Words are coordinates of the part or of a plane on it, not of the machine.
-  bool in_part() const { return options_.rtcp || plane_.has_value(); }
+  bool in_part() const { return posting_.options.rtcp || plane_.has_value(); }
   JointVector part_words(const JointVector& q) const;
   void round_joints(JointVector& q) const;
-  Result<void> write(const nc::Block& block);
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
   Result<double> feed_rate(const cl::Feed& feed, double segment_mm, SourceRef where);
-  /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
-  /// limits.
   /// The machine has moved to `q` in `seconds`.
   void moved(const JointVector& q, double seconds);
+  /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
+  /// limits.
   Result<JointVector> corrected(const path::Point& point, double seconds);
   /// The correction with the senses of motion that it leads to itself; those of `at` do not count.
   Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
@@ -226,26 +200,17 @@ class Pipeline {
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
     return rounded_point(kinematics_, rounding_, point, q);
   }
-  std::string limit_text(AxisId id) const;
 
-  const PostJob& job_;
-  const PostOptions& options_;
   const TextSink& sink_;
   Diagnostics& all_findings_;
-  Diagnostics diagnostics_;   // of the text's making
-  Diagnostics verification_;  // of reading it back
-  Machine machine_;           // as LIMITS leaves it; the verification has the one that was given
-  const nc::Controller& controller_;
+  Posting posting_;
   SpindleTool tool_;
   JointVector quantum_;
-  std::string text_;
-  nc::Writer writer_;
   TableKinematics kinematics_;
   path::Rounding rounding_;
   path::Refiner refiner_, rapid_refiner_;
   FeedPlanner planner_;
   PathTolerances tolerances_;
-  std::array<nc::AxisLetter, kMaxAxes> letters_{};
   JointVector least_, most_;     // travel of the axes
   JointVector word_offsets_;     // word minus joint position
   JointVector quanta_per_unit_;  // of the words
@@ -291,30 +256,17 @@ class Pipeline {
   std::unique_ptr<Compensators> compensators_;
   const path::Compensator* compensator_ = nullptr;  // of the tool
   bool loses_motion_ = false;                       // there are errors of the sense of motion
-  bool corrects_by_place_ = false;  // errors hang on the position alone, and runs can be written
-  bool knows_history_ = false;      // there are errors that depend on more than the position
-  std::optional<OffsetTracker> offsets_;
+  bool corrects_by_place_ = false;          // errors hang on the position alone, and runs can be written
+  bool knows_history_ = false;              // there are errors that depend on more than the position
   std::optional<DeviationMeter> meter_;     // of the machine with its errors
   mutable path::Station station_;           // of the nominal machine, where it was last asked for
   bool holds_digits_ = false;               // the last block left out idle digits
   mutable std::array<Vertex, 2> vertices_;  // the last two places where it was read: ends of a block
   std::optional<std::pair<Target, Target>>
       segment_;  // of the CL path, on which blocks are now; where it is known
-  WorkShift shift_;
-  nc::OffsetShift::Kind shift_kind_ = nc::OffsetShift::Kind::add;
-  bool shift_due_ = false;
-  double latched_s_ = -1.0;         // when the run-time values were last latched; below zero: never
-  std::optional<Mat3> terms_R_MP_;  // where the last motion with terms ended
-  bool terms_beyond_ = false;       // with drift as large as the clamp an axis leaves its travel
-  std::optional<nc::OffsetShift> shift_waits_;  // to be written
-  std::optional<nc::OffsetShift> shift_now_;    // last one written
-  std::string operation_;
-  std::size_t operations_known_ = 0;  // that the table of offsets names
-  std::unique_ptr<Verifier> verifier_;
-  std::string unverified_;  // the last text that went out
-  std::unique_ptr<Verifier> nominal_;
-  std::array<BeyondAxis, kMaxAxes> beyond_;
-  PostReport report_;
+  ThermalOutput thermal_;
+  BeyondTravel beyond_travel_;
+  ReadBack read_back_;
 };
 
 }  // namespace trunnion::post

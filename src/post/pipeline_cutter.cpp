@@ -9,12 +9,12 @@ Result<void> Pipeline::emit_cutter_compensation(const cl::CutterCompensation& c,
   const auto side = static_cast<nc::CutterSide>(c.side);
   if (side == cutter_) return {};
   const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::check_failed, "CUTCOM: " + why, job_.cl_file, where);
+    return fail(ErrorCode::check_failed, "CUTCOM: " + why, posting_.job.cl_file, where);
   };
-  if (controller_.cutter_compensation[static_cast<std::size_t>(side)].empty())
+  if (posting_.controller.cutter_compensation[static_cast<std::size_t>(side)].empty())
     return refuse("the controller file has no words for it ([cutter_compensation])");
-  if (options_.rtcp) return refuse("not under tool-centre-point control");
-  if (variables()) return refuse("not with values at run time");
+  if (posting_.options.rtcp) return refuse("not under tool-centre-point control");
+  if (thermal_.is_at_run_time()) return refuse("not with values at run time");
   if (side != nc::CutterSide::off && cutter_ != nc::CutterSide::off)
     return refuse("CUTCOM/OFF is missing before the other side");
   if (approach_ || !placed_) {
@@ -23,22 +23,22 @@ Result<void> Pipeline::emit_cutter_compensation(const cl::CutterCompensation& c,
   }
   const std::int64_t number = c.wear_register ? *c.wear_register : length_offset_;
   if (side != nc::CutterSide::off) {
-    diagnostics_.warning_once("wear", job_.cl_file, where,
-                              "CUTCOM: verified with nothing in register " + std::to_string(number) +
-                                  ": it holds the wear of the tool, not its radius");
+    posting_.diagnostics.warning_once("wear", posting_.job.cl_file, where,
+                                      "CUTCOM: verified with nothing in register " + std::to_string(number) +
+                                          ": it holds the wear of the tool, not its radius");
     const std::string text =
         "CUTTER COMPENSATION: REGISTER " + std::to_string(number) + " HOLDS WEAR ONLY, 0 FOR A NEW TOOL";
-    if (auto done = write(nc::Comment{text}); !done) return done;
+    if (auto done = posting_.write(nc::Comment{text}); !done) return done;
   }
   cutter_ = side;
   cutter_changes_ = true;
-  return write(nc::CutterCompensation{side, side == nc::CutterSide::off ? 0 : number});
+  return posting_.write(nc::CutterCompensation{side, side == nc::CutterSide::off ? 0 : number});
 }
 
 Result<void> Pipeline::check_compensated(std::size_t i) {
   const path::Point to = chunk_->point(i);
   const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::check_failed, "CUTCOM: " + why, job_.cl_file, to.where);
+    return fail(ErrorCode::check_failed, "CUTCOM: " + why, posting_.job.cl_file, to.where);
   };
   const bool on = cutter_ != nc::CutterSide::off;
   if (on && (approach_ || chunk_->motions[i].point.rapid))
@@ -48,7 +48,7 @@ Result<void> Pipeline::check_compensated(std::size_t i) {
   if (cutter_changes_ && !approach_) {
     const Vec3 way = word_xyz(to.tip_P, to.q) - word_xyz(last_.tip_P, last_.q);
     const double across_mm = std::hypot(way.x(), way.y());
-    const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::X);
+    const double digit_mm = posting_.controller.numbers.axes.quantum(nc::AxisLetter::X);
     if (on && (across_mm <= digit_mm || std::abs(way.z()) > digit_mm))
       return refuse("the motion that leads in must be a line across the tool axis");
     cutter_changes_ = !on && across_mm <= digit_mm;

@@ -21,24 +21,24 @@ Result<void> Pipeline::write_plain(const JointVector& q, nc::MotionKind kind, co
   plain_.feed = feed.quanta;
   plain_.source = where;
   for (AxisId id = 0; id < axis_count_; ++id) {
-    plain_.words.quanta[nc::index(letters_[id])] =
-        controller_.numbers.axes.quanta(letters_[id], q[id] + word_offsets_[id]);
+    plain_.words.quanta[nc::index(posting_.letters[id])] =
+        posting_.controller.numbers.axes.quanta(posting_.letters[id], q[id] + word_offsets_[id]);
   }
-  return writer_.write(plain_);
+  return posting_.writer.write(plain_);
 }
 
 // Words are positions of the axes, and nothing but the place has a say in where those go: on the nominal
 // machine, or on one whose errors hang on the position alone.
 bool Pipeline::is_plain() const {
-  return (!compensator_ || corrects_by_place_) && !offsets_ && !in_part() && !approach_ && placed_ &&
-         !turn_waits_ && cutter_ == nc::CutterSide::off && !cutter_changes_;
+  return (!compensator_ || corrects_by_place_) && !thermal_.has_offsets() && !in_part() && !approach_ &&
+         placed_ && !turn_waits_ && cutter_ == nc::CutterSide::off && !cutter_changes_;
 }
 
 // As emit_segment for the motions from `first` on, up to `end`: those that were prepared, cut at a feed per
 // minute and leave nothing to be asked. The first other one ends it. Nothing is said between them, so that
 // the tolerance of the first one holds for all.
 Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
-  if (compensator_ && !writer_.takes_run(letters_, planner_.run_mode())) return first;
+  if (compensator_ && !posting_.writer.takes_run(posting_.letters, planner_.run_mode())) return first;
   const auto& motions = chunk_->motions;
   PlainRun run;
   const FeedPlanner::Stop from =
@@ -48,9 +48,10 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   if (compensator_) {
     run.begin(last_emitted_, *from.tip_P, first);
     run.first = first;
-    report_.largest_error_mm = std::max(report_.largest_error_mm, chunk_->corrections.largest_error_mm);
-    report_.largest_correction_mm =
-        std::max(report_.largest_correction_mm, chunk_->corrections.largest_correction_mm);
+    posting_.report.largest_error_mm =
+        std::max(posting_.report.largest_error_mm, chunk_->corrections.largest_error_mm);
+    posting_.report.largest_correction_mm =
+        std::max(posting_.report.largest_correction_mm, chunk_->corrections.largest_correction_mm);
   }
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
@@ -166,7 +167,7 @@ const JointVector* Pipeline::known_correction(std::size_t number) const {
   const Chunk::Corrections& corrections = chunk_->corrections;
   if (corrections.known.empty() || corrections.known[number] == 0) return nullptr;
   // Where one of them is too large each is asked for by itself, which tells the place.
-  if (corrections.largest_correction_mm > options_.largest_correction_mm) return nullptr;
+  if (corrections.largest_correction_mm > posting_.options.largest_correction_mm) return nullptr;
   const JointVector* const q = &corrections.joints[number];
   return within_travel(*q) ? q : nullptr;
 }
@@ -264,7 +265,9 @@ bool Pipeline::run_words(const JointVector& q, nc::RunBlock& block) const {
 
 // Of the blocks behind the first `done` of them, some, up to the first one that leaves something to be asked.
 std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
-  if (!(*run.stops[done].q == last_emitted_) || !writer_.takes_run(letters_, planner_.run_mode())) return 0;
+  if (!(*run.stops[done].q == last_emitted_) ||
+      !posting_.writer.takes_run(posting_.letters, planner_.run_mode()))
+    return 0;
   RunFeeds feeds;
   const std::size_t most = std::min(run.count - done, run.together);
   const std::span<const FeedPlanner::Stop> stops(run.stops.data() + done, most + 1);
@@ -274,16 +277,16 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
   std::size_t count = 0;
   for (; count < planned && run_words(*stops[count + 1].q, blocks[count]); ++count)
     blocks[count].feed = feeds.quanta[count];
-  count = writer_.write_run(letters_, planner_.run_mode(), {blocks.data(), count});
+  count = posting_.writer.write_run(posting_.letters, planner_.run_mode(), {blocks.data(), count});
   if (count == 0) return 0;
-  double duration_s = report_.duration_s;
-  double lost_s = report_.feed_time_lost_s;
+  double duration_s = posting_.report.duration_s;
+  double lost_s = posting_.report.feed_time_lost_s;
   for (std::size_t i = 0; i < count; ++i) {
     duration_s += feeds.seconds[i];
     lost_s += feeds.lost_s[i];
   }
-  report_.duration_s = duration_s;
-  report_.feed_time_lost_s = lost_s;
+  posting_.report.duration_s = duration_s;
+  posting_.report.feed_time_lost_s = lost_s;
   holds_digits_ = false;
   last_emitted_ = *stops[count].q;
   return count;
@@ -302,8 +305,8 @@ Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) 
     const BlockFeed feed = planner_.plan(move_to(q, (to_P - from_P).norm()), motion.feed.value);
     if (!feed.other_mode && !feed.runs_away()) {
       holds_digits_ = false;
-      report_.duration_s += feed.seconds;
-      report_.feed_time_lost_s += feed.lost_s;
+      posting_.report.duration_s += feed.seconds;
+      posting_.report.feed_time_lost_s += feed.lost_s;
       last_emitted_ = q;
       return write_plain(q, nc::MotionKind::feed, feed, motion.point.where);
     }

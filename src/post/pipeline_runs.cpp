@@ -84,11 +84,11 @@ const PreparedSegment* Pipeline::prepared(std::size_t i) const {
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
                                     const PreparedSegment* prepared) {
   if (motion.point.rapid || approach_ || !placed_) {
-    prepare_shift(to.q);
-  } else if (shift_due_) {
-    diagnostics_.warning_once(
-        "shift in cut", job_.cl_file, motion.point.where,
-        "operation '" + operation_ +
+    if (thermal_.prepare_shift(to.q)) approach_ = true;
+  } else if (thermal_.waits()) {
+    posting_.diagnostics.warning_once(
+        "shift in cut", posting_.job.cl_file, motion.point.where,
+        "operation '" + thermal_.operation() +
             "' begins in the cut: its shift of the work offset waits for the next rapid");
   }
   if (approach_ || !placed_) {
@@ -111,8 +111,8 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
     if (!in_place || (to.axis_P - last_.axis_P).norm() < kSameAxis)
       return emit_segment(to, at_rate, prepared);
     double turn_rad = 0.0;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-      if (machine_.axes[id].kind == AxisKind::rotary)
+    for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+      if (posting_.machine.axes[id].kind == AxisKind::rotary)
         turn_rad = std::max(turn_rad, std::abs(to.q[id] - last_.q[id]));
     }
     planner_.limit_turn(turn_rad * motion.feed.value);
@@ -159,18 +159,18 @@ Result<void> Pipeline::emit_to(const path::Point& point, const Pending& motion) 
 }
 
 void Pipeline::note(const path::SegmentReport& r) {
-  report_.points_inserted += r.inserted;
-  if (r.inserted > 0) ++report_.segments_with_points;
-  if (!r.converged) ++report_.segments_not_converged;
-  report_.worst_predicted_mm = std::max(report_.worst_predicted_mm, r.predicted_mm);
-  report_.worst_programmed_mm = std::max(report_.worst_programmed_mm, r.midpoint_mm);
+  posting_.report.points_inserted += r.inserted;
+  if (r.inserted > 0) ++posting_.report.segments_with_points;
+  if (!r.converged) ++posting_.report.segments_not_converged;
+  posting_.report.worst_predicted_mm = std::max(posting_.report.worst_predicted_mm, r.predicted_mm);
+  posting_.report.worst_programmed_mm = std::max(posting_.report.worst_programmed_mm, r.midpoint_mm);
 }
 
 std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) const {
   const auto& motions = chunk_->motions;
   const auto& events = chunk_->events;
   const auto& chosen = chunk_->chosen;
-  if (!options_.nonlinear.thin && !options_.nonlinear.move_programmed_points) return first;
+  if (!posting_.options.nonlinear.thin && !posting_.options.nonlinear.move_programmed_points) return first;
   const auto cuts = [&](std::size_t i) {
     // An inverse time is that of one motion: what passes several has none.
     return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q &&
@@ -197,7 +197,7 @@ Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   // Pieces that pass programmed points are on more than one segment.
   segment_.reset();
   for (std::size_t i = 1; i < inserted_.size(); ++i) {
-    if (!options_.nonlinear.thin && !inserted_[i - 1].inserted) {
+    if (!posting_.options.nonlinear.thin && !inserted_[i - 1].inserted) {
       const auto end = std::find_if(inserted_.begin() + static_cast<std::ptrdiff_t>(i), inserted_.end(),
                                     [](const path::Point& p) { return !p.inserted; });
       begin_segment(inserted_[i - 1], *end);

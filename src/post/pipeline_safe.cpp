@@ -19,23 +19,23 @@ Result<void> Pipeline::emit_retract(SourceRef where) {
   if (auto r = leave_plane(); !r) return r;
   if (up_) return {};
   const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::check_failed, why, job_.cl_file, where);
+    return fail(ErrorCode::check_failed, why, posting_.job.cl_file, where);
   };
-  if (controller_.retract[nc::index(nc::AxisLetter::Z)].empty()) {
-    return refuse("the program has to retract and the controller file " + controller_.file +
+  if (posting_.controller.retract[nc::index(nc::AxisLetter::Z)].empty()) {
+    return refuse("the program has to retract and the controller file " + posting_.controller.file +
                   " has no words for it: add [retract] Z");
   }
-  const SafeHeight& safe = machine_.safe;
-  const bool names_position = controller_.names_position(nc::AxisLetter::Z);
+  const SafeHeight& safe = posting_.machine.safe;
+  const bool names_position = posting_.controller.names_position(nc::AxisLetter::Z);
   if (!safe.z_mm() || (!names_position && !safe.z_is_given)) {
-    return refuse("the program has to retract and the machine file " + machine_.file +
+    return refuse("the program has to retract and the machine file " + posting_.machine.file +
                   " does not say where to: add [retract] z_mm" +
-                  (names_position
-                       ? ""
-                       : ", the machine position of Z to which " + controller_.file + " [retract] Z goes"));
+                  (names_position ? ""
+                                  : ", the machine position of Z to which " + posting_.controller.file +
+                                        " [retract] Z goes"));
   }
-  if (const auto fault = safe_height_fault(machine_, tool_.length_mm)) {
-    return refuse(*fault + " ([retract], [table] and [part] of " + machine_.file + ")");
+  if (const auto fault = safe_height_fault(posting_.machine, tool_.length_mm)) {
+    return refuse(*fault + " ([retract], [table] and [part] of " + posting_.machine.file + ")");
   }
   up_ = true;
   return write_retract(nc::AxisLetter::Z, *safe.z_mm());
@@ -43,9 +43,9 @@ Result<void> Pipeline::emit_retract(SourceRef where) {
 
 Result<void> Pipeline::write_retract(nc::AxisLetter letter, double position_mm) {
   nc::Retract block{nc::AxisWords::bit(letter), {}};
-  if (controller_.names_position(letter))
-    block.to.set(letter, controller_.numbers.axes.quanta(letter, position_mm));
-  return write(block);
+  if (posting_.controller.names_position(letter))
+    block.to.set(letter, posting_.controller.numbers.axes.quanta(letter, position_mm));
+  return posting_.write(block);
 }
 
 // Before what stops the cut where it is: the tool comes back there if the program cuts on.
@@ -109,26 +109,26 @@ Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motio
 // Up to the safe height, then the rotary axes and then X and Y to where `q` has them.
 Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   std::uint16_t rotary = 0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::rotary) {
-      rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(letters_[id]));
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::rotary) {
+      rotary = static_cast<std::uint16_t>(rotary | nc::AxisWords::bit(posting_.letters[id]));
     }
   }
   if (auto r = emit_retract(where); !r) return r;
-  if (auto r = emit_shift(); !r) return r;
+  if (auto r = thermal_.write_shift(); !r) return r;
   // Where the machine comes from is known from the second time on.
   moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
   if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
   if (next_plane_) {
     // The rotary axes stand where the plane wants them: the control has nothing to turn.
-    if (auto r = write(next_plane_block_); !r) return r;
+    if (auto r = posting_.write(next_plane_block_); !r) return r;
     plane_ = std::exchange(next_plane_, std::nullopt);
-    ++report_.tilted_planes;
+    ++posting_.report.tilted_planes;
   }
   if (auto r = clamp_standing(); !r) return r;
-  if (!options_.rtcp)
+  if (!posting_.options.rtcp)
     return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~kZBit));
-  if (auto r = write(nc::TcpControl{true, length_offset_}); !r) return r;
+  if (auto r = posting_.write(nc::TcpControl{true, length_offset_}); !r) return r;
   return emit_motion(above(q), nc::MotionKind::rapid, {}, where);
 }
 
@@ -139,28 +139,28 @@ std::uint16_t Pipeline::standing_axes(std::size_t i) const {
   if (chunk_ == nullptr || i >= chunk_->motions.size()) return out;
   std::size_t end = i + 1;
   while (end < chunk_->motions.size() && !chunk_->chosen[end].reconfigure) ++end;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
     const auto stands = [&](std::size_t k) {
       return chunk_->joints[k][id] == chunk_->joints[i][id] &&
              rounding_.rounded(id, chunk_->chosen[k].q_leave[id]) == chunk_->joints[i][id];
     };
     bool all = true;
     for (std::size_t k = i; k < end && all; ++k) all = stands(k);
-    if (all) out = static_cast<std::uint16_t>(out | nc::AxisWords::bit(letters_[id]));
+    if (all) out = static_cast<std::uint16_t>(out | nc::AxisWords::bit(posting_.letters[id]));
   }
   return out;
 }
 
 Result<void> Pipeline::clamp_standing() {
-  if (controller_.clamps.empty()) return {};
+  if (posting_.controller.clamps.empty()) return {};
   const std::uint16_t stand = standing_axes(motion_);
-  for (const nc::Controller::Clamp& clamp : controller_.clamps) {
+  for (const nc::Controller::Clamp& clamp : posting_.controller.clamps) {
     std::uint16_t own = 0;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id)
-      own = static_cast<std::uint16_t>(own | (nc::AxisWords::bit(letters_[id]) & clamp.axes));
+    for (AxisId id = 0; id < posting_.machine.axes.size(); ++id)
+      own = static_cast<std::uint16_t>(own | (nc::AxisWords::bit(posting_.letters[id]) & clamp.axes));
     if (own == 0 || (own & stand) != own) continue;
-    if (auto r = write(nc::Clamp{clamp.axes, true}); !r) return r;
+    if (auto r = posting_.write(nc::Clamp{clamp.axes, true}); !r) return r;
   }
   return {};
 }
@@ -169,14 +169,14 @@ Result<void> Pipeline::clamp_standing() {
 // safe height.
 JointVector Pipeline::above(const JointVector& q) const {
   JointVector out = q;
-  const auto id = machine_.axis("Z");
+  const auto id = posting_.machine.axis("Z");
   if (!id) return out;
-  const Axis& z = machine_.axes[*id];
+  const Axis& z = posting_.machine.axes[*id];
   // A shift of the work offset needs room at the end of the travel.
-  const double room_mm = offsets_ && shifts() ? 2.0 * job_.offset_limits.clamp_mm : 0.0;
-  const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::Z);
-  const double height = std::clamp(*machine_.safe.z_mm(), z.min + room_mm, z.max - room_mm);
-  out[*id] = machine_.safe.away < 0 ? std::min(q[*id], height) : std::max(q[*id], height);
+  const double room_mm = thermal_.room_mm();
+  const double digit_mm = posting_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
+  const double height = std::clamp(*posting_.machine.safe.z_mm(), z.min + room_mm, z.max - room_mm);
+  out[*id] = posting_.machine.safe.away < 0 ? std::min(q[*id], height) : std::max(q[*id], height);
   // Words of the part are rounded in all three directions, and a control stops at a place that is beyond its
   // travel by the last digit (LinuxCNC does): a digit or two towards the part.
   constexpr int kDigits = 4;
@@ -193,12 +193,12 @@ JointVector Pipeline::above(const JointVector& q) const {
 Result<void> Pipeline::resume() {
   if (!std::exchange(resumes_, false)) return {};
   if (spindle_asked_.turn != nc::SpindleTurn::off) {
-    if (auto r = write(spindle_asked_); !r) return r;
+    if (auto r = posting_.write(spindle_asked_); !r) return r;
   }
   for (const nc::CoolantKind kind :
        {nc::CoolantKind::flood, nc::CoolantKind::mist, nc::CoolantKind::through_tool, nc::CoolantKind::air}) {
     if ((coolant_asked_ & (1U << static_cast<unsigned>(kind))) == 0) continue;
-    if (auto r = write(nc::Coolant{kind}); !r) return r;
+    if (auto r = posting_.write(nc::Coolant{kind}); !r) return r;
   }
   return {};
 }
@@ -208,14 +208,14 @@ Result<void> Pipeline::emit_end() {
   if (placed_) {
     if (auto r = emit_retract({}); !r) return r;
     for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y}) {
-      const auto& to_mm = machine_.safe.to_mm[nc::index(letter)];
+      const auto& to_mm = posting_.machine.safe.to_mm[nc::index(letter)];
       if (!to_mm) continue;
       if (auto r = write_retract(letter, *to_mm); !r) return r;
     }
   }
-  if (auto r = finish_offsets(); !r) return r;
-  if (auto r = write(nc::Spindle{}); !r) return r;
-  return write(nc::Coolant{});
+  if (auto r = thermal_.finish(); !r) return r;
+  if (auto r = posting_.write(nc::Spindle{}); !r) return r;
+  return posting_.write(nc::Coolant{});
 }
 
 }  // namespace trunnion::post

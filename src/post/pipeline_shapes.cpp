@@ -58,9 +58,9 @@ Vec3 Pipeline::word_xyz(const Vec3& tip_P, const JointVector& at) const {
 
 Vec3 Pipeline::xyz_of(const JointVector& words) const {
   Vec3 out = Vec3::Zero();
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::linear && nc::index(letters_[id]) < 3)
-      out[static_cast<Eigen::Index>(nc::index(letters_[id]))] = words[id];
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::linear && nc::index(posting_.letters[id]) < 3)
+      out[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = words[id];
   }
   return out;
 }
@@ -68,8 +68,8 @@ Vec3 Pipeline::xyz_of(const JointVector& words) const {
 nc::AxisWords Pipeline::quanta_of(const Vec3& xyz_mm) const {
   nc::AxisWords out;
   for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z})
-    out.set(letter,
-            controller_.numbers.axes.quanta(letter, xyz_mm[static_cast<Eigen::Index>(nc::index(letter))]));
+    out.set(letter, posting_.controller.numbers.axes.quanta(
+                        letter, xyz_mm[static_cast<Eigen::Index>(nc::index(letter))]));
   return out;
 }
 
@@ -77,10 +77,11 @@ nc::AxisWords Pipeline::quanta_of(const Vec3& xyz_mm) const {
 JointVector Pipeline::joints_of_xyz(const nc::AxisWords& words, const JointVector& at) const {
   JointVector q = at;
   Vec3 tip = Vec3::Zero();
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::linear) continue;
-    const double word = controller_.numbers.axes.internal(letters_[id], words[letters_[id]]);
-    tip[static_cast<Eigen::Index>(nc::index(letters_[id]))] = word;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
+    const double word =
+        posting_.controller.numbers.axes.internal(posting_.letters[id], words[posting_.letters[id]]);
+    tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = word;
     q[id] = word - word_offsets_[id];
   }
   if (in_part()) kinematics_.solve_linear(plane_ ? plane_->X_PF * tip : tip, kinematics_.sines(q), q);
@@ -88,29 +89,30 @@ JointVector Pipeline::joints_of_xyz(const nc::AxisWords& words, const JointVecto
 }
 
 bool Pipeline::same_rotary(const JointVector& a, const JointVector& b) const {
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::rotary && a[id] != b[id]) return false;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::rotary && a[id] != b[id]) return false;
   }
   return true;
 }
 
 Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
   const auto* arc = std::get_if<cl::Arc>(&shape.what);
-  const bool asked = arc != nullptr ? options_.native_arcs.value_or(controller_.native_arcs)
-                                    : options_.native_cycles.value_or(controller_.native_cycles);
+  const bool asked = arc != nullptr
+                         ? posting_.options.native_arcs.value_or(posting_.controller.native_arcs)
+                         : posting_.options.native_cycles.value_or(posting_.controller.native_cycles);
   if (!asked) return false;
   Result<bool> taken = false;
   if (may_be_shape(i, shape.motions)) {
     taken = arc != nullptr ? emit_arc(*arc, i, shape.motions)
                            : emit_hole(std::get<cl::Hole>(shape.what), i, shape.motions);
   }
-  if (taken && !*taken) ++report_.shapes_as_moves;
+  if (taken && !*taken) ++posting_.report.shapes_as_moves;
   return taken;
 }
 
 // The rotary axes stand still, and nothing bends the path.
 bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
-  if (turn_waits_ || returns_ || cutter_changes_ || compensator_ || offsets_ || count == 0 ||
+  if (turn_waits_ || returns_ || cutter_changes_ || compensator_ || thermal_.has_offsets() || count == 0 ||
       i + count > chunk_->motions.size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {
@@ -127,11 +129,12 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   const SourceRef where = chunk_->motions[i].point.where;
   const path::Point end = chunk_->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
-  if (!placed_ || approach_ || arc.feed.mode == cl::FeedMode::inverse || controller_.arcs.clockwise.empty() ||
-      !same_rotary(last_.q, end.q) || (last_.tip_P - arc.start_P).norm() > kSamePlace_mm)
+  if (!placed_ || approach_ || arc.feed.mode == cl::FeedMode::inverse ||
+      posting_.controller.arcs.clockwise.empty() || !same_rotary(last_.q, end.q) ||
+      (last_.tip_P - arc.start_P).norm() > kSamePlace_mm)
     return false;
   // Words are an affine map of the tip while the rotary axes stand: is the arc one in X and Y there?
-  const double tolerance_mm = options_.tolerance_mm;
+  const double tolerance_mm = posting_.options.tolerance_mm;
   const Vec3 from_center_P = arc.start_P - arc.center_P;
   const Vec3 radial_P = from_center_P - arc.normal_P * arc.normal_P.dot(from_center_P);
   const double radius_mm = radial_P.norm();
@@ -155,31 +158,31 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   }
   nc::AxisWords target = quanta_of(xyz_of(words(q)));
   const double rise_mm = (arc.end_P - arc.start_P).dot(arc.normal_P);
-  const double digit_mm = controller_.numbers.axes.quantum(nc::AxisLetter::Z);
+  const double digit_mm = posting_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
   double flattened_mm = 0.0;
   if (std::abs(rise_mm) < digit_mm && target[nc::AxisLetter::Z] != block.from[nc::AxisLetter::Z]) {
     // Rounding, here or in the CL file, makes no helix of an arc.
     target.set(nc::AxisLetter::Z, block.from[nc::AxisLetter::Z]);
     q = joints_of_xyz(target, end.q);
     flattened_mm = word_xyz(arc.end_P, end.q).z() -
-                   controller_.numbers.axes.internal(nc::AxisLetter::Z, target[nc::AxisLetter::Z]);
+                   posting_.controller.numbers.axes.internal(nc::AxisLetter::Z, target[nc::AxisLetter::Z]);
   }
   block.words = target;
   double off_mm = 0.0;
   double radii_mm = 0.0;
   block.center =
-      best_center(controller_.numbers.axes, block.from, target, center, radius_mm, off_mm, radii_mm);
+      best_center(posting_.controller.numbers.axes, block.from, target, center, radius_mm, off_mm, radii_mm);
   if (std::hypot(off_mm, flattened_mm) > kRoundingShare * tolerance_mm ||
-      radii_mm > controller_.arcs.radius_tolerance_mm)
+      radii_mm > posting_.controller.arcs.radius_tolerance_mm)
     return false;
 
   const bool closes = arc.sweep.rad() > kTwoPi - 1e-9;
   const auto turns = closes ? std::llround(arc.sweep.rad() / kTwoPi) : 1;
   const std::int64_t rise = target[nc::AxisLetter::Z] - block.from[nc::AxisLetter::Z];
-  if (controller_.arcs.words(block.clockwise, rise != 0).empty()) return false;
+  if (posting_.controller.arcs.words(block.clockwise, rise != 0).empty()) return false;
   // An end that rounding has put on the start or behind it would make a whole turn of it, and the other way
   // round.
-  const double turned = nc::course_of(block, controller_.numbers.axes, tolerance_mm).sweep_rad;
+  const double turned = nc::course_of(block, posting_.controller.numbers.axes, tolerance_mm).sweep_rad;
   const double meant = closes ? kTwoPi : arc.sweep.rad();
   if (std::abs(turned - meant) * radius_mm > 2.0 * tolerance_mm) return false;
   const double length_mm =
@@ -190,23 +193,23 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   const double seconds = emit_rate(*rate, length_mm, block.feed);
   for (std::int64_t turn = 1; turn <= turns; ++turn) {
     block.words.set(nc::AxisLetter::Z, block.from[nc::AxisLetter::Z] + rise * turn / turns);
-    if (auto done = write(block); !done) return tl::unexpected(done.error());
+    if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
   }
   moved(q, seconds);
   last_ = end;
   last_emitted_ = q;
   segment_.reset();
-  ++report_.arcs;
+  ++posting_.report.arcs;
   return true;
 }
 
 // F of a motion of the linear axes alone at `rate_mm_s`, or as fast as they can; the time that it takes.
 double Pipeline::emit_rate(double rate_mm_s, double length_mm, std::int64_t& feed) {
-  const nc::FeedFormat& format = controller_.numbers.feed;
+  const nc::FeedFormat& format = posting_.controller.numbers.feed;
   const double most = std::min(rate_mm_s, planner_.linear_rate_mm_s());
   feed = format.quanta(nc::FeedMode::per_minute, most);
   if (format.internal(nc::FeedMode::per_minute, feed) > planner_.linear_rate_mm_s() && feed > 1) --feed;
-  report_.feed_time_lost_s += length_mm / most - length_mm / rate_mm_s;
+  posting_.report.feed_time_lost_s += length_mm / most - length_mm / rate_mm_s;
   return length_mm / format.internal(nc::FeedMode::per_minute, feed);
 }
 
@@ -217,10 +220,10 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   block.kind = static_cast<nc::Hole::Kind>(hole.kind);
   block.dwell_ms = std::llround(hole.dwell_s * 1000.0);
   block.source = where;
-  const nc::Template& words_of_cycle = controller_.cycles.words(block);
+  const nc::Template& words_of_cycle = posting_.controller.cycles.words(block);
   const bool steps = hole.kind == cl::Hole::Kind::peck || hole.kind == cl::Hole::Kind::chip_break;
   // Controls have no drilling cycles under tool-centre-point control.
-  if (words_of_cycle.empty() || options_.rtcp || count > kMostMotions ||
+  if (words_of_cycle.empty() || posting_.options.rtcp || count > kMostMotions ||
       hole.feed.mode == cl::FeedMode::inverse || (steps && hole.first_step_mm != hole.step_mm) ||
       (!hole.across && (approach_ || !placed_)))
     return false;
@@ -232,7 +235,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   }
   if (!same_rotary(last_emitted_, end.q) && !plane_) return false;
 
-  const double tolerance_mm = options_.tolerance_mm;
+  const double tolerance_mm = posting_.options.tolerance_mm;
   const auto at = [&](double height) { return word_xyz(hole.top_P + hole.axis_P * height, end.q); };
   const Vec3 middle = at(0.5 * (hole.clear_mm - hole.depth_mm));
   const Vec3 bottom = at(-hole.depth_mm);
@@ -245,7 +248,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits
     if (const auto found = corrected(chunk_->point(k), 0.0); !found) return tl::unexpected(found.error());
   }
-  const nc::AxisFormat& format = controller_.numbers.axes;
+  const nc::AxisFormat& format = posting_.controller.numbers.axes;
   const nc::AxisLetter z = nc::AxisLetter::Z;
   block.bottom = format.quanta(z, bottom.z());
   block.clear = format.quanta(z, clear.z());
@@ -278,13 +281,13 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
     block.words.set(nc::AxisLetter::X, block.from[nc::AxisLetter::X]);
     block.words.set(nc::AxisLetter::Y, block.from[nc::AxisLetter::Y]);
   }
-  if (auto done = write(block); !done) return tl::unexpected(done.error());
+  if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
   const JointVector q = joints_of_xyz(block.words, end.q);
   moved(q, seconds_of(block, end.q));
   last_ = end;
   last_emitted_ = q;
   segment_.reset();
-  ++report_.holes;
+  ++posting_.report.holes;
   if (to_clear && hole.leave_mm > hole.clear_mm) {
     if (auto done = emit_rapid(end); !done) return tl::unexpected(done.error());
   }
@@ -311,11 +314,12 @@ bool Pipeline::holds_place(const nc::Template& words) {
 }
 
 double Pipeline::seconds_of(const nc::Hole& hole, const JointVector& at) const {
-  const double rate = controller_.numbers.feed.internal(nc::FeedMode::per_minute, hole.feed);
+  const double rate = posting_.controller.numbers.feed.internal(nc::FeedMode::per_minute, hole.feed);
   double seconds = 0.0;
   JointVector q = last_emitted_;
   Vec3 before = xyz_of(words(last_emitted_));
-  for (const nc::Stroke& stroke : nc::strokes_of(hole, controller_.cycles, controller_.numbers.axes)) {
+  for (const nc::Stroke& stroke :
+       nc::strokes_of(hole, posting_.controller.cycles, posting_.controller.numbers.axes)) {
     const Vec3 to(stroke.xyz_mm[0], stroke.xyz_mm[1], stroke.xyz_mm[2]);
     const JointVector next = joints_of_xyz(quanta_of(to), at);
     seconds +=

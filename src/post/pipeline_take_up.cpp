@@ -23,7 +23,7 @@ Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axi
   if (!loses_motion_) return compensator_->corrected(tip_P, axis_P, at, state_.lagged(), aim_P_);
   at.direction = state_.now().direction;
   const auto turning = state_.towards(at.q, at.q).direction;
-  for (const AxisId id : machine_.rotary_axes()) at.direction[id] = turning[id];
+  for (const AxisId id : posting_.machine.rotary_axes()) at.direction[id] = turning[id];
   for (int i = 1;; ++i) {
     auto found = compensator_->corrected(tip_P, axis_P, at, state_.lagged());
     if (!found) return found;
@@ -43,7 +43,7 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
   const auto& evaluator = compensator_->evaluator();
   const Vec3 lost = evaluator.errors(at, state_.lagged()).joint[id].rot_rad -
                     evaluator.errors(after, state_.lagged()).joint[id].rot_rad;
-  return lost.dot(machine_.axes[id].direction);
+  return lost.dot(posting_.machine.axes[id].direction);
 }
 
 // A rotary axis that would turn back by less than it loses stays where it is: the part would not follow, and
@@ -52,10 +52,11 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
 // block.
 void Pipeline::hold_idle_turns(JointVector& q) const {
   const MachineState& now = state_.now();
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     const double way = q[id] - last_emitted_[id];
     const bool back = way * now.direction[id] < 0.0;
-    if (machine_.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad()) continue;
+    if (posting_.machine.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad())
+      continue;
     const double lost = lost_turn(now, id, static_cast<std::int8_t>(-now.direction[id]));
     if (lost * way > 0.0 && std::abs(way) < std::max(std::abs(lost), kIdleDigits * rounding_.quantum[id]))
       q[id] = last_emitted_[id];
@@ -72,8 +73,8 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   if (after.direction == now.direction) return false;
   const auto reverses = [&](AxisId id) { return after.direction[id] != now.direction[id]; };
   JointVector q = last_emitted_;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
     if (reverses(id)) {
       const double turn = lost_turn(now, id, after.direction[id]);
       const double way = next[id] - q[id];
@@ -86,15 +87,15 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   const auto found =
       compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
   if (!found) return false;  // the same failure comes with its place for the point itself
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::linear) continue;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
     const double to = rounding_.rounded(id, found->q[id]);
     if (reverses(id) || (to - q[id]) * now.direction[id] > 0.0) q[id] = to;
   }
   if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
-  if (q == last_emitted_ || !is_take_up(machine_, last_emitted_, q)) return false;
+  if (q == last_emitted_ || !is_take_up(posting_.machine, last_emitted_, q)) return false;
   // Micrometres, in a time that no axis has to jump for.
-  const double rate_mm_s = options_.default_feed_mm_s;
+  const double rate_mm_s = posting_.options.default_feed_mm_s;
   const BlockFeed block = planner_.plan(move_to(q, kTakeUp_s * rate_mm_s), rate_mm_s);
   moved(q, block.seconds);
   last_emitted_ = q;

@@ -14,12 +14,12 @@ Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const
   options.inverse = chunk_->inverse;
   options.tool_mm = tool_.vector();
   options.axis_tolerance = tolerances_.cutting().axis;
-  const auto turns =
-      path::plan_turns(machine_, {last_.tip_P, last_.axis_P}, last_.q, motion.point.pose, next.q, options);
+  const auto turns = path::plan_turns(posting_.machine, {last_.tip_P, last_.axis_P}, last_.q,
+                                      motion.point.pose, next.q, options);
   if (!turns) {
     return fail(ErrorCode::check_failed,
                 "from line " + std::to_string(last_.where.line) + " to here: at " + turns.error().message,
-                job_.cl_file, motion.point.where);
+                posting_.job.cl_file, motion.point.where);
   }
   for (const path::TurnAway& turn : *turns) {
     if (turn.share > 0.0) {
@@ -32,7 +32,7 @@ Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const
         turn_waits_ = next.q_leave;
         return true;
       }
-      ++report_.points_inserted;
+      ++posting_.report.points_inserted;
     }
     if (auto done = emit_turn_away(turn.after, motion); !done) return tl::unexpected(done.error());
   }
@@ -60,7 +60,8 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   if (!rate) return tl::unexpected(rate.error());
   const auto up = corrected(away(last_), 0.0);
   if (!up) return tl::unexpected(up.error());
-  if (auto r = emit_feed_per_minute(*up, options_.retract_feed_mm_s, motion.point.where); !r) return r;
+  if (auto r = emit_feed_per_minute(*up, posting_.options.retract_feed_mm_s, motion.point.where); !r)
+    return r;
   state_.move_to(*up);
   last_emitted_ = *up;
   path::Point back = last_;
@@ -84,9 +85,9 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   last_ = back;
   last_emitted_ = *at;
   state_.move_to(last_emitted_);
-  pause(way_mm / options_.retract_feed_mm_s + way_mm / *rate);
-  diagnostics_.note(job_.cl_file, motion.point.where,
-                    "the tool leaves the part here: the rotary axes turn back or change the branch");
+  pause(way_mm / posting_.options.retract_feed_mm_s + way_mm / *rate);
+  posting_.diagnostics.note(posting_.job.cl_file, motion.point.where,
+                            "the tool leaves the part here: the rotary axes turn back or change the branch");
   return emit_feed_per_minute(last_emitted_, *rate, motion.point.where);
 }
 
@@ -95,8 +96,8 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
 bool Pipeline::rewinds(const path::Point& to, const JointVector& q) const {
   constexpr double kHalfTurn = kPi * (1.0 + 1e-9);
   double turn = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::rotary) continue;
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
     const double by = std::abs(q[id] - last_emitted_[id]);
     if (by > kHalfTurn) return true;
     turn += by;
@@ -106,16 +107,17 @@ bool Pipeline::rewinds(const path::Point& to, const JointVector& q) const {
   path::ChoiceOptions options;
   options.tool_mm = tool_.vector();
   options.axis_tolerance = tolerances_.cutting().axis;
-  return !path::connects(machine_, {last_.tip_P, last_.axis_P}, last_.q, {to.tip_P, to.axis_P}, to.q,
+  return !path::connects(posting_.machine, {last_.tip_P, last_.axis_P}, last_.q, {to.tip_P, to.axis_P}, to.q,
                          options);
 }
 
 Result<void> Pipeline::emit_rapid_above(const path::Point& to) {
   const auto q = corrected(to, 0.0);
   if (!q) return tl::unexpected(q.error());
-  ++report_.rewinds_at_rapids;
-  diagnostics_.note(job_.cl_file, to.where,
-                    "a rotary axis turns back or changes the branch at this rapid: at the safe height");
+  ++posting_.report.rewinds_at_rapids;
+  posting_.diagnostics.note(
+      posting_.job.cl_file, to.where,
+      "a rotary axis turns back or changes the branch at this rapid: at the safe height");
   if (auto r = emit_safe_turn(*q, to.where); !r) return r;
   last_emitted_ = *q;
   up_ = false;
@@ -127,9 +129,8 @@ Result<void> Pipeline::emit_rapid(const path::Point& to) {
   if (!q) return tl::unexpected(q.error());
   const double seconds = planner_.rapid_seconds(last_emitted_, *q);
   // Nothing is being cut: a good moment to follow the drift.
-  constexpr double kLatchAgain_s = 60.0;
-  if (variables() && latched_s_ >= 0.0 && report_.duration_s - latched_s_ > kLatchAgain_s) shift_due_ = true;
-  if (auto r = emit_shift(); !r) return r;
+  thermal_.renew();
+  if (auto r = thermal_.write_shift(); !r) return r;
   moved(*q, seconds);
   last_emitted_ = *q;
   return emit_motion(*q, nc::MotionKind::rapid, {}, to.where);

@@ -25,7 +25,7 @@ Vec3 Pipeline::actual_tip_P(const JointVector& q, double t) const {
   const JointVector at = JointVector::interpolate(last_emitted_, q, t);
   Vec3 tip_P = compensator_ ? compensator_->actual(state_.towards(q, at), state_.lagged()).tip_P
                             : Vec3(kinematics_.pose(at).tip_P);
-  if (offsets_) tip_P += offsets_->deviation_P(part_in_machine(machine_, at).R);
+  if (thermal_.has_offsets()) tip_P += thermal_.deviation_P(at);
   return tip_P;
 }
 
@@ -60,7 +60,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) 
   }
   at.q = q;
   meter_->place(at, q, state_);
-  from.tcp = at.tcp = options_.rtcp;
+  from.tcp = at.tcp = posting_.options.rtcp;
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
   const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
   return found.tip_mm.upper >
@@ -71,7 +71,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) 
 // the errors over the motion is all that is needed of them. `bounded`: norms were asked beforehand.
 bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm,
                             bool bounded) const {
-  if (options_.rtcp || plane_ || holds_digits_) return false;
+  if (posting_.options.rtcp || plane_ || holds_digits_) return false;
   const auto most = meter_->bend_at_most(last_emitted_, q);
   if (!most) return false;
   const double slack_mm = most->tip_mm + path::kBothEnds * word_radius_mm_;
@@ -82,7 +82,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   const Vec3& tip1_P = segment_->second.tip_P;
   const auto norms_suffice = [&] {
     // The nominal tip is off these by the correction, which began at rounded words and was rounded.
-    const double moved_mm = kAskew * (report_.largest_correction_mm + 2.0 * word_radius_mm_);
+    const double moved_mm = kAskew * (posting_.report.largest_correction_mm + 2.0 * word_radius_mm_);
     const double left_mm =
         limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
     if (left_mm < 0.0) return false;
@@ -117,8 +117,9 @@ path::Tolerance Pipeline::span_tolerance() const {
   constexpr double kTipShare = 0.1;   // left to the errors between the blocks
   constexpr double kRoundings = 4.0;  // nominal and corrected words, at both ends
   double quanta2 = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::linear) quanta2 += rounding_.quantum[id] * rounding_.quantum[id];
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::linear)
+      quanta2 += rounding_.quantum[id] * rounding_.quantum[id];
   }
   path::Tolerance out = tolerances_.cutting();
   const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
@@ -156,22 +157,25 @@ std::optional<JointVector> Pipeline::without_idle_digits(const path::Point& to, 
   const JointVector after = words(q);
   JointVector held = q;
   bool turns = false;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::rotary) {
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::rotary) {
       turns = turns || q[id] != last_emitted_[id];
       continue;
     }
-    const auto quanta = [&](double word) { return controller_.numbers.axes.quanta(letters_[id], word); };
+    const auto quanta = [&](double word) {
+      return posting_.controller.numbers.axes.quanta(posting_.letters[id], word);
+    };
     if (std::abs(quanta(after[id]) - quanta(before[id])) > kIdleQuanta) return std::nullopt;
     held[id] = last_emitted_[id];
   }
   if (!turns) return std::nullopt;
-  if (options_.rtcp) {
+  if (posting_.options.rtcp) {
     kinematics_.solve_linear(word_tip_P(last_emitted_), kinematics_.sines(held), held);
-    return strays_mm(to, held, 1.0) > kMargin * options_.tolerance_mm ? std::nullopt : std::optional(held);
+    return strays_mm(to, held, 1.0) > kMargin * posting_.options.tolerance_mm ? std::nullopt
+                                                                              : std::optional(held);
   }
   for (const double t : {0.25, 0.5, 0.75, 1.0}) {
-    if (strays_mm(to, held, t) > kMargin * options_.tolerance_mm) return std::nullopt;
+    if (strays_mm(to, held, t) > kMargin * posting_.options.tolerance_mm) return std::nullopt;
   }
   return held;
 }
@@ -179,10 +183,10 @@ std::optional<JointVector> Pipeline::without_idle_digits(const path::Point& to, 
 Vec3 Pipeline::word_tip_P(const JointVector& q) const {
   const JointVector at = part_words(q);
   Vec3 tip = Vec3::Zero();
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind == AxisKind::linear)
-      tip[static_cast<Eigen::Index>(nc::index(letters_[id]))] =
-          controller_.numbers.axes.rounded(letters_[id], at[id]);
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind == AxisKind::linear)
+      tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] =
+          posting_.controller.numbers.axes.rounded(posting_.letters[id], at[id]);
   }
   return plane_ ? plane_->X_PF * tip : tip;
 }
@@ -196,7 +200,7 @@ JointVector Pipeline::words(const JointVector& q) const {
 
 FeedPlanner::Move Pipeline::move_to(const JointVector& q, double tip_mm) const {
   FeedPlanner::Move move{last_emitted_, q, tip_mm, std::nullopt, 0.0};
-  if (!options_.rtcp) {
+  if (!posting_.options.rtcp) {
     move.axes_s = planner_.slowest_axis_s(last_emitted_, q);
     return move;
   }
@@ -220,9 +224,9 @@ JointVector Pipeline::part_words(const JointVector& q) const {
   // A CL file of more digits has points half way between two words: away from zero then, however the
   // evaluation of the tip was rounded.
   constexpr double kHalfWay_mm = 1e-9;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    if (machine_.axes[id].kind != AxisKind::linear) continue;
-    const double word = tip[static_cast<Eigen::Index>(nc::index(letters_[id]))];
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+    if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
+    const double word = tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))];
     words[id] = word + std::copysign(kHalfWay_mm, word);
   }
   return words;

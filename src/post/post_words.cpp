@@ -140,14 +140,14 @@ std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& 
 // The chunk of motions before the word is written; the intake has acted on it for those behind it.
 Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where) {
   std::string cut;
-  if (word.word == "LIMITS" && take_limits(word, *job_.machine, machine_, cut)) {
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-      least_[id] = machine_.axes[id].min;
-      most_[id] = machine_.axes[id].max;
+  if (word.word == "LIMITS" && take_limits(word, *posting_.job.machine, posting_.machine, cut)) {
+    for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
+      least_[id] = posting_.machine.axes[id].min;
+      most_[id] = posting_.machine.axes[id].max;
     }
     if (!cut.empty()) {
-      diagnostics_.warning(job_.cl_file, where,
-                           "LIMITS: axis " + cut + " has less travel than that; its own limits stay");
+      posting_.diagnostics.warning(posting_.job.cl_file, where,
+                                   "LIMITS: axis " + cut + " has less travel than that; its own limits stay");
     }
     return {};
   }
@@ -159,14 +159,14 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     clear_plane_ = clear_plane_of(word);
     if (clear_plane_ || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
   }
-  if (measure_of(word, machine_)) return {};
-  if (const auto turn = table_turn_of(word, machine_, last_.q)) {
-    const Axis& axis = machine_.axes[turn->axis];
+  if (measure_of(word, posting_.machine)) return {};
+  if (const auto turn = table_turn_of(word, posting_.machine, last_.q)) {
+    const Axis& axis = posting_.machine.axes[turn->axis];
     if (axis.within_limits(turn->angle)) return turn_table(turn->axis, turn->angle, turn->now, where);
     return fail(ErrorCode::check_failed,
                 word.word + ": axis " + axis.name + " would stand at " +
                     fixed_text(turn->angle * kDegreePerRad, 4) + " deg, beyond its limits",
-                job_.cl_file, where);
+                posting_.job.cl_file, where);
   }
   std::string text = word.word;
   for (std::size_t i = 0; i < word.fields.size(); ++i) {
@@ -174,20 +174,20 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     text += word.fields[i];
   }
   text += " is not acted on";
-  diagnostics_.warning_once("post word " + text, job_.cl_file, where, text);
+  posting_.diagnostics.warning_once("post word " + text, posting_.job.cl_file, where, text);
   return {};
 }
 
 double Pipeline::retract_way_mm(const path::Point& point, SourceRef where) {
-  if (!clear_plane_) return options_.retract_mm;
+  if (!clear_plane_) return posting_.options.retract_mm;
   const double rises = point.axis_P.dot(clear_plane_->normal_P);
   const double missing = clear_plane_->distance_mm - point.tip_P.dot(clear_plane_->normal_P);
   if (rises > 1e-3 && missing > 0.0) return missing / rises;
-  diagnostics_.warning(
-      job_.cl_file, where,
+  posting_.diagnostics.warning(
+      posting_.job.cl_file, where,
       "the tool does not come to the clearance plane (CLEARP) along its axis: it leaves by " +
-          shortest_text(options_.retract_mm) + " mm");
-  return options_.retract_mm;
+          shortest_text(posting_.options.retract_mm) + " mm");
+  return posting_.options.retract_mm;
 }
 
 Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {
@@ -198,7 +198,8 @@ Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef w
   if (!now || !placed_) return {};
   if (auto r = emit_retract(where); !r) return r;
   last_emitted_[id] = rounded;
-  return emit_motion(last_emitted_, nc::MotionKind::rapid, {}, where, nc::AxisWords::bit(letters_[id]));
+  return emit_motion(last_emitted_, nc::MotionKind::rapid, {}, where,
+                     nc::AxisWords::bit(posting_.letters[id]));
 }
 
 }  // namespace trunnion::post

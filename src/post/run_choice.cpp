@@ -22,34 +22,35 @@ void Pipeline::tell_notes() {
   const auto& motions = chunk_->motions;
   const auto& chosen = chunk_->chosen;
   for (const path::PoleStretch& s : chunk_->pole) {
-    ++report_.pole_stretches;
-    report_.largest_pole_tilt = std::max(report_.largest_pole_tilt, s.tilted_by);
-    if (report_.pole_stretches > kMostNotes) continue;
-    diagnostics_.note(job_.cl_file, motions[s.first].point.where,
-                      "pole: up to line " + std::to_string(motions[s.last].point.where.line) +
-                          " the tool axis is tilted by up to " + degrees_text(s.tilted_by) +
-                          ", the tip unchanged: the inner rotary axis turns by at most " +
-                          degrees_text(s.turn_after) + " between two points instead of " +
-                          degrees_text(s.turn_before) + (s.early ? "; it turns early, at the rapid" : ""));
+    ++posting_.report.pole_stretches;
+    posting_.report.largest_pole_tilt = std::max(posting_.report.largest_pole_tilt, s.tilted_by);
+    if (posting_.report.pole_stretches > kMostNotes) continue;
+    posting_.diagnostics.note(posting_.job.cl_file, motions[s.first].point.where,
+                              "pole: up to line " + std::to_string(motions[s.last].point.where.line) +
+                                  " the tool axis is tilted by up to " + degrees_text(s.tilted_by) +
+                                  ", the tip unchanged: the inner rotary axis turns by at most " +
+                                  degrees_text(s.turn_after) + " between two points instead of " +
+                                  degrees_text(s.turn_before) +
+                                  (s.early ? "; it turns early, at the rapid" : ""));
   }
   // What is left of large turns near the pole while cutting, and C that a rapid turned early.
   if (kinematics_.rotary_count() < 2) return;
   const AxisId inner = kinematics_.rotary(1);
-  const double upright = std::cos(options_.pole.cone.rad());
+  const double upright = std::cos(posting_.options.pole.cone.rad());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (i == 0 && !placed_) continue;
     const double before = i > 0 ? chosen[i - 1].q_leave[inner] : last_.q[inner];
     const double turn = std::abs(chosen[i].q[inner] - before);
-    if (turn <= options_.pole.min_turn.rad() || chosen[i].reconfigure) continue;
+    if (turn <= posting_.options.pole.min_turn.rad() || chosen[i].reconfigure) continue;
     if (std::abs(kinematics_.direction(1).dot(motions[i].point.pose.axis_P)) < upright) continue;
     const bool rapid = motions[i].point.rapid;
     if (rapid && !chosen[i].singular) continue;
-    std::size_t& count = rapid ? report_.pole_turns_early : report_.pole_turns_cutting;
+    std::size_t& count = rapid ? posting_.report.pole_turns_early : posting_.report.pole_turns_cutting;
     if (++count > kMostNotes) continue;
-    diagnostics_.note(job_.cl_file, motions[i].point.where,
-                      "pole: axis " + machine_.axes[inner].name + " turns by " +
-                          degrees_text(Angle::radians(turn)) +
-                          (rapid ? " early, at this rapid" : " while cutting; points are inserted"));
+    posting_.diagnostics.note(posting_.job.cl_file, motions[i].point.where,
+                              "pole: axis " + posting_.machine.axes[inner].name + " turns by " +
+                                  degrees_text(Angle::radians(turn)) +
+                                  (rapid ? " early, at this rapid" : " while cutting; points are inserted"));
   }
 }
 
@@ -64,19 +65,19 @@ void Pipeline::choose_plane() {
   bool wanted = true;
   for (std::size_t i = 0; i < chosen.size() && wanted; ++i) {
     wanted = (motions[i].point.pose.axis_P - axis_P).norm() < kSameAxis && !chosen[i].reconfigure;
-    for (const AxisId id : machine_.rotary_axes()) {
+    for (const AxisId id : posting_.machine.rotary_axes()) {
       wanted = wanted && std::abs(chosen[i].q[id] - chosen[0].q[id]) < kSameAxis &&
                std::abs(chosen[i].q_leave[id] - chosen[0].q[id]) < kSameAxis;
     }
   }
   JointVector q = chosen[0].q;
-  for (const AxisId id : machine_.rotary_axes()) q[id] = rounding_.rounded(id, q[id]);
-  const Mat3 axes_P = part_in_machine(machine_, q).R.transpose();
+  for (const AxisId id : posting_.machine.rotary_axes()) q[id] = rounding_.rounded(id, q[id]);
+  const Mat3 axes_P = part_in_machine(posting_.machine, q).R.transpose();
   // Where the part is not turned there is nothing to tilt.
   wanted = wanted && (axes_P - Mat3::Identity()).norm() > kSameAxis;
   nc::TiltedPlane block;
-  const PlaneFrame frame = PlaneFrame::of(controller_, axes_P, Vec3::Zero(), block);
-  if (wanted && q[machine_.rotary_axes().front()] < 0.0) block.direction = -1;
+  const PlaneFrame frame = PlaneFrame::of(posting_.controller, axes_P, Vec3::Zero(), block);
+  if (wanted && q[posting_.machine.rotary_axes().front()] < 0.0) block.direction = -1;
   const bool same = plane_ && wanted && block.angles == next_plane_block_.angles &&
                     block.direction == next_plane_block_.direction;
   if (same && !approach_) return;
@@ -96,7 +97,7 @@ void Pipeline::choose_plane() {
 Result<void> Pipeline::leave_plane() {
   if (!plane_) return {};
   plane_.reset();
-  return write(nc::TiltedPlane{});
+  return posting_.write(nc::TiltedPlane{});
 }
 
 }  // namespace trunnion::post

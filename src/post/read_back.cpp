@@ -1,0 +1,83 @@
+#include "post/read_back.hpp"
+
+#include <utility>
+
+namespace trunnion::post {
+namespace {
+
+VerifyOptions verify_options(const PostJob& job, const PostOptions& options, const ModelEvaluator* errors) {
+  VerifyOptions v;
+  v.tolerance_mm = options.tolerance_mm;
+  v.rapid_tolerance_mm = options.rapid_tolerance_mm;
+  v.axis_tolerance = options.axis_tolerance.value_or(job.machine->axis_tolerance);
+  v.pole = options.pole;
+  v.certify = options.nonlinear.certify;
+  v.truth = errors;
+  v.temperatures = job.temperatures;
+  v.offsets = job.offsets;
+  v.offset_limits = job.offset_limits;
+  if (job.run_time_drift != nullptr) v.run_time_temperatures = &job.run_time_drift->history;
+  v.tools = options.tools;
+  v.work_offset = options.work_offset;
+  v.smoothing_mm = options.smoothing_mm;
+  v.default_feed_mm_s = options.default_feed_mm_s;
+  v.collect = options.collect;
+  return v;
+}
+
+}  // namespace
+
+ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const ModelEvaluator* errors) {
+  if (!options.verify) return;
+  const std::string nc_file = "<program>";
+  with_errors_ = std::make_unique<Verifier>(*job.machine, *job.controller,
+                                            verify_options(job, options, errors), nc_file, diagnostics_);
+  if (errors == nullptr && job.offsets == nullptr) return;
+  VerifyOptions nominal = verify_options(job, options, nullptr);
+  nominal.collect = false;
+  nominal.offsets = nullptr;
+  nominal.run_time_temperatures = nullptr;
+  nominal_ = std::make_unique<Verifier>(*job.machine, *job.controller, nominal, nc_file, diagnostics_);
+  with_errors_->share_with(*nominal_);
+}
+
+void ReadBack::expect(const Chunk& chunk) {
+  if (!with_errors_) return;
+  for (const Event& event : chunk.events) {
+    if (const auto* change = std::get_if<cl::ToolChange>(&event.record.data))
+      with_errors_->expect_tool(change->number, *change->gauge_length_mm);
+  }
+  if (!chunk.tool.control_adds_length) with_errors_->expect_no_length();
+  std::size_t event = 0;
+  for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
+    for (; event < chunk.events.size() && chunk.events[event].before == i; ++event)
+      with_errors_->expect(chunk.events[event].record);
+    if (i == chunk.motions.size()) break;
+    const Pending& p = chunk.motions[i];
+    with_errors_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
+                         p.point.where);
+  }
+  with_errors_->text(unread_);
+  unread_.clear();
+}
+
+void ReadBack::take(std::string& text) {
+  if (with_errors_) unread_.swap(text);
+}
+
+Result<void> ReadBack::finish(PostReport& report) {
+  if (with_errors_) {
+    with_errors_->text(unread_);
+    auto verified = with_errors_->finish();
+    if (!verified) return tl::unexpected(verified.error());
+    report.verification = std::move(*verified);
+  }
+  if (nominal_) {
+    auto verified = nominal_->finish();
+    if (!verified) return tl::unexpected(verified.error());
+    report.nominal_verification = std::move(*verified);
+  }
+  return {};
+}
+
+}  // namespace trunnion::post
