@@ -42,7 +42,7 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
           },
           [&](const cl::WorkOffset& w) { return check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
-            if (g.diameter_mm) tool_diameter_mm_ = *g.diameter_mm;
+            if (g.diameter_mm) spindle_.set_diameter(*g.diameter_mm);
             own_length_mm_ = g.length_mm.value_or(0.0);
             own_length_where_ = record.where;
             return Result<void>{};
@@ -62,64 +62,22 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
       record.data);
 }
 
-Result<void> Pipeline::emit_spindle(const cl::Spindle& s, SourceRef where) {
-  spindle_said_ = true;
-  if (s.state == cl::Spindle::State::off) {
+Result<void> Pipeline::emit_spindle(const cl::Spindle& spindle, SourceRef where) {
+  const bool stops = spindle.state == cl::Spindle::State::off;
+  if (stops) {
     if (auto r = emit_pause_above(where); !r) return r;
-    state_.spindle(0.0);
-    spindle_asked_ = {};
-    return posting_.write(spindle_asked_);
   }
-  if (s.state == cl::Spindle::State::orient) {
-    posting_.diagnostics.warning_once("orient", posting_.job.cl_file, where, "SPINDL/ORIENT is not acted on");
-    return {};
-  }
-  if (s.speed_rpm) spindle_rpm_ = *s.speed_rpm;
-  if (s.surface_speed_mm_s) {
-    if (tool_diameter_mm_ <= 0.0) {
-      return fail(ErrorCode::wrong_input, "SPINDL gives a surface speed and no CUTTER or TLDATA a diameter",
-                  posting_.job.cl_file, where);
-    }
-    spindle_rpm_ = *s.surface_speed_mm_s / (kPi * tool_diameter_mm_) * kSecondsPerMinute;
-  }
-  if (s.max_rpm) spindle_rpm_ = std::min(spindle_rpm_, *s.max_rpm);
-  if (spindle_rpm_ <= 0.0) {
-    posting_.diagnostics.warning_once("no speed", posting_.job.cl_file, where,
-                                      "SPINDL gives no speed, and none was given before: left out");
-    return {};
-  }
-  constexpr double kFastest_rpm = 1e6;
-  if (std::llround(std::min(spindle_rpm_, 2.0 * kFastest_rpm)) < 1 || spindle_rpm_ > kFastest_rpm) {
-    return fail(ErrorCode::wrong_input,
-                "SPINDL: " + shortest_text(spindle_rpm_) + " rpm is not between 1 and " +
-                    shortest_text(kFastest_rpm) + " rpm",
-                posting_.job.cl_file, where);
-  }
-  state_.spindle(spindle_rpm_);
-  nc::Spindle out;
-  out.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
-  out.rpm = std::llround(spindle_rpm_);
-  spindle_asked_ = out;
-  // Not with the tool of the program before: its own is called first, where it has one.
-  return tool_called_ || placed_ ? posting_.write(out) : Result<void>{};
-}
-
-void Pipeline::warn_of_spindle(SourceRef where) {
-  spindle_said_ = true;
-  if (spindle_asked_.turn == nc::SpindleTurn::off) {
-    posting_.diagnostics.warning(posting_.job.cl_file, where,
-                                 "no SPINDL before this cut: the spindle does not turn");
-  } else {
-    posting_.diagnostics.warning(posting_.job.cl_file, where,
-                                 "no SPINDL since the tool was loaded: it turns at the " +
-                                     std::to_string(spindle_asked_.rpm) + " rpm of the tool before");
-  }
+  const auto asked = spindle_.ask(spindle, where);
+  if (!asked) return tl::unexpected(asked.error());
+  if (!*asked) return {};
+  state_.spindle(stops ? 0.0 : spindle_.rpm());
+  return stops || spindle_.go_on_at_once(placed_) ? posting_.write(**asked) : Result<void>{};
 }
 
 Result<void> Pipeline::emit_coolant(nc::CoolantKind kind) {
-  coolant_asked_ = kind == nc::CoolantKind::off ? 0U : coolant_asked_ | (1U << static_cast<unsigned>(kind));
-  return kind == nc::CoolantKind::off || tool_called_ || placed_ ? posting_.write(nc::Coolant{kind})
-                                                                 : Result<void>{};
+  spindle_.ask(kind);
+  return kind == nc::CoolantKind::off || spindle_.go_on_at_once(placed_) ? posting_.write(nc::Coolant{kind})
+                                                                         : Result<void>{};
 }
 
 Result<void> Pipeline::emit_stop(const cl::Stop& stop, SourceRef where) {
@@ -132,16 +90,14 @@ Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where
   up_ = false;  // the control may move any axis for it
   returns_ = false;
   approach_ = true;
-  tool_called_ = true;
-  spindle_said_ = false;
-  resumes_ = true;
+  spindle_.tool_called();
   nc::ToolCall call;
   call.tool = t.number;
   call.length_offset = *t.length_register;
-  length_offset_ = call.length_offset;
+  length_register_ = call.length_offset;
   const std::string text = "tool " + std::to_string(t.number) + ", gauge length " +
                            shortest_text(*t.gauge_length_mm) + " mm, length register " +
-                           std::to_string(length_offset_);
+                           std::to_string(length_register_);
   if (auto r = posting_.write(nc::Comment{text}); !r) return r;
   if (auto r = posting_.write(call); !r) return r;
   pause(posting_.controller.tool_change_s);
@@ -164,18 +120,18 @@ void Pipeline::check_own_length() {
 Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {
   double seconds = d.seconds;
   if (d.revolutions) {
-    if (spindle_rpm_ <= 0.0) {
+    if (spindle_.rpm() <= 0.0) {
       return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed",
                   posting_.job.cl_file, where);
     }
-    seconds = *d.revolutions / spindle_rpm_ * kSecondsPerMinute;
+    seconds = *d.revolutions / spindle_.rpm() * kSecondsPerMinute;
   }
   constexpr double kLongest_s = 86400.0;
   if (seconds > kLongest_s) {
     return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day",
                 posting_.job.cl_file, where);
   }
-  if (auto r = resume(); !r) return r;
+  if (auto r = spindle_.resume(); !r) return r;
   pause(seconds);
   return posting_.write(nc::Dwell{std::llround(seconds * 1000.0)});
 }

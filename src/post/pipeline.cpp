@@ -7,69 +7,41 @@
 #include "trunnion/base/number_text.hpp"
 
 namespace trunnion::post {
-namespace {
-
-// Under tool-centre-point control the linear words are not joint positions: those are not rounded.
-JointVector quantum_of(const Machine& machine, const nc::Controller& controller, bool rtcp) {
-  JointVector out;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (rtcp && machine.axes[id].kind == AxisKind::linear) continue;
-    out[id] = controller.numbers.axes.quantum(*nc::axis_letter(machine.axes[id].name));
-  }
-  return out;
-}
-
-}  // namespace
-
 Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink,
                    Diagnostics& diagnostics)
     : sink_(sink),
       all_findings_(diagnostics),
       posting_(job, options),
       tool_{options.tools.length_mm.value_or(posting_.machine.tool_length_mm)},
-      quantum_(quantum_of(posting_.machine, posting_.controller, options.rtcp)),
+      axis_words_(posting_, tool_),
       kinematics_(posting_.machine, tool_.vector()),
-      rounding_(path::Rounding::of(posting_.machine, tool_.in_words(), quantum_)),
-      refiner_(posting_.machine, tool_.vector(), rounding_, options.nonlinear),
-      rapid_refiner_(posting_.machine, tool_.vector(), rounding_, {}),
+      refiner_(posting_.machine, tool_.vector(), axis_words_.rounding(), options.nonlinear),
+      rapid_refiner_(posting_.machine, tool_.vector(), axis_words_.rounding(), {}),
       planner_(posting_.machine, posting_.controller, options.feed),
       tolerances_(job, options),
-      word_offsets_(words_of(posting_.machine, JointVector(), tool_.in_words())),
       state_(posting_.machine.axes.size(),
              job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),
       evaluator_(job.model != nullptr ? std::make_unique<ModelEvaluator>(*job.model) : nullptr),
+      spindle_(posting_),
       thermal_(posting_),
       read_back_(job, options, evaluator_.get()) {
-  const Machine& machine = posting_.machine;
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    const nc::AxisLetter letter = posting_.letters[id];
-    least_[id] = machine.axes[id].min;
-    most_[id] = machine.axes[id].max;
-    plain_.words.set(letter, 0);
-    quanta_per_unit_[id] = 1.0 / posting_.controller.numbers.axes.quantum(letter);
-    if (machine.axes[id].kind != AxisKind::linear) continue;
-    word_radius_mm_ = std::hypot(word_radius_mm_, 0.5 * rounding_.quantum[id]);
-  }
-  axis_count_ = machine.axes.size();
-  writes_runs_ = axis_count_ == nc::RunBlock::kAxes && !options.rtcp;
   if (evaluator_) {
     compensators_ = std::make_unique<Compensators>(*job.machine, *job.model);
     loses_motion_ = evaluator_->depends_on() >= DependsOn::motion;
     knows_history_ = evaluator_->depends_on() > DependsOn::position;
   }
   set_tool(tool_);
-  corrects_by_place_ =
-      compensator_ != nullptr && writes_runs_ && meter_->is_fixed() && !loses_motion_ && !knows_history_;
+  corrects_by_place_ = compensator_ != nullptr && axis_words_.fill_runs() && meter_->is_fixed() &&
+                       !loses_motion_ && !knows_history_;
 }
 
 void Pipeline::set_tool(const SpindleTool& tool) {
   tool_ = tool;
   const Vec3 vector = tool.vector();
   kinematics_ = TableKinematics(posting_.machine, vector);
-  rounding_ = path::Rounding::of(posting_.machine, tool.in_words(), quantum_);
-  refiner_ = path::Refiner(posting_.machine, vector, rounding_, posting_.options.nonlinear);
-  rapid_refiner_ = path::Refiner(posting_.machine, vector, rounding_, {});
-  word_offsets_ = words_of(posting_.machine, JointVector(), tool.in_words());
+  axis_words_.set_tool(tool);
+  refiner_ = path::Refiner(posting_.machine, vector, axis_words_.rounding(), posting_.options.nonlinear);
+  rapid_refiner_ = path::Refiner(posting_.machine, vector, axis_words_.rounding(), {});
   if (compensators_) compensator_ = &compensators_->of(tool.length_mm);
   if (compensator_ == nullptr && !thermal_.has_offsets()) return;
   meter_.emplace(posting_.machine, vector, evaluator_.get(), thermal_.followed(),
@@ -186,7 +158,7 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
     case cl::FeedMode::per_minute:
       return feed.value;
     case cl::FeedMode::per_revolution:
-      if (spindle_rpm_ > 0.0) return feed.value * spindle_rpm_ / kSecondsPerMinute;
+      if (spindle_.rpm() > 0.0) return feed.value * spindle_.rpm() / kSecondsPerMinute;
       return fail(ErrorCode::wrong_input, "the feed is given per revolution and the spindle has no speed",
                   posting_.job.cl_file, where);
     case cl::FeedMode::inverse:
@@ -273,7 +245,7 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
 void Pipeline::round_joints(JointVector& q) const {
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (plane_ && posting_.machine.axes[id].kind == AxisKind::linear) continue;
-    q[id] = rounding_.rounded(id, q[id]);
+    q[id] = axis_words_.rounded(id, q[id]);
   }
 }
 
@@ -285,7 +257,8 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
 }
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
-  if (!within_travel(q)) beyond_travel_.note(posting_.machine, q, rounding_.quantum, tool_, point.where);
+  if (!axis_words_.are_within_travel(q))
+    beyond_travel_.note(posting_.machine, q, axis_words_.rounding().quantum, tool_, point.where);
 }
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,

@@ -14,10 +14,12 @@
 #include "post/deviation_meter.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
+#include "post/joint_words.hpp"
 #include "post/post_words.hpp"
 #include "post/posting.hpp"
 #include "post/program_state.hpp"
 #include "post/read_back.hpp"
+#include "post/spindle_and_coolant.hpp"
 #include "post/thermal_output.hpp"
 
 namespace trunnion::post {
@@ -40,7 +42,7 @@ class Pipeline {
   void tell_findings();
 
   /// Of the words, as path::Rounding has it.
-  const JointVector& quantum() const { return quantum_; }
+  const JointVector& quantum() const { return axis_words_.rounding().quantum; }
   /// Where the errors hang on the position alone; else null.
   const path::Compensator* compensator_by_place(const SpindleTool& tool) const {
     return corrects_by_place_ ? &compensators_->of(tool.length_mm) : nullptr;
@@ -92,7 +94,6 @@ class Pipeline {
   path::Point point_of(const FeedPlanner::Stop& stop, std::size_t i) const;
   Result<void> emit_plain_run(PlainRun& run);
   std::size_t write_plain_run(const PlainRun& run, std::size_t done);
-  bool run_words(const JointVector& q, nc::RunBlock& block) const;
   Result<void> emit_plain_block(const PlainRun& run, std::size_t block);
   Result<void> emit_to(const path::Point& point, const Pending& motion);
   /// The segment to motion `i` of the chunk, where it was prepared for what the pipeline is about to do.
@@ -120,8 +121,6 @@ class Pipeline {
   Result<void> emit_event(const cl::Record& record);
   Result<void> emit_event_at(const cl::Record& record);
   Result<void> emit_spindle(const cl::Spindle& spindle, SourceRef where);
-  /// Before a cut for which the CL file has said nothing.
-  void warn_of_spindle(SourceRef where);
   Result<void> emit_coolant(nc::CoolantKind kind);
   Result<void> emit_stop(const cl::Stop& stop, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change, SourceRef where);
@@ -137,7 +136,6 @@ class Pipeline {
   /// To the safe height, from where the tool comes back if the program cuts on.
   Result<void> emit_pause_above(SourceRef where);
   Result<void> emit_return(const Pending& motion);
-  Result<void> resume();
   Result<void> emit_end();
   Result<void> emit_approach(const path::Point& to, const Pending& motion);
   Result<void> emit_safe_turn(const JointVector& q, SourceRef where);
@@ -195,34 +193,23 @@ class Pipeline {
   Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
   JointVector expected(const JointVector& nominal) const;
   void check_limits(const path::Point& point, const JointVector& q);
-  bool within_travel(const JointVector& q) const;
   void note(const path::SegmentReport& report);
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
-    return rounded_point(kinematics_, rounding_, point, q);
+    return rounded_point(kinematics_, axis_words_.rounding(), point, q);
   }
 
   const TextSink& sink_;
   Diagnostics& all_findings_;
   Posting posting_;
   SpindleTool tool_;
-  JointVector quantum_;
+  JointWords axis_words_;
   TableKinematics kinematics_;
-  path::Rounding rounding_;
   path::Refiner refiner_, rapid_refiner_;
   FeedPlanner planner_;
   PathTolerances tolerances_;
-  JointVector least_, most_;     // travel of the axes
-  JointVector word_offsets_;     // word minus joint position
-  JointVector quanta_per_unit_;  // of the words
-  bool writes_runs_ = false;     // the words of all axes stand on their grid
-  std::size_t axis_count_ = 0;
-  double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
-  nc::Motion plain_;             // a feed motion of all axes
-  double spindle_rpm_ = 0.0;
-  double tool_diameter_mm_ = 0.0;
   double own_length_mm_ = 0.0;  // of the tool, as TLDATA has it, until its first motion
   SourceRef own_length_where_;
-  std::int64_t length_offset_ = 1;
+  std::int64_t length_register_ = 1;
   nc::CutterSide cutter_ = nc::CutterSide::off;
   bool cutter_changes_ = false;  // with the next motion
 
@@ -239,12 +226,7 @@ class Pipeline {
   bool approach_ = true;  // the next motion starts from an unknown or safe position
   bool up_ = false;       // Z is at the safe height
   bool returns_ = false;  // from where it comes back to `last_`
-  bool resumes_ = true;   // spindle and coolant are to be said again before the next motion
-  nc::Spindle spindle_asked_;
-  unsigned coolant_asked_ = 0;  // bit per kind
-  bool tool_called_ = false;
-  bool spindle_said_ = false;  // for the tool at hand, or it was warned of
-  path::Point last_;           // nominal, on the word grid
+  path::Point last_;      // nominal, on the word grid
   JointVector last_emitted_;
   Vec3 aim_P_ = Vec3::Zero();              // path::Corrected::aim_P of the last point
   std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
@@ -264,6 +246,7 @@ class Pipeline {
   mutable std::array<Vertex, 2> vertices_;  // the last two places where it was read: ends of a block
   std::optional<std::pair<Target, Target>>
       segment_;  // of the CL path, on which blocks are now; where it is known
+  SpindleAndCoolant spindle_;
   ThermalOutput thermal_;
   BeyondTravel beyond_travel_;
   ReadBack read_back_;

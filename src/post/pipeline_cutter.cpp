@@ -21,7 +21,7 @@ Result<void> Pipeline::emit_cutter_compensation(const cl::CutterCompensation& c,
     if (side == nc::CutterSide::off) return {};
     return refuse("the tool must have been positioned before it is switched on");
   }
-  const std::int64_t number = c.wear_register ? *c.wear_register : length_offset_;
+  const std::int64_t number = c.wear_register ? *c.wear_register : length_register_;
   if (side != nc::CutterSide::off) {
     posting_.diagnostics.warning_once("wear", posting_.job.cl_file, where,
                                       "CUTCOM: verified with nothing in register " + std::to_string(number) +

@@ -8,23 +8,10 @@
 
 namespace trunnion::post {
 
-bool Pipeline::within_travel(const JointVector& q) const {
-  // Positions that the machine has no axis for are zero, as their travel.
-  return joints_within(q, least_, most_);
-}
-
 // Words are positions of the machine, all of them.
 Result<void> Pipeline::write_plain(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                    SourceRef where) {
-  plain_.kind = kind;
-  plain_.feed_mode = feed.mode;
-  plain_.feed = feed.quanta;
-  plain_.source = where;
-  for (AxisId id = 0; id < axis_count_; ++id) {
-    plain_.words.quanta[nc::index(posting_.letters[id])] =
-        posting_.controller.numbers.axes.quanta(posting_.letters[id], q[id] + word_offsets_[id]);
-  }
-  return posting_.writer.write(plain_);
+  return posting_.writer.write(axis_words_.motion(q, kind, feed, where));
 }
 
 // Words are positions of the axes, and nothing but the place has a say in where those go: on the nominal
@@ -113,7 +100,9 @@ std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, d
     if (known.keeps[k] == 0) break;
     const JointVector* const from = &known.joints[k - 1];
     const JointVector& q = known.joints[k];
-    if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) || !within_travel(q)) break;
+    if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) ||
+        !axis_words_.are_within_travel(q))
+      break;
     last = &q;
     ++count;
     run.stops[count] = {&q, &chunk_->motions[i].point.pose.tip_P};
@@ -169,7 +158,7 @@ const JointVector* Pipeline::known_correction(std::size_t number) const {
   // Where one of them is too large each is asked for by itself, which tells the place.
   if (corrections.largest_correction_mm > posting_.options.largest_correction_mm) return nullptr;
   const JointVector* const q = &corrections.joints[number];
-  return within_travel(*q) ? q : nullptr;
+  return axis_words_.are_within_travel(*q) ? q : nullptr;
 }
 
 // The block to `to`, whose tip is `tip_P` of the chunk, of motion `i` and this number among the corrections:
@@ -187,7 +176,8 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   const bool bounded = known != nullptr && number > 0 && corrections.known[number - 1] != 0 &&
                        same_joints(corrections.joints[number - 1], last_emitted_);
   const bool keeps = bounded && corrections.keeps[number] != 0;
-  if (*found != last_emitted_ && within_travel(*found) && (keeps || !bends(to, *found, bounded))) {
+  if (*found != last_emitted_ && axis_words_.are_within_travel(*found) &&
+      (keeps || !bends(to, *found, bounded))) {
     if (known != nullptr) {
       run.add(FeedPlanner::Stop{known, &tip_P}, i);
     } else {
@@ -216,7 +206,7 @@ Result<void> Pipeline::emit_plain_run(PlainRun& run) {
   bool asked = false;
   for (std::size_t done = 0; done < run.count;) {
     const std::size_t most = std::min(run.count - done, run.together);
-    const std::size_t written = writes_runs_ ? write_plain_run(run, done) : 0;
+    const std::size_t written = axis_words_.fill_runs() ? write_plain_run(run, done) : 0;
     done += written;
     run.together = written == most ? std::min(4 * run.together, PlainRun::kMost) : PlainRun::kFewest;
     if (written == most) continue;
@@ -250,20 +240,7 @@ path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) con
   return chunk_->before;
 }
 
-// The words of a position on the grid; false where it is beyond the travel. What more digits would need than
-// a run of blocks takes comes out as more than it takes.
-bool Pipeline::run_words(const JointVector& q, nc::RunBlock& block) const {
-  static_assert(kMaxAxes == 5 && nc::RunBlock::kAxes == 5, "two pairs and one");
-  for (const AxisId id : {AxisId{0}, AxisId{2}})
-    put_whole((joint_pair(q, id) + joint_pair(word_offsets_, id)) * joint_pair(quanta_per_unit_, id),
-              &block.words[id]);
-  std::array<std::int32_t, 2> last;
-  put_whole(Lanes{(q[4] + word_offsets_[4]) * quanta_per_unit_[4], 0.0}, last.data());
-  block.words[4] = last[0];
-  return joints_within(q, least_, most_);
-}
-
-// Of the blocks behind the first `done` of them, some, up to the first one that leaves something to be asked.
+// Writes blocks from number `done` on, and stops before the first that needs the general way. Gives how many.
 std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
   if (!(*run.stops[done].q == last_emitted_) ||
       !posting_.writer.takes_run(posting_.letters, planner_.run_mode()))
@@ -275,7 +252,7 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
       planner_.plan_run(stops, chunk_->motions[run.motions[done + 1]].feed.value, feeds);
   std::array<nc::RunBlock, PlainRun::kMost> blocks;
   std::size_t count = 0;
-  for (; count < planned && run_words(*stops[count + 1].q, blocks[count]); ++count)
+  for (; count < planned && axis_words_.put(*stops[count + 1].q, blocks[count]); ++count)
     blocks[count].feed = feeds.quanta[count];
   count = posting_.writer.write_run(posting_.letters, planner_.run_mode(), {blocks.data(), count});
   if (count == 0) return 0;
@@ -292,14 +269,14 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
   return count;
 }
 
-// One of them, with all questions.
+// One block in the general way.
 Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) {
   const JointVector& q = *run.stops[block].q;
   const Vec3& from_P = *run.stops[block - 1].tip_P;
   const Vec3& to_P = *run.stops[block].tip_P;
   const std::size_t i = run.motions[block];
   const Pending& motion = chunk_->motions[i];
-  if (!compensator_ && within_travel(q)) {
+  if (!compensator_ && axis_words_.are_within_travel(q)) {
     Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
     if (q == last_emitted_) return done;
     const BlockFeed feed = planner_.plan(move_to(q, (to_P - from_P).norm()), motion.feed.value);
@@ -315,7 +292,7 @@ Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) 
   const path::Point to = point_of(run.stops[block], i);
   if (!compensator_) return emit_feed(to, motion.feed, motion.point.where, 0);
   begin_segment(i);
-  // It needs no point before it where it begins as was thought.
+  // No further point is needed where the block starts as it was planned to.
   if (*run.stops[block - 1].q == last_emitted_)
     return emit_corrected(to, q, motion.feed.value, motion.feed, motion.point.where, kMaxBends);
   return emit_feed(to, motion.feed, motion.point.where, 0);

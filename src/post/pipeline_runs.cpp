@@ -27,8 +27,8 @@ Result<void> Pipeline::emit_run() {
     }
     if (i == motions.size()) break;
     const Pending& motion = motions[i];
-    if (auto done = resume(); !done) return done;
-    if (!spindle_said_ && !motion.point.rapid) warn_of_spindle(motion.point.where);
+    if (auto done = spindle_.resume(); !done) return done;
+    if (!motion.point.rapid) spindle_.warn_before_cut(motion.point.where);
     if (returns_) {
       if (auto done = emit_return(motion); !done) return done;
     }

@@ -70,7 +70,7 @@ Result<void> Pipeline::emit_return(const Pending& motion) {
   if (!rate) return tl::unexpected(rate.error());
   path::Point above = last_;
   above.tip_P += retract_way_mm(last_, where) * last_.axis_P;
-  path::round_to_words(kinematics_, rounding_, above.tip_P, above.q);
+  path::round_to_words(kinematics_, axis_words_.rounding(), above.tip_P, above.q);
   auto up = corrected(above, 0.0);
   if (!up) return tl::unexpected(up.error());
   if (auto r = emit_safe_turn(*up, where); !r) return r;
@@ -128,7 +128,7 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   if (auto r = clamp_standing(); !r) return r;
   if (!posting_.options.rtcp)
     return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~kZBit));
-  if (auto r = posting_.write(nc::TcpControl{true, length_offset_}); !r) return r;
+  if (auto r = posting_.write(nc::TcpControl{true, length_register_}); !r) return r;
   return emit_motion(above(q), nc::MotionKind::rapid, {}, where);
 }
 
@@ -143,7 +143,7 @@ std::uint16_t Pipeline::standing_axes(std::size_t i) const {
     if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
     const auto stands = [&](std::size_t k) {
       return chunk_->joints[k][id] == chunk_->joints[i][id] &&
-             rounding_.rounded(id, chunk_->chosen[k].q_leave[id]) == chunk_->joints[i][id];
+             axis_words_.rounded(id, chunk_->chosen[k].q_leave[id]) == chunk_->joints[i][id];
     };
     bool all = true;
     for (std::size_t k = i; k < end && all; ++k) all = stands(k);
@@ -187,20 +187,6 @@ JointVector Pipeline::above(const JointVector& q) const {
     out[*id] += there[*id] > z.max ? -digit_mm : digit_mm;
   }
   return out;
-}
-
-// Spindle and coolant as the CL file has them, where a tool change has ended them or none was said yet.
-Result<void> Pipeline::resume() {
-  if (!std::exchange(resumes_, false)) return {};
-  if (spindle_asked_.turn != nc::SpindleTurn::off) {
-    if (auto r = posting_.write(spindle_asked_); !r) return r;
-  }
-  for (const nc::CoolantKind kind :
-       {nc::CoolantKind::flood, nc::CoolantKind::mist, nc::CoolantKind::through_tool, nc::CoolantKind::air}) {
-    if ((coolant_asked_ & (1U << static_cast<unsigned>(kind))) == 0) continue;
-    if (auto r = posting_.write(nc::Coolant{kind}); !r) return r;
-  }
-  return {};
 }
 
 Result<void> Pipeline::emit_end() {

@@ -82,7 +82,7 @@ JointVector Pipeline::joints_of_xyz(const nc::AxisWords& words, const JointVecto
     const double word =
         posting_.controller.numbers.axes.internal(posting_.letters[id], words[posting_.letters[id]]);
     tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = word;
-    q[id] = word - word_offsets_[id];
+    q[id] = word - axis_words_.offset(id);
   }
   if (in_part()) kinematics_.solve_linear(plane_ ? plane_->X_PF * tip : tip, kinematics_.sines(q), q);
   return q;
@@ -264,7 +264,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
     // A cycle returns to where it was switched on.
     path::Point above = end;
     above.tip_P = hole.top_P + hole.axis_P * hole.leave_mm;
-    path::round_to_words(kinematics_, rounding_, above.tip_P, above.q);
+    path::round_to_words(kinematics_, axis_words_.rounding(), above.tip_P, above.q);
     if (auto done = emit_rapid(above); !done) return tl::unexpected(done.error());
     last_ = above;
     block.from = quanta_of(xyz_of(words(last_emitted_)));

@@ -58,7 +58,8 @@ void Pipeline::hold_idle_turns(JointVector& q) const {
     if (posting_.machine.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad())
       continue;
     const double lost = lost_turn(now, id, static_cast<std::int8_t>(-now.direction[id]));
-    if (lost * way > 0.0 && std::abs(way) < std::max(std::abs(lost), kIdleDigits * rounding_.quantum[id]))
+    if (lost * way > 0.0 &&
+        std::abs(way) < std::max(std::abs(lost), kIdleDigits * axis_words_.rounding().quantum[id]))
       q[id] = last_emitted_[id];
   }
 }
@@ -79,7 +80,7 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
       const double turn = lost_turn(now, id, after.direction[id]);
       const double way = next[id] - q[id];
       // Not farther than the motion itself goes.
-      if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = rounding_.rounded(id, q[id] + turn);
+      if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = axis_words_.rounded(id, q[id] + turn);
       if (q[id] == last_emitted_[id]) after.direction[id] = now.direction[id];
     }
     after.q[id] = q[id];
@@ -89,7 +90,7 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   if (!found) return false;  // the same failure comes with its place for the point itself
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
-    const double to = rounding_.rounded(id, found->q[id]);
+    const double to = axis_words_.rounded(id, found->q[id]);
     if (reverses(id) || (to - q[id]) * now.direction[id] > 0.0) q[id] = to;
   }
   if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);

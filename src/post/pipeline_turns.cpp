@@ -52,7 +52,7 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   const auto away = [&](const path::Point& point) {
     path::Point out = point;
     out.tip_P += way_mm * point.axis_P;
-    path::round_to_words(kinematics_, rounding_, out.tip_P, out.q);
+    path::round_to_words(kinematics_, axis_words_.rounding(), out.tip_P, out.q);
     return out;
   };
   const auto rate =
@@ -66,7 +66,7 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   last_emitted_ = *up;
   path::Point back = last_;
   back.q = after;
-  path::round_to_words(kinematics_, rounding_, back.tip_P, back.q);
+  path::round_to_words(kinematics_, axis_words_.rounding(), back.tip_P, back.q);
   const auto above = corrected(away(back), 0.0);
   if (!above) return tl::unexpected(above.error());
   if (auto r = emit_safe_turn(*above, motion.point.where); !r) return r;

@@ -74,7 +74,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   if (posting_.options.rtcp || plane_ || holds_digits_) return false;
   const auto most = meter_->bend_at_most(last_emitted_, q);
   if (!most) return false;
-  const double slack_mm = most->tip_mm + path::kBothEnds * word_radius_mm_;
+  const double slack_mm = most->tip_mm + path::kBothEnds * axis_words_.radius_mm();
   if (slack_mm >= limit_mm) return false;
   const Vec3 from_P = last_.tip_P + last_.beside_P;
   const Vec3 to_P = to.tip_P + to.beside_P;
@@ -82,7 +82,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   const Vec3& tip1_P = segment_->second.tip_P;
   const auto norms_suffice = [&] {
     // The nominal tip is off these by the correction, which began at rounded words and was rounded.
-    const double moved_mm = kAskew * (posting_.report.largest_correction_mm + 2.0 * word_radius_mm_);
+    const double moved_mm = kAskew * (posting_.report.largest_correction_mm + 2.0 * axis_words_.radius_mm());
     const double left_mm =
         limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
     if (left_mm < 0.0) return false;
@@ -119,7 +119,7 @@ path::Tolerance Pipeline::span_tolerance() const {
   double quanta2 = 0.0;
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind == AxisKind::linear)
-      quanta2 += rounding_.quantum[id] * rounding_.quantum[id];
+      quanta2 += axis_words_.rounding().quantum[id] * axis_words_.rounding().quantum[id];
   }
   path::Tolerance out = tolerances_.cutting();
   const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
@@ -142,7 +142,7 @@ path::Point Pipeline::middle_before(const path::Point& to) const {
     middle.tip_P = nominal.tip_P;
     middle.axis_P = nominal.axis_P;
   }
-  path::round_to_words(kinematics_, rounding_, middle.tip_P, middle.q);
+  path::round_to_words(kinematics_, axis_words_.rounding(), middle.tip_P, middle.q);
   return middle;
 }
 
@@ -193,9 +193,7 @@ Vec3 Pipeline::word_tip_P(const JointVector& q) const {
 
 JointVector Pipeline::words(const JointVector& q) const {
   if (in_part()) return part_words(q);
-  JointVector out = q;
-  for (AxisId id = 0; id < kMaxAxes; ++id) out[id] += word_offsets_[id];
-  return out;
+  return axis_words_.of(q);
 }
 
 FeedPlanner::Move Pipeline::move_to(const JointVector& q, double tip_mm) const {

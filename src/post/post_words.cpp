@@ -141,10 +141,7 @@ std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& 
 Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where) {
   std::string cut;
   if (word.word == "LIMITS" && take_limits(word, *posting_.job.machine, posting_.machine, cut)) {
-    for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-      least_[id] = posting_.machine.axes[id].min;
-      most_[id] = posting_.machine.axes[id].max;
-    }
+    axis_words_.take_travel();
     if (!cut.empty()) {
       posting_.diagnostics.warning(posting_.job.cl_file, where,
                                    "LIMITS: axis " + cut + " has less travel than that; its own limits stay");
@@ -191,7 +188,7 @@ double Pipeline::retract_way_mm(const path::Point& point, SourceRef where) {
 }
 
 Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {
-  const double rounded = rounding_.rounded(id, angle);
+  const double rounded = axis_words_.rounded(id, angle);
   if (std::abs(last_.q[id] - rounded) < 1e-12) return {};
   last_.q[id] = rounded;
   approach_ = true;  // what follows comes from the safe height

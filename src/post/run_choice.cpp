@@ -71,7 +71,7 @@ void Pipeline::choose_plane() {
     }
   }
   JointVector q = chosen[0].q;
-  for (const AxisId id : posting_.machine.rotary_axes()) q[id] = rounding_.rounded(id, q[id]);
+  for (const AxisId id : posting_.machine.rotary_axes()) q[id] = axis_words_.rounded(id, q[id]);
   const Mat3 axes_P = part_in_machine(posting_.machine, q).R.transpose();
   // Where the part is not turned there is nothing to tilt.
   wanted = wanted && (axes_P - Mat3::Identity()).norm() > kSameAxis;
