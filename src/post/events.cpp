@@ -43,8 +43,8 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
           [&](const cl::WorkOffset& w) { return check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
             if (g.diameter_mm) spindle_.set_diameter(*g.diameter_mm);
-            own_length_mm_ = g.length_mm.value_or(0.0);
-            own_length_where_ = record.where;
+            tool_.own_length_mm = g.length_mm.value_or(0.0);
+            tool_.own_length_where = record.where;
             return Result<void>{};
           },
           [&](const cl::CutterCompensation& c) { return emit_cutter_compensation(c, record.where); },
@@ -71,13 +71,13 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& spindle, SourceRef where)
   if (!asked) return tl::unexpected(asked.error());
   if (!*asked) return {};
   state_.spindle(stops ? 0.0 : spindle_.rpm());
-  return stops || spindle_.go_on_at_once(placed_) ? posting_.write(**asked) : Result<void>{};
+  return stops || spindle_.go_on_at_once(at_.known) ? posting_.write(**asked) : Result<void>{};
 }
 
 Result<void> Pipeline::emit_coolant(nc::CoolantKind kind) {
   spindle_.ask(kind);
-  return kind == nc::CoolantKind::off || spindle_.go_on_at_once(placed_) ? posting_.write(nc::Coolant{kind})
-                                                                         : Result<void>{};
+  return kind == nc::CoolantKind::off || spindle_.go_on_at_once(at_.known) ? posting_.write(nc::Coolant{kind})
+                                                                           : Result<void>{};
 }
 
 Result<void> Pipeline::emit_stop(const cl::Stop& stop, SourceRef where) {
@@ -87,17 +87,17 @@ Result<void> Pipeline::emit_stop(const cl::Stop& stop, SourceRef where) {
 
 Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where) {
   if (auto r = emit_retract(where); !r) return r;
-  up_ = false;  // the control may move any axis for it
-  returns_ = false;
-  approach_ = true;
+  at_.up = false;  // the control may move any axis for it
+  at_.returns = false;
+  at_.approaches = true;
   spindle_.tool_called();
   nc::ToolCall call;
   call.tool = t.number;
   call.length_offset = *t.length_register;
-  length_register_ = call.length_offset;
+  tool_.length_register = call.length_offset;
   const std::string text = "tool " + std::to_string(t.number) + ", gauge length " +
                            shortest_text(*t.gauge_length_mm) + " mm, length register " +
-                           std::to_string(length_register_);
+                           std::to_string(tool_.length_register);
   if (auto r = posting_.write(nc::Comment{text}); !r) return r;
   if (auto r = posting_.write(call); !r) return r;
   pause(posting_.controller.tool_change_s);
@@ -106,15 +106,6 @@ Result<void> Pipeline::emit_tool_change(const cl::ToolChange& t, SourceRef where
   // Where the words are those of S the control must not add a length, and some do with the tool change.
   const bool adds = posting_.machine.output_point == OutputPoint::tip;
   return posting_.write(nc::LengthCompensation{adds ? call.length_offset : 0});
-}
-
-// The tool's own length (TLDATA, CUTTER) is a part of its gauge length.
-void Pipeline::check_own_length() {
-  if (std::exchange(own_length_mm_, 0.0) <= tool_.length_mm) return;
-  posting_.diagnostics.warning(posting_.job.cl_file, own_length_where_,
-                               "the tool itself is longer than its gauge length of " +
-                                   shortest_text(tool_.length_mm) +
-                                   " mm, which must hold the tool and its holder");
 }
 
 Result<void> Pipeline::emit_dwell(const cl::Dwell& d, SourceRef where) {

@@ -7,48 +7,35 @@
 #include "trunnion/base/number_text.hpp"
 
 namespace trunnion::post {
-Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink,
-                   Diagnostics& diagnostics)
-    : sink_(sink),
-      all_findings_(diagnostics),
-      posting_(job, options),
-      tool_{options.tools.length_mm.value_or(posting_.machine.tool_length_mm)},
-      axis_words_(posting_, tool_),
-      kinematics_(posting_.machine, tool_.vector()),
-      refiner_(posting_.machine, tool_.vector(), axis_words_.rounding(), options.nonlinear),
-      rapid_refiner_(posting_.machine, tool_.vector(), axis_words_.rounding(), {}),
+Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink)
+    : posting_(job, options),
+      tool_(posting_, {options.tools.length_mm.value_or(posting_.machine.tool_length_mm)}),
+      axis_words_(posting_, tool_.tool),
+      refined_(posting_, tool_.tool.vector(), axis_words_.rounding()),
       planner_(posting_.machine, posting_.controller, options.feed),
       tolerances_(job, options),
+      planes_(posting_),
       state_(posting_.machine.axes.size(),
              job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),
-      evaluator_(job.model != nullptr ? std::make_unique<ModelEvaluator>(*job.model) : nullptr),
+      errors_(job),
       spindle_(posting_),
       thermal_(posting_),
-      read_back_(job, options, evaluator_.get()) {
-  if (evaluator_) {
-    compensators_ = std::make_unique<Compensators>(*job.machine, *job.model);
-    loses_motion_ = evaluator_->depends_on() >= DependsOn::motion;
-    knows_history_ = evaluator_->depends_on() > DependsOn::position;
-  }
-  set_tool(tool_);
-  corrects_by_place_ = compensator_ != nullptr && axis_words_.fill_runs() && meter_->is_fixed() &&
-                       !loses_motion_ && !knows_history_;
+      read_back_(posting_, sink, errors_.evaluator.get()) {
+  set_tool(tool_.tool);
+  errors_.by_place = errors_.compensator != nullptr && axis_words_.fill_runs() &&
+                     course_.meter().is_fixed() && !errors_.lose_motion && !errors_.know_history;
 }
 
 void Pipeline::set_tool(const SpindleTool& tool) {
-  tool_ = tool;
   const Vec3 vector = tool.vector();
-  kinematics_ = TableKinematics(posting_.machine, vector);
+  tool_.set(posting_, tool);
   axis_words_.set_tool(tool);
-  refiner_ = path::Refiner(posting_.machine, vector, axis_words_.rounding(), posting_.options.nonlinear);
-  rapid_refiner_ = path::Refiner(posting_.machine, vector, axis_words_.rounding(), {});
-  if (compensators_) compensator_ = &compensators_->of(tool.length_mm);
-  if (compensator_ == nullptr && !thermal_.has_offsets()) return;
-  meter_.emplace(posting_.machine, vector, evaluator_.get(), thermal_.followed(),
-                 posting_.options.nonlinear.certify, posting_.options.tolerance_mm,
-                 posting_.options.axis_tolerance.value_or(posting_.machine.axis_tolerance));
-  for (Vertex& v : vertices_) meter_->place(v, v.q, state_);
-  station_ = vertices_[0].station;
+  refined_.set_tool(posting_, vector, axis_words_.rounding());
+  errors_.set_tool(tool);
+  if (errors_.compensator == nullptr && !thermal_.has_offsets()) return;
+  course_.set_meter(state_, posting_.machine, vector, errors_.evaluator.get(), thermal_.followed(),
+                    posting_.options.nonlinear.certify, posting_.options.tolerance_mm,
+                    posting_.options.axis_tolerance.value_or(posting_.machine.axis_tolerance));
 }
 
 Result<void> Pipeline::begin() {
@@ -58,7 +45,7 @@ Result<void> Pipeline::begin() {
 Result<void> Pipeline::emit(Chunk& chunk) {
   if (chunk.failure) return tl::unexpected(*chunk.failure);
   chunk_ = &chunk;
-  if (chunk.tool != tool_) set_tool(chunk.tool);
+  if (chunk.tool != tool_.tool) set_tool(chunk.tool);
   if (!begun_) {
     if (auto begun = begin_text(chunk); !begun) return begun;
   }
@@ -70,17 +57,9 @@ Result<void> Pipeline::emit(Chunk& chunk) {
   return done;
 }
 
-Result<void> Pipeline::pass_on(Chunk& chunk) {
-  read_back_.expect(chunk);
-  if (chunk.text.empty()) return {};
-  auto done = sink_(chunk.text);
-  read_back_.take(chunk.text);
-  return done;
-}
-
-void Pipeline::tell_findings() {
-  all_findings_.append(posting_.diagnostics);
-  all_findings_.append(read_back_.diagnostics());
+void Pipeline::tell_findings(Diagnostics& to) const {
+  to.append(posting_.diagnostics);
+  to.append(read_back_.diagnostics());
 }
 
 // A motion whose length the post does not know or that only leaves or enters: F per minute.
@@ -94,43 +73,43 @@ Result<void> Pipeline::emit_feed_per_minute(const JointVector& q, double rate_mm
 }
 
 Result<void> Pipeline::emit_feed(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth) {
-  const double tip_mm = (to.tip_P - last_.tip_P).norm();
+  const double tip_mm = (to.tip_P - at_.point.tip_P).norm();
   const auto rate = feed_rate(feed, tip_mm, where);
   if (!rate) return tl::unexpected(rate.error());
   auto found = corrected(to, tip_mm / *rate);
   if (!found) return tl::unexpected(found.error());
-  if (loses_motion_) {
+  if (errors_.lose_motion) {
     const auto taken_up = emit_take_up(*found, where);
     if (!taken_up) return tl::unexpected(taken_up.error());
     if (*taken_up) found = corrected(to, tip_mm / *rate);
     if (!found) return tl::unexpected(found.error());
   }
-  if (*found == last_emitted_) return {};
+  if (*found == at_.joints) return {};
   return emit_corrected(to, *found, *rate, feed, where, depth);
 }
 
 Result<void> Pipeline::emit_corrected(const path::Point& to, JointVector q, double rate_mm_s,
                                       const cl::Feed& feed, SourceRef where, int depth) {
-  const double tip_mm = (to.tip_P - last_.tip_P).norm();
+  const double tip_mm = (to.tip_P - at_.point.tip_P).norm();
   // A point between the two, compensated itself.
   const auto in_halves = [&]() -> Result<void> {
     const path::Point middle = middle_before(to);
     ++posting_.report.points_inserted;
     if (auto r = emit_feed(middle, feed, where, depth + 1); !r) return r;
-    last_ = middle;
+    at_.point = middle;
     return emit_feed(to, feed, where, depth + 1);
   };
   // The errors bend the path between the two.
-  const bool bent = (compensator_ || thermal_.follows()) && depth < kMaxBends && bends(to, q);
+  const bool bent = (errors_.compensator || thermal_.follows()) && depth < kMaxBends && bends(to, q);
   if (bent || (depth < kMaxBends && lasts_long(q, tip_mm, rate_mm_s))) return in_halves();
   const FeedPlanner::Move move = move_to(q, tip_mm);
   BlockFeed block = planner_.plan(move, rate_mm_s);
-  holds_digits_ = false;
+  at_.holds_digits = false;
   // Of a way of one digit even the smallest F may be too fast for axes that turn far.
   if (block.other_mode || block.runs_away() || block.seconds < move.axes_s) {
     if (const auto held = without_idle_digits(to, q)) {
       q = *held;
-      holds_digits_ = true;
+      at_.holds_digits = true;
       ++posting_.report.blocks_held;
       block = planner_.plan(move_to(q, tip_mm), rate_mm_s);
     } else if (block.seconds < move.axes_s && depth < kMaxBends) {
@@ -139,7 +118,7 @@ Result<void> Pipeline::emit_corrected(const path::Point& to, JointVector q, doub
   }
   moved(q, block.seconds);
   posting_.report.feed_time_lost_s += block.lost_s;
-  last_emitted_ = q;
+  at_.joints = q;
   return emit_motion(q, nc::MotionKind::feed, block, where);
 }
 
@@ -174,37 +153,37 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 }
 
 void Pipeline::moved(const JointVector& q, double seconds) {
-  if (!knows_history_) return elapse(seconds);
+  if (!errors_.know_history) return elapse(seconds);
   const auto lagged = state_.lagged();
   const std::vector<double> before(lagged.begin(), lagged.end());
   state_.move_to(q, seconds);
   elapse(seconds);
   if (before.empty()) return;
-  const Vec3 then = compensator_->actual(state_.now(), before).tip_P;
-  const Vec3 now = compensator_->actual(state_.now(), state_.lagged()).tip_P;
+  const Vec3 then = errors_.compensator->actual(state_.now(), before).tip_P;
+  const Vec3 now = errors_.compensator->actual(state_.now(), state_.lagged()).tip_P;
   posting_.report.lag_step_mm = std::max(posting_.report.lag_step_mm, (now - then).norm());
 }
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
-  if (!compensator_ && !thermal_.has_offsets() && !in_part()) {
+  if (!errors_.compensator && !thermal_.has_offsets() && !in_part()) {
     check_limits(point, q);
     return q;
   }
-  if (loses_motion_) hold_idle_turns(q);
+  if (errors_.lose_motion) hold_idle_turns(q);
   Vec3 tip_P = point.tip_P + point.beside_P;
   // The grid of a plane's words is not that of the joints.
-  if (plane_) kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
+  if (planes_.in_force()) tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
   if (thermal_.follows()) {
     // A deviation of the tool is answered by its opposite.
     const Vec3 deviation_P = thermal_.deviation_P(q);
     tip_P -= deviation_P;
-    kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
+    tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
     round_joints(q);
     posting_.report.largest_error_mm = std::max(posting_.report.largest_error_mm, deviation_P.norm());
   }
-  if (compensator_) {
-    MachineState at = knows_history_ ? state_.towards(expected(q), q, seconds) : state_.now();
+  if (errors_.compensator) {
+    MachineState at = errors_.know_history ? state_.towards(expected(q), q, seconds) : state_.now();
     at.q = q;
     const auto found = compensated(tip_P, point.axis_P, at);
     if (!found) {
@@ -215,11 +194,11 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     }
     if (found->held) {
       posting_.diagnostics.warning_once("table range", posting_.job.cl_file, point.where,
-                                        compensator_->range_message(at));
+                                        errors_.compensator->range_message(at));
     }
     double correction2 = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-      const double by = found->q[kinematics_.linear(i)] - q[kinematics_.linear(i)];
+      const double by = found->q[tool_.kinematics.linear(i)] - q[tool_.kinematics.linear(i)];
       correction2 += by * by;
     }
     const double correction_mm = std::sqrt(correction2);
@@ -233,18 +212,18 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     posting_.report.largest_correction_mm = std::max(posting_.report.largest_correction_mm, correction_mm);
     posting_.report.largest_error_mm = std::max(posting_.report.largest_error_mm, found->before_mm);
     q = found->q;
-    aim_P_ = found->aim_P;
+    errors_.aim_P = found->aim_P;
     round_joints(q);
   }
   // What the axes do follows from the words, and those are rounded.
-  if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
+  if (in_part()) tool_.kinematics.solve_linear(word_tip_P(q), tool_.kinematics.sines(q), q);
   check_limits(point, thermal_.shifted(q));
   return q;
 }
 
 void Pipeline::round_joints(JointVector& q) const {
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    if (plane_ && posting_.machine.axes[id].kind == AxisKind::linear) continue;
+    if (planes_.in_force() && posting_.machine.axes[id].kind == AxisKind::linear) continue;
     q[id] = axis_words_.rounded(id, q[id]);
   }
 }
@@ -252,13 +231,13 @@ void Pipeline::round_joints(JointVector& q) const {
 // Where a nominal position will be sent to, as far as it can be told before: shifted as the last one was.
 JointVector Pipeline::expected(const JointVector& nominal) const {
   JointVector q = nominal;
-  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) q[id] += last_emitted_[id] - last_.q[id];
+  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) q[id] += at_.joints[id] - at_.point.q[id];
   return q;
 }
 
 void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
   if (!axis_words_.are_within_travel(q))
-    beyond_travel_.note(posting_.machine, q, axis_words_.rounding().quantum, tool_, point.where);
+    beyond_travel_.note(posting_.machine, q, axis_words_.rounding().quantum, tool_.tool, point.where);
 }
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
@@ -273,7 +252,8 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
   const std::size_t axes = posting_.machine.axes.size();
   for (AxisId id = 0; id < axes; ++id) {
     if ((only & nc::AxisWords::bit(posting_.letters[id])) == 0) continue;
-    if (plane_ && posting_.machine.axes[id].kind == AxisKind::rotary) continue;  // the control keeps them
+    if (planes_.in_force() && posting_.machine.axes[id].kind == AxisKind::rotary)
+      continue;  // the control keeps them
     motion.words.set(posting_.letters[id],
                      posting_.controller.numbers.axes.quanta(posting_.letters[id], words[id]));
   }
@@ -293,7 +273,7 @@ Result<PostReport> Pipeline::finish(const Intake& intake) {
   if (auto r = posting_.write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
   Chunk end;
   end.text.swap(posting_.text);
-  if (auto r = pass_on(end); !r) return tl::unexpected(r.error());
+  if (auto r = read_back_.pass_on(end); !r) return tl::unexpected(r.error());
   if (auto r = beyond_travel_.tell(posting_); !r) return tl::unexpected(r.error());
   posting_.report.nc_lines = posting_.writer.lines();
   if (auto r = read_back_.finish(posting_.report); !r) return tl::unexpected(r.error());

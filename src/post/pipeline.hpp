@@ -9,18 +9,23 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/beyond_travel.hpp"
+#include "post/block_course.hpp"
 #include "post/chunk.hpp"
-#include "post/compensators.hpp"
-#include "post/deviation_meter.hpp"
+#include "post/cutter_wear.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
 #include "post/joint_words.hpp"
+#include "post/machine_errors.hpp"
 #include "post/post_words.hpp"
 #include "post/posting.hpp"
 #include "post/program_state.hpp"
 #include "post/read_back.hpp"
+#include "post/refinement.hpp"
 #include "post/spindle_and_coolant.hpp"
 #include "post/thermal_output.hpp"
+#include "post/tilted_planes.hpp"
+#include "post/tool_in_spindle.hpp"
+#include "post/tool_place.hpp"
 
 namespace trunnion::post {
 
@@ -29,23 +34,23 @@ namespace trunnion::post {
 /// chunks in their order.
 class Pipeline {
  public:
-  Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics);
+  Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink);
 
   Result<void> begin();
   /// Makes the NC text of a prepared chunk, and puts it there.
   Result<void> emit(Chunk& chunk);
   /// Reads that text back and gives it to the sink.
-  Result<void> pass_on(Chunk& chunk);
+  Result<void> pass_on(Chunk& chunk) { return read_back_.pass_on(chunk); }
   /// The end of the program: the text that is left goes the same way.
   Result<PostReport> finish(const Intake& intake);
   /// What the stages found goes to the diagnostics, in the order of the stages.
-  void tell_findings();
+  void tell_findings(Diagnostics& to) const;
 
   /// Of the words, as path::Rounding has it.
   const JointVector& quantum() const { return axis_words_.rounding().quantum; }
   /// Where the errors hang on the position alone; else null.
   const path::Compensator* compensator_by_place(const SpindleTool& tool) const {
-    return corrects_by_place_ ? &compensators_->of(tool.length_mm) : nullptr;
+    return errors_.by_place ? &errors_.compensators->of(tool.length_mm) : nullptr;
   }
 
  private:
@@ -70,7 +75,6 @@ class Pipeline {
   Result<void> emit_run();
   /// The tilted plane in which the chunk is to be written, when it is one of its kind.
   void choose_plane();
-  Result<void> leave_plane();
   void tell_notes();
   /// Words for the post-processor that the intake does not act on alone.
   Result<void> take_post_word(const cl::PostWord& word, SourceRef where);
@@ -124,7 +128,6 @@ class Pipeline {
   Result<void> emit_coolant(nc::CoolantKind kind);
   Result<void> emit_stop(const cl::Stop& stop, SourceRef where);
   Result<void> emit_tool_change(const cl::ToolChange& change, SourceRef where);
-  void check_own_length();
   Result<void> emit_cutter_compensation(const cl::CutterCompensation& c, SourceRef where);
   /// What a control asks of motion number `i` while it compensates.
   Result<void> check_compensated(std::size_t i);
@@ -159,8 +162,8 @@ class Pipeline {
   /// Before the motion to `q`: true when a block went out that takes up lost motion.
   Result<bool> emit_take_up(const JointVector& q, SourceRef where);
   bool rewinds(const path::Point& to, const JointVector& q) const;
-  bool bends(const path::Point& to, const JointVector& q, bool bounded = false) const;
-  bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm, bool bounded) const;
+  bool bends(const path::Point& to, const JointVector& q, bool bounded = false);
+  bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm, bool bounded);
   bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
   bool span_bends(const path::Point& to, const JointVector& q) const;
   /// What a piece over several segments leaves of the tolerance to the errors.
@@ -179,7 +182,7 @@ class Pipeline {
   Result<void> emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where,
                            std::uint16_t only = kAllWords);
   /// Words are coordinates of the part or of a plane on it, not of the machine.
-  bool in_part() const { return posting_.options.rtcp || plane_.has_value(); }
+  bool in_part() const { return posting_.options.rtcp || planes_.in_force().has_value(); }
   JointVector part_words(const JointVector& q) const;
   void round_joints(JointVector& q) const;
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
@@ -195,57 +198,26 @@ class Pipeline {
   void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
-    return rounded_point(kinematics_, axis_words_.rounding(), point, q);
+    return rounded_point(tool_.kinematics, axis_words_.rounding(), point, q);
   }
 
-  const TextSink& sink_;
-  Diagnostics& all_findings_;
   Posting posting_;
-  SpindleTool tool_;
+  ToolInSpindle tool_;
   JointWords axis_words_;
-  TableKinematics kinematics_;
-  path::Refiner refiner_, rapid_refiner_;
+  Refinement refined_;
   FeedPlanner planner_;
   PathTolerances tolerances_;
-  double own_length_mm_ = 0.0;  // of the tool, as TLDATA has it, until its first motion
-  SourceRef own_length_where_;
-  std::int64_t length_register_ = 1;
-  nc::CutterSide cutter_ = nc::CutterSide::off;
-  bool cutter_changes_ = false;  // with the next motion
-
+  CutterWear cutter_;
   std::optional<ClearPlane> clear_plane_;  // CLEARP
-  std::optional<PlaneFrame> plane_;        // in which words are written
-  std::optional<PlaneFrame> next_plane_;   // to be entered by the next approach
-  nc::TiltedPlane next_plane_block_;
+  TiltedPlanes planes_;
 
   Chunk* chunk_ = nullptr;  // that is emitted
   std::size_t motion_ = 0;  // of the chunk: the next one, while what is said before it goes out
-
-  bool begun_ = false;    // the head of the program was written
-  bool placed_ = false;   // a first point was emitted
-  bool approach_ = true;  // the next motion starts from an unknown or safe position
-  bool up_ = false;       // Z is at the safe height
-  bool returns_ = false;  // from where it comes back to `last_`
-  path::Point last_;      // nominal, on the word grid
-  JointVector last_emitted_;
-  Vec3 aim_P_ = Vec3::Zero();              // path::Corrected::aim_P of the last point
-  std::optional<JointVector> turn_waits_;  // to where the rotary axes turn before they cut on
-  std::vector<path::Point> inserted_;
-  std::vector<path::Point> run_;
-  std::vector<path::SegmentReport> reports_;
+  bool begun_ = false;      // the head of the program was written
+  ToolPlace at_;
   ProgramState state_;
-  std::unique_ptr<ModelEvaluator> evaluator_;
-  std::unique_ptr<Compensators> compensators_;
-  const path::Compensator* compensator_ = nullptr;  // of the tool
-  bool loses_motion_ = false;                       // there are errors of the sense of motion
-  bool corrects_by_place_ = false;          // errors hang on the position alone, and runs can be written
-  bool knows_history_ = false;              // there are errors that depend on more than the position
-  std::optional<DeviationMeter> meter_;     // of the machine with its errors
-  mutable path::Station station_;           // of the nominal machine, where it was last asked for
-  bool holds_digits_ = false;               // the last block left out idle digits
-  mutable std::array<Vertex, 2> vertices_;  // the last two places where it was read: ends of a block
-  std::optional<std::pair<Target, Target>>
-      segment_;  // of the CL path, on which blocks are now; where it is known
+  MachineErrors errors_;
+  BlockCourse course_;
   SpindleAndCoolant spindle_;
   ThermalOutput thermal_;
   BeyondTravel beyond_travel_;

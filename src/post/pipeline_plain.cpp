@@ -17,23 +17,23 @@ Result<void> Pipeline::write_plain(const JointVector& q, nc::MotionKind kind, co
 // Words are positions of the axes, and nothing but the place has a say in where those go: on the nominal
 // machine, or on one whose errors hang on the position alone.
 bool Pipeline::is_plain() const {
-  return (!compensator_ || corrects_by_place_) && !thermal_.has_offsets() && !in_part() && !approach_ &&
-         placed_ && !turn_waits_ && cutter_ == nc::CutterSide::off && !cutter_changes_;
+  return (!errors_.compensator || errors_.by_place) && !thermal_.has_offsets() && !in_part() &&
+         !at_.approaches && at_.known && !at_.turn_due && cutter_.is_idle();
 }
 
 // As emit_segment for the motions from `first` on, up to `end`: those that were prepared, cut at a feed per
 // minute and leave nothing to be asked. The first other one ends it. Nothing is said between them, so that
 // the tolerance of the first one holds for all.
 Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
-  if (compensator_ && !posting_.writer.takes_run(posting_.letters, planner_.run_mode())) return first;
+  if (errors_.compensator && !posting_.writer.takes_run(posting_.letters, planner_.run_mode())) return first;
   const auto& motions = chunk_->motions;
   PlainRun run;
   const FeedPlanner::Stop from =
       first == 0 ? FeedPlanner::Stop{&chunk_->before.q, &chunk_->before.tip_P}
                  : FeedPlanner::Stop{&chunk_->joints[first - 1], &motions[first - 1].point.pose.tip_P};
   run.begin(from, first);
-  if (compensator_) {
-    run.begin(last_emitted_, *from.tip_P, first);
+  if (errors_.compensator) {
+    run.begin(at_.joints, *from.tip_P, first);
     run.first = first;
     posting_.report.largest_error_mm =
         std::max(posting_.report.largest_error_mm, chunk_->corrections.largest_error_mm);
@@ -43,7 +43,7 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
   for (; i < end; ++i) {
-    i = compensator_ ? add_known(run, i, end, feed_mm_s) : add_kept(run, i, end, feed_mm_s);
+    i = errors_.compensator ? add_known(run, i, end, feed_mm_s) : add_kept(run, i, end, feed_mm_s);
     if (i == end) break;
     const Pending& motion = motions[i];
     const PreparedSegment& segment = chunk_->segments[i];
@@ -60,8 +60,8 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
     if (auto done = add_plain(run, i); !done) return tl::unexpected(done.error());
   }
   if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
-  if (i > first) last_ = chunk_->point(i - 1);
-  if (compensator_ && i > first) begin_segment(i - 1);
+  if (i > first) at_.point = chunk_->point(i - 1);
+  if (errors_.compensator && i > first) begin_segment(i - 1);
   return i;
 }
 
@@ -93,7 +93,7 @@ std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, do
 std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
   const Chunk::Corrections& known = chunk_->corrections;
   if (known.keeps.empty()) return i;
-  const JointVector* last = &last_emitted_;
+  const JointVector* last = &at_.joints;
   std::size_t count = run.count;
   for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
     const std::size_t k = chunk_->segments[i].end;
@@ -110,8 +110,8 @@ std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, d
   }
   if (count == run.count) return i;
   run.count = count;
-  last_emitted_ = *last;
-  holds_digits_ = false;
+  at_.joints = *last;
+  at_.holds_digits = false;
   return i;
 }
 
@@ -120,8 +120,8 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
   const ToolPose& end = chunk_->motions[i].point.pose;
   const auto inserted = chunk_->inserted_in(chunk_->segments[i]);
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
-  if (compensator_) {
-    if (i > run.first) last_ = chunk_->point(i - 1);
+  if (errors_.compensator) {
+    if (i > run.first) at_.point = chunk_->point(i - 1);
     begin_segment(i);
     std::size_t number = chunk_->segments[i].end - inserted.size();
     for (const path::Point& point : inserted) {
@@ -148,7 +148,7 @@ void Pipeline::begin_segment(std::size_t i) {
   const path::Point& before = chunk_->before;
   const Target from = i == 0 ? target({before.tip_P, before.axis_P}, before.where)
                              : target(chunk_->motions[i - 1].point.pose, chunk_->motions[i - 1].point.where);
-  segment_ = {from, target(to.pose, to.where)};
+  course_.begin_segment(from, target(to.pose, to.where));
 }
 
 // Of Chunk::corrections, as far as it is known and within the travel.
@@ -174,27 +174,27 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   // As it was bounded beforehand.
   const Chunk::Corrections& corrections = chunk_->corrections;
   const bool bounded = known != nullptr && number > 0 && corrections.known[number - 1] != 0 &&
-                       same_joints(corrections.joints[number - 1], last_emitted_);
+                       same_joints(corrections.joints[number - 1], at_.joints);
   const bool keeps = bounded && corrections.keeps[number] != 0;
-  if (*found != last_emitted_ && axis_words_.are_within_travel(*found) &&
+  if (*found != at_.joints && axis_words_.are_within_travel(*found) &&
       (keeps || !bends(to, *found, bounded))) {
     if (known != nullptr) {
       run.add(FeedPlanner::Stop{known, &tip_P}, i);
     } else {
       run.add(*found, tip_P, i);
     }
-    last_emitted_ = *found;
-    last_ = to;
-    holds_digits_ = false;
+    at_.joints = *found;
+    at_.point = to;
+    at_.holds_digits = false;
     return done;
   }
   done = emit_plain_run(run);
   if (!done) return done;
   const Pending& motion = chunk_->motions[i];
-  if (*found != last_emitted_)
+  if (*found != at_.joints)
     done = emit_corrected(to, *found, motion.feed.value, motion.feed, motion.point.where, 0);
-  last_ = to;
-  run.begin(last_emitted_, tip_P, i);
+  at_.point = to;
+  run.begin(at_.joints, tip_P, i);
   return done;
 }
 
@@ -202,7 +202,7 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
 Result<void> Pipeline::emit_plain_run(PlainRun& run) {
   Result<void> one;  // default-initialised: `{}` would clear the room of an Error first
   if (run.count == 0) return one;
-  if (compensator_) last_emitted_ = *run.stops[0].q;
+  if (errors_.compensator) at_.joints = *run.stops[0].q;
   bool asked = false;
   for (std::size_t done = 0; done < run.count;) {
     const std::size_t most = std::min(run.count - done, run.together);
@@ -217,15 +217,15 @@ Result<void> Pipeline::emit_plain_run(PlainRun& run) {
   }
   const FeedPlanner::Stop& end = run.stops[run.count];
   const std::size_t motion = run.motions[run.count];
-  if (!compensator_) {
+  if (!errors_.compensator) {
     run.begin(FeedPlanner::Stop(end), motion);
     return one;
   }
   if (asked) {
-    last_ = point_of(end, motion);
+    at_.point = point_of(end, motion);
     begin_segment(motion);
   }
-  run.begin(last_emitted_, *end.tip_P, motion);
+  run.begin(at_.joints, *end.tip_P, motion);
   return one;
 }
 
@@ -242,7 +242,7 @@ path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) con
 
 // Writes blocks from number `done` on, and stops before the first that needs the general way. Gives how many.
 std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
-  if (!(*run.stops[done].q == last_emitted_) ||
+  if (!(*run.stops[done].q == at_.joints) ||
       !posting_.writer.takes_run(posting_.letters, planner_.run_mode()))
     return 0;
   RunFeeds feeds;
@@ -264,8 +264,8 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
   }
   posting_.report.duration_s = duration_s;
   posting_.report.feed_time_lost_s = lost_s;
-  holds_digits_ = false;
-  last_emitted_ = *stops[count].q;
+  at_.holds_digits = false;
+  at_.joints = *stops[count].q;
   return count;
 }
 
@@ -276,24 +276,24 @@ Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) 
   const Vec3& to_P = *run.stops[block].tip_P;
   const std::size_t i = run.motions[block];
   const Pending& motion = chunk_->motions[i];
-  if (!compensator_ && axis_words_.are_within_travel(q)) {
+  if (!errors_.compensator && axis_words_.are_within_travel(q)) {
     Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
-    if (q == last_emitted_) return done;
+    if (q == at_.joints) return done;
     const BlockFeed feed = planner_.plan(move_to(q, (to_P - from_P).norm()), motion.feed.value);
     if (!feed.other_mode && !feed.runs_away()) {
-      holds_digits_ = false;
+      at_.holds_digits = false;
       posting_.report.duration_s += feed.seconds;
       posting_.report.feed_time_lost_s += feed.lost_s;
-      last_emitted_ = q;
+      at_.joints = q;
       return write_plain(q, nc::MotionKind::feed, feed, motion.point.where);
     }
   }
-  last_ = point_of(run.stops[block - 1], run.motions[block - 1]);
+  at_.point = point_of(run.stops[block - 1], run.motions[block - 1]);
   const path::Point to = point_of(run.stops[block], i);
-  if (!compensator_) return emit_feed(to, motion.feed, motion.point.where, 0);
+  if (!errors_.compensator) return emit_feed(to, motion.feed, motion.point.where, 0);
   begin_segment(i);
   // No further point is needed where the block starts as it was planned to.
-  if (*run.stops[block - 1].q == last_emitted_)
+  if (*run.stops[block - 1].q == at_.joints)
     return emit_corrected(to, q, motion.feed.value, motion.feed, motion.point.where, kMaxBends);
   return emit_feed(to, motion.feed, motion.point.where, 0);
 }

@@ -29,14 +29,14 @@ Result<void> Pipeline::emit_run() {
     const Pending& motion = motions[i];
     if (auto done = spindle_.resume(); !done) return done;
     if (!motion.point.rapid) spindle_.warn_before_cut(motion.point.where);
-    if (returns_) {
+    if (at_.returns) {
       if (auto done = emit_return(motion); !done) return done;
     }
     if (auto done = emit_waiting_turn(motion); !done) return done;
-    if (cutter_ != nc::CutterSide::off || cutter_changes_) {
+    if (!cutter_.is_idle()) {
       if (auto done = check_compensated(i); !done) return done;
     }
-    if (chosen[i].reconfigure && !approach_) {
+    if (chosen[i].reconfigure && !at_.approaches) {
       const auto there = emit_reconfiguration(chosen[i], motion);
       if (!there) return tl::unexpected(there.error());
       if (*there) continue;
@@ -71,7 +71,7 @@ const PreparedSegment* Pipeline::prepared(std::size_t i) const {
   const path::Tolerance& then = chunk_->tolerance_at(i);
   if (then.tip_mm != now.tip_mm || then.axis != now.axis) return nullptr;
   const auto begins_at = [&](const JointVector& q, const Vec3& tip_P, const Vec3& axis_P) {
-    return last_.q == q && last_.tip_P == tip_P && last_.axis_P == axis_P;
+    return at_.point.q == q && at_.point.tip_P == tip_P && at_.point.axis_P == axis_P;
   };
   if (i == 0) {
     const path::Point& from = chunk_->before;
@@ -83,44 +83,44 @@ const PreparedSegment* Pipeline::prepared(std::size_t i) const {
 
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
                                     const PreparedSegment* prepared) {
-  if (motion.point.rapid || approach_ || !placed_) {
-    if (thermal_.prepare_shift(to.q)) approach_ = true;
+  if (motion.point.rapid || at_.approaches || !at_.known) {
+    if (thermal_.prepare_shift(to.q)) at_.approaches = true;
   } else if (thermal_.waits()) {
     posting_.diagnostics.warning_once(
         "shift in cut", posting_.job.cl_file, motion.point.where,
         "operation '" + thermal_.operation() +
             "' begins in the cut: its shift of the work offset waits for the next rapid");
   }
-  if (approach_ || !placed_) {
-    approach_ = false;
-    check_own_length();
+  if (at_.approaches || !at_.known) {
+    at_.approaches = false;
+    tool_.check_own_length(posting_);
     auto done = emit_approach(to, motion);
-    placed_ = true;
+    at_.known = true;
     return done;
   }
   if (motion.feed.mode == cl::FeedMode::inverse && !motion.point.rapid) {
     // The time is that of the whole segment: its pieces share one rate.
     Pending at_rate = motion;
-    const auto rate = feed_rate(motion.feed, (to.tip_P - last_.tip_P).norm(), motion.point.where);
+    const auto rate = feed_rate(motion.feed, (to.tip_P - at_.point.tip_P).norm(), motion.point.where);
     if (!rate) return tl::unexpected(rate.error());
     at_rate.feed = {cl::FeedMode::per_minute, *rate};
     // Where the tip stands there is no rate of its: the rotary axes take the time.
     constexpr double kStands_mm = 1e-6;
     constexpr double kSameAxis = 1e-9;
-    const bool in_place = (to.tip_P - last_.tip_P).norm() < kStands_mm;
-    if (!in_place || (to.axis_P - last_.axis_P).norm() < kSameAxis)
+    const bool in_place = (to.tip_P - at_.point.tip_P).norm() < kStands_mm;
+    if (!in_place || (to.axis_P - at_.point.axis_P).norm() < kSameAxis)
       return emit_segment(to, at_rate, prepared);
     double turn_rad = 0.0;
     for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
       if (posting_.machine.axes[id].kind == AxisKind::rotary)
-        turn_rad = std::max(turn_rad, std::abs(to.q[id] - last_.q[id]));
+        turn_rad = std::max(turn_rad, std::abs(to.q[id] - at_.point.q[id]));
     }
     planner_.limit_turn(turn_rad * motion.feed.value);
     auto done = emit_segment(to, at_rate, prepared);
     planner_.limit_turn(std::numeric_limits<double>::infinity());
     return done;
   }
-  begin_segment(last_, to);
+  begin_segment(at_.point, to);
   if (prepared != nullptr) {
     if (prepared->report >= 0) note(chunk_->reports[static_cast<std::size_t>(prepared->report)]);
     for (const path::Point& point : chunk_->inserted_in(*prepared)) {
@@ -129,19 +129,20 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
     return emit_to(to, motion);
   }
   const bool rapid = motion.point.rapid;
-  inserted_.clear();
+  refined_.inserted.clear();
   if (rapid) {
     const bool stays =
-        !rewinds(to, to.q) && rapid_refiner_.decide(last_, to, tolerances_.rapid(), 0.0, inserted_).converged;
+        !rewinds(to, to.q) &&
+        refined_.rapids.decide(at_.point, to, tolerances_.rapid(), 0.0, refined_.inserted).converged;
     if (!stays) {
       auto done = emit_rapid_above(to);
-      last_ = to;
+      at_.point = to;
       return done;
     }
   } else {
-    note(refiner_.decide(last_, to, tolerances_.cutting(), 0.0, inserted_));
+    note(refined_.cuts.decide(at_.point, to, tolerances_.cutting(), 0.0, refined_.inserted));
   }
-  for (const path::Point& point : inserted_) {
+  for (const path::Point& point : refined_.inserted) {
     if (auto done = emit_to(point, motion); !done) return done;
   }
   return emit_to(to, motion);
@@ -149,12 +150,12 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
 
 void Pipeline::begin_segment(const path::Point& from, const path::Point& to) {
   const auto target = [](const path::Point& p) { return Target{p.tip_P, p.axis_P, p.where.line, false}; };
-  segment_ = {target(from), target(to)};
+  course_.begin_segment(target(from), target(to));
 }
 
 Result<void> Pipeline::emit_to(const path::Point& point, const Pending& motion) {
   auto done = motion.point.rapid ? emit_rapid(point) : emit_feed(point, motion.feed, motion.point.where, 0);
-  last_ = point;
+  at_.point = point;
   return done;
 }
 
@@ -176,7 +177,7 @@ std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) cons
     return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q &&
            motions[i].feed.mode != cl::FeedMode::inverse;
   };
-  if (approach_ || !placed_ || !cuts(first)) return first;
+  if (at_.approaches || !at_.known || !cuts(first)) return first;
   std::size_t last = first;
   while (last + 1 < motions.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
          motions[last + 1].feed == motions[first].feed &&
@@ -187,24 +188,28 @@ std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) cons
 }
 
 Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
-  run_.assign(1, last_);
-  for (std::size_t i = first; i <= last; ++i) run_.push_back(chunk_->point(i));
-  inserted_.clear();
-  reports_.clear();
-  const bool leaves_room = meter_.has_value();
-  refiner_.refine_run(run_, leaves_room ? span_tolerance() : tolerances_.cutting(), inserted_, reports_);
-  for (const path::SegmentReport& report : reports_) note(report);
+  refined_.run.assign(1, at_.point);
+  for (std::size_t i = first; i <= last; ++i) refined_.run.push_back(chunk_->point(i));
+  refined_.inserted.clear();
+  refined_.reports.clear();
+  const bool leaves_room = course_.has_meter();
+  refined_.cuts.refine_run(refined_.run, leaves_room ? span_tolerance() : tolerances_.cutting(),
+                           refined_.inserted, refined_.reports);
+  for (const path::SegmentReport& report : refined_.reports) note(report);
   // Pieces that pass programmed points are on more than one segment.
-  segment_.reset();
-  for (std::size_t i = 1; i < inserted_.size(); ++i) {
-    if (!posting_.options.nonlinear.thin && !inserted_[i - 1].inserted) {
-      const auto end = std::find_if(inserted_.begin() + static_cast<std::ptrdiff_t>(i), inserted_.end(),
-                                    [](const path::Point& p) { return !p.inserted; });
-      begin_segment(inserted_[i - 1], *end);
+  course_.leave_segment();
+  for (std::size_t i = 1; i < refined_.inserted.size(); ++i) {
+    if (!posting_.options.nonlinear.thin && !refined_.inserted[i - 1].inserted) {
+      const auto end =
+          std::find_if(refined_.inserted.begin() + static_cast<std::ptrdiff_t>(i), refined_.inserted.end(),
+                       [](const path::Point& p) { return !p.inserted; });
+      begin_segment(refined_.inserted[i - 1], *end);
     }
-    if (auto done = emit_feed(inserted_[i], chunk_->motions[first].feed, inserted_[i].where, 0); !done)
+    if (auto done =
+            emit_feed(refined_.inserted[i], chunk_->motions[first].feed, refined_.inserted[i].where, 0);
+        !done)
       return done;
-    last_ = inserted_[i];
+    at_.point = refined_.inserted[i];
   }
   return {};
 }

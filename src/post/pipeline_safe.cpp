@@ -16,8 +16,8 @@ constexpr std::uint16_t kZBit = nc::AxisWords::bit(nc::AxisLetter::Z);
 
 // Z to the safe height, where it is not there already.
 Result<void> Pipeline::emit_retract(SourceRef where) {
-  if (auto r = leave_plane(); !r) return r;
-  if (up_) return {};
+  if (auto r = planes_.leave(); !r) return r;
+  if (at_.up) return {};
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::check_failed, why, posting_.job.cl_file, where);
   };
@@ -34,10 +34,10 @@ Result<void> Pipeline::emit_retract(SourceRef where) {
                                   : ", the machine position of Z to which " + posting_.controller.file +
                                         " [retract] Z goes"));
   }
-  if (const auto fault = safe_height_fault(posting_.machine, tool_.length_mm)) {
+  if (const auto fault = safe_height_fault(posting_.machine, tool_.tool.length_mm)) {
     return refuse(*fault + " ([retract], [table] and [part] of " + posting_.machine.file + ")");
   }
-  up_ = true;
+  at_.up = true;
   return write_retract(nc::AxisLetter::Z, *safe.z_mm());
 }
 
@@ -50,42 +50,42 @@ Result<void> Pipeline::write_retract(nc::AxisLetter letter, double position_mm) 
 
 // Before what stops the cut where it is: the tool comes back there if the program cuts on.
 Result<void> Pipeline::emit_pause_above(SourceRef where) {
-  if (!placed_ || up_) return {};
-  const auto plane = plane_;
+  if (!at_.known || at_.up) return {};
+  const auto plane = planes_.in_force();
   if (auto r = emit_retract(where); !r) return r;
-  if (approach_) return {};
-  returns_ = true;
-  next_plane_ = plane;
+  if (at_.approaches) return {};
+  at_.returns = true;
+  planes_.plan_again(plane);
   return {};
 }
 
 Result<void> Pipeline::emit_return(const Pending& motion) {
-  if (!std::exchange(returns_, false) || approach_) return {};
+  if (!std::exchange(at_.returns, false) || at_.approaches) return {};
   if (motion.point.rapid) {
-    approach_ = true;  // straight from the safe height to where the rapid ends
+    at_.approaches = true;  // straight from the safe height to where the rapid ends
     return {};
   }
   const SourceRef where = motion.point.where;
-  const auto rate = feed_rate(motion.feed, (motion.point.pose.tip_P - last_.tip_P).norm(), where);
+  const auto rate = feed_rate(motion.feed, (motion.point.pose.tip_P - at_.point.tip_P).norm(), where);
   if (!rate) return tl::unexpected(rate.error());
-  path::Point above = last_;
-  above.tip_P += retract_way_mm(last_, where) * last_.axis_P;
-  path::round_to_words(kinematics_, axis_words_.rounding(), above.tip_P, above.q);
+  path::Point above = at_.point;
+  above.tip_P += retract_way_mm(at_.point, where) * at_.point.axis_P;
+  path::round_to_words(tool_.kinematics, axis_words_.rounding(), above.tip_P, above.q);
   auto up = corrected(above, 0.0);
   if (!up) return tl::unexpected(up.error());
   if (auto r = emit_safe_turn(*up, where); !r) return r;
-  if (plane_) up = corrected(above, 0.0);
+  if (planes_.in_force()) up = corrected(above, 0.0);
   if (!up) return tl::unexpected(up.error());
   if (auto r = emit_motion(*up, nc::MotionKind::rapid, {}, where); !r) return r;
-  last_emitted_ = *up;
-  const path::Point back = std::exchange(last_, above);
+  at_.joints = *up;
+  const path::Point back = std::exchange(at_.point, above);
   const auto at = corrected(back, 0.0);
   if (!at) return tl::unexpected(at.error());
-  last_ = back;
-  last_emitted_ = *at;
-  state_.move_to(last_emitted_);
-  up_ = false;
-  return emit_feed_per_minute(last_emitted_, *rate, where);
+  at_.point = back;
+  at_.joints = *at;
+  state_.move_to(at_.joints);
+  at_.up = false;
+  return emit_feed_per_minute(at_.joints, *rate, where);
 }
 
 // From an unknown or safe position: up, the rotary axes, then over the part, then down.
@@ -94,12 +94,12 @@ Result<void> Pipeline::emit_approach(const path::Point& to, const Pending& motio
   if (!first) return tl::unexpected(first.error());
   if (auto r = emit_safe_turn(*first, motion.point.where); !r) return r;
   // In a plane that was entered on the way the words are others.
-  const auto found = plane_ ? corrected(to, 0.0) : first;
+  const auto found = planes_.in_force() ? corrected(to, 0.0) : first;
   if (!found) return tl::unexpected(found.error());
   const JointVector q = *found;
-  last_ = to;
-  last_emitted_ = q;
-  up_ = false;
+  at_.point = to;
+  at_.joints = q;
+  at_.up = false;
   if (motion.point.rapid) return emit_motion(q, nc::MotionKind::rapid, {}, motion.point.where);
   const auto rate = feed_rate(motion.feed, 0.0, motion.point.where);
   if (!rate) return tl::unexpected(rate.error());
@@ -117,18 +117,13 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   if (auto r = emit_retract(where); !r) return r;
   if (auto r = thermal_.write_shift(); !r) return r;
   // Where the machine comes from is known from the second time on.
-  moved(q, placed_ ? planner_.rapid_seconds(last_emitted_, q) : 0.0);
+  moved(q, at_.known ? planner_.rapid_seconds(at_.joints, q) : 0.0);
   if (auto r = emit_motion(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
-  if (next_plane_) {
-    // The rotary axes stand where the plane wants them: the control has nothing to turn.
-    if (auto r = posting_.write(next_plane_block_); !r) return r;
-    plane_ = std::exchange(next_plane_, std::nullopt);
-    ++posting_.report.tilted_planes;
-  }
+  if (auto r = planes_.enter(); !r) return r;
   if (auto r = clamp_standing(); !r) return r;
   if (!posting_.options.rtcp)
     return emit_motion(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~kZBit));
-  if (auto r = posting_.write(nc::TcpControl{true, length_register_}); !r) return r;
+  if (auto r = posting_.write(nc::TcpControl{true, tool_.length_register}); !r) return r;
   return emit_motion(above(q), nc::MotionKind::rapid, {}, where);
 }
 
@@ -182,7 +177,7 @@ JointVector Pipeline::above(const JointVector& q) const {
   constexpr int kDigits = 4;
   for (int i = 0; i < kDigits; ++i) {
     JointVector there = out;
-    kinematics_.solve_linear(word_tip_P(out), kinematics_.sines(out), there);
+    tool_.kinematics.solve_linear(word_tip_P(out), tool_.kinematics.sines(out), there);
     if (there[*id] <= z.max && there[*id] >= z.min) break;
     out[*id] += there[*id] > z.max ? -digit_mm : digit_mm;
   }
@@ -190,8 +185,8 @@ JointVector Pipeline::above(const JointVector& q) const {
 }
 
 Result<void> Pipeline::emit_end() {
-  if (auto r = leave_plane(); !r) return r;
-  if (placed_) {
+  if (auto r = planes_.leave(); !r) return r;
+  if (at_.known) {
     if (auto r = emit_retract({}); !r) return r;
     for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y}) {
       const auto& to_mm = posting_.machine.safe.to_mm[nc::index(letter)];

@@ -52,7 +52,7 @@ std::array<std::int64_t, 2> best_center(const nc::AxisFormat& format, const nc::
 // X, Y and Z words, not rounded, of the tip at `tip_P` with the rotary axes of `at`.
 Vec3 Pipeline::word_xyz(const Vec3& tip_P, const JointVector& at) const {
   JointVector q = at;
-  kinematics_.solve_linear(tip_P, kinematics_.sines(q), q);
+  tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
   return xyz_of(words(q));
 }
 
@@ -84,7 +84,9 @@ JointVector Pipeline::joints_of_xyz(const nc::AxisWords& words, const JointVecto
     tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = word;
     q[id] = word - axis_words_.offset(id);
   }
-  if (in_part()) kinematics_.solve_linear(plane_ ? plane_->X_PF * tip : tip, kinematics_.sines(q), q);
+  if (in_part())
+    tool_.kinematics.solve_linear(planes_.in_force() ? planes_.in_force()->X_PF * tip : tip,
+                                  tool_.kinematics.sines(q), q);
   return q;
 }
 
@@ -112,8 +114,8 @@ Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
 
 // The rotary axes stand still, and nothing bends the path.
 bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
-  if (turn_waits_ || returns_ || cutter_changes_ || compensator_ || thermal_.has_offsets() || count == 0 ||
-      i + count > chunk_->motions.size())
+  if (at_.turn_due || at_.returns || cutter_.changes || errors_.compensator || thermal_.has_offsets() ||
+      count == 0 || i + count > chunk_->motions.size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {
     const path::ChosenPoint& chosen = chunk_->chosen[k];
@@ -129,9 +131,9 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   const SourceRef where = chunk_->motions[i].point.where;
   const path::Point end = chunk_->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
-  if (!placed_ || approach_ || arc.feed.mode == cl::FeedMode::inverse ||
-      posting_.controller.arcs.clockwise.empty() || !same_rotary(last_.q, end.q) ||
-      (last_.tip_P - arc.start_P).norm() > kSamePlace_mm)
+  if (!at_.known || at_.approaches || arc.feed.mode == cl::FeedMode::inverse ||
+      posting_.controller.arcs.clockwise.empty() || !same_rotary(at_.point.q, end.q) ||
+      (at_.point.tip_P - arc.start_P).norm() > kSamePlace_mm)
     return false;
   // Words are an affine map of the tip while the rotary axes stand: is the arc one in X and Y there?
   const double tolerance_mm = posting_.options.tolerance_mm;
@@ -148,7 +150,7 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
 
   nc::Arc block;
   block.clockwise = u.cross(v).z() < 0.0;
-  block.from = quanta_of(xyz_of(words(last_emitted_)));
+  block.from = quanta_of(xyz_of(words(at_.joints)));
   block.source = where;
   JointVector q = end.q;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits, all the way
@@ -186,7 +188,7 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   const double meant = closes ? kTwoPi : arc.sweep.rad();
   if (std::abs(turned - meant) * radius_mm > 2.0 * tolerance_mm) return false;
   const double length_mm =
-      std::hypot(radius_mm * arc.sweep.rad(), (end.tip_P - last_.tip_P).dot(arc.normal_P));
+      std::hypot(radius_mm * arc.sweep.rad(), (end.tip_P - at_.point.tip_P).dot(arc.normal_P));
 
   const auto rate = feed_rate(arc.feed, length_mm, where);
   if (!rate) return tl::unexpected(rate.error());
@@ -196,9 +198,9 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
     if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
   }
   moved(q, seconds);
-  last_ = end;
-  last_emitted_ = q;
-  segment_.reset();
+  at_.point = end;
+  at_.joints = q;
+  course_.leave_segment();
   ++posting_.report.arcs;
   return true;
 }
@@ -225,7 +227,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   // Controls have no drilling cycles under tool-centre-point control.
   if (words_of_cycle.empty() || posting_.options.rtcp || count > kMostMotions ||
       hole.feed.mode == cl::FeedMode::inverse || (steps && hole.first_step_mm != hole.step_mm) ||
-      (!hole.across && (approach_ || !placed_)))
+      (!hole.across && (at_.approaches || !at_.known)))
     return false;
   if (hole.across) {
     // What is not at the height of the hole's motions is positioned for first; rotary axes never turn in a
@@ -233,7 +235,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
     if (auto done = emit_across(hole, i, holds_place(words_of_cycle)); !done)
       return tl::unexpected(done.error());
   }
-  if (!same_rotary(last_emitted_, end.q) && !plane_) return false;
+  if (!same_rotary(at_.joints, end.q) && !planes_.in_force()) return false;
 
   const double tolerance_mm = posting_.options.tolerance_mm;
   const auto at = [&](double height) { return word_xyz(hole.top_P + hole.axis_P * height, end.q); };
@@ -259,15 +261,15 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   const std::int64_t back = to_clear ? block.clear : format.quanta(z, at(hole.leave_mm).z());
   block.words = quanta_of(middle);
   block.words.set(z, back);
-  block.from = quanta_of(xyz_of(words(last_emitted_)));
+  block.from = quanta_of(xyz_of(words(at_.joints)));
   if (!to_clear && block.from[z] != back) {
     // A cycle returns to where it was switched on.
     path::Point above = end;
     above.tip_P = hole.top_P + hole.axis_P * hole.leave_mm;
-    path::round_to_words(kinematics_, axis_words_.rounding(), above.tip_P, above.q);
+    path::round_to_words(tool_.kinematics, axis_words_.rounding(), above.tip_P, above.q);
     if (auto done = emit_rapid(above); !done) return tl::unexpected(done.error());
-    last_ = above;
-    block.from = quanta_of(xyz_of(words(last_emitted_)));
+    at_.point = above;
+    block.from = quanta_of(xyz_of(words(at_.joints)));
     if (block.from[z] != back) return false;
   }
   const auto rate = feed_rate(hole.feed, length_mm, where);
@@ -275,7 +277,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   static_cast<void>(emit_rate(*rate, length_mm, block.feed));
   if (!holds_place(words_of_cycle)) {
     // Called where the tool stands.
-    const Vec3 stands = xyz_of(words(last_emitted_));
+    const Vec3 stands = xyz_of(words(at_.joints));
     if (std::hypot(stands.x() - middle.x(), stands.y() - middle.y()) > kRoundingShare * tolerance_mm)
       return false;
     block.words.set(nc::AxisLetter::X, block.from[nc::AxisLetter::X]);
@@ -284,9 +286,9 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
   const JointVector q = joints_of_xyz(block.words, end.q);
   moved(q, seconds_of(block, end.q));
-  last_ = end;
-  last_emitted_ = q;
-  segment_.reset();
+  at_.point = end;
+  at_.joints = q;
+  course_.leave_segment();
   ++posting_.report.holes;
   if (to_clear && hole.leave_mm > hole.clear_mm) {
     if (auto done = emit_rapid(end); !done) return tl::unexpected(done.error());
@@ -297,8 +299,8 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
 // The rapid to above the hole; none where the cycle itself goes there, at the height at which the tool is.
 Result<void> Pipeline::emit_across(const cl::Hole& hole, std::size_t i, bool cycle_goes) {
   const path::Point to = chunk_->point(i);
-  if (cycle_goes && placed_ && !approach_ && same_rotary(last_emitted_, to.q)) {
-    const std::int64_t now = quanta_of(xyz_of(words(last_emitted_)))[nc::AxisLetter::Z];
+  if (cycle_goes && at_.known && !at_.approaches && same_rotary(at_.joints, to.q)) {
+    const std::int64_t now = quanta_of(xyz_of(words(at_.joints)))[nc::AxisLetter::Z];
     const std::int64_t there = quanta_of(word_xyz(to.tip_P, to.q))[nc::AxisLetter::Z];
     const std::int64_t leave =
         quanta_of(word_xyz(hole.top_P + hole.axis_P * hole.leave_mm, to.q))[nc::AxisLetter::Z];
@@ -316,8 +318,8 @@ bool Pipeline::holds_place(const nc::Template& words) {
 double Pipeline::seconds_of(const nc::Hole& hole, const JointVector& at) const {
   const double rate = posting_.controller.numbers.feed.internal(nc::FeedMode::per_minute, hole.feed);
   double seconds = 0.0;
-  JointVector q = last_emitted_;
-  Vec3 before = xyz_of(words(last_emitted_));
+  JointVector q = at_.joints;
+  Vec3 before = xyz_of(words(at_.joints));
   for (const nc::Stroke& stroke :
        nc::strokes_of(hole, posting_.controller.cycles, posting_.controller.numbers.axes)) {
     const Vec3 to(stroke.xyz_mm[0], stroke.xyz_mm[1], stroke.xyz_mm[2]);

@@ -20,12 +20,13 @@ constexpr double kTakeUp_s = 0.01;
 // block, and a reversal that lost motion asks for bears itself out; then as the motion so found goes.
 Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const {
   constexpr int kTries = 3;  // each turns an axis; more than one at a time is rare
-  if (!loses_motion_) return compensator_->corrected(tip_P, axis_P, at, state_.lagged(), aim_P_);
+  if (!errors_.lose_motion)
+    return errors_.compensator->corrected(tip_P, axis_P, at, state_.lagged(), errors_.aim_P);
   at.direction = state_.now().direction;
   const auto turning = state_.towards(at.q, at.q).direction;
   for (const AxisId id : posting_.machine.rotary_axes()) at.direction[id] = turning[id];
   for (int i = 1;; ++i) {
-    auto found = compensator_->corrected(tip_P, axis_P, at, state_.lagged());
+    auto found = errors_.compensator->corrected(tip_P, axis_P, at, state_.lagged());
     if (!found) return found;
     JointVector sent = found->q;
     round_joints(sent);
@@ -40,7 +41,7 @@ Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axi
 double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense) const {
   MachineState after = at;
   after.direction[id] = sense;
-  const auto& evaluator = compensator_->evaluator();
+  const auto& evaluator = errors_.compensator->evaluator();
   const Vec3 lost = evaluator.errors(at, state_.lagged()).joint[id].rot_rad -
                     evaluator.errors(after, state_.lagged()).joint[id].rot_rad;
   return lost.dot(posting_.machine.axes[id].direction);
@@ -53,14 +54,14 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
 void Pipeline::hold_idle_turns(JointVector& q) const {
   const MachineState& now = state_.now();
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    const double way = q[id] - last_emitted_[id];
+    const double way = q[id] - at_.joints[id];
     const bool back = way * now.direction[id] < 0.0;
     if (posting_.machine.axes[id].kind != AxisKind::rotary || !back || std::abs(way) > kIdleTurn.rad())
       continue;
     const double lost = lost_turn(now, id, static_cast<std::int8_t>(-now.direction[id]));
     if (lost * way > 0.0 &&
         std::abs(way) < std::max(std::abs(lost), kIdleDigits * axis_words_.rounding().quantum[id]))
-      q[id] = last_emitted_[id];
+      q[id] = at_.joints[id];
   }
 }
 
@@ -70,10 +71,10 @@ void Pipeline::hold_idle_turns(JointVector& q) const {
 // it. One that loses less than half a digit turns with the motion itself.
 Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
   const MachineState& now = state_.now();
-  MachineState after = state_.towards(next, last_.q);
+  MachineState after = state_.towards(next, at_.point.q);
   if (after.direction == now.direction) return false;
   const auto reverses = [&](AxisId id) { return after.direction[id] != now.direction[id]; };
-  JointVector q = last_emitted_;
+  JointVector q = at_.joints;
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
     if (reverses(id)) {
@@ -81,25 +82,25 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
       const double way = next[id] - q[id];
       // Not farther than the motion itself goes.
       if (turn * way > 0.0 && std::abs(turn) < std::abs(way)) q[id] = axis_words_.rounded(id, q[id] + turn);
-      if (q[id] == last_emitted_[id]) after.direction[id] = now.direction[id];
+      if (q[id] == at_.joints[id]) after.direction[id] = now.direction[id];
     }
     after.q[id] = q[id];
   }
-  const auto found =
-      compensator_->corrected(last_.tip_P + last_.beside_P, last_.axis_P, after, state_.lagged());
+  const auto found = errors_.compensator->corrected(at_.point.tip_P + at_.point.beside_P, at_.point.axis_P,
+                                                    after, state_.lagged());
   if (!found) return false;  // the same failure comes with its place for the point itself
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
     const double to = axis_words_.rounded(id, found->q[id]);
     if (reverses(id) || (to - q[id]) * now.direction[id] > 0.0) q[id] = to;
   }
-  if (in_part()) kinematics_.solve_linear(word_tip_P(q), kinematics_.sines(q), q);
-  if (q == last_emitted_ || !is_take_up(posting_.machine, last_emitted_, q)) return false;
+  if (in_part()) tool_.kinematics.solve_linear(word_tip_P(q), tool_.kinematics.sines(q), q);
+  if (q == at_.joints || !is_take_up(posting_.machine, at_.joints, q)) return false;
   // Micrometres, in a time that no axis has to jump for.
   const double rate_mm_s = posting_.options.default_feed_mm_s;
   const BlockFeed block = planner_.plan(move_to(q, kTakeUp_s * rate_mm_s), rate_mm_s);
   moved(q, block.seconds);
-  last_emitted_ = q;
+  at_.joints = q;
   if (auto r = emit_motion(q, nc::MotionKind::feed, block, where); !r) return tl::unexpected(r.error());
   return true;
 }

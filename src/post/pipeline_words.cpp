@@ -18,13 +18,13 @@ constexpr double kAskew = 2.0;
 
 // Distance of the tip from the chord that ends at `to`, at the fraction t of the block to `q`.
 double Pipeline::strays_mm(const path::Point& to, const JointVector& q, double t) const {
-  return distance_to_segment(actual_tip_P(q, t), last_.tip_P, to.tip_P);
+  return distance_to_segment(actual_tip_P(q, t), at_.point.tip_P, to.tip_P);
 }
 
 Vec3 Pipeline::actual_tip_P(const JointVector& q, double t) const {
-  const JointVector at = JointVector::interpolate(last_emitted_, q, t);
-  Vec3 tip_P = compensator_ ? compensator_->actual(state_.towards(q, at), state_.lagged()).tip_P
-                            : Vec3(kinematics_.pose(at).tip_P);
+  const JointVector at = JointVector::interpolate(at_.joints, q, t);
+  Vec3 tip_P = errors_.compensator ? errors_.compensator->actual(state_.towards(q, at), state_.lagged()).tip_P
+                                   : Vec3(tool_.kinematics.pose(at).tip_P);
   if (thermal_.has_offsets()) tip_P += thermal_.deviation_P(at);
   return tip_P;
 }
@@ -37,54 +37,43 @@ bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) cons
 
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave its
 // segment of the path by more than the tolerance?
-bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) const {
-  if (!segment_) return span_bends(to, q);
+bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) {
+  if (!course_.segment()) return span_bends(to, q);
   const double limit_mm = tolerances_.cutting().tip_mm;
-  const bool is_cheap = meter_->is_fixed() && meter_->proves();
+  const bool is_cheap = course_.is_fixed_and_proved();
   if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm, bounded)) return false;
   if (!is_cheap) {
     // On the nominal machine the piece keeps to this bound, proved; the errors bend the rest, and most half
     // way.
     const double middle = strays_mm(to, q, 0.5);
-    const path::Certifier certifier(kinematics_);
-    const double nominal =
-        certifier.bow_from_norms(path::station(kinematics_, last_emitted_), path::station(kinematics_, q));
+    const path::Certifier certifier(tool_.kinematics);
+    const double nominal = certifier.bow_from_norms(path::station(tool_.kinematics, at_.joints),
+                                                    path::station(tool_.kinematics, q));
     if (2.0 * (nominal + middle) <= path::kBentWithErrors * limit_mm) return false;
   }
-  Vertex& from = vertices_[0];
-  Vertex& at = vertices_[1];
-  if (is_cheap && at.q == last_emitted_) std::swap(from, at);  // it ended the last block
-  if (!is_cheap || from.q != last_emitted_) {
-    from.q = last_emitted_;
-    meter_->place(from, q, state_);
-  }
-  at.q = q;
-  meter_->place(at, q, state_);
-  from.tcp = at.tcp = posting_.options.rtcp;
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
-  const auto found = meter_->of(from, at, segment_->first, segment_->second, state_, enough);
+  const auto found = course_.deviation(at_.joints, q, posting_.options.rtcp, state_, enough);
   return found.tip_mm.upper >
          (found.proved && !found.unbounded ? limit_mm : path::kBentWithErrors * limit_mm);
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of
 // the errors over the motion is all that is needed of them. `bounded`: norms were asked beforehand.
-bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm,
-                            bool bounded) const {
-  if (posting_.options.rtcp || plane_ || holds_digits_) return false;
-  const auto most = meter_->bend_at_most(last_emitted_, q);
+bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double limit_mm, bool bounded) {
+  if (posting_.options.rtcp || planes_.in_force() || at_.holds_digits) return false;
+  const auto most = course_.meter().bend_at_most(at_.joints, q);
   if (!most) return false;
   const double slack_mm = most->tip_mm + path::kBothEnds * axis_words_.radius_mm();
   if (slack_mm >= limit_mm) return false;
-  const Vec3 from_P = last_.tip_P + last_.beside_P;
+  const Vec3 from_P = at_.point.tip_P + at_.point.beside_P;
   const Vec3 to_P = to.tip_P + to.beside_P;
-  const Vec3& tip0_P = segment_->first.tip_P;
-  const Vec3& tip1_P = segment_->second.tip_P;
+  const Vec3& tip0_P = course_.segment()->first.tip_P;
+  const Vec3& tip1_P = course_.segment()->second.tip_P;
   const auto norms_suffice = [&] {
     // The nominal tip is off these by the correction, which began at rounded words and was rounded.
     const double moved_mm = kAskew * (posting_.report.largest_correction_mm + 2.0 * axis_words_.radius_mm());
-    const double left_mm =
-        limit_mm - slack_mm - path::bow_from_norms(kinematics_, {last_emitted_, from_P}, {q, to_P}, moved_mm);
+    const double left_mm = limit_mm - slack_mm -
+                           path::bow_from_norms(tool_.kinematics, {at_.joints, from_P}, {q, to_P}, moved_mm);
     if (left_mm < 0.0) return false;
     // Nearly always the ends are those of the segment.
     const double ends2 = std::max((from_P - tip0_P).squaredNorm(), (to_P - tip1_P).squaredNorm());
@@ -95,11 +84,11 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
   const auto placed = [](const path::Station& nominal, const Vec3& tip_P) {
     return path::shifted(nominal, tip_P - nominal.tip_P, Vec3::Zero());
   };
-  if (station_.q != last_emitted_) station_ = path::station(kinematics_, last_emitted_);
-  const path::Station before = std::exchange(station_, path::station(kinematics_, q));
-  const path::Reference reference{tip0_P, tip1_P, segment_->first.axis_P, segment_->second.axis_P};
-  return meter_->certifier().tip_within(placed(before, from_P), placed(station_, to_P), reference,
-                                        limit_mm - slack_mm) == path::Within::yes;
+  const auto [before, after] = course_.nominal(tool_.kinematics, at_.joints, q);
+  const path::Reference reference{tip0_P, tip1_P, course_.segment()->first.axis_P,
+                                  course_.segment()->second.axis_P};
+  return course_.meter().certifier().tip_within(placed(before, from_P), placed(after, to_P), reference,
+                                                limit_mm - slack_mm) == path::Within::yes;
 }
 
 // A piece that passes programmed points keeps to the path as the nominal machine runs it: the refinement saw
@@ -107,7 +96,7 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
 bool Pipeline::span_bends(const path::Point& to, const JointVector& q) const {
   const double limit_mm = path::kBentWithErrors * (tolerances_.cutting().tip_mm - span_tolerance().tip_mm);
   for (const double t : {0.25, 0.5, 0.75}) {
-    const Vec3 nominal_P = kinematics_.pose(JointVector::interpolate(last_.q, to.q, t)).tip_P;
+    const Vec3 nominal_P = tool_.kinematics.pose(JointVector::interpolate(at_.point.q, to.q, t)).tip_P;
     if ((actual_tip_P(q, t) - nominal_P).norm() > limit_mm) return true;
   }
   return false;
@@ -131,18 +120,18 @@ path::Tolerance Pipeline::span_tolerance() const {
 // passes programmed points.
 path::Point Pipeline::middle_before(const path::Point& to) const {
   path::Point middle = to;
-  middle.q = JointVector::interpolate(last_.q, to.q, 0.5);
+  middle.q = JointVector::interpolate(at_.point.q, to.q, 0.5);
   middle.inserted = true;
   middle.beside_P = Vec3::Zero();
-  if (segment_) {
-    middle.tip_P = 0.5 * (last_.tip_P + to.tip_P);
-    middle.axis_P = slerp(last_.axis_P, to.axis_P, 0.5);
+  if (course_.segment()) {
+    middle.tip_P = 0.5 * (at_.point.tip_P + to.tip_P);
+    middle.axis_P = slerp(at_.point.axis_P, to.axis_P, 0.5);
   } else {
-    const ToolPose nominal = kinematics_.pose(middle.q);
+    const ToolPose nominal = tool_.kinematics.pose(middle.q);
     middle.tip_P = nominal.tip_P;
     middle.axis_P = nominal.axis_P;
   }
-  path::round_to_words(kinematics_, axis_words_.rounding(), middle.tip_P, middle.q);
+  path::round_to_words(tool_.kinematics, axis_words_.rounding(), middle.tip_P, middle.q);
   return middle;
 }
 
@@ -153,24 +142,24 @@ path::Point Pipeline::middle_before(const path::Point& to) const {
 std::optional<JointVector> Pipeline::without_idle_digits(const path::Point& to, const JointVector& q) const {
   constexpr std::int64_t kIdleQuanta = 2;  // the rounding of both ends, twice
   constexpr double kMargin = 0.9;          // of the tolerance: these are samples, the verification proves
-  const JointVector before = words(last_emitted_);
+  const JointVector before = words(at_.joints);
   const JointVector after = words(q);
   JointVector held = q;
   bool turns = false;
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind == AxisKind::rotary) {
-      turns = turns || q[id] != last_emitted_[id];
+      turns = turns || q[id] != at_.joints[id];
       continue;
     }
     const auto quanta = [&](double word) {
       return posting_.controller.numbers.axes.quanta(posting_.letters[id], word);
     };
     if (std::abs(quanta(after[id]) - quanta(before[id])) > kIdleQuanta) return std::nullopt;
-    held[id] = last_emitted_[id];
+    held[id] = at_.joints[id];
   }
   if (!turns) return std::nullopt;
   if (posting_.options.rtcp) {
-    kinematics_.solve_linear(word_tip_P(last_emitted_), kinematics_.sines(held), held);
+    tool_.kinematics.solve_linear(word_tip_P(at_.joints), tool_.kinematics.sines(held), held);
     return strays_mm(to, held, 1.0) > kMargin * posting_.options.tolerance_mm ? std::nullopt
                                                                               : std::optional(held);
   }
@@ -188,7 +177,7 @@ Vec3 Pipeline::word_tip_P(const JointVector& q) const {
       tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] =
           posting_.controller.numbers.axes.rounded(posting_.letters[id], at[id]);
   }
-  return plane_ ? plane_->X_PF * tip : tip;
+  return planes_.in_force() ? planes_.in_force()->X_PF * tip : tip;
 }
 
 JointVector Pipeline::words(const JointVector& q) const {
@@ -197,17 +186,17 @@ JointVector Pipeline::words(const JointVector& q) const {
 }
 
 FeedPlanner::Move Pipeline::move_to(const JointVector& q, double tip_mm) const {
-  FeedPlanner::Move move{last_emitted_, q, tip_mm, std::nullopt, 0.0};
+  FeedPlanner::Move move{at_.joints, q, tip_mm, std::nullopt, 0.0};
   if (!posting_.options.rtcp) {
-    move.axes_s = planner_.slowest_axis_s(last_emitted_, q);
+    move.axes_s = planner_.slowest_axis_s(at_.joints, q);
     return move;
   }
-  const Vec3 from_P = word_tip_P(last_emitted_);
+  const Vec3 from_P = word_tip_P(at_.joints);
   const Vec3 to_P = word_tip_P(q);
   move.tcp_way_mm = (to_P - from_P).norm();
   move.axes_s = planner_.slowest_along_s([&](double t) {
-    JointVector at = JointVector::interpolate(last_emitted_, q, t);
-    kinematics_.solve_linear(from_P + t * (to_P - from_P), kinematics_.sines(at), at);
+    JointVector at = JointVector::interpolate(at_.joints, q, t);
+    tool_.kinematics.solve_linear(from_P + t * (to_P - from_P), tool_.kinematics.sines(at), at);
     return at;
   });
   return move;
@@ -217,8 +206,8 @@ FeedPlanner::Move Pipeline::move_to(const JointVector& q, double tip_mm) const {
 // named X, Y and Z.
 JointVector Pipeline::part_words(const JointVector& q) const {
   JointVector words = q;
-  Vec3 tip = kinematics_.pose(q).tip_P;
-  if (plane_) tip = plane_->X_PF.inverse() * tip;
+  Vec3 tip = tool_.kinematics.pose(q).tip_P;
+  if (planes_.in_force()) tip = planes_.in_force()->X_PF.inverse() * tip;
   // A CL file of more digits has points half way between two words: away from zero then, however the
   // evaluation of the tip was rounded.
   constexpr double kHalfWay_mm = 1e-9;

@@ -157,7 +157,7 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     if (clear_plane_ || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
   }
   if (measure_of(word, posting_.machine)) return {};
-  if (const auto turn = table_turn_of(word, posting_.machine, last_.q)) {
+  if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
     const Axis& axis = posting_.machine.axes[turn->axis];
     if (axis.within_limits(turn->angle)) return turn_table(turn->axis, turn->angle, turn->now, where);
     return fail(ErrorCode::check_failed,
@@ -189,14 +189,13 @@ double Pipeline::retract_way_mm(const path::Point& point, SourceRef where) {
 
 Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {
   const double rounded = axis_words_.rounded(id, angle);
-  if (std::abs(last_.q[id] - rounded) < 1e-12) return {};
-  last_.q[id] = rounded;
-  approach_ = true;  // what follows comes from the safe height
-  if (!now || !placed_) return {};
+  if (std::abs(at_.point.q[id] - rounded) < 1e-12) return {};
+  at_.point.q[id] = rounded;
+  at_.approaches = true;  // what follows comes from the safe height
+  if (!now || !at_.known) return {};
   if (auto r = emit_retract(where); !r) return r;
-  last_emitted_[id] = rounded;
-  return emit_motion(last_emitted_, nc::MotionKind::rapid, {}, where,
-                     nc::AxisWords::bit(posting_.letters[id]));
+  at_.joints[id] = rounded;
+  return emit_motion(at_.joints, nc::MotionKind::rapid, {}, where, nc::AxisWords::bit(posting_.letters[id]));
 }
 
 }  // namespace trunnion::post

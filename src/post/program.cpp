@@ -53,7 +53,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       options_(options),
       diagnostics_(diagnostics),
       errors_before_(diagnostics.error_count()),
-      pipeline_(job, options, sink, diagnostics),
+      pipeline_(job, options, sink),
       intake_(job, options, pipeline_.quantum(), store_),
       reader_(std::move(source), job.cl_file, reading(job, options), diagnostics) {}
 
@@ -198,7 +198,7 @@ Result<PostReport> Program::run() {
   } else {
     out = pipeline_.finish(intake_);
   }
-  pipeline_.tell_findings();
+  pipeline_.tell_findings(diagnostics_);
   return out;
 }
 

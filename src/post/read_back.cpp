@@ -27,7 +27,9 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
 
 }  // namespace
 
-ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const ModelEvaluator* errors) {
+ReadBack::ReadBack(const Posting& posting, const TextSink& sink, const ModelEvaluator* errors) : sink_(sink) {
+  const PostJob& job = posting.job;
+  const PostOptions& options = posting.options;
   if (!options.verify) return;
   const std::string nc_file = "<program>";
   with_errors_ = std::make_unique<Verifier>(*job.machine, *job.controller,
@@ -61,8 +63,12 @@ void ReadBack::expect(const Chunk& chunk) {
   unread_.clear();
 }
 
-void ReadBack::take(std::string& text) {
-  if (with_errors_) unread_.swap(text);
+Result<void> ReadBack::pass_on(Chunk& chunk) {
+  expect(chunk);
+  if (chunk.text.empty()) return {};
+  auto done = sink_(chunk.text);
+  if (with_errors_) unread_.swap(chunk.text);
+  return done;
 }
 
 Result<void> ReadBack::finish(PostReport& report) {

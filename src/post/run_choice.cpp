@@ -34,15 +34,15 @@ void Pipeline::tell_notes() {
                                   (s.early ? "; it turns early, at the rapid" : ""));
   }
   // What is left of large turns near the pole while cutting, and C that a rapid turned early.
-  if (kinematics_.rotary_count() < 2) return;
-  const AxisId inner = kinematics_.rotary(1);
+  if (tool_.kinematics.rotary_count() < 2) return;
+  const AxisId inner = tool_.kinematics.rotary(1);
   const double upright = std::cos(posting_.options.pole.cone.rad());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (i == 0 && !placed_) continue;
-    const double before = i > 0 ? chosen[i - 1].q_leave[inner] : last_.q[inner];
+    if (i == 0 && !at_.known) continue;
+    const double before = i > 0 ? chosen[i - 1].q_leave[inner] : at_.point.q[inner];
     const double turn = std::abs(chosen[i].q[inner] - before);
     if (turn <= posting_.options.pole.min_turn.rad() || chosen[i].reconfigure) continue;
-    if (std::abs(kinematics_.direction(1).dot(motions[i].point.pose.axis_P)) < upright) continue;
+    if (std::abs(tool_.kinematics.direction(1).dot(motions[i].point.pose.axis_P)) < upright) continue;
     const bool rapid = motions[i].point.rapid;
     if (rapid && !chosen[i].singular) continue;
     std::size_t& count = rapid ? posting_.report.pole_turns_early : posting_.report.pole_turns_cutting;
@@ -60,7 +60,7 @@ void Pipeline::choose_plane() {
   const auto& chosen = chunk_->chosen;
   const auto& motions = chunk_->motions;
   constexpr double kSameAxis = 1e-9;
-  next_plane_.reset();
+  planes_.plan_none();
   const Vec3& axis_P = motions[0].point.pose.axis_P;
   bool wanted = true;
   for (std::size_t i = 0; i < chosen.size() && wanted; ++i) {
@@ -78,26 +78,18 @@ void Pipeline::choose_plane() {
   nc::TiltedPlane block;
   const PlaneFrame frame = PlaneFrame::of(posting_.controller, axes_P, Vec3::Zero(), block);
   if (wanted && q[posting_.machine.rotary_axes().front()] < 0.0) block.direction = -1;
-  const bool same = plane_ && wanted && block.angles == next_plane_block_.angles &&
-                    block.direction == next_plane_block_.direction;
-  if (same && !approach_) return;
+  const bool same = planes_.in_force() && wanted && planes_.has_words_of(block);
+  if (same && !at_.approaches) return;
   // Rapids alone, as the last one of a program, cut nothing: they go as they are.
   wanted =
       wanted && std::any_of(motions.begin(), motions.end(), [](const Pending& m) { return !m.point.rapid; });
-  const bool can_enter = approach_ || !placed_ || motions[0].point.rapid;
+  const bool can_enter = at_.approaches || !at_.known || motions[0].point.rapid;
   if (wanted && can_enter) {
-    next_plane_ = frame;
-    next_plane_block_ = block;
-    approach_ = true;
-  } else if (plane_) {
-    approach_ = true;  // from a safe position, out of the plane
+    planes_.plan(frame, block);
+    at_.approaches = true;
+  } else if (planes_.in_force()) {
+    at_.approaches = true;  // from a safe position, out of the plane
   }
-}
-
-Result<void> Pipeline::leave_plane() {
-  if (!plane_) return {};
-  plane_.reset();
-  return posting_.write(nc::TiltedPlane{});
 }
 
 }  // namespace trunnion::post

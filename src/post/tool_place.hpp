@@ -1,0 +1,20 @@
+#pragma once
+#include <optional>
+
+#include "trunnion/path/point.hpp"
+
+namespace trunnion::post {
+
+/// Where the tool is at the end of the text so far, and what the next motion has to know of it.
+struct ToolPlace {
+  path::Point point;                    // nominal, on the word grid
+  JointVector joints;                   // that went out: corrected, where something is
+  bool holds_digits = false;            // the last block left out digits that only rounding had changed
+  bool known = false;                   // a first point was written
+  bool approaches = true;               // the next motion starts from an unknown or safe position
+  bool up = false;                      // Z is at the safe height
+  bool returns = false;                 // from there to `point`, if the program cuts on
+  std::optional<JointVector> turn_due;  // to where the rotary axes turn before they cut on
+};
+
+}  // namespace trunnion::post
