@@ -40,7 +40,7 @@ Result<void> Pipeline::emit_event_at(const cl::Record& record) {
             if (posting_.controller.tool_preselect.empty()) return Result<void>{};
             return posting_.write(nc::ToolSelect{t.number});
           },
-          [&](const cl::WorkOffset& w) { return check_work_offset(w, record.where); },
+          [&](const cl::WorkOffset& w) { return head_.check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
             if (g.diameter_mm) spindle_.set_diameter(*g.diameter_mm);
             tool_.own_length_mm = g.length_mm.value_or(0.0);
@@ -70,7 +70,7 @@ Result<void> Pipeline::emit_spindle(const cl::Spindle& spindle, SourceRef where)
   const auto asked = spindle_.ask(spindle, where);
   if (!asked) return tl::unexpected(asked.error());
   if (!*asked) return {};
-  state_.spindle(stops ? 0.0 : spindle_.rpm());
+  errors_.state.spindle(stops ? 0.0 : spindle_.rpm());
   return stops || spindle_.go_on_at_once(at_.known) ? posting_.write(**asked) : Result<void>{};
 }
 
@@ -142,9 +142,9 @@ Result<void> Pipeline::take_tolerance(const cl::Tolerance& t, SourceRef where) {
   if (!t.on) {
     posting_.diagnostics.warning_once("LINTOL/OFF", posting_.job.cl_file, where,
                                       "LINTOL/OFF is not followed: the tolerance stays " +
-                                          shortest_text(tolerances_.cutting().tip_mm) + " mm");
+                                          shortest_text(modes_.tolerances.cutting().tip_mm) + " mm");
   }
-  tolerances_.take(t);
+  modes_.tolerances.take(t);
   return {};
 }
 

@@ -4,6 +4,7 @@
 
 #include "trunnion/path/point.hpp"
 
+#include "post/beyond_travel.hpp"
 #include "post/feed_plan.hpp"
 #include "post/joint_pair.hpp"
 #include "post/posting.hpp"
@@ -38,6 +39,12 @@ class JointWords {
   /// Positions that the machine has no axis for are zero, as their travel.
   bool are_within_travel(const JointVector& q) const { return joints_within(q, least_, most_); }
 
+  /// `q` goes out: where it is beyond the travel, it is noted for the end of the program.
+  void check_travel(const JointVector& q, const SpindleTool& tool, SourceRef where) {
+    if (!are_within_travel(q)) beyond_.note(posting_.machine, q, rounding_.quantum, tool, where);
+  }
+  Result<void> tell_beyond_travel(Posting& posting) const { return beyond_.tell(posting); }
+
   /// The motion of all axes to `q`; it stands until the next one.
   const nc::Motion& motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where);
   /// The words of a position on the grid; false where it is beyond the travel. What more digits would need
@@ -58,6 +65,7 @@ class JointWords {
   const Posting& posting_;
   path::Rounding rounding_;
   JointVector least_, most_;  // travel
+  BeyondTravel beyond_;
   JointVector quanta_per_unit_;
   double radius_mm_ = 0.0;
   std::size_t axis_count_;

@@ -1,15 +1,19 @@
 #pragma once
 #include <memory>
+#include <vector>
 
 #include "post/compensators.hpp"
 #include "post/posting.hpp"
+#include "post/program_state.hpp"
 #include "post/spindle_tool.hpp"
 
 namespace trunnion::post {
 
 /// The errors of the machine that the text answers; without a model there are none.
 struct MachineErrors {
-  explicit MachineErrors(const PostJob& job) {
+  explicit MachineErrors(const PostJob& job)
+      : state(job.machine->axes.size(),
+              job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures) {
     if (job.model == nullptr) return;
     evaluator = std::make_unique<ModelEvaluator>(*job.model);
     compensators = std::make_unique<Compensators>(*job.machine, *job.model);
@@ -20,6 +24,7 @@ struct MachineErrors {
     if (compensators) compensator = &compensators->of(tool.length_mm);
   }
 
+  ProgramState state;  // of the machine at the end of the text so far
   std::unique_ptr<ModelEvaluator> evaluator;
   std::unique_ptr<Compensators> compensators;
   const path::Compensator* compensator = nullptr;  // of the tool at hand

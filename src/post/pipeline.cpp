@@ -7,20 +7,18 @@
 #include "trunnion/base/number_text.hpp"
 
 namespace trunnion::post {
-Pipeline::Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink)
+Pipeline::Pipeline(const PostJob& job, const PostOptions& options)
     : posting_(job, options),
       tool_(posting_, {options.tools.length_mm.value_or(posting_.machine.tool_length_mm)}),
       axis_words_(posting_, tool_.tool),
       refined_(posting_, tool_.tool.vector(), axis_words_.rounding()),
       planner_(posting_.machine, posting_.controller, options.feed),
-      tolerances_(job, options),
+      modes_{PathTolerances(job, options), {}},
       planes_(posting_),
-      state_(posting_.machine.axes.size(),
-             job.model != nullptr ? lag_requests(*job.model) : std::vector<LagRequest>{}, job.temperatures),
+      head_(posting_),
       errors_(job),
       spindle_(posting_),
-      thermal_(posting_),
-      read_back_(posting_, sink, errors_.evaluator.get()) {
+      thermal_(posting_) {
   set_tool(tool_.tool);
   errors_.by_place = errors_.compensator != nullptr && axis_words_.fill_runs() &&
                      course_.meter().is_fixed() && !errors_.lose_motion && !errors_.know_history;
@@ -33,7 +31,7 @@ void Pipeline::set_tool(const SpindleTool& tool) {
   refined_.set_tool(posting_, vector, axis_words_.rounding());
   errors_.set_tool(tool);
   if (errors_.compensator == nullptr && !thermal_.has_offsets()) return;
-  course_.set_meter(state_, posting_.machine, vector, errors_.evaluator.get(), thermal_.followed(),
+  course_.set_meter(errors_.state, posting_.machine, vector, errors_.evaluator.get(), thermal_.followed(),
                     posting_.options.nonlinear.certify, posting_.options.tolerance_mm,
                     posting_.options.axis_tolerance.value_or(posting_.machine.axis_tolerance));
 }
@@ -42,24 +40,25 @@ Result<void> Pipeline::begin() {
   return thermal_.begin();
 }
 
+Result<void> Pipeline::begin_text(const Chunk& chunk) {
+  if (auto r = head_.write(chunk); !r) return r;
+  thermal_.call(nc::WorkOffset{posting_.report.work_offset});
+  return {};
+}
+
 Result<void> Pipeline::emit(Chunk& chunk) {
   if (chunk.failure) return tl::unexpected(*chunk.failure);
-  chunk_ = &chunk;
+  now_.chunk = &chunk;
   if (chunk.tool != tool_.tool) set_tool(chunk.tool);
-  if (!begun_) {
+  if (!head_.is_written()) {
     if (auto begun = begin_text(chunk); !begun) return begun;
   }
   tell_notes();
   if (posting_.options.tilted_plane && !chunk.motions.empty()) choose_plane();
   auto done = emit_run();
-  chunk_ = nullptr;
+  now_.chunk = nullptr;
   chunk.text.swap(posting_.text);
   return done;
-}
-
-void Pipeline::tell_findings(Diagnostics& to) const {
-  to.append(posting_.diagnostics);
-  to.append(read_back_.diagnostics());
 }
 
 // A motion whose length the post does not know or that only leaves or enters: F per minute.
@@ -128,7 +127,7 @@ void Pipeline::elapse(double seconds) {
 }
 
 void Pipeline::pause(double seconds) {
-  state_.wait(seconds);
+  errors_.state.wait(seconds);
   elapse(seconds);
 }
 
@@ -154,20 +153,20 @@ Result<double> Pipeline::feed_rate(const cl::Feed& feed, double segment_mm, Sour
 
 void Pipeline::moved(const JointVector& q, double seconds) {
   if (!errors_.know_history) return elapse(seconds);
-  const auto lagged = state_.lagged();
+  const auto lagged = errors_.state.lagged();
   const std::vector<double> before(lagged.begin(), lagged.end());
-  state_.move_to(q, seconds);
+  errors_.state.move_to(q, seconds);
   elapse(seconds);
   if (before.empty()) return;
-  const Vec3 then = errors_.compensator->actual(state_.now(), before).tip_P;
-  const Vec3 now = errors_.compensator->actual(state_.now(), state_.lagged()).tip_P;
+  const Vec3 then = errors_.compensator->actual(errors_.state.now(), before).tip_P;
+  const Vec3 now = errors_.compensator->actual(errors_.state.now(), errors_.state.lagged()).tip_P;
   posting_.report.lag_step_mm = std::max(posting_.report.lag_step_mm, (now - then).norm());
 }
 
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
   if (!errors_.compensator && !thermal_.has_offsets() && !in_part()) {
-    check_limits(point, q);
+    axis_words_.check_travel(q, tool_.tool, point.where);
     return q;
   }
   if (errors_.lose_motion) hold_idle_turns(q);
@@ -183,7 +182,8 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     posting_.report.largest_error_mm = std::max(posting_.report.largest_error_mm, deviation_P.norm());
   }
   if (errors_.compensator) {
-    MachineState at = errors_.know_history ? state_.towards(expected(q), q, seconds) : state_.now();
+    MachineState at =
+        errors_.know_history ? errors_.state.towards(expected(q), q, seconds) : errors_.state.now();
     at.q = q;
     const auto found = compensated(tip_P, point.axis_P, at);
     if (!found) {
@@ -217,7 +217,7 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
   }
   // What the axes do follows from the words, and those are rounded.
   if (in_part()) tool_.kinematics.solve_linear(word_tip_P(q), tool_.kinematics.sines(q), q);
-  check_limits(point, thermal_.shifted(q));
+  axis_words_.check_travel(thermal_.shifted(q), tool_.tool, point.where);
   return q;
 }
 
@@ -233,11 +233,6 @@ JointVector Pipeline::expected(const JointVector& nominal) const {
   JointVector q = nominal;
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) q[id] += at_.joints[id] - at_.point.q[id];
   return q;
-}
-
-void Pipeline::check_limits(const path::Point& point, const JointVector& q) {
-  if (!axis_words_.are_within_travel(q))
-    beyond_travel_.note(posting_.machine, q, axis_words_.rounding().quantum, tool_.tool, point.where);
 }
 
 Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
@@ -261,22 +256,23 @@ Result<void> Pipeline::emit_motion(const JointVector& q, nc::MotionKind kind, co
   return thermal_.is_at_run_time() ? thermal_.write_motion(motion, q) : posting_.writer.write(motion);
 }
 
-Result<PostReport> Pipeline::finish(const Intake& intake) {
+Result<void> Pipeline::finish(const Intake& intake, Chunk& end) {
   posting_.report.points_in = intake.points();
   posting_.report.choice = intake.choice();
   posting_.report.tools = intake.tools().loaded();
   intake.tools().warn_of_machine_file(posting_.job.cl_file, posting_.diagnostics);
-  if (!begun_) {
-    if (auto r = begin_text(Chunk()); !r) return tl::unexpected(r.error());
+  if (!head_.is_written()) {
+    if (auto r = begin_text(Chunk()); !r) return r;
   }
-  if (auto r = emit_end(); !r) return tl::unexpected(r.error());
-  if (auto r = posting_.write(nc::ProgramEnd{}); !r) return tl::unexpected(r.error());
-  Chunk end;
+  if (auto r = emit_end(); !r) return r;
+  if (auto r = posting_.write(nc::ProgramEnd{}); !r) return r;
   end.text.swap(posting_.text);
-  if (auto r = read_back_.pass_on(end); !r) return tl::unexpected(r.error());
-  if (auto r = beyond_travel_.tell(posting_); !r) return tl::unexpected(r.error());
+  return {};
+}
+
+Result<PostReport> Pipeline::report() {
+  if (auto r = axis_words_.tell_beyond_travel(posting_); !r) return tl::unexpected(r.error());
   posting_.report.nc_lines = posting_.writer.lines();
-  if (auto r = read_back_.finish(posting_.report); !r) return tl::unexpected(r.error());
   return std::move(posting_.report);
 }
 

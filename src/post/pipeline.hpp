@@ -8,18 +8,16 @@
 #include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/post.hpp"
 
-#include "post/beyond_travel.hpp"
 #include "post/block_course.hpp"
-#include "post/chunk.hpp"
+#include "post/chunk_in_work.hpp"
 #include "post/cutter_wear.hpp"
 #include "post/feed_plan.hpp"
 #include "post/intake.hpp"
 #include "post/joint_words.hpp"
 #include "post/machine_errors.hpp"
-#include "post/post_words.hpp"
+#include "post/path_modes.hpp"
 #include "post/posting.hpp"
-#include "post/program_state.hpp"
-#include "post/read_back.hpp"
+#include "post/program_head.hpp"
 #include "post/refinement.hpp"
 #include "post/spindle_and_coolant.hpp"
 #include "post/thermal_output.hpp"
@@ -29,25 +27,25 @@
 
 namespace trunnion::post {
 
-/// The last two stages, for one program: prepared chunks in, NC text out, read back and verified. One object,
-/// one program. `emit` and `pass_on` may run at the same time on different chunks, each of the two for the
-/// chunks in their order.
+/// The stage that makes the NC text of one program: prepared chunks in, in their order, their text out.
 class Pipeline {
  public:
-  Pipeline(const PostJob& job, const PostOptions& options, const TextSink& sink);
+  Pipeline(const PostJob& job, const PostOptions& options);
 
   Result<void> begin();
   /// Makes the NC text of a prepared chunk, and puts it there.
   Result<void> emit(Chunk& chunk);
-  /// Reads that text back and gives it to the sink.
-  Result<void> pass_on(Chunk& chunk) { return read_back_.pass_on(chunk); }
-  /// The end of the program: the text that is left goes the same way.
-  Result<PostReport> finish(const Intake& intake);
-  /// What the stages found goes to the diagnostics, in the order of the stages.
-  void tell_findings(Diagnostics& to) const;
+  /// The end of the program: the text that is left is put into `end`.
+  Result<void> finish(const Intake& intake, Chunk& end);
+  /// Of the finished text, but for its verification. Fails with check_failed when a position is beyond the
+  /// travel.
+  Result<PostReport> report();
+  const Diagnostics& diagnostics() const { return posting_.diagnostics; }
 
   /// Of the words, as path::Rounding has it.
   const JointVector& quantum() const { return axis_words_.rounding().quantum; }
+  /// Of the machine, or null.
+  const ModelEvaluator* errors() const { return errors_.evaluator.get(); }
   /// Where the errors hang on the position alone; else null.
   const path::Compensator* compensator_by_place(const SpindleTool& tool) const {
     return errors_.by_place ? &errors_.compensators->of(tool.length_mm) : nullptr;
@@ -61,10 +59,6 @@ class Pipeline {
 
   /// The head of the program, when its first motions and what is said before them are known.
   Result<void> begin_text(const Chunk& chunk);
-  std::int64_t work_offset_of(const Chunk& chunk) const;
-  Result<void> check_work_offset(const cl::WorkOffset& offset, SourceRef where);
-  /// Rotary axes that the cut from motion `i` of the chunk on does not turn, bits of nc::AxisWords.
-  std::uint16_t standing_axes(std::size_t i) const;
   Result<void> clamp_standing();
   /// Time passes, `pause` without a motion.
   void elapse(double seconds);
@@ -79,8 +73,6 @@ class Pipeline {
   /// Words for the post-processor that the intake does not act on alone.
   Result<void> take_post_word(const cl::PostWord& word, SourceRef where);
   Result<void> turn_table(AxisId id, double angle, bool now, SourceRef where);
-  /// How far the tool leaves the part along its axis from `point`.
-  double retract_way_mm(const path::Point& point, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
   void begin_segment(const path::Point& from, const path::Point& to);
   /// The one that ends at motion `i` of the chunk.
@@ -195,7 +187,6 @@ class Pipeline {
   /// The correction with the senses of motion that it leads to itself; those of `at` do not count.
   Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
   JointVector expected(const JointVector& nominal) const;
-  void check_limits(const path::Point& point, const JointVector& q);
   void note(const path::SegmentReport& report);
   path::Point rounded(const path::ChoicePoint& point, const JointVector& q) const {
     return rounded_point(tool_.kinematics, axis_words_.rounding(), point, q);
@@ -206,22 +197,17 @@ class Pipeline {
   JointWords axis_words_;
   Refinement refined_;
   FeedPlanner planner_;
-  PathTolerances tolerances_;
+  PathModes modes_;
   CutterWear cutter_;
-  std::optional<ClearPlane> clear_plane_;  // CLEARP
   TiltedPlanes planes_;
+  ProgramHead head_;
 
-  Chunk* chunk_ = nullptr;  // that is emitted
-  std::size_t motion_ = 0;  // of the chunk: the next one, while what is said before it goes out
-  bool begun_ = false;      // the head of the program was written
+  ChunkInWork now_;
   ToolPlace at_;
-  ProgramState state_;
   MachineErrors errors_;
   BlockCourse course_;
   SpindleAndCoolant spindle_;
   ThermalOutput thermal_;
-  BeyondTravel beyond_travel_;
-  ReadBack read_back_;
 };
 
 }  // namespace trunnion::post

@@ -35,12 +35,12 @@ Result<void> Pipeline::emit_cutter_compensation(const cl::CutterCompensation& c,
 }
 
 Result<void> Pipeline::check_compensated(std::size_t i) {
-  const path::Point to = chunk_->point(i);
+  const path::Point to = now_.chunk->point(i);
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::check_failed, "CUTCOM: " + why, posting_.job.cl_file, to.where);
   };
   const bool on = cutter_.is_on();
-  if (on && (at_.approaches || chunk_->motions[i].point.rapid))
+  if (on && (at_.approaches || now_.chunk->motions[i].point.rapid))
     return refuse("CUTCOM/OFF is missing before this rapid");
   if (on && !same_rotary(at_.point.q, to.q))
     return refuse("the tool axis turns while the control compensates: CUTCOM/OFF is missing");

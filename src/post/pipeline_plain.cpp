@@ -26,19 +26,19 @@ bool Pipeline::is_plain() const {
 // the tolerance of the first one holds for all.
 Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
   if (errors_.compensator && !posting_.writer.takes_run(posting_.letters, planner_.run_mode())) return first;
-  const auto& motions = chunk_->motions;
+  const auto& motions = now_.chunk->motions;
   PlainRun run;
   const FeedPlanner::Stop from =
-      first == 0 ? FeedPlanner::Stop{&chunk_->before.q, &chunk_->before.tip_P}
-                 : FeedPlanner::Stop{&chunk_->joints[first - 1], &motions[first - 1].point.pose.tip_P};
+      first == 0 ? FeedPlanner::Stop{&now_.chunk->before.q, &now_.chunk->before.tip_P}
+                 : FeedPlanner::Stop{&now_.chunk->joints[first - 1], &motions[first - 1].point.pose.tip_P};
   run.begin(from, first);
   if (errors_.compensator) {
     run.begin(at_.joints, *from.tip_P, first);
     run.first = first;
     posting_.report.largest_error_mm =
-        std::max(posting_.report.largest_error_mm, chunk_->corrections.largest_error_mm);
+        std::max(posting_.report.largest_error_mm, now_.chunk->corrections.largest_error_mm);
     posting_.report.largest_correction_mm =
-        std::max(posting_.report.largest_correction_mm, chunk_->corrections.largest_correction_mm);
+        std::max(posting_.report.largest_correction_mm, now_.chunk->corrections.largest_correction_mm);
   }
   double feed_mm_s = motions[first].feed.value;
   std::size_t i = first;
@@ -46,38 +46,38 @@ Result<std::size_t> Pipeline::emit_plain(std::size_t first, std::size_t end) {
     i = errors_.compensator ? add_known(run, i, end, feed_mm_s) : add_kept(run, i, end, feed_mm_s);
     if (i == end) break;
     const Pending& motion = motions[i];
-    const PreparedSegment& segment = chunk_->segments[i];
-    const path::ChosenPoint& chosen = chunk_->chosen[i];
+    const PreparedSegment& segment = now_.chunk->segments[i];
+    const path::ChosenPoint& chosen = now_.chunk->chosen[i];
     if (!segment.known() || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
         !same_joints(chosen.q_leave, chosen.q))
       break;
-    const std::size_t blocks = 1 + chunk_->inserted_in(segment).size();
+    const std::size_t blocks = 1 + now_.chunk->inserted_in(segment).size();
     if (motion.feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
       if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
       feed_mm_s = motion.feed.value;
     }
-    if (segment.report >= 0) note(chunk_->reports[static_cast<std::size_t>(segment.report)]);
+    if (segment.report >= 0) note(now_.chunk->reports[static_cast<std::size_t>(segment.report)]);
     if (auto done = add_plain(run, i); !done) return tl::unexpected(done.error());
   }
   if (auto done = emit_plain_run(run); !done) return tl::unexpected(done.error());
-  if (i > first) at_.point = chunk_->point(i - 1);
+  if (i > first) at_.point = now_.chunk->point(i - 1);
   if (errors_.compensator && i > first) begin_segment(i - 1);
   return i;
 }
 
 // Its segment keeps, and it is plain and has this feed.
 inline bool Pipeline::goes_on(std::size_t i, double feed_mm_s) const {
-  const path::ChosenPoint& chosen = chunk_->chosen[i];
-  const cl::Feed& feed = chunk_->motions[i].feed;
-  return chunk_->segments[i].report == PreparedSegment::kKept && !chosen.reconfigure &&
+  const path::ChosenPoint& chosen = now_.chunk->chosen[i];
+  const cl::Feed& feed = now_.chunk->motions[i].feed;
+  return now_.chunk->segments[i].report == PreparedSegment::kKept && !chosen.reconfigure &&
          feed.mode == cl::FeedMode::per_minute && feed.value == feed_mm_s &&
          same_joints(chosen.q_leave, chosen.q);
 }
 
 // The motions from `i` on that go on so, as far as they find room. Gives the next one.
 std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const {
-  const Pending* const motions = chunk_->motions.data();
-  const JointVector* const joints = chunk_->joints.data();
+  const Pending* const motions = now_.chunk->motions.data();
+  const JointVector* const joints = now_.chunk->joints.data();
   std::size_t count = run.count;
   for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
     ++count;
@@ -91,12 +91,12 @@ std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, do
 // The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
 // nothing to be asked.
 std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
-  const Chunk::Corrections& known = chunk_->corrections;
+  const Chunk::Corrections& known = now_.chunk->corrections;
   if (known.keeps.empty()) return i;
   const JointVector* last = &at_.joints;
   std::size_t count = run.count;
   for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
-    const std::size_t k = chunk_->segments[i].end;
+    const std::size_t k = now_.chunk->segments[i].end;
     if (known.keeps[k] == 0) break;
     const JointVector* const from = &known.joints[k - 1];
     const JointVector& q = known.joints[k];
@@ -105,7 +105,7 @@ std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, d
       break;
     last = &q;
     ++count;
-    run.stops[count] = {&q, &chunk_->motions[i].point.pose.tip_P};
+    run.stops[count] = {&q, &now_.chunk->motions[i].point.pose.tip_P};
     run.motions[count] = i;
   }
   if (count == run.count) return i;
@@ -117,18 +117,18 @@ std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, d
 
 // The blocks of motion `i`.
 Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
-  const ToolPose& end = chunk_->motions[i].point.pose;
-  const auto inserted = chunk_->inserted_in(chunk_->segments[i]);
+  const ToolPose& end = now_.chunk->motions[i].point.pose;
+  const auto inserted = now_.chunk->inserted_in(now_.chunk->segments[i]);
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (errors_.compensator) {
-    if (i > run.first) at_.point = chunk_->point(i - 1);
+    if (i > run.first) at_.point = now_.chunk->point(i - 1);
     begin_segment(i);
-    std::size_t number = chunk_->segments[i].end - inserted.size();
+    std::size_t number = now_.chunk->segments[i].end - inserted.size();
     for (const path::Point& point : inserted) {
       done = add_corrected(run, point, point.tip_P, i, number++);
       if (!done) return done;
     }
-    return add_corrected(run, chunk_->point(i), end.tip_P, i, number);
+    return add_corrected(run, now_.chunk->point(i), end.tip_P, i, number);
   }
   for (const path::Point& point : inserted) {
     if (run.count == PlainRun::kMost) done = emit_plain_run(run);
@@ -136,7 +136,7 @@ Result<void> Pipeline::add_plain(PlainRun& run, std::size_t i) {
     run.add({&point.q, &point.tip_P}, i);
   }
   if (run.count == PlainRun::kMost) done = emit_plain_run(run);
-  run.add({&chunk_->joints[i], &end.tip_P}, i);
+  run.add({&now_.chunk->joints[i], &end.tip_P}, i);
   return done;
 }
 
@@ -144,16 +144,17 @@ void Pipeline::begin_segment(std::size_t i) {
   const auto target = [](const ToolPose& pose, SourceRef where) {
     return Target{pose.tip_P, pose.axis_P, where.line, false};
   };
-  const path::ChoicePoint& to = chunk_->motions[i].point;
-  const path::Point& before = chunk_->before;
-  const Target from = i == 0 ? target({before.tip_P, before.axis_P}, before.where)
-                             : target(chunk_->motions[i - 1].point.pose, chunk_->motions[i - 1].point.where);
+  const path::ChoicePoint& to = now_.chunk->motions[i].point;
+  const path::Point& before = now_.chunk->before;
+  const Target from =
+      i == 0 ? target({before.tip_P, before.axis_P}, before.where)
+             : target(now_.chunk->motions[i - 1].point.pose, now_.chunk->motions[i - 1].point.where);
   course_.begin_segment(from, target(to.pose, to.where));
 }
 
 // Of Chunk::corrections, as far as it is known and within the travel.
 const JointVector* Pipeline::known_correction(std::size_t number) const {
-  const Chunk::Corrections& corrections = chunk_->corrections;
+  const Chunk::Corrections& corrections = now_.chunk->corrections;
   if (corrections.known.empty() || corrections.known[number] == 0) return nullptr;
   // Where one of them is too large each is asked for by itself, which tells the place.
   if (corrections.largest_correction_mm > posting_.options.largest_correction_mm) return nullptr;
@@ -172,7 +173,7 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   const auto found = known != nullptr ? Result<JointVector>(*known) : corrected(to, 0.0);
   if (!found) return tl::unexpected(found.error());
   // As it was bounded beforehand.
-  const Chunk::Corrections& corrections = chunk_->corrections;
+  const Chunk::Corrections& corrections = now_.chunk->corrections;
   const bool bounded = known != nullptr && number > 0 && corrections.known[number - 1] != 0 &&
                        same_joints(corrections.joints[number - 1], at_.joints);
   const bool keeps = bounded && corrections.keeps[number] != 0;
@@ -190,7 +191,7 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   }
   done = emit_plain_run(run);
   if (!done) return done;
-  const Pending& motion = chunk_->motions[i];
+  const Pending& motion = now_.chunk->motions[i];
   if (*found != at_.joints)
     done = emit_corrected(to, *found, motion.feed.value, motion.feed, motion.point.where, 0);
   at_.point = to;
@@ -231,13 +232,15 @@ Result<void> Pipeline::emit_plain_run(PlainRun& run) {
 
 // The point of the chunk with this tip, of motion `i` or where it begins.
 path::Point Pipeline::point_of(const FeedPlanner::Stop& stop, std::size_t i) const {
-  const auto ends_there = [&](std::size_t k) { return stop.tip_P == &chunk_->motions[k].point.pose.tip_P; };
-  if (ends_there(i)) return chunk_->point(i);
-  if (i > 0 && ends_there(i - 1)) return chunk_->point(i - 1);
-  for (const path::Point& inserted : chunk_->inserted_in(chunk_->segments[i])) {
+  const auto ends_there = [&](std::size_t k) {
+    return stop.tip_P == &now_.chunk->motions[k].point.pose.tip_P;
+  };
+  if (ends_there(i)) return now_.chunk->point(i);
+  if (i > 0 && ends_there(i - 1)) return now_.chunk->point(i - 1);
+  for (const path::Point& inserted : now_.chunk->inserted_in(now_.chunk->segments[i])) {
     if (stop.tip_P == &inserted.tip_P) return inserted;
   }
-  return chunk_->before;
+  return now_.chunk->before;
 }
 
 // Writes blocks from number `done` on, and stops before the first that needs the general way. Gives how many.
@@ -249,7 +252,7 @@ std::size_t Pipeline::write_plain_run(const PlainRun& run, std::size_t done) {
   const std::size_t most = std::min(run.count - done, run.together);
   const std::span<const FeedPlanner::Stop> stops(run.stops.data() + done, most + 1);
   const std::size_t planned =
-      planner_.plan_run(stops, chunk_->motions[run.motions[done + 1]].feed.value, feeds);
+      planner_.plan_run(stops, now_.chunk->motions[run.motions[done + 1]].feed.value, feeds);
   std::array<nc::RunBlock, PlainRun::kMost> blocks;
   std::size_t count = 0;
   for (; count < planned && axis_words_.put(*stops[count + 1].q, blocks[count]); ++count)
@@ -275,7 +278,7 @@ Result<void> Pipeline::emit_plain_block(const PlainRun& run, std::size_t block) 
   const Vec3& from_P = *run.stops[block - 1].tip_P;
   const Vec3& to_P = *run.stops[block].tip_P;
   const std::size_t i = run.motions[block];
-  const Pending& motion = chunk_->motions[i];
+  const Pending& motion = now_.chunk->motions[i];
   if (!errors_.compensator && axis_words_.are_within_travel(q)) {
     Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
     if (q == at_.joints) return done;

@@ -7,12 +7,12 @@
 namespace trunnion::post {
 
 Result<void> Pipeline::emit_run() {
-  const auto& motions = chunk_->motions;
-  const auto& events = chunk_->events;
-  const auto& chosen = chunk_->chosen;
+  const auto& motions = now_.chunk->motions;
+  const auto& events = now_.chunk->events;
+  const auto& chosen = now_.chunk->chosen;
   std::size_t event = 0;
   for (std::size_t i = 0; i <= motions.size(); ++i) {
-    motion_ = i;
+    now_.motion = i;
     for (; event < events.size() && events[event].before == i; ++event) {
       if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
         const auto taken = emit_shape(*begin->shape, i);
@@ -56,7 +56,7 @@ Result<void> Pipeline::emit_run() {
         continue;
       }
     }
-    if (auto done = emit_segment(chunk_->point(i), motion, segment); !done) return done;
+    if (auto done = emit_segment(now_.chunk->point(i), motion, segment); !done) return done;
     if (chosen[i].q_leave == chosen[i].q) continue;
     if (auto done = emit_segment(rounded(motion.point, chosen[i].q_leave), motion, nullptr); !done)
       return done;
@@ -65,20 +65,20 @@ Result<void> Pipeline::emit_run() {
 }
 
 const PreparedSegment* Pipeline::prepared(std::size_t i) const {
-  const PreparedSegment& segment = chunk_->segments[i];
+  const PreparedSegment& segment = now_.chunk->segments[i];
   if (!segment.known()) return nullptr;
-  const path::Tolerance& now = tolerances_.cutting();
-  const path::Tolerance& then = chunk_->tolerance_at(i);
+  const path::Tolerance& now = modes_.tolerances.cutting();
+  const path::Tolerance& then = now_.chunk->tolerance_at(i);
   if (then.tip_mm != now.tip_mm || then.axis != now.axis) return nullptr;
   const auto begins_at = [&](const JointVector& q, const Vec3& tip_P, const Vec3& axis_P) {
     return at_.point.q == q && at_.point.tip_P == tip_P && at_.point.axis_P == axis_P;
   };
   if (i == 0) {
-    const path::Point& from = chunk_->before;
+    const path::Point& from = now_.chunk->before;
     return begins_at(from.q, from.tip_P, from.axis_P) ? &segment : nullptr;
   }
-  const ToolPose& from = chunk_->motions[i - 1].point.pose;
-  return begins_at(chunk_->joints[i - 1], from.tip_P, from.axis_P) ? &segment : nullptr;
+  const ToolPose& from = now_.chunk->motions[i - 1].point.pose;
+  return begins_at(now_.chunk->joints[i - 1], from.tip_P, from.axis_P) ? &segment : nullptr;
 }
 
 Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion,
@@ -122,8 +122,8 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   }
   begin_segment(at_.point, to);
   if (prepared != nullptr) {
-    if (prepared->report >= 0) note(chunk_->reports[static_cast<std::size_t>(prepared->report)]);
-    for (const path::Point& point : chunk_->inserted_in(*prepared)) {
+    if (prepared->report >= 0) note(now_.chunk->reports[static_cast<std::size_t>(prepared->report)]);
+    for (const path::Point& point : now_.chunk->inserted_in(*prepared)) {
       if (auto done = emit_to(point, motion); !done) return done;
     }
     return emit_to(to, motion);
@@ -133,14 +133,14 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
   if (rapid) {
     const bool stays =
         !rewinds(to, to.q) &&
-        refined_.rapids.decide(at_.point, to, tolerances_.rapid(), 0.0, refined_.inserted).converged;
+        refined_.rapids.decide(at_.point, to, modes_.tolerances.rapid(), 0.0, refined_.inserted).converged;
     if (!stays) {
       auto done = emit_rapid_above(to);
       at_.point = to;
       return done;
     }
   } else {
-    note(refined_.cuts.decide(at_.point, to, tolerances_.cutting(), 0.0, refined_.inserted));
+    note(refined_.cuts.decide(at_.point, to, modes_.tolerances.cutting(), 0.0, refined_.inserted));
   }
   for (const path::Point& point : refined_.inserted) {
     if (auto done = emit_to(point, motion); !done) return done;
@@ -168,9 +168,9 @@ void Pipeline::note(const path::SegmentReport& r) {
 }
 
 std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) const {
-  const auto& motions = chunk_->motions;
-  const auto& events = chunk_->events;
-  const auto& chosen = chunk_->chosen;
+  const auto& motions = now_.chunk->motions;
+  const auto& events = now_.chunk->events;
+  const auto& chosen = now_.chunk->chosen;
   if (!posting_.options.nonlinear.thin && !posting_.options.nonlinear.move_programmed_points) return first;
   const auto cuts = [&](std::size_t i) {
     // An inverse time is that of one motion: what passes several has none.
@@ -189,11 +189,11 @@ std::size_t Pipeline::cutting_run_end(std::size_t first, std::size_t event) cons
 
 Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
   refined_.run.assign(1, at_.point);
-  for (std::size_t i = first; i <= last; ++i) refined_.run.push_back(chunk_->point(i));
+  for (std::size_t i = first; i <= last; ++i) refined_.run.push_back(now_.chunk->point(i));
   refined_.inserted.clear();
   refined_.reports.clear();
   const bool leaves_room = course_.has_meter();
-  refined_.cuts.refine_run(refined_.run, leaves_room ? span_tolerance() : tolerances_.cutting(),
+  refined_.cuts.refine_run(refined_.run, leaves_room ? span_tolerance() : modes_.tolerances.cutting(),
                            refined_.inserted, refined_.reports);
   for (const path::SegmentReport& report : refined_.reports) note(report);
   // Pieces that pass programmed points are on more than one segment.
@@ -206,7 +206,7 @@ Result<void> Pipeline::emit_cutting_run(std::size_t first, std::size_t last) {
       begin_segment(refined_.inserted[i - 1], *end);
     }
     if (auto done =
-            emit_feed(refined_.inserted[i], chunk_->motions[first].feed, refined_.inserted[i].where, 0);
+            emit_feed(refined_.inserted[i], now_.chunk->motions[first].feed, refined_.inserted[i].where, 0);
         !done)
       return done;
     at_.point = refined_.inserted[i];

@@ -69,7 +69,7 @@ Result<void> Pipeline::emit_return(const Pending& motion) {
   const auto rate = feed_rate(motion.feed, (motion.point.pose.tip_P - at_.point.tip_P).norm(), where);
   if (!rate) return tl::unexpected(rate.error());
   path::Point above = at_.point;
-  above.tip_P += retract_way_mm(at_.point, where) * at_.point.axis_P;
+  above.tip_P += modes_.retract_way_mm(at_.point, where, posting_) * at_.point.axis_P;
   path::round_to_words(tool_.kinematics, axis_words_.rounding(), above.tip_P, above.q);
   auto up = corrected(above, 0.0);
   if (!up) return tl::unexpected(up.error());
@@ -83,7 +83,7 @@ Result<void> Pipeline::emit_return(const Pending& motion) {
   if (!at) return tl::unexpected(at.error());
   at_.point = back;
   at_.joints = *at;
-  state_.move_to(at_.joints);
+  errors_.state.move_to(at_.joints);
   at_.up = false;
   return emit_feed_per_minute(at_.joints, *rate, where);
 }
@@ -127,29 +127,9 @@ Result<void> Pipeline::emit_safe_turn(const JointVector& q, SourceRef where) {
   return emit_motion(above(q), nc::MotionKind::rapid, {}, where);
 }
 
-// As far as the chunk reaches: an axis that turns later is freed by the writer, and a clamp that is worth its
-// time holds for more than that.
-std::uint16_t Pipeline::standing_axes(std::size_t i) const {
-  std::uint16_t out = 0;
-  if (chunk_ == nullptr || i >= chunk_->motions.size()) return out;
-  std::size_t end = i + 1;
-  while (end < chunk_->motions.size() && !chunk_->chosen[end].reconfigure) ++end;
-  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    if (posting_.machine.axes[id].kind != AxisKind::rotary) continue;
-    const auto stands = [&](std::size_t k) {
-      return chunk_->joints[k][id] == chunk_->joints[i][id] &&
-             axis_words_.rounded(id, chunk_->chosen[k].q_leave[id]) == chunk_->joints[i][id];
-    };
-    bool all = true;
-    for (std::size_t k = i; k < end && all; ++k) all = stands(k);
-    if (all) out = static_cast<std::uint16_t>(out | nc::AxisWords::bit(posting_.letters[id]));
-  }
-  return out;
-}
-
 Result<void> Pipeline::clamp_standing() {
   if (posting_.controller.clamps.empty()) return {};
-  const std::uint16_t stand = standing_axes(motion_);
+  const std::uint16_t stand = now_.standing_axes(posting_, axis_words_);
   for (const nc::Controller::Clamp& clamp : posting_.controller.clamps) {
     std::uint16_t own = 0;
     for (AxisId id = 0; id < posting_.machine.axes.size(); ++id)

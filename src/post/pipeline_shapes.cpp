@@ -115,21 +115,21 @@ Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
 // The rotary axes stand still, and nothing bends the path.
 bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
   if (at_.turn_due || at_.returns || cutter_.changes || errors_.compensator || thermal_.has_offsets() ||
-      count == 0 || i + count > chunk_->motions.size())
+      count == 0 || i + count > now_.chunk->motions.size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {
-    const path::ChosenPoint& chosen = chunk_->chosen[k];
+    const path::ChosenPoint& chosen = now_.chunk->chosen[k];
     if (chosen.reconfigure || !(chosen.q_leave == chosen.q)) return false;
-    if (!same_rotary(chunk_->joints[k], chunk_->joints[i])) return false;
-    if ((chunk_->motions[k].programmed_axis_P - chunk_->motions[k].point.pose.axis_P).norm() > 0.0)
+    if (!same_rotary(now_.chunk->joints[k], now_.chunk->joints[i])) return false;
+    if ((now_.chunk->motions[k].programmed_axis_P - now_.chunk->motions[k].point.pose.axis_P).norm() > 0.0)
       return false;
   }
   return true;
 }
 
 Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t count) {
-  const SourceRef where = chunk_->motions[i].point.where;
-  const path::Point end = chunk_->point(i + count - 1);
+  const SourceRef where = now_.chunk->motions[i].point.where;
+  const path::Point end = now_.chunk->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
   if (!at_.known || at_.approaches || arc.feed.mode == cl::FeedMode::inverse ||
       posting_.controller.arcs.clockwise.empty() || !same_rotary(at_.point.q, end.q) ||
@@ -154,7 +154,7 @@ Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t c
   block.source = where;
   JointVector q = end.q;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits, all the way
-    const auto found = corrected(chunk_->point(k), 0.0);
+    const auto found = corrected(now_.chunk->point(k), 0.0);
     if (!found) return tl::unexpected(found.error());
     q = *found;
   }
@@ -216,8 +216,8 @@ double Pipeline::emit_rate(double rate_mm_s, double length_mm, std::int64_t& fee
 }
 
 Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_t count) {
-  const SourceRef where = chunk_->motions[i].point.where;
-  const path::Point end = chunk_->point(i + count - 1);
+  const SourceRef where = now_.chunk->motions[i].point.where;
+  const path::Point end = now_.chunk->point(i + count - 1);
   nc::Hole block;
   block.kind = static_cast<nc::Hole::Kind>(hole.kind);
   block.dwell_ms = std::llround(hole.dwell_s * 1000.0);
@@ -248,7 +248,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
       std::abs(way.z() - length_mm) > kSkewShare * tolerance_mm)
     return false;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits
-    if (const auto found = corrected(chunk_->point(k), 0.0); !found) return tl::unexpected(found.error());
+    if (const auto found = corrected(now_.chunk->point(k), 0.0); !found) return tl::unexpected(found.error());
   }
   const nc::AxisFormat& format = posting_.controller.numbers.axes;
   const nc::AxisLetter z = nc::AxisLetter::Z;
@@ -298,7 +298,7 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
 
 // The rapid to above the hole; none where the cycle itself goes there, at the height at which the tool is.
 Result<void> Pipeline::emit_across(const cl::Hole& hole, std::size_t i, bool cycle_goes) {
-  const path::Point to = chunk_->point(i);
+  const path::Point to = now_.chunk->point(i);
   if (cycle_goes && at_.known && !at_.approaches && same_rotary(at_.joints, to.q)) {
     const std::int64_t now = quanta_of(xyz_of(words(at_.joints)))[nc::AxisLetter::Z];
     const std::int64_t there = quanta_of(word_xyz(to.tip_P, to.q))[nc::AxisLetter::Z];
@@ -307,7 +307,7 @@ Result<void> Pipeline::emit_across(const cl::Hole& hole, std::size_t i, bool cyc
     const bool to_clear = hole.leave_mm == hole.clear_mm || hole.kind == cl::Hole::Kind::feed_out;
     if (now == there && (to_clear || now == leave)) return {};
   }
-  return emit_segment(to, chunk_->motions[i], prepared(i));
+  return emit_segment(to, now_.chunk->motions[i], prepared(i));
 }
 
 bool Pipeline::holds_place(const nc::Template& words) {

@@ -21,16 +21,16 @@ constexpr double kTakeUp_s = 0.01;
 Result<path::Corrected> Pipeline::compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const {
   constexpr int kTries = 3;  // each turns an axis; more than one at a time is rare
   if (!errors_.lose_motion)
-    return errors_.compensator->corrected(tip_P, axis_P, at, state_.lagged(), errors_.aim_P);
-  at.direction = state_.now().direction;
-  const auto turning = state_.towards(at.q, at.q).direction;
+    return errors_.compensator->corrected(tip_P, axis_P, at, errors_.state.lagged(), errors_.aim_P);
+  at.direction = errors_.state.now().direction;
+  const auto turning = errors_.state.towards(at.q, at.q).direction;
   for (const AxisId id : posting_.machine.rotary_axes()) at.direction[id] = turning[id];
   for (int i = 1;; ++i) {
-    auto found = errors_.compensator->corrected(tip_P, axis_P, at, state_.lagged());
+    auto found = errors_.compensator->corrected(tip_P, axis_P, at, errors_.state.lagged());
     if (!found) return found;
     JointVector sent = found->q;
     round_joints(sent);
-    const auto senses = state_.towards(sent, sent).direction;
+    const auto senses = errors_.state.towards(sent, sent).direction;
     if (senses == at.direction || i == kTries) return found;
     at.direction = senses;
   }
@@ -42,8 +42,8 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
   MachineState after = at;
   after.direction[id] = sense;
   const auto& evaluator = errors_.compensator->evaluator();
-  const Vec3 lost = evaluator.errors(at, state_.lagged()).joint[id].rot_rad -
-                    evaluator.errors(after, state_.lagged()).joint[id].rot_rad;
+  const Vec3 lost = evaluator.errors(at, errors_.state.lagged()).joint[id].rot_rad -
+                    evaluator.errors(after, errors_.state.lagged()).joint[id].rot_rad;
   return lost.dot(posting_.machine.axes[id].direction);
 }
 
@@ -52,7 +52,7 @@ double Pipeline::lost_turn(const MachineState& at, AxisId id, std::int8_t sense)
 // digit: where its word is at the turn of its motion rounding would have it there and back from block to
 // block.
 void Pipeline::hold_idle_turns(JointVector& q) const {
-  const MachineState& now = state_.now();
+  const MachineState& now = errors_.state.now();
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     const double way = q[id] - at_.joints[id];
     const bool back = way * now.direction[id] < 0.0;
@@ -70,8 +70,8 @@ void Pipeline::hold_idle_turns(JointVector& q) const {
 // its word can say: what that turns too much or too little, linear axes make up for that need not reverse for
 // it. One that loses less than half a digit turns with the motion itself.
 Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
-  const MachineState& now = state_.now();
-  MachineState after = state_.towards(next, at_.point.q);
+  const MachineState& now = errors_.state.now();
+  MachineState after = errors_.state.towards(next, at_.point.q);
   if (after.direction == now.direction) return false;
   const auto reverses = [&](AxisId id) { return after.direction[id] != now.direction[id]; };
   JointVector q = at_.joints;
@@ -87,7 +87,7 @@ Result<bool> Pipeline::emit_take_up(const JointVector& next, SourceRef where) {
     after.q[id] = q[id];
   }
   const auto found = errors_.compensator->corrected(at_.point.tip_P + at_.point.beside_P, at_.point.axis_P,
-                                                    after, state_.lagged());
+                                                    after, errors_.state.lagged());
   if (!found) return false;  // the same failure comes with its place for the point itself
   for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
     if (posting_.machine.axes[id].kind != AxisKind::linear) continue;

@@ -11,9 +11,9 @@ namespace trunnion::post {
 
 Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const Pending& motion) {
   path::ChoiceOptions options;
-  options.inverse = chunk_->inverse;
+  options.inverse = now_.chunk->inverse;
   options.tool_mm = tool_.tool.vector();
-  options.axis_tolerance = tolerances_.cutting().axis;
+  options.axis_tolerance = modes_.tolerances.cutting().axis;
   const auto turns = path::plan_turns(posting_.machine, {at_.point.tip_P, at_.point.axis_P}, at_.point.q,
                                       motion.point.pose, next.q, options);
   if (!turns) {
@@ -48,7 +48,7 @@ Result<void> Pipeline::emit_waiting_turn(const Pending& motion) {
 // The tool leaves along its axis, the rotary axes turn at the safe height to the position that the path goes
 // on with, and the tool comes back along its axis to where it was.
 Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& motion) {
-  const double way_mm = retract_way_mm(at_.point, motion.point.where);
+  const double way_mm = modes_.retract_way_mm(at_.point, motion.point.where, posting_);
   const auto away = [&](const path::Point& point) {
     path::Point out = point;
     out.tip_P += way_mm * point.axis_P;
@@ -62,7 +62,7 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   if (!up) return tl::unexpected(up.error());
   if (auto r = emit_feed_per_minute(*up, posting_.options.retract_feed_mm_s, motion.point.where); !r)
     return r;
-  state_.move_to(*up);
+  errors_.state.move_to(*up);
   at_.joints = *up;
   path::Point back = at_.point;
   back.q = after;
@@ -84,7 +84,7 @@ Result<void> Pipeline::emit_turn_away(const JointVector& after, const Pending& m
   if (!at) return tl::unexpected(at.error());
   at_.point = back;
   at_.joints = *at;
-  state_.move_to(at_.joints);
+  errors_.state.move_to(at_.joints);
   pause(way_mm / posting_.options.retract_feed_mm_s + way_mm / *rate);
   posting_.diagnostics.note(posting_.job.cl_file, motion.point.where,
                             "the tool leaves the part here: the rotary axes turn back or change the branch");
@@ -106,7 +106,7 @@ bool Pipeline::rewinds(const path::Point& to, const JointVector& q) const {
   if (turn < kNear) return false;
   path::ChoiceOptions options;
   options.tool_mm = tool_.tool.vector();
-  options.axis_tolerance = tolerances_.cutting().axis;
+  options.axis_tolerance = modes_.tolerances.cutting().axis;
   return !path::connects(posting_.machine, {at_.point.tip_P, at_.point.axis_P}, at_.point.q,
                          {to.tip_P, to.axis_P}, to.q, options);
 }

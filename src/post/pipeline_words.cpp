@@ -23,8 +23,9 @@ double Pipeline::strays_mm(const path::Point& to, const JointVector& q, double t
 
 Vec3 Pipeline::actual_tip_P(const JointVector& q, double t) const {
   const JointVector at = JointVector::interpolate(at_.joints, q, t);
-  Vec3 tip_P = errors_.compensator ? errors_.compensator->actual(state_.towards(q, at), state_.lagged()).tip_P
-                                   : Vec3(tool_.kinematics.pose(at).tip_P);
+  Vec3 tip_P = errors_.compensator
+                   ? errors_.compensator->actual(errors_.state.towards(q, at), errors_.state.lagged()).tip_P
+                   : Vec3(tool_.kinematics.pose(at).tip_P);
   if (thermal_.has_offsets()) tip_P += thermal_.deviation_P(at);
   return tip_P;
 }
@@ -32,14 +33,14 @@ Vec3 Pipeline::actual_tip_P(const JointVector& q, double t) const {
 // What is lagged counts as it was when the block began.
 bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) const {
   constexpr double kLongest_s = 10.0;  // a thirtieth of the shortest time constant that effects have
-  return !state_.lagged().empty() && planner_.plan(move_to(q, tip_mm), rate).seconds > kLongest_s;
+  return !errors_.state.lagged().empty() && planner_.plan(move_to(q, tip_mm), rate).seconds > kLongest_s;
 }
 
 // The nonlinear test on the machine with errors: does the tip between the last block and `q` leave its
 // segment of the path by more than the tolerance?
 bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) {
   if (!course_.segment()) return span_bends(to, q);
-  const double limit_mm = tolerances_.cutting().tip_mm;
+  const double limit_mm = modes_.tolerances.cutting().tip_mm;
   const bool is_cheap = course_.is_fixed_and_proved();
   if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm, bounded)) return false;
   if (!is_cheap) {
@@ -52,7 +53,7 @@ bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) 
     if (2.0 * (nominal + middle) <= path::kBentWithErrors * limit_mm) return false;
   }
   const DeviationMeter::Deviation enough{{0.0, limit_mm}, {0.0, kPi}};
-  const auto found = course_.deviation(at_.joints, q, posting_.options.rtcp, state_, enough);
+  const auto found = course_.deviation(at_.joints, q, posting_.options.rtcp, errors_.state, enough);
   return found.tip_mm.upper >
          (found.proved && !found.unbounded ? limit_mm : path::kBentWithErrors * limit_mm);
 }
@@ -94,7 +95,8 @@ bool Pipeline::stays_surely(const path::Point& to, const JointVector& q, double 
 // A piece that passes programmed points keeps to the path as the nominal machine runs it: the refinement saw
 // to that. What is left to the errors is how far they take it off that course.
 bool Pipeline::span_bends(const path::Point& to, const JointVector& q) const {
-  const double limit_mm = path::kBentWithErrors * (tolerances_.cutting().tip_mm - span_tolerance().tip_mm);
+  const double limit_mm =
+      path::kBentWithErrors * (modes_.tolerances.cutting().tip_mm - span_tolerance().tip_mm);
   for (const double t : {0.25, 0.5, 0.75}) {
     const Vec3 nominal_P = tool_.kinematics.pose(JointVector::interpolate(at_.point.q, to.q, t)).tip_P;
     if ((actual_tip_P(q, t) - nominal_P).norm() > limit_mm) return true;
@@ -110,7 +112,7 @@ path::Tolerance Pipeline::span_tolerance() const {
     if (posting_.machine.axes[id].kind == AxisKind::linear)
       quanta2 += axis_words_.rounding().quantum[id] * axis_words_.rounding().quantum[id];
   }
-  path::Tolerance out = tolerances_.cutting();
+  path::Tolerance out = modes_.tolerances.cutting();
   const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
   out.tip_mm -= std::min(left_mm, 0.5 * out.tip_mm);
   return out;

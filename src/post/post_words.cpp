@@ -153,8 +153,8 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     return {};
   }
   if (word.word == "CLEARP") {
-    clear_plane_ = clear_plane_of(word);
-    if (clear_plane_ || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
+    modes_.clear_plane = clear_plane_of(word);
+    if (modes_.clear_plane || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
   }
   if (measure_of(word, posting_.machine)) return {};
   if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
@@ -173,18 +173,6 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
   text += " is not acted on";
   posting_.diagnostics.warning_once("post word " + text, posting_.job.cl_file, where, text);
   return {};
-}
-
-double Pipeline::retract_way_mm(const path::Point& point, SourceRef where) {
-  if (!clear_plane_) return posting_.options.retract_mm;
-  const double rises = point.axis_P.dot(clear_plane_->normal_P);
-  const double missing = clear_plane_->distance_mm - point.tip_P.dot(clear_plane_->normal_P);
-  if (rises > 1e-3 && missing > 0.0) return missing / rises;
-  posting_.diagnostics.warning(
-      posting_.job.cl_file, where,
-      "the tool does not come to the clearance plane (CLEARP) along its axis: it leaves by " +
-          shortest_text(posting_.options.retract_mm) + " mm");
-  return posting_.options.retract_mm;
 }
 
 Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {

@@ -53,7 +53,8 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       options_(options),
       diagnostics_(diagnostics),
       errors_before_(diagnostics.error_count()),
-      pipeline_(job, options, sink),
+      pipeline_(job, options),
+      read_back_(job, options, sink, pipeline_.errors()),
       intake_(job, options, pipeline_.quantum(), store_),
       reader_(std::move(source), job.cl_file, reading(job, options), diagnostics) {}
 
@@ -131,7 +132,7 @@ void Program::emit(Chunk& chunk) {
 
 void Program::pass_on(Chunk& chunk) {
   if (pass_on_failure_) return;
-  if (auto done = pipeline_.pass_on(chunk); !done) pass_on_failure_ = done.error();
+  if (auto done = read_back_.pass_on(chunk); !done) pass_on_failure_ = done.error();
 }
 
 void Program::run_in_turn() {
@@ -180,6 +181,16 @@ void Program::run_in_parallel() {
   });
 }
 
+Result<PostReport> Program::finish() {
+  Chunk end;
+  if (auto done = pipeline_.finish(intake_, end); !done) return tl::unexpected(done.error());
+  if (auto done = read_back_.pass_on(end); !done) return tl::unexpected(done.error());
+  auto report = pipeline_.report();
+  if (!report) return report;
+  if (auto done = read_back_.finish(*report); !done) return tl::unexpected(done.error());
+  return report;
+}
+
 Result<PostReport> Program::run() {
   if (auto kept = may_keep_tolerances(); !kept) return tl::unexpected(kept.error());
   if (auto begun = pipeline_.begin(); !begun) return tl::unexpected(begun.error());
@@ -196,9 +207,10 @@ Result<PostReport> Program::run() {
   } else if (emit_failure_ || pass_on_failure_) {
     out = tl::unexpected(pass_on_failure_ ? *pass_on_failure_ : *emit_failure_);
   } else {
-    out = pipeline_.finish(intake_);
+    out = finish();
   }
-  pipeline_.tell_findings(diagnostics_);
+  diagnostics_.append(pipeline_.diagnostics());
+  diagnostics_.append(read_back_.diagnostics());
   return out;
 }
 

@@ -8,6 +8,7 @@
 
 #include "post/intake.hpp"
 #include "post/pipeline.hpp"
+#include "post/read_back.hpp"
 
 namespace trunnion::post {
 
@@ -32,6 +33,7 @@ class Program {
   Result<void> may_keep_tolerances() const;
   void emit(Chunk& chunk);
   void pass_on(Chunk& chunk);
+  Result<PostReport> finish();
   void run_in_turn();
   void run_in_parallel();
 
@@ -40,6 +42,7 @@ class Program {
   Diagnostics& diagnostics_;
   std::size_t errors_before_;
   Pipeline pipeline_;
+  ReadBack read_back_;
   ChunkStore store_;
   Intake intake_;
   cl::Reader reader_;

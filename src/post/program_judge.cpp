@@ -7,6 +7,8 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/nc/axis_words.hpp"
 
+#include "post/feed_plan.hpp"
+
 namespace trunnion::post {
 namespace {
 

@@ -27,9 +27,9 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
 
 }  // namespace
 
-ReadBack::ReadBack(const Posting& posting, const TextSink& sink, const ModelEvaluator* errors) : sink_(sink) {
-  const PostJob& job = posting.job;
-  const PostOptions& options = posting.options;
+ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSink& sink,
+                   const ModelEvaluator* errors)
+    : sink_(sink) {
   if (!options.verify) return;
   const std::string nc_file = "<program>";
   with_errors_ = std::make_unique<Verifier>(*job.machine, *job.controller,

@@ -2,8 +2,9 @@
 #include <memory>
 #include <string>
 
+#include "trunnion/post/post.hpp"
+
 #include "post/chunk.hpp"
-#include "post/posting.hpp"
 
 namespace trunnion::post {
 
@@ -13,7 +14,8 @@ namespace trunnion::post {
 class ReadBack {
  public:
   /// `errors`: of the machine, or null. References must outlive the object.
-  ReadBack(const Posting& posting, const TextSink& sink, const ModelEvaluator* errors);
+  ReadBack(const PostJob& job, const PostOptions& options, const TextSink& sink,
+           const ModelEvaluator* errors);
 
   /// The text of the chunk goes to the sink, and is read when the CL points behind it are known: a block near
   /// the last one could not be judged before. Chunks in their order; their text is taken out.

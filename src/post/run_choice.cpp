@@ -19,9 +19,9 @@ constexpr std::size_t kMostNotes = 20;
 }  // namespace
 
 void Pipeline::tell_notes() {
-  const auto& motions = chunk_->motions;
-  const auto& chosen = chunk_->chosen;
-  for (const path::PoleStretch& s : chunk_->pole) {
+  const auto& motions = now_.chunk->motions;
+  const auto& chosen = now_.chunk->chosen;
+  for (const path::PoleStretch& s : now_.chunk->pole) {
     ++posting_.report.pole_stretches;
     posting_.report.largest_pole_tilt = std::max(posting_.report.largest_pole_tilt, s.tilted_by);
     if (posting_.report.pole_stretches > kMostNotes) continue;
@@ -57,8 +57,8 @@ void Pipeline::tell_notes() {
 // 3+2: all motions of the run have one tool axis and one position of the rotary axes. Planes are entered
 // where the run begins with a rapid or from a safe position.
 void Pipeline::choose_plane() {
-  const auto& chosen = chunk_->chosen;
-  const auto& motions = chunk_->motions;
+  const auto& chosen = now_.chunk->chosen;
+  const auto& motions = now_.chunk->motions;
   constexpr double kSameAxis = 1e-9;
   planes_.plan_none();
   const Vec3& axis_P = motions[0].point.pose.axis_P;

@@ -1,16 +1,16 @@
-// The head of a program: its name, what an operator has to know, and the work offset that it calls.
+#include "post/program_head.hpp"
+
 #include <filesystem>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/program_zero.hpp"
 
-#include "post/pipeline.hpp"
 #include "post/program_name.hpp"
 
 namespace trunnion::post {
 
 // A program has one zero: what the CL file says before its first motion counts, where no option says it.
-std::int64_t Pipeline::work_offset_of(const Chunk& chunk) const {
+std::int64_t ProgramHead::work_offset_of(const Chunk& chunk) const {
   if (posting_.options.work_offset) return *posting_.options.work_offset;
   for (const Event& event : chunk.events) {
     const auto* offset = std::get_if<cl::WorkOffset>(&event.record.data);
@@ -19,7 +19,7 @@ std::int64_t Pipeline::work_offset_of(const Chunk& chunk) const {
   return posting_.machine.work_offset;
 }
 
-Result<void> Pipeline::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
+Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
   if (offset.index == posting_.report.work_offset) return {};
   if (posting_.options.work_offset) {
     posting_.diagnostics.warning_once("work offset", posting_.job.cl_file, where,
@@ -37,8 +37,8 @@ Result<void> Pipeline::check_work_offset(const cl::WorkOffset& offset, SourceRef
       posting_.job.cl_file, where);
 }
 
-Result<void> Pipeline::begin_text(const Chunk& chunk) {
-  begun_ = true;
+Result<void> ProgramHead::write(const Chunk& chunk) {
+  is_written_ = true;
   nc::ProgramStart start;
   std::string name = posting_.options.program_name.value_or("");
   for (const Event& event : chunk.events) {
@@ -90,7 +90,6 @@ Result<void> Pipeline::begin_text(const Chunk& chunk) {
     }
     if (auto r = posting_.write(nc::PathMode{nc::PathModeKind::continuous, within}); !r) return r;
   }
-  thermal_.call(nc::WorkOffset{index});
   // One that somebody asked for must be called; a control without words for any has but one.
   if (!posting_.controller.work_offsets.empty() || index != 1) {
     if (auto r = posting_.write(nc::WorkOffset{index}); !r) return r;
