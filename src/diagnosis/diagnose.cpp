@@ -14,6 +14,7 @@
 #include "diagnosis/next_measurement.hpp"
 #include "diagnosis/ranking.hpp"
 #include "diagnosis/statistics.hpp"
+#include "diagnosis/usual_size.hpp"
 #include "diagnosis/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -183,7 +184,7 @@ class Engine {
     d.dof = base.dof();
     d.autocorrelation = x.noise.phi;
     d.noise_factor = std::sqrt(x.noise.raw_variance);
-    d.null_directions = null_directions(o_, base);
+    d.null_directions = open_directions(o_, base);
     sizes(d, base, x.noise);
     d.depends_on = dependences(x.before);
     d.leftover = dependences(x.after);
@@ -191,9 +192,13 @@ class Engine {
     decide(d, atoms, x);
     d.row_problems = row_problems(o_);
     d.base = fit(o_.machine(), o_.data(), model_);
-    if (!d.effects.empty()) refit(d, atoms, x.found);
+    std::optional<FitCore> whole;
+    if (!d.effects.empty()) whole = refit(d, atoms, x.found);
     if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
       d.next = next_measurement(atoms, x.found, x.rivals, noise_);
+    if (options_.plan && !d.next && d.verdict != Verdict::data_problem &&
+        d.verdict != Verdict::not_in_library && !d.null_directions.empty())
+      d.next = next_for_open_parameters(o_, whole ? *whole : base);
     if (d.paragraph.empty()) d.paragraph = paragraph(d, atoms, x.found);
   }
 
@@ -356,19 +361,25 @@ class Engine {
     return std::clamp(0.985 / (1.0 + others) * (1.0 - std::min(wrong, 0.5)), 0.01, 0.99);
   }
 
-  // Parameters of the exact model, with everything free.
-  void refit(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
+  // Parameters of the exact model, with everything free, into `d`; what the readings alone say of them.
+  FitCore refit(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
     std::vector<bool> flags = atoms.base().whitening->noise().used;
     flags.flip();
-    const FitCore all = fit_core(o_, with(atoms, found), {.robust = false}, flags);
+    const Model start = with(atoms, found);
+    FitCore own = fit_core(o_, start, {.robust = false}, flags);
+    d.null_directions = open_directions(o_, own);
+    const SizedFit sized = with_usual_sizes(o_, start, own);
+    const FitCore& all = sized.core;
     for (std::size_t m = 0; m < found.members.size(); ++m) {
       const std::size_t e = model_.effects.size() + m;
       ModelEffect effect = all.model.effects[e];
       for (std::size_t k = 0; k < all.free.size(); ++k) {
         if (all.free[k].effect != e) continue;
         const auto i = static_cast<Eigen::Index>(k);
-        effect.parameters[all.free[k].index].sigma =
-            all.determined[k] ? std::optional(std::sqrt(all.covariance(i, i))) : std::nullopt;
+        ParameterValue& p = effect.parameters[all.free[k].index];
+        p.prior = false;
+        p.sigma = own.determined[k] ? std::optional(std::sqrt(all.covariance(i, i)) * sized.sigma_factor)
+                                    : std::nullopt;
       }
       for (std::size_t k = 0; m < d.ranking.size() && k < d.ranking[m].parameters.size(); ++k) {
         const double unit = unit_factor(effect.effect->info().parameters[k].unit);
@@ -378,6 +389,7 @@ class Engine {
       }
       d.additions.push_back(std::move(effect));
     }
+    return own;
   }
 
   Observations o_;

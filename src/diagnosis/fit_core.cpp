@@ -155,19 +155,22 @@ class Fitter {
       scale = whitened.colwise().norm().transpose();
       fit_.whitening->apply(j.topRows(n));
     }
+    const auto seen = [&](Eigen::Index k) {
+      const double usual = parameter_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]).usual;
+      return usual > 0.0 ? scale[k] * usual > kUnseen : scale[k] > 0.0;
+    };
     Eigen::Index row = n;
     for (Eigen::Index k = 0; k < p; ++k) {
       const FreeParameter& f = fit_.free[static_cast<std::size_t>(k)];
       if (!f.prior) continue;
+      if (!seen(k)) j.col(k).setZero();
       const ParameterValue& start = start_.effects[f.effect].parameters[f.index];
       j(row, k) = 1.0 / *start.sigma;
       y[row++] = (start.value - value_of(fit_.model, f)) / *start.sigma;
       scale[k] = std::hypot(scale[k], 1.0 / *start.sigma);
     }
     for (Eigen::Index k = 0; k < p; ++k) {
-      const double usual = parameter_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]).usual;
-      const bool seen = usual > 0.0 ? scale[k] * usual > kUnseen : scale[k] > 0.0;
-      scale[k] = seen ? 1.0 / scale[k] : 0.0;
+      scale[k] = seen(k) ? 1.0 / scale[k] : 0.0;
       j.col(k) *= scale[k];
     }
     decompose(j, y, scale, last);

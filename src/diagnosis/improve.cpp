@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "diagnosis/heldout.hpp"
+#include "diagnosis/usual_size.hpp"
 #include "diagnosis/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -51,6 +52,20 @@ void start_from(const Diagnosis& d, ModelEffect& effect) {
   }
 }
 
+// Linear parameters as `first` gives them, 0 for effects that were added: a fit of the same readings keeps
+// what they leave open near where it starts, and would move on with every step.
+Model from_the_start(Model fitted, const Model& first) {
+  for (std::size_t e = 0; e < fitted.effects.size(); ++e) {
+    ModelEffect& effect = fitted.effects[e];
+    for (std::size_t k = 0; k < effect.effect->info().linear_count(); ++k) {
+      const bool added = e >= first.effects.size();
+      effect.parameters[k].value = added ? 0.0 : first.effects[e].parameters[k].value;
+      effect.parameters[k].sigma = added ? std::nullopt : first.effects[e].parameters[k].sigma;
+    }
+  }
+  return fitted;
+}
+
 }  // namespace
 
 Added add_and_fit(const Machine& machine, const Dataset& data, const Model& parent,
@@ -76,15 +91,16 @@ HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Mo
   out.parent = model.parent.value_or("");
   for (const ModelEffect& effect : model.effects) out.effects.push_back(effect.id());
   const Observations o(machine, data);
-  const FitCore core = fit_core(o, model, {});
+  const SizedFit sized = with_usual_sizes(o, model, fit_core(o, model, {}));
+  const FitCore& core = sized.core;
   const SizeByQuantity rms = size_by_quantity(data, plain_residual(o, core), core.whitening->noise().used);
   const SizeByQuantity floor = size_by_quantity(data, stated(data));
   out.rms_um = rms.um;
   out.rms_urad = rms.urad;
   out.noise_floor_um = floor.um;
   out.noise_floor_urad = floor.urad;
-  out.chi2 = core.chi2();
-  out.dof = core.dof();
+  out.chi2 = sized.chi2;
+  out.dof = sized.dof;
   const Atoms none(o, core, {});
   if (const auto h = held_out(none, {})) {
     if (std::isfinite(h->rms_um)) out.heldout_um = h->rms_um;
@@ -112,7 +128,7 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     const Diagnosis& said = steps.back().diagnosis;
     std::vector<ModelEffect> next(said.additions.begin(), said.additions.begin() + 1);
     Model parent = steps.back().model;
-    now = add_and_fit(machine, data, parent, std::move(next), &said).model;
+    now = from_the_start(add_and_fit(machine, data, parent, std::move(next), &said).model, model);
     now.name = model.name + " + " + said.effects.front();
   }
 }

@@ -4,6 +4,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/next_measurement.hpp"
+#include "diagnosis/variance.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -183,9 +184,13 @@ class Menu {
 
 }  // namespace
 
-std::vector<PlanRun> menu(const Machine& machine, double u_displacement_mm, double u_rotation_rad) {
+std::vector<PlanRun> menu(const Observations& o) {
+  constexpr double kDefault_mm = 1e-3, kDefault_rad = 2e-6;  // where the data have no reading of a quantity
+  const double u_mm = typical_u(o, Quantity::displacement), u_rad = typical_u(o, Quantity::rotation);
+  const Machine& machine = o.machine();
   std::vector<PlanRun> out;
-  for (PlanRun& run : Menu(machine, u_displacement_mm, u_rotation_rad).all())
+  for (PlanRun& run :
+       Menu(machine, u_mm > 0.0 ? u_mm : kDefault_mm, u_rad > 0.0 ? u_rad : kDefault_rad).all())
     if (expand({run}, machine)) out.push_back(std::move(run));  // a pose beyond limits: not on this machine
   return out;
 }

@@ -5,15 +5,12 @@
 
 #include "diagnosis/linalg.hpp"
 #include "diagnosis/statistics.hpp"
-#include "diagnosis/variance.hpp"
 #include "diagnosis/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
 constexpr double kGoodEnough = 0.01;  // chance of a wrong name that needs no further run
-constexpr double kDefault_mm = 1e-3,
-                 kDefault_rad = 2e-6;  // uncertainty where the data have none of a quantity
 
 // Columns of base and of all effects in question on some readings, as their Gram matrix (whitened, set-ups
 // out).
@@ -111,10 +108,6 @@ class Design {
   Eigen::Index base_width_ = 0, width_ = 0;
 };
 
-double or_default(double u, double fallback) {
-  return u > 0.0 ? u : fallback;
-}
-
 // The sensors that the data have and a planned run says nothing of: the room warms by 3 K over the run.
 void warm_the_room(PlanRun& run, const Observations& o) {
   const auto& names = o.data().context.names.temperatures;
@@ -129,8 +122,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
                                                 const std::vector<EffectSet>& rivals,
                                                 const NoiseScale& noise) {
   const Observations& o = atoms.observations();
-  auto candidates = menu(o.machine(), or_default(typical_u(o, Quantity::displacement), kDefault_mm),
-                         or_default(typical_u(o, Quantity::rotation), kDefault_rad));
+  auto candidates = menu(o);
   if (candidates.empty()) return std::nullopt;
   NextMeasurement out;
   if (rivals.empty()) {

@@ -12,8 +12,13 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
                                                 const std::vector<EffectSet>& rivals,
                                                 const NoiseScale& noise);
 
+/// Where a fit leaves combinations of parameters more uncertain than their usual size: the runs of the menu
+/// (at most two) that decide most of them. A ball on the table, at another place or with another tool, goes
+/// before all else where one was measured. Nothing when no run decides any.
+std::optional<NextMeasurement> next_for_open_parameters(const Observations& observations, const FitCore& fit);
+
 /// Runs that a shop can make on this machine, with their time: laser sweeps, diagonals, ball-bar, R-test,
 /// straightness and angle, warm-up, spindle ramp; noise as in the data.
-std::vector<PlanRun> menu(const Machine& machine, double u_displacement_mm, double u_rotation_rad);
+std::vector<PlanRun> menu(const Observations& observations);
 
 }  // namespace trunnion::diagnosis

@@ -2,7 +2,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "diagnosis/fit_core.hpp"
+#include "diagnosis/usual_size.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -35,23 +35,50 @@ std::string setup_part(const Observations& o, const FitCore& fit, const VectorXd
   return out;
 }
 
-NullDirection describe(const Observations& o, const FitCore& fit, VectorXd v) {
-  NullDirection out;
-  // Scaled so that the largest part is its parameter's usual magnitude.
-  double largest = 0.0;
+// Scaled so that the largest part is its parameter's usual magnitude; parts below `least` of theirs left out.
+VectorXd to_usual(const FitCore& fit, VectorXd v, double least) {
+  VectorXd usual(v.size());
   for (std::size_t k = 0; k < fit.free.size(); ++k) {
     const auto& p = fit.model.effects[fit.free[k].effect].effect->info().parameters[fit.free[k].index];
-    largest =
-        std::max(largest, std::abs(v[static_cast<Eigen::Index>(k)]) / std::max(std::abs(p.usual), 1e-12));
+    usual[static_cast<Eigen::Index>(k)] = std::max(std::abs(p.usual), 1e-12);
   }
+  const double largest = v.cwiseAbs().cwiseQuotient(usual).maxCoeff();
   if (largest > 0.0) v /= largest;
+  for (Eigen::Index k = 0; k < v.size(); ++k)
+    if (std::abs(v[k]) < least * usual[k]) v[k] = 0.0;
+  return v;
+}
+
+// Of a combination that the readings see, but not down to its usual size.
+NullDirection hardly_seen(const FitCore& fit, const VectorXd& direction) {
+  constexpr double kSmallPart = 0.1;
+  const VectorXd v = to_usual(fit, direction, kSmallPart);
+  NullDirection out;
+  std::string parts;
+  for (std::size_t k = 0; k < fit.free.size(); ++k) {
+    const double share = v[static_cast<Eigen::Index>(k)];
+    if (share == 0.0) continue;
+    const ModelEffect& effect = fit.model.effects[fit.free[k].effect];
+    const Parameter& p = effect.effect->info().parameters[fit.free[k].index];
+    out.parts.push_back({effect.id(), p.name, share});
+    parts += (parts.empty() ? "" : ", ") + amount(share, p) + " (" + effect.id() + ")";
+  }
+  out.words = (out.parts.size() == 1 ? "hardly excited by these runs: " + parts + " changes"
+                                     : "hardly told apart: " + parts + " together change") +
+              " the readings by no more than their uncertainty";
+  return out;
+}
+
+NullDirection describe(const Observations& o, const FitCore& fit, const VectorXd& direction) {
+  NullDirection out;
+  const VectorXd v = to_usual(fit, direction, 1e-3);
   VectorXd change = VectorXd::Zero(o.size());
   std::string parts;
   for (std::size_t k = 0; k < fit.free.size(); ++k) {
     const double share = v[static_cast<Eigen::Index>(k)];
     const ModelEffect& effect = fit.model.effects[fit.free[k].effect];
     const Parameter& p = effect.effect->info().parameters[fit.free[k].index];
-    if (std::abs(share) < 1e-3 * std::max(std::abs(p.usual), 1e-12)) continue;
+    if (share == 0.0) continue;
     out.parts.push_back({effect.id(), p.name, share});
     parts += (parts.empty() ? "" : ", ") + amount(share, p) + " (" + effect.id() + ")";
     change += share * o.columns(effect).col(static_cast<Eigen::Index>(fit.free[k].index));
@@ -80,6 +107,13 @@ std::vector<NullDirection> null_directions(const Observations& o, const FitCore&
   std::vector<NullDirection> out;
   for (Eigen::Index k = 0; k < fit.null_vectors.cols(); ++k)
     out.push_back(describe(o, fit, fit.null_vectors.col(k)));
+  return out;
+}
+
+std::vector<NullDirection> open_directions(const Observations& o, const FitCore& fit) {
+  std::vector<NullDirection> out = null_directions(o, fit);
+  const MatrixXd hardly = undecided(fit);
+  for (Eigen::Index k = 0; k < hardly.cols(); ++k) out.push_back(hardly_seen(fit, hardly.col(k)));
   return out;
 }
 
