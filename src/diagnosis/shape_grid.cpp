@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -78,8 +79,94 @@ class Aliases {
   double spacing_ = 0.0;
 };
 
+// What one run sees of a wave along an axis: the number of cycles up to which its positions tell the wave
+// from every smoother one. Positions that are multiples of a step show a wave number k as they show |k - m 2
+// pi/step|.
+class RunSampling {
+ public:
+  explicit RunSampling(std::vector<std::pair<double, double>> positions_and_weights) {
+    std::sort(positions_and_weights.begin(), positions_and_weights.end());
+    for (const auto& [x, weight] : positions_and_weights) {
+      if (x_.empty() || x - x_.back() > kSamePlace * (1.0 + std::abs(x))) {
+        x_.push_back(x);
+        w_.push_back(0.0);
+      }
+      w_.back() += weight;
+      weight_ += weight;
+    }
+  }
+  double weight() const { return x_.size() > 2 ? weight_ : 0.0; }
+
+  // In radians for each unit of x, at most `most`.
+  double resolved(double most) const {
+    const double range = x_.back() - x_.front();
+    const double lobe = first_lobe(2.0 * most, range);
+    return std::min(most, 0.5 * lobe * (1.0 + kRounding));
+  }
+
+ private:
+  // The smallest wave number that all positions show as a constant.
+  double first_lobe(double most, double range) const {
+    std::vector<double> gaps;
+    for (std::size_t k = 1; k < x_.size(); ++k) gaps.push_back(x_[k] - x_[k - 1]);
+    const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+    std::nth_element(gaps.begin(), middle, gaps.end());
+    // Every gap is a whole number of steps, the middle one too; a gap that is not quite exact moves the lobe.
+    constexpr int kTries = 5;
+    for (double m = 1.0; m * kTwoPi / *middle <= most && m <= kMostLobes; m += 1.0)
+      for (int shift = -kTries; shift <= kTries; ++shift) {
+        const double wave = m * kTwoPi / *middle + shift / range;
+        if (seen_as_constant(wave)) return wave;
+      }
+    return INFINITY;
+  }
+  bool seen_as_constant(double wave) const {
+    double c = 0.0, s = 0.0;
+    for (std::size_t k = 0; k < x_.size(); ++k) {
+      c += w_[k] * std::cos(wave * (x_[k] - x_.front()));
+      s += w_[k] * std::sin(wave * (x_[k] - x_.front()));
+    }
+    return std::hypot(c, s) > kConstant * weight_;
+  }
+  static constexpr double kSamePlace = 1e-6, kRounding = 1e-9, kConstant = 0.95, kMostLobes = 400.0;
+  std::vector<double> x_, w_;
+  double weight_ = 0.0;
+};
+
+// Whether the runs that tell a wave from a smoother one hold enough of what is seen of it.
+class Resolution {
+ public:
+  Resolution(const Observations& o, const Effect& effect, double shape, double most) {
+    const VectorXd seen = o.linear_columns(effect, std::array{shape}).rowwise().norm();
+    for (const auto& rows : o.runs()) {
+      std::vector<std::pair<double, double>> positions;
+      for (const Eigen::Index i : rows)
+        if (const double size = seen[i] / o.reading(i).u_random; size > 0.0)
+          positions.emplace_back(o.state(i).q[effect.link().axis], size * size);
+      if (positions.size() < 3) continue;
+      const RunSampling run(std::move(positions));
+      if (!(run.weight() > 0.0)) continue;
+      runs_.emplace_back(run.resolved(most), run.weight());
+      weight_ += run.weight();
+    }
+  }
+  bool enough(double wave_number) const {
+    double resolving = 0.0;
+    for (const auto& [resolved, weight] : runs_)
+      if (wave_number <= resolved) resolving += weight;
+    return weight_ == 0.0 || resolving >= kEnough * weight_;
+  }
+
+ private:
+  static constexpr double kEnough = 0.2;
+  std::vector<std::pair<double, double>> runs_;
+  double weight_ = 0.0;
+};
+
 // Periods whose lines overlap: steps of half a cycle over the measured travel.
-std::vector<double> periods(const Parameter& p, double travel, std::size_t most, const Aliases& aliases) {
+// Known ones are tried where a smoother wave looks alike: they are known to be there.
+std::vector<double> periods(const Parameter& p, double travel, std::size_t most, const Aliases& aliases,
+                            const Resolution& resolution) {
   if (!(travel > 0.0)) return p.candidates.empty() ? std::vector<double>{p.usual} : p.candidates;
   std::vector<double> out;
   for (const double period : p.candidates)
@@ -87,7 +174,7 @@ std::vector<double> periods(const Parameter& p, double travel, std::size_t most,
   const double low = 1.0 / p.max, high = 1.0 / p.min;
   const double step = std::max(0.5 / travel, (high - low) / static_cast<double>(most));
   for (double f = low; f <= high; f += step)
-    if (!aliases.hidden(kTwoPi * f)) out.push_back(1.0 / f);
+    if (resolution.enough(kTwoPi * f) && !aliases.hidden(kTwoPi * f)) out.push_back(1.0 / f);
   return out;
 }
 
@@ -124,15 +211,17 @@ std::vector<double> values(const Observations& o, const Effect& effect, const Pa
   if (p.integer) {
     std::vector<double> out;
     const Aliases aliases(o, effect.link().axis, true);
+    const Resolution resolution(o, effect, p.min, p.max);
     for (double n = p.min; n <= p.max; n += 1.0)
-      if (!aliases.hidden(n)) out.push_back(n);
+      if (resolution.enough(n) && !aliases.hidden(n)) out.push_back(n);
     return out;
   }
   if (effect.info().id == "step") return moments(o, effect);
   if (effect.info().id.starts_with("periodic:")) {
     const std::size_t most =
         std::clamp(kPeriodWork / static_cast<std::size_t>(o.size()), kFewestPeriods, kMostPeriods);
-    return periods(p, range_of(o, effect.link().axis), most, Aliases(o, effect.link().axis, false));
+    return periods(p, range_of(o, effect.link().axis), most, Aliases(o, effect.link().axis, false),
+                   Resolution(o, effect, p.usual, kTwoPi / p.min));
   }
   if (!(p.max > p.min)) return {p.usual};
   std::vector<double> out = p.candidates;

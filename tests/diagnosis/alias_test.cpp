@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/campaigns.hpp"
+#include "diagnosis/fit_core.hpp"
+
+// What positions at equal steps cannot tell from a smoother wave.
+namespace trunnion::diagnosis {
+namespace {
+
+const std::string kNoEffects = "[model]\nname = \"none\"\n";
+
+Dataset lasers(const Machine& machine, int points, std::uint64_t seed, const std::string& more = "") {
+  std::string plan;
+  for (const char* id : {"one", "two"})
+    plan += test::sweep_run(id, "X", -200, 200, points, "[1, 0, 0]", "displacement", {});
+  return test::measured(machine, plan + more, kNoEffects, seed);
+}
+
+std::vector<double> searched_periods(const Machine& machine, const Dataset& data) {
+  const Observations o(machine, data);
+  std::vector<double> out;
+  for (const EffectFamily& family : effect_library(machine, data.context))
+    if (family.id() == "periodic:X")
+      for (const auto& shape : shape_grid(o, *family.variants.front())) {
+        const auto& known = family.info().parameters.back().candidates;
+        if (std::find(known.begin(), known.end(), shape.front()) == known.end()) out.push_back(shape.front());
+      }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+TEST(Aliases, OfPeriodsThatLookAlikeOnlyTheSmoothestIsSearched) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const auto at_5_mm = searched_periods(machine, lasers(machine, 81, 1));
+  ASSERT_FALSE(at_5_mm.empty());
+  EXPECT_GT(at_5_mm.front(), 9.99);
+  EXPECT_GT(at_5_mm.back(), 40.0);
+  EXPECT_GT(searched_periods(machine, lasers(machine, 201, 1)).front(), 3.99);
+  // Ball runs elsewhere on X, which make the positions of all runs together look fine.
+  const std::string ball =
+      "[[run]]\nid = \"ball\"\nminutes = 20\nquantity = \"displacement\"\nn = [1, 0, 0]\nu_random = 5\n"
+      "u_common = 0.3\ntool_z_mm = -150\ngrid = { A_deg = [0, 20], C_deg = [0, 50, 100, 170, 240, 310] }\n"
+      "ball_mm = [80, 0, 60]\n";
+  EXPECT_GT(searched_periods(machine, lasers(machine, 81, 1, ball)).front(), 9.99);
+  // Steps that are no multiples of one another hide nothing.
+  const std::string fine = test::sweep_run("fine", "X", -20, 20, 93, "[1, 0, 0]", "displacement", {});
+  EXPECT_LT(searched_periods(machine, lasers(machine, 81, 1, fine)).front(), 2.0);
+}
+
+// A kink of the guide, read every 5 mm: `component:EXX + periodic:X` with a period of 5.14 mm was named,
+// which is 184 mm as these positions see it.
+TEST(Aliases, AKinkOnAGridIsNoPeriod) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  Dataset data = lasers(machine, 81, 1);
+  for (Reading& r : data.readings) r.value += 8e-5 * std::abs(data.track.state(r.row).q[0] - 30.0);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kNoEffects));
+  for (const auto& set : d.sets) EXPECT_EQ(std::find(set.begin(), set.end(), "periodic:X"), set.end());
+  EXPECT_FALSE(d.verdict == Verdict::named) << d.paragraph;
+}
+
+// A reading that is high at every other target has a period of two steps, and half of its phase is not to be
+// seen: an amplitude of 30 +- 1 636 169 um was said.
+TEST(Aliases, AWaveOfTwoStepsHasAnAmplitude) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  Dataset data = lasers(machine, 201, 1);
+  for (Reading& r : data.readings) r.value += 3e-3 * std::cos(0.5 * kPi * data.track.state(r.row).q[0]);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kNoEffects));
+  ASSERT_EQ(d.effects, std::vector<std::string>{"periodic:X"}) << d.paragraph;
+  const ModelEffect& wave = d.additions.front();
+  EXPECT_NEAR(wave.parameters[2].value, 4.0, 0.02);
+  EXPECT_NEAR(std::hypot(wave.parameters[0].value, wave.parameters[1].value), 3e-3, 3e-4);
+  EXPECT_LT(*wave.parameters[0].sigma, 5e-3);
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
