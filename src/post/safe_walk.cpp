@@ -131,8 +131,7 @@ void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_foll
 
 void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
   partly_since_ = true;
-  if (tcp)
-    find(nc_line, "X, Y or Z moves under tool-centre-point control from a place that is not known");
+  if (tcp) find(nc_line, "X, Y or Z moves under tool-centre-point control from a place that is not known");
   if (!at_height(side_slack_mm_))
     find(nc_line, "X or Y moves below the safe height on the way to a cut: " + height_text());
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {

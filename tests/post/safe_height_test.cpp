@@ -253,7 +253,8 @@ TEST(AroundTheCut, IsJudgedInEditedPrograms) {
   EXPECT_THAT(unsafe(replaced(p.nc, up, "G53 G0 Z0.0000\n")), HasSubstr("does not reach the safe height"));
   EXPECT_THAT(unsafe(replaced(p.nc, up, "G53 G0 Z7000.0000\n")), HasSubstr("beyond the travel"));
   EXPECT_THAT(unsafe(replaced(p.nc, up + "G0 A", "G0 A")), HasSubstr("axis A turns below the safe height"));
-  EXPECT_THAT(unsafe(replaced(p.nc, up + "(tool 2", "(tool 2")), HasSubstr("the tool is changed below the safe height"));
+  EXPECT_THAT(unsafe(replaced(p.nc, up + "(tool 2", "(tool 2")),
+              HasSubstr("the tool is changed below the safe height"));
   EXPECT_THAT(unsafe(replaced(p.nc, up + "M5", "M5")), HasSubstr("the spindle stops before"));
 }
 
