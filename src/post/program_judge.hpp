@@ -74,7 +74,7 @@ class ProgramJudge {
     const Covered motions = covered(all);
     check_states(all, motions, line(count - 1));
     const Rates rates = rates_of(motions);
-    if (!rates.known) return;
+    if (!rates.known) return check_inverse(all, motions, together(count, pace), line(count - 1));
     double seconds = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
       const Pace block = pace(i);
@@ -132,7 +132,27 @@ class ProgramJudge {
   Covered covered(const Cut& cut) const;
   Rates rates_of(const Covered& covered) const;
   double rate_of(const AskedState& asked) const;
-  double inverse_s(const Cut& cut, const Covered& covered) const;
+  /// What FEDRAT/INVERS asks of blocks together, and how far they go.
+  struct InverseShare {
+    double seconds = 0.0;
+    double way_mm = 0.0, turn_rad = 0.0;
+  };
+  struct InverseSum {
+    InverseShare asked;
+    double seconds = 0.0, slowest_s = 0.0;
+  };
+  InverseShare inverse_share(const Cut& cut, const Covered& covered) const;
+  void check_inverse(const Cut& cut, const Covered& covered, const Pace& pace, std::uint32_t nc_line);
+  template <class PaceOf>
+  static Pace together(std::size_t count, const PaceOf& pace) {
+    Pace out = pace(0);
+    for (std::size_t i = 1; i < count; ++i) {
+      const Pace block = pace(i);
+      out.seconds += block.seconds;
+      out.slowest_s += block.slowest_s;
+    }
+    return out;
+  }
   void find_axis(std::uint16_t mask, std::uint32_t nc_line);
   void check_states(const Cut& cut, const Covered& covered, std::uint32_t nc_line);
   void check_place(const AskedState& asked, std::uint32_t nc_line);
@@ -160,6 +180,7 @@ class ProgramJudge {
   std::int64_t work_offset_;  // of the machine file
   bool adds_length_;
   std::uint16_t axes_ = 0;  // bits of the words that the machine has
+  InverseSum inverse_;      // since the last CL point
   double slowest_axis_mm_s_ = std::numeric_limits<double>::infinity();  // of X Y Z
   std::optional<Cut> cut_;                                              // at hand
   Checks checks_;

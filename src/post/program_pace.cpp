@@ -1,6 +1,7 @@
 // How fast a program cuts, beside what its CL file asks for.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -78,17 +79,63 @@ ProgramJudge::Rates ProgramJudge::rates_of(const Covered& covered) const {
   return out;
 }
 
-// Of a CL motion that is to last so long the block has a share.
-double ProgramJudge::inverse_s(const Cut& cut, const Covered& covered) const {
-  double seconds = 0.0;
+// Of CL motions that are to last so long blocks have a share.
+ProgramJudge::InverseShare ProgramJudge::inverse_share(const Cut& cut, const Covered& covered) const {
+  InverseShare out;
   for (std::size_t j = covered.first; covered.any && j <= covered.last; ++j) {
     const AskedState& asked = asked_.at(number(j));
-    if (asked.feed.mode != cl::FeedMode::inverse) return 0.0;
+    if (asked.feed.mode != cl::FeedMode::inverse) return {};
     const double begins = j == cut.from.segment + 1 ? cut.from.t : 0.0;
     const double ends = j == cut.to.segment + 1 ? cut.to.t : 1.0;
-    if (points_[j].way_mm > kNearEnd_mm) seconds += std::max(0.0, ends - begins) / asked.feed.value;
+    const double share = std::max(0.0, ends - begins);
+    if (!(points_[j].way_mm > kNearEnd_mm) && !(points_[j].turn > kNearEnds * options_.axis_tolerance.rad()))
+      continue;
+    out.seconds += share / asked.feed.value;
+    out.way_mm += share * points_[j].way_mm;
+    out.turn_rad += share * points_[j].turn;
   }
-  return seconds;
+  return out;
+}
+
+// A part of a motion may be faster than another: by the way of the tip, where that tells it, it is held to
+// its share, and the whole of it to its time.
+void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const Pace& pace,
+                                 std::uint32_t nc_line) {
+  const InverseShare share = inverse_share(cut, covered);
+  if (share.seconds <= 0.0 || pace.seconds <= 0.0) {
+    inverse_ = {};
+    return;
+  }
+  inverse_.asked.seconds += share.seconds;
+  inverse_.asked.way_mm += share.way_mm;
+  inverse_.asked.turn_rad += share.turn_rad;
+  inverse_.seconds += pace.seconds;
+  inverse_.slowest_s += pace.slowest_s;
+  const auto say = [&](const InverseSum& sum) {
+    find(CheckOf::feeds, nc_line, [&] {
+      return "up to here it takes " + fixed_text(sum.seconds, 4) + " s, FEDRAT/INVERS asks for " +
+             fixed_text(sum.asked.seconds, 4) + " s, the slowest axis needs " + fixed_text(sum.slowest_s, 4) +
+             " s" + cl_line(points_[covered.last].line);
+    });
+  };
+  // Where a block begins and ends on its motion is known so well.
+  const double slack_mm = kNearEnd_mm + kNearEnds * options_.tolerance_mm;
+  const double slack = slack_mm / share.way_mm;
+  if (slack * kNearEnds < 1.0 && pace.seconds < share.seconds * (1.0 - slack) / kOtherWay)
+    return say({share, pace.seconds, pace.slowest_s});
+  const bool ends_motion =
+      cut.to.t >= 1.0 || cut.to.t <= 0.0 || is_rounding(cut.to.segment + 1, 1.0 - cut.to.t);
+  if (!ends_motion) return;
+  const InverseSum sum = std::exchange(inverse_, {});
+  const double slack_rad = kNearEnds * options_.axis_tolerance.rad();
+  const double of_all = std::min(slack_mm / sum.asked.way_mm, slack_rad / sum.asked.turn_rad);
+  if (!(of_all * kNearEnds < 1.0)) return;
+  const double digit = 1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(pace.feed, 1));
+  const bool corrected = options_.truth != nullptr || options_.offsets != nullptr;
+  const double longest_s = std::max(sum.asked.seconds * (1.0 + of_all), sum.slowest_s);
+  if (sum.seconds * digit < sum.asked.seconds * (1.0 - of_all) / kOtherWay ||
+      sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s))
+    say(sum);
 }
 
 void ProgramJudge::lasts(const Pace& pace, std::uint32_t nc_line) {
@@ -100,14 +147,7 @@ void ProgramJudge::lasts(const Pace& pace, std::uint32_t nc_line) {
   const Rates rates = rates_of(motions);
   if (rates.known && pace.seconds > 0.0) return check_pace(pace, rates, motions.last, !cut.outside, nc_line);
   if (rates.known && cut.outside) return check_feed_word(pace, rates, motions.last, nc_line);
-  const double inverse = cut.outside ? 0.0 : inverse_s(cut, motions);
-  const double slack_s = kNearEnd_mm + kNearEnds * options_.tolerance_mm;
-  if (inverse <= 0.0 || pace.seconds <= 0.0 || !(pace.way_mm > kNearEnds * slack_s)) return;
-  if (pace.seconds >= inverse * (1.0 - slack_s / pace.way_mm) / kOtherWay) return;
-  find(CheckOf::feeds, nc_line, [&] {
-    return "the block lasts " + shortest_text(pace.seconds) + " s, its share of the CL motion " +
-           shortest_text(inverse) + " s" + cl_line(points_[motions.last].line);
-  });
+  if (!cut.outside) check_inverse(cut, motions, pace, nc_line);
 }
 
 // Of a block that comes from a place that is not known the F word alone tells how fast it is.

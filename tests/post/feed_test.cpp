@@ -178,6 +178,52 @@ TEST(InverseTime, OfATurnInPlaceIsKept) {
   }
 }
 
+// FEDRAT/INVERS asks for a time: of a motion in many blocks, and of a turn in place.
+TEST(InverseTime, OfAnEditedProgramIsJudged) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = "LOADTL/1,LENGTH,100\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,600\n" +
+                         test::point_text({10, 0, 20}, test::tilted(0.3, 0.3)) + "FEDRAT/INVERS,6\n" +
+                         test::point_text({10, 0, 20}, test::tilted(0.5, 0.9)) +
+                         test::point_text({30, 0, 40}, test::tilted(0.9, 0.6)) + "FINI\n";
+  for (const char* control : {"linuxcnc", "iso", "siemens_840d_sl"}) {
+    const auto p = test::posted(cl, machine, {}, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    ASSERT_TRUE(p.report->verification->passed()) << control;
+    const auto right = test::verified(p.nc, cl, machine, 0.01, control);
+    ASSERT_TRUE(right && right->passed()) << control;
+    std::vector<std::string> lines;
+    std::istringstream in(p.nc);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    const auto begin = static_cast<std::size_t>(
+        std::find_if(lines.begin(), lines.end(),
+                     [](const std::string& line) { return line.find("G93") != std::string::npos; }) -
+        lines.begin());
+    // F of the lines from `first` to `last` times a factor.
+    const auto passes = [&](double factor, std::size_t first, std::size_t last) {
+      std::string text;
+      for (std::size_t k = 0; k < lines.size(); ++k) {
+        const auto f = lines[k].rfind(" F");
+        const bool here = k >= first && k <= last && f != std::string::npos;
+        text += here ? lines[k].substr(0, f + 2) + fixed_text(factor * std::stod(lines[k].substr(f + 2)), 3)
+                     : lines[k];
+        text += "\n";
+      }
+      const auto v = test::verified(text, cl, machine, 0.01, control);
+      EXPECT_TRUE(v) << v.error().text();
+      return v && v->passed();
+    };
+    EXPECT_TRUE(passes(1.0, begin, lines.size())) << control;
+    for (const double factor : {0.9, 1.1}) EXPECT_FALSE(passes(factor, begin, lines.size())) << control;
+    std::size_t changed = 0;
+    for (std::size_t i = begin; i < lines.size(); ++i) {
+      if (lines[i].rfind(" F") == std::string::npos) continue;
+      EXPECT_FALSE(passes(0.2, i, i)) << control << ": " << lines[i];
+      ++changed;
+    }
+    EXPECT_GT(changed, 8U) << control;
+  }
+}
+
 // With one decimal of F a way of a digit or two lasts 0.6 s a digit at most, and slow axes that turn far need
 // longer: such digits are held, or the block is divided.
 TEST(AxisSpeed, TheSmallestFeedIsNotTooFastEither) {
