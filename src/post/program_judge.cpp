@@ -99,6 +99,8 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
       ++it->count;
     return;
   }
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
+    return check_register(*length, at, nc_line);
   if (const auto* motion = std::get_if<nc::Motion>(&block)) return take_partly(*motion, nc_line);
   if (const auto* dwell = std::get_if<nc::Dwell>(&block))
     return take_pause(at, {0, AskedPause::Kind::dwell, dwell->milliseconds, 0}, nc_line);
@@ -110,6 +112,24 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
     find(CheckOf::offsets, nc_line,
          [] { return std::string("a shift of the coordinates that nothing asks for (--offsets)"); });
   }
+}
+
+// The register of another tool: on some controls Z moves at once. Asked for is that of the CL motions here.
+void ProgramJudge::check_register(const nc::LengthCompensation& length, const Place& at,
+                                  std::uint32_t nc_line) {
+  if (length.number <= 0 || !adds_length_ || !names_register(controller_.length.on)) return;
+  std::optional<std::int64_t> other;
+  for (std::size_t point = at.segment; point <= at.segment + 1 && point < points_.size(); ++point) {
+    const AskedState& asked = asked_.at(number(point));
+    if (!asked.tool || asked.tool != told_.tool()) continue;
+    if (asked.length_register == length.number) return;
+    other = asked.length_register;
+  }
+  if (!other) return;
+  find(CheckOf::tools, nc_line, [&] {
+    return "the control adds the length in register " + std::to_string(length.number) +
+           ", asked for is register " + std::to_string(*other);
+  });
 }
 
 void ProgramJudge::take_partly(const nc::Motion& motion, std::uint32_t nc_line) {

@@ -1,27 +1,12 @@
 // Lines of the live loop: JSON and XML, in any order.
 #include "trunnion/report/thermal_service.hpp"
 
-#include "fuzz/fuzz.hpp"
+#include "fuzz/thermal_model.hpp"
 
 using namespace trunnion;
 
-namespace {
-
-const thermal::ThermalModel& model() {
-  static const thermal::ThermalModel read = [] {
-    Diagnostics diagnostics;
-    auto out =
-        thermal::load_model(std::string(TRUNNION_SOURCE_DIR) + "/tests/fuzz/thermal_model.toml", diagnostics);
-    if (!out) fuzz::broken(out.error().text());
-    return *out;
-  }();
-  return read;
-}
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  report::ThermalService service(model(), {});
+  report::ThermalService service(fuzz::thermal_model(), {});
   std::string text(reinterpret_cast<const char*>(data), size);
   double now_s = 0.0;
   for (std::size_t begin = 0; begin < text.size();) {

@@ -3,24 +3,9 @@
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/predictor.hpp"
 
-#include "fuzz/fuzz.hpp"
+#include "fuzz/thermal_model.hpp"
 
 using namespace trunnion;
-
-namespace {
-
-const thermal::ThermalModel& model() {
-  static const thermal::ThermalModel read = [] {
-    Diagnostics diagnostics;
-    auto out =
-        thermal::load_model(std::string(TRUNNION_SOURCE_DIR) + "/tests/fuzz/thermal_model.toml", diagnostics);
-    if (!out) fuzz::broken(out.error().text());
-    return *out;
-  }();
-  return read;
-}
-
-}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
@@ -35,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const thermal::Log kept =
       thermal::resampled(thermal::without_faults(*log, {}, faults), thermal::kLogStep_s);
   for (std::size_t run = 0; run < kept.runs.size(); ++run) {
-    const auto predicted = thermal::predict(model(), kept, run, thermal::UseMeasurements::yes);
+    const auto predicted = thermal::predict(fuzz::thermal_model(), kept, run, thermal::UseMeasurements::yes);
     if (!predicted) continue;
     for (const auto& channel : predicted->channel)
       for (const thermal::Estimate& e : channel) fuzz::hold(e.finite(), "an estimate is a number");

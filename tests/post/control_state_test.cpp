@@ -124,6 +124,11 @@ TEST(ControlState, LengthCompensationIsSaidToBeOffWhereTheWordsAreTheSpindles) {
   EXPECT_THAT(p.without(p.line("G49", p.line("T1 M6"))), HasSubstr("it is not said again"));
 }
 
+TEST(ControlState, NoOtherRegisterIsCalledOnTheWay) {
+  const Program p(kPath, "iso");
+  EXPECT_THAT(p.with(p.line("G43 H1"), "G43 H7"), HasSubstr("register 7, asked for is register 1"));
+}
+
 TEST(ControlState, PointsAreCutInTheirOrder) {
   post::PostOptions options;
   options.rtcp = true;

@@ -172,7 +172,8 @@ def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM):
             continue
         if (motion.safe_word or motion.rapid) and names in ([], ["Z"]) and m.is_up(motion.end["Z"]):
             continue  # the retract: straight out along the tool
-        if all(m.is_up(q["Z"], 5e-3) for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
+        # Where the part is tilted Z follows X and Y.
+        if all(m.is_up(q["Z"], RAPID_MM if motion.rapid else 5e-3) for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
             continue
         if not motion.rapid and not motion.spindle:
             say(motion, "a feed with the spindle at rest")

@@ -74,14 +74,18 @@ class Machine:
                 v = add(turned(sub(v, a), self.direction(name), q[name]), a)
         return v
 
-    def machine_to_part(self, v, q):
+    def machine_to_table(self, v, q):
+        """As it would lie with all axes of the part at 0."""
         for name in self.part_chain:
             if name in self.linear:
                 v = sub(v, scale(self.direction(name), q[name]))
             else:
                 a = tuple(self.axes[name]["point_mm"])
                 v = add(turned(sub(v, a), self.direction(name), -q[name]), a)
-        return sub(v, self.zero)
+        return v
+
+    def machine_to_part(self, v, q):
+        return sub(self.machine_to_table(v, q), self.zero)
 
     def tip(self, q, tool_mm):
         """Of the tool in the machine."""
@@ -112,13 +116,7 @@ class Machine:
         """Height of a point over the top of the given table disc, or nothing outside of it."""
         if not self.table:
             return None
-        v = tip_M
-        for name in self.part_chain:
-            if name in self.linear:
-                v = sub(v, scale(self.direction(name), q[name]))
-            else:
-                a = tuple(self.axes[name]["point_mm"])
-                v = add(turned(sub(v, a), self.direction(name), -q[name]), a)
+        v = self.machine_to_table(tip_M, q)
         innermost = [n for n in self.part_chain if n in self.rotary][-1]
         n, a = self.direction(innermost), tuple(self.axes[innermost]["point_mm"])
         if n[2] < 0:

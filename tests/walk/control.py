@@ -292,8 +292,10 @@ class Siemens(Iso):
         line = re.sub(r"([ABC])=DC\(([-+.\d]+)\)", lambda f: f"{f[1]}{self.shorter(f[1], float(f[2])):.9f}", line)
         supa = "SUPA" in line
         line = line.replace("SUPA", "")
-        for word in ("RTLION",):
-            line = line.replace(word, "")
+        line = line.replace("RTLION", "")
+        if re.fullmatch(r"G641 ADIS=[\d.]+", line.strip()):
+            self.path_mode = 64
+            return
         if self.other(line.strip()):
             return
         words = WORD.findall(line)
