@@ -32,13 +32,12 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
       file(nc_file),
       findings(diagnostics),
       options(o),
-      tool{o.tools.length_mm.value_or(m.tool_length_mm), m.output_point == OutputPoint::tip},
-      words_of_tool(m, tool.vector()),
+      in_force(m, c, axis_words,
+               {o.tools.length_mm.value_or(m.tool_length_mm), m.output_point == OutputPoint::tip}),
       offsets(o.offsets != nullptr
                   ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
                   : std::nullopt),
       planner(m, c, FeedOutput::inverse),
-      shift(m, c),
       values(c),
       program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
               o.temperatures),
@@ -59,23 +58,13 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
   report.pole_tolerance = o.pole.tolerance;
   report.rapid_tolerance_mm = o.rapid_tolerance_mm;
   report.on_truth = o.truth != nullptr || o.offsets != nullptr;
-  set_words(tool.control_adds_length);
-  put_in_spindle(tool.length_mm);
+  put_in_spindle(in_force.tool.length_mm);
   report.certified = o.certify;
-  for (AxisId id = 0; id < m.axes.size(); ++id) {
-    letters[id] = *nc::axis_letter(m.axes[id].name);
-    needed = static_cast<std::uint16_t>(needed | nc::AxisWords::bit(letters[id]));
-    if (m.axes[id].kind == AxisKind::linear)
-      linear = static_cast<std::uint16_t>(linear | nc::AxisWords::bit(letters[id]));
-    word_of[id] = word_of_axis(c.numbers.axes, letters[id], m.axes[id].kind);
-    least[id] = m.axes[id].min;
-    most[id] = m.axes[id].max;
-  }
   cone_cosine = std::cos(o.pole.cone.rad());
-  has_cone = o.pole.tolerance.rad() > 0.0 && words_of_tool.rotary_count() >= 2;
+  has_cone = o.pole.tolerance.rad() > 0.0 && in_force.kinematics.rotary_count() >= 2;
   program_judge.emplace(machine, controller, options, own_points);
   quiet_run = QuietRun({o.tolerance_mm, o.axis_tolerance.rad(), report.on_truth, has_cone,
-                        words_of_tool.direction(1), cone_cosine});
+                        in_force.kinematics.direction(1), cone_cosine});
 }
 
 Verifier::Verifier(const Machine& machine, const nc::Controller& controller, const VerifyOptions& options,
@@ -101,7 +90,7 @@ void Verifier::expect_tool(std::uint32_t number, double length_mm) {
 
 void Verifier::expect_no_length() {
   for (State* s = state_.get(); s != nullptr; s = s->follower) {
-    if (!s->a_tool_was_read) s->set_words(false);
+    if (!s->a_tool_was_read) s->in_force.add_length(false);
     if (s->program_judge) s->program_judge->expect_no_length();
   }
 }
@@ -113,7 +102,6 @@ void Verifier::text(std::string_view piece) {
 
 void Verifier::share_with(Verifier& other) {
   state_->follower = other.state_.get();
-  other.state_->follows = true;
   other.state_->program_judge.reset();
   other.state_->leader = state_.get();
   other.state_->points = state_->points;
@@ -127,7 +115,7 @@ void Verifier::share_with(Verifier& other) {
 Result<VerifyReport> Verifier::finish() {
   State& s = *state_;
   s.points->settle();
-  if (!s.follows) {
+  if (s.leader == nullptr) {
     if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
   }
   s.all_expected = true;

@@ -10,10 +10,10 @@ namespace trunnion::post {
 void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* terms) {
   ++report.points_out;
   if (unknown_tool && leader == nullptr) {
-    findings.error(
-        file, motion.source,
-        "the program moves with tool " + std::to_string(*std::exchange(unknown_tool, {})) +
-            ", whose gauge length is not known: neither the CL file nor a tool file (--tools) has it");
+    findings.error(file, motion.source,
+                   "the program moves with tool " + std::to_string(*std::exchange(unknown_tool, {})) +
+                       ", whose gauge length is not known: neither the CL file nor a tool file "
+                       "(--tools) has it");
   }
   if (program_judge) program_judge->take_axes(motion.words.mask, motion.source.line);
   const bool rapid = motion.kind == nc::MotionKind::rapid;
@@ -21,33 +21,27 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   last_end.reset();
   stepped = false;
   // Who reads the same text has just found the same.
-  if (terms == nullptr && leader != nullptr && leader->last_end && !compensates) {
-    rotary = leader->rotary;
+  if (terms == nullptr && leader != nullptr && leader->last_end && !in_force.compensates) {
+    in_force.rotary = leader->in_force.rotary;
     from_unknown = false;
     const BlockEnd& end = *leader->last_end;
-    walk.wholly(end.q, end.rapid, end.tcp, words_of_tool, end.nc_line);
+    walk.wholly(end.q, end.rapid, end.tcp, in_force.kinematics, end.nc_line);
     return take(end);
   }
-  JointVector words;
-  for (AxisId id = 0; id < axis_count; ++id) words[id] = word_of[id].internal(motion.words);
-  for (AxisId id = 0; id < axis_count; ++id) {
-    if ((motion.words.mask & word_of[id].rotary) != 0) rotary[id] = words[id];
-  }
-  if (compensates && (rapid || !(*compensates == rotary))) {
+  const JointVector words = axis_words.internal(motion.words);
+  in_force.take_rotary(motion.words, words);
+  if (in_force.compensates && (rapid || !(*in_force.compensates == in_force.rotary))) {
     findings.error(file, motion.source, "a rapid, or a turn of a rotary axis, under cutter compensation");
-    compensates.reset();
+    in_force.compensates.reset();
   }
   // Positions are not all known at the start of a program and after a retract to machine coordinates.
-  const std::uint16_t wanted = plane ? linear : needed;
-  // In a tilted plane the control keeps the rotary axes: words for them leave it.
-  const bool leaves_plane = plane && (motion.words.mask & needed & ~linear) != 0;
-  if ((motion.words.mask & wanted) != wanted || leaves_plane) {
+  if ((motion.words.mask & in_force.wanted()) != in_force.wanted() || in_force.leaves_plane(motion.words)) {
     from_unknown = true;
     return take_partly(motion);
   }
-  BlockEnd v = end_at(words);
+  BlockEnd v = in_force.end_at(words);
   v.nc_line = motion.source.line;
-  const bool walks = walk.wholly(v.q, rapid, v.tcp, words_of_tool, v.nc_line);
+  const bool walks = walk.wholly(v.q, rapid, v.tcp, in_force.kinematics, v.nc_line);
   v.from_unknown = std::exchange(from_unknown, false) || walks;
   v.up = walks && walk.is_up();
   v.feed_mode = motion.feed_mode;
@@ -75,11 +69,11 @@ void Verifier::State::take(const nc::ToolCall& call) {
     if (known != options.tools.table->end()) length_mm = known->second.length_mm;
   }
   unknown_tool = length_mm ? std::nullopt : std::optional(call.tool);
-  tool.length_mm = length_mm.value_or(tool.length_mm);
-  words_of_tool = TableKinematics(machine, tool.vector());
+  in_force.set_length(length_mm.value_or(in_force.tool.length_mm));
   // The tool comes without its length, which is added by words of its own.
-  set_words(controller.length.automatic);
-  if (tool.length_mm != judged_length_mm || !waiting.empty()) waiting.emplace_back(InSpindle{tool.length_mm});
+  in_force.add_length(controller.length.automatic);
+  if (in_force.tool.length_mm != judged_length_mm || !waiting.empty())
+    waiting.emplace_back(InSpindle{in_force.tool.length_mm});
 }
 
 // The machine may have gone anywhere for the change. What comes next is judged as if it had come from where
@@ -115,34 +109,34 @@ void Verifier::State::take_other(const nc::Block& block) {
   if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
   if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
   if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
-    tcp = control->on;
-    if (controller.tcp.replaces_length) set_words(false);
+    in_force.tcp = control->on;
+    if (controller.tcp.replaces_length) in_force.add_length(false);
   }
   if (const auto* retract = std::get_if<nc::Retract>(&block)) take(*retract);
   if (std::holds_alternative<nc::ToolCall>(block)) walk.forget(nc_line());
   if (const auto* spindle = std::get_if<nc::Spindle>(&block); spindle != nullptr && spindle->rpm == 0)
     walk.needs_height("the spindle stops", nc_line());
   if (std::holds_alternative<nc::ProgramEnd>(block)) walk.needs_height("the program ends", nc_line());
-  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block))
-    compensates = cutter->side == nc::CutterSide::off ? std::nullopt : std::optional(rotary);
-  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) shift.read(*offset);
-  if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) shift.read(*offset);
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) in_force.switch_cutter(cutter->side);
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) in_force.shift.read(*offset);
+  if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) in_force.shift.read(*offset);
   // What the machine does takes its turn among the motions, which may have to wait for theirs.
   if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
     waiting.emplace_back(*comment);
   if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) take(*call);
-  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) set_words(length->number > 0);
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
+    in_force.add_length(length->number > 0);
   if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
   if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
 }
 
 void Verifier::State::take(const nc::Retract& retract) {
-  for (AxisId id = 0; id < axis_count; ++id) {
-    if ((retract.axes & nc::AxisWords::bit(letters[id])) == 0) continue;
+  for (AxisId id = 0; id < axis_words.count; ++id) {
+    if ((retract.axes & nc::AxisWords::bit(axis_words.letters[id])) == 0) continue;
     std::optional<double> to;
-    if (retract.to.has(letters[id]))
-      to = controller.numbers.axes.internal(letters[id], retract.to[letters[id]]);
+    if (retract.to.has(axis_words.letters[id]))
+      to = controller.numbers.axes.internal(axis_words.letters[id], retract.to[axis_words.letters[id]]);
     walk.retract(id, to, nc_line());
   }
   waiting.emplace_back(retract);
@@ -152,16 +146,18 @@ void Verifier::State::take_partly(const nc::Motion& motion) {
   mark(motion);
   JointVector words;
   SafeWalk::Known known{};
-  const bool in_part = plane.has_value() || tcp;
-  for (AxisId id = 0; id < axis_count; ++id) {
+  const bool in_part = in_force.in_part();
+  for (AxisId id = 0; id < axis_words.count; ++id) {
     const bool is_linear = machine.axes[id].kind == AxisKind::linear;
-    known[id] = (motion.words.mask & nc::AxisWords::bit(letters[id])) != 0 && !(is_linear && in_part);
-    words[id] = word_of[id].internal(motion.words);
+    known[id] =
+        (motion.words.mask & nc::AxisWords::bit(axis_words.letters[id])) != 0 && !(is_linear && in_part);
+    words[id] = axis_words.of[id].internal(motion.words);
   }
-  if (in_part && (motion.words.mask & linear) != 0) walk.sideways(tcp && !plane, motion.source.line);
-  JointVector q = joints_of_words(words);
-  if (!shift.is_idle()) q = shift.joints(q, false);
-  walk.partly(q, known, tcp, motion.source.line);
+  if (in_part && (motion.words.mask & axis_words.linear) != 0)
+    walk.sideways(in_force.tcp && !in_force.plane, motion.source.line);
+  JointVector q = in_force.joints_of(words);
+  if (!in_force.shift.is_idle()) q = in_force.shift.joints(q, false);
+  walk.partly(q, known, in_force.tcp, motion.source.line);
 }
 
 void Verifier::State::take(const BlockEnd& end) {
@@ -184,8 +180,8 @@ bool Verifier::State::is_within_known(const BlockEnd& end) const {
   double turn = 0.0;
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double d = std::abs(end.q[id] - previous->q[id]);
-    way_mm += word_of[id].linear_share * d;
-    turn += word_of[id].rotary_share * d;
+    way_mm += axis_words.of[id].linear_share * d;
+    turn += axis_words.of[id].rotary_share * d;
   }
   // The tip is no farther from a rotary axis than the chain is long; twice that, for what `find` takes for
   // its reach and for the errors of the machine.
@@ -248,7 +244,7 @@ void Verifier::State::step(const BlockEnd& end) {
     path::put_station(meter().kinematics(), v.q, v.station);
   shares_block = is_leaders && is_block_of_leader(v);
   bows.reset();
-  if (!(is_leaders && same_words && leader->within_limits)) check_limits(v);
+  if (!(is_leaders && same_words && leader->travel.is_within())) check_limits(v);
   meter().place_at_station(v, v.q, program);
   if (options.collect && have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
   if (!started) {
@@ -276,8 +272,8 @@ void Verifier::State::step(const BlockEnd& end) {
 
 Pace Verifier::State::pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const {
   Pace out{(v.station.tip_P - from.station.tip_P).norm(), 0.0, seconds, slowest_s, v.feed_mode, v.feed};
-  for (AxisId id = 0; id < axis_count; ++id)
-    out.turn_rad = std::max(out.turn_rad, word_of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
+  for (AxisId id = 0; id < axis_words.count; ++id)
+    out.turn_rad = std::max(out.turn_rad, axis_words.of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
   return out;
 }
 
@@ -328,20 +324,11 @@ void Verifier::State::check_speed(const Vertex& v, double seconds) {
 }
 
 void Verifier::State::check_limits(const Vertex& v) {
-  if (!have_previous) smallest_q = largest_q = v.q;
-  // Axes that the machine does not have stand at 0, within 0 and 0.
-  double room = 0.0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) {
-    const double q = v.q[id];
-    smallest_q[id] = std::min(smallest_q[id], q);
-    largest_q[id] = std::max(largest_q[id], q);
-    room = std::min({room, q - least[id], most[id] - q});
-  }
-  within_limits = room >= 0.0;
-  if (within_limits) return;
+  if (travel.take(v.q, !have_previous)) return;
   for (const LimitViolation& violation : limit_violations(machine, v.q)) {
     // Half a quantum beyond is the rounding of a position at the limit.
-    if (violation.by <= 0.5 * controller.numbers.axes.quantum(letters[violation.axis]) + 1e-12) continue;
+    if (violation.by <= 0.5 * controller.numbers.axes.quantum(axis_words.letters[violation.axis]) + 1e-12)
+      continue;
     ++report.beyond_limits_count;
     if (report.beyond_limits.size() >= options.worst_count) continue;
     const std::size_t next = std::min(at.segment + 1, targets().size() - 1);
@@ -354,9 +341,9 @@ void Verifier::State::check_limits(const Vertex& v) {
 void Verifier::State::report_travel() {
   const State& s = same_words ? *leader : *this;
   if (!s.have_previous) return;
-  report.travel.reserve(axis_count);
-  for (AxisId id = 0; id < axis_count; ++id)
-    report.travel.push_back({machine.axes[id], s.smallest_q[id], s.largest_q[id]});
+  report.travel.reserve(axis_words.count);
+  for (AxisId id = 0; id < axis_words.count; ++id)
+    report.travel.push_back({machine.axes[id], s.travel.smallest(id), s.travel.largest(id)});
 }
 
 }  // namespace trunnion::post

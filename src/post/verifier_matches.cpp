@@ -48,8 +48,7 @@ void Verifier::State::go_back_to(const TrailMark& mark) {
   if (program_judge) program_judge->go_back_to(mark.found);
   program = mark.program;
   if (mark.offsets) offsets.emplace(*mark.offsets);
-  block_tip_mm = block_axis_rad = block_flute_mm = 0.0;
-  block_proved = true;
+  of_block = {};
 }
 
 MatchLimits Verifier::State::match_limits() const {
@@ -58,10 +57,7 @@ MatchLimits Verifier::State::match_limits() const {
 
 bool Verifier::State::match_anew(std::optional<std::size_t> last_point) {
   const TrailMark now = mark();
-  const double block_tip_now_mm = block_tip_mm;
-  const double block_axis_now_rad = block_axis_rad;
-  const double block_flute_now_mm = block_flute_mm;
-  const bool proved_now = block_proved;
+  const BlockFigures of_block_now = of_block;
   const std::size_t kept = trail.marks.front().recorded;
   const std::vector<VerifiedBlock> recorded(report.blocks.begin() + static_cast<std::ptrdiff_t>(kept),
                                             report.blocks.end());
@@ -103,10 +99,7 @@ bool Verifier::State::match_anew(std::optional<std::size_t> last_point) {
   go_back_to(now);
   report.blocks.resize(kept);
   report.blocks.insert(report.blocks.end(), recorded.begin(), recorded.end());
-  block_tip_mm = block_tip_now_mm;
-  block_axis_rad = block_axis_now_rad;
-  block_flute_mm = block_flute_now_mm;
-  block_proved = proved_now;
+  of_block = of_block_now;
   return false;
 }
 

@@ -402,7 +402,7 @@ bool Verifier::State::mark_nearer(const Vertex& v, const Target& target) {
 double Verifier::State::near_point_mm() const {
   constexpr double kAlong = 3.0;  // along the path a deviation may be larger than across it
   if (report.on_truth) return hit_tolerance();
-  return kSamePoint_mm + kAlong * std::hypot(block_tip_mm, kAxisWeight_mm * block_axis_rad);
+  return kSamePoint_mm + kAlong * std::hypot(of_block.tip_mm, kAxisWeight_mm * of_block.axis_rad);
 }
 
 void Verifier::State::mark_programmed() {

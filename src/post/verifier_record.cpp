@@ -18,14 +18,14 @@ std::string flute_text(const VerifyReport& report) {
 }
 
 void Verifier::State::take_deviation(const DeviationMeter::Deviation& d, bool in_cone) {
-  block_proved = block_proved && d.proved;
+  of_block.proved = of_block.proved && d.proved;
   if (d.unbounded != nullptr) {
     auto& ids = report.unproved_effects;
     const std::string& id = d.unbounded->info().id;
     if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
   }
-  block_tip_mm = std::max(block_tip_mm, d.tip_mm.upper);
-  block_axis_rad = std::max(block_axis_rad, d.axis_rad.upper);
+  of_block.tip_mm = std::max(of_block.tip_mm, d.tip_mm.upper);
+  of_block.axis_rad = std::max(of_block.axis_rad, d.axis_rad.upper);
   report.max_tip_deviation_mm = std::max(report.max_tip_deviation_mm, d.tip_mm.lower);
   report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, d.tip_mm.upper);
   if (!in_cone) judged_axis_rad = std::max(judged_axis_rad, d.axis_rad.upper);
@@ -46,44 +46,41 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
   if (options.flute_mm == 0.0) return;
-  block_flute_mm = std::max(block_flute_mm, beside.flute_mm.upper);
-  block_proved = block_proved && beside.proved;
+  of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
+  of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);
   report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, beside.flute_mm.upper);
 }
 
 void Verifier::State::bows_by(double off_chord_mm) {
-  block_tip_mm += off_chord_mm;
-  report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, block_tip_mm);
+  of_block.tip_mm += off_chord_mm;
+  report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, of_block.tip_mm);
   // The tool stays parallel to itself on the way of an arc: its points bow alike.
-  block_flute_mm += off_chord_mm;
-  report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, block_flute_mm);
+  of_block.flute_mm += off_chord_mm;
+  report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, of_block.flute_mm);
 }
 
 void Verifier::State::record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed) {
   auto& worst = report.worst;
-  if (worst.size() < options.worst_count || (!worst.empty() && block_tip_mm > worst.back().tip_mm)) {
-    const WorstPlace place{v.nc_line, cl_line, block_tip_mm, Angle::radians(block_axis_rad), v.tip_P};
+  if (worst.size() < options.worst_count || (!worst.empty() && of_block.tip_mm > worst.back().tip_mm)) {
+    const WorstPlace place{v.nc_line, cl_line, of_block.tip_mm, Angle::radians(of_block.axis_rad), v.tip_P};
     const auto by_tip = [](const WorstPlace& x, const WorstPlace& y) { return x.tip_mm > y.tip_mm; };
     worst.insert(std::upper_bound(worst.begin(), worst.end(), place, by_tip), place);
     if (worst.size() > options.worst_count) worst.pop_back();
   }
-  record(v, block_tip_mm, block_axis_rad, cl_line, programmed);
-  if (!block_proved) {
+  record(v, of_block.tip_mm, of_block.axis_rad, cl_line, programmed);
+  if (!of_block.proved) {
     ++report.sampled_blocks;
     report.certified = false;
   }
-  block_proved = true;
-  block_tip_mm = 0.0;
-  block_axis_rad = 0.0;
-  block_flute_mm = 0.0;
+  of_block = {};
 }
 
 void Verifier::State::record(const Vertex& v, double tip_mm, double axis_rad, std::uint32_t cl_line,
                              bool programmed) {
   if (!options.collect) return;
   report.blocks.push_back({v.q, v.tip_P, static_cast<float>(tip_mm), static_cast<float>(axis_rad), path_mm,
-                           0.0, v.nc_line, cl_line, v.rapid, programmed, block_proved});
+                           0.0, v.nc_line, cl_line, v.rapid, programmed, of_block.proved});
 }
 
 }  // namespace trunnion::post

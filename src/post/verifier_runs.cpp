@@ -25,8 +25,9 @@ void Verifier::State::take(const nc::MotionRun& run) {
 bool Verifier::State::may_take(const nc::MotionRun& run) const {
   const bool stands_on_path =
       started && have_previous && previous->placed && !away && !from_unknown && !walk.goes_on();
-  const bool words_are_joints = !tcp && !plane && shift.is_idle() && (run.mask & needed) == needed;
-  return stands_on_path && words_are_joints && waiting.empty() && !compensates && !offsets &&
+  const bool words_are_joints = !in_force.tcp && !in_force.plane && in_force.shift.is_idle() &&
+                                (run.mask & axis_words.all) == axis_words.all;
+  return stands_on_path && words_are_joints && waiting.empty() && !in_force.compensates && !offsets &&
          !options.collect && meter().may_bow(*previous, *previous) && meter().kinematics().side_by_side();
 }
 
@@ -45,8 +46,8 @@ void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
   for (AxisId id = 0; id < kMaxAxes; ++id) stations.of_axis(id)[0] = previous->q[id];
   lanes::at_a_time(four, [&]<class T>() { put_words<T>(run, out); });
   out.within_limits = true;
-  for (AxisId id = 0; id < axis_count; ++id)
-    out.within_limits = out.within_limits && out.smallest_q[id] >= least[id] && out.largest_q[id] <= most[id];
+  for (AxisId id = 0; id < axis_words.count; ++id)
+    out.within_limits = out.within_limits && travel.holds(id, out.smallest_q[id], out.largest_q[id]);
   stations.evaluate();
   std::array<const double*, kMaxAxes> q{};
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
@@ -60,14 +61,14 @@ void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
 template <class T>
 void Verifier::State::put_words(const nc::MotionRun& run, RunEnds& out) const {
   constexpr std::size_t kTogether = lanes::kCount<T>;
-  for (AxisId id = 0; id < axis_count; ++id) {
-    const WordOfAxis& word = word_of[id];
+  for (AxisId id = 0; id < axis_words.count; ++id) {
+    const WordOfAxis& word = axis_words.of[id];
     const std::int32_t* const quanta = run.quanta[word.letter].data();
     double* const q = out.stations.of_axis(id).data() + 1;
     T smallest = lanes::splat<T>(previous->q[id]);
     T largest = smallest;
     const auto put = [&](std::size_t i, const T& words) {
-      const T place = words / word.scale * word.factor - word_offsets[id];
+      const T place = words / word.scale * word.factor - in_force.offset[id];
       lanes::store(q + i, place);
       largest = lanes::larger(largest, place);
       smallest = lanes::select(smallest < place, smallest, place);
@@ -221,9 +222,10 @@ void Verifier::State::judge_rows(const nc::MotionRun& run, const RunEnds& ends, 
         double way2 = 0.0;
         for (const auto& tip : poses.tip_P) way2 += (tip[row + 1] - tip[row]) * (tip[row + 1] - tip[row]);
         out.way_mm = std::sqrt(way2);
-        for (AxisId id = 0; id < axis_count; ++id) {
+        for (AxisId id = 0; id < axis_words.count; ++id) {
           const auto& q = ends.stations.of_axis(id);
-          out.turn_rad = std::max(out.turn_rad, word_of[id].rotary_share * std::abs(q[row + 1] - q[row]));
+          out.turn_rad =
+              std::max(out.turn_rad, axis_words.of[id].rotary_share * std::abs(q[row + 1] - q[row]));
         }
         out.seconds = ends.seconds[row];
         out.slowest_s = ends.slowest_s[row];
@@ -238,12 +240,10 @@ void Verifier::State::count_blocks(const nc::MotionRun& run, const RunEnds& ends
   report.points_out += count;
   report.feed_blocks += count;
   const nc::AxisWords words = run.motion(count - 1).words;
-  for (AxisId id = 0; id < axis_count; ++id) {
-    smallest_q[id] = std::min(smallest_q[id], ends.smallest_q[id]);
-    largest_q[id] = std::max(largest_q[id], ends.largest_q[id]);
-    if (word_of[id].rotary != 0) rotary[id] = word_of[id].internal(words);
+  for (AxisId id = 0; id < axis_words.count; ++id) {
+    travel.take_within(id, ends.smallest_q[id], ends.largest_q[id]);
+    if (axis_words.of[id].rotary != 0) in_force.rotary[id] = axis_words.of[id].internal(words);
   }
-  within_limits = true;
   report.max_speed_ratio = std::max(report.max_speed_ratio, ends.speed_ratio);
   last_seconds = ends.seconds[count - 1];
   last_speed_ratio = last_seconds > 0.0 ? ends.slowest_s[count - 1] / last_seconds : 0.0;

@@ -15,7 +15,7 @@ constexpr double kBowShare = 0.05;
 }  // namespace
 
 bool Verifier::State::words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out) {
-  const std::uint16_t wanted = plane ? linear : needed;
+  const std::uint16_t wanted = in_force.wanted();
   if ((words.mask & wanted) != wanted || from_unknown) {
     findings.error(file, source, "an arc or a drilling cycle before all axes have been positioned");
     ++report.points_missed;
@@ -23,18 +23,8 @@ bool Verifier::State::words_of_shape(const nc::AxisWords& words, SourceRef sourc
     return false;
   }
   for (AxisId id = 0; id < machine.axes.size(); ++id)
-    out[id] = controller.numbers.axes.internal(letters[id], words[letters[id]]);
+    out[id] = controller.numbers.axes.internal(axis_words.letters[id], words[axis_words.letters[id]]);
   return true;
-}
-
-JointVector Verifier::State::with_xyz(const State& state, const JointVector& words,
-                                      const std::array<double, 3>& xyz) {
-  JointVector out = words;
-  for (AxisId id = 0; id < state.machine.axes.size(); ++id) {
-    const std::size_t i = nc::index(state.letters[id]);
-    if (i < 3) out[id] = xyz[i];
-  }
-  return out;
 }
 
 void Verifier::State::take(const nc::Arc& arc) {
@@ -44,7 +34,7 @@ void Verifier::State::take(const nc::Arc& arc) {
   if (!words_of_shape(arc.words, arc.source, words)) return;
   const nc::ArcCourse course = nc::course_of(arc, controller.numbers.axes, kBowShare * options.tolerance_mm);
   for (const auto& xyz : course.xyz_mm) {
-    BlockEnd v = end_at(with_xyz(*this, words, xyz));
+    BlockEnd v = in_force.end_at(axis_words.with_xyz(words, xyz));
     v.nc_line = arc.source.line;
     v.feed = arc.feed;
     v.off_chord_mm = static_cast<float>(course.off_chord_mm);
@@ -58,7 +48,7 @@ void Verifier::State::take(const nc::Hole& hole) {
   JointVector words;
   if (!words_of_shape(hole.words, hole.source, words)) return;
   for (const nc::Stroke& stroke : nc::strokes_of(hole, controller.cycles, controller.numbers.axes)) {
-    BlockEnd v = end_at(with_xyz(*this, words, stroke.xyz_mm));
+    BlockEnd v = in_force.end_at(axis_words.with_xyz(words, stroke.xyz_mm));
     v.nc_line = hole.source.line;
     v.rapid = stroke.rapid;
     v.feed = hole.feed;

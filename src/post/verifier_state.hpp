@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "trunnion/nc/reader.hpp"
-#include "trunnion/post/plane_frame.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/block_trail.hpp"
@@ -23,26 +22,12 @@
 #include "post/quiet_run.hpp"
 #include "post/run_time_values.hpp"
 #include "post/safe_walk.hpp"
-#include "post/spindle_tool.hpp"
-#include "post/work_shift.hpp"
+#include "post/travel_seen.hpp"
+#include "post/words_in_force.hpp"
 
 // Private to the verifier: where the program read back stands, and how far the CL path has been followed.
 
 namespace trunnion::post {
-
-// How the words of an axis are read.
-struct WordOfAxis {
-  std::size_t letter = 0;
-  double scale = 1.0;                             // quanta in a mm or a degree
-  double factor = 1.0;                            // mm, or rad in a degree
-  std::uint16_t rotary = 0;                       // bit of the word, of a rotary axis
-  double linear_share = 0.0, rotary_share = 0.0;  // 1 where it is one
-
-  /// As nc::AxisFormat::internal.
-  double internal(const nc::AxisWords& words) const {
-    return static_cast<double>(words.quanta[letter]) / scale * factor;
-  }
-};
 
 // Rounding of the evaluation of a block's time, of it.
 inline constexpr double kSpeedRounding = 1e-6;
@@ -50,20 +35,17 @@ inline constexpr double kSpeedRounding = 1e-6;
 // Far more CL points than one block of a thinned program passes.
 inline constexpr std::size_t kLookAhead = 1024;
 
+/// The block at hand, as far as it was judged: upper bounds of its deviations.
+struct BlockFigures {
+  double tip_mm = 0.0;
+  double axis_rad = 0.0;
+  double flute_mm = 0.0;
+  bool proved = true;
+};
+
 struct Verifier::State {
   State(const Machine& m, const nc::Controller& c, const VerifyOptions& o, const std::string& nc_file,
         Diagnostics& diagnostics);
-
-  static WordOfAxis word_of_axis(const nc::AxisFormat& format, nc::AxisLetter letter, AxisKind kind) {
-    const bool rotary = kind == AxisKind::rotary;
-    WordOfAxis out;
-    out.letter = nc::index(letter);
-    for (int i = 0; i < format.decimals(letter); ++i) out.scale *= 10.0;
-    if (nc::is_rotary(letter)) out.factor = kRadPerDegree;
-    if (rotary) out.rotary = nc::AxisWords::bit(letter);
-    (rotary ? out.rotary_share : out.linear_share) = 1.0;
-    return out;
-  }
 
   static nc::ReaderOptions reader_options(const VerifyOptions& o) {
     nc::ReaderOptions r;
@@ -82,13 +64,6 @@ struct Verifier::State {
 
   /// The words that follow are those of another tool; the motions before them are not yet judged.
   void take(const nc::ToolCall& call);
-  /// From here on the control adds the length of the tool that was read last, or it does not.
-  void set_words(bool control_adds_length) {
-    tool.control_adds_length = control_adds_length;
-    Machine counted = machine;
-    counted.output_point = control_adds_length ? OutputPoint::tip : OutputPoint::spindle;
-    word_offsets = words_of(counted, JointVector(), tool.vector());
-  }
   /// Motions are judged with a tool of this gauge length.
   struct InSpindle {
     double length_mm = 0.0;
@@ -123,7 +98,7 @@ struct Verifier::State {
   void step(const nc::LatchValues& latch) { values.latch(latch, offsets ? offsets->now() : Vec3::Zero()); }
   void step(const std::unique_ptr<WithTerms>& motion) {
     BlockEnd end = motion->end;
-    end.q = shift.moved(end.q, values.change(motion->terms), end.tcp);
+    end.q = in_force.shift.moved(end.q, values.change(motion->terms), end.tcp);
     step(end);
   }
   void step(const nc::Comment& comment) {
@@ -156,63 +131,19 @@ struct Verifier::State {
   /// columns, the others one by one.
   void take(const nc::MotionRun& run);
 
-  /// Where the axes stand for these words.
-  BlockEnd end_at(const JointVector& words) const {
-    BlockEnd v;
-    v.tcp = tcp && !plane;
-    if (v.tcp) v.word_tip_P = tip_of(words);
-    v.q = plane ? joints_of_plane_words(words) : tcp ? joints_of_part_words(words) : joints_of_words(words);
-    if (!plane && !shift.is_idle()) v.q = shift.joints(v.q, tcp);
-    return v;
-  }
-
   /// The places along the way, one block end each. False: the position is not known.
   bool words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out);
   void take(const nc::Arc& arc);
   void take(const nc::Hole& hole);
   void put(BlockEnd end) {
-    end.up = walk.wholly(end.q, end.rapid, end.tcp, words_of_tool, end.nc_line) && walk.is_up();
+    end.up = walk.wholly(end.q, end.rapid, end.tcp, in_force.kinematics, end.nc_line) && walk.is_up();
     waiting.emplace_back(end);
     work();
   }
-  static JointVector with_xyz(const State& state, const JointVector& words, const std::array<double, 3>& xyz);
-
-  // The control turns its rotary axes until the tool stands along Z of the plane: the solution nearest to
-  // where they stand.
   void take(const nc::TiltedPlane& block) {
-    plane.reset();
+    const bool turns = in_force.enter(block);
     from_unknown = true;
-    if (!block.on) return;
-    plane = PlaneFrame::of(controller, block);
-    const auto found = inverse(machine, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
-    plane_q = found.empty() ? rotary : found[0].q;
-    walk.turns_to(plane_q, nc_line());
-  }
-  JointVector joints_of_plane_words(const JointVector& words) const {
-    JointVector q = plane_q;
-    words_of_tool.solve_linear(plane->X_PF * tip_of(words), words_of_tool.sines(q), q);
-    return q;
-  }
-
-  JointVector joints_of_words(const JointVector& words) const {
-    JointVector q;
-    for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = words[id] - word_offsets[id];
-    return q;
-  }
-
-  // Under tool-centre-point control X Y Z are the tip in P.
-  Vec3 tip_of(const JointVector& words) const {
-    Vec3 tip_P = Vec3::Zero();
-    for (AxisId id = 0; id < machine.axes.size(); ++id) {
-      if (machine.axes[id].kind == AxisKind::linear)
-        tip_P[static_cast<Eigen::Index>(nc::index(letters[id]))] = words[id];
-    }
-    return tip_P;
-  }
-  JointVector joints_of_part_words(const JointVector& words) const {
-    JointVector q = words;
-    words_of_tool.solve_linear(tip_of(words), words_of_tool.sines(q), q);
-    return q;
+    if (turns) walk.turns_to(in_force.plane_q, nc_line());
   }
 
   const DeviationMeter& meter() const { return *meter_of_tool; }
@@ -411,8 +342,8 @@ struct Verifier::State {
   std::string file;
   Diagnostics& findings;
   VerifyOptions options;
-  SpindleTool tool;               // as the last words had it
-  TableKinematics words_of_tool;  // with it
+  AxisWordsOf axis_words{machine, controller.numbers.axes};
+  WordsInForce in_force;
   bool a_tool_was_read = false;
   std::optional<std::int64_t> unknown_tool;   // that was read last, until the first motion with it
   std::map<std::uint32_t, double> length_of;  // of the tools of the CL file
@@ -420,24 +351,11 @@ struct Verifier::State {
   double judged_length_mm = 0.0;  // of the tool that motions are judged with
   std::optional<DeviationMeter> meter_of_tool;
   FeedPlanner planner;
-  WorkShift shift;
   RunTimeValues values;
   ProgramState program;
-  std::size_t axis_count = machine.axes.size();
-  std::array<nc::AxisLetter, kMaxAxes> letters{};
-  std::array<WordOfAxis, kMaxAxes> word_of{};
-  JointVector least, most;            // travel of the axes
-  JointVector smallest_q, largest_q;  // positions so far
-  double cone_cosine = 0.0;           // of the pole's cone
-  bool has_cone = false;              // it has a tolerance of its own
-  JointVector word_offsets;           // word minus joint position
-  std::uint16_t needed = 0;
-  std::uint16_t linear = 0;                // of those
-  std::optional<JointVector> compensates;  // rotary words from which cutter compensation is on
-  bool tcp = false;
-  std::optional<PlaneFrame> plane;
-  JointVector rotary;         // as the last words had them
-  JointVector plane_q;        // where the control has the rotary axes in the plane
+  TravelSeen travel{machine};
+  double cone_cosine = 0.0;   // of the pole's cone
+  bool has_cone = false;      // it has a tolerance of its own
   bool from_unknown = false;  // a motion of which not all positions were known was left out
 
   PathPoints own_points;
@@ -471,11 +389,8 @@ struct Verifier::State {
   mutable std::optional<path::Certifier::Bows>
       bows;                   // of the last block on the nominal machine, where needed
   bool shares_block = false;  // its ends are those of the leader's last block
-  double block_tip_mm = 0.0;
-  double block_axis_rad = 0.0;
-  double block_flute_mm = 0.0;
+  BlockFigures of_block;
   double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
-  bool block_proved = true;
   VerifyReport report;
   SafeWalk walk{machine, controller.numbers.axes.quantum(nc::AxisLetter::Z),
                 2.0 * options.offset_limits.clamp_mm, options.worst_count, report};
@@ -488,11 +403,9 @@ struct Verifier::State {
   QuietRun quiet_run;
   BlockTrail trail;
   const State* leader = nullptr;     // whose follower this one is
-  bool follows = false;              // takes those of another one's
   bool same_words = false;           // which mean the same to both
   std::optional<BlockEnd> last_end;  // of the motion at hand, for the follower
   bool stepped = false;              // and it has been judged already
-  bool within_limits = false;        // the last block
   nc::Reader reader;
 };
 
