@@ -45,12 +45,12 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
           c, nc_file, diagnostics,
           [this](const nc::Block& block) {
             take(block);
-            if (follower != nullptr) follower->take(block);
+            if (shared.follower != nullptr) shared.follower->take(block);
           },
           reader_options(o),
           [this](const nc::MotionRun& run) {
             take(run);
-            if (follower != nullptr) follower->take(run);
+            if (shared.follower != nullptr) shared.follower->take(run);
           }) {
   report.tolerance_mm = o.tolerance_mm;
   report.axis_tolerance = o.axis_tolerance;
@@ -60,11 +60,14 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
   report.on_truth = o.truth != nullptr || o.offsets != nullptr;
   put_in_spindle(in_force.tool.length_mm);
   report.certified = o.certify;
-  cone_cosine = std::cos(o.pole.cone.rad());
-  has_cone = o.pole.tolerance.rad() > 0.0 && in_force.kinematics.rotary_count() >= 2;
+  limits = {o.tolerance_mm,
+            o.axis_tolerance.rad(),
+            report.on_truth,
+            o.pole.tolerance.rad() > 0.0 && in_force.kinematics.rotary_count() >= 2,
+            in_force.kinematics.direction(1),
+            std::cos(o.pole.cone.rad())};
   program_judge.emplace(machine, controller, options, own_points);
-  quiet_run = QuietRun({o.tolerance_mm, o.axis_tolerance.rad(), report.on_truth, has_cone,
-                        in_force.kinematics.direction(1), cone_cosine});
+  at_once.quiet = QuietRun(limits);
 }
 
 Verifier::Verifier(const Machine& machine, const nc::Controller& controller, const VerifyOptions& options,
@@ -77,7 +80,7 @@ void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   ++s.report.points_in;
   s.points->add(motion, where.line, s.in_cone(motion.axis_P));
   if (s.program_judge) s.program_judge->asked().take(motion, where);
-  if (s.follower != nullptr) ++s.follower->report.points_in;
+  if (s.shared.follower != nullptr) ++s.shared.follower->report.points_in;
 }
 
 void Verifier::expect(const cl::Record& record) {
@@ -85,12 +88,12 @@ void Verifier::expect(const cl::Record& record) {
 }
 
 void Verifier::expect_tool(std::uint32_t number, double length_mm) {
-  for (State* s = state_.get(); s != nullptr; s = s->follower) s->length_of[number] = length_mm;
+  for (State* s = state_.get(); s != nullptr; s = s->shared.follower) s->tools.length_of[number] = length_mm;
 }
 
 void Verifier::expect_no_length() {
-  for (State* s = state_.get(); s != nullptr; s = s->follower) {
-    if (!s->a_tool_was_read) s->in_force.add_length(false);
+  for (State* s = state_.get(); s != nullptr; s = s->shared.follower) {
+    if (!s->tools.any) s->in_force.add_length(false);
     if (s->program_judge) s->program_judge->expect_no_length();
   }
 }
@@ -101,21 +104,21 @@ void Verifier::text(std::string_view piece) {
 }
 
 void Verifier::share_with(Verifier& other) {
-  state_->follower = other.state_.get();
+  state_->shared.follower = other.state_.get();
   other.state_->program_judge.reset();
-  other.state_->leader = state_.get();
+  other.state_->shared.leader = state_.get();
   other.state_->points = state_->points;
   // Nothing that only one of them knows of changes where its words lead.
   const auto only_words = [](const State& s) {
     return !s.offsets && s.options.run_time_temperatures == nullptr;
   };
-  other.state_->same_words = only_words(*state_) && only_words(*other.state_);
+  other.state_->shared.same_words = only_words(*state_) && only_words(*other.state_);
 }
 
 Result<VerifyReport> Verifier::finish() {
   State& s = *state_;
   s.points->settle();
-  if (s.leader == nullptr) {
+  if (s.shared.leader == nullptr) {
     if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
   }
   s.all_expected = true;

@@ -9,22 +9,22 @@ namespace trunnion::post {
 
 void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* terms) {
   ++report.points_out;
-  if (unknown_tool && leader == nullptr) {
+  if (tools.unknown && shared.leader == nullptr) {
     findings.error(file, motion.source,
-                   "the program moves with tool " + std::to_string(*std::exchange(unknown_tool, {})) +
+                   "the program moves with tool " + std::to_string(*std::exchange(tools.unknown, {})) +
                        ", whose gauge length is not known: neither the CL file nor a tool file "
                        "(--tools) has it");
   }
   if (program_judge) program_judge->take_axes(motion.words.mask, motion.source.line);
   const bool rapid = motion.kind == nc::MotionKind::rapid;
   ++(rapid ? report.rapid_blocks : report.feed_blocks);
-  last_end.reset();
-  stepped = false;
+  shared.begin_motion();
   // Who reads the same text has just found the same.
-  if (terms == nullptr && leader != nullptr && leader->last_end && !in_force.compensates) {
-    in_force.rotary = leader->in_force.rotary;
+  if (terms == nullptr && shared.leader != nullptr && shared.leader->shared.last_end &&
+      !in_force.compensates) {
+    in_force.rotary = shared.leader->in_force.rotary;
     from_unknown = false;
-    const BlockEnd& end = *leader->last_end;
+    const BlockEnd& end = *shared.leader->shared.last_end;
     walk.wholly(end.q, end.rapid, end.tcp, in_force.kinematics, end.nc_line);
     return take(end);
   }
@@ -48,32 +48,24 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   v.feed = motion.feed;
   v.rapid = rapid;
   if (terms != nullptr) {
-    waiting.emplace_back(std::make_unique<WithTerms>(WithTerms{v, *terms}));
+    waiting.add(std::make_unique<WithTerms>(WithTerms{v, *terms}));
     return work();
   }
-  if (follower != nullptr) last_end = v;
+  if (shared.follower != nullptr) shared.last_end = v;
   take(v);
 }
 
 void Verifier::State::take(const nc::ToolCall& call) {
-  a_tool_was_read = true;
-  if (controller.tool_change_s > 0.0)
-    waiting.emplace_back(nc::Dwell{std::llround(controller.tool_change_s * 1000.0)});
+  tools.any = true;
+  if (controller.tool_change_s > 0.0) waiting.add(nc::Dwell{std::llround(controller.tool_change_s * 1000.0)});
   const auto number = static_cast<std::uint32_t>(call.tool);
-  const auto loaded = length_of.find(number);
-  std::optional<double> length_mm;
-  if (loaded != length_of.end()) {
-    length_mm = loaded->second;
-  } else if (options.tools.table != nullptr) {
-    const auto known = options.tools.table->find(number);
-    if (known != options.tools.table->end()) length_mm = known->second.length_mm;
-  }
-  unknown_tool = length_mm ? std::nullopt : std::optional(call.tool);
+  const auto length_mm = tools.length_mm(number, options.tools.table);
+  tools.unknown = length_mm ? std::nullopt : std::optional(call.tool);
   in_force.set_length(length_mm.value_or(in_force.tool.length_mm));
   // The tool comes without its length, which is added by words of its own.
   in_force.add_length(controller.length.automatic);
-  if (in_force.tool.length_mm != judged_length_mm || !waiting.empty())
-    waiting.emplace_back(InSpindle{in_force.tool.length_mm});
+  if (in_force.tool.length_mm != judged_length_mm || !waiting.blocks.empty())
+    waiting.add(InSpindle{in_force.tool.length_mm});
 }
 
 // The machine may have gone anywhere for the change. What comes next is judged as if it had come from where
@@ -90,10 +82,8 @@ void Verifier::State::put_in_spindle(double length_mm) {
   judged_length_mm = length_mm;
   meter_of_tool.emplace(machine, Vec3(0.0, 0.0, -length_mm), options.truth, offsets ? &*offsets : nullptr,
                         options.certify, options.tolerance_mm, options.axis_tolerance);
-  run_ends.emplace(meter().kinematics());
-  has_ends = false;
-  placed_run = nullptr;
-  bows.reset();
+  at_once.begin(meter().kinematics());
+  last_block.bows.reset();
   if (!have_previous) return;
   path::put_station(meter().kinematics(), previous->q, previous->station);
   meter().place_at_station(*previous, previous->q, program);
@@ -106,8 +96,8 @@ void Verifier::State::take_other(const nc::Block& block) {
   if (const auto* motion = std::get_if<nc::VariableMotion>(&block)) take(motion->motion, motion);
   if (const auto* arc = std::get_if<nc::Arc>(&block)) take(*arc);
   if (const auto* hole = std::get_if<nc::Hole>(&block)) take(*hole);
-  if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.emplace_back(*latch);
-  if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.emplace_back(*run_time);
+  if (const auto* latch = std::get_if<nc::LatchValues>(&block)) waiting.add(*latch);
+  if (const auto* run_time = std::get_if<nc::RunTimeStep>(&block)) waiting.add(*run_time);
   if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
     in_force.tcp = control->on;
     if (controller.tcp.replaces_length) in_force.add_length(false);
@@ -122,12 +112,12 @@ void Verifier::State::take_other(const nc::Block& block) {
   if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) in_force.shift.read(*offset);
   // What the machine does takes its turn among the motions, which may have to wait for theirs.
   if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
-    waiting.emplace_back(*comment);
-  if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.emplace_back(*dwell);
+    waiting.add(*comment);
+  if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.add(*dwell);
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) take(*call);
   if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
     in_force.add_length(length->number > 0);
-  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.emplace_back(*spindle);
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) waiting.add(*spindle);
   if (const auto* tilted = std::get_if<nc::TiltedPlane>(&block)) take(*tilted);
 }
 
@@ -139,7 +129,7 @@ void Verifier::State::take(const nc::Retract& retract) {
       to = controller.numbers.axes.internal(axis_words.letters[id], retract.to[axis_words.letters[id]]);
     walk.retract(id, to, nc_line());
   }
-  waiting.emplace_back(retract);
+  waiting.add(retract);
 }
 
 void Verifier::State::take_partly(const nc::Motion& motion) {
@@ -161,12 +151,12 @@ void Verifier::State::take_partly(const nc::Motion& motion) {
 }
 
 void Verifier::State::take(const BlockEnd& end) {
-  if (next_waiting < waiting.size()) work();
+  if (!waiting.is_empty()) work();
   // Where the leader could be judged its follower can: that asks for twice the way.
-  const bool led = leader != nullptr && leader->stepped && same_words;
-  stepped = next_waiting == waiting.size() && (led || may_step() || is_within_known(end));
-  if (!stepped) {
-    waiting.emplace_back(end);
+  const bool led = shared.leader != nullptr && shared.leader->shared.stepped && shared.same_words;
+  shared.stepped = waiting.is_empty() && (led || may_step() || is_within_known(end));
+  if (!shared.stepped) {
+    waiting.add(end);
     return;
   }
   step(end);
@@ -193,37 +183,29 @@ void Verifier::State::work() {
   // What is no motion waits for those before it only.
   const auto may = [&] {
     if (may_step()) return true;
-    const auto& what = waiting[next_waiting];
+    const auto& what = waiting.blocks[waiting.next];
     if (const auto* end = std::get_if<BlockEnd>(&what)) return is_within_known(*end);
     return !std::holds_alternative<std::unique_ptr<WithTerms>>(what);
   };
-  while (next_waiting < waiting.size() && may()) {
-    std::visit([this](const auto& what) { step(what); }, waiting[next_waiting++]);
+  while (!waiting.is_empty() && may()) {
+    std::visit([this](const auto& what) { step(what); }, waiting.blocks[waiting.next++]);
   }
-  // Half at a time: what is left is moved, and in a program that had to wait for its end that may be all of
-  // it.
-  if (next_waiting == waiting.size()) {
-    waiting.clear();
-    next_waiting = 0;
-  } else if (next_waiting > std::max(kLookAhead, waiting.size() / 2)) {
-    waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(next_waiting));
-    next_waiting = 0;
-  }
+  waiting.drop_judged();
   forget_passed();
 }
 
 // Whose points they are, for whoever follows it, too.
 void Verifier::State::forget_passed() {
-  if (leader != nullptr) return;
+  if (shared.leader != nullptr) return;
   const auto settled = [](const State& s) {
     return s.trail.marks.empty() ? s.at.segment : s.trail.marks.front().at.segment;
   };
   const std::size_t passed =
-      follower != nullptr ? std::min(settled(*this), settled(*follower)) : settled(*this);
+      shared.follower != nullptr ? std::min(settled(*this), settled(*shared.follower)) : settled(*this);
   if (passed <= std::max(4 * kLookAhead, targets().size() / 2)) return;
   points->forget(passed);
   if (program_judge) program_judge->asked().forget(points->gone());
-  for (State* s : {this, follower}) {
+  for (State* s : {this, shared.follower}) {
     if (s == nullptr) continue;
     s->at.segment -= passed;
     for (TrailMark& mark : s->trail.marks) mark.at.segment -= passed;
@@ -236,15 +218,16 @@ void Verifier::State::step(const BlockEnd& end) {
   if (program_judge) program_judge->check_offset(v.nc_line);
   v.placed = false;
   // Who reads the same text has mostly been at the same place just before.
-  const bool is_leaders = leader != nullptr && leader->have_previous && leader->previous->q == v.q &&
-                          leader->judged_length_mm == judged_length_mm;
+  const bool is_leaders = shared.leader != nullptr && shared.leader->have_previous &&
+                          shared.leader->previous->q == v.q &&
+                          shared.leader->judged_length_mm == judged_length_mm;
   if (is_leaders)
-    v.station = leader->previous->station;
+    v.station = shared.leader->previous->station;
   else
     path::put_station(meter().kinematics(), v.q, v.station);
-  shares_block = is_leaders && is_block_of_leader(v);
-  bows.reset();
-  if (!(is_leaders && same_words && leader->travel.is_within())) check_limits(v);
+  shared.same_block = is_leaders && is_block_of_leader(v);
+  last_block.bows.reset();
+  if (!(is_leaders && shared.same_words && shared.leader->travel.is_within())) check_limits(v);
   meter().place_at_station(v, v.q, program);
   if (options.collect && have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
   if (!started) {
@@ -254,7 +237,7 @@ void Verifier::State::step(const BlockEnd& end) {
   } else {
     feed(v);
   }
-  const double seconds = shares_block ? seconds_of_leader(v) : block_seconds(v);
+  const double seconds = shared.same_block ? seconds_of_leader(v) : block_seconds(v);
   if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
   if (!trail.blocks.empty()) trail.blocks.back().seconds = seconds;
   if (options.truth != nullptr && !meter().is_fixed())
@@ -262,8 +245,9 @@ void Verifier::State::step(const BlockEnd& end) {
   elapse(seconds);
   if (program_judge) {
     const bool is_known = have_previous && !v.from_unknown;
-    program_judge->lasts(is_known ? pace_of(*previous, v, seconds, last_speed_ratio * last_seconds)
-                                  : Pace{0.0, 0.0, 0.0, 0.0, v.feed_mode, v.feed},
+    program_judge->lasts(is_known
+                             ? pace_of(*previous, v, seconds, last_block.speed_ratio * last_block.seconds)
+                             : Pace{0.0, 0.0, 0.0, 0.0, v.feed_mode, v.feed},
                          v.nc_line);
   }
   std::swap(previous, present);
@@ -278,26 +262,26 @@ Pace Verifier::State::pace_of(const Vertex& from, const Vertex& v, double second
 }
 
 bool Verifier::State::is_block_of_leader(const Vertex& v) const {
-  return same_words && have_previous && leader->previous->nc_line == v.nc_line &&
-         leader->present->q == previous->q;
+  return shared.same_words && have_previous && shared.leader->previous->nc_line == v.nc_line &&
+         shared.leader->present->q == previous->q;
 }
 
 double Verifier::State::seconds_of_leader(const Vertex& v) {
-  last_seconds = leader->last_seconds;
-  if (leader->last_speed_ratio > 1.0)
-    check_speed(v, last_seconds);
+  last_block.seconds = shared.leader->last_block.seconds;
+  if (shared.leader->last_block.speed_ratio > 1.0)
+    check_speed(v, last_block.seconds);
   else
-    report.max_speed_ratio = std::max(report.max_speed_ratio, leader->last_speed_ratio);
-  return last_seconds;
+    report.max_speed_ratio = std::max(report.max_speed_ratio, shared.leader->last_block.speed_ratio);
+  return last_block.seconds;
 }
 
 double Verifier::State::block_seconds(const Vertex& v) {
-  last_speed_ratio = 0.0;
-  last_seconds = seconds_of(v);
+  last_block.speed_ratio = 0.0;
+  last_block.seconds = seconds_of(v);
   // Where it came from is not known: neither is its speed.
-  if (!v.rapid && last_seconds > 0.0 && !v.from_unknown && v.tcp == previous->tcp)
-    check_speed(v, last_seconds);
-  return last_seconds;
+  if (!v.rapid && last_block.seconds > 0.0 && !v.from_unknown && v.tcp == previous->tcp)
+    check_speed(v, last_block.seconds);
+  return last_block.seconds;
 }
 
 double Verifier::State::seconds_of(const Vertex& v) const {
@@ -313,7 +297,7 @@ void Verifier::State::check_speed(const Vertex& v, double seconds) {
       v.tcp ? planner.slowest_along_s([&](double t) { return meter().between(*previous, v, t); })
             : planner.slowest_axis_s(previous->q, v.q);
   const double ratio = needed_s / seconds;
-  last_speed_ratio = ratio;
+  last_block.speed_ratio = ratio;
   report.max_speed_ratio = std::max(report.max_speed_ratio, ratio);
   if (ratio <= 1.0 + kSpeedRounding) return;
   ++report.too_fast_count;
@@ -339,7 +323,7 @@ void Verifier::State::check_limits(const Vertex& v) {
 }
 
 void Verifier::State::report_travel() {
-  const State& s = same_words ? *leader : *this;
+  const State& s = shared.same_words ? *shared.leader : *this;
   if (!s.have_previous) return;
   report.travel.reserve(axis_words.count);
   for (AxisId id = 0; id < axis_words.count; ++id)

@@ -247,9 +247,10 @@ bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {
   if (!(std::max(at.off_tip_mm, place.off_tip_mm) < known.tip_mm &&
         std::max(at.off_axis, place.off_axis) < known.axis_limit))
     return false;
-  bows = shares_block && leader->bows ? leader->bows
-                                      : meter().certifier().bows_from_norms(previous->station, v.station);
-  const auto bow = meter().bow_at_most(*previous, v, *bows);
+  last_block.bows = shared.same_block && shared.leader->last_block.bows
+                        ? shared.leader->last_block.bows
+                        : meter().certifier().bows_from_norms(previous->station, v.station);
+  const auto bow = meter().bow_at_most(*previous, v, *last_block.bows);
   if (!bow) return false;
   double axis = 0.0;
   const Quiet quiet = is_quiet(*previous, v, place, *bow, known, axis);
@@ -455,7 +456,7 @@ bool Verifier::State::near_pole(const Target& a, const Target& b) const {
 }
 
 bool Verifier::State::in_cone(const Vec3& axis_P) const {
-  return has_cone && std::abs(meter().kinematics().direction(1).dot(axis_P)) >= cone_cosine;
+  return limits.has_cone && std::abs(meter().kinematics().direction(1).dot(axis_P)) >= limits.cone_cosine;
 }
 
 double Verifier::State::distance_to(const ToolPose& v, const Vec3& tip_P, const Vec3& axis_P) const {

@@ -8,18 +8,17 @@
 namespace trunnion::post {
 
 void Verifier::State::take(const nc::MotionRun& run) {
-  has_ends = false;
-  if (next_waiting < waiting.size()) work();
+  at_once.has_ends = false;
+  if (!waiting.is_empty()) work();
   std::size_t done = 0;
   if (may_take(run)) {
     const RunEnds& ends = ends_of(run);
-    placed_run = ends.within_limits ? meter().place(ends.stations, with_errors) : nullptr;
-    if (placed_run != nullptr) done = step(run, ends);
+    at_once.placed = ends.within_limits ? meter().place(ends.stations, at_once.with_errors) : nullptr;
+    if (at_once.placed != nullptr) done = step(run, ends);
   }
   if (program_judge && run.count > 0) program_judge->take_axes(run.mask, run.source[0].line);
   for (; done < run.count; ++done) take(run.motion(done), nullptr);
-  last_end.reset();
-  stepped = false;
+  shared.begin_motion();
 }
 
 bool Verifier::State::may_take(const nc::MotionRun& run) const {
@@ -27,78 +26,18 @@ bool Verifier::State::may_take(const nc::MotionRun& run) const {
       started && have_previous && previous->placed && !away && !from_unknown && !walk.goes_on();
   const bool words_are_joints = !in_force.tcp && !in_force.plane && in_force.shift.is_idle() &&
                                 (run.mask & axis_words.all) == axis_words.all;
-  return stands_on_path && words_are_joints && waiting.empty() && !in_force.compensates && !offsets &&
+  return stands_on_path && words_are_joints && waiting.blocks.empty() && !in_force.compensates && !offsets &&
          !options.collect && meter().may_bow(*previous, *previous) && meter().kinematics().side_by_side();
 }
 
-const Verifier::State::RunEnds& Verifier::State::ends_of(const nc::MotionRun& run) {
+const RunEnds& Verifier::State::ends_of(const nc::MotionRun& run) {
   // Who reads the same text has mostly come from the same place.
-  if (leader != nullptr && same_words && leader->has_ends && leader->run_ends->stations.q(0) == previous->q)
-    return *leader->run_ends;
-  evaluate(run, *run_ends);
-  has_ends = true;
-  return *run_ends;
-}
-
-void Verifier::State::evaluate(const nc::MotionRun& run, RunEnds& out) const {
-  path::StationRun& stations = out.stations;
-  stations.resize(run.count + 1);
-  for (AxisId id = 0; id < kMaxAxes; ++id) stations.of_axis(id)[0] = previous->q[id];
-  lanes::at_a_time(four, [&]<class T>() { put_words<T>(run, out); });
-  out.within_limits = true;
-  for (AxisId id = 0; id < axis_words.count; ++id)
-    out.within_limits = out.within_limits && travel.holds(id, out.smallest_q[id], out.largest_q[id]);
-  stations.evaluate();
-  std::array<const double*, kMaxAxes> q{};
-  for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
-  out.seconds.resize(run.count + lanes::kCount<Quads>);
-  out.slowest_s.resize(run.count + lanes::kCount<Quads>);
-  planner.times_of(q, run.feed_mode, std::span(run.feed).first(run.count), out.seconds, out.slowest_s);
-  lanes::at_a_time(four, [&]<class T>() { find_speed<T>(run.count, out); });
-  out.within_limits = out.within_limits && out.speed_ratio <= 1.0 + kSpeedRounding;
-}
-
-template <class T>
-void Verifier::State::put_words(const nc::MotionRun& run, RunEnds& out) const {
-  constexpr std::size_t kTogether = lanes::kCount<T>;
-  for (AxisId id = 0; id < axis_words.count; ++id) {
-    const WordOfAxis& word = axis_words.of[id];
-    const std::int32_t* const quanta = run.quanta[word.letter].data();
-    double* const q = out.stations.of_axis(id).data() + 1;
-    T smallest = lanes::splat<T>(previous->q[id]);
-    T largest = smallest;
-    const auto put = [&](std::size_t i, const T& words) {
-      const T place = words / word.scale * word.factor - in_force.offset[id];
-      lanes::store(q + i, place);
-      largest = lanes::larger(largest, place);
-      smallest = lanes::select(smallest < place, smallest, place);
-    };
-    std::size_t i = 0;
-    for (; i + kTogether <= run.count; i += kTogether) put(i, lanes::load_whole<T>(quanta + i));
-    if (i < run.count)
-      put(i, lanes::collect<T>(
-                 [&](std::size_t k) { return static_cast<double>(quanta[std::min(i + k, run.count - 1)]); }));
-    out.smallest_q[id] = out.largest_q[id] = smallest[0];
-    for (int k = 0; k < static_cast<int>(kTogether); ++k) {
-      out.smallest_q[id] = std::min(out.smallest_q[id], smallest[k]);
-      out.largest_q[id] = std::max(out.largest_q[id], largest[k]);
-    }
-  }
-}
-
-template <class T>
-void Verifier::State::find_speed(std::size_t count, RunEnds& out) {
-  T largest{};
-  for (std::size_t i = 0; i < count; i += lanes::kCount<T>) {
-    const T seconds = lanes::load<T>(&out.seconds[i]);
-    // What takes no time has no speed.
-    const T ratio =
-        lanes::load<T>(&out.slowest_s[i]) / lanes::select(seconds > 0.0, seconds, lanes::splat<T>(1.0));
-    largest = lanes::larger<T>(largest, lanes::select(seconds > 0.0, ratio, T{}));
-  }
-  out.speed_ratio = 0.0;
-  for (int k = 0; k < static_cast<int>(lanes::kCount<T>); ++k)
-    out.speed_ratio = std::max(out.speed_ratio, largest[k]);
+  if (shared.leader != nullptr && shared.same_words && shared.leader->at_once.has_ends &&
+      shared.leader->at_once.ends->stations.q(0) == previous->q)
+    return *shared.leader->at_once.ends;
+  at_once.ends->evaluate(run, previous->q, in_force, planner, travel);
+  at_once.has_ends = true;
+  return *at_once.ends;
 }
 
 void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::size_t row, Vertex& v) const {
@@ -108,20 +47,20 @@ void Verifier::State::load(const nc::MotionRun& run, const RunEnds& ends, std::s
   v.feed_mode = run.feed_mode;
   v.feed = run.feed[row - 1];
   v.station = ends.stations.station(row);
-  static_cast<ToolPose&>(v) = placed_run->pose(row);
+  static_cast<ToolPose&>(v) = at_once.placed->pose(row);
   v.placed = true;
 }
 
 std::size_t Verifier::State::pass_quiet(std::size_t row, std::size_t end, const KnownFigures& known) {
   const QuietRun::Found found =
-      quiet_run.advance(targets(), *placed_run, row, end, known, report.max_point_deviation_mm, at);
+      at_once.quiet.advance(targets(), *at_once.placed, row, end, known, report.max_point_deviation_mm, at);
   note_axis(found.axis, found.axis_at_tip, known);
   point_hit(found.point_off_mm);
   return found.count;
 }
 
 std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends) {
-  shares_block = false;
+  shared.same_block = false;
   KnownFigures known = known_figures();
   mark_trail();
   std::size_t loaded = 0;  // the row that `previous` is
@@ -140,11 +79,11 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
     if (i == run.count || at.segment + 3 >= targets().size()) break;
     // Near such a place it is asked block by block.
     if (i >= change) tell_judge(i);
-    const ToolPose from = placed_run->pose(i);
-    const ToolPose to = placed_run->pose(i + 1);
+    const ToolPose from = at_once.placed->pose(i);
+    const ToolPose to = at_once.placed->pose(i + 1);
     Place place;
     double axis = 0.0;
-    const Quiet quiet = is_quiet(from, to, placed_run->bows(i), known, place, axis);
+    const Quiet quiet = is_quiet(from, to, at_once.placed->bows(i), known, place, axis);
     if (!quiet.surely()) {
       if (loaded != i) load(run, ends, i, *previous);
       load(run, ends, i + 1, *present);
@@ -161,7 +100,7 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
       if (!may_step() && !is_within_known(*present)) break;
       meter().put_errors(*previous);
       meter().put_errors(*present);
-      bows.reset();
+      last_block.bows.reset();
       present->placed = false;
       note_on_trail(run, ends, noted + 1, i);
       tell_judge(i);
@@ -186,7 +125,7 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
   if (loaded != i) load(run, ends, i, *previous);
   if (i > 0) walk.stands(previous->q);
   meter().put_errors(*previous);
-  bows.reset();  // none are known of the last block
+  last_block.bows.reset();  // none are known of the last block
   if (i > 0) count_blocks(run, ends, i);
   forget_passed();
   return i;
@@ -245,8 +184,8 @@ void Verifier::State::count_blocks(const nc::MotionRun& run, const RunEnds& ends
     if (axis_words.of[id].rotary != 0) in_force.rotary[id] = axis_words.of[id].internal(words);
   }
   report.max_speed_ratio = std::max(report.max_speed_ratio, ends.speed_ratio);
-  last_seconds = ends.seconds[count - 1];
-  last_speed_ratio = last_seconds > 0.0 ? ends.slowest_s[count - 1] / last_seconds : 0.0;
+  last_block.seconds = ends.seconds[count - 1];
+  last_block.speed_ratio = last_block.seconds > 0.0 ? ends.slowest_s[count - 1] / last_block.seconds : 0.0;
   for (std::size_t i = 0; i < count; ++i) elapse(ends.seconds[i]);
 }
 

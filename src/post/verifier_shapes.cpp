@@ -55,7 +55,7 @@ void Verifier::State::take(const nc::Hole& hole) {
     v.in_cycle = true;
     put(v);
     if (stroke.dwell_s > 0.0) mark(nc::Dwell{std::llround(stroke.dwell_s * 1000.0)});
-    if (stroke.dwell_s > 0.0) waiting.emplace_back(nc::Dwell{std::llround(stroke.dwell_s * 1000.0)});
+    if (stroke.dwell_s > 0.0) waiting.add(nc::Dwell{std::llround(stroke.dwell_s * 1000.0)});
   }
 }
 

@@ -20,6 +20,7 @@
 #include "post/feed_plan.hpp"
 #include "post/program_judge.hpp"
 #include "post/quiet_run.hpp"
+#include "post/run_ends.hpp"
 #include "post/run_time_values.hpp"
 #include "post/safe_walk.hpp"
 #include "post/travel_seen.hpp"
@@ -28,9 +29,6 @@
 // Private to the verifier: where the program read back stands, and how far the CL path has been followed.
 
 namespace trunnion::post {
-
-// Rounding of the evaluation of a block's time, of it.
-inline constexpr double kSpeedRounding = 1e-6;
 
 // Far more CL points than one block of a thinned program passes.
 inline constexpr std::size_t kLookAhead = 1024;
@@ -41,6 +39,44 @@ struct BlockFigures {
   double axis_rad = 0.0;
   double flute_mm = 0.0;
   bool proved = true;
+};
+
+/// The block that was judged last.
+struct LastBlock {
+  double seconds = 0.0;
+  double speed_ratio = 0.0;
+  std::optional<path::Certifier::Bows> bows;  // on the nominal machine, where they were asked for
+};
+
+/// The tools that the program has loaded so far.
+struct ToolsRead {
+  std::map<std::uint32_t, double> length_of;  // of the tools of the CL file
+  std::optional<std::int64_t> unknown;        // that was read last, until the first motion with it
+  bool any = false;
+
+  /// Gauge length, from the CL file or else from the table, which may be null.
+  std::optional<double> length_mm(std::uint32_t number, const ToolTable* table) const {
+    if (const auto loaded = length_of.find(number); loaded != length_of.end()) return loaded->second;
+    if (table == nullptr) return std::nullopt;
+    const auto known = table->find(number);
+    return known != table->end() ? std::optional(known->second.length_mm) : std::nullopt;
+  }
+};
+
+/// The run of motions at hand, in columns.
+struct RunAtOnce {
+  std::optional<RunEnds> ends;
+  bool has_ends = false;                  // of the run at hand
+  const path::PoseRun* placed = nullptr;  // on the machine that is verified
+  path::PoseRun with_errors;
+  QuietRun quiet;
+
+  /// Motions are made with another tool from here on.
+  void begin(const TableKinematics& kinematics) {
+    ends.emplace(kinematics);
+    has_ends = false;
+    placed = nullptr;
+  }
 };
 
 struct Verifier::State {
@@ -60,7 +96,9 @@ struct Verifier::State {
   }
   void take_other(const nc::Block& block);
   /// The line that is read.
-  std::uint32_t nc_line() const { return leader != nullptr ? leader->reader.line() : reader.line(); }
+  std::uint32_t nc_line() const {
+    return shared.leader != nullptr ? shared.leader->reader.line() : reader.line();
+  }
 
   /// The words that follow are those of another tool; the motions before them are not yet judged.
   void take(const nc::ToolCall& call);
@@ -77,7 +115,7 @@ struct Verifier::State {
     std::uint32_t nc_line = 0;
   };
   void mark(const nc::Block& block) {
-    if (program_judge) waiting.emplace_back(std::make_unique<Mark>(Mark{block, nc_line()}));
+    if (program_judge) waiting.add(std::make_unique<Mark>(Mark{block, nc_line()}));
   }
   void step(const std::unique_ptr<Mark>& mark) {
     trail.clear();
@@ -121,6 +159,49 @@ struct Verifier::State {
     program.spindle(static_cast<double>(spindle.rpm));
   }
 
+  // A block with terms of its own is large and rare: the others keep their size.
+  using Waiting =
+      std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep, nc::Comment,
+                   nc::Dwell, nc::Spindle, InSpindle, nc::Retract, std::unique_ptr<Mark>>;
+  /// Blocks that were read, and cannot be judged before more of the CL path is known.
+  struct BlocksWaiting {
+    std::vector<Waiting> blocks;
+    std::size_t next = 0;
+
+    template <class Block>
+    void add(Block&& block) {
+      blocks.emplace_back(std::forward<Block>(block));
+    }
+    bool is_empty() const { return next == blocks.size(); }
+    /// Half at a time: what is left is moved, and in a program that had to wait for its end that may be all
+    /// of it.
+    void drop_judged() {
+      if (is_empty()) {
+        blocks.clear();
+        next = 0;
+      } else if (next > std::max(kLookAhead, blocks.size() / 2)) {
+        blocks.erase(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(next));
+        next = 0;
+      }
+    }
+  };
+
+  /// Two verifications of one text, on the machine with its errors and on the nominal one: who reads it, and
+  /// who is told.
+  struct SharedText {
+    State* follower = nullptr;         // takes the blocks that `reader` reads, too
+    const State* leader = nullptr;     // whose follower this one is
+    bool same_words = false;           // which mean the same to both
+    std::optional<BlockEnd> last_end;  // of the motion at hand, for the follower
+    bool stepped = false;              // and it has been judged already
+    bool same_block = false;           // its ends are those of the leader's last block
+
+    void begin_motion() {
+      last_end.reset();
+      stepped = false;
+    }
+  };
+
   /// `terms`: the motion with what it adds at run time, or null.
   void take(const nc::Motion& motion, const nc::VariableMotion* terms);
   void take(const BlockEnd& end);
@@ -137,7 +218,7 @@ struct Verifier::State {
   void take(const nc::Hole& hole);
   void put(BlockEnd end) {
     end.up = walk.wholly(end.q, end.rapid, end.tcp, in_force.kinematics, end.nc_line) && walk.is_up();
-    waiting.emplace_back(end);
+    waiting.add(end);
     work();
   }
   void take(const nc::TiltedPlane& block) {
@@ -162,22 +243,7 @@ struct Verifier::State {
     if (offsets) offsets->advance(seconds);
   }
 
-  /// The ends of the blocks of a run, as far as the CL path and the errors of the machine have no part in it.
-  /// Row 0 is where the first of them begins.
-  struct RunEnds {
-    explicit RunEnds(const TableKinematics& kinematics) : stations(kinematics) {}
-    path::StationRun stations;
-    std::vector<double> seconds, slowest_s;  // of the blocks, and what their slowest axes need
-    double speed_ratio = 0.0;                // the largest
-    JointVector smallest_q, largest_q;
-    bool within_limits = false;  // and no axis is too fast
-  };
   bool may_take(const nc::MotionRun& run) const;
-  void evaluate(const nc::MotionRun& run, RunEnds& out) const;
-  template <class T>
-  void put_words(const nc::MotionRun& run, RunEnds& out) const;
-  template <class T>
-  static void find_speed(std::size_t count, RunEnds& out);
   const RunEnds& ends_of(const nc::MotionRun& run);
   /// Goes on over the blocks from `row` on, one before `end` at most, that are quiet a few at a time: how
   /// many.
@@ -342,11 +408,10 @@ struct Verifier::State {
   std::string file;
   Diagnostics& findings;
   VerifyOptions options;
+  FollowLimits limits;
   AxisWordsOf axis_words{machine, controller.numbers.axes};
   WordsInForce in_force;
-  bool a_tool_was_read = false;
-  std::optional<std::int64_t> unknown_tool;   // that was read last, until the first motion with it
-  std::map<std::uint32_t, double> length_of;  // of the tools of the CL file
+  ToolsRead tools;
   std::optional<OffsetTracker> offsets;
   double judged_length_mm = 0.0;  // of the tool that motions are judged with
   std::optional<DeviationMeter> meter_of_tool;
@@ -354,8 +419,6 @@ struct Verifier::State {
   RunTimeValues values;
   ProgramState program;
   TravelSeen travel{machine};
-  double cone_cosine = 0.0;   // of the pole's cone
-  bool has_cone = false;      // it has a tolerance of its own
   bool from_unknown = false;  // a motion of which not all positions were known was left out
 
   PathPoints own_points;
@@ -372,40 +435,22 @@ struct Verifier::State {
   bool all_expected = false;
   double drilled_mm = 0.0;  // in the hole at hand, from where the feed begins
   bool away = false;        // the tool has left the path along its axis
-  // A block with terms of its own is large and rare: the others keep their size.
-  std::vector<
-      std::variant<BlockEnd, std::unique_ptr<WithTerms>, nc::LatchValues, nc::RunTimeStep, nc::Comment,
-                   nc::Dwell, nc::Spindle, InSpindle, nc::Retract, std::unique_ptr<Mark>>>
-      waiting;
-  std::size_t next_waiting = 0;
+  BlocksWaiting waiting;
   std::array<Vertex, 2> vertices;
   Vertex* previous = &vertices[0];
   Vertex* present = &vertices[1];
   bool have_previous = false;
   mutable std::array<Vertex, 2> cut_at;  // used by keeps_tip
   double path_mm = 0.0;
-  double last_seconds = 0.0;  // of the last block
-  double last_speed_ratio = 0.0;
-  mutable std::optional<path::Certifier::Bows>
-      bows;                   // of the last block on the nominal machine, where needed
-  bool shares_block = false;  // its ends are those of the leader's last block
+  LastBlock last_block;
   BlockFigures of_block;
   double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
   VerifyReport report;
   SafeWalk walk{machine, controller.numbers.axes.quantum(nc::AxisLetter::Z),
                 2.0 * options.offset_limits.clamp_mm, options.worst_count, report};
-  State* follower = nullptr;  // takes the blocks that `reader` reads, too
-  std::optional<RunEnds> run_ends;
-  bool four = lanes::four_at_a_time();
-  bool has_ends = false;                      // `run_ends` are those of the run at hand
-  const path::PoseRun* placed_run = nullptr;  // of the run at hand, on the machine that is verified
-  path::PoseRun with_errors;
-  QuietRun quiet_run;
+  RunAtOnce at_once;
+  SharedText shared;
   BlockTrail trail;
-  const State* leader = nullptr;     // whose follower this one is
-  bool same_words = false;           // which mean the same to both
-  std::optional<BlockEnd> last_end;  // of the motion at hand, for the follower
-  bool stepped = false;              // and it has been judged already
   nc::Reader reader;
 };
 

@@ -83,6 +83,7 @@ struct WordsInForce {
     }
   }
 
+  const AxisWordsOf& axis_words() const { return axis_words_; }
   /// Where the axes stand for these words.
   BlockEnd end_at(const JointVector& words) const;
   /// The same of words that are positions of the machine.
