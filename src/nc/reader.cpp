@@ -70,7 +70,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
   note_plain_words();
   if (options.whole_program) {
     frame.emplace(c, patterns);
-    length = -1;
+    modal.length = -1;
   }
   if (runs) run = std::make_unique<MotionRun>();
   has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
@@ -191,25 +191,25 @@ void Reader::State::set_kind(MotionKind kind, LineMotion& m) {
 }
 
 void Reader::State::set_feed_mode(FeedMode mode) {
-  if (mode == feed_mode) return;
-  feed_mode = mode;
+  if (mode == modal.feed_mode) return;
+  modal.feed_mode = mode;
   feed = 0;
   layouts = {};
 }
 
 void Reader::State::take_modes(LineMotion& m) {
-  if (m.kind) motion_kind = m.kind;
+  if (m.kind) modal.motion_kind = m.kind;
   if (m.mode) set_feed_mode(*m.mode);
   if (!m.has_feed) {
-    if (feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block) feed = 0;
+    if (modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block) feed = 0;
     return;
   }
-  if (!to_rounded_quanta(m.feed, c.numbers.feed.decimals(feed_mode), feed)) feed = 0;
+  if (!to_rounded_quanta(m.feed, c.numbers.feed.decimals(modal.feed_mode), feed)) feed = 0;
 }
 
 std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) const {
-  if (!c.rotary.is_modulo(letter) || !position.has(letter)) return value;
-  const std::int64_t from = position[letter];
+  if (!c.rotary.is_modulo(letter) || !modal.position.has(letter)) return value;
+  const std::int64_t from = modal.position[letter];
   std::int64_t way = (value - from) % turn;
   if (2 * way > turn) way -= turn;
   if (2 * way < -turn) way += turn;
@@ -220,21 +220,21 @@ void Reader::State::run_motion(LineMotion& m) {
   take_modes(m);
   if (m.words.mask == 0) return;
   if (!may_move(m.column)) return;
-  if (!tcp_known && kinematics_unknown(m.column)) return;
-  if (clamped != 0 && turns_clamped(m)) return;
-  if (cycle && run_next_hole(m)) return;
+  if (!modal.tcp_known && kinematics_unknown(m.column)) return;
+  if (modal.clamped != 0 && turns_clamped(m)) return;
+  if (modal.cycle && run_next_hole(m)) return;
   if (!c.motion.modal && !m.named) return error(m.column, "axis words without '" + c.motion.linear + "'");
-  if (!motion_kind)
+  if (!modal.motion_kind)
     return error(m.column, "axis words before any " + c.motion.rapid + " or " + c.motion.linear);
   auto& motion = std::get<Motion>(motion_block);
-  motion.kind = m.rapid ? MotionKind::rapid : *motion_kind;
+  motion.kind = m.rapid ? MotionKind::rapid : *modal.motion_kind;
   if (motion.kind == MotionKind::feed) {
     if (feed <= 0) {
-      return error(m.column, feed_mode == FeedMode::inverse_time
+      return error(m.column, modal.feed_mode == FeedMode::inverse_time
                                  ? "feed move without F, which inverse time needs in every block"
                                  : "feed move without feed");
     }
-    motion.feed_mode = feed_mode;
+    motion.feed_mode = modal.feed_mode;
     motion.feed = feed;
   } else {
     motion.feed_mode = FeedMode::per_minute;
@@ -243,14 +243,14 @@ void Reader::State::run_motion(LineMotion& m) {
   for (unsigned rest = m.words.mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const auto letter = static_cast<AxisLetter>(i);
-    position.set(letter,
-                 c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
+    modal.position.set(letter,
+                       c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
   }
-  motion.words = position;
+  motion.words = modal.position;
   motion.source = {line, m.column};
   if (!parsed.has_values) return emit(motion_block);
   emit(VariableMotion{motion, parsed.coefficient});
-  position.forget(kLinearAxes);  // where they stand depends on the values
+  modal.position.forget(kLinearAxes);  // where they stand depends on the values
 }
 
 void Reader::State::read_line(std::string_view text) {

@@ -12,10 +12,11 @@ bool Reader::State::keep(const Word& word) {
   if (placeholder == 0) return false;
   kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
   // A speed alone changes that of a spindle that turns.
-  Spindle now = spindle;
-  if (static_cast<Placeholder>(placeholder - 1) == Placeholder::rpm && spindle.turn != SpindleTurn::off &&
-      to_rounded_quanta(word.number, 0, now.rpm) && now.rpm != spindle.rpm) {
-    spindle = now;
+  Spindle now = modal.spindle;
+  if (static_cast<Placeholder>(placeholder - 1) == Placeholder::rpm &&
+      modal.spindle.turn != SpindleTurn::off && to_rounded_quanta(word.number, 0, now.rpm) &&
+      now.rpm != modal.spindle.rpm) {
+    modal.spindle = now;
     emit(now);
   }
   return true;
@@ -198,7 +199,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::tcp_off:
       return run_tcp(false, 0);
     case EventKind::length_or_tcp_off:
-      return tcp ? run_tcp(false, 0) : run_length(0);
+      return modal.tcp ? run_tcp(false, 0) : run_length(0);
     case EventKind::work_offset:
       return run_work_offset(found.event.argument);
     case EventKind::offset_shift:
@@ -213,9 +214,8 @@ void Reader::State::run_event(const FoundEvent& found) {
       return run_plane(found);
     case EventKind::plane_off:
       check_origin(found);
-      if (!plane) return;
-      plane = false;
-      position.forget(kAllAxes);
+      if (!modal.plane) return;
+      modal.switch_plane(false);
       return emit(TiltedPlane{});
     case EventKind::cutter:
       return run_cutter(found);
@@ -223,8 +223,8 @@ void Reader::State::run_event(const FoundEvent& found) {
       cycle_to_clear = found.event.argument == 1;
       return;
     case EventKind::cycle_off:
-      if (cycle) motion_kind.reset();
-      cycle.reset();
+      if (modal.cycle) modal.motion_kind.reset();
+      modal.cycle.reset();
       return;
     case EventKind::arc:
       return run_arc(found);
@@ -257,32 +257,26 @@ void Reader::State::run_spindle(const FoundEvent& found) {
     now.rpm = whole(found, Placeholder::rpm, 0);
     if (now.rpm <= 0) return error(found.column, "the spindle is to turn without a speed");
   }
-  if (now.turn == spindle.turn && now.rpm == spindle.rpm) return;
-  spindle = now;
-  emit(now);
+  if (modal.turn_spindle(now)) emit(now);
 }
 
 void Reader::State::run_coolant(CoolantKind kind) {
-  const auto now = static_cast<std::uint8_t>(
-      kind == CoolantKind::off ? 0 : coolant.value_or(0) | (1U << static_cast<unsigned>(kind)));
-  if (now == coolant) return;
-  coolant = now;
-  emit(Coolant{kind});
+  if (modal.switch_coolant(kind)) emit(Coolant{kind});
 }
 
 void Reader::State::run_clamp(int argument) {
   const auto& clamp = c.clamps[static_cast<std::size_t>(argument / 2)];
   const bool on = argument % 2 == 1;
-  clamped = static_cast<std::uint16_t>(on ? clamped | clamp.axes : clamped & ~clamp.axes);
+  modal.clamp(clamp.axes, on);
   emit(Clamp{clamp.axes, on});
 }
 
 // The drive would work against the brake.
 bool Reader::State::turns_clamped(const LineMotion& m) {
-  for (unsigned rest = m.words.mask & clamped; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = m.words.mask & modal.clamped; rest != 0; rest &= rest - 1) {
     const auto letter = static_cast<AxisLetter>(std::countr_zero(rest));
     const auto to = c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words[letter]) : m.words[letter];
-    if (position.has(letter) && position[letter] == to) continue;
+    if (modal.position.has(letter) && modal.position[letter] == to) continue;
     error(m.column, std::string("axis ") + letter_of(letter) + " turns while it is clamped");
     return true;
   }
@@ -294,46 +288,32 @@ void Reader::State::run_tool(const FoundEvent& found) {
   call.tool = whole(found, Placeholder::tool, -1);
   if (call.tool < 0) return error(found.column, "a tool change without a tool");
   call.length_offset = whole(found, Placeholder::length_offset, call.tool);
-  spindle = {};
-  if (coolant != 0) coolant.reset();
-  length = -1;  // not said yet
-  position.forget(kAllAxes);
-  cycle.reset();
+  modal.change_tool();
   emit(call);
 }
 
 void Reader::State::run_length(std::int64_t number) {
-  if (number == length && !(tcp && c.tcp.replaces_length)) return;
-  if (tcp && c.tcp.replaces_length) run_tcp(false, 0);
-  length = number;
-  position.forget(kLinearAxes);
+  if (number == modal.length && !(modal.tcp && c.tcp.replaces_length)) return;
+  if (modal.tcp && c.tcp.replaces_length) run_tcp(false, 0);
+  modal.set_length(number);
   emit(LengthCompensation{number});
 }
 
 void Reader::State::run_tcp(bool on, std::int64_t offset) {
-  if (tcp_known && on == tcp && offset == tcp_offset) return;
-  tcp = on;
-  tcp_known = true;
-  tcp_offset = offset;
-  if (c.tcp.replaces_length) length = 0;
-  position.forget(kLinearAxes);
-  emit(TcpControl{on, offset});
+  if (modal.switch_tcp(on, offset, c.tcp.replaces_length)) emit(TcpControl{on, offset});
 }
 
 // A motion under kinematics that are not known may go anywhere.
 bool Reader::State::kinematics_unknown(std::uint32_t column) {
-  if (tcp_known) return false;
+  if (modal.tcp_known) return false;
   error(column, "the program has not said which kinematics are active: '" + c.tcp.off.back() + "' or '" +
                     c.tcp.on.back() + "' must stand before the first motion");
-  tcp_known = true;  // said once
+  modal.tcp_known = true;  // said once
   return true;
 }
 
 void Reader::State::run_work_offset(std::int64_t index) {
-  if (index == work_offset) return;
-  work_offset = index;
-  position.forget(kAllAxes);
-  emit(WorkOffset{index});
+  if (modal.call_work_offset(index)) emit(WorkOffset{index});
 }
 
 void Reader::State::run_offset_shift(const FoundEvent& found) {
@@ -343,7 +323,7 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
-  position.forget(kLinearAxes);
+  modal.position.forget(kLinearAxes);
   emit(now);
 }
 
@@ -390,18 +370,14 @@ void Reader::State::run_path_mode(const FoundEvent& found) {
   PathMode now;
   now.kind = static_cast<PathModeKind>(found.event.argument);
   now.tolerance = scaled(found, Placeholder::tolerance, format.decimals(AxisLetter::X));
-  if (path_mode && path_mode->kind == now.kind && path_mode->tolerance == now.tolerance) return;
-  path_mode = now;
-  emit(now);
+  if (modal.set_path_mode(now)) emit(now);
 }
 
 void Reader::State::run_cutter(const FoundEvent& found) {
   CutterCompensation now;
   now.side = static_cast<CutterSide>(found.event.argument);
   if (now.side != CutterSide::off) now.number = whole(found, Placeholder::number, 0);
-  if (now.side == cutter.side && now.number == cutter.number) return;
-  cutter = now;
-  emit(now);
+  if (modal.switch_cutter(now)) emit(now);
 }
 
 void Reader::State::run_plane(const FoundEvent& found) {
@@ -414,8 +390,7 @@ void Reader::State::run_plane(const FoundEvent& found) {
     now.angles[i] = scaled(found, kAngle[i], format.decimals(AxisLetter::A));
   }
   now.direction = whole(found, Placeholder::direction, 1) < 0 ? -1 : 1;
-  plane = true;
-  position.forget(kAllAxes);
+  modal.switch_plane(true);
   emit(now);
 }
 
@@ -449,10 +424,10 @@ void Reader::State::run_retract(const FoundEvent& found) {
     }
   }
   if (!may_move(found.column) || kinematics_unknown(found.column)) return;
-  position.forget(letter);
-  motion_kind.reset();
-  cycle.reset();
-  if (c.retract_ends_length && length > 0) length = -1;
+  modal.position.forget(letter);
+  modal.motion_kind.reset();
+  modal.cycle.reset();
+  if (c.retract_ends_length && modal.length > 0) modal.length = kUnknown;
   emit(now);
 }
 

@@ -51,13 +51,15 @@ bool fits(std::int64_t quanta) {
 }  // namespace
 
 bool Reader::State::may_run() const {
-  if (!runs || !started || ended || given_up || cycle || clamped != 0 || increments_since != 0 ||
+  if (!runs || !started || ended || given_up || modal.cycle || modal.clamped != 0 || increments_since != 0 ||
       !options.raw_lines.empty())
     return false;
   if (frame && (frame->is_head() || frame->is_open())) return false;
-  if (motion_kind != MotionKind::feed || !c.motion.modal || c.block_numbers.prefix.size() > 1) return false;
-  return std::all_of(kAllAxisLetters.begin(), kAllAxisLetters.end(),
-                     [this](AxisLetter letter) { return !position.has(letter) || fits(position[letter]); });
+  if (modal.motion_kind != MotionKind::feed || !c.motion.modal || c.block_numbers.prefix.size() > 1)
+    return false;
+  return std::all_of(kAllAxisLetters.begin(), kAllAxisLetters.end(), [this](AxisLetter letter) {
+    return !modal.position.has(letter) || fits(modal.position[letter]);
+  });
 }
 
 // Behind the block number; null where that is not one.
@@ -94,7 +96,7 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
   using Kind = PlainWord::Kind;
   RunLine& l = line_of_run;
   l = {};
-  l.feed = feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
+  l.feed = modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
   const char* p = skip_run_number(begin);
   if (p == nullptr) return nullptr;
   std::uint32_t column = 0;
@@ -108,7 +110,7 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
     const char* const behind = take_number(p + 1, end, number);
     if (behind == nullptr) return nullptr;
     std::int64_t quanta = 0;
-    const int decimals = is_axis ? word.decimals : c.numbers.feed.decimals(feed_mode);
+    const int decimals = is_axis ? word.decimals : c.numbers.feed.decimals(modal.feed_mode);
     if (is_axis) {
       if ((l.mask & AxisWords::bit(word.axis)) != 0) return nullptr;
       if (!to_quanta(number, decimals, quanta) || !fits(quanta)) return nullptr;
@@ -137,7 +139,7 @@ bool Reader::State::put_run_line(std::uint32_t column) {
   MotionRun& r = *run;
   RunLine& l = line_of_run;
   const std::size_t n = r.count;
-  const auto mask = static_cast<std::uint16_t>(position.mask | l.mask);
+  const auto mask = static_cast<std::uint16_t>(modal.position.mask | l.mask);
   if (l.mask == 0 || l.feed <= 0 || (n > 0 && mask != r.mask)) return false;
   if (c.rotary.modulo_axes != 0 && !unwrap_run_line()) return false;
   for (std::size_t k = 0; k < l.count; ++k) {
@@ -145,9 +147,9 @@ bool Reader::State::put_run_line(std::uint32_t column) {
   }
   for (unsigned rest = static_cast<unsigned>(mask & ~l.mask); rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    r.quanta[i][n] = n > 0 ? r.quanta[i][n - 1] : static_cast<std::int32_t>(position.quanta[i]);
+    r.quanta[i][n] = n > 0 ? r.quanta[i][n - 1] : static_cast<std::int32_t>(modal.position.quanta[i]);
   }
-  position.mask = mask;
+  modal.position.mask = mask;
   r.mask = mask;
   feed = l.feed;
   r.feed[r.count] = l.feed;
@@ -166,7 +168,7 @@ bool Reader::State::unwrap_run_line() {
     l.value[k] = static_cast<std::int32_t>(turned);
   }
   for (std::size_t k = 0; k < l.count; ++k) {
-    if (k != l.feed_at) position.quanta[index(l.axis[k])] = l.value[k];
+    if (k != l.feed_at) modal.position.quanta[index(l.axis[k])] = l.value[k];
   }
   return true;
 }
@@ -206,7 +208,7 @@ const char* Reader::State::take_of_layout(const RunLayout& layout, const char* p
 }
 
 void Reader::State::learn_layout(const char* p, const char* behind, const char* end) {
-  const bool keeps_feed = !(feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block);
+  const bool keeps_feed = !(modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block);
   const char* const words = p + (run->source[run->count - 1].column - 1);
   if (!has_layouts || end - words < kLineReads || (line_of_run.feed_at == kRunWords && !keeps_feed)) return;
   next_layout = (next_layout + 1) % layouts.size();
@@ -218,7 +220,7 @@ std::size_t Reader::State::read_run(std::string_view text) {
   const std::size_t last = text.rfind('\n');
   if (last == std::string_view::npos) return 0;
   run->count = 0;
-  run->feed_mode = feed_mode;
+  run->feed_mode = modal.feed_mode;
   four_decimals = false;
   const char* p = text.data();
   const char* const end = p + last + 1;
@@ -236,7 +238,7 @@ std::size_t Reader::State::read_run(std::string_view text) {
   if (run->count == 0) return 0;
   for (unsigned rest = run->mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    position.quanta[i] = run->quanta[i][run->count - 1];
+    modal.position.quanta[i] = run->quanta[i][run->count - 1];
   }
   runs(*run);
   return static_cast<std::size_t>(p - text.data());

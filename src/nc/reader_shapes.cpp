@@ -25,11 +25,11 @@ AxisWords xyz_of(const AxisWords& position) {
 bool Reader::State::shape_may_begin(const FoundEvent& found) {
   if (!may_move(found.column)) return false;
   const char* what = found.event.kind == EventKind::arc ? "an arc" : "a drilling cycle";
-  if ((position.mask & kXyz) != kXyz) {
+  if ((modal.position.mask & kXyz) != kXyz) {
     error(found.column, std::string(what) + " from a place that is not known");
     return false;
   }
-  if (feed_mode != FeedMode::per_minute) {
+  if (modal.feed_mode != FeedMode::per_minute) {
     error(found.column, std::string(what) + " under inverse time is not read");
     return false;
   }
@@ -37,14 +37,14 @@ bool Reader::State::shape_may_begin(const FoundEvent& found) {
 }
 
 void Reader::State::run_arc(const FoundEvent& found) {
-  motion_kind.reset();
+  modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
   if (feed <= 0) return error(found.column, "an arc without feed");
   const int decimals = format.decimals(AxisLetter::X);
   Arc arc;
   arc.clockwise = found.event.argument == 1;
   arc.feed = feed;
-  arc.from = xyz_of(position);
+  arc.from = xyz_of(modal.position);
   arc.source = {line, found.column};
   const std::int64_t center[2] = {scaled(found, Placeholder::i, decimals),
                                   scaled(found, Placeholder::j, decimals)};
@@ -59,24 +59,24 @@ void Reader::State::run_arc(const FoundEvent& found) {
                                      letter_of(letter) + ", more than " + std::to_string(kFarthestCenter_mm) +
                                      " mm");
     }
-    arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : position[letter]);
-    radius[0] = std::hypot(radius[0], format.internal(letter, position[letter] - arc.center[i]));
+    arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : modal.position[letter]);
+    radius[0] = std::hypot(radius[0], format.internal(letter, modal.position[letter] - arc.center[i]));
     radius[1] = std::hypot(radius[1], format.internal(letter, end[i] - arc.center[i]));
   }
   if (std::abs(radius[0] - radius[1]) > c.arcs.radius_tolerance_mm + 1e-9 || radius[0] == 0.0) {
     return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
                                    " mm and to the end " + std::to_string(radius[1]) + " mm");
   }
-  position.set(AxisLetter::X, end[0]);
-  position.set(AxisLetter::Y, end[1]);
+  modal.position.set(AxisLetter::X, end[0]);
+  modal.position.set(AxisLetter::Y, end[1]);
   if (found.captures.has(Placeholder::z))
-    position.set(AxisLetter::Z, scaled(found, Placeholder::z, decimals));
-  arc.words = position;
+    modal.position.set(AxisLetter::Z, scaled(found, Placeholder::z, decimals));
+  arc.words = modal.position;
   emit(arc);
 }
 
 void Reader::State::run_cycle(const FoundEvent& found) {
-  motion_kind.reset();
+  modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
   const int decimals = format.decimals(AxisLetter::X);
   // A value on a line before counts only where the cycle's own words have it there.
@@ -95,7 +95,7 @@ void Reader::State::run_cycle(const FoundEvent& found) {
                                                    : scaled(found, Placeholder::seconds, 3);
   if (given(Placeholder::feed)) {
     const Number& number = (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
-    if (!to_rounded_quanta(number, c.numbers.feed.decimals(feed_mode), hole.feed)) hole.feed = 0;
+    if (!to_rounded_quanta(number, c.numbers.feed.decimals(modal.feed_mode), hole.feed)) hole.feed = 0;
     if (c.cycles.modal()) feed = hole.feed;  // an F word as any other
   } else {
     hole.feed = feed;
@@ -118,23 +118,23 @@ void Reader::State::run_cycle(const FoundEvent& found) {
                 : hole.kind == Hole::Kind::drill ? Hole::Kind::peck
                                                  : hole.kind;
   }
-  if (!cycle) cycle_initial = position[AxisLetter::Z];
+  if (!modal.cycle) cycle_initial = modal.position[AxisLetter::Z];
   std::int64_t back = cycle_to_clear ? hole.clear : std::max(cycle_initial, hole.clear);
   if (given(Placeholder::back)) back = scaled(found, Placeholder::back, decimals);
   if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
   if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");
   hole.words.set(AxisLetter::Z, back);
   const auto place = [&](Placeholder p, AxisLetter letter) {
-    return found.captures.has(p) ? scaled(found, p, decimals) : position[letter];
+    return found.captures.has(p) ? scaled(found, p, decimals) : modal.position[letter];
   };
-  cycle = hole;
+  modal.cycle = hole;
   run_hole(place(Placeholder::x, AxisLetter::X), place(Placeholder::y, AxisLetter::Y), found.column);
-  if (!c.cycles.modal()) cycle.reset();
+  if (!c.cycles.modal()) modal.cycle.reset();
 }
 
 bool Reader::State::run_next_hole(const LineMotion& m) {
   if (m.named) {
-    cycle.reset();
+    modal.cycle.reset();
     return false;
   }
   if ((m.words.mask & ~kPlaneWords) != 0) {
@@ -142,20 +142,20 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
     return true;
   }
   const auto place = [&](AxisLetter letter) {
-    return m.words.has(letter) ? m.words[letter] : position[letter];
+    return m.words.has(letter) ? m.words[letter] : modal.position[letter];
   };
   run_hole(place(AxisLetter::X), place(AxisLetter::Y), m.column);
   return true;
 }
 
 void Reader::State::run_hole(std::int64_t x, std::int64_t y, std::uint32_t column) {
-  Hole hole = *cycle;
-  hole.from = xyz_of(position);
+  Hole hole = *modal.cycle;
+  hole.from = xyz_of(modal.position);
   hole.source = {line, column};
-  position.set(AxisLetter::X, x);
-  position.set(AxisLetter::Y, y);
-  position.set(AxisLetter::Z, cycle->words[AxisLetter::Z]);
-  hole.words = position;
+  modal.position.set(AxisLetter::X, x);
+  modal.position.set(AxisLetter::Y, y);
+  modal.position.set(AxisLetter::Z, modal.cycle->words[AxisLetter::Z]);
+  hole.words = modal.position;
   emit(hole);
 }
 

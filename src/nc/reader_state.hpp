@@ -8,6 +8,7 @@
 
 #include "trunnion/nc/reader.hpp"
 
+#include "nc/modal_state.hpp"
 #include "nc/patterns.hpp"
 #include "nc/reader_line.hpp"
 #include "nc/run_layout.hpp"
@@ -65,26 +66,12 @@ struct Reader::State {
   bool has_layouts = false;
 
   // What the control knows.
+  ModalState modal{c};
   Block motion_block = Motion{};
-  AxisWords position;
-  std::optional<MotionKind> motion_kind;
-  FeedMode feed_mode = FeedMode::per_minute;
   std::int64_t feed = 0;  // 0: none
-  Spindle spindle;
-  std::optional<std::uint8_t> coolant = 0;  // bit per kind; not known where a tool change may have ended it
-  std::uint16_t clamped = 0;                // rotary axes, bits of AxisWords
-  std::int64_t length = 0;                  // below 0: not said
-  bool tcp = false;
-  bool tcp_known = !c.tcp.unknown_at_start;
-  std::int64_t tcp_offset = 0;
-  std::int64_t work_offset = 0;
-  std::optional<PathMode> path_mode;
-  bool plane = false;
   bool latched = false;
-  std::optional<Hole> cycle;       // in force
   std::int64_t cycle_initial = 0;  // Z at which it was switched on
   bool cycle_to_clear = false;
-  CutterCompensation cutter;
   Captures kept;
   std::optional<WholeProgram> frame;  // where the text is a whole program
   bool said_anything = false;         // but for its first lines

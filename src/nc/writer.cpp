@@ -35,6 +35,7 @@ constexpr std::int64_t kLargest = 999'999'999'999'999'999;
 
 Writer::State::State(const Controller& controller, std::string& text)
     : c(controller), out(text), block_number(c.block_numbers.start) {
+  modal.length = kUnknown;
   linear = {c.numbers.axes.decimals(AxisLetter::X), c.numbers.trailing_zeros, c.numbers.point_required,
             c.numbers.plus_sign};
   rotary = linear;
@@ -135,19 +136,19 @@ std::string Writer::State::number_text(std::int64_t quanta, const NumberStyle& s
 }
 
 std::uint16_t Writer::State::changed_axes(const AxisWords& words) const {
-  unsigned changed = words.mask & ~static_cast<unsigned>(position.mask);
-  for (unsigned rest = words.mask & position.mask; rest != 0; rest &= rest - 1) {
+  unsigned changed = words.mask & ~static_cast<unsigned>(modal.position.mask);
+  for (unsigned rest = words.mask & modal.position.mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    changed |= static_cast<unsigned>(position.quanta[i] != words.quanta[i]) << i;
+    changed |= static_cast<unsigned>(modal.position.quanta[i] != words.quanta[i]) << i;
   }
   return static_cast<std::uint16_t>(changed);
 }
 
 Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) const {
   for (const AxisLetter letter : {AxisLetter::A, AxisLetter::B, AxisLetter::C}) {
-    if ((changed & AxisWords::bit(letter)) == 0 || !position.has(letter) || !c.rotary.is_modulo(letter))
+    if ((changed & AxisWords::bit(letter)) == 0 || !modal.position.has(letter) || !c.rotary.is_modulo(letter))
       continue;
-    const std::int64_t way = std::abs(m.words[letter] - position[letter]);
+    const std::int64_t way = std::abs(m.words[letter] - modal.position[letter]);
     if (2 * way >= turn) {
       return refuse(std::string("axis ") + letter_of(letter) + " turns by " + number_text(way, rotary) +
                         " degrees in one feed block, and the control would take the shorter way",
@@ -177,7 +178,7 @@ char* Writer::State::put_plain_axes(char* p, const AxisWords& words, unsigned ax
     // Both ends in one comparison.
     if (static_cast<std::uint64_t>(quanta) + kEightDigits - 1 >= 2 * kEightDigits - 1)
       return put_axes(p, words, rest);
-    position.quanta[i] = quanta;
+    modal.position.quanta[i] = quanta;
     *p = letter_of(kAllAxisLetters[i]);
     p = put_eight_digits(p + 1, static_cast<std::int32_t>(quanta));
     *p++ = separator;
@@ -191,23 +192,23 @@ char* Writer::State::put_axes(char* p, const AxisWords& words, unsigned axes) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const std::int64_t quanta = words.quanta[i];
     if (quanta > kLargest || quanta < -kLargest) return nullptr;
-    position.quanta[i] = quanta;
+    modal.position.quanta[i] = quanta;
     p = put_separator(put_axis(p, i, quanta));
   }
   return p;
 }
 
 char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
-  if (m.kind == MotionKind::feed && m.feed_mode != feed_mode) {
+  if (m.kind == MotionKind::feed && m.feed_mode != modal.feed_mode) {
     const auto& word = m.feed_mode == FeedMode::inverse_time ? c.feed.inverse_time : c.feed.per_minute;
     if (!word.empty()) p = put_separator(put_text(p, word));
-    feed_mode = m.feed_mode;
+    modal.feed_mode = m.feed_mode;
     feed = {kUnknown, kUnknown};
   }
-  if (!c.motion.modal || motion_kind != m.kind) {
+  if (!c.motion.modal || modal.motion_kind != m.kind) {
     p = put_text(p, m.kind == MotionKind::rapid ? c.motion.rapid : c.motion.linear);
     p = put_separator(p);
-    motion_kind = m.kind;
+    modal.motion_kind = m.kind;
   }
   if (with_pending) {
     p = put_text(p, pending_words);
@@ -236,7 +237,7 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   if (!c.clamps.empty()) {
     if (auto done = free_axes(changed); !done) return done;
   }
-  if (cycle) {
+  if (modal.cycle) {
     if (auto done = end_cycle(); !done) return done;
   }
   if (length_to_restore || tcp_to_restore) {
@@ -254,7 +255,7 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   }
   const bool with_pending = !pending_words.empty() && (changed & kZ) != 0;
   if (with_pending) {
-    position.forget(kLinearAxes);  // from here on they are counted otherwise
+    modal.position.forget(kLinearAxes);  // from here on they are counted otherwise
     changed = changed_axes(m.words);
   }
   std::array<char, kMotionRoom + 3 * kWordRoom> buffer;
@@ -267,7 +268,7 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   }
   p = plain_words ? put_plain_axes(p, m.words, changed) : put_axes(p, m.words, changed);
   if (p == nullptr) return refuse("coordinate too large", m.source);
-  position.mask = static_cast<std::uint16_t>(position.mask | changed);
+  modal.position.mask = static_cast<std::uint16_t>(modal.position.mask | changed);
   if (m.kind == MotionKind::feed) {
     p = put_feed(p, m);
   } else if (!c.motion.rapid_suffix.empty()) {

@@ -18,13 +18,13 @@ Result<void> Writer::State::flush_setup(bool with_default_path_mode) {
 }
 
 Result<void> Writer::State::switch_tcp_off() {
-  if (!tcp || !c.tcp.off_for_tool_change) return {};
+  if (!modal.tcp || !c.tcp.off_for_tool_change) return {};
   return write(TcpControl{});
 }
 
 Result<void> Writer::State::suspend_tcp(bool must_be_off) {
-  if (!tcp || !must_be_off) return {};
-  const TcpControl before{true, tcp_offset};
+  if (!modal.tcp || !must_be_off) return {};
+  const TcpControl before{true, modal.tcp_offset};
   if (auto done = write(TcpControl{}); !done) return done;
   tcp_to_restore = before;
   return {};
@@ -36,9 +36,9 @@ Result<void> Writer::State::step(AxisLetter axis, std::int64_t distance, std::in
     if (auto done = flush_setup(true); !done) return done;
   }
   if (auto done = free_axes(AxisWords::bit(axis)); !done) return done;
-  position.forget(kAllAxes);
-  motion_kind.reset();
-  feed_mode = FeedMode::per_minute;
+  modal.position.forget(kAllAxes);
+  modal.motion_kind.reset();
+  modal.feed_mode = FeedMode::per_minute;
   feed = {kUnknown, kUnknown};
   const auto per_minute = static_cast<std::size_t>(FeedMode::per_minute);
   const auto values =
@@ -66,11 +66,11 @@ Result<void> Writer::State::write(const ProgramStart& b) {
 
 Result<void> Writer::State::write(const ProgramEnd&) {
   if (auto done = switch_tcp_off(); !done) return done;
-  if (feed_mode == FeedMode::inverse_time && !c.feed.per_minute.empty()) {
-    feed_mode = FeedMode::per_minute;
+  if (modal.feed_mode == FeedMode::inverse_time && !c.feed.per_minute.empty()) {
+    modal.feed_mode = FeedMode::per_minute;
     if (auto done = put_line(c.feed.per_minute); !done) return done;
   }
-  if (path_mode && path_mode->kind == PathModeKind::continuous) {
+  if (modal.path_mode && modal.path_mode->kind == PathModeKind::continuous) {
     if (auto done = put_template(c.continuous_off, {}); !done) return done;
   }
   ended = true;
@@ -108,10 +108,9 @@ Result<void> Writer::State::write(const Dwell& b) {
 
 Result<void> Writer::State::write(const Spindle& b) {
   const std::int64_t rpm = b.turn == SpindleTurn::off ? 0 : b.rpm;
-  if (spindle.turn == b.turn && spindle.rpm == rpm) return {};
   if (b.turn != SpindleTurn::off && rpm <= 0)
     return refuse("the spindle is to turn at " + std::to_string(b.rpm) + " rpm");
-  spindle = {b.turn, rpm};
+  if (!modal.turn_spindle({b.turn, rpm})) return {};
   const auto& words = b.turn == SpindleTurn::off         ? c.spindle_off
                       : b.turn == SpindleTurn::clockwise ? c.spindle_clockwise
                                                          : c.spindle_counterclockwise;
@@ -121,10 +120,7 @@ Result<void> Writer::State::write(const Spindle& b) {
 
 Result<void> Writer::State::write(const Coolant& b) {
   const auto kind = static_cast<std::size_t>(b.kind);
-  const auto wanted =
-      static_cast<std::uint8_t>(b.kind == CoolantKind::off ? 0 : coolant.value_or(0) | (1U << kind));
-  if (wanted == coolant) return {};
-  coolant = wanted;
+  if (!modal.switch_coolant(b.kind)) return {};
   static constexpr std::array kWhat = {"coolant off", "flood coolant", "mist coolant",
                                        "coolant through the tool", "air"};
   static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
@@ -140,9 +136,9 @@ Result<void> Writer::State::write(const ToolSelect& b) {
 Result<void> Writer::State::write(const Clamp& b) {
   for (const auto& clamp : c.clamps) {
     if (clamp.axes != b.axes) continue;
-    const unsigned in_force = (b.on ? clamped : freed) & clamp.axes;
+    const unsigned in_force = (b.on ? modal.clamped : freed) & clamp.axes;
     if (in_force != 0) return {};
-    clamped = static_cast<std::uint16_t>(b.on ? clamped | clamp.axes : clamped & ~clamp.axes);
+    modal.clamp(clamp.axes, b.on);
     freed = static_cast<std::uint16_t>(b.on ? freed & ~clamp.axes : freed | clamp.axes);
     return put_template(b.on ? clamp.on : clamp.off, {});
   }
@@ -161,14 +157,10 @@ Result<void> Writer::State::free_axes(std::uint16_t axes) {
 Result<void> Writer::State::write(const ToolCall& b) {
   if (b.tool < 0 || b.length_offset < 0) return refuse("tool and length offset numbers must not be negative");
   if (auto done = switch_tcp_off(); !done) return done;
-  // The control stops the spindle for it, on some machines the coolant, and may move any axis.
-  spindle = {};
-  if (coolant != 0) coolant.reset();
-  length = kUnknown;
+  modal.change_tool();
   pending_words.clear();
   length_to_restore.reset();
   tcp_to_restore.reset();
-  position.forget(kAllAxes);
   const auto values = Values()
                           .set(Placeholder::tool, std::to_string(b.tool))
                           .set(Placeholder::length_offset, std::to_string(b.length_offset));
@@ -179,9 +171,8 @@ Result<void> Writer::State::write(const LengthCompensation& b) {
   const std::int64_t number =
       holds(c.length.on, Placeholder::length_offset) ? b.number : std::min<std::int64_t>(b.number, 1);
   length_to_restore.reset();
-  if (c.length.automatic || length == number) return {};
-  length = number;
-  position.forget(kLinearAxes);
+  if (c.length.automatic || modal.length == number) return {};
+  modal.set_length(number);
   pending_tcp = false;
   pending_words.clear();
   if (number == 0) return put_words(c.length.off, {}, "the end of length compensation", "[length] off");
@@ -192,12 +183,12 @@ Result<void> Writer::State::write(const LengthCompensation& b) {
 
 Result<void> Writer::State::write(const CutterCompensation& b) {
   const std::int64_t number = b.side == CutterSide::off ? 0 : b.number;
-  if (b.side == cutter.side && number == cutter.number) return {};
-  if (b.side != CutterSide::off && cutter.side != CutterSide::off)
+  if (b.side == modal.cutter.side && number == modal.cutter.number) return {};
+  if (b.side != CutterSide::off && modal.cutter.side != CutterSide::off)
     return refuse("cutter compensation must be off before it changes its side or register");
   const Template& words = c.cutter_compensation[static_cast<std::size_t>(b.side)];
   if (words.empty()) return no_words("cutter compensation", "[cutter_compensation]");
-  cutter = {b.side, number};
+  modal.switch_cutter({b.side, number});
   cutter_words.clear();
   const auto values = Values().set(Placeholder::number, std::to_string(number));
   for (const auto& line : words) cutter_words += render(line, values) + c.line.separator;
@@ -205,7 +196,7 @@ Result<void> Writer::State::write(const CutterCompensation& b) {
 }
 
 Result<void> Writer::State::end_cutter_compensation(const char* before) {
-  if (cutter.side != CutterSide::off)
+  if (modal.cutter.side != CutterSide::off)
     return refuse(std::string("cutter compensation must be off before ") + before);
   if (cutter_words.empty()) return {};
   cutter_words.clear();
@@ -216,14 +207,9 @@ Result<void> Writer::State::write(const TcpControl& b) {
   const bool has_offset = b.on && holds(c.tcp.on, Placeholder::length_offset);
   const std::int64_t offset = has_offset ? b.length_offset : 0;
   tcp_to_restore.reset();
-  if (tcp_known && b.on == tcp && offset == tcp_offset) return {};
-  tcp = b.on;
-  tcp_known = true;
-  tcp_offset = offset;
-  position.forget(kLinearAxes);
+  if (!modal.switch_tcp(b.on, offset, c.tcp.replaces_length)) return {};
   pending_tcp = b.on;
   pending_words.clear();
-  if (c.tcp.replaces_length) length = 0;
   if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control", "[tcp] off");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(offset));
   return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control", "[tcp] on")
@@ -231,20 +217,19 @@ Result<void> Writer::State::write(const TcpControl& b) {
 }
 
 Result<void> Writer::State::write(const WorkOffset& b) {
-  if (b.index == work_offset) return {};
+  if (b.index == modal.work_offset) return {};
   if (b.index < 1 || static_cast<std::size_t>(b.index) > c.work_offsets.size()) {
     return refuse("work offset " + std::to_string(b.index) + ": the controller file has " +
                   std::to_string(c.work_offsets.size()));
   }
-  work_offset = b.index;
-  position.forget(kAllAxes);
+  modal.call_work_offset(b.index);
   return put_template(c.work_offsets[static_cast<std::size_t>(b.index) - 1], {});
 }
 
 // The same words again are written again: whether an operator has changed the offset in between is not known.
 Result<void> Writer::State::write(const OffsetShift& b) {
   if (auto done = suspend_tcp(c.offset_shift.not_under_tcp); !done) return done;
-  position.forget(kLinearAxes);
+  modal.position.forget(kLinearAxes);
   Values values;
   values.set(Placeholder::index, std::to_string(b.index));
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
@@ -335,12 +320,12 @@ Result<void> Writer::State::write(const VariableMotion& b) {
   for (const AxisLetter letter : kAllAxisLetters) {
     const auto i = index(letter);
     if (!m.words.has(letter)) continue;
-    if (i >= 3 && position.has(letter) && position[letter] == m.words[letter]) continue;
+    if (i >= 3 && modal.position.has(letter) && modal.position[letter] == m.words[letter]) continue;
     if (i < 3)
       line += variable_word(letter, m.words[letter], b.coefficient[i]);
     else
       line.append(buffer.data(), put_axis(buffer.data(), i, m.words[letter]));
-    position.set(letter, m.words[letter]);
+    modal.position.set(letter, m.words[letter]);
     line += c.line.separator;
   }
   if (m.kind == MotionKind::feed)
@@ -349,14 +334,13 @@ Result<void> Writer::State::write(const VariableMotion& b) {
     line.append(c.motion.rapid_suffix).append(c.line.separator);
   while (!c.line.separator.empty() && line.ends_with(c.line.separator))
     line.resize(line.size() - c.line.separator.size());
-  position.forget(kLinearAxes);  // where they stand depends on the values
+  modal.position.forget(kLinearAxes);  // where they stand depends on the values
   ++motions;
   return put_line(line);
 }
 
 Result<void> Writer::State::write(const PathMode& b) {
-  if (path_mode && path_mode->kind == b.kind && path_mode->tolerance == b.tolerance) return {};
-  path_mode = b;
+  if (!modal.set_path_mode(b)) return {};
   if (b.tolerance > 0) {
     NumberStyle style = linear;
     style.plus_sign = false;
@@ -384,9 +368,9 @@ Result<void> Writer::State::restore_after_retract(std::uint16_t changed) {
 Result<void> Writer::State::write(const Retract& b) {
   if (auto done = free_axes(b.axes); !done) return done;
   if (auto done = suspend_tcp(c.tcp.off_for_tool_change); !done) return done;
-  if (c.retract_ends_length && length > 0) {
-    length_to_restore = LengthCompensation{length};
-    length = kUnknown;
+  if (c.retract_ends_length && modal.length > 0) {
+    length_to_restore = LengthCompensation{modal.length};
+    modal.length = kUnknown;
   }
   for (const AxisLetter letter : {AxisLetter::Z, AxisLetter::W, AxisLetter::X, AxisLetter::Y, AxisLetter::A,
                                   AxisLetter::B, AxisLetter::C, AxisLetter::U, AxisLetter::V}) {
@@ -400,16 +384,15 @@ Result<void> Writer::State::write(const Retract& b) {
     const auto values =
         Values().set(Placeholder::position, number_text(b.to[letter], is_rotary(letter) ? rotary : linear));
     if (auto done = put_template(words, values); !done) return done;
-    position.forget(letter);
+    modal.position.forget(letter);
   }
-  motion_kind.reset();
+  modal.motion_kind.reset();
   return {};
 }
 
 Result<void> Writer::State::write(const TiltedPlane& b) {
-  if (!b.on && !plane) return {};
-  plane = b.on;
-  position.forget(kAllAxes);
+  if (!b.on && !modal.plane) return {};
+  modal.switch_plane(b.on);
   if (!b.on) return put_words(c.tilted_plane.off, {}, "the end of a tilted plane", "[tilted_plane] off");
   // The control may turn its rotary axes for it.
   if (auto done = free_axes(kAllAxes); !done) return done;
@@ -442,7 +425,7 @@ Result<void> Writer::State::write_block(const Block& block) {
   if (setup_pending && !heads) {
     if (auto done = flush_setup(!std::holds_alternative<PathMode>(block)); !done) return done;
   }
-  if (cutter.side != CutterSide::off || !cutter_words.empty()) {
+  if (modal.cutter.side != CutterSide::off || !cutter_words.empty()) {
     const char* before = std::holds_alternative<ToolCall>(block)             ? "a tool change"
                          : std::holds_alternative<Retract>(block)            ? "a safe position"
                          : std::holds_alternative<ProgramEnd>(block)         ? "the end of the program"
@@ -458,7 +441,7 @@ Result<void> Writer::State::write_block(const Block& block) {
       if (auto done = end_cutter_compensation(before); !done) return done;
     }
   }
-  if (cycle && !std::holds_alternative<Hole>(block) && !std::holds_alternative<Motion>(block)) {
+  if (modal.cycle && !std::holds_alternative<Hole>(block) && !std::holds_alternative<Motion>(block)) {
     if (auto done = end_cycle(); !done) return done;
   }
   return std::visit(

@@ -74,16 +74,16 @@ struct Writer::State::Run {
 
 // A motion is nothing but its words: all of them known, the same motion word and feed mode as before.
 bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
-  bool goes = plain_words && started && !ended && !setup_pending && !cycle && !length_to_restore &&
-              clamped == 0 && !tcp_to_restore && pending_words.empty() && cutter_words.empty() &&
-              c.motion.modal && motion_kind == MotionKind::feed && feed_mode == mode &&
+  bool goes = plain_words && started && !ended && !setup_pending && !modal.cycle && !length_to_restore &&
+              modal.clamped == 0 && !tcp_to_restore && pending_words.empty() && cutter_words.empty() &&
+              c.motion.modal && modal.motion_kind == MotionKind::feed && modal.feed_mode == mode &&
               c.line.max_length >= kLongest && !c.line.end.empty() &&
               c.line.end.size() <= Run::Affix::kRoom && c.block_numbers.prefix.size() <= Run::Affix::kRoom &&
               c.block_numbers.max < kEightDigits && c.block_numbers.start >= 0 &&
               feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < kAxes && goes; ++i) {
-    const std::int64_t at = position[letters[i]];
-    goes = position.has(letters[i]) && at < kEightDigits && at > -kEightDigits &&
+    const std::int64_t at = modal.position[letters[i]];
+    goes = modal.position.has(letters[i]) && at < kEightDigits && at > -kEightDigits &&
            (i == 0 || letters[i - 1] < letters[i]);
   }
   return goes;
@@ -101,7 +101,7 @@ Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>&
   run.most_feed = static_cast<std::int32_t>(std::min(feed_limit[of], kMost));
   for (std::size_t k = 0; k < kAxes; ++k) {
     run.names[k] = {run.separator, letter_of(letters[k])};
-    run.before.words[k] = static_cast<std::int32_t>(position[letters[k]]);
+    run.before.words[k] = static_cast<std::int32_t>(modal.position[letters[k]]);
   }
   run.before.feed = static_cast<std::int32_t>(feed[of]);
   return run;
@@ -148,7 +148,7 @@ std::size_t Writer::write_run(const std::array<AxisLetter, kAxes>& letters, Feed
     done += more;
   }
   if (done == 0) return 0;
-  for (std::size_t k = 0; k < kAxes; ++k) state.position.quanta[index(letters[k])] = run.before.words[k];
+  for (std::size_t k = 0; k < kAxes; ++k) state.modal.position.quanta[index(letters[k])] = run.before.words[k];
   state.feed[static_cast<std::size_t>(mode)] = run.before.feed;
   state.lines += done;
   state.motions += done;

@@ -5,8 +5,8 @@ namespace trunnion::nc {
 // Words of a feed that is per minute from here on; empty where nothing changes.
 std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_number) {
   std::string words;
-  if (feed_mode != FeedMode::per_minute) {
-    feed_mode = FeedMode::per_minute;
+  if (modal.feed_mode != FeedMode::per_minute) {
+    modal.feed_mode = FeedMode::per_minute;
     feed = {kUnknown, kUnknown};
     words = c.feed.per_minute;
   }
@@ -29,20 +29,20 @@ Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef wher
     m.source = where;
     return refuse_feed(m);
   }
-  if ((position.mask & kXyz) != kXyz)
+  if ((modal.position.mask & kXyz) != kXyz)
     return refuse("an arc or a drilling cycle from an unknown place", where);
   return {};
 }
 
 Result<void> Writer::State::write(const Arc& b) {
   if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
-  const bool helix = b.words.has(AxisLetter::Z) && b.words[AxisLetter::Z] != position[AxisLetter::Z];
+  const bool helix = b.words.has(AxisLetter::Z) && b.words[AxisLetter::Z] != modal.position[AxisLetter::Z];
   const Template& words = c.arcs.words(b.clockwise, helix);
   if (words.empty())
     return refuse("the controller file has no words for this arc: [arcs] in " + c.file, b.source);
   const std::string mode = per_minute_words(b.feed, false);
   const auto center = [&](std::size_t i, AxisLetter letter) {
-    return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - position[letter], linear);
+    return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - modal.position[letter], linear);
   };
   Values values;
   values.set(Placeholder::x, number_text(b.words[AxisLetter::X], linear));
@@ -58,17 +58,17 @@ Result<void> Writer::State::write(const Arc& b) {
     }
     if (auto done = put_line(line); !done) return done;
   }
-  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) position.set(letter, b.words[letter]);
-  if (helix) position.set(AxisLetter::Z, b.words[AxisLetter::Z]);
-  motion_kind.reset();
+  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) modal.position.set(letter, b.words[letter]);
+  if (helix) modal.position.set(AxisLetter::Z, b.words[AxisLetter::Z]);
+  modal.motion_kind.reset();
   ++motions;
   return {};
 }
 
 // Holes that differ in their place only follow as places.
 bool Writer::State::continues_cycle(const Hole& b) const {
-  if (!cycle) return false;
-  const Hole& a = *cycle;
+  if (!modal.cycle) return false;
+  const Hole& a = *modal.cycle;
   return a.kind == b.kind && a.feed == b.feed && a.bottom == b.bottom && a.clear == b.clear &&
          a.step == b.step && a.dwell_ms == b.dwell_ms && a.words[AxisLetter::Z] == b.words[AxisLetter::Z];
 }
@@ -89,7 +89,7 @@ Result<void> Writer::State::write(const Hole& b) {
     return refuse("the tool must stand over the hole", b.source);
   const bool states_back = holds(words, Placeholder::back) || holds(words, Placeholder::rise);
   const bool to_clear = back == b.clear;
-  if (!states_back && !to_clear && back != position[AxisLetter::Z])
+  if (!states_back && !to_clear && back != modal.position[AxisLetter::Z])
     return refuse("the cycle returns to its clearance, or to where it came from", b.source);
   const bool own_feed = holds(words, Placeholder::feed);
   if (const std::string modes = per_minute_words(b.feed, !own_feed); !modes.empty()) {
@@ -99,9 +99,9 @@ Result<void> Writer::State::write(const Hole& b) {
   // Whether the feed of a cycle stays in force afterwards differs.
   if (own_feed) feed = {kUnknown, kUnknown};
   for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z})
-    position.set(letter, b.words[letter]);
-  motion_kind.reset();
-  if (c.cycles.modal()) cycle = b;
+    modal.position.set(letter, b.words[letter]);
+  modal.motion_kind.reset();
+  if (c.cycles.modal()) modal.cycle = b;
   return {};
 }
 
@@ -143,14 +143,14 @@ Result<void> Writer::State::put_next_hole(const Hole& b) {
     if (changed != 0 && (changed & AxisWords::bit(letter)) == 0) continue;
     if (!line.empty()) line += c.line.separator;
     line += letter_of(letter) + number_text(b.words[letter], linear);
-    position.set(letter, b.words[letter]);
+    modal.position.set(letter, b.words[letter]);
   }
   return put_line(line);
 }
 
 Result<void> Writer::State::end_cycle() {
-  if (!cycle) return {};
-  cycle.reset();
+  if (!modal.cycle) return {};
+  modal.cycle.reset();
   return put_template(c.cycles.off, {});
 }
 

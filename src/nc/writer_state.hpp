@@ -8,12 +8,10 @@
 #include "trunnion/nc/writer.hpp"
 
 #include "nc/digits.hpp"
+#include "nc/modal_state.hpp"
 #include "nc/templates.hpp"
 
 namespace trunnion::nc {
-
-/// A number that the control may not have (feed, length offset).
-inline constexpr std::int64_t kUnknown = -1;
 
 /// What the control knows after the text so far, and how blocks become text. The reader follows the same
 /// state.
@@ -30,21 +28,9 @@ struct Writer::State {
   bool plain_words = false;
 
   // What the control knows.
-  AxisWords position;
-  std::optional<MotionKind> motion_kind;
-  FeedMode feed_mode = FeedMode::per_minute;
+  ModalState modal{c};
   std::array<std::int64_t, 2> feed = {kUnknown, kUnknown};
-  Spindle spindle;
-  std::optional<std::uint8_t> coolant = 0;  // bit per kind; not known where a tool change may have ended it
-  std::uint16_t clamped = 0, freed = 0;     // rotary axes of which it is known, bits of AxisWords
-  std::int64_t length = kUnknown;  // number; not known before the program says it, and after a tool change
-  bool tcp = false;
-  bool tcp_known = !c.tcp.unknown_at_start;
-  std::int64_t tcp_offset = 0;
-  std::int64_t work_offset = 0;  // 0: not chosen
-  std::optional<PathMode> path_mode;
-  bool plane = false;
-  std::optional<Hole> cycle;  // that is in force
+  std::uint16_t freed = 0;  // rotary axes of which it is known, bits of AxisWords
 
   // What this program has said.
   std::string program_name;
@@ -55,8 +41,7 @@ struct Writer::State {
   std::optional<LengthCompensation> length_to_restore;
   std::optional<TcpControl> tcp_to_restore;
   bool ended = false;
-  bool pending_tcp = false;  // pending_words switch tool-centre-point control on
-  CutterCompensation cutter;
+  bool pending_tcp = false;   // pending_words switch tool-centre-point control on
   std::string cutter_words;   // that belong into the next motion block with X or Y
   std::string pending_words;  // length or TCP words that belong into the next motion block
 
