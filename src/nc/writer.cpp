@@ -28,35 +28,15 @@ char* put_text(char* p, const std::string& text) {
 
 constexpr std::uint16_t kZ = AxisWords::bit(AxisLetter::Z);
 
-// Numbers as the control takes them need at most 18 digits.
-constexpr std::int64_t kLargest = 999'999'999'999'999'999;
-
 }  // namespace
 
 Writer::State::State(const Controller& controller, std::string& text)
     : c(controller), out(text), block_number(c.block_numbers.start) {
   modal.length = kUnknown;
-  linear = {c.numbers.axes.decimals(AxisLetter::X), c.numbers.trailing_zeros, c.numbers.point_required,
-            c.numbers.plus_sign};
-  rotary = linear;
-  rotary.decimals = c.numbers.axes.decimals(AxisLetter::A);
-  for (const auto mode : {FeedMode::per_minute, FeedMode::inverse_time}) {
-    auto& style = feed_style[static_cast<std::size_t>(mode)];
-    style = linear;
-    style.decimals = c.numbers.feed.decimals(mode);
-    style.plus_sign = false;
-    const auto& limit = mode == FeedMode::inverse_time ? c.feed.max_inverse_time : c.feed.max_per_minute;
-    const auto scale = static_cast<double>(kPowersOfTen[static_cast<std::size_t>(style.decimals)]);
-    feed_limit[static_cast<std::size_t>(mode)] = limit ? static_cast<std::int64_t>(*limit * scale) : kLargest;
-  }
-  if (!c.has_inverse_time()) feed_limit[static_cast<std::size_t>(FeedMode::inverse_time)] = 0;
   TRUNNION_EXPECTS(c.motion.rapid.size() + c.motion.linear.size() + c.motion.rapid_suffix.size() +
                        c.feed.per_minute.size() + c.feed.inverse_time.size() + c.block_numbers.prefix.size() +
                        16 * c.line.separator.size() <
                    kWordRoom);
-  turn = c.numbers.axes.turn();
-  plain_words = is_four_decimals(linear) && is_four_decimals(rotary) && c.rotary.modulo_axes == 0 &&
-                c.line.separator.size() == 1;
 }
 
 tl::unexpected<Error> Writer::State::refuse(const std::string& message, SourceRef where) const {
@@ -124,9 +104,9 @@ Result<void> Writer::State::put_words(const Template& words, const Values& value
 Result<void> Writer::State::put_with_motion(const Template& words, const Values& values, const char* what,
                                             const std::string& key) {
   if (words.empty()) return no_words(what, key);
-  pending_words.clear();
-  for (const auto& line : words) pending_words += render(line, values) + c.line.separator;
-  if (pending_words.size() > kWordRoom) return refuse("words too long: '" + pending_words + "'");
+  due.in_motion.clear();
+  for (const auto& line : words) due.in_motion += render(line, values) + c.line.separator;
+  if (due.in_motion.size() > kWordRoom) return refuse("words too long: '" + due.in_motion + "'");
   return {};
 }
 
@@ -149,8 +129,8 @@ Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) 
     if ((changed & AxisWords::bit(letter)) == 0 || !modal.position.has(letter) || !c.rotary.is_modulo(letter))
       continue;
     const std::int64_t way = std::abs(m.words[letter] - modal.position[letter]);
-    if (2 * way >= turn) {
-      return refuse(std::string("axis ") + letter_of(letter) + " turns by " + number_text(way, rotary) +
+    if (2 * way >= forms.turn) {
+      return refuse(std::string("axis ") + letter_of(letter) + " turns by " + number_text(way, forms.rotary) +
                         " degrees in one feed block, and the control would take the shorter way",
                     m.source);
     }
@@ -162,10 +142,10 @@ Result<void> Writer::State::check_turns(const Motion& m, std::uint16_t changed) 
 Result<void> Writer::State::refuse_feed(const Motion& m) const {
   if (m.feed <= 0) return refuse("a feed move without feed", m.source);
   const auto mode = static_cast<std::size_t>(m.feed_mode);
-  if (feed_limit[mode] == 0) return refuse("the control has no inverse-time feed", m.source);
-  return refuse("feed " + number_text(m.feed, feed_style[mode]) +
+  if (forms.largest_feed[mode] == 0) return refuse("the control has no inverse-time feed", m.source);
+  return refuse("feed " + number_text(m.feed, forms.feed[mode]) +
                     " is beyond the largest that the control takes, " +
-                    number_text(feed_limit[mode], feed_style[mode]),
+                    number_text(forms.largest_feed[mode], forms.feed[mode]),
                 m.source);
 }
 
@@ -211,8 +191,8 @@ char* Writer::State::put_leading(char* p, const Motion& m, bool with_pending) {
     modal.motion_kind = m.kind;
   }
   if (with_pending) {
-    p = put_text(p, pending_words);
-    pending_words.clear();
+    p = put_text(p, due.in_motion);
+    due.in_motion.clear();
   }
   return p;
 }
@@ -223,12 +203,12 @@ char* Writer::State::put_feed(char* p, const Motion& m) {
   if (!always && feed[mode] == m.feed) return p;
   feed[mode] = m.feed;
   *p++ = 'F';
-  p = put_number(p, m.feed, feed_style[mode]);
+  p = put_number(p, m.feed, forms.feed[mode]);
   return put_separator(p);
 }
 
 Result<void> Writer::State::write_motion(const Motion& m) {
-  if (setup_pending) {
+  if (due.setup) {
     if (auto done = flush_setup(true); !done) return done;
   }
   TRUNNION_EXPECTS(started && !ended);
@@ -240,20 +220,19 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   if (modal.cycle) {
     if (auto done = end_cycle(); !done) return done;
   }
-  if (length_to_restore || tcp_to_restore) {
+  if (due.restores()) {
     if (auto done = restore_after_retract(changed); !done) return done;
     changed = changed_axes(m.words);
   }
-  const auto mode = static_cast<std::size_t>(m.feed_mode);
-  if (m.kind == MotionKind::feed && (m.feed <= 0 || m.feed > feed_limit[mode])) return refuse_feed(m);
+  if (m.kind == MotionKind::feed && !forms.may_feed(m.feed_mode, m.feed)) return refuse_feed(m);
   if (c.rotary.modulo_axes != 0 && m.kind == MotionKind::feed) {
     if (auto ok = check_turns(m, changed); !ok) return ok;
   }
   // Rotary axes may turn before tool-centre-point control is on; a linear word would mean another point.
-  if (!pending_words.empty() && pending_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
+  if (!due.in_motion.empty() && due.in_motion_is_tcp && (changed & kLinearAxes) != 0 && (changed & kZ) == 0) {
     return refuse("the first linear motion under tool-centre-point control must say where Z goes", m.source);
   }
-  const bool with_pending = !pending_words.empty() && (changed & kZ) != 0;
+  const bool with_pending = !due.in_motion.empty() && (changed & kZ) != 0;
   if (with_pending) {
     modal.position.forget(kLinearAxes);  // from here on they are counted otherwise
     changed = changed_axes(m.words);
@@ -262,11 +241,11 @@ Result<void> Writer::State::write_motion(const Motion& m) {
   char* p = buffer.data();
   if (c.block_numbers.enabled) p = put_block_number(p);
   p = put_leading(p, m, with_pending);
-  if (!cutter_words.empty() && (changed & kPlaneWords) != 0) {
-    p = put_text(p, cutter_words);
-    cutter_words.clear();
+  if (!due.cutter.empty() && (changed & kPlaneWords) != 0) {
+    p = put_text(p, due.cutter);
+    due.cutter.clear();
   }
-  p = plain_words ? put_plain_axes(p, m.words, changed) : put_axes(p, m.words, changed);
+  p = forms.are_plain ? put_plain_axes(p, m.words, changed) : put_axes(p, m.words, changed);
   if (p == nullptr) return refuse("coordinate too large", m.source);
   modal.position.mask = static_cast<std::uint16_t>(modal.position.mask | changed);
   if (m.kind == MotionKind::feed) {

@@ -11,7 +11,7 @@
 namespace trunnion::nc {
 
 Result<void> Writer::State::flush_setup(bool with_default_path_mode) {
-  setup_pending = false;
+  due.setup = false;
   if (auto done = put_template(c.program.setup, {}); !done) return done;
   if (with_default_path_mode && c.default_path_mode) return write(PathMode{*c.default_path_mode, 0});
   return {};
@@ -26,13 +26,13 @@ Result<void> Writer::State::suspend_tcp(bool must_be_off) {
   if (!modal.tcp || !must_be_off) return {};
   const TcpControl before{true, modal.tcp_offset};
   if (auto done = write(TcpControl{}); !done) return done;
-  tcp_to_restore = before;
+  due.tcp = before;
   return {};
 }
 
 Result<void> Writer::State::step(AxisLetter axis, std::int64_t distance, std::int64_t feed_quanta) {
   TRUNNION_EXPECTS(started && !ended && feed_quanta > 0);
-  if (setup_pending) {
+  if (due.setup) {
     if (auto done = flush_setup(true); !done) return done;
   }
   if (auto done = free_axes(AxisWords::bit(axis)); !done) return done;
@@ -41,11 +41,10 @@ Result<void> Writer::State::step(AxisLetter axis, std::int64_t distance, std::in
   modal.feed_mode = FeedMode::per_minute;
   feed = {kUnknown, kUnknown};
   const auto per_minute = static_cast<std::size_t>(FeedMode::per_minute);
-  const auto values =
-      Values()
-          .set(Placeholder::axis, std::string(1, letter_of(axis)))
-          .set(Placeholder::distance, number_text(distance, is_rotary(axis) ? rotary : linear))
-          .set(Placeholder::feed, number_text(feed_quanta, feed_style[per_minute]));
+  const auto values = Values()
+                          .set(Placeholder::axis, std::string(1, letter_of(axis)))
+                          .set(Placeholder::distance, number_text(distance, forms.of_axis(axis)))
+                          .set(Placeholder::feed, number_text(feed_quanta, forms.feed[per_minute]));
   return put_words(c.incremental.move, values, "a motion from where the axis stands", "[incremental] move");
 }
 
@@ -58,7 +57,7 @@ Result<void> Writer::State::write(const ProgramStart& b) {
   }
   if (b.number <= 0) return refuse("the program number must be positive, not " + std::to_string(b.number));
   started = true;
-  setup_pending = true;
+  due.setup = true;
   program_name = b.name.empty() ? "PROGRAM" : b.name;
   program_number = b.number;
   return put_template(c.program.begin, program_values());
@@ -96,7 +95,7 @@ Result<void> Writer::State::write(const AllowedWord& b) {
 
 Result<void> Writer::State::write(const Dwell& b) {
   if (b.milliseconds <= 0) return {};
-  NumberStyle style = linear;
+  NumberStyle style = forms.linear;
   style.plus_sign = false;
   style.decimals = c.dwell_decimals;
   const std::int64_t step = kPowersOfTen[static_cast<std::size_t>(3 - c.dwell_decimals)];
@@ -158,9 +157,7 @@ Result<void> Writer::State::write(const ToolCall& b) {
   if (b.tool < 0 || b.length_offset < 0) return refuse("tool and length offset numbers must not be negative");
   if (auto done = switch_tcp_off(); !done) return done;
   modal.change_tool();
-  pending_words.clear();
-  length_to_restore.reset();
-  tcp_to_restore.reset();
+  due.change_tool();
   const auto values = Values()
                           .set(Placeholder::tool, std::to_string(b.tool))
                           .set(Placeholder::length_offset, std::to_string(b.length_offset));
@@ -170,11 +167,11 @@ Result<void> Writer::State::write(const ToolCall& b) {
 Result<void> Writer::State::write(const LengthCompensation& b) {
   const std::int64_t number =
       holds(c.length.on, Placeholder::length_offset) ? b.number : std::min<std::int64_t>(b.number, 1);
-  length_to_restore.reset();
+  due.length.reset();
   if (c.length.automatic || modal.length == number) return {};
   modal.set_length(number);
-  pending_tcp = false;
-  pending_words.clear();
+  due.in_motion_is_tcp = false;
+  due.in_motion.clear();
   if (number == 0) return put_words(c.length.off, {}, "the end of length compensation", "[length] off");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(number));
   return c.length.with_motion ? put_with_motion(c.length.on, values, "length compensation", "[length] on")
@@ -189,27 +186,27 @@ Result<void> Writer::State::write(const CutterCompensation& b) {
   const Template& words = c.cutter_compensation[static_cast<std::size_t>(b.side)];
   if (words.empty()) return no_words("cutter compensation", "[cutter_compensation]");
   modal.switch_cutter({b.side, number});
-  cutter_words.clear();
+  due.cutter.clear();
   const auto values = Values().set(Placeholder::number, std::to_string(number));
-  for (const auto& line : words) cutter_words += render(line, values) + c.line.separator;
+  for (const auto& line : words) due.cutter += render(line, values) + c.line.separator;
   return {};
 }
 
 Result<void> Writer::State::end_cutter_compensation(const char* before) {
   if (modal.cutter.side != CutterSide::off)
     return refuse(std::string("cutter compensation must be off before ") + before);
-  if (cutter_words.empty()) return {};
-  cutter_words.clear();
+  if (due.cutter.empty()) return {};
+  due.cutter.clear();
   return put_template(c.cutter_compensation[0], {});
 }
 
 Result<void> Writer::State::write(const TcpControl& b) {
   const bool has_offset = b.on && holds(c.tcp.on, Placeholder::length_offset);
   const std::int64_t offset = has_offset ? b.length_offset : 0;
-  tcp_to_restore.reset();
+  due.tcp.reset();
   if (!modal.switch_tcp(b.on, offset, c.tcp.replaces_length)) return {};
-  pending_tcp = b.on;
-  pending_words.clear();
+  due.in_motion_is_tcp = b.on;
+  due.in_motion.clear();
   if (!b.on) return put_words(c.tcp.off, {}, "the end of tool-centre-point control", "[tcp] off");
   const auto values = Values().set(Placeholder::length_offset, std::to_string(offset));
   return c.tcp.with_motion ? put_with_motion(c.tcp.on, values, "tool-centre-point control", "[tcp] on")
@@ -233,7 +230,7 @@ Result<void> Writer::State::write(const OffsetShift& b) {
   Values values;
   values.set(Placeholder::index, std::to_string(b.index));
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
-  for (std::size_t i = 0; i < 3; ++i) values.set(kOrigin[i], number_text(b.offset[i], linear));
+  for (std::size_t i = 0; i < 3; ++i) values.set(kOrigin[i], number_text(b.offset[i], forms.linear));
   return b.kind == OffsetShift::Kind::set
              ? put_words(c.offset_shift.set, values, "setting a work offset", "[offset_shift] set")
              : put_words(c.offset_shift.add, values, "a shift beside the work offset", "[offset_shift] add");
@@ -244,7 +241,7 @@ Result<void> Writer::State::write(const LatchValues& b) {
   if (b.first) {
     if (auto done = put_template(c.run_time.begin, {}); !done) return done;
   }
-  NumberStyle style = linear;
+  NumberStyle style = forms.linear;
   style.plus_sign = false;
   const auto values = Values()
                           .set(Placeholder::clamp, number_text(b.clamp, style))
@@ -262,7 +259,7 @@ Result<void> Writer::State::write(const RunTimeStep& b) {
   const auto sensor = static_cast<std::int64_t>(b.sensor);
   if (sensor >= t.count)
     return refuse("the control has variables for " + std::to_string(t.count) + " temperatures only");
-  NumberStyle style = linear;
+  NumberStyle style = forms.linear;
   style.plus_sign = false;
   style.decimals = kFactorDecimals;
   const auto values = Values()
@@ -290,7 +287,7 @@ Result<void> Writer::State::write(const RunTimeStep& b) {
 
 std::string Writer::State::variable_word(AxisLetter letter, std::int64_t quanta,
                                          const std::array<std::int64_t, 3>& coefficient) const {
-  NumberStyle style = linear;
+  NumberStyle style = forms.linear;
   style.plus_sign = false;
   NumberStyle factor = style;
   factor.decimals = kCoefficientDecimals;
@@ -313,10 +310,9 @@ Result<void> Writer::State::write(const VariableMotion& b) {
   if ((m.words.mask & kXyz) != kXyz) return refuse("a motion with run-time values must name X, Y and Z");
   if (auto done = restore_after_retract(kLinearAxes); !done) return done;
   if (auto done = free_axes(changed_axes(m.words)); !done) return done;
-  const auto mode = static_cast<std::size_t>(m.feed_mode);
-  if (m.kind == MotionKind::feed && (m.feed <= 0 || m.feed > feed_limit[mode])) return refuse_feed(m);
+  if (m.kind == MotionKind::feed && !forms.may_feed(m.feed_mode, m.feed)) return refuse_feed(m);
   std::array<char, 1024> buffer;
-  std::string line(buffer.data(), put_leading(buffer.data(), m, !pending_words.empty()));
+  std::string line(buffer.data(), put_leading(buffer.data(), m, !due.in_motion.empty()));
   for (const AxisLetter letter : kAllAxisLetters) {
     const auto i = index(letter);
     if (!m.words.has(letter)) continue;
@@ -342,7 +338,7 @@ Result<void> Writer::State::write(const VariableMotion& b) {
 Result<void> Writer::State::write(const PathMode& b) {
   if (!modal.set_path_mode(b)) return {};
   if (b.tolerance > 0) {
-    NumberStyle style = linear;
+    NumberStyle style = forms.linear;
     style.plus_sign = false;
     return put_words(c.continuous_within,
                      Values().set(Placeholder::tolerance, number_text(b.tolerance, style)),
@@ -354,10 +350,10 @@ Result<void> Writer::State::write(const PathMode& b) {
 // Before the first motion that it matters to: a rotary axis that turns at the safe height must not make the
 // linear axes follow.
 Result<void> Writer::State::restore_after_retract(std::uint16_t changed) {
-  const std::uint16_t waits_for = tcp_to_restore ? kLinearAxes : AxisWords::bit(AxisLetter::Z);
+  const std::uint16_t waits_for = due.tcp ? kLinearAxes : AxisWords::bit(AxisLetter::Z);
   if ((changed & waits_for) == 0) return {};
-  const auto tcp_before = std::exchange(tcp_to_restore, std::nullopt);
-  const auto length_before = std::exchange(length_to_restore, std::nullopt);
+  const auto tcp_before = std::exchange(due.tcp, std::nullopt);
+  const auto length_before = std::exchange(due.length, std::nullopt);
   if (tcp_before && c.tcp.replaces_length) return write(*tcp_before);
   if (length_before) {
     if (auto done = write(*length_before); !done) return done;
@@ -369,7 +365,7 @@ Result<void> Writer::State::write(const Retract& b) {
   if (auto done = free_axes(b.axes); !done) return done;
   if (auto done = suspend_tcp(c.tcp.off_for_tool_change); !done) return done;
   if (c.retract_ends_length && modal.length > 0) {
-    length_to_restore = LengthCompensation{modal.length};
+    due.length = LengthCompensation{modal.length};
     modal.length = kUnknown;
   }
   for (const AxisLetter letter : {AxisLetter::Z, AxisLetter::W, AxisLetter::X, AxisLetter::Y, AxisLetter::A,
@@ -381,8 +377,7 @@ Result<void> Writer::State::write(const Retract& b) {
                     " has no words in " + c.file);
     }
     TRUNNION_EXPECTS(!c.names_position(letter) || b.to.has(letter));
-    const auto values =
-        Values().set(Placeholder::position, number_text(b.to[letter], is_rotary(letter) ? rotary : linear));
+    const auto values = Values().set(Placeholder::position, number_text(b.to[letter], forms.of_axis(letter)));
     if (auto done = put_template(words, values); !done) return done;
     modal.position.forget(letter);
   }
@@ -400,8 +395,8 @@ Result<void> Writer::State::write(const TiltedPlane& b) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
   for (std::size_t i = 0; i < 3; ++i) {
-    values.set(kOrigin[i], number_text(b.origin[i], linear));
-    values.set(kAngle[i], number_text(b.angles[i], rotary));
+    values.set(kOrigin[i], number_text(b.origin[i], forms.linear));
+    values.set(kAngle[i], number_text(b.angles[i], forms.rotary));
   }
   values.set(Placeholder::direction, b.direction < 0 ? "-1" : "1");
   return put_words(c.tilted_plane.on, values, "a tilted plane", "[tilted_plane] on");
@@ -422,10 +417,10 @@ Result<void> Writer::State::write_block(const Block& block) {
   const bool heads = std::holds_alternative<ProgramStart>(block) || std::holds_alternative<Comment>(block);
   TRUNNION_EXPECTS(started || std::holds_alternative<ProgramStart>(block));
   TRUNNION_EXPECTS(!ended);
-  if (setup_pending && !heads) {
+  if (due.setup && !heads) {
     if (auto done = flush_setup(!std::holds_alternative<PathMode>(block)); !done) return done;
   }
-  if (modal.cutter.side != CutterSide::off || !cutter_words.empty()) {
+  if (modal.cutter.side != CutterSide::off || !due.cutter.empty()) {
     const char* before = std::holds_alternative<ToolCall>(block)             ? "a tool change"
                          : std::holds_alternative<Retract>(block)            ? "a safe position"
                          : std::holds_alternative<ProgramEnd>(block)         ? "the end of the program"

@@ -74,8 +74,7 @@ struct Writer::State::Run {
 
 // A motion is nothing but its words: all of them known, the same motion word and feed mode as before.
 bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
-  bool goes = plain_words && started && !ended && !setup_pending && !modal.cycle && !length_to_restore &&
-              modal.clamped == 0 && !tcp_to_restore && pending_words.empty() && cutter_words.empty() &&
+  bool goes = forms.are_plain && started && !ended && due.none() && !modal.cycle && modal.clamped == 0 &&
               c.motion.modal && modal.motion_kind == MotionKind::feed && modal.feed_mode == mode &&
               c.line.max_length >= kLongest && !c.line.end.empty() &&
               c.line.end.size() <= Run::Affix::kRoom && c.block_numbers.prefix.size() <= Run::Affix::kRoom &&
@@ -94,11 +93,11 @@ Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>&
   const auto of = static_cast<std::size_t>(mode);
   Run run(c);
   run.separator = c.line.separator.front();
-  run.feed_style = feed_style[of];
+  run.feed_style = forms.feed[of];
   run.feed_always = mode == FeedMode::inverse_time && c.feed.inverse_time_every_block;
   run.numbered = c.block_numbers.enabled;
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  run.most_feed = static_cast<std::int32_t>(std::min(feed_limit[of], kMost));
+  run.most_feed = static_cast<std::int32_t>(std::min(forms.largest_feed[of], kMost));
   for (std::size_t k = 0; k < kAxes; ++k) {
     run.names[k] = {run.separator, letter_of(letters[k])};
     run.before.words[k] = static_cast<std::int32_t>(modal.position[letters[k]]);
@@ -148,7 +147,8 @@ std::size_t Writer::write_run(const std::array<AxisLetter, kAxes>& letters, Feed
     done += more;
   }
   if (done == 0) return 0;
-  for (std::size_t k = 0; k < kAxes; ++k) state.modal.position.quanta[index(letters[k])] = run.before.words[k];
+  for (std::size_t k = 0; k < kAxes; ++k)
+    state.modal.position.quanta[index(letters[k])] = run.before.words[k];
   state.feed[static_cast<std::size_t>(mode)] = run.before.feed;
   state.lines += done;
   state.motions += done;

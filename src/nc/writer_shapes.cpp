@@ -14,16 +14,16 @@ std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_numbe
   if (with_number && known != quanta) {
     known = quanta;
     if (!words.empty()) words += c.line.separator;
-    words += "F" + number_text(quanta, feed_style[static_cast<std::size_t>(FeedMode::per_minute)]);
+    words += "F" + number_text(quanta, forms.feed[static_cast<std::size_t>(FeedMode::per_minute)]);
   }
   return words;
 }
 
 Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef where) const {
-  if (!pending_words.empty() || !cutter_words.empty() || length_to_restore || tcp_to_restore)
+  if (!due.in_motion.empty() || !due.cutter.empty() || due.restores())
     return refuse("an arc or a drilling cycle needs a straight motion before it", where);
   const auto mode = static_cast<std::size_t>(FeedMode::per_minute);
-  if (feed_quanta <= 0 || feed_quanta > feed_limit[mode]) {
+  if (feed_quanta <= 0 || feed_quanta > forms.largest_feed[mode]) {
     Motion m;
     m.feed = feed_quanta;
     m.source = where;
@@ -42,12 +42,13 @@ Result<void> Writer::State::write(const Arc& b) {
     return refuse("the controller file has no words for this arc: [arcs] in " + c.file, b.source);
   const std::string mode = per_minute_words(b.feed, false);
   const auto center = [&](std::size_t i, AxisLetter letter) {
-    return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - modal.position[letter], linear);
+    return number_text(c.arcs.center_absolute ? b.center[i] : b.center[i] - modal.position[letter],
+                       forms.linear);
   };
   Values values;
-  values.set(Placeholder::x, number_text(b.words[AxisLetter::X], linear));
-  values.set(Placeholder::y, number_text(b.words[AxisLetter::Y], linear));
-  if (helix) values.set(Placeholder::z, number_text(b.words[AxisLetter::Z], linear));
+  values.set(Placeholder::x, number_text(b.words[AxisLetter::X], forms.linear));
+  values.set(Placeholder::y, number_text(b.words[AxisLetter::Y], forms.linear));
+  if (helix) values.set(Placeholder::z, number_text(b.words[AxisLetter::Z], forms.linear));
   values.set(Placeholder::i, center(0, AxisLetter::X)).set(Placeholder::j, center(1, AxisLetter::Y));
   for (std::size_t i = 0; i < words.size(); ++i) {
     std::string line = render(words[i], values);
@@ -107,20 +108,20 @@ Result<void> Writer::State::write(const Hole& b) {
 
 Result<void> Writer::State::put_cycle(const Template& words, const Hole& b, bool to_clear) {
   const std::int64_t back = b.words[AxisLetter::Z];
-  const auto style = feed_style[static_cast<std::size_t>(FeedMode::per_minute)];
-  NumberStyle seconds = linear;
+  const auto style = forms.feed[static_cast<std::size_t>(FeedMode::per_minute)];
+  NumberStyle seconds = forms.linear;
   seconds.plus_sign = false;
   seconds.decimals = 3;
-  NumberStyle unsigned_length = linear;
+  NumberStyle unsigned_length = forms.linear;
   unsigned_length.plus_sign = false;
   Values v;
-  v.set(Placeholder::x, number_text(b.words[AxisLetter::X], linear));
-  v.set(Placeholder::y, number_text(b.words[AxisLetter::Y], linear));
-  v.set(Placeholder::clear, number_text(b.clear, linear))
-      .set(Placeholder::bottom, number_text(b.bottom, linear));
-  v.set(Placeholder::depth, number_text(b.bottom - b.clear, linear));
-  v.set(Placeholder::back, number_text(back, linear))
-      .set(Placeholder::rise, number_text(back - b.clear, linear));
+  v.set(Placeholder::x, number_text(b.words[AxisLetter::X], forms.linear));
+  v.set(Placeholder::y, number_text(b.words[AxisLetter::Y], forms.linear));
+  v.set(Placeholder::clear, number_text(b.clear, forms.linear))
+      .set(Placeholder::bottom, number_text(b.bottom, forms.linear));
+  v.set(Placeholder::depth, number_text(b.bottom - b.clear, forms.linear));
+  v.set(Placeholder::back, number_text(back, forms.linear))
+      .set(Placeholder::rise, number_text(back - b.clear, forms.linear));
   // A cycle that always has a step gets one of the whole depth.
   v.set(Placeholder::step, number_text(b.step > 0 ? b.step : b.clear - b.bottom, unsigned_length));
   v.set(Placeholder::feed, number_text(b.feed, style));
@@ -142,7 +143,7 @@ Result<void> Writer::State::put_next_hole(const Hole& b) {
     // A line without an axis word would drill nothing.
     if (changed != 0 && (changed & AxisWords::bit(letter)) == 0) continue;
     if (!line.empty()) line += c.line.separator;
-    line += letter_of(letter) + number_text(b.words[letter], linear);
+    line += letter_of(letter) + number_text(b.words[letter], forms.linear);
     modal.position.set(letter, b.words[letter]);
   }
   return put_line(line);

@@ -9,7 +9,9 @@
 
 #include "nc/digits.hpp"
 #include "nc/modal_state.hpp"
+#include "nc/number_forms.hpp"
 #include "nc/templates.hpp"
+#include "nc/words_due.hpp"
 
 namespace trunnion::nc {
 
@@ -20,12 +22,7 @@ struct Writer::State {
 
   const Controller& c;
   std::string& out;
-  NumberStyle linear, rotary;
-  std::array<NumberStyle, 2> feed_style;
-  std::array<std::int64_t, 2> feed_limit{};  // largest F in quanta; 0: no such feed
-  std::int64_t turn = 0;
-  // Every axis word has four decimals and no other form than its digits, and one character stands behind it.
-  bool plain_words = false;
+  NumberForms forms{c};
 
   // What the control knows.
   ModalState modal{c};
@@ -36,14 +33,8 @@ struct Writer::State {
   std::string program_name;
   std::int64_t program_number = 0;
   bool started = false;
-  bool setup_pending = false;
-  // What a retract switched off, to be switched on again before the next motion.
-  std::optional<LengthCompensation> length_to_restore;
-  std::optional<TcpControl> tcp_to_restore;
+  WordsDue due;
   bool ended = false;
-  bool pending_tcp = false;   // pending_words switch tool-centre-point control on
-  std::string cutter_words;   // that belong into the next motion block with X or Y
-  std::string pending_words;  // length or TCP words that belong into the next motion block
 
   std::int64_t block_number;
   std::size_t lines = 0;
@@ -77,11 +68,11 @@ struct Writer::State {
     const AxisLetter letter = kAllAxisLetters[i];
     *p++ = letter_of(letter);
     if (c.rotary.modulo_axes == 0 || !c.rotary.is_modulo(letter))
-      return put_number(p, quanta, is_rotary(letter) ? rotary : linear);
-    quanta %= turn;
-    if (quanta < 0) quanta += turn;
+      return put_number(p, quanta, forms.of_axis(letter));
+    quanta %= forms.turn;
+    if (quanta < 0) quanta += forms.turn;
     p = std::copy(c.rotary.modulo_open.begin(), c.rotary.modulo_open.end(), p);
-    p = put_number(p, quanta, rotary);
+    p = put_number(p, quanta, forms.rotary);
     return std::copy(c.rotary.modulo_close.begin(), c.rotary.modulo_close.end(), p);
   }
   char* put_axes(char* p, const AxisWords& words, unsigned axes);
