@@ -30,9 +30,9 @@ std::uint8_t axis_of(char letter) {
 }
 
 std::size_t code_of(const Number& n) {
-  if (n.mantissa < 0 || n.decimals > 1) return kCodes;
+  if (n.mantissa < 0 || n.decimals > 1) return SimpleWords::kCodes;
   const auto tenths = static_cast<std::size_t>(n.decimals == 1 ? n.mantissa : 10 * n.mantissa);
-  return std::min(tenths, kCodes);
+  return std::min(tenths, SimpleWords::kCodes);
 }
 
 // G02 as G2: how the controller file names it.
@@ -49,31 +49,31 @@ std::string plain_text(const Word& word) {
 Reader::State::State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
                      ReaderOptions opts, RunSink out_runs)
     : c(controller),
-      file(std::move(file_name)),
-      diagnostics(found),
+      findings{std::move(file_name), found, opts.max_errors,
+               "too many errors: is it a program for " + c.name + "?"},
       sink(std::move(out_sink)),
       runs(std::move(out_runs)),
       options(std::move(opts)),
       format(options.format.value_or(c.numbers.axes)),
-      patterns(compile_patterns(c, diagnostics)),
+      patterns(compile_patterns(c, findings.diagnostics)),
       scanner(c, patterns),
       turn(format.turn()) {
   for (const auto& p : patterns.words) {
     if (p.words.size() == 1) note_simple(p);
     for (const auto& w : p.words) {
       if (!w.is_fixed && (w.placeholder == Placeholder::tool || w.placeholder == Placeholder::rpm)) {
-        kept_letters[static_cast<std::size_t>(w.letter - '@') & 31U] =
+        simple.kept[static_cast<std::size_t>(w.letter - '@') & 31U] =
             static_cast<std::uint8_t>(w.placeholder) + 1;
       }
     }
   }
   note_plain_words();
   if (options.whole_program) {
-    frame.emplace(c, patterns);
+    program.frame.emplace(c, patterns);
     modal.length = -1;
   }
-  if (runs) run = std::make_unique<MotionRun>();
-  has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
+  if (runs) at_once.run = std::make_unique<MotionRun>();
+  at_once.has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
 }
 
 void Reader::State::note_simple(const Pattern& p) {
@@ -81,26 +81,28 @@ void Reader::State::note_simple(const Pattern& p) {
   if (options.whole_program && (p.is_part || p.is_other)) return;
   const auto& w = p.words.front();
   const auto code = code_of(w.number);
-  if (!w.is_fixed || code == kCodes || (w.letter != 'G' && w.letter != 'M')) return;
-  Simple simple = Simple::no;
+  if (!w.is_fixed || code == SimpleWords::kCodes || (w.letter != 'G' && w.letter != 'M')) return;
+  SimpleWords::Code means = SimpleWords::Code::no;
   if (p.event.kind == EventKind::silent)
-    simple = p.counts == Counts::absolute ? Simple::absolute : Simple::silent;
-  if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::rapid)}) simple = Simple::rapid;
-  if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::feed)}) simple = Simple::linear;
+    means = p.counts == Counts::absolute ? SimpleWords::Code::absolute : SimpleWords::Code::silent;
+  if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::rapid)})
+    means = SimpleWords::Code::rapid;
+  if (p.event == Event{EventKind::motion, static_cast<int>(MotionKind::feed)})
+    means = SimpleWords::Code::linear;
   if (p.event == Event{EventKind::feed_mode, static_cast<int>(FeedMode::per_minute)})
-    simple = Simple::per_minute;
+    means = SimpleWords::Code::per_minute;
   if (p.event == Event{EventKind::feed_mode, static_cast<int>(FeedMode::inverse_time)})
-    simple = Simple::inverse_time;
-  (w.letter == 'G' ? g_codes : m_codes)[code] = simple;
+    means = SimpleWords::Code::inverse_time;
+  (w.letter == 'G' ? simple.g : simple.m)[code] = means;
 }
 
-void Reader::State::error(std::uint32_t column, const std::string& message) {
+void ReadFindings::error(std::uint32_t column, const std::string& message) {
   const SourceRef where{line, column};
   diagnostics.error(file, where, message);
-  if (!first_error) first_error = Error{ErrorCode::wrong_input, message, file, where};
-  if (++errors >= options.max_errors && !given_up) {
+  if (!first) first = Error{ErrorCode::wrong_input, message, file, where};
+  if (++errors >= most && !given_up) {
     given_up = true;
-    diagnostics.error(file, where, "too many errors: is it a program for " + c.name + "?");
+    diagnostics.error(file, where, given_up_because);
   }
 }
 
@@ -117,8 +119,8 @@ void Reader::State::unknown_word(const Word& word) {
 }
 
 void Reader::State::emit(const Block& block) {
-  if (!started && !std::holds_alternative<ProgramStart>(block)) emit(ProgramStart{});
-  if (std::holds_alternative<ProgramStart>(block)) started = true;
+  if (!program.started && !std::holds_alternative<ProgramStart>(block)) emit(ProgramStart{});
+  if (std::holds_alternative<ProgramStart>(block)) program.started = true;
   sink(block);
 }
 
@@ -158,26 +160,26 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
 }
 
 bool Reader::State::take_simple(Word& word, LineMotion& m) {
-  const auto code = word.letter == 'G' || word.letter == 'M' ? code_of(word.number) : kCodes;
-  if (code == kCodes) return false;
-  switch ((word.letter == 'G' ? g_codes : m_codes)[code]) {
-    case Simple::no:
+  const auto code = word.letter == 'G' || word.letter == 'M' ? code_of(word.number) : SimpleWords::kCodes;
+  if (code == SimpleWords::kCodes) return false;
+  switch ((word.letter == 'G' ? simple.g : simple.m)[code]) {
+    case SimpleWords::Code::no:
       return false;
-    case Simple::silent:
+    case SimpleWords::Code::silent:
       break;
-    case Simple::absolute:
+    case SimpleWords::Code::absolute:
       m.absolute = true;
       break;
-    case Simple::rapid:
+    case SimpleWords::Code::rapid:
       set_kind(MotionKind::rapid, m);
       break;
-    case Simple::linear:
+    case SimpleWords::Code::linear:
       set_kind(MotionKind::feed, m);
       break;
-    case Simple::per_minute:
+    case SimpleWords::Code::per_minute:
       m.mode = FeedMode::per_minute;
       break;
-    case Simple::inverse_time:
+    case SimpleWords::Code::inverse_time:
       m.mode = FeedMode::inverse_time;
       break;
   }
@@ -194,7 +196,7 @@ void Reader::State::set_feed_mode(FeedMode mode) {
   if (mode == modal.feed_mode) return;
   modal.feed_mode = mode;
   feed = 0;
-  layouts = {};
+  at_once.layouts = {};
 }
 
 void Reader::State::take_modes(LineMotion& m) {
@@ -247,15 +249,15 @@ void Reader::State::run_motion(LineMotion& m) {
                        c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
   }
   motion.words = modal.position;
-  motion.source = {line, m.column};
+  motion.source = {findings.line, m.column};
   if (!parsed.has_values) return emit(motion_block);
   emit(VariableMotion{motion, parsed.coefficient});
   modal.position.forget(kLinearAxes);  // where they stand depends on the values
 }
 
 void Reader::State::read_line(std::string_view text) {
-  ++line;
-  if (given_up) return;
+  ++findings.line;
+  if (findings.given_up) return;
   const char* const begin = text.data();
   const char* end = begin + text.size();
   while (end != begin && is_blank(end[-1])) --end;
@@ -265,9 +267,10 @@ void Reader::State::read_line(std::string_view text) {
     return emit(Raw{std::string(p, end)});
   }
   LineMotion plain;
-  if (!ended && !(frame && frame->is_head()) && take_plain_motion(begin, p, end, plain)) {
+  if (!program.ended && !(program.frame && program.frame->is_head()) &&
+      take_plain_motion(begin, p, end, plain)) {
     if (parsed.has_values) parsed.clear();
-    if (increments_since != 0 && !counts_absolute(plain)) return;
+    if (program.increments_since != 0 && !counts_absolute(plain)) return;
     return run_motion(plain);
   }
   parsed.clear();
@@ -287,13 +290,14 @@ bool Reader::State::is_raw(std::string_view text) const {
 
 // The only words in increments that are read are those of a retract.
 bool Reader::State::counts_absolute(const LineMotion& m) {
-  if (increments_since == line || (parsed.word_count == 0 && parsed.phrases.empty() && m.words.mask == 0))
+  if (program.increments_since == findings.line ||
+      (parsed.word_count == 0 && parsed.phrases.empty() && m.words.mask == 0))
     return true;
   if (m.absolute) {
-    increments_since = 0;
+    program.increments_since = 0;
     return true;
   }
-  error(1, "'" + c.incremental.on + "' of line " + std::to_string(increments_since) +
+  error(1, "'" + c.incremental.on + "' of line " + std::to_string(program.increments_since) +
                " is still in force: '" + c.incremental.off + "' is missing");
   return false;
 }
@@ -301,17 +305,17 @@ bool Reader::State::counts_absolute(const LineMotion& m) {
 void Reader::State::run_line() {
   // Almost every line of a program is a motion and nothing else.
   LineMotion m;
-  if (frame && frame->is_head()) note_head();
-  if (parsed.phrases.empty() && !ended && take_motion(m)) {
-    if (increments_since != 0 && !counts_absolute(m)) return;
+  if (program.frame && program.frame->is_head()) note_head();
+  if (parsed.phrases.empty() && !program.ended && take_motion(m)) {
+    if (program.increments_since != 0 && !counts_absolute(m)) return;
     return run_motion(m);
   }
   m = {};
   for (std::size_t i = 0; i < parsed.word_count; ++i) parsed.words[i].used = false;
   const std::vector<FoundEvent> events = find_events(m);
   if (!take_words(m)) return;
-  if (increments_since != 0 && !counts_absolute(m)) return;
-  if (ended && (m.words.mask != 0 || !events.empty())) {
+  if (program.increments_since != 0 && !counts_absolute(m)) return;
+  if (program.ended && (m.words.mask != 0 || !events.empty())) {
     if (std::all_of(events.begin(), events.end(),
                     [](const auto& e) {
                       return e.event.kind == EventKind::program_end || e.event.kind == EventKind::tape;
@@ -399,18 +403,18 @@ void Reader::feed(std::string_view text) {
 }
 
 std::uint32_t Reader::line() const {
-  return state_->line;
+  return state_->findings.line;
 }
 
 Result<void> Reader::finish() {
   auto& s = *state_;
   if (!s.carry.empty()) s.read_line(s.carry);
   s.carry.clear();
-  if (!s.ended && s.errors == 0) {
-    ++s.line;
+  if (!s.program.ended && s.findings.errors == 0) {
+    ++s.findings.line;
     s.error(0, "the program has no end (" + s.c.program.end.front() + ")");
   }
-  if (s.first_error) return tl::unexpected(*s.first_error);
+  if (s.findings.first) return tl::unexpected(*s.findings.first);
   return {};
 }
 

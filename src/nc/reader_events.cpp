@@ -8,7 +8,7 @@
 namespace trunnion::nc {
 
 bool Reader::State::keep(const Word& word) {
-  const auto placeholder = kept_letters[static_cast<std::size_t>(word.letter - '@') & 31U];
+  const auto placeholder = simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
   if (placeholder == 0) return false;
   kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
   // A speed alone changes that of a spindle that turns.
@@ -50,7 +50,7 @@ std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
     found.pattern = &pattern;
     note_pattern(found);
     if (kind == EventKind::rapid_suffix) m.rapid = true;
-    if (pattern.counts == Counts::increments) increments_since = line;
+    if (pattern.counts == Counts::increments) program.increments_since = findings.line;
     m.absolute = m.absolute || pattern.counts == Counts::absolute;
     if (kind != EventKind::silent && kind != EventKind::rapid_suffix) events.push_back(std::move(found));
   }
@@ -60,27 +60,28 @@ std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
 }
 
 void Reader::State::note_head() {
-  for (std::size_t i = 0; i < parsed.word_count; ++i) frame->head(pattern_key(text_of(parsed.words[i])));
-  for (const FoundEvent& phrase : parsed.phrases) frame->head(phrase.pattern->key);
+  for (std::size_t i = 0; i < parsed.word_count; ++i)
+    program.frame->head(pattern_key(text_of(parsed.words[i])));
+  for (const FoundEvent& phrase : parsed.phrases) program.frame->head(phrase.pattern->key);
 }
 
 void Reader::State::note_pattern(const FoundEvent& found) {
-  if (!frame) return;
-  const std::string message = frame->take(*found.pattern, line);
+  if (!program.frame) return;
+  const std::string message = program.frame->take(*found.pattern, findings.line);
   if (!message.empty()) error(std::max(found.column, 1U), message);
 }
 
 bool Reader::State::may_move(std::uint32_t column) {
-  if (!frame) return true;
-  said_anything = true;
-  const std::string message = frame->moves();
+  if (!program.frame) return true;
+  program.said_anything = true;
+  const std::string message = program.frame->moves();
   if (!message.empty()) error(column, message);
   return message.empty();
 }
 
 // At the ends of a program only.
 void Reader::State::run_tape(const FoundEvent& found) {
-  if (!frame || ended || !said_anything) return;
+  if (!program.frame || program.ended || !program.said_anything) return;
   error(std::max(found.column, 1U),
         "the program ends here for the control, which does not run what stands behind it");
 }
@@ -173,14 +174,14 @@ void Reader::State::keep_captures(const FoundEvent& found) {
 void Reader::State::run_event(const FoundEvent& found) {
   keep_captures(found);
   if (found.event.kind == EventKind::tape) return run_tape(found);
-  if (found.event.kind != EventKind::program_start) said_anything = true;
+  if (found.event.kind != EventKind::program_start) program.said_anything = true;
   switch (found.event.kind) {
     case EventKind::program_start:
       return run_program_start(found);
     case EventKind::allowed:
       return emit(AllowedWord{c.allowed[static_cast<std::size_t>(found.event.argument)]});
     case EventKind::program_end:
-      ended = true;
+      program.ended = true;
       return emit(ProgramEnd{});
     case EventKind::spindle:
       return run_spindle(found);
@@ -220,7 +221,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::cutter:
       return run_cutter(found);
     case EventKind::cycle_return:
-      cycle_to_clear = found.event.argument == 1;
+      cycle_return.to_clear = found.event.argument == 1;
       return;
     case EventKind::cycle_off:
       if (modal.cycle) modal.motion_kind.reset();
@@ -242,8 +243,9 @@ void Reader::State::run_event(const FoundEvent& found) {
 }
 
 void Reader::State::run_program_start(const FoundEvent& found) {
-  if (frame && said_anything) return error(std::max(found.column, 1U), "another program begins here");
-  if (started) return;
+  if (program.frame && program.said_anything)
+    return error(std::max(found.column, 1U), "another program begins here");
+  if (program.started) return;
   ProgramStart start;
   start.name = found.captures.name;
   start.number = whole(found, Placeholder::number, 1);
@@ -396,7 +398,7 @@ void Reader::State::run_plane(const FoundEvent& found) {
 
 // Where an end of several lines takes the origin back, all of it.
 void Reader::State::check_origin(const FoundEvent& found) {
-  if (!frame || c.tilted_plane.off.size() < 2) return;
+  if (!program.frame || c.tilted_plane.off.size() < 2) return;
   for (const Placeholder p : {Placeholder::x, Placeholder::y, Placeholder::z}) {
     if (kept.has(p) && kept[p].mantissa != 0)
       return error(std::max(found.column, 1U), "the tilted plane ends and its shift of the origin stays");

@@ -4,9 +4,9 @@
 
 namespace trunnion::nc {
 void Reader::State::note_plain_words() {
-  using Kind = PlainWord::Kind;
-  const auto note = [&](char letter, const PlainWord& word) {
-    if (!scanner.begins_other(letter)) plain_words[static_cast<unsigned char>(letter)] = word;
+  using Kind = SimpleWords::Letter::Kind;
+  const auto note = [&](char letter, const SimpleWords::Letter& word) {
+    if (!scanner.begins_other(letter)) simple.letters[static_cast<unsigned char>(letter)] = word;
   };
   for (const AxisLetter axis : kAllAxisLetters)
     if (!c.rotary.has_modulo_word(axis))
@@ -15,17 +15,17 @@ void Reader::State::note_plain_words() {
   note('G', {Kind::code, {}, 0});
   note('M', {Kind::code, {}, 0});
   // X[...] and the like are read word by word; an opening that looks like a number would hide behind one.
-  if (!c.run_time.open.empty() && begins_number(c.run_time.open.front())) plain_words = {};
+  if (!c.run_time.open.empty() && begins_number(c.run_time.open.front())) simple.letters = {};
 }
 
 bool Reader::State::take_plain_motion(const char* begin, const char* p, const char* end, LineMotion& m) {
-  using Kind = PlainWord::Kind;
+  using Kind = SimpleWords::Letter::Kind;
   Number number;
   for (std::size_t count = 0; count <= kMaxWords; ++count) {
     while (p != end && *p == ' ') ++p;
     if (p == end) return true;
     const char letter = *p;
-    const PlainWord word = plain_words[static_cast<unsigned char>(letter)];
+    const SimpleWords::Letter word = simple.letters[static_cast<unsigned char>(letter)];
     if (word.kind == Kind::other) return false;
     const char* const behind = take_number(p + 1, end, number);
     if (behind == nullptr || behind > end) return false;

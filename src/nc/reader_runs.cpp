@@ -51,10 +51,10 @@ bool fits(std::int64_t quanta) {
 }  // namespace
 
 bool Reader::State::may_run() const {
-  if (!runs || !started || ended || given_up || modal.cycle || modal.clamped != 0 || increments_since != 0 ||
-      !options.raw_lines.empty())
+  if (!runs || !program.started || program.ended || findings.given_up || modal.cycle || modal.clamped != 0 ||
+      program.increments_since != 0 || !options.raw_lines.empty())
     return false;
-  if (frame && (frame->is_head() || frame->is_open())) return false;
+  if (program.frame && (program.frame->is_head() || program.frame->is_open())) return false;
   if (modal.motion_kind != MotionKind::feed || !c.motion.modal || c.block_numbers.prefix.size() > 1)
     return false;
   return std::all_of(kAllAxisLetters.begin(), kAllAxisLetters.end(), [this](AxisLetter letter) {
@@ -76,9 +76,9 @@ const char* Reader::State::skip_run_number(const char* p) const {
 // Nearly every line has the letters of the one before it.
 const char* Reader::State::take_same_words(const char* const begin, const char* const end) {
   constexpr std::ptrdiff_t kReadAtOnce = 18;  // for one word, its letter, a sign and a blank among it
-  RunLine& l = line_of_run;
+  RunLine& l = at_once.line;
   const char* p = skip_run_number(begin);
-  if (p == nullptr || !four_decimals || end - p < kReadAtOnce * static_cast<std::ptrdiff_t>(l.count))
+  if (p == nullptr || !at_once.four_decimals || end - p < kReadAtOnce * static_cast<std::ptrdiff_t>(l.count))
     return nullptr;
   const auto column = static_cast<std::uint32_t>(p - begin) + 1;
   for (std::size_t k = 0; k < l.count; ++k) {
@@ -93,18 +93,18 @@ const char* Reader::State::take_same_words(const char* const begin, const char* 
 }
 
 const char* Reader::State::take_run_line(const char* const begin, const char* const end) {
-  using Kind = PlainWord::Kind;
-  RunLine& l = line_of_run;
+  using Kind = SimpleWords::Letter::Kind;
+  RunLine& l = at_once.line;
   l = {};
   l.feed = modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
   const char* p = skip_run_number(begin);
   if (p == nullptr) return nullptr;
   std::uint32_t column = 0;
-  four_decimals = false;
+  at_once.four_decimals = false;
   bool all_four = true;
   Number number;
   while (*p != '\n') {
-    const PlainWord word = plain_words[static_cast<unsigned char>(*p)];
+    const SimpleWords::Letter word = simple.letters[static_cast<unsigned char>(*p)];
     const bool is_axis = word.kind == Kind::axis;
     if (!is_axis && (word.kind != Kind::feed || l.feed_at < kRunWords)) return nullptr;
     const char* const behind = take_number(p + 1, end, number);
@@ -131,13 +131,13 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
     if (*p == '\r' && p[1] == '\n') ++p;
   }
   if (!put_run_line(column)) return nullptr;
-  four_decimals = all_four && l.feed_at != 0;  // else no pattern for the lines that follow
+  at_once.four_decimals = all_four && l.feed_at != 0;  // else no pattern for the lines that follow
   return p + 1;
 }
 
 bool Reader::State::put_run_line(std::uint32_t column) {
-  MotionRun& r = *run;
-  RunLine& l = line_of_run;
+  MotionRun& r = *at_once.run;
+  RunLine& l = at_once.line;
   const std::size_t n = r.count;
   const auto mask = static_cast<std::uint16_t>(modal.position.mask | l.mask);
   if (l.mask == 0 || l.feed <= 0 || (n > 0 && mask != r.mask)) return false;
@@ -153,14 +153,14 @@ bool Reader::State::put_run_line(std::uint32_t column) {
   r.mask = mask;
   feed = l.feed;
   r.feed[r.count] = l.feed;
-  r.source[r.count] = {++line, column};
+  r.source[r.count] = {++findings.line, column};
   ++r.count;
   return true;
 }
 
 // The way of a modulo axis begins where the line before it ended.
 bool Reader::State::unwrap_run_line() {
-  RunLine& l = line_of_run;
+  RunLine& l = at_once.line;
   for (std::size_t k = 0; k < l.count; ++k) {
     if (k == l.feed_at || !c.rotary.is_modulo(l.axis[k])) continue;
     const std::int64_t turned = unwrapped(l.axis[k], l.value[k]);
@@ -174,27 +174,28 @@ bool Reader::State::unwrap_run_line() {
 }
 
 const char* Reader::State::take_laid_out(const char* p, const char* end) {
-  if (!has_layouts || run->count == 0 || end - p < kLineReads) return p;
-  if (const char* const behind = take_of_layout(layouts[last_layout], p, end); behind != p) return behind;
+  if (!at_once.has_layouts || at_once.run->count == 0 || end - p < kLineReads) return p;
+  if (const char* const behind = take_of_layout(at_once.layouts[at_once.last], p, end); behind != p)
+    return behind;
   const char* const words = skip_run_number(p);
   if (words == nullptr || end - words < kLineReads) return p;
   const std::uint64_t digits = RunLayout::digits_at(words);
-  for (std::size_t i = 0; i < layouts.size(); ++i) {
-    if (i == last_layout || !layouts[i].may_be(digits)) continue;
-    const char* const behind = take_of_layout(layouts[i], p, end);
+  for (std::size_t i = 0; i < at_once.layouts.size(); ++i) {
+    if (i == at_once.last || !at_once.layouts[i].may_be(digits)) continue;
+    const char* const behind = take_of_layout(at_once.layouts[i], p, end);
     if (behind == p) continue;
-    last_layout = i;
+    at_once.last = i;
     return behind;
   }
   return p;
 }
 
 const char* Reader::State::take_of_layout(const RunLayout& layout, const char* p, const char* end) {
-  MotionRun& r = *run;
+  MotionRun& r = *at_once.run;
   if ((layout.mask() & ~r.mask) != 0) return p;
   const std::size_t first = r.count;
   const std::string& prefix = c.block_numbers.prefix;
-  const char* const behind = layout.read(p, end, prefix.empty() ? '\0' : prefix.front(), line, r);
+  const char* const behind = layout.read(p, end, prefix.empty() ? '\0' : prefix.front(), findings.line, r);
   if (behind == p) return p;
   const auto repeat = [&](auto& column) {
     std::fill(column.begin() + static_cast<std::ptrdiff_t>(first),
@@ -209,22 +210,23 @@ const char* Reader::State::take_of_layout(const RunLayout& layout, const char* p
 
 void Reader::State::learn_layout(const char* p, const char* behind, const char* end) {
   const bool keeps_feed = !(modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block);
-  const char* const words = p + (run->source[run->count - 1].column - 1);
-  if (!has_layouts || end - words < kLineReads || (line_of_run.feed_at == kRunWords && !keeps_feed)) return;
-  next_layout = (next_layout + 1) % layouts.size();
-  if (layouts[next_layout].learn(words, behind, line_of_run)) last_layout = next_layout;
+  const char* const words = p + (at_once.run->source[at_once.run->count - 1].column - 1);
+  if (!at_once.has_layouts || end - words < kLineReads || (at_once.line.feed_at == kRunWords && !keeps_feed))
+    return;
+  at_once.next = (at_once.next + 1) % at_once.layouts.size();
+  if (at_once.layouts[at_once.next].learn(words, behind, at_once.line)) at_once.last = at_once.next;
 }
 
 std::size_t Reader::State::read_run(std::string_view text) {
   if (!may_run()) return 0;
   const std::size_t last = text.rfind('\n');
   if (last == std::string_view::npos) return 0;
-  run->count = 0;
-  run->feed_mode = modal.feed_mode;
-  four_decimals = false;
+  at_once.run->count = 0;
+  at_once.run->feed_mode = modal.feed_mode;
+  at_once.four_decimals = false;
   const char* p = text.data();
   const char* const end = p + last + 1;
-  while (run->count < MotionRun::kMost && p != end) {
+  while (at_once.run->count < MotionRun::kMost && p != end) {
     if (const char* const behind = take_laid_out(p, end); behind != p) {
       p = behind;
       continue;
@@ -235,12 +237,12 @@ std::size_t Reader::State::read_run(std::string_view text) {
     learn_layout(p, behind, end);
     p = behind;
   }
-  if (run->count == 0) return 0;
-  for (unsigned rest = run->mask; rest != 0; rest &= rest - 1) {
+  if (at_once.run->count == 0) return 0;
+  for (unsigned rest = at_once.run->mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    modal.position.quanta[i] = run->quanta[i][run->count - 1];
+    modal.position.quanta[i] = at_once.run->quanta[i][at_once.run->count - 1];
   }
-  runs(*run);
+  runs(*at_once.run);
   return static_cast<std::size_t>(p - text.data());
 }
 

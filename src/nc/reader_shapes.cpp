@@ -45,7 +45,7 @@ void Reader::State::run_arc(const FoundEvent& found) {
   arc.clockwise = found.event.argument == 1;
   arc.feed = feed;
   arc.from = xyz_of(modal.position);
-  arc.source = {line, found.column};
+  arc.source = {findings.line, found.column};
   const std::int64_t center[2] = {scaled(found, Placeholder::i, decimals),
                                   scaled(found, Placeholder::j, decimals)};
   const std::int64_t end[2] = {scaled(found, Placeholder::x, decimals),
@@ -118,8 +118,8 @@ void Reader::State::run_cycle(const FoundEvent& found) {
                 : hole.kind == Hole::Kind::drill ? Hole::Kind::peck
                                                  : hole.kind;
   }
-  if (!modal.cycle) cycle_initial = modal.position[AxisLetter::Z];
-  std::int64_t back = cycle_to_clear ? hole.clear : std::max(cycle_initial, hole.clear);
+  if (!modal.cycle) cycle_return.initial = modal.position[AxisLetter::Z];
+  std::int64_t back = cycle_return.to_clear ? hole.clear : std::max(cycle_return.initial, hole.clear);
   if (given(Placeholder::back)) back = scaled(found, Placeholder::back, decimals);
   if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
   if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");
@@ -151,7 +151,7 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
 void Reader::State::run_hole(std::int64_t x, std::int64_t y, std::uint32_t column) {
   Hole hole = *modal.cycle;
   hole.from = xyz_of(modal.position);
-  hole.source = {line, column};
+  hole.source = {findings.line, column};
   modal.position.set(AxisLetter::X, x);
   modal.position.set(AxisLetter::Y, y);
   modal.position.set(AxisLetter::Z, modal.cycle->words[AxisLetter::Z]);

@@ -16,16 +16,64 @@
 
 namespace trunnion::nc {
 
-// G0 to G999.9 in tenths.
-inline constexpr std::size_t kCodes = 10000;
-enum class Simple : std::uint8_t { no, silent, absolute, rapid, linear, per_minute, inverse_time };
+/// Codes and letters of the lines that nearly every program consists of.
+struct SimpleWords {
+  // G0 to G999.9 in tenths.
+  static constexpr std::size_t kCodes = 10000;
+  enum class Code : std::uint8_t { no, silent, absolute, rapid, linear, per_minute, inverse_time };
+  /// What a letter begins in the lines that take_plain_motion reads.
+  struct Letter {
+    enum class Kind : std::uint8_t { other, axis, feed, code };
+    Kind kind = Kind::other;
+    AxisLetter axis = AxisLetter::X;
+    std::int8_t decimals = 0;  // of the axis' quanta
+  };
 
-/// What a letter begins in the lines that take_plain_motion reads.
-struct PlainWord {
-  enum class Kind : std::uint8_t { other, axis, feed, code };
-  Kind kind = Kind::other;
-  AxisLetter axis = AxisLetter::X;
-  std::int8_t decimals = 0;  // of the axis' quanta
+  std::array<Code, kCodes> g{};
+  std::array<Code, kCodes> m{};
+  std::array<std::uint8_t, 32> kept{};  // letter -> placeholder + 1 that later lines use
+  std::array<Letter, 256> letters{};    // of each character
+};
+
+/// What is wrong with the text, at its places.
+struct ReadFindings {
+  std::string file;
+  Diagnostics& diagnostics;
+  std::size_t most;  // errors
+  std::string given_up_because;
+  std::uint32_t line = 0;  // that is read
+  std::size_t errors = 0;
+  bool given_up = false;
+  std::optional<Error> first = std::nullopt;
+
+  void error(std::uint32_t column, const std::string& message);
+};
+
+/// Lines that are read as runs of motions.
+struct RunLines {
+  std::unique_ptr<MotionRun> run;  // where somebody takes runs
+  RunLine line;
+  bool four_decimals = false;  // in every word of it
+  // Layouts of lines, in the feed mode at hand: the one that was met last, and the one that was learned last.
+  // None where an axis is wound on from line to line.
+  std::array<RunLayout, 8> layouts;
+  std::size_t last = 0, next = 0;
+  bool has_layouts = false;
+};
+
+/// Where the text is in a program.
+struct ProgramPlace {
+  std::optional<WholeProgram> frame;  // where the text is a whole program
+  bool said_anything = false;         // but for its first lines
+  bool started = false;
+  bool ended = false;
+  std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
+};
+
+/// What of a cycle in force its own words do not say.
+struct CycleReturn {
+  std::int64_t initial = 0;  // Z at which it was switched on
+  bool to_clear = false;
 };
 
 /// What the control knows after the text so far.
@@ -34,54 +82,34 @@ struct Reader::State {
         ReaderOptions opts, RunSink out_runs);
 
   const Controller& c;
-  std::string file;
-  Diagnostics& diagnostics;
+  ReadFindings findings;
   Sink sink;
   RunSink runs;
   ReaderOptions options;
+  SimpleWords simple;
   AxisFormat format;
   PatternSet patterns;
   LineScanner scanner;
   std::int64_t turn;
-  std::array<Simple, kCodes> g_codes{};
-  std::array<Simple, kCodes> m_codes{};
-  std::array<std::uint8_t, 32> kept_letters{};  // letter -> placeholder + 1 that later lines use
-  std::array<PlainWord, 256> plain_words{};     // of each character
 
   // Text.
   std::string carry;  // an unfinished line
-  std::uint32_t line = 0;
   ParsedLine parsed;
-  std::size_t errors = 0;
-  bool given_up = false;
-  std::optional<Error> first_error;
 
-  std::unique_ptr<MotionRun> run;  // where somebody takes runs
-  RunLine line_of_run;
-  bool four_decimals = false;  // in every word of it
-  // Layouts of lines of runs, in the feed mode at hand: the one that was met last, and the one that was
-  // learned last. None where an axis is wound on from line to line.
-  std::array<RunLayout, 8> layouts;
-  std::size_t last_layout = 0, next_layout = 0;
-  bool has_layouts = false;
+  RunLines at_once;
 
   // What the control knows.
   ModalState modal{c};
   Block motion_block = Motion{};
   std::int64_t feed = 0;  // 0: none
   bool latched = false;
-  std::int64_t cycle_initial = 0;  // Z at which it was switched on
-  bool cycle_to_clear = false;
+  CycleReturn cycle_return;
   Captures kept;
-  std::optional<WholeProgram> frame;  // where the text is a whole program
-  bool said_anything = false;         // but for its first lines
-  bool started = false;
-  bool ended = false;
-  std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
+  ProgramPlace program;
 
   void note_simple(const Pattern& p);
   // Findings.
-  void error(std::uint32_t column, const std::string& message);
+  void error(std::uint32_t column, const std::string& message) { findings.error(column, message); }
   std::string text_of(const Word& word) const;
   void unknown_word(const Word& word);
   void emit(const Block& block);
