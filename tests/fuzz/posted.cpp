@@ -2,9 +2,9 @@
 // chain of the target's own, and verify passes it.
 #include "trunnion/base/number_text.hpp"
 
+#include "../post/own_chain.hpp"
+#include "../post/posting.hpp"
 #include "fuzz/fuzz.hpp"
-#include "post/own_chain.hpp"
-#include "post/posting.hpp"
 
 using namespace trunnion;
 
