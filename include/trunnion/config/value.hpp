@@ -12,7 +12,11 @@
 namespace trunnion::config {
 
 struct Value;
-using Array = std::vector<Value>;
+/// A type of its own: libstdc++ 12 takes a variant of scalars, strings and vectors alone for one that always
+/// has a value, and where a copy of it runs out of memory it destroys by an index that was never set.
+struct Array : std::vector<Value> {
+  using std::vector<Value>::vector;
+};
 /// Keys in the order of the file.
 using Table = std::vector<std::pair<std::string, Value>>;
 
