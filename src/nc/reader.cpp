@@ -46,6 +46,22 @@ std::string plain_text(const Word& word) {
 
 }  // namespace
 
+ControlLanguage::ControlLanguage(const Controller& c, const ReaderOptions& options, Diagnostics& diagnostics)
+    : format(options.format.value_or(c.numbers.axes)),
+      turn(format.turn()),
+      patterns(compile_patterns(c, diagnostics)),
+      scanner(c, patterns) {
+  for (const auto& p : patterns.words) {
+    if (p.words.size() == 1) note_simple(p, options.whole_program);
+    for (const auto& w : p.words) {
+      if (!w.is_fixed && (w.placeholder == Placeholder::tool || w.placeholder == Placeholder::rpm)) {
+        simple.kept[static_cast<std::size_t>(w.letter - '@') & 31U] =
+            static_cast<std::uint8_t>(w.placeholder) + 1;
+      }
+    }
+  }
+}
+
 Reader::State::State(const Controller& controller, std::string file_name, Diagnostics& found, Sink out_sink,
                      ReaderOptions opts, RunSink out_runs)
     : c(controller),
@@ -54,31 +70,19 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
       sink(std::move(out_sink)),
       runs(std::move(out_runs)),
       options(std::move(opts)),
-      format(options.format.value_or(c.numbers.axes)),
-      patterns(compile_patterns(c, findings.diagnostics)),
-      scanner(c, patterns),
-      turn(format.turn()) {
-  for (const auto& p : patterns.words) {
-    if (p.words.size() == 1) note_simple(p);
-    for (const auto& w : p.words) {
-      if (!w.is_fixed && (w.placeholder == Placeholder::tool || w.placeholder == Placeholder::rpm)) {
-        simple.kept[static_cast<std::size_t>(w.letter - '@') & 31U] =
-            static_cast<std::uint8_t>(w.placeholder) + 1;
-      }
-    }
-  }
+      language(c, options, findings.diagnostics) {
   note_plain_words();
   if (options.whole_program) {
-    program.frame.emplace(c, patterns);
+    program.frame.emplace(c, language.patterns);
     modal.length = -1;
   }
   if (runs) at_once.run = std::make_unique<MotionRun>();
   at_once.has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
 }
 
-void Reader::State::note_simple(const Pattern& p) {
+void ControlLanguage::note_simple(const Pattern& p, bool whole_program) {
   // Lines of templates of several lines are followed.
-  if (options.whole_program && (p.is_part || p.is_other)) return;
+  if (whole_program && (p.is_part || p.is_other)) return;
   const auto& w = p.words.front();
   const auto code = code_of(w.number);
   if (!w.is_fixed || code == SimpleWords::kCodes || (w.letter != 'G' && w.letter != 'M')) return;
@@ -127,7 +131,7 @@ void Reader::State::emit(const Block& block) {
 // On a control that wants a modulo axis told otherwise its plain word means something else.
 bool Reader::State::is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const {
   if (!c.rotary.has_modulo_word(letter)) return true;
-  return word.modulo && quanta >= 0 && quanta < turn;
+  return word.modulo && quanta >= 0 && quanta < language.turn;
 }
 
 bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
@@ -137,9 +141,9 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
     return false;
   }
   std::int64_t quanta = 0;
-  if (!to_quanta(word.number, format.decimals(letter), quanta)) {
+  if (!to_quanta(word.number, language.format.decimals(letter), quanta)) {
     error(word.column, "'" + text_of(word) + "' has more decimals than " +
-                           std::to_string(format.decimals(letter)) + ", or is too large");
+                           std::to_string(language.format.decimals(letter)) + ", or is too large");
     return false;
   }
   if (c.numbers.point_required && !word.number.has_point && quanta != 0) {
@@ -162,7 +166,7 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
 bool Reader::State::take_simple(Word& word, LineMotion& m) {
   const auto code = word.letter == 'G' || word.letter == 'M' ? code_of(word.number) : SimpleWords::kCodes;
   if (code == SimpleWords::kCodes) return false;
-  switch ((word.letter == 'G' ? simple.g : simple.m)[code]) {
+  switch ((word.letter == 'G' ? language.simple.g : language.simple.m)[code]) {
     case SimpleWords::Code::no:
       return false;
     case SimpleWords::Code::silent:
@@ -212,9 +216,9 @@ void Reader::State::take_modes(LineMotion& m) {
 std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) const {
   if (!c.rotary.is_modulo(letter) || !modal.position.has(letter)) return value;
   const std::int64_t from = modal.position[letter];
-  std::int64_t way = (value - from) % turn;
-  if (2 * way > turn) way -= turn;
-  if (2 * way < -turn) way += turn;
+  std::int64_t way = (value - from) % language.turn;
+  if (2 * way > language.turn) way -= language.turn;
+  if (2 * way < -language.turn) way += language.turn;
   return from + way;
 }
 
@@ -261,7 +265,7 @@ void Reader::State::read_line(std::string_view text) {
   const char* const begin = text.data();
   const char* end = begin + text.size();
   while (end != begin && is_blank(end[-1])) --end;
-  const char* p = scanner.skip_block_number(begin, end);
+  const char* p = language.scanner.skip_block_number(begin, end);
   if (p == end) return;
   if (!options.raw_lines.empty() && is_raw({p, static_cast<std::size_t>(end - p)})) {
     return emit(Raw{std::string(p, end)});
@@ -274,7 +278,7 @@ void Reader::State::read_line(std::string_view text) {
     return run_motion(plain);
   }
   parsed.clear();
-  scanner.scan(begin, p, end, parsed);
+  language.scanner.scan(begin, p, end, parsed);
   if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
   for (auto& comment : parsed.comments) {
     const bool marked = comment.starts_with(c.comments.mark);
@@ -336,7 +340,8 @@ bool Reader::State::take_motion(LineMotion& m) {
     if (const auto axis = axis_of(word.letter); axis != kNoAxis) {
       const auto letter = static_cast<AxisLetter>(axis);
       std::int64_t quanta = 0;
-      if (m.words.has(letter) || !to_quanta(word.number, format.decimals(letter), quanta)) return false;
+      if (m.words.has(letter) || !to_quanta(word.number, language.format.decimals(letter), quanta))
+        return false;
       if (c.numbers.point_required && !word.number.has_point && quanta != 0) return false;
       if (!is_word_of(word, letter, quanta)) return false;
       m.words.set(letter, quanta);
@@ -373,8 +378,8 @@ Reader::Reader(const Controller& controller, std::string file, Diagnostics& diag
     : state_(std::make_unique<State>(controller, std::move(file), diagnostics, std::move(sink),
                                      std::move(options), std::move(runs))) {
   const AxisFormat& own = controller.numbers.axes;
-  TRUNNION_EXPECTS(state_->format.decimals(AxisLetter::X) >= own.decimals(AxisLetter::X));
-  TRUNNION_EXPECTS(state_->format.decimals(AxisLetter::A) >= own.decimals(AxisLetter::A));
+  TRUNNION_EXPECTS(state_->language.format.decimals(AxisLetter::X) >= own.decimals(AxisLetter::X));
+  TRUNNION_EXPECTS(state_->language.format.decimals(AxisLetter::A) >= own.decimals(AxisLetter::A));
 }
 
 Reader::~Reader() = default;

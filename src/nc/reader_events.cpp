@@ -8,7 +8,7 @@
 namespace trunnion::nc {
 
 bool Reader::State::keep(const Word& word) {
-  const auto placeholder = simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
+  const auto placeholder = language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
   if (placeholder == 0) return false;
   kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
   // A speed alone changes that of a spindle that turns.
@@ -42,7 +42,7 @@ std::vector<FoundEvent> Reader::State::find_events(LineMotion& m) {
         events.push_back(std::move(phrase));
     }
   }
-  for (const auto& pattern : patterns.words) {
+  for (const auto& pattern : language.patterns.words) {
     const auto kind = pattern.event.kind;
     if (kind == EventKind::motion || kind == EventKind::feed_mode) continue;  // left to take_simple
     FoundEvent found;
@@ -324,13 +324,13 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
   if (now.kind == OffsetShift::Kind::set) now.index = whole(found, Placeholder::index, 1);
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
-    now.offset[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
+    now.offset[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
   modal.position.forget(kLinearAxes);
   emit(now);
 }
 
 void Reader::State::run_latch(const FoundEvent& found) {
-  const int decimals = format.decimals(AxisLetter::X);
+  const int decimals = language.format.decimals(AxisLetter::X);
   LatchValues now;
   now.first = !std::exchange(latched, true);
   now.clamp = scaled(found, Placeholder::clamp, decimals);
@@ -371,7 +371,7 @@ void Reader::State::run_run_time_step(const FoundEvent& found) {
 void Reader::State::run_path_mode(const FoundEvent& found) {
   PathMode now;
   now.kind = static_cast<PathModeKind>(found.event.argument);
-  now.tolerance = scaled(found, Placeholder::tolerance, format.decimals(AxisLetter::X));
+  now.tolerance = scaled(found, Placeholder::tolerance, language.format.decimals(AxisLetter::X));
   if (modal.set_path_mode(now)) emit(now);
 }
 
@@ -388,8 +388,8 @@ void Reader::State::run_plane(const FoundEvent& found) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
   for (std::size_t i = 0; i < 3; ++i) {
-    now.origin[i] = scaled(found, kOrigin[i], format.decimals(AxisLetter::X));
-    now.angles[i] = scaled(found, kAngle[i], format.decimals(AxisLetter::A));
+    now.origin[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
+    now.angles[i] = scaled(found, kAngle[i], language.format.decimals(AxisLetter::A));
   }
   now.direction = whole(found, Placeholder::direction, 1) < 0 ? -1 : 1;
   modal.switch_plane(true);
@@ -417,7 +417,7 @@ void Reader::State::run_retract(const FoundEvent& found) {
   const auto letter = static_cast<AxisLetter>(found.event.argument);
   Retract now{AxisWords::bit(letter), {}};
   if (c.names_position(letter)) {
-    now.to.set(letter, scaled(found, Placeholder::position, format.decimals(letter)));
+    now.to.set(letter, scaled(found, Placeholder::position, language.format.decimals(letter)));
     const Number& number = found.captures[Placeholder::position];
     if (c.numbers.point_required && !number.has_point && now.to[letter] != 0) {
       return error(found.column,

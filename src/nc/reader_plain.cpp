@@ -6,16 +6,17 @@ namespace trunnion::nc {
 void Reader::State::note_plain_words() {
   using Kind = SimpleWords::Letter::Kind;
   const auto note = [&](char letter, const SimpleWords::Letter& word) {
-    if (!scanner.begins_other(letter)) simple.letters[static_cast<unsigned char>(letter)] = word;
+    if (!language.scanner.begins_other(letter))
+      language.simple.letters[static_cast<unsigned char>(letter)] = word;
   };
   for (const AxisLetter axis : kAllAxisLetters)
     if (!c.rotary.has_modulo_word(axis))
-      note(letter_of(axis), {Kind::axis, axis, static_cast<std::int8_t>(format.decimals(axis))});
+      note(letter_of(axis), {Kind::axis, axis, static_cast<std::int8_t>(language.format.decimals(axis))});
   note('F', {Kind::feed, {}, 0});
   note('G', {Kind::code, {}, 0});
   note('M', {Kind::code, {}, 0});
   // X[...] and the like are read word by word; an opening that looks like a number would hide behind one.
-  if (!c.run_time.open.empty() && begins_number(c.run_time.open.front())) simple.letters = {};
+  if (!c.run_time.open.empty() && begins_number(c.run_time.open.front())) language.simple.letters = {};
 }
 
 bool Reader::State::take_plain_motion(const char* begin, const char* p, const char* end, LineMotion& m) {
@@ -25,7 +26,7 @@ bool Reader::State::take_plain_motion(const char* begin, const char* p, const ch
     while (p != end && *p == ' ') ++p;
     if (p == end) return true;
     const char letter = *p;
-    const SimpleWords::Letter word = simple.letters[static_cast<unsigned char>(letter)];
+    const SimpleWords::Letter word = language.simple.letters[static_cast<unsigned char>(letter)];
     if (word.kind == Kind::other) return false;
     const char* const behind = take_number(p + 1, end, number);
     if (behind == nullptr || behind > end) return false;

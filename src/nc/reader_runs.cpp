@@ -104,7 +104,7 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
   bool all_four = true;
   Number number;
   while (*p != '\n') {
-    const SimpleWords::Letter word = simple.letters[static_cast<unsigned char>(*p)];
+    const SimpleWords::Letter word = language.simple.letters[static_cast<unsigned char>(*p)];
     const bool is_axis = word.kind == Kind::axis;
     if (!is_axis && (word.kind != Kind::feed || l.feed_at < kRunWords)) return nullptr;
     const char* const behind = take_number(p + 1, end, number);

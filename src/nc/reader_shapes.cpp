@@ -40,7 +40,7 @@ void Reader::State::run_arc(const FoundEvent& found) {
   modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
   if (feed <= 0) return error(found.column, "an arc without feed");
-  const int decimals = format.decimals(AxisLetter::X);
+  const int decimals = language.format.decimals(AxisLetter::X);
   Arc arc;
   arc.clockwise = found.event.argument == 1;
   arc.feed = feed;
@@ -54,14 +54,16 @@ void Reader::State::run_arc(const FoundEvent& found) {
   for (std::size_t i = 0; i < 2; ++i) {
     const auto letter = static_cast<AxisLetter>(i);
     // Its chords are counted: the centre of a mistyped number would ask for more than there is memory.
-    if (const double at_mm = format.internal(letter, center[i]); std::abs(at_mm) > kFarthestCenter_mm) {
+    if (const double at_mm = language.format.internal(letter, center[i]);
+        std::abs(at_mm) > kFarthestCenter_mm) {
       return error(found.column, "an arc whose centre is " + std::to_string(at_mm) + " mm away in " +
                                      letter_of(letter) + ", more than " + std::to_string(kFarthestCenter_mm) +
                                      " mm");
     }
     arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : modal.position[letter]);
-    radius[0] = std::hypot(radius[0], format.internal(letter, modal.position[letter] - arc.center[i]));
-    radius[1] = std::hypot(radius[1], format.internal(letter, end[i] - arc.center[i]));
+    radius[0] =
+        std::hypot(radius[0], language.format.internal(letter, modal.position[letter] - arc.center[i]));
+    radius[1] = std::hypot(radius[1], language.format.internal(letter, end[i] - arc.center[i]));
   }
   if (std::abs(radius[0] - radius[1]) > c.arcs.radius_tolerance_mm + 1e-9 || radius[0] == 0.0) {
     return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
@@ -78,7 +80,7 @@ void Reader::State::run_arc(const FoundEvent& found) {
 void Reader::State::run_cycle(const FoundEvent& found) {
   modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
-  const int decimals = format.decimals(AxisLetter::X);
+  const int decimals = language.format.decimals(AxisLetter::X);
   // A value on a line before counts only where the cycle's own words have it there.
   const auto kind = static_cast<std::size_t>(found.event.argument);
   const auto given = [&](Placeholder p) {

@@ -35,6 +35,23 @@ struct SimpleWords {
   std::array<Letter, 256> letters{};    // of each character
 };
 
+/// The words that a control understands, and how its numbers are read.
+struct ControlLanguage {
+  ControlLanguage(const Controller& c, const ReaderOptions& options, Diagnostics& diagnostics);
+  ControlLanguage(const ControlLanguage&) = delete;  // the scanner refers to the patterns
+  ControlLanguage& operator=(const ControlLanguage&) = delete;
+  ~ControlLanguage() = default;
+
+  AxisFormat format;
+  std::int64_t turn;  // quanta of a rotary axis
+  PatternSet patterns;
+  LineScanner scanner;
+  SimpleWords simple;
+
+ private:
+  void note_simple(const Pattern& p, bool whole_program);
+};
+
 /// What is wrong with the text, at its places.
 struct ReadFindings {
   std::string file;
@@ -86,11 +103,7 @@ struct Reader::State {
   Sink sink;
   RunSink runs;
   ReaderOptions options;
-  SimpleWords simple;
-  AxisFormat format;
-  PatternSet patterns;
-  LineScanner scanner;
-  std::int64_t turn;
+  ControlLanguage language;
 
   // Text.
   std::string carry;  // an unfinished line
@@ -107,7 +120,6 @@ struct Reader::State {
   Captures kept;
   ProgramPlace program;
 
-  void note_simple(const Pattern& p);
   // Findings.
   void error(std::uint32_t column, const std::string& message) { findings.error(column, message); }
   std::string text_of(const Word& word) const;
