@@ -34,13 +34,8 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
       options(o),
       in_force(m, c, axis_words,
                {o.tools.length_mm.value_or(m.tool_length_mm), m.output_point == OutputPoint::tip}),
-      offsets(o.offsets != nullptr
-                  ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
-                  : std::nullopt),
       planner(m, c, FeedOutput::inverse),
-      values(c),
-      program(m.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
-              o.temperatures),
+      as_run(m, c, o),
       reader(
           c, nc_file, diagnostics,
           [this](const nc::Block& block) {
@@ -110,7 +105,7 @@ void Verifier::share_with(Verifier& other) {
   other.state_->points = state_->points;
   // Nothing that only one of them knows of changes where its words lead.
   const auto only_words = [](const State& s) {
-    return !s.offsets && s.options.run_time_temperatures == nullptr;
+    return !s.as_run.offsets && s.options.run_time_temperatures == nullptr;
   };
   other.state_->shared.same_words = only_words(*state_) && only_words(*other.state_);
 }
@@ -121,22 +116,22 @@ Result<VerifyReport> Verifier::finish() {
   if (s.shared.leader == nullptr) {
     if (auto read = s.reader.finish(); !read) return tl::unexpected(read.error());
   }
-  s.all_expected = true;
+  s.progress.all_expected = true;
   s.work();
   s.settle_rapid_end();
   s.match_end_of_cut();
-  if (s.started && s.at.segment + 1 < s.targets().size()) {
+  if (s.progress.started && s.at.segment + 1 < s.targets().size()) {
     const Target& next = s.targets()[s.at.segment + 1];
     if (combined_distance(*s.previous, next.tip_P, next.axis_P) <= s.near_point_mm()) s.mark_programmed();
   }
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
-  for (std::size_t i = s.started ? s.at.segment + 1 : 0; i < s.targets().size(); ++i) {
+  for (std::size_t i = s.progress.started ? s.at.segment + 1 : 0; i < s.targets().size(); ++i) {
     const Target& target = s.targets()[i];
     const Angle allowed =
         s.options.axis_tolerance + (s.in_cone(target.axis_P) ? s.options.pole.tolerance : Angle{});
-    const double d =
-        s.started ? (s.previous->tip_P - target.tip_P).norm() : std::numeric_limits<double>::infinity();
+    const double d = s.progress.started ? (s.previous->tip_P - target.tip_P).norm()
+                                        : std::numeric_limits<double>::infinity();
     if (d <= s.options.tolerance_mm && angle_between(s.previous->axis_P, target.axis_P) <= allowed) {
       s.point_hit(d);
     } else {

@@ -23,7 +23,7 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   if (terms == nullptr && shared.leader != nullptr && shared.leader->shared.last_end &&
       !in_force.compensates) {
     in_force.rotary = shared.leader->in_force.rotary;
-    from_unknown = false;
+    progress.from_unknown = false;
     const BlockEnd& end = *shared.leader->shared.last_end;
     walk.wholly(end.q, end.rapid, end.tcp, in_force.kinematics, end.nc_line);
     return take(end);
@@ -36,13 +36,13 @@ void Verifier::State::take(const nc::Motion& motion, const nc::VariableMotion* t
   }
   // Positions are not all known at the start of a program and after a retract to machine coordinates.
   if ((motion.words.mask & in_force.wanted()) != in_force.wanted() || in_force.leaves_plane(motion.words)) {
-    from_unknown = true;
+    progress.from_unknown = true;
     return take_partly(motion);
   }
   BlockEnd v = in_force.end_at(words);
   v.nc_line = motion.source.line;
   const bool walks = walk.wholly(v.q, rapid, v.tcp, in_force.kinematics, v.nc_line);
-  v.from_unknown = std::exchange(from_unknown, false) || walks;
+  v.from_unknown = std::exchange(progress.from_unknown, false) || walks;
   v.up = walks && walk.is_up();
   v.feed_mode = motion.feed_mode;
   v.feed = motion.feed;
@@ -64,7 +64,7 @@ void Verifier::State::take(const nc::ToolCall& call) {
   in_force.set_length(length_mm.value_or(in_force.tool.length_mm));
   // The tool comes without its length, which is added by words of its own.
   in_force.add_length(controller.length.automatic);
-  if (in_force.tool.length_mm != judged_length_mm || !waiting.blocks.empty())
+  if (in_force.tool.length_mm != judged_with.length_mm || !waiting.blocks.empty())
     waiting.add(InSpindle{in_force.tool.length_mm});
 }
 
@@ -72,21 +72,22 @@ void Verifier::State::take(const nc::ToolCall& call) {
 // the tool before stood on the path.
 void Verifier::State::put_in_spindle(double length_mm) {
   trail.clear();
-  const bool is_first = !meter_of_tool;
-  if (!is_first && length_mm == judged_length_mm) return;
+  const bool is_first = !judged_with.meter;
+  if (!is_first && length_mm == judged_with.length_mm) return;
   const TableKinematics kinematics(machine, {0.0, 0.0, -length_mm});
   if (have_previous) {
     JointVector& q = previous->q;
     kinematics.solve_linear(previous->station.tip_P, kinematics.sines(q), q);
   }
-  judged_length_mm = length_mm;
-  meter_of_tool.emplace(machine, Vec3(0.0, 0.0, -length_mm), options.truth, offsets ? &*offsets : nullptr,
-                        options.certify, options.tolerance_mm, options.axis_tolerance);
+  judged_with.length_mm = length_mm;
+  judged_with.meter.emplace(machine, Vec3(0.0, 0.0, -length_mm), options.truth,
+                            as_run.offsets ? &*as_run.offsets : nullptr, options.certify,
+                            options.tolerance_mm, options.axis_tolerance);
   at_once.begin(meter().kinematics());
   last_block.bows.reset();
   if (!have_previous) return;
   path::put_station(meter().kinematics(), previous->q, previous->station);
-  meter().place_at_station(*previous, previous->q, program);
+  meter().place_at_station(*previous, previous->q, as_run.state);
 }
 
 void Verifier::State::take_other(const nc::Block& block) {
@@ -111,7 +112,7 @@ void Verifier::State::take_other(const nc::Block& block) {
   if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) in_force.shift.read(*offset);
   if (const auto* offset = std::get_if<nc::OffsetShift>(&block)) in_force.shift.read(*offset);
   // What the machine does takes its turn among the motions, which may have to wait for theirs.
-  if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && offsets)
+  if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && as_run.offsets)
     waiting.add(*comment);
   if (const auto* dwell = std::get_if<nc::Dwell>(&block)) waiting.add(*dwell);
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) take(*call);
@@ -164,7 +165,8 @@ void Verifier::State::take(const BlockEnd& end) {
 }
 
 bool Verifier::State::is_within_known(const BlockEnd& end) const {
-  if (!started || away || end.rapid || end.in_cycle || end.tcp || at.segment + 1 >= targets().size())
+  if (!progress.started || progress.away || end.rapid || end.in_cycle || end.tcp ||
+      at.segment + 1 >= targets().size())
     return false;
   double way_mm = 0.0;
   double turn = 0.0;
@@ -220,7 +222,7 @@ void Verifier::State::step(const BlockEnd& end) {
   // Who reads the same text has mostly been at the same place just before.
   const bool is_leaders = shared.leader != nullptr && shared.leader->have_previous &&
                           shared.leader->previous->q == v.q &&
-                          shared.leader->judged_length_mm == judged_length_mm;
+                          shared.leader->judged_with.length_mm == judged_with.length_mm;
   if (is_leaders)
     v.station = shared.leader->previous->station;
   else
@@ -228,9 +230,9 @@ void Verifier::State::step(const BlockEnd& end) {
   shared.same_block = is_leaders && is_block_of_leader(v);
   last_block.bows.reset();
   if (!(is_leaders && shared.same_words && shared.leader->travel.is_within())) check_limits(v);
-  meter().place_at_station(v, v.q, program);
+  meter().place_at_station(v, v.q, as_run.state);
   if (options.collect && have_previous) path_mm += (v.tip_P - previous->tip_P).norm();
-  if (!started) {
+  if (!progress.started) {
     start(v);
   } else if (v.rapid) {
     rapid(v);
@@ -241,7 +243,7 @@ void Verifier::State::step(const BlockEnd& end) {
   if (!report.blocks.empty()) report.blocks.back().seconds = seconds;
   if (!trail.blocks.empty()) trail.blocks.back().seconds = seconds;
   if (options.truth != nullptr && !meter().is_fixed())
-    program.move_to(v.q, seconds);  // nothing else asks for it
+    as_run.state.move_to(v.q, seconds);  // nothing else asks for it
   elapse(seconds);
   if (program_judge) {
     const bool is_known = have_previous && !v.from_unknown;

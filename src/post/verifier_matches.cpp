@@ -12,8 +12,8 @@ TrailMark Verifier::State::mark() const {
           judged_axis_rad,
           report.blocks.size(),
           path_mm,
-          program,
-          offsets,
+          as_run.state,
+          as_run.offsets,
           program_judge ? program_judge->found() : ProgramJudge::Found{}};
 }
 
@@ -46,8 +46,8 @@ void Verifier::State::go_back_to(const TrailMark& mark) {
   static_cast<CutFigures&>(report) = mark.figures;
   judged_axis_rad = mark.judged_axis_rad;
   if (program_judge) program_judge->go_back_to(mark.found);
-  program = mark.program;
-  if (mark.offsets) offsets.emplace(*mark.offsets);
+  as_run.state = mark.program;
+  if (mark.offsets) as_run.offsets.emplace(*mark.offsets);
   of_block = {};
 }
 
@@ -71,11 +71,10 @@ bool Verifier::State::match_anew(std::optional<std::size_t> last_point) {
     for (std::size_t i = 0; i < stands_at.size(); ++i) {
       const BlockTrail::Block& block = trail.blocks[mark.block + i];
       static_cast<BlockEnd&>(stands_at[i]) = block.end;
-      meter().place(stands_at[i], block.end.q, program);
+      meter().place(stands_at[i], block.end.q, as_run.state);
       poses.push_back(stands_at[i]);
       if (i == 0) continue;
-      program.move_to(block.end.q, block.seconds);
-      if (offsets) offsets->advance(block.seconds);
+      as_run.move_to(block.end.q, block.seconds);
     }
     const auto places = match_places(targets(), mark.at, poses, match_limits(), last_point);
     if (places.empty()) continue;
@@ -92,8 +91,8 @@ bool Verifier::State::match_anew(std::optional<std::size_t> last_point) {
   }
   previous = stands;
   if (found) {
-    program = now.program;
-    if (now.offsets) offsets.emplace(*now.offsets);
+    as_run.state = now.program;
+    if (now.offsets) as_run.offsets.emplace(*now.offsets);
     return true;
   }
   go_back_to(now);
@@ -125,14 +124,13 @@ bool Verifier::State::judge_anew(std::span<Vertex> stands_at, std::span<const Pl
     at = hit ? Place{place.segment + 1, 0.0, 0.0, place.off_tip_mm, place.off_axis} : place;
     record_feed(v, targets()[place.segment + 1].line, hit || passed_point);
     const double seconds = trail.blocks[first + i + 1].seconds;
-    program.move_to(v.q, seconds);
-    if (offsets) offsets->advance(seconds);
+    as_run.move_to(v.q, seconds);
   }
   return true;
 }
 
 void Verifier::State::match_end_of_cut() {
-  if (!started || away || trail.marks.empty() || !report.cuts_within_tolerance()) return;
+  if (!progress.started || progress.away || trail.marks.empty() || !report.cuts_within_tolerance()) return;
   std::size_t end = at.segment;
   while (end + 1 < targets().size() && !targets()[end + 1].rapid && end < at.segment + kLookAhead) ++end;
   if (end == at.segment ||

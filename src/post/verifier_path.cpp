@@ -38,7 +38,7 @@ void Verifier::State::start(const Vertex& v) {
   // The program may first go to a safe height: the path begins where the first CL point is met.
   const bool met = distance_to(v, first.tip_P, first.axis_P) <= hit_tolerance() || !v.rapid;
   if (met) {
-    started = true;
+    progress.started = true;
     point_hit((v.tip_P - first.tip_P).norm());
     if (program_judge && v.rapid) program_judge->rapid_to(0, v.nc_line);
     if (program_judge && !v.rapid) program_judge->comes_to(0);
@@ -68,13 +68,14 @@ void Verifier::State::rapid(const Vertex& v) {
   const bool met =
       target != nullptr && target->rapid && distance_to(v, target->tip_P, target->axis_P) <= hit_tolerance();
   if (met) {
-    rapid_end =
-        RapidEnd{*target, (v.tip_P - target->tip_P).norm(), distance_to(v, target->tip_P, target->axis_P)};
-    away = false;
+    progress.rapid_end = PathProgress::RapidEnd{*target, (v.tip_P - target->tip_P).norm(),
+                                                distance_to(v, target->tip_P, target->axis_P)};
+    progress.away = false;
   }
   // On the way over the safe height there is no line to keep to.
-  if (target != nullptr && target->rapid && !v.from_unknown && !away) {
-    const double off_mm = meter().sampled(*previous, v, targets()[next - 1], *target, program).tip_mm.upper;
+  if (target != nullptr && target->rapid && !v.from_unknown && !progress.away) {
+    const double off_mm =
+        meter().sampled(*previous, v, targets()[next - 1], *target, as_run.state).tip_mm.upper;
     if (off_mm > report.max_rapid_deviation_mm) report.worst_rapid = {v.nc_line, target->line};
     report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, off_mm);
   }
@@ -87,7 +88,7 @@ void Verifier::State::rapid(const Vertex& v) {
 void Verifier::State::judge_rapid(const Vertex& v) {
   const std::size_t next = at.segment + 1;
   const Target* target = next < targets().size() ? &targets()[next] : nullptr;
-  const bool is_outside = away || v.from_unknown;
+  const bool is_outside = progress.away || v.from_unknown;
   if (v.up || turns_in_place(v)) return;
   // Held to its line.
   if (target != nullptr && target->rapid && !is_outside) return;
@@ -128,19 +129,20 @@ bool Verifier::State::turns_in_place(const Vertex& v) const {
 }
 
 bool Verifier::State::comes_nearer(const Vertex& v) {
-  if (!rapid_end || at.t != 0.0 || targets()[at.segment].tip_P != rapid_end->target.tip_P) return false;
-  const Target& end = rapid_end->target;
+  if (!progress.rapid_end || at.t != 0.0 || targets()[at.segment].tip_P != progress.rapid_end->target.tip_P)
+    return false;
+  const Target& end = progress.rapid_end->target;
   const double distance = distance_to(v, end.tip_P, end.axis_P);
-  if (distance >= rapid_end->distance) return false;
-  rapid_end->distance = distance;
-  rapid_end->tip_mm = (v.tip_P - end.tip_P).norm();
+  if (distance >= progress.rapid_end->distance) return false;
+  progress.rapid_end->distance = distance;
+  progress.rapid_end->tip_mm = (v.tip_P - end.tip_P).norm();
   record(v, 0.0, 0.0, end.line, true);
   return true;
 }
 
 void Verifier::State::settle_rapid_end() {
-  if (rapid_end) point_hit(rapid_end->tip_mm);
-  rapid_end.reset();
+  if (progress.rapid_end) point_hit(progress.rapid_end->tip_mm);
+  progress.rapid_end.reset();
 }
 
 void Verifier::State::pass_repeated_points() {
@@ -176,9 +178,9 @@ void Verifier::State::feed(Vertex& v) {
     record_feed(v, last.line, false);
     return;
   }
-  if (away && meter().takes_up(*previous, v, program))
+  if (progress.away && meter().takes_up(*previous, v, as_run.state))
     return record(v, 0.0, 0.0, place_of_path().line, false);
-  if (away ? comes_back(v) : leaves(v)) return trail.clear();
+  if (progress.away ? comes_back(v) : leaves(v)) return trail.clear();
   note_on_trail(v);
   const Place place = find(*previous, v);
   v.placed = true;
@@ -203,7 +205,7 @@ bool Verifier::State::arrives(const Vertex& v) {
   if (next >= targets().size()) return false;
   const Target& target = targets()[next];
   if (distance_to(v, target.tip_P, target.axis_P) > hit_tolerance()) return false;
-  away = false;
+  progress.away = false;
   point_hit((v.tip_P - target.tip_P).norm());
   if (program_judge) program_judge->comes_to(next);
   if (program_judge && target.rapid) judge_feed_to(target, v.nc_line);
@@ -341,7 +343,7 @@ bool Verifier::State::keeps_tip(const Vertex& v, const Place& place, double limi
     foot.go_to(targets()[j + 1]);
     Vertex& cut = cuts[j - at.segment];
     cut.q = JointVector::interpolate(previous->q, v.q, foot.t);
-    meter().place(cut, v.q, program);
+    meter().place(cut, v.q, as_run.state);
     if ((cut.tip_P - targets()[j + 1].tip_P).norm() > report.max_point_deviation_mm ||
         !meter().keeps_tip(*from, cut, targets()[j], targets()[j + 1], limit_mm))
       return false;
@@ -358,9 +360,9 @@ bool Verifier::State::judge(const Vertex& v, const Place& place) {
       v.off_chord_mm > 0.0F ? DeviationMeter::Deviation{} : uninteresting();
   bool passed_point = false;  // the block ends at a CL point and a little beyond it
   for (std::size_t j = at.segment; j < place.segment; ++j) {  // CL points that the block passes
-    const Vertex to = meter().nearest_between(*from, v, targets()[j + 1], program);
+    const Vertex to = meter().nearest_between(*from, v, targets()[j + 1], as_run.state);
     point_hit((to.tip_P - targets()[j + 1].tip_P).norm());
-    take_deviation(meter().of(*from, to, targets()[j], targets()[j + 1], program, known),
+    take_deviation(meter().of(*from, to, targets()[j], targets()[j + 1], as_run.state, known),
                    near_pole(targets()[j], targets()[j + 1]));
     take_beside(*from, to, j, j == at.segment ? at.t : 0.0, 1.0);
     passed_point |= options.collect && mark_nearer(v, targets()[j + 1]);
@@ -368,7 +370,7 @@ bool Verifier::State::judge(const Vertex& v, const Place& place) {
     from = &*passed;
   }
   const Target& end = targets()[place.segment + 1];
-  take_deviation(meter().of(*from, v, targets()[place.segment], end, program, known),
+  take_deviation(meter().of(*from, v, targets()[place.segment], end, as_run.state, known),
                  near_pole(targets()[place.segment], end));
   take_beside(*from, v, place.segment, place.segment == at.segment ? at.t : 0.0, place.t);
   return passed_point;
@@ -424,13 +426,13 @@ bool Verifier::State::leaves(const Vertex& v) {
       angle_between(v.axis_P, previous->axis_P).rad() > kSameAxis_rad)
     return false;
   if (find(*previous, v).distance <= hit_tolerance()) return false;  // a motion of the CL file itself
-  away = true;
+  progress.away = true;
   record(v, 0.0, 0.0, place_of_path().line, false);
   return true;
 }
 
 bool Verifier::State::comes_back(const Vertex& v) {
-  away = false;
+  progress.away = false;
   const Target place = place_of_path();
   const Vec3 way = previous->tip_P - v.tip_P;
   if (distance_to(v, place.tip_P, place.axis_P) > hit_tolerance()) return false;
@@ -440,7 +442,7 @@ bool Verifier::State::comes_back(const Vertex& v) {
   const bool in_cone = this->in_cone(place.axis_P);
   const Vec3 along_P = in_cone ? path::station(meter().kinematics(), v.q).axis_P : place.axis_P;
   const Target out{place.tip_P + way.norm() * along_P, place.axis_P, place.line, false};
-  take_deviation(meter().of(*previous, v, out, place, program, uninteresting()), in_cone);
+  take_deviation(meter().of(*previous, v, out, place, as_run.state, uninteresting()), in_cone);
   record_feed(v, place.line, at.t == 0.0);
   if (program_judge && at.segment + 1 < targets().size()) program_judge->comes_to(at.segment + 1);
   return true;

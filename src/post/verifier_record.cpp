@@ -42,7 +42,7 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
   known.flute_mm.upper =
       options.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
-  const auto beside = meter().beside(from, v, a, b, t0, t1, options.flute_mm, program, known);
+  const auto beside = meter().beside(from, v, a, b, t0, t1, options.flute_mm, as_run.state, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
   if (options.flute_mm == 0.0) return;

@@ -22,12 +22,13 @@ void Verifier::State::take(const nc::MotionRun& run) {
 }
 
 bool Verifier::State::may_take(const nc::MotionRun& run) const {
-  const bool stands_on_path =
-      started && have_previous && previous->placed && !away && !from_unknown && !walk.goes_on();
+  const bool stands_on_path = progress.started && have_previous && previous->placed && !progress.away &&
+                              !progress.from_unknown && !walk.goes_on();
   const bool words_are_joints = !in_force.tcp && !in_force.plane && in_force.shift.is_idle() &&
                                 (run.mask & axis_words.all) == axis_words.all;
-  return stands_on_path && words_are_joints && waiting.blocks.empty() && !in_force.compensates && !offsets &&
-         !options.collect && meter().may_bow(*previous, *previous) && meter().kinematics().side_by_side();
+  return stands_on_path && words_are_joints && waiting.blocks.empty() && !in_force.compensates &&
+         !as_run.offsets && !options.collect && meter().may_bow(*previous, *previous) &&
+         meter().kinematics().side_by_side();
 }
 
 const RunEnds& Verifier::State::ends_of(const nc::MotionRun& run) {
@@ -116,7 +117,7 @@ std::size_t Verifier::State::step(const nc::MotionRun& run, const RunEnds& ends)
     }
     std::swap(previous, present);
     loaded = i + 1;
-    if (!away && previous->placed) continue;
+    if (!progress.away && previous->placed) continue;
     ++i;
     break;
   }

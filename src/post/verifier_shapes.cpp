@@ -16,10 +16,10 @@ constexpr double kBowShare = 0.05;
 
 bool Verifier::State::words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out) {
   const std::uint16_t wanted = in_force.wanted();
-  if ((words.mask & wanted) != wanted || from_unknown) {
+  if ((words.mask & wanted) != wanted || progress.from_unknown) {
     findings.error(file, source, "an arc or a drilling cycle before all axes have been positioned");
     ++report.points_missed;
-    from_unknown = true;
+    progress.from_unknown = true;
     return false;
   }
   for (AxisId id = 0; id < machine.axes.size(); ++id)
@@ -62,7 +62,7 @@ void Verifier::State::take(const nc::Hole& hole) {
 bool Verifier::State::steps(const Vertex& v) {
   std::size_t end = at.segment + 1;
   if (end >= targets().size() || !targets()[end].step) {
-    drilled_mm = 0.0;
+    progress.drilled_mm = 0.0;
     return false;
   }
   while (end < targets().size() && targets()[end].step) ++end;
@@ -83,15 +83,15 @@ bool Verifier::State::steps(const Vertex& v) {
   // Small steps may back above where the feed begins: out of the hole, along it.
   Target highest = top;
   highest.tip_P += std::min({0.0, depth_mm, down.dot(previous->tip_P - top.tip_P)}) * down;
-  take_deviation(meter().of(*previous, v, highest, bottom, program, {}));
-  const double too_deep_mm = depth_mm - drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
+  take_deviation(meter().of(*previous, v, highest, bottom, as_run.state, {}));
+  const double too_deep_mm = depth_mm - progress.drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
-  if (!v.rapid) drilled_mm = std::max(drilled_mm, depth_mm);
+  if (!v.rapid) progress.drilled_mm = std::max(progress.drilled_mm, depth_mm);
   const bool reached = !v.rapid && depth_mm > length_mm - options.tolerance_mm;
   if (reached) {
     point_hit((v.tip_P - bottom.tip_P).norm());
     at = {end, 0.0, 0.0};
-    drilled_mm = 0.0;
+    progress.drilled_mm = 0.0;
   }
   record_feed(v, bottom.line, reached);
   if (program_judge && !v.rapid) program_judge->comes_to(reached ? at.segment : end);

@@ -41,6 +41,50 @@ struct BlockFigures {
   bool proved = true;
 };
 
+/// How far the CL path has been followed, beside the place on it.
+struct PathProgress {
+  struct RapidEnd {
+    Target target;
+    double tip_mm;
+    double distance;
+  };
+  std::optional<RapidEnd> rapid_end;  // the last CL point that a rapid has come to
+  bool started = false;
+  bool all_expected = false;  // the CL file has no more points
+  bool away = false;          // the tool has left the path along its axis
+  bool from_unknown = false;  // a motion of which not all positions were known was left out
+  double drilled_mm = 0.0;    // in the hole at hand, from where the feed begins
+};
+
+/// The machine while the program runs: what hangs on its past, its drift, the values that the control holds.
+struct MachineAsRun {
+  MachineAsRun(const Machine& machine, const nc::Controller& controller, const VerifyOptions& o)
+      : offsets(o.offsets != nullptr
+                    ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
+                    : std::nullopt),
+        values(controller),
+        state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
+              o.temperatures) {}
+
+  void elapse(double seconds) {
+    if (offsets) offsets->advance(seconds);
+  }
+  void move_to(const JointVector& q, double seconds) {
+    state.move_to(q, seconds);
+    elapse(seconds);
+  }
+
+  std::optional<OffsetTracker> offsets;
+  RunTimeValues values;
+  ProgramState state;
+};
+
+/// The tool that motions are judged with.
+struct JudgedTool {
+  double length_mm = 0.0;
+  std::optional<DeviationMeter> meter;
+};
+
 /// The block that was judged last.
 struct LastBlock {
   double seconds = 0.0;
@@ -129,34 +173,36 @@ struct Verifier::State {
 
   void step(const nc::RunTimeStep& line) {
     const auto* temperatures = options.run_time_temperatures;
-    if (temperatures == nullptr) return values.take(line, {}, {});
-    values.take(line, temperatures->at(report.duration_s), temperatures->temperature_K.front());
+    if (temperatures == nullptr) return as_run.values.take(line, {}, {});
+    as_run.values.take(line, temperatures->at(report.duration_s), temperatures->temperature_K.front());
   }
   // The control holds the drift as it is.
-  void step(const nc::LatchValues& latch) { values.latch(latch, offsets ? offsets->now() : Vec3::Zero()); }
+  void step(const nc::LatchValues& latch) {
+    as_run.values.latch(latch, as_run.offsets ? as_run.offsets->now() : Vec3::Zero());
+  }
   void step(const std::unique_ptr<WithTerms>& motion) {
     BlockEnd end = motion->end;
-    end.q = in_force.shift.moved(end.q, values.change(motion->terms), end.tcp);
+    end.q = in_force.shift.moved(end.q, as_run.values.change(motion->terms), end.tcp);
     step(end);
   }
   void step(const nc::Comment& comment) {
     trail.clear();
-    offsets->comment(comment.text);
+    as_run.offsets->comment(comment.text);
   }
   void step(const nc::Dwell& dwell) {
     trail.clear();
     const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
-    program.wait(seconds);
+    as_run.state.wait(seconds);
     elapse(seconds);
   }
   // Straight up is along the tool axis.
   void step(const nc::Retract&) {
     trail.clear();
-    away = started;
+    progress.away = progress.started;
   }
   void step(const nc::Spindle& spindle) {
     trail.clear();
-    program.spindle(static_cast<double>(spindle.rpm));
+    as_run.state.spindle(static_cast<double>(spindle.rpm));
   }
 
   // A block with terms of its own is large and rare: the others keep their size.
@@ -223,14 +269,14 @@ struct Verifier::State {
   }
   void take(const nc::TiltedPlane& block) {
     const bool turns = in_force.enter(block);
-    from_unknown = true;
+    progress.from_unknown = true;
     if (turns) walk.turns_to(in_force.plane_q, nc_line());
   }
 
-  const DeviationMeter& meter() const { return *meter_of_tool; }
+  const DeviationMeter& meter() const { return *judged_with.meter; }
   const PathPoints& targets() const { return *points; }
   // A block can be judged when the CL motions are known up to well beyond it.
-  bool may_step() const { return all_expected || targets().size() > at.segment + kLookAhead; }
+  bool may_step() const { return progress.all_expected || targets().size() > at.segment + kLookAhead; }
   // The same for a block to `q` that begins where the last one ends, and that cannot reach beyond the motions
   // that are known.
   bool is_within_known(const BlockEnd& end) const;
@@ -240,7 +286,7 @@ struct Verifier::State {
   void step(const BlockEnd& end);
   void elapse(double seconds) {
     report.duration_s += seconds;
-    if (offsets) offsets->advance(seconds);
+    as_run.elapse(seconds);
   }
 
   bool may_take(const nc::MotionRun& run) const;
@@ -412,29 +458,16 @@ struct Verifier::State {
   AxisWordsOf axis_words{machine, controller.numbers.axes};
   WordsInForce in_force;
   ToolsRead tools;
-  std::optional<OffsetTracker> offsets;
-  double judged_length_mm = 0.0;  // of the tool that motions are judged with
-  std::optional<DeviationMeter> meter_of_tool;
+  JudgedTool judged_with;
   FeedPlanner planner;
-  RunTimeValues values;
-  ProgramState program;
+  MachineAsRun as_run;
   TravelSeen travel{machine};
-  bool from_unknown = false;  // a motion of which not all positions were known was left out
 
   PathPoints own_points;
   PathPoints* points = &own_points;           // those of the leader, where there is one
   std::optional<ProgramJudge> program_judge;  // of one that reads a text
   Place at;
-  struct RapidEnd {
-    Target target;
-    double tip_mm;
-    double distance;
-  };
-  std::optional<RapidEnd> rapid_end;  // the last CL point that a rapid has come to
-  bool started = false;
-  bool all_expected = false;
-  double drilled_mm = 0.0;  // in the hole at hand, from where the feed begins
-  bool away = false;        // the tool has left the path along its axis
+  PathProgress progress;
   BlocksWaiting waiting;
   std::array<Vertex, 2> vertices;
   Vertex* previous = &vertices[0];
