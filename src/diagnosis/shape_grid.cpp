@@ -97,16 +97,17 @@ class RunSampling {
   }
   double weight() const { return x_.size() > 2 ? weight_ : 0.0; }
 
-  // In radians for each unit of x, at most `most`.
-  double resolved(double most) const {
+  // In radians for each unit of x, at most `most`. Waves that close over a full turn are told from one
+  // another.
+  double resolved(double most, bool closed) const {
     const double range = x_.back() - x_.front();
-    const double lobe = first_lobe(2.0 * most, range);
+    const double lobe = first_lobe(2.0 * most, range, closed);
     return std::min(most, 0.5 * lobe * (1.0 + kRounding));
   }
 
  private:
   // The smallest wave number that all positions show as a constant.
-  double first_lobe(double most, double range) const {
+  double first_lobe(double most, double range, bool closed) const {
     std::vector<double> gaps;
     for (std::size_t k = 1; k < x_.size(); ++k) gaps.push_back(x_[k] - x_[k - 1]);
     const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
@@ -115,8 +116,9 @@ class RunSampling {
     constexpr int kTries = 5;
     for (double m = 1.0; m * kTwoPi / *middle <= most && m <= kMostLobes; m += 1.0)
       for (int shift = -kTries; shift <= kTries; ++shift) {
-        const double wave = m * kTwoPi / *middle + shift / range;
-        if (seen_as_constant(wave)) return wave;
+        double wave = m * kTwoPi / *middle + shift / range;
+        if (closed) wave = std::round(wave);
+        if (wave > 0.0 && seen_as_constant(wave)) return wave;
       }
     return INFINITY;
   }
@@ -137,6 +139,7 @@ class RunSampling {
 class Resolution {
  public:
   Resolution(const Observations& o, const Effect& effect, double shape, double most) {
+    const bool closed = o.machine().axes[effect.link().axis].kind == AxisKind::rotary;
     const VectorXd seen = o.linear_columns(effect, std::array{shape}).rowwise().norm();
     for (const auto& rows : o.runs()) {
       std::vector<std::pair<double, double>> positions;
@@ -146,7 +149,7 @@ class Resolution {
       if (positions.size() < 3) continue;
       const RunSampling run(std::move(positions));
       if (!(run.weight() > 0.0)) continue;
-      runs_.emplace_back(run.resolved(most), run.weight());
+      runs_.emplace_back(run.resolved(most, closed), run.weight());
       weight_ += run.weight();
     }
   }
