@@ -431,7 +431,7 @@ void blame_rows(Diagnosis& d) {
 
 }  // namespace
 
-Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& model,
+Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
                    const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
   const auto effects_of = [&](const Machine& m, const Dataset& d, const Model& known,
                               const DiagnoseOptions& how) {
@@ -439,6 +439,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& mod
     library.insert(library.end(), extra.begin(), extra.end());
     return Engine(m, d, known, how, std::move(library)).run();
   };
+  const Model model = with_best_variants(Observations(machine, data), given);
   Diagnosis out = effects_of(machine, data, model, options);
   if (!options.conventions || out.contradicted) return out;
   DiagnoseOptions quick = options;

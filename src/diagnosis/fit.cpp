@@ -6,8 +6,9 @@
 
 namespace trunnion::diagnosis {
 
-Fit fit(const Machine& machine, const Dataset& data, const Model& model, const FitOptions& options) {
+Fit fit(const Machine& machine, const Dataset& data, const Model& given, const FitOptions& options) {
   const Observations observations(machine, data);
+  const Model model = with_best_variants(observations, given);
   FitCore own = fit_core(observations, model, options);
   Fit out;
   out.null_directions = open_directions(observations, own);

@@ -41,6 +41,8 @@ class Fitter {
   Fitter(const Observations& observations, const Model& model) : o_(observations), start_(model) {
     fit_.model = model;
     fit_.free = free_parameters(model);
+    held_.assign(fit_.free.size(), false);
+    for (std::size_t k = 0; k < held_.size(); ++k) held_[k] = parameter_of(model, fit_.free[k]).integer;
     free_setup_ = model.setup_translation == SetupTranslation::free;
     priors_ =
         std::count_if(fit_.free.begin(), fit_.free.end(), [](const FreeParameter& p) { return p.prior; });
@@ -156,6 +158,7 @@ class Fitter {
       fit_.whitening->apply(j.topRows(n));
     }
     const auto seen = [&](Eigen::Index k) {
+      if (held_[static_cast<std::size_t>(k)]) return false;
       const double usual = parameter_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]).usual;
       return usual > 0.0 ? scale[k] * usual > kUnseen : scale[k] > 0.0;
     };
@@ -204,14 +207,22 @@ class Fitter {
 
   void describe_null_space(const MatrixXd& j, const MatrixXd& seen, const VectorXd& scale) {
     const Eigen::Index p = j.cols();
-    const MatrixXd hidden = MatrixXd::Identity(p, p) - seen * seen.transpose();
+    MatrixXd hidden = MatrixXd::Identity(p, p) - seen * seen.transpose();
     for (Eigen::Index k = 0; k < p; ++k)
       fit_.determined[static_cast<std::size_t>(k)] = hidden.row(k).norm() < 1e-4;
-    if (p == seen.cols()) return;
+    // A shape that stays where it is has no uncertainty to tell, and hides nothing.
+    Eigen::Index count = p - seen.cols();
+    for (Eigen::Index k = 0; k < p; ++k) {
+      if (!held_[static_cast<std::size_t>(k)]) continue;
+      hidden.row(k).setZero();
+      hidden.col(k).setZero();
+      --count;
+    }
+    if (count == 0) return;
     // One vector for each pivot column: few parameters in each, as a person would name them.
     const PivotedQr qr = pivoted_qr(hidden, 0.0);
     std::vector<VectorXd> found;
-    for (Eigen::Index i = 0; i < p - seen.cols(); ++i) {
+    for (Eigen::Index i = 0; i < count; ++i) {
       VectorXd v = hidden.col(qr.order[i]);
       for (Eigen::Index k = 0; k < p; ++k)
         v[k] = std::abs(v[k]) < 1e-6 ? 0.0 : v[k] * (scale[k] > 0.0 ? scale[k] : 1.0);
@@ -248,9 +259,17 @@ class Fitter {
       for (Eigen::Index k = 0; k < step.size(); ++k) {
         const FreeParameter& f = fit_.free[static_cast<std::size_t>(k)];
         double& value = value_of(fit_.model, f);
-        value += step[k];
+        const double old = value, wanted = value + step[k];
+        value = wanted;
         const Parameter& p = parameter_of(from, f);
-        if (p.role == ParameterRole::shape) value = bounded(p, value, value - step[k]);
+        if (p.role != ParameterRole::shape) continue;
+        value = bounded(p, wanted, old);
+        // At the end of its range, and pushed on: the others are to be fitted beside it.
+        if (value == old && wanted != old && p.max > p.min) {
+          held_[static_cast<std::size_t>(k)] = true;
+          fit_.model = from;
+          return false;
+        }
       }
       const double after = objective();
       if (after <= before * (1.0 + 1e-12)) return small(step) || before - after < 1e-6;
@@ -259,7 +278,6 @@ class Fitter {
     return true;
   }
   static double bounded(const Parameter& p, double value, double old) {
-    if (p.integer) return old;
     if (!(p.max > p.min)) return value;
     const double reach = 0.1 * (p.max - p.min);
     return std::clamp(std::clamp(value, old - reach, old + reach), std::min(p.min, old),
@@ -283,6 +301,7 @@ class Fitter {
   UnknownCommon unknown_;
   bool free_setup_ = true;
   Eigen::Index priors_ = 0;
+  std::vector<bool> held_;  // shapes that are whole numbers, or at the end of their range
   VectorXd step_;
 };
 

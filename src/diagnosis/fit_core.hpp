@@ -55,6 +55,10 @@ SizeByQuantity size_by_quantity(const Dataset& data, const VectorXd& values,
 FitCore fit_core(const Observations& observations, const Model& model, const FitOptions& options,
                  const std::vector<bool>& outliers = {});
 
+/// Effects whose variant the file leaves open (`crosstalk:XY` without a component) get the one that fits
+/// best, in the order of the model.
+Model with_best_variants(const Observations& observations, Model model);
+
 /// Readings that stand alone beyond what base and a smooth surrogate explain: Huber's fit, then |r| beyond
 /// kOutlier robust standard deviations.
 std::vector<bool> find_outliers(const Observations& observations, const FitCore& fit);

@@ -85,12 +85,13 @@ Added add_and_fit(const Machine& machine, const Dataset& data, const Model& pare
   return out;
 }
 
-HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Model& model) {
+HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Model& given) {
   HistoryEntry out;
-  out.name = model.name;
-  out.parent = model.parent.value_or("");
-  for (const ModelEffect& effect : model.effects) out.effects.push_back(effect.id());
+  out.name = given.name;
+  out.parent = given.parent.value_or("");
+  for (const ModelEffect& effect : given.effects) out.effects.push_back(effect.id());
   const Observations o(machine, data);
+  const Model model = with_best_variants(o, given);
   const SizedFit sized = with_usual_sizes(o, model, fit_core(o, model, {}));
   const FitCore& core = sized.core;
   const SizeByQuantity rms = size_by_quantity(data, plain_residual(o, core), core.whitening->noise().used);

@@ -65,7 +65,7 @@ NullDirection hardly_seen(const FitCore& fit, const VectorXd& direction) {
   }
   out.words = (out.parts.size() == 1 ? "hardly excited by these runs: " + parts + " changes"
                                      : "hardly told apart: " + parts + " together change") +
-              " the readings by no more than their uncertainty";
+              " the readings by no more than their uncertainty and what is left of them";
   return out;
 }
 
