@@ -173,7 +173,11 @@ std::vector<std::string> stuck(const Observations& o) {
     }
     if (longest < kFewest) continue;
     const double elsewhere = static_cast<double>(equal - (longest - 1)) + 1.0;
-    const double chance = elsewhere / static_cast<double>(std::max<std::size_t>(group.size() - longest, 2));
+    const double seen = elsewhere / static_cast<double>(std::max<std::size_t>(group.size() - longest, 2));
+    // Of two readings with this noise and this step of the display, where the error does not change.
+    const Reading& reading = o.reading(group[from]);
+    const double by_step = resolution(o, reading.quantity) / (2.0 * std::sqrt(kPi) * reading.u_random);
+    const double chance = std::max(seen, by_step);
     if (chance >= 1.0 || std::pow(chance, static_cast<double>(longest - 1)) > kChance) continue;
     out.add(place(o, group[from]) + " to " + place(o, group[end]) + ": the reading stands still at " +
             amount(o.reading(group[end])) + " while the machine moves: the beam or the probe had no signal");
@@ -202,8 +206,10 @@ FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group)
   out.middle = median(values);
   for (const double v : values) distances.push_back(std::abs(v - out.middle));
   out.scatter = kMad * median(distances);
+  const double step = resolution(o, o.reading(group.front()).quantity);
   for (const Eigen::Index i : group)
-    if (std::abs(o.values()[i] - out.middle) > kFar * (out.scatter + 3.0 * o.reading(i).u_random))
+    if (std::abs(o.values()[i] - out.middle) >
+        kFar * (out.scatter + 3.0 * std::max(o.reading(i).u_random, step)))
       out.readings.push_back(i);
   if (static_cast<double>(out.readings.size()) > kMostShare * static_cast<double>(group.size()) + 1.0)
     out.readings.clear();

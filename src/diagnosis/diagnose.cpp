@@ -35,7 +35,7 @@ constexpr int kMostRounds = 3;  // of the judgement of outliers
 constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
-constexpr double kOfConvention = 0.97, kOfHarm = 0.9;
+constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
@@ -262,12 +262,30 @@ class Engine {
     });
   }
 
+  // Rounding is the same wherever a position is measured again, and looks like structure: where no more than
+  // that is left, these readings show nothing.
+  bool only_rounding(const Diagnosis& d) const {
+    constexpr double kNoMore = 1.2;
+    const auto rounded = [&](Quantity quantity, double rms) {
+      const double step =
+          resolution(o_, quantity) / (quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
+      return std::isnan(rms) || rms <= kNoMore * step / std::sqrt(12.0);
+    };
+    return rounded(Quantity::displacement, d.rms_um) && rounded(Quantity::rotation, d.rms_urad);
+  }
+
   void decide(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
     if (const std::string wrong = contradiction(o_); !wrong.empty()) {
       d.verdict = Verdict::data_problem;
       d.confidence = 0.99;
       d.contradicted = true;
       d.paragraph = "The rows contradict themselves: " + wrong + ". Correct the file first.";
+      return;
+    }
+    if (only_rounding(d)) {
+      d.verdict = testable(d) ? Verdict::nothing_to_find : Verdict::not_testable;
+      d.only_rounding = true;
+      d.confidence = kOfRounding;
       return;
     }
     const double gained = (base_rss(atoms) - x.found.remainder.rss()) / noise_.variance;

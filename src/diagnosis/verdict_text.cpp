@@ -174,12 +174,18 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
     case Verdict::bookkeeping:
       return bookkeeping_text(d.bookkeeping);
   }
+  if (d.only_rounding)
+    out +=
+        " What is left is the rounding of the readings to the steps of the display or the file; smaller "
+        "errors "
+        "do not show.";
   if (d.outliers > 0)
     out += " " + std::to_string(d.outliers) + " reading(s) stand far out and were left out.";
   if (d.autocorrelation > 0.0)
     out += " Successive readings are correlated (" + short_number(d.autocorrelation) +
            "): the tests allow for it.";
-  if (d.verdict != Verdict::data_problem && (d.noise_factor > 1.12 || d.noise_factor < 0.88))
+  if (d.verdict != Verdict::data_problem && !d.only_rounding &&
+      (d.noise_factor > 1.12 || d.noise_factor < 0.88))
     out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
   if (d.next) out += " Next measurement: " + d.next->why;
   return out;

@@ -1,5 +1,6 @@
 #include "diagnosis/whitening.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -13,29 +14,26 @@ Eigen::Index NoiseModel::used_count() const {
   return static_cast<Eigen::Index>(std::count(used.begin(), used.end(), true));
 }
 
-namespace {
-
-// The step of the readings of one quantity, where all are whole multiples of one: of the display, or of the
-// digits in the file. 0 without one.
 double resolution(const Observations& o, Quantity quantity) {
   constexpr Eigen::Index kFewest = 20;
   const double unit = quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
-  for (double step = 1.0; step > 1e-7; step *= 0.1) {
-    Eigen::Index count = 0;
-    bool whole = true, any = false;
-    for (Eigen::Index i = 0; i < o.size() && whole; ++i) {
-      if (o.reading(i).quantity != quantity) continue;
-      const double steps = o.values()[i] / (unit * step);
-      whole = std::abs(steps - std::round(steps)) < 1e-4;
-      any = any || std::abs(steps) > 0.5;
-      ++count;
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    if (o.reading(i).quantity == quantity) values.push_back(o.values()[i] / unit);
+  if (values.size() < static_cast<std::size_t>(kFewest)) return 0.0;
+  for (double decade = 10.0; decade > 1e-7; decade *= 0.1)
+    for (const double part : {0.5, 0.25, 0.2, 0.1}) {
+      const double step = part * decade;
+      const auto whole = [step](double value) {
+        return std::abs(value / step - std::round(value / step)) < 1e-4;
+      };
+      if (!std::all_of(values.begin(), values.end(), whole)) continue;
+      const bool any =
+          std::any_of(values.begin(), values.end(), [step](double v) { return std::abs(v) > 0.5 * step; });
+      return any ? unit * step : 0.0;
     }
-    if (whole) return any && count >= kFewest ? unit * step : 0.0;
-  }
   return 0.0;
 }
-
-}  // namespace
 
 NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad) {
   NoiseModel out;

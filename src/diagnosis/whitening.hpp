@@ -13,6 +13,10 @@ struct NoiseModel {
   Eigen::Index used_count() const;
 };
 
+/// The step of the readings of one quantity (mm, rad), where all are whole multiples of one: of the display,
+/// or of the digits in the file. 0 without one, or with fewer than 20 readings.
+double resolution(const Observations& observations, Quantity quantity);
+
 /// As the data state it; unknown common offsets get the given standard deviations (displacement in mm,
 /// rotation in rad).
 NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad);

@@ -196,6 +196,7 @@ TEST(RowProblems, EachIsNamedByItsRow) {
     void (*spoil)(Dataset&);
   };
   const std::vector<Spoilt> kinds = {{"others of its run", [](Dataset& d) { d.readings[100].value += 2.9; }},
+                                     {"in another unit", [](Dataset& d) { d.readings[100].value *= 1e3; }},
                                      {"stands still", [](Dataset& d) {
                                         for (std::size_t i = 20; i < 40; ++i)
                                           d.readings[i].value = d.readings[20].value;
@@ -225,6 +226,26 @@ TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
   EXPECT_EQ(d.verdict, Verdict::data_problem) << told_by(d);
   EXPECT_NE(d.paragraph.find("outside its travel"), std::string::npos) << told_by(d);
   EXPECT_NE(d.paragraph.find("jumps back"), std::string::npos) << told_by(d);
+}
+
+// A residual of 0.0013 um, the rounding of a file with steps of 0.005 um, was "not_in_library".
+TEST(Sizes, TheStepOfTheReadingsIsNoStructure) {
+  for (const double step_um : {0.001, 0.005, 0.01}) {
+    Files files(15);
+    std::string plan = test::plan_text({});
+    for (std::size_t at = 0; (at = plan.find("u_random = 0.8", at)) != std::string::npos;)
+      plan.replace(at, 14, "u_random = 1e-5");
+    for (std::size_t at = 0; (at = plan.find("u_common = 0.3", at)) != std::string::npos;)
+      plan.replace(at, 14, "u_common = 0.0");
+    files.data = test::measured(files.machine, plan, kKnownTruth, 15);
+    for (Reading& r : files.data.readings) {
+      const double step = step_um * (r.quantity == Quantity::displacement ? 1e-3 : 1e-6);
+      r.value = std::round(r.value / step) * step;
+    }
+    const Diagnosis d = files.said();
+    EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << step_um << told_by(d);
+    EXPECT_NE(d.paragraph.find("rounding"), std::string::npos) << d.paragraph;
+  }
 }
 
 // Micrometres and microradians do not add; offsets that the data had to tell are no error of the model.

@@ -92,6 +92,7 @@ struct Diagnosis {
   double autocorrelation = 0.0;        // of the noise, along the runs
   double noise_factor = 1.0;           // true over stated uncertainty, as far as the residual tells
   std::size_t outliers = 0;
+  bool only_rounding = false;             // what is left is no larger than the step of the readings makes it
   std::optional<HeldOutHarm> harm;        // why what fits is not named
   std::vector<std::string> row_problems;  // rows that cannot be right, file:row first
   bool contradicted = false;              // rows contradict each other, or stand twice
