@@ -7,6 +7,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/atoms.hpp"
+#include "diagnosis/bookkeeping_figures.hpp"
 #include "diagnosis/data_check.hpp"
 #include "diagnosis/statistics.hpp"
 
@@ -33,12 +34,6 @@ constexpr double kMostOutliers = 0.05;
 constexpr double kMostOffset_mm = 500.0;
 constexpr double kLeastLever_mm = 1.0, kLeastOffset_mm = 0.5, kLeastShift_s = 30.0;
 constexpr int kNewtonSteps = 5, kClockRefinements = 12;
-
-// A fit's figures. `deviance` is -2 ln of the likelihood; `floor` what noise alone would leave of it.
-struct Figures {
-  double deviance = 0.0, floor = 0.0, chi2 = 0.0, dof = 0.0;
-  double reduced() const { return chi2 / std::max(dof, 1.0); }
-};
 
 Model as_it_is(Model model) {
   for (ModelEffect& effect : model.effects)
@@ -85,7 +80,8 @@ bool small_readings(const Dataset& data) {
 
 // Readings that another unit would put far below their own noise: it would explain anything away.
 bool scales_to_nothing(const Convention& c, const Dataset& data) {
-  if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0) return false;
+  if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0 || c.with_uncertainty)
+    return false;
   double sum = 0.0, count = 0.0;
   for (const Reading& r : data.readings) {
     if (c.quantity && r.quantity != *c.quantity) continue;
@@ -93,40 +89,6 @@ bool scales_to_nothing(const Convention& c, const Dataset& data) {
     count += 1.0;
   }
   return sum < kFarTooSmall * count;
-}
-
-// -2 ln of the density of the readings as they stand over that of the scaled ones.
-double of_scale(const Convention& c, const Dataset& data) {
-  if (c.kind != ConventionKind::unit || !c.axes.empty()) return 0.0;
-  double count = 0.0;
-  for (const Reading& r : data.readings)
-    if ((!c.quantity || r.quantity == *c.quantity)) count += 1.0;
-  return -2.0 * count * std::log(c.factor);
-}
-
-// ln |C| of the readings with weight. Not the restricted one: a set-up in another unit is no evidence.
-double log_determinant(const Observations& o, const NoiseModel& noise) {
-  double out = 0.0;
-  for (Eigen::Index i = 0; i < o.size(); ++i)
-    if (noise.used[static_cast<std::size_t>(i)]) out += 2.0 * std::log(noise.u[i]);
-  for (const auto& group : o.groups()) {
-    double shared = 0.0;
-    for (const Eigen::Index i : group)
-      if (noise.used[static_cast<std::size_t>(i)]) shared += std::pow(noise.common[i] / noise.u[i], 2);
-    out += std::log1p(shared);
-  }
-  return out;
-}
-
-Figures figures(const Observations& o, const FitCore& core, double scale) {
-  Figures out;
-  out.chi2 = core.chi2();
-  out.dof = core.dof();
-  const double fixed = log_determinant(o, core.whitening->noise()) + scale;
-  // Readings that scatter less than stated are no better explained.
-  out.deviance = std::max(out.chi2, out.dof) + fixed;
-  out.floor = out.dof + fixed;
-  return out;
 }
 
 struct Trial {

@@ -7,6 +7,8 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/whitening.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 

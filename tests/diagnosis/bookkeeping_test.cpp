@@ -129,6 +129,23 @@ TEST(Bookkeeping, AnotherUnit) {
   }
 }
 
+// Displacements 1000 times too large fit as well as rotations 1000 times too small, with parameters of 1000
+// times their usual size: these were named.
+TEST(Bookkeeping, AnotherUnitOfReadingsAndUncertainties) {
+  for (const Quantity quantity : {Quantity::displacement, Quantity::rotation}) {
+    Files files(7);
+    Convention c = of_kind(ConventionKind::unit);
+    c.quantity = quantity;
+    c.factor = 1e3;
+    c.with_uncertainty = true;
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.quantity, quantity) << told_by(d);
+    EXPECT_NEAR(d.bookkeeping.front().convention.factor, 1e-3, 1e-9) << told_by(d);
+  }
+}
+
 TEST(Bookkeeping, AnotherToolLength) {
   Files files(8);
   Convention c = of_kind(ConventionKind::tool_length);
