@@ -20,14 +20,15 @@ const Parameter& parameter_of(const FitCore& fit, std::size_t k) {
 MatrixXd relative_covariance(const FitCore& fit) {
   VectorXd inverse = usual_sizes(fit);
   for (double& u : inverse) u = u > 0.0 ? 1.0 / u : 0.0;
-  const double factor = sigma_factor(fit.chi2(), fit.dof());
+  const double factor = fit.converged ? sigma_factor(fit.chi2(), fit.dof()) : 1.0;
   return factor * factor * (inverse.asDiagonal() * fit.covariance * inverse.asDiagonal());
 }
 
-// The fit beside priors of these widths (0: none) around the values of `start`.
+// The fit beside priors of these widths (0: none) around the values of `start`. Of one that ran away without
+// them nothing is taken over.
 FitCore beside_priors(const Observations& o, const Model& start, const FitCore& fit, const VectorXd& width) {
   Model model = start;
-  for (std::size_t e = 0; e < model.effects.size(); ++e) {
+  for (std::size_t e = 0; fit.converged && e < model.effects.size(); ++e) {
     const std::size_t linear = model.effects[e].effect->info().linear_count();
     for (std::size_t k = linear; k < model.effects[e].parameters.size(); ++k) {
       model.effects[e].parameters[k].value = fit.model.effects[e].parameters[k].value;
@@ -40,9 +41,19 @@ FitCore beside_priors(const Observations& o, const Model& start, const FitCore& 
     p.prior = true;
     p.sigma = width[static_cast<Eigen::Index>(k)];
   }
+  if (!fit.converged) return fit_core(o, model, {});
   std::vector<bool> outliers = fit.whitening->noise().used;
   outliers.flip();
   return fit_core(o, model, {.robust = false}, outliers);
+}
+
+// Chi-square and degrees of freedom of the readings alone, into `out`.
+void count(const Observations& o, SizedFit& out) {
+  const Whitening& whitening = *out.core.whitening;
+  out.chi2 = out.core.white.head(o.size()).squaredNorm();
+  out.dof = static_cast<double>(whitening.noise().used_count()) -
+            static_cast<double>(whitening.setup_rank()) - out.core.basis.topRows(o.size()).squaredNorm();
+  out.sigma_factor = sigma_factor(out.chi2, out.dof);
 }
 
 }  // namespace
@@ -81,17 +92,20 @@ MatrixXd undecided(const FitCore& fit) {
 
 SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit) {
   SizedFit out;
-  out.chi2 = fit.chi2();
-  out.dof = fit.dof();
-  out.sigma_factor = sigma_factor(out.chi2, out.dof);
   const VectorXd usual = usual_sizes(fit);
-  const bool open = fit.null_vectors.cols() > 0 || undecided(fit).cols() > 0;
+  const bool open = !fit.converged || fit.null_vectors.cols() > 0 || undecided(fit).cols() > 0;
   if (!open || usual.isZero(0.0)) {
     out.core = std::move(fit);
+    out.chi2 = out.core.chi2();
+    out.dof = out.core.dof();
+    out.sigma_factor = sigma_factor(out.chi2, out.dof);
     return out;
   }
   VectorXd width = kWide * usual;
-  out.core = beside_priors(o, start, fit, width / out.sigma_factor);
+  out.core = beside_priors(o, start, fit, width);
+  count(o, out);
+  const double factor = out.sigma_factor;
+  if (factor > 1.0) out.core = beside_priors(o, start, fit, width / factor);
   // An effect that is sure to be larger than usual is no reason to make its other parameters small.
   bool wider = false;
   for (std::size_t k = 0; k < fit.free.size(); ++k) {
@@ -100,7 +114,7 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
     const FreeParameter& at = fit.free[k];
     const double moved = std::abs(out.core.model.effects[at.effect].parameters[at.index].value -
                                   start.effects[at.effect].parameters[at.index].value);
-    const double sigma = std::sqrt(out.core.covariance(i, i)) * out.sigma_factor;
+    const double sigma = std::sqrt(out.core.covariance(i, i)) * factor;
     if (moved <= kWide * usual[i] || sigma > kDecided * kWide * usual[i]) continue;
     for (std::size_t other = 0; other < fit.free.size(); ++other) {
       if (fit.free[other].effect != at.effect) continue;
@@ -109,12 +123,8 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
       wider = true;
     }
   }
-  if (wider) out.core = beside_priors(o, start, fit, width / out.sigma_factor);
-  out.chi2 = out.core.white.head(o.size()).squaredNorm();
-  const auto taken = out.core.basis.topRows(o.size()).squaredNorm();
-  out.dof = static_cast<double>(out.core.whitening->noise().used_count()) -
-            static_cast<double>(out.core.whitening->setup_rank()) - taken;
-  out.sigma_factor = sigma_factor(out.chi2, out.dof);
+  if (wider) out.core = beside_priors(o, start, fit, width / factor);
+  count(o, out);
   return out;
 }
 
