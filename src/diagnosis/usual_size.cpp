@@ -9,7 +9,7 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kWide = 3.0;     // usual sizes: a prior that an ordinary machine does not feel
+constexpr double kWideInUsual = 3.0;  // usual sizes: a prior that an ordinary machine does not feel
 constexpr double kDecided = 0.3;  // of the prior's width: below, the readings say how large a parameter is
 
 const Parameter& parameter_of(const FitCore& fit, std::size_t k) {
@@ -101,7 +101,7 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
     out.sigma_factor = sigma_factor(out.chi2, out.dof);
     return out;
   }
-  VectorXd width = kWide * usual;
+  VectorXd width = kWideInUsual * usual;
   out.core = beside_priors(o, start, fit, width);
   count(o, out);
   const double factor = out.sigma_factor;
@@ -115,7 +115,7 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
     const double moved = std::abs(out.core.model.effects[at.effect].parameters[at.index].value -
                                   start.effects[at.effect].parameters[at.index].value);
     const double sigma = std::sqrt(out.core.covariance(i, i)) * factor;
-    if (moved <= kWide * usual[i] || sigma > kDecided * kWide * usual[i]) continue;
+    if (moved <= kWideInUsual * usual[i] || sigma > kDecided * kWideInUsual * usual[i]) continue;
     for (std::size_t other = 0; other < fit.free.size(); ++other) {
       if (fit.free[other].effect != at.effect) continue;
       const auto of = static_cast<Eigen::Index>(other);
