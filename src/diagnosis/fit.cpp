@@ -13,7 +13,7 @@ Fit fit(const Machine& machine, const Dataset& data, const Model& given, const F
   Fit out;
   out.null_directions = open_directions(observations, own);
   const std::vector<bool> determined = own.determined;
-  const SizedFit sized = with_usual_sizes(observations, model, std::move(own));
+  const SizedFit sized = with_usual_sizes(observations, model, std::move(own), options);
   const FitCore& core = sized.core;
   out.model = core.model;
   out.sigma_factor = sized.sigma_factor;

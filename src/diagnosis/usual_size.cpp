@@ -26,7 +26,8 @@ MatrixXd relative_covariance(const FitCore& fit) {
 
 // The fit beside priors of these widths (0: none) around the values of `start`. Of one that ran away without
 // them nothing is taken over.
-FitCore beside_priors(const Observations& o, const Model& start, const FitCore& fit, const VectorXd& width) {
+FitCore beside_priors(const Observations& o, const Model& start, const FitCore& fit, const VectorXd& width,
+                      const FitOptions& options) {
   Model model = start;
   for (std::size_t e = 0; fit.converged && e < model.effects.size(); ++e) {
     const std::size_t linear = model.effects[e].effect->info().linear_count();
@@ -41,7 +42,7 @@ FitCore beside_priors(const Observations& o, const Model& start, const FitCore& 
     p.prior = true;
     p.sigma = width[static_cast<Eigen::Index>(k)];
   }
-  if (!fit.converged) return fit_core(o, model, {});
+  if (!fit.converged) return fit_core(o, model, options);
   std::vector<bool> outliers = fit.whitening->noise().used;
   outliers.flip();
   return fit_core(o, model, {.robust = false}, outliers);
@@ -90,7 +91,7 @@ MatrixXd undecided(const FitCore& fit) {
   return out;
 }
 
-SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit) {
+SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit, const FitOptions& options) {
   SizedFit out;
   const VectorXd usual = usual_sizes(fit);
   const bool open = !fit.converged || fit.null_vectors.cols() > 0 || undecided(fit).cols() > 0;
@@ -102,10 +103,10 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
     return out;
   }
   VectorXd width = kWideInUsual * usual;
-  out.core = beside_priors(o, start, fit, width);
+  out.core = beside_priors(o, start, fit, width, options);
   count(o, out);
   const double factor = out.sigma_factor;
-  if (factor > 1.0) out.core = beside_priors(o, start, fit, width / factor);
+  if (factor > 1.0) out.core = beside_priors(o, start, fit, width / factor, options);
   // An effect that is sure to be larger than usual is no reason to make its other parameters small.
   bool wider = false;
   for (std::size_t k = 0; k < fit.free.size(); ++k) {
@@ -123,7 +124,7 @@ SizedFit with_usual_sizes(const Observations& o, const Model& start, FitCore fit
       wider = true;
     }
   }
-  if (wider) out.core = beside_priors(o, start, fit, width / factor);
+  if (wider) out.core = beside_priors(o, start, fit, width / factor, options);
   count(o, out);
   return out;
 }

@@ -14,7 +14,9 @@ struct SizedFit {
 /// size, every linear parameter of the library gets a prior around its value in `start`, three times its
 /// usual size wide (wider for an effect that is sure to be larger), and the fit is made again. Else nothing
 /// changes.
-SizedFit with_usual_sizes(const Observations& observations, const Model& start, FitCore fit);
+/// @param options  those that the fit was made with
+SizedFit with_usual_sizes(const Observations& observations, const Model& start, FitCore fit,
+                          const FitOptions& options = {});
 
 /// Usual sizes of the free parameters (internal units); 0 where nobody knows one (shapes, formulas of the
 /// user) or the file says better (a prior).
