@@ -33,11 +33,12 @@ class Collector {
     out_.spans.push_back({static_cast<Eigen::Index>(columns_.size()), f.cols()});
     for (Eigen::Index k = 0; k < f.cols(); ++k) columns_.emplace_back(f.col(k));
   }
-  /// Tested together, when enough readings carry each.
-  void sharp(const MatrixXd& f) {
+  /// Tested together, when enough readings carry each: whether they do.
+  bool sharp(const MatrixXd& f) {
     for (Eigen::Index k = 0; k < f.cols(); ++k)
-      if (!carried(f.col(k))) return;
+      if (!carried(f.col(k))) return false;
     block(f);
+    return true;
   }
   /// Parts of a block that stands already.
   void again(Eigen::Index first, Eigen::Index count) { out_.spans.push_back({first, count}); }
@@ -188,8 +189,7 @@ void add_history(const Observations& o, AxisId axis, const AxisHistory& history,
   MatrixXd steps(o.size(), 2);
   steps.col(0) = step;
   steps.col(1) = step.cwiseProduct(step.cwiseAbs());
-  out.sharp(steps);
-  out.again(out.size() - 2, 1);
+  if (out.sharp(steps)) out.again(out.size() - 2, 1);
   out.finish(to);
 }
 
