@@ -150,8 +150,9 @@ def distance_to(p, a, b):
     return length(sub(p, add(a, scale(ab, t))))
 
 
-def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM):
-    """Findings, as texts. The path is followed in its order: `at` is the point that was reached last."""
+def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM, near_mm=None):
+    """Findings, as texts. `near_mm`: how far from the safe height, and from a line along Z, a rapid may be; of programs that
+    were posted no more than digits of the words, of those that somebody changed as far as a rapid from its line. The path is followed in its order: `at` is the point that was reached last."""
     samples = 12
     at = -1
     slack = 2e-3  # digits of the words
@@ -164,16 +165,16 @@ def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM):
         known = all(motion.start[n] is not None for n in m.axes)
         if not known:
             # From an unknown place: Z to the safe height, or what is done there.
-            if names == ["Z"] and m.is_up(motion.end["Z"]):
+            if names == ["Z"] and (motion.safe_word or near_mm) and m.is_up(motion.end["Z"]):
                 continue
             # Words of the part under tool-centre-point control are rounded, and where the part is tilted Z follows X and Y.
-            if not (m.is_up(motion.start["Z"], RAPID_MM) and m.is_up(motion.end["Z"], RAPID_MM)):
+            if not (m.is_up(motion.start["Z"], near_mm or 5e-3) and m.is_up(motion.end["Z"], near_mm or 5e-3)):
                 say(motion, f"{names} move from an unknown place below the safe height")
             continue
-        if (motion.safe_word or motion.rapid) and names in ([], ["Z"]) and m.is_up(motion.end["Z"]):
+        if (motion.safe_word or (near_mm and motion.rapid)) and names in ([], ["Z"]) and m.is_up(motion.end["Z"]):
             continue  # the retract: straight out along the tool
         # Where the part is tilted Z follows X and Y.
-        if all(m.is_up(q["Z"], RAPID_MM if motion.rapid else 5e-3) for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
+        if all(m.is_up(q["Z"], near_mm if near_mm and motion.rapid else 5e-3) for q in (motion.start, motion.end)) and not (motion.tcp and any(n in m.rotary for n in names)):
             continue
         if not motion.rapid and not motion.spindle:
             say(motion, "a feed with the spindle at rest")
@@ -196,7 +197,7 @@ def judge(m, motions, path, tolerance_mm, rapid_mm=RAPID_MM):
             tips.append((m.tip_in_part(q, motion.tool_mm), q))
         rotary_moves = any(n in m.rotary for n in names)
         turns = max((abs(motion.end[n] - motion.start[n]) for n in m.rotary), default=0.0)
-        beside = rapid_mm if motion.rapid or m.is_up(motion.start["Z"], 5e-3) else 3e-3
+        beside = near_mm if near_mm and (motion.rapid or m.is_up(motion.start["Z"], 5e-3)) else 3e-3
         straight_z = names == ["Z"] or (turns < 1e-9 and all(abs(motion.end[n] - motion.start[n]) < beside for n in m.linear if n != "Z"))
         # Does it stay on the path, from `at` on? A motion may pass several points.
         limit = (rapid_mm if motion.rapid else tolerance_mm) + slack

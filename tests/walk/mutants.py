@@ -158,7 +158,7 @@ def wrong(control, m, tools, path, limits, before, text):
         return str(why)
     except (KeyError, TypeError) as why:  # a word with a number that no control has
         return f"the walk stops: {why!r}"
-    findings = judge(m, motions, path, *limits)
+    findings = judge(m, motions, path, *limits, near_mm=RAPID_MM)
     return findings[0] if findings else differs(m, before, motions)
 
 
@@ -238,7 +238,7 @@ def case(program, folder, rng, number, files):
         path, limits = path_of(m, before), (3 * tolerance, 3 * RAPID_MM)
     else:
         limits = tolerance, RAPID_MM
-    if judge(m, before, path, *limits):
+    if judge(m, before, path, *limits, near_mm=RAPID_MM):
         return None
     return control, kind + (", tool-centre-point control" if tcp else ""), name, m, tools, path, tolerance, limits, before, lines, base, options
 
