@@ -126,4 +126,13 @@ Vec3 tip_slope(const TableKinematics& kinematics, const Station& at, const Joint
   return kinematics.turn_back(1, f1, at.sines) + (kinematics.g(q1) - kinematics.g(q0));
 }
 
+Vec3 axis_slope(const TableKinematics& kinematics, const Station& at, const JointVector& q0,
+                const JointVector& q1) {
+  const double al = kinematics.angle(q1, 0) - kinematics.angle(q0, 0);
+  const double ga = kinematics.angle(q1, 1) - kinematics.angle(q0, 1);
+  const Vec3 r = kinematics.turn_back(0, kinematics.spindle(), at.sines);
+  const Vec3 f1 = -al * kinematics.direction(0).cross(r) - ga * kinematics.direction(1).cross(r);
+  return kinematics.turn_back(1, f1, at.sines);
+}
+
 }  // namespace trunnion::path

@@ -38,4 +38,8 @@ Expansion expand_in_part(const Curve& curve);
 Vec3 tip_slope(const TableKinematics& kinematics, const Station& at, const JointVector& q0,
                const JointVector& q1);
 
+/// The same of the tool axis.
+Vec3 axis_slope(const TableKinematics& kinematics, const Station& at, const JointVector& q0,
+                const JointVector& q1);
+
 }  // namespace trunnion::path

@@ -161,12 +161,17 @@ void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
   const MotionsOf<T> motions(last, to);
   const T& bow = motions.bow_mm;
   const double axis_limit = tolerance_.axis.rad() * 2.0 / kPi;  // below its sine
-  const T left = tolerance_.tip_mm - bow;
   const T turn = motions.outer + motions.inner;
+  const T off2_axis = larger(last.off2_axis, to.off2_axis);
+  T left = tolerance_.tip_mm - bow;
+  if (tolerance_.flute.length_mm > 0.0) {
+    const T flute_left = tolerance_.flute.off_mm - bow -
+                         tolerance_.flute.length_mm * off_for_each_mm_up<T>(turn, lanes::sqrt(off2_axis));
+    left = lanes::smaller<T>(left, flute_left);
+  }
   const T left_axis = axis_limit - turn * turn / 8.0;
   const lanes::Mask<T> keeps = (left >= 0.0) & (larger(last.off2_mm2, to.off2_mm2) <= left * left) &
-                               (left_axis >= 0.0) &
-                               (larger(last.off2_axis, to.off2_axis) <= left_axis * left_axis);
+                               (left_axis >= 0.0) & (off2_axis <= left_axis * left_axis);
   may_count_ = lanes::any(lanes::Mask<T>(keeps & (bow > known_.predicted_mm)));
   std::memcpy(bow_mm_.data() + i, &bow, sizeof(bow));
   std::memcpy(keeps_.data() + i, &keeps, sizeof(keeps));

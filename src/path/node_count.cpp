@@ -54,8 +54,9 @@ bool SegmentRefiner::insert_nodes(NodeAxis how, Side side, std::size_t least, st
   use_cells(how);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     // One more while that is likely to do; faster where the plan is far off.
-    const std::size_t asked =
-        side == Side::on_chord ? spacing_.on_chord_pieces() : spacing_.two_sided_pieces(end0_, end1_);
+    const std::size_t asked = side == Side::on_chord
+                                  ? spacing_.on_chord_pieces()
+                                  : spacing_.two_sided_pieces(displaced_[0], displaced_[1]);
     const std::size_t step = 1 + (attempt < 3 ? 0 : pieces / 4);
     pieces = std::max(pieces + step, std::min(asked, 2 * pieces));
     if (pieces > most) return false;
@@ -85,12 +86,12 @@ bool SegmentRefiner::insert_longest_steps(NodeAxis how, Side side, std::size_t m
 
 std::optional<Node> SegmentRefiner::longest_step(const Station& at, double t, double first, NodeAxis how,
                                                  Side side) const {
-  const double beside = kEdge * tube_mm(tolerance_);
+  const double beside = kEdge * tube(tolerance_).tip_mm;
   std::optional<Node> good;
   double bad = 1.0;
   const auto holds = [&](double to) {
-    const Vec3 displacement =
-        side == Side::on_chord ? Vec3::Zero() : between_ends(beside * spacing_.against(to), to);
+    const ToolOff displacement =
+        side == Side::on_chord ? ToolOff{} : between_ends(beside * spacing_.against(to), to);
     Node node = maker_.node(to, displacement, how, true);
     if (!piece_within(at, node.station)) {
       bad = to;
@@ -117,8 +118,9 @@ bool SegmentRefiner::insert_two_sided(NodeAxis how) {
   const std::vector<Cell> planned = cells_;
   const bool crowded = crowded_;
   const std::size_t on_chord = spacing_.on_chord_pieces();
-  const bool found = insert_nodes(how, Side::two_sided, spacing_.two_sided_pieces(end0_, end1_),
-                                  std::max<std::size_t>(2, on_chord));
+  const bool found =
+      insert_nodes(how, Side::two_sided, spacing_.two_sided_pieces(displaced_[0], displaced_[1]),
+                   std::max<std::size_t>(2, on_chord));
   cells_ = planned;
   if (!found || !crowded) return found;
   // The cells do not tell which of the two is better.
@@ -139,7 +141,7 @@ std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Stat
                                                     const Point& other) const {
   if (kinematics().rotary_count() < 2) return std::nullopt;
   const Vec3& n = kinematics().direction(1);
-  if (at.axis_P.cross(n).norm() > kPoleShare * tolerance_.axis.rad()) return std::nullopt;
+  if (at.axis_P.cross(n).norm() > kPoleShare * axis_room().rad()) return std::nullopt;
   Point turned = end;
   turned.inserted = true;
   const Vec3 pole_P = at.axis_P.dot(n) >= 0.0 ? n : Vec3(-n);
@@ -156,7 +158,7 @@ std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Stat
 bool SegmentRefiner::turn_towards(const Point& end, const Vec3& pole_P, Point& turned) const {
   const double whole = angle_between(end.axis_P, pole_P).rad();
   if (!(whole > 0.0)) return false;
-  const double beside = std::min(kPoleShare * tolerance_.axis.rad() / whole, 0.5);
+  const double beside = std::min(kPoleShare * axis_room().rad() / whole, 0.5);
   const auto q = maker_.followed(end, slerp(end.axis_P, pole_P, 1.0 - beside));
   if (!q) return false;
   turned.axis_P = pole_P;
@@ -175,7 +177,7 @@ bool SegmentRefiner::passes_pole() const {
   const Vec3& n = kinematics().direction(1);
   const Vec3 normal = a_P.cross(b_P);
   const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
-  const double near = kPoleShare * tolerance_.axis.rad();
+  const double near = kPoleShare * axis_room().rad();
   return normal.norm() > 0.0 && std::abs(normal.dot(pole_P)) <= near * normal.norm() &&
          a_P.cross(pole_P).dot(normal) > 0.0 && pole_P.cross(b_P).dot(normal) > 0.0;
 }
@@ -191,7 +193,7 @@ std::optional<SegmentRefiner::AtPole> SegmentRefiner::turned_on_the_way() const 
   const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
   AtPole out;
   out.share = angle_between(a_P, pole_P).rad() / angle_between(a_P, b_P).rad();
-  const Node pole = maker_.node(out.share, Vec3::Zero(), NodeAxis::great_circle, true);
+  const Node pole = maker_.node(out.share, {}, NodeAxis::great_circle, true);
   const std::array<const Point*, 2> ends = {ends_.a, ends_.b};
   for (std::size_t side = 0; side < 2; ++side) {
     Point& turned = out.turned[side];
@@ -233,6 +235,10 @@ bool SegmentRefiner::insert_around_pole() {
     const bool in_place = (leaves && i == 0) || (comes && i + 2 == points.size()) || (passes && i == 1);
     // To swing along the path and back is no course of it: at its end the next segment may have begun.
     if (in_place) reference_.tip0_P = reference_.tip1_P = points[i].tip_P;
+    if (flute_)
+      flute_->part =
+          FluteSegment({points[i].tip_P, points[i + 1].tip_P, points[i].axis_P, points[i + 1].axis_P},
+                       tolerance_.flute.length_mm);
     if (!piece_within(stations[i], stations[i + 1])) {
       const NodeAxis how = in_place ? NodeAxis::joint_linear : NodeAxis::great_circle;
       cells_along(how, kFewestCells);
@@ -243,10 +249,11 @@ bool SegmentRefiner::insert_around_pole() {
     reference_.tip1_P = whole.b->tip_P;
     nodes.insert(nodes.end(), nodes_.begin(), nodes_.end());
     if (i + 2 < points.size())
-      nodes.push_back(
-          {shares[i + 1], points[i + 1].tip_P, points[i + 1].axis_P, Vec3::Zero(), stations[i + 1]});
+      nodes.push_back({shares[i + 1], points[i + 1].tip_P, points[i + 1].axis_P, Vec3::Zero(),
+                       points[i + 1].axis_P, stations[i + 1]});
   }
   ends_ = whole;
+  if (flute_) flute_->part = flute_->whole;
   maker_.start(*whole.a, *whole.b);
   nodes_ = std::move(nodes);
   return converged;

@@ -132,12 +132,42 @@ JointVector NodeMaker::at_pole(const Vec3& axis_P, const JointVector& near) cons
   return out;
 }
 
-Node NodeMaker::node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const {
+bool NodeMaker::turn_to(const Vec3& axis_P, JointVector& q) const {
+  const std::size_t count = kinematics_->rotary_count();
+  if (count == 0) return false;
+  const RotarySolutions solutions = solver_.solve_within_limits(axis_P, q[kinematics_->rotary(count - 1)]);
+  double nearest = std::numeric_limits<double>::infinity();
+  JointVector best = q;
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    JointVector candidate = q;
+    double travel = 0.0;
+    bool reachable = true;
+    for (std::size_t k = 0; k < count; ++k) {
+      const AxisId id = kinematics_->rotary(k);
+      const auto angle = nearest_turn(machine_->axes[id], solutions.at[i].angle[k], q[id]);
+      reachable = reachable && angle.has_value();
+      candidate[id] = angle.value_or(q[id]);
+      travel += std::abs(candidate[id] - q[id]);
+    }
+    if (!reachable || !(travel < nearest)) continue;
+    nearest = travel;
+    best = candidate;
+  }
+  q = best;
+  return nearest < std::numeric_limits<double>::infinity();
+}
+
+Node NodeMaker::node(double t, const ToolOff& displacement, NodeAxis how, bool rounded) const {
   JointVector q = JointVector::interpolate(a_->q, b_->q, t);
   KnownSines known;
   const Vec3 axis_P = axis_at(t);
-  if (how == NodeAxis::great_circle) set_rotary(axis_P, q, known);
-  return node_at(t, q, (1.0 - t) * a_->tip_P + t * b_->tip_P + displacement_P, axis_P, rounded, known);
+  const bool beside = how == NodeAxis::great_circle && !displacement.axis_P.isZero(0.0);
+  const Vec3 aim_axis_P = beside ? Vec3((axis_P + displacement.axis_P).normalized()) : axis_P;
+  if (how == NodeAxis::great_circle) set_rotary(aim_axis_P, q, known);
+  const Vec3 tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P + displacement.tip_P;
+  Node node = node_at(t, q, tip_P, axis_P, rounded, known);
+  node.aim_axis_P = aim_axis_P;
+  return node;
 }
 
 Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
@@ -146,6 +176,7 @@ Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, const
   node.t = t;
   node.tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P;
   node.axis_P = axis_P;
+  node.aim_axis_P = axis_P;
   node.beside_P = tip_P - node.tip_P;
   JointVector placed = q;
   if (rounded) {

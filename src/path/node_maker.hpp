@@ -4,6 +4,7 @@
 #include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/point.hpp"
+#include "trunnion/path/tool_off.hpp"
 
 #include "path/rotary_connection.hpp"
 
@@ -17,11 +18,12 @@ enum class NodeAxis : std::uint8_t {
 
 /// A point that stands, or would stand, inside a segment.
 struct Node {
-  double t = 0.0;             // fraction of the chord
-  Vec3 tip_P = Vec3::Zero();  // point of the chord
-  Vec3 axis_P = Vec3::UnitZ();
-  Vec3 beside_P = Vec3::Zero();  // from tip_P to where the tip is put
-  Station station;               // where the machine stands, on the word grid if it was asked for
+  double t = 0.0;                   // fraction of the chord
+  Vec3 tip_P = Vec3::Zero();        // point of the chord
+  Vec3 axis_P = Vec3::UnitZ();      // of the great circle
+  Vec3 beside_P = Vec3::Zero();     // from tip_P to where the tip is put
+  Vec3 aim_axis_P = Vec3::UnitZ();  // where the tool axis is put
+  Station station;                  // where the machine stands, on the word grid if it was asked for
 };
 
 /// Makes nodes of one segment.
@@ -35,8 +37,12 @@ class NodeMaker {
         connection_(kinematics, Angle()) {}
 
   void start(const Point& a, const Point& b);
-  /// The node at `t`, its tip beside the chord by `displacement_P` (mm).
-  Node node(double t, const Vec3& displacement_P, NodeAxis how, bool rounded) const;
+  /// The node at `t`, its tool beside its place on the chord and the great circle by `displacement`; nodes
+  /// that are linear in the rotary axes leave the axis where it is.
+  Node node(double t, const ToolOff& displacement, NodeAxis how, bool rounded) const;
+  /// Puts the rotary axes of `q` where the tool axis is `axis_P`, as near as there is a position; false where
+  /// there is none.
+  bool turn_to(const Vec3& axis_P, JointVector& q) const;
   /// A node that stands at rotary positions and tip as given.
   Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const {
     return node_at(t, q, tip_P, axis_at(t), rounded, {});

@@ -6,12 +6,24 @@
 
 namespace trunnion::path {
 
-double Rounding::tip_error_mm(const Machine& machine) const {
+namespace {
+
+double half_diagonal(const Rounding& rounding, const Machine& machine, AxisKind kind) {
   double sum = 0.0;
   for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    if (machine.axes[id].kind == AxisKind::linear) sum += quantum[id] * quantum[id];
+    if (machine.axes[id].kind == kind) sum += rounding.quantum[id] * rounding.quantum[id];
   }
   return 0.5 * std::sqrt(sum);
+}
+
+}  // namespace
+
+double Rounding::tip_error_mm(const Machine& machine) const {
+  return half_diagonal(*this, machine, AxisKind::linear);
+}
+
+double Rounding::axis_error_rad(const Machine& machine) const {
+  return half_diagonal(*this, machine, AxisKind::rotary);
 }
 
 bool Rounding::is_identity() const {

@@ -15,10 +15,10 @@ namespace trunnion::path {
 namespace {
 
 // Steps in which the way is looked at before its end within the limits is halved down to: below a degree.
-constexpr int kSteps = 256;
+constexpr int kCourseSteps = 256;
 // Whole turns of an axis that are looked at, nearest first: what is wanted is the least turn.
 constexpr std::size_t kTurnsOfAxis = 8;
-constexpr int kHalvings = 60;
+constexpr int kBisections = 60;
 // More turns than whole turns and branches there are on half a great circle: a bug.
 constexpr int kMostTurns = 16;
 
@@ -129,8 +129,8 @@ class TurnPlanner {
   std::pair<double, JointVector> farthest(const JointVector& q, double begin) const {
     double inside = begin;
     JointVector at = q;
-    for (int i = 1; i <= kSteps; ++i) {
-      const double share = i == kSteps ? 1.0 : begin + (1.0 - begin) * i / kSteps;
+    for (int i = 1; i <= kCourseSteps; ++i) {
+      const double share = i == kCourseSteps ? 1.0 : begin + (1.0 - begin) * i / kCourseSteps;
       const auto found = follow(at, inside, share);
       if (found) {
         inside = share;
@@ -138,7 +138,7 @@ class TurnPlanner {
         continue;
       }
       double outside = share;
-      for (int k = 0; k < kHalvings; ++k) {
+      for (int k = 0; k < kBisections; ++k) {
         const double middle = 0.5 * (inside + outside);
         const auto between = follow(at, inside, middle);
         (between ? inside : outside) = middle;
@@ -158,8 +158,8 @@ class TurnPlanner {
   Error blocked(double share) const {
     Reach most;
     double where = share;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double at = share + (1.0 - share) * i / kSteps;
+    for (int i = 0; i <= kCourseSteps; ++i) {
+      const double at = share + (1.0 - share) * i / kCourseSteps;
       const Reach reach = reach_of(machine_, pose(at).axis_P, options_.inverse);
       if (reach.beyond_rad <= most.beyond_rad) continue;
       most = reach;

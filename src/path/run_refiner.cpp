@@ -15,10 +15,14 @@ constexpr double kSpanShare = 0.99;
 // Rounds in which a segment that does not converge between moved points gets its points back.
 constexpr int kRounds = 8;
 
+Vec3 aimed_axis(const Point& p, const ToolOff& move) {
+  return move.axis_P.isZero(0.0) ? p.axis_P : Vec3((p.axis_P + move.axis_P).normalized());
+}
+
 }  // namespace
 
 SegmentEnds RunRefiner::ends(std::span<const Point> run, std::size_t i) const {
-  const bool moved = !moves_.empty() && !(moves_[i].isZero(0.0) && moves_[i + 1].isZero(0.0));
+  const bool moved = !moves_.empty() && !(moves_[i].is_zero() && moves_[i + 1].is_zero());
   return {&run[i], &run[i + 1], &stations_[i], &stations_[i + 1], moved};
 }
 
@@ -50,7 +54,9 @@ void RunRefiner::refine(std::span<const Point> run, const Tolerance& tolerance, 
     i = last;
     out.push_back(run[i]);
     out.back().q = stations_[i].q;
-    if (moves) out.back().beside_P = moves_[i];
+    if (!moves) continue;
+    out.back().beside_P = moves_[i].tip_P;
+    out.back().axis_P = aimed_axis(run[i], moves_[i]);
   }
 }
 
@@ -63,17 +69,18 @@ void RunRefiner::move_points(std::span<const Point> run, const Tolerance& tolera
 }
 
 void RunRefiner::place(std::span<const Point> run, std::size_t i) {
-  if (moves_[i].isZero(0.0)) {
+  if (moves_[i].is_zero()) {
     stations_[i] = station(segment_.kinematics(), run[i].q);
     return;
   }
   JointVector q = run[i].q;
-  round_to_words(segment_.kinematics(), rounding_, run[i].tip_P + moves_[i], q);
+  if (!moves_[i].axis_P.isZero(0.0)) segment_.maker().turn_to(aimed_axis(run[i], moves_[i]), q);
+  round_to_words(segment_.kinematics(), rounding_, run[i].tip_P + moves_[i].tip_P, q);
   stations_[i] = station(segment_.kinematics(), q);
 }
 
 void RunRefiner::plan_moves(std::span<const Point> run, const Tolerance& tolerance) {
-  moves_.assign(run.size(), Vec3::Zero());
+  moves_.assign(run.size(), {});
   before_.clear();
   needs_.clear();
   for (std::size_t i = 0; i + 1 < run.size(); ++i) {
@@ -91,26 +98,27 @@ void RunRefiner::plan_moves(std::span<const Point> run, const Tolerance& toleran
     needs_.push_back(need);
   }
   // The word error of the moved point stays inside the tolerance.
-  const double tube = segment_.tube_mm(tolerance);
+  const Tube tube = segment_.tube(tolerance);
   for (std::size_t k = 1; k + 1 < run.size(); ++k) {
     const Need& left = needs_[k - 1];
     const Need& right = needs_[k];
-    Vec3 direction = left.share * left.against1 + right.share * right.against0;
+    ToolOff direction = left.share * left.against1 + right.share * right.against0;
     const double size = std::max(left.share, right.share);
     // Bows to opposite sides: the one that gains more.
-    if (left.share > 0.0 && right.share > 0.0 && left.against1.dot(right.against0) < 0.0) {
+    if (left.share > 0.0 && right.share > 0.0 && tube.along(left.against1, right.against0) < 0.0) {
       direction = left.share > right.share ? left.against1 : right.against0;
     }
-    if (size > 0.0 && direction.norm() > 0.0) moves_[k] = (size * tube) * direction.normalized();
+    const double length = tube.size_mm(direction);
+    if (size > 0.0 && length > 0.0) moves_[k] = (size * tube.tip_mm) * (direction / length);
   }
   // A neighbour that needs no point must not come to need one.
   for (std::size_t i = 0; i + 1 < run.size(); ++i) {
     const Need& need = needs_[i];
     if (!before_[i].converged) continue;
-    const double x0 = moves_[i].dot(need.against0) / tube;
-    const double x1 = moves_[i + 1].dot(need.against1) / tube;
+    const double x0 = tube.along(moves_[i], need.against0) / tube.tip_mm;
+    const double x1 = tube.along(moves_[i + 1], need.against1) / tube.tip_mm;
     if (Spacing::one_piece_covers(need.length, x0, x1)) continue;
-    (x0 < x1 ? moves_[i] : moves_[i + 1]).setZero();
+    (x0 < x1 ? moves_[i] : moves_[i + 1]) = {};
   }
 }
 
@@ -124,14 +132,14 @@ void RunRefiner::keep_neighbours(std::span<const Point> run, const Tolerance& to
       scratch.clear();
       if (segment_.refine(at, tolerance, scratch).converged) continue;
       all = false;
-      moves_[i].setZero();
-      moves_[i + 1].setZero();
+      moves_[i] = {};
+      moves_[i + 1] = {};
       place(run, i);
       place(run, i + 1);
     }
     if (all) return;
   }
-  moves_.assign(run.size(), Vec3::Zero());
+  moves_.assign(run.size(), {});
   for (std::size_t i = 0; i < run.size(); ++i) place(run, i);
 }
 
@@ -160,7 +168,9 @@ bool RunRefiner::one_piece(std::span<const Point> run, std::size_t first, std::s
   for (std::size_t k = 0; k < kinematics.rotary_count(); ++k) {
     if (!(std::abs(q1[kinematics.rotary(k)] - q0[kinematics.rotary(k)]) < kPi)) return false;
   }
-  const Tolerance within{kSpanShare * tolerance.tip_mm, tolerance.axis};
+  const Tolerance within{kSpanShare * tolerance.tip_mm,
+                         tolerance.axis,
+                         {tolerance.flute.length_mm, kSpanShare * tolerance.flute.off_mm}};
   double whole = 0.0;
   for (std::size_t k = first; k < last; ++k) whole += (run[k + 1].tip_P - run[k].tip_P).norm();
   dropped_.clear();
@@ -177,13 +187,20 @@ bool RunRefiner::one_piece(std::span<const Point> run, std::size_t first, std::s
       for (int i = 0; i < 2; ++i) {
         to = station(kinematics, JointVector::interpolate(q0, q1, s));
         const Vec3 slope = tip_slope(kinematics, to, q0, q1);
-        const double slope2 = slope.squaredNorm();
-        if (slope2 > 0.0)
-          s = std::clamp(s + (run[k + 1].tip_P - to.tip_P).dot(slope) / slope2, s_before, 1.0);
+        const ToolOff left{run[k + 1].tip_P - to.tip_P, run[k + 1].axis_P - to.axis_P};
+        double slope2 = slope.squaredNorm();
+        double ahead = left.tip_P.dot(slope);
+        if (within.flute.length_mm > 0.0) {
+          const Vec3 end_slope = slope + within.flute.length_mm * axis_slope(kinematics, to, q0, q1);
+          slope2 += end_slope.squaredNorm();
+          ahead += left.at(within.flute.length_mm).dot(end_slope);
+        }
+        if (slope2 > 0.0) s = std::clamp(s + ahead / slope2, s_before, 1.0);
       }
       to = station(kinematics, JointVector::interpolate(q0, q1, s));
       s_before = s;
-      if ((to.tip_P - run[k + 1].tip_P).norm() > within.tip_mm) return false;
+      const ToolOff off{to.tip_P - run[k + 1].tip_P, to.axis_P - run[k + 1].axis_P};
+      if (off.largest_mm(within.flute.length_mm) > within.tip_mm) return false;
     }
     segment_.start({&run[k], &run[k + 1], &from, &to, true}, within);
     if (!segment_.piece_within(from, to)) return false;

@@ -38,11 +38,11 @@ class RunRefiner {
 
   std::vector<Station> stations_;      // where each programmed point of the run stands
   std::vector<SegmentReport> before_;  // each segment as programmed
-  std::vector<Vec3> moves_;            // displacement of each programmed point, mm
+  std::vector<ToolOff> moves_;         // displacement of the tool at each programmed point
   struct Need {
     double length = 0.0;  // I of the segment
     double share = 0.0;   // displacement of its ends that saves points, in tolerances
-    Vec3 against0 = Vec3::Zero(), against1 = Vec3::Zero();
+    ToolOff against0, against1;
   };
   std::vector<Need> needs_;
   std::vector<SegmentReport> dropped_;  // of the segments that one piece spans

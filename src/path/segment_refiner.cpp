@@ -36,7 +36,7 @@ SegmentRefiner::SegmentRefiner(const Machine& machine, const Vec3& tool_mm, cons
       certifier_(TableKinematics(machine, tool_mm)),
       maker_(machine_, certifier_.kinematics(), rounding_),
       even_(both_sides()),
-      word_error_mm_(rounding.tip_error_mm(machine)),
+      word_error_{rounding.tip_error_mm(machine), rounding.axis_error_rad(machine)},
       predictor_is_below_truth_(options.predictor.kind == Predictor::Kind::exact ||
                                 options.predictor.middle_is_largest()) {}
 
@@ -49,8 +49,25 @@ void SegmentRefiner::look_at(const SegmentEnds& ends, const Tolerance& tolerance
   ends_ = ends;
   tolerance_ = tolerance;
   reference_ = {ends.a->tip_P, ends.b->tip_P, ends.a->axis_P, ends.b->axis_P};
+  flute_.reset();
+  if (tolerance.flute.length_mm > 0.0) {
+    const FluteSegment whole(reference_, tolerance.flute.length_mm);
+    flute_ = Flute{whole, whole};
+  }
   nodes_.clear();
-  end0_ = end1_ = 0.0;
+  displaced_ = {};
+}
+
+Angle SegmentRefiner::axis_room() const {
+  if (!flute_) return tolerance_.axis;
+  return std::min(tolerance_.axis, Angle::radians(tolerance_.flute.off_mm / tolerance_.flute.length_mm));
+}
+
+// Rotary axes that run straight keep the tool axis where it has to be.
+bool SegmentRefiner::axis_holds() const {
+  constexpr double kShareOfFlute = 0.25;  // of the tolerance, at the end of the flute
+  const Angle limit = flute_ ? std::min(tolerance_.axis, axis_room() * kShareOfFlute) : tolerance_.axis;
+  return certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, limit) == Within::yes;
 }
 
 double SegmentRefiner::largest_turn() const {
@@ -65,6 +82,14 @@ double SegmentRefiner::largest_turn() const {
 SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b, double off_axis2,
                                                       const Vec3* known_middle_P,
                                                       std::optional<double> ends_mm) const {
+  if (flute_) {
+    // A proof for the flute is one for its tip; sampled it would not be any cheaper.
+    return flute_surely_within(a, b) ||
+                   (flute_certifier().within(a, b, flute_->whole, tolerance_.flute.off_mm) == Within::yes &&
+                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes)
+               ? Verdict::proved
+               : Verdict::beyond;
+  }
   if (options_.certify) {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes
@@ -78,11 +103,10 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   if (tip == Verdict::proved && (axis_surely_within(a, b, off_axis2) ||
                                  certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes))
     return tip;
-  double tip_mm = 0.0;
-  double axis_rad = 0.0;
-  judge(a, b, tip_mm, axis_rad);
-  return tip_mm <= tolerance_.tip_mm && axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
-                                                                          : Verdict::beyond;
+  Largest largest;
+  judge(a, b, largest);
+  return largest.tip_mm <= tolerance_.tip_mm && largest.axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
+                                                                                          : Verdict::beyond;
 }
 
 // `sampled`: samples have to tell.
@@ -141,7 +165,10 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   double turn = 0.0;
   for (std::size_t k = 0; k < 2; ++k)
     turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
-  const double left = tolerance.tip_mm - bow;
+  double left = tolerance.tip_mm - bow;
+  if (tolerance.flute.length_mm > 0.0)
+    left = std::min(left, tolerance.flute.off_mm - (options_.straight_tip ? 0.0 : bow) -
+                              tolerance.flute.length_mm * off_for_each_mm_up(turn, std::sqrt(off2_axis)));
   const double left_axis = tolerance.axis.rad() * 2.0 / kPi - turn * turn / 8.0;
   const bool surely = predictor_is_below_truth_ && left >= 0.0 && off2 <= left * left && left_axis >= 0.0 &&
                       off2_axis <= left_axis * left_axis;
@@ -166,7 +193,7 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   // Where a prediction asks for points it does not matter what else is known; the middle alone may do so.
   const bool asks = options_.method != Method::adaptive && options_.method != Method::none;
   see_bow(middle_P);
-  const bool middle_asks = asks && exact && bow_P_.norm() > tolerance.tip_mm;
+  const bool middle_asks = asks && exact && bow_.off.tip_P.norm() > tolerance.tip_mm;
   if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
     const Verdict verdict = piece_verdict(a, b, off2_axis, &middle_P);
     report.converged = verdict != Verdict::beyond;
@@ -181,7 +208,24 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   return report;
 }
 
-void SegmentRefiner::judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const {
+// Ends as they stand and motion in norms: what is far below the tolerance needs no more.
+bool SegmentRefiner::flute_surely_within(const Station& a, const Station& b) const {
+  const double off2 =
+      std::max((a.tip_P - reference_.tip0_P).squaredNorm(), (b.tip_P - reference_.tip1_P).squaredNorm());
+  const double limit_mm = tolerance_.flute.off_mm;
+  if (off2 > limit_mm * limit_mm) return false;
+  const double off2_axis =
+      std::max((a.axis_P - reference_.axis0_P).squaredNorm(), (b.axis_P - reference_.axis1_P).squaredNorm());
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k)
+    turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+  const double off_axis = std::sqrt(off2_axis);
+  const double off_mm = std::sqrt(off2) + (options_.straight_tip ? 0.0 : certifier_.bow_from_norms(a, b)) +
+                        tolerance_.flute.length_mm * off_for_each_mm_up(turn, off_axis);
+  return off_mm <= limit_mm && off_axis + turn * turn / 8.0 <= tolerance_.axis.rad() * 2.0 / kPi;
+}
+
+void SegmentRefiner::judge(const Station& a, const Station& b, Largest& largest) const {
   const SegmentShape segment(reference_.tip0_P, reference_.tip1_P);
   const ArcShape arc(reference_.axis0_P, reference_.axis1_P);
   const auto tip_of = [&](const Vec3& p) { return SegmentShape::distance(segment.foot(p)); };
@@ -211,8 +255,15 @@ void SegmentRefiner::judge(const Station& a, const Station& b, double& tip_mm, d
         certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes)
       axis = tolerance_.axis.rad();
   }
-  tip_mm = std::max(tip_mm, tip);
-  axis_rad = std::max(axis_rad, axis);
+  largest.tip_mm = std::max(largest.tip_mm, tip);
+  largest.axis_rad = std::max(largest.axis_rad, axis);
+  if (!flute_) return;
+  double flute_mm = flute_certifier().deviation(a, b, flute_->whole).upper;
+  // As above.
+  const double limit_mm = tolerance_.flute.off_mm;
+  if (flute_mm > limit_mm && flute_certifier().within(a, b, flute_->whole, limit_mm) == Within::yes)
+    flute_mm = limit_mm;
+  largest.flute_mm = std::max(largest.flute_mm, flute_mm);
 }
 
 const Station& SegmentRefiner::station_at(std::size_t i) const {
@@ -221,11 +272,11 @@ const Station& SegmentRefiner::station_at(std::size_t i) const {
 }
 
 void SegmentRefiner::judge_pieces(SegmentReport& report) const {
-  double tip_mm = 0.0;
-  double axis_rad = 0.0;
-  for (std::size_t i = 0; i <= nodes_.size(); ++i) judge(station_at(i), station_at(i + 1), tip_mm, axis_rad);
-  report.tip_mm = tip_mm;
-  report.axis = Angle::radians(axis_rad);
+  Largest largest;
+  for (std::size_t i = 0; i <= nodes_.size(); ++i) judge(station_at(i), station_at(i + 1), largest);
+  report.tip_mm = largest.tip_mm;
+  report.axis = Angle::radians(largest.axis_rad);
+  report.flute_mm = largest.flute_mm;
 }
 
 // Fills in what is known of the segment as programmed; true when points have to be inserted.
@@ -238,9 +289,10 @@ bool SegmentRefiner::needs_points(SegmentReport& report) {
   report.programmed_mm = report.tip_mm;
   see_bow(middle_tip(kinematics(), *ends_.at_a, *ends_.at_b));
   const bool bowed =
-      report.tip_mm <= kWellBelow * tolerance_.tip_mm || bow_P_.norm() >= kBowShaped * report.tip_mm;
+      report.tip_mm <= kWellBelow * tolerance_.tip_mm || bow_.off.tip_P.norm() >= kBowShaped * report.tip_mm;
   report.harmonic_fails = largest_turn() > kHarmonicTurn.rad() || !bowed;
-  report.converged = report.tip_mm <= tolerance_.tip_mm && report.axis <= tolerance_.axis;
+  report.converged = report.tip_mm <= tolerance_.tip_mm && report.axis <= tolerance_.axis &&
+                     report.flute_mm <= tolerance_.flute.off_mm;
   return !report.converged ||
          (options_.method != Method::adaptive && report.predicted_mm > tolerance_.tip_mm);
 }
@@ -266,24 +318,23 @@ SegmentReport SegmentRefiner::refine(const SegmentEnds& ends, const Tolerance& t
 
 void SegmentRefiner::put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const {
   for (const Node& node : nodes_) {
-    out.push_back({node.station.q, node.tip_P, node.axis_P, ends.b->where, true, node.beside_P});
+    out.push_back({node.station.q, node.tip_P, node.aim_axis_P, ends.b->where, true, node.beside_P});
   }
 }
 
 bool SegmentRefiner::insert(SegmentReport& report) {
   if (insert_evenly()) return true;
-  bool axis_holds =
-      certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, tolerance_.axis) == Within::yes;
-  if (options_.method == Method::subtract && axis_holds) {
+  bool holds = axis_holds();
+  if (options_.method == Method::subtract && holds) {
     report.linear_nodes = true;
     if (subtract(*ends_.at_a, *ends_.at_b, 0.0, 1.0, 0)) return true;
     // The rounding of the words takes what the axis has left.
     nodes_.clear();
-    axis_holds = false;
+    holds = false;
   }
-  const NodeAxis how = choose_axis(axis_holds);
+  const NodeAxis how = choose_axis(holds);
   report.linear_nodes = how == NodeAxis::joint_linear;
-  if (how == NodeAxis::great_circle && !axis_holds && insert_around_pole()) return true;
+  if (how == NodeAxis::great_circle && !holds && insert_around_pole()) return true;
   return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
 }
 
@@ -291,23 +342,31 @@ void SegmentRefiner::see_bow(const Vec3& middle_P) {
   const Vec3& a_P = ends_.at_a->tip_P;
   const Vec3& b_P = ends_.at_b->tip_P;
   const Vec3 chord = b_P - a_P;
-  bow_P_ = from_segment(middle_P, a_P, b_P);
-  bends_across_ = EvenPieces::bends_across((middle_P - 0.5 * (a_P + b_P)).dot(chord), chord.squaredNorm());
+  bow_.across = EvenPieces::bends_across((middle_P - 0.5 * (a_P + b_P)).dot(chord), chord.squaredNorm());
+  bow_.off = {from_segment(middle_P, a_P, b_P), Vec3::Zero()};
+  if (!flute_) return;
+  const Vec3 axis_P = middle_axis(kinematics(), *ends_.at_a, *ends_.at_b);
+  constexpr double kMiddle = 0.5;
+  const Vec3 tip_P = options_.straight_tip ? Vec3(0.5 * (a_P + b_P)) : middle_P;
+  bow_.off = flute_->part.off(tip_P, axis_P, flute_->part.nearest(tip_P, axis_P, kMiddle));
+  bow_.across = true;
 }
 
 // Where the axes turn little nothing more has to be known of how a segment bends than its bow.
 bool SegmentRefiner::insert_evenly() {
   if (options_.method == Method::subtract || ends_.moved || largest_turn() >= kSmallTurn.rad()) return false;
-  const double bow_mm = bow_P_.norm();
+  const Tube room = tube(tolerance_);
+  const double bow_mm = room.size_mm(bow_.off);
+  const double limit_mm = flute_ ? tolerance_.flute.off_mm : tolerance_.tip_mm;
   // The fewest points: a plan tells where the tip also leads along the segment, or its axis asks for them.
-  if (options_.method == Method::adaptive && !(bends_across_ && bow_mm > tolerance_.tip_mm)) return false;
-  const double wanted = even_.count(bow_mm, tolerance_.tip_mm, tube_mm(tolerance_));
+  if (options_.method == Method::adaptive && !(bow_.across && bow_mm > limit_mm)) return false;
+  const double wanted = even_.count(bow_mm, limit_mm, room.tip_mm);
   if (!(wanted <= kMostEvenPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
   const auto pieces = static_cast<std::size_t>(wanted);
-  const Vec3 against_P = -even_.beside(pieces) * bow_P_;
+  const ToolOff against = -even_.beside(pieces) * bow_.off;
   nodes_.clear();
   for (std::size_t i = 1; i < pieces; ++i)
-    nodes_.push_back(maker_.node(even_.share(i, pieces), against_P, NodeAxis::great_circle, true));
+    nodes_.push_back(maker_.node(even_.share(i, pieces), against, NodeAxis::great_circle, true));
   if (all_within()) return true;
   nodes_.clear();
   return false;
@@ -338,11 +397,11 @@ void SegmentRefiner::cells_along(NodeAxis how, std::size_t least) {
   cells_.clear();
   crowded_ = false;
   largest_cell_turn_ = 0.0;
-  Station before = maker_.node(0.0, Vec3::Zero(), NodeAxis::joint_linear, false).station;
+  Station before = maker_.node(0.0, {}, NodeAxis::joint_linear, false).station;
   for (std::size_t i = 1; i <= count; ++i) {
     const double t1 = static_cast<double>(i) / static_cast<double>(count);
     const NodeAxis kind = i == count ? NodeAxis::joint_linear : how;
-    const Station after = maker_.node(t1, Vec3::Zero(), kind, false).station;
+    const Station after = maker_.node(t1, {}, kind, false).station;
     add_cell(before, after, static_cast<double>(i - 1) / static_cast<double>(count), t1);
     for (std::size_t k = 0; k < 2; ++k) {
       const double turn = kinematics().angle(after.q, k) - kinematics().angle(before.q, k);
@@ -375,6 +434,13 @@ void SegmentRefiner::cells_of_nodes(std::size_t least) {
 
 void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, double t1) {
   const RotarySines middle = middle_sines(kinematics(), a, b);
+  if (flute_) {
+    const Vec3 tip_P = options_.straight_tip
+                           ? Vec3(0.5 * (a.tip_P + b.tip_P))
+                           : kinematics().tip_P(JointVector::interpolate(a.q, b.q, 0.5), middle);
+    cells_.push_back({t0, t1, flute_bow(a, b, t0, t1, {tip_P, kinematics().axis_P(middle)}), 0.0});
+    return;
+  }
   const Vec3 chord = b.tip_P - a.tip_P;
   const double length = chord.norm();
   Vec3 bow = kinematics().tip_P(JointVector::interpolate(a.q, b.q, 0.5), middle) - 0.5 * (a.tip_P + b.tip_P);
@@ -387,7 +453,27 @@ void SegmentRefiner::add_cell(const Station& a, const Station& b, double t0, dou
   }
   const ArcShape arc(a.axis_P, b.axis_P);
   const double axis = ArcShape::measure(ArcShape::distance(arc.foot(kinematics().axis_P(middle))));
-  cells_.push_back({t0, t1, bow, axis});
+  cells_.push_back({t0, t1, {bow, Vec3::Zero()}, axis});
+}
+
+// What the tool leaves the course between its ends by half way, from the place of the path where that is
+// least: to be ahead of the path or behind it is no error, unless that leads beyond an end of the segment.
+ToolOff SegmentRefiner::flute_bow(const Station& a, const Station& b, double t0, double t1,
+                                  const ToolPose& middle) {
+  const double even = 0.5 * (t0 + t1);
+  const ToolOff ends =
+      0.5 * (flute_->part.off(a.tip_P, a.axis_P, t0) + flute_->part.off(b.tip_P, b.axis_P, t1));
+  const Vec3 tip_P = middle.tip_P - ends.tip_P;
+  const Vec3 axis_P = middle.axis_P - ends.axis_P;
+  const double t = flute_->part.nearest(tip_P, axis_P, even);
+  const ToolOff bow = flute_->part.off(tip_P, axis_P, t);
+  const double ahead = t - even;
+  const double room = ahead > 0.0 ? 1.0 - even : even;
+  const Tube left = tube(tolerance_);
+  if (4.0 * std::abs(ahead) < t1 - t0 || std::abs(ahead) * left.tip_mm <= room * left.size_mm(bow))
+    return bow;
+  crowded_ = true;
+  return flute_->part.off(tip_P, axis_P, even);
 }
 
 // A bow without its part along the programmed segment, where that leads nowhere beyond the segment's ends: of
@@ -399,42 +485,53 @@ Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) {
   const double along = bow.dot(whole) / length;
   Vec3 across = bow - (along / length) * whole;
   const double room = (along > 0.0 ? 1.0 - t : t) * length;
-  if (std::abs(along) * tube_mm(tolerance_) <= room * across.norm()) return across;
+  if (std::abs(along) * tube(tolerance_).tip_mm <= room * across.norm()) return across;
   crowded_ = true;
   return bow;
 }
 
 // A displacement of the node at `t` that leaves its foot well between the ends: beyond one of them the
 // control would come to the end and go back.
-Vec3 SegmentRefiner::between_ends(const Vec3& displacement, double t) const {
-  constexpr double kShare = 0.5;  // of the way to the end
+ToolOff SegmentRefiner::between_ends(const ToolOff& displacement, double t) const {
+  if (flute_) return displacement;  // against a bow that has no part along the path
+  constexpr double kShare = 0.5;    // of the way to the end
   const Vec3 whole = reference_.tip1_P - reference_.tip0_P;
   const double length2 = whole.squaredNorm();
   if (!(length2 > 0.0)) return displacement;
-  const double along = displacement.dot(whole) / length2;
-  return displacement + (std::clamp(along, -kShare * t, kShare * (1.0 - t)) - along) * whole;
+  const double along = displacement.tip_P.dot(whole) / length2;
+  const Vec3 back = (std::clamp(along, -kShare * t, kShare * (1.0 - t)) - along) * whole;
+  return {displacement.tip_P + back, displacement.axis_P};
 }
 
 void SegmentRefiner::use_cells(NodeAxis how) {
-  const double tube = tube_mm(tolerance_);
-  spacing_.set(cells_, tube, tolerance_.axis.rad(), how == NodeAxis::great_circle);
+  const Tube room = tube(tolerance_);
+  spacing_.set(cells_, room, tolerance_.axis.rad(), how == NodeAxis::great_circle && !flute_);
   if (!ends_.moved) return;
   const auto displaced = [&](const Station& at, const Point& p, double t) {
-    return (at.tip_P - p.tip_P).dot(spacing_.against(t)) / tube;
+    const ToolOff off{at.tip_P - p.tip_P, at.axis_P - p.axis_P};
+    return std::clamp(room.along(off, spacing_.against(t)) / room.tip_mm, -1.0, 1.0);
   };
-  end0_ = std::clamp(displaced(*ends_.at_a, *ends_.a, 0.0), -1.0, 1.0);
-  end1_ = std::clamp(displaced(*ends_.at_b, *ends_.b, 1.0), -1.0, 1.0);
+  displaced_ = {displaced(*ends_.at_a, *ends_.a, 0.0), displaced(*ends_.at_b, *ends_.b, 1.0)};
 }
 
-double SegmentRefiner::tube_mm(const Tolerance& tolerance) const {
-  return tube_within(tolerance.tip_mm, word_error_mm_);
+Tube SegmentRefiner::tube(const Tolerance& tolerance) const {
+  Tube out;
+  if (tolerance.flute.length_mm == 0.0) {
+    out.tip_mm = tube_within(tolerance.tip_mm, word_error_.tip_mm);
+    return out;
+  }
+  const Tolerance::Flute& flute = tolerance.flute;
+  out.tip_mm = tube_within(flute.off_mm, word_error_.tip_mm);
+  out.flute_mm = flute.length_mm;
+  out.end_share =
+      out.tip_mm / tube_within(flute.off_mm, word_error_.tip_mm + flute.length_mm * word_error_.axis_rad);
+  out.mm_per_axis = out.tip_mm / tolerance.axis.rad();
+  return out;
 }
 
 const Spacing& SegmentRefiner::spacing_of(const SegmentEnds& ends, const Tolerance& tolerance) {
   start(ends, tolerance);
-  const bool axis_holds =
-      certifier_.axis_within(*ends.at_a, *ends.at_b, reference_, tolerance.axis) == Within::yes;
-  use_cells(choose_axis(axis_holds));
+  use_cells(choose_axis(axis_holds()));
   return spacing_;
 }
 
@@ -472,11 +569,11 @@ bool SegmentRefiner::try_pieces(std::size_t pieces, NodeAxis how, Side side) {
   if (side == Side::on_chord) {
     spacing_.place_on_chord(pieces, places_);
   } else {
-    spacing_.place_two_sided(pieces, end0_, end1_, places_);
+    spacing_.place_two_sided(pieces, displaced_[0], displaced_[1], places_);
   }
   nodes_.clear();
   for (const Place& place : places_)
-    nodes_.push_back(maker_.node(place.t, between_ends(place.displacement_P, place.t), how, true));
+    nodes_.push_back(maker_.node(place.t, between_ends(place.displacement, place.t), how, true));
   return all_within();
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "trunnion/path/flute.hpp"
 #include "trunnion/path/nonlinear.hpp"
 
 #include "path/even_pieces.hpp"
@@ -45,8 +46,8 @@ class SegmentRefiner {
 
   /// How the segment bends, in cells along its ideal path (nodes on the chord and the great circle).
   const Spacing& spacing_of(const SegmentEnds& ends, const Tolerance& tolerance);
-  /// What the tolerance leaves for the bow when the words are rounded, mm.
-  double tube_mm(const Tolerance& tolerance) const;
+  /// What the tolerance leaves for the bow when the words are rounded.
+  Tube tube(const Tolerance& tolerance) const;
   /// Report of the segment that is started, of which the part from `a` to `b` of a longer piece keeps.
   SegmentReport span_report(const Station& programmed_a, const Station& programmed_b, const Station& a,
                             const Station& b);
@@ -80,6 +81,9 @@ class SegmentRefiner {
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
   void see_bow(const Vec3& middle_P);
+  /// How far the tool axis may be from its place: its own tolerance, or what the end of the flute allows.
+  Angle axis_room() const;
+  bool axis_holds() const;
   bool insert_evenly();
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);
   bool insert_planned(NodeAxis how, Side side, std::size_t pieces);
@@ -106,10 +110,22 @@ class SegmentRefiner {
   void add_cell(const Station& a, const Station& b, double t0, double t1);
   void use_cells(NodeAxis how);
   Vec3 within_reference(const Vec3& bow, double t);
-  Vec3 between_ends(const Vec3& displacement, double t) const;
+  ToolOff flute_bow(const Station& a, const Station& b, double t0, double t1, const ToolPose& middle);
+  ToolOff between_ends(const ToolOff& displacement, double t) const;
   bool subtract(const Station& a, const Station& b, double t0, double t1, int halvings);
   bool subtract_evenly(const Station& a, const Station& b, double t0, double t1, const ErrorModel& model);
-  void judge(const Station& a, const Station& b, double& tip_mm, double& axis_rad) const;
+  /// The largest deviations of some pieces.
+  struct Largest {
+    double tip_mm = 0.0;
+    double axis_rad = 0.0;
+    double flute_mm = 0.0;
+  };
+  void judge(const Station& a, const Station& b, Largest& largest) const;
+  FluteCertifier flute_certifier() const {
+    using Tip = FluteCertifier::Tip;
+    return FluteCertifier(kinematics(), options_.straight_tip ? Tip::straight : Tip::as_axes_go);
+  }
+  bool flute_surely_within(const Station& a, const Station& b) const;
   void judge_pieces(SegmentReport& report) const;
   double largest_turn() const;
   const Station& station_at(std::size_t i) const;
@@ -120,16 +136,28 @@ class SegmentRefiner {
   Certifier certifier_;
   NodeMaker maker_;
   EvenPieces even_;
-  double word_error_mm_ = 0.0;     // largest distance of the tip that rounding of the linear words makes
+  /// What rounding of the words makes at most.
+  struct WordError {
+    double tip_mm = 0.0;    // of the linear words
+    double axis_rad = 0.0;  // of the rotary words, about two axes at right angles to the tool
+  };
+  WordError word_error_;
   bool predictor_is_below_truth_;  // it is a value of the curve itself
 
   SegmentEnds ends_;
   Tolerance tolerance_;
   Reference reference_;
-  Vec3 bow_P_ = Vec3::Zero();  // to where the tip comes half way, from the nearest point of the chord, mm
-  bool bends_across_ = false;  // EvenPieces::bends_across
-  double end0_ = 0.0;          // displacement of the ends against the bow, in tolerances
-  double end1_ = 0.0;
+  /// Where the flute counts: the segment, and the part of it that nodes are planned for.
+  struct Flute {
+    FluteSegment whole, part;
+  };
+  std::optional<Flute> flute_;
+  struct Bow {
+    ToolOff off;          // to where the tool comes half way, from the nearest place of the chord
+    bool across = false;  // EvenPieces::bends_across
+  };
+  Bow bow_;
+  std::array<double, 2> displaced_{};  // the ends, against the bow, in tolerances
   std::vector<Cell> cells_;
   double largest_cell_turn_ = 0.0;
   bool crowded_ = false;  // motion along the segment reaches its ends: the cells ask for more than is needed

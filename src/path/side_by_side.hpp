@@ -153,6 +153,20 @@ T beyond_parabola(const T& M3) {
 /// sine. Near half a turn between the ends it would lose digits.
 inline constexpr double kBisectorTurn = 1.0;
 
+/// How far a point 1 mm up the tool is at most off its place because of the axis, mm: `off_axis` at the ends
+/// of a motion, and what axis and arc leave their chords by in between, where the places of the path run
+/// evenly. `turn`: of both rotary axes together; the chord of the arc is no longer than that of the axis and
+/// twice what the ends are off, and an angle up to 1 rad no larger than 1.05 chords.
+template <class T>
+T off_for_each_mm_up(const T& turn, const T& off_axis) {
+  constexpr double kAngleOverChord = 1.05;
+  constexpr double kNotKnown = 1e300;
+  const T chord = turn + 2.0 * off_axis;
+  const T arc = kAngleOverChord * chord;
+  const T most = off_axis + (turn * turn + arc * arc) / 8.0;
+  return lanes::select(chord <= 1.0, most, lanes::splat<T>(kNotKnown));
+}
+
 using lanes::across;
 
 /// The motions that end at a few positions: from the last of those before, and between them.

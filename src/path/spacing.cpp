@@ -64,15 +64,15 @@ double narrowest_tube(std::size_t count, double end0, double end1, double length
 
 }  // namespace
 
-void Spacing::set(const std::vector<Cell>& cells, double tip_tolerance_mm, double axis_tolerance_rad,
+void Spacing::set(const std::vector<Cell>& cells, const Tube& tube, double axis_tolerance_rad,
                   bool axis_counts) {
   cells_ = &cells;
-  tip_tolerance_mm_ = tip_tolerance_mm;
+  tube_ = tube;
   cumulative_.clear();
   double sum = 0.0;
   double excess = 0.0;
   for (const Cell& cell : cells) {
-    const double tip = std::sqrt(8.0 * cell.bow_P.norm() / tip_tolerance_mm);
+    const double tip = std::sqrt(8.0 * tube.size_mm(cell.bow) / tube.tip_mm);
     const double axis = axis_counts ? std::sqrt(8.0 * cell.axis / axis_tolerance_rad) : 0.0;
     sum += std::max(tip, axis);
     excess += std::max(0.0, axis - tip * kOnChordLength / kInnerLength);
@@ -116,7 +116,7 @@ void Spacing::place_on_chord(std::size_t count, std::vector<Place>& out) const {
   for (std::size_t j = 1; j < count; ++j) {
     const double share = static_cast<double>(j) / static_cast<double>(count);
     // Without any bow (the axis alone is short, or rounding) evenly.
-    out.push_back({total() > 0.0 ? t_at(share * total()) : share, Vec3::Zero()});
+    out.push_back({total() > 0.0 ? t_at(share * total()) : share, {}});
   }
 }
 
@@ -129,29 +129,29 @@ void Spacing::place_two_sided(std::size_t count, double end0, double end1, std::
   for (std::size_t j = 1; j < count; ++j) {
     const double length = w * (length_between(x0, 1.0) + kInnerLength * static_cast<double>(j - 1));
     const double t = t_at(std::min(1.0, scale) * length);
-    out.push_back({t, (w * w * tip_tolerance_mm_) * against(t)});
+    out.push_back({t, (w * w * tube_.tip_mm) * against(t)});
   }
 }
 
-Vec3 Spacing::against(double t) const {
+ToolOff Spacing::against(double t) const {
   // Bow per square of length between the cells' middles, then its direction.
   // Two nodes of the last attempt may have come to the same place: nothing bends between them.
   const auto bend = [](const Cell& c) {
     const double width2 = (c.t1 - c.t0) * (c.t1 - c.t0);
-    return width2 > 0.0 ? Vec3(c.bow_P / width2) : Vec3(Vec3::Zero());
+    return width2 > 0.0 ? c.bow / width2 : ToolOff{};
   };
   const auto middle = [](const Cell& c) { return 0.5 * (c.t0 + c.t1); };
   const std::vector<Cell>& cells = *cells_;
   const auto after = std::upper_bound(cells.begin(), cells.end(), t,
                                       [&](double value, const Cell& cell) { return value < middle(cell); });
   const std::size_t i = after == cells.begin() ? 0 : static_cast<std::size_t>(after - cells.begin()) - 1;
-  Vec3 bow = bend(cells[i]);
+  ToolOff bow = bend(cells[i]);
   if (i + 1 < cells.size() && t > middle(cells[i])) {
     const double share = (t - middle(cells[i])) / (middle(cells[i + 1]) - middle(cells[i]));
     bow = (1.0 - share) * bow + share * bend(cells[i + 1]);
   }
-  const double size = bow.norm();
-  return size > 0.0 ? Vec3(-bow / size) : Vec3::Zero();
+  const double size = tube_.size_mm(bow);
+  return size > 0.0 ? bow / -size : ToolOff{};
 }
 
 }  // namespace trunnion::path

@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "trunnion/geom/vec.hpp"
+#include "trunnion/path/tool_off.hpp"
 
 namespace trunnion::path {
 
@@ -10,14 +10,36 @@ namespace trunnion::path {
 struct Cell {
   double t0 = 0.0;
   double t1 = 1.0;
-  Vec3 bow_P = Vec3::Zero();  // from the middle of the part's chord to the curve, across the chord, mm
-  double axis = 0.0;          // the same of the tool axis, rad
+  ToolOff bow;        // from the middle of the part's chord to the curve, across the chord
+  double axis = 0.0;  // of the tool axis across its arc, rad, where no flute counts
 };
 
 /// A place for a node: fraction of the chord and displacement beside it.
 struct Place {
   double t = 0.0;
-  Vec3 displacement_P = Vec3::Zero();
+  ToolOff displacement;
+};
+
+/// What the tolerances leave for a bow, and how large one is in them: as many mm of the tip as ask for as
+/// many points.
+struct Tube {
+  double tip_mm = 0.0;
+  double flute_mm = 0.0;     // Tolerance::Flute; 0: a bow is as large as that of the tip
+  double end_share = 1.0;    // tip_mm over what is left at the end of the flute
+  double mm_per_axis = 0.0;  // tip_mm over the tolerance of the axis
+
+  double size_mm(const ToolOff& bow) const {
+    const double tip = bow.tip_P.norm();
+    if (flute_mm == 0.0) return tip;
+    return std::max({tip, end_share * bow.at(flute_mm).norm(), mm_per_axis * bow.axis_P.norm()});
+  }
+  /// How far a displacement goes along one of size 1 mm: of tip and flute end together.
+  double along(const ToolOff& off, const ToolOff& unit) const {
+    const double tip = off.tip_P.dot(unit.tip_P);
+    if (flute_mm == 0.0) return tip;
+    const double size2 = unit.tip_P.squaredNorm() + unit.at(flute_mm).squaredNorm();
+    return size2 > 0.0 ? (tip + off.at(flute_mm).dot(unit.at(flute_mm))) / size2 : 0.0;
+  }
 };
 
 /// Spaces nodes evenly in I(t) = integral of sqrt(|p''_perp| / tolerance) dt: a piece of I-length l bows by
@@ -26,8 +48,7 @@ class Spacing {
  public:
   /// @param axis_counts  false for nodes that are linear in the rotary axes: more of them do not turn the
   /// tool axis back
-  void set(const std::vector<Cell>& cells, double tip_tolerance_mm, double axis_tolerance_rad,
-           bool axis_counts);
+  void set(const std::vector<Cell>& cells, const Tube& tube, double axis_tolerance_rad, bool axis_counts);
 
   /// Pieces that nodes on the chord need (the integral alone; at least 1).
   std::size_t on_chord_pieces() const;
@@ -38,8 +59,8 @@ class Spacing {
 
   void place_on_chord(std::size_t pieces, std::vector<Place>& out) const;
   void place_two_sided(std::size_t pieces, double end0, double end1, std::vector<Place>& out) const;
-  /// Unit vector against the bow at t; zero where there is none.
-  Vec3 against(double t) const;
+  /// Against the bow at t, of size 1 mm (Tube::size_mm); zero where there is none.
+  ToolOff against(double t) const;
   /// Displacement of free ends, in tolerances, with which a segment of I-length `length` needs the fewest
   /// pieces.
   static double free_end_share(double length);
@@ -52,7 +73,7 @@ class Spacing {
 
   const std::vector<Cell>* cells_ = nullptr;
   std::vector<double> cumulative_;  // I at the end of each cell
-  double tip_tolerance_mm_ = 0.0;
+  Tube tube_;
   bool tip_leads_ = true;
 };
 

@@ -118,7 +118,7 @@ std::optional<std::size_t> greedy_points(SegmentRefiner& segment, const Point& f
   double step = 1.0;
   while (!segment.piece_within(at, end) && points < limit) {
     const auto within = [&](double to_t) {
-      return segment.piece_within(at, maker.node(to_t, Vec3::Zero(), how, false).station);
+      return segment.piece_within(at, maker.node(to_t, {}, how, false).station);
     };
     double good = t;
     double bad = std::min(1.0, t + 2.0 * step);
@@ -129,7 +129,7 @@ std::optional<std::size_t> greedy_points(SegmentRefiner& segment, const Point& f
     if (!(good > t)) return std::nullopt;
     step = good - t;
     t = good;
-    at = maker.node(t, Vec3::Zero(), how, false).station;
+    at = maker.node(t, {}, how, false).station;
     ++points;
   }
   return points;

@@ -41,15 +41,16 @@ TEST(Spacing, NarrowestTubeIsWhereHalvingEnds) {
     std::vector<Cell> cells;
     const double size = std::exp(8.0 * u(random) - 4.0);
     for (int k = 0; k < 4; ++k)
-      cells.push_back({0.25 * k, 0.25 * (k + 1), Vec3(0.0, 0.001 * size * (0.5 + u(random)), 0.0), 0.0});
-    spacing.set(cells, kTolerance_mm, 1e-3, true);
+      cells.push_back(
+          {0.25 * k, 0.25 * (k + 1), {Vec3(0.0, 0.001 * size * (0.5 + u(random)), 0.0), Vec3::Zero()}, 0.0});
+    spacing.set(cells, Tube{kTolerance_mm}, 1e-3, true);
     const auto count = 2 + static_cast<std::size_t>(u(random) * 6.0);
     spacing.place_two_sided(count, 0.0, 0.0, places);
     ASSERT_EQ(places.size(), count - 1);
     const double w = narrowest(count, spacing.total());
     wide += w == 1.0 ? 1 : 0;
     for (const Place& place : places)
-      EXPECT_NEAR(std::sqrt(place.displacement_P.norm() / kTolerance_mm), w, kHalfStep);
+      EXPECT_NEAR(std::sqrt(place.displacement.tip_P.norm() / kTolerance_mm), w, kHalfStep);
   }
   EXPECT_GT(wide, 100U);
   EXPECT_LT(wide, 4900U);
@@ -60,16 +61,16 @@ TEST(Spacing, PartsWithoutWidthGiveNoPlaceThatIsNoNumber) {
   Spacing spacing;
   std::vector<Place> places;
   for (const double bow_mm : {0.0, 1e-9, 0.02}) {
-    const std::vector<Cell> cells = {{0.0, 0.5, Vec3(0.0, 0.01, 0.0), 0.0},
-                                     {0.5, 0.5, Vec3(0.0, bow_mm, 0.0), 0.0},
-                                     {0.5, 0.5, Vec3(0.0, bow_mm, 0.0), 0.0},
-                                     {0.5, 1.0, Vec3(0.0, 0.003, 0.0), 0.0}};
-    spacing.set(cells, 0.005, 1e-3, true);
+    const std::vector<Cell> cells = {{0.0, 0.5, {Vec3(0.0, 0.01, 0.0), Vec3::Zero()}, 0.0},
+                                     {0.5, 0.5, {Vec3(0.0, bow_mm, 0.0), Vec3::Zero()}, 0.0},
+                                     {0.5, 0.5, {Vec3(0.0, bow_mm, 0.0), Vec3::Zero()}, 0.0},
+                                     {0.5, 1.0, {Vec3(0.0, 0.003, 0.0), Vec3::Zero()}, 0.0}};
+    spacing.set(cells, Tube{0.005}, 1e-3, true);
     for (std::size_t count = 2; count < 6; ++count) {
       spacing.place_two_sided(count, 0.0, 0.0, places);
       for (const Place& place : places) {
         EXPECT_TRUE(place.t >= 0.0 && place.t <= 1.0) << place.t;
-        EXPECT_TRUE(place.displacement_P.allFinite());
+        EXPECT_TRUE(place.displacement.tip_P.allFinite());
       }
     }
   }

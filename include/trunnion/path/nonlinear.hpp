@@ -29,6 +29,12 @@ std::optional<Method> method_from_text(std::string_view text);
 struct Tolerance {
   double tip_mm = 0.01;
   Angle axis = Angle::degrees(0.05);
+  /// Of a tool that counts from its tip up its axis: every point of it, all at one place of the path.
+  struct Flute {
+    double length_mm = 0.0;  // 0: the tip counts alone
+    double off_mm = 0.0;     // the largest distance of its points
+  };
+  Flute flute{};
 };
 
 struct NonlinearOptions {
@@ -39,6 +45,7 @@ struct NonlinearOptions {
   bool move_programmed_points =
       false;  // adaptive: programmed points may leave their place by up to the tolerance (see refine_run)
   bool certify = true;              // prove each piece; else it is sampled
+  bool straight_tip = false;        // tool-centre-point control: between blocks the tip goes straight
   std::size_t max_inserted = 4096;  // per segment: where it is reached the segment has not converged
 };
 
@@ -49,12 +56,13 @@ struct SegmentReport {
   double programmed_mm = 0.0;  // largest distance as programmed (bound or sample, see `certified`)
   double tip_mm = 0.0;         // largest distance of the tip from the programmed segment, after insertion
   Angle axis;                  // largest angle of the tool axis from its great circle, after insertion
+  double flute_mm = 0.0;       // largest distance of the tool up to its flute length, after insertion
   bool certified = false;      // the three are proved upper bounds; else the largest of samples
   std::uint32_t inserted = 0;
   bool linear_nodes = false;  // nodes are linear in the rotary axes, not on the great circle (near the pole)
   bool harmonic_fails =
       false;  // a rotary step over 60 degrees, or the largest error is not in the middle (S-shaped)
-  bool converged = true;  // tip_mm and axis are within the tolerance
+  bool converged = true;  // tip_mm, axis and flute_mm are within the tolerance
 };
 
 /// Refines one segment after the other; keeps its scratch memory, so one Refiner per thread.

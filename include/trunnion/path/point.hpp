@@ -13,9 +13,10 @@ struct Point {
   JointVector q;  // mm, rad; rotary turns chosen; on the word grid of the control when the path was rounded
   Vec3 tip_P =
       Vec3::Zero();  // prescribed tip, mm: of the CL file, or the point of its segment for an inserted one
-  Vec3 axis_P =
-      Vec3::UnitZ();  // prescribed unit tool axis: of the CL file, or of the great circle for an inserted one
-  SourceRef where;    // line of the CL file; of the segment's end for an inserted one
+  /// Prescribed unit tool axis: of the CL file; for an inserted one of the great circle, or where it is put
+  /// beside that when the flute counts.
+  Vec3 axis_P = Vec3::UnitZ();
+  SourceRef where;  // line of the CL file; of the segment's end for an inserted one
   bool inserted = false;
   /// Where the tip is put beside `tip_P`, mm: nodes of two-sided placement, moved programmed points. A
   /// compensation aims at tip_P + beside_P.
@@ -35,6 +36,9 @@ struct Rounding {
   }
   /// Largest distance by which rounding of the linear words moves the tip, mm.
   double tip_error_mm(const Machine& machine) const;
+  /// Largest angle by which rounding of the rotary words turns the tool axis, rad: two axes turn it to places
+  /// at right angles at most.
+  double axis_error_rad(const Machine& machine) const;
   /// True when no axis is rounded.
   bool is_identity() const;
   /// Grid of words with `quantum` on this machine and tool.

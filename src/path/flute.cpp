@@ -1,0 +1,244 @@
+#include "trunnion/path/flute.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "path/closed_forms.hpp"
+
+namespace trunnion::path {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Halvings of a piece: 2^-24 of half a turn is below what doubles resolve.
+constexpr int kMostHalvings = 24;
+// Places looked at, after which the bound that is there is taken.
+constexpr std::uint32_t kWorkLimit = 5000;
+
+// Fraction by which to go on, where the distances of two points are the lengths of x0 - d b0 and x1 - d b1:
+// the larger of both is smallest there. Both squares are parabolas in d.
+double smaller_of_two(const Vec3& x0, const Vec3& b0, const Vec3& x1, const Vec3& b1) {
+  const double b0b0 = b0.squaredNorm();
+  const double b1b1 = b1.squaredNorm();
+  if (!(b0b0 > 0.0) && !(b1b1 > 0.0)) return 0.0;
+  const double best1 = b1b1 > 0.0 ? x1.dot(b1) / b1b1 : x0.dot(b0) / b0b0;
+  const double best0 = b0b0 > 0.0 ? x0.dot(b0) / b0b0 : best1;
+  const auto ahead = [&](double d) { return (x0 - d * b0).squaredNorm() - (x1 - d * b1).squaredNorm(); };
+  if (ahead(best0) >= 0.0) return best0;
+  if (ahead(best1) <= 0.0) return best1;
+  // They are equal between the two: A d^2 - 2 B d + C = 0.
+  const double A = b0b0 - b1b1;
+  const double B = x0.dot(b0) - x1.dot(b1);
+  const double C = x0.squaredNorm() - x1.squaredNorm();
+  const double root = std::sqrt(std::max(0.0, B * B - A * C));
+  const double sum = B + (B < 0.0 ? -root : root);
+  const double low = std::min(best0, best1);
+  const double high = std::max(best0, best1);
+  const double first = sum != 0.0 ? C / sum : low;
+  if (first >= low && first <= high) return first;
+  const double second = A != 0.0 ? sum / A : first;
+  return std::clamp(second, low, high);
+}
+
+}  // namespace
+
+FluteSegment::FluteSegment(const Reference& reference, double flute_mm)
+    : tip0_P_(reference.tip0_P),
+      chord_(reference.tip1_P - reference.tip0_P),
+      axis0_P_(reference.axis0_P),
+      tangent_P_(Vec3::Zero()),
+      flute_mm_(flute_mm) {
+  // cross with the difference: exact where the ends are nearly the same.
+  const Vec3 difference = reference.axis1_P - reference.axis0_P;
+  const Vec3 normal = reference.axis0_P.cross(difference);
+  const double sine = normal.norm();
+  turn_ = std::atan2(sine, reference.axis0_P.dot(reference.axis1_P));
+  // Below this the plane of the arc comes from rounding.
+  constexpr double kOpposite = 1e-9;
+  has_arc_ = (reference.axis0_P + reference.axis1_P).norm() >= kOpposite;
+  if (sine > 0.0) tangent_P_ = (normal / sine).cross(reference.axis0_P);
+}
+
+Vec3 FluteSegment::axis_P(double t) const {
+  const double angle = t * turn_;
+  return std::cos(angle) * axis0_P_ + std::sin(angle) * tangent_P_;
+}
+
+ToolOff FluteSegment::off(const Vec3& tip_P, const Vec3& axis_at, double t) const {
+  return {tip_P - tip0_P_ - t * chord_, axis_at - axis_P(t)};
+}
+
+double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near) const {
+  constexpr int kMostSteps = 8;
+  constexpr double kSettled_mm = 1e-7;
+  double t = near;
+  const double reach_mm = chord_.norm() + flute_mm_ * turn_;
+  if (!(reach_mm > 0.0)) return t;
+  // Far from the segment a step may lead farther off: the best place so far counts.
+  double best = near;
+  double best_mm2 = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double cosine = std::cos(t * turn_);
+    const double sine = std::sin(t * turn_);
+    const Vec3 path_axis_P = cosine * axis0_P_ + sine * tangent_P_;
+    const Vec3 axis_slope_P = turn_ * (cosine * tangent_P_ - sine * axis0_P_);
+    const Vec3 tip_off = tip_P - tip0_P_ - t * chord_;
+    const Vec3 end_off = tip_off + flute_mm_ * (axis_at - path_axis_P);
+    const double off_mm2 = std::max(tip_off.squaredNorm(), end_off.squaredNorm());
+    if (off_mm2 < best_mm2) {
+      best_mm2 = off_mm2;
+      best = t;
+    }
+    const double step = smaller_of_two(tip_off, chord_, end_off, chord_ + flute_mm_ * axis_slope_P);
+    const double before = t;
+    t = std::clamp(t + step, 0.0, 1.0);
+    if (std::abs(t - before) * reach_mm <= kSettled_mm) break;
+  }
+  return off(tip_P, axis_at, t).largest_mm(flute_mm_) <= std::sqrt(best_mm2) ? t : best;
+}
+
+namespace {
+
+// What a search is to reach: every part below `tolerance` (a decision), or within `ratio` of the largest
+// sample.
+struct FluteGoal {
+  double tolerance = kInfinity;
+  double ratio = 1.0;
+  double floor = 0.0;
+  bool decides() const { return tolerance < kInfinity; }
+};
+
+// The places of the path run as a parabola t(s) through those that are nearest at the ends and in the middle
+// of a piece. Tip and flute end less theirs are then parabolas too, but for the third derivatives: of the
+// machine's motion, and of the arc along t(s).
+class FluteSearch {
+ public:
+  FluteSearch(const TableKinematics& kinematics, FluteCertifier::Tip tip, const FluteSegment& segment,
+              const FluteGoal& goal)
+      : kinematics_(kinematics),
+        segment_(segment),
+        goal_(goal),
+        straight_(tip == FluteCertifier::Tip::straight) {}
+
+  struct Place {
+    ToolOff off;
+    double t = 0.0;
+  };
+  Place place(const Vec3& tip_P, const Vec3& axis_P, double near) {
+    ++evaluations_;
+    const double t = segment_.nearest(tip_P, axis_P, near);
+    return {segment_.off(tip_P, axis_P, t), t};
+  }
+
+  void piece(const Station& a, const Place& at_a, const Station& b, const Place& at_b, int halvings) {
+    const double flute = segment_.flute_mm();
+    const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
+                          std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+    const double rounding =
+        path::tip_rounding(a.size_mm + b.size_mm, angles) + flute * path::axis_rounding(angles);
+    const NormsOf<Lanes> norms = tip_and_axis_norms(kinematics_, a, b);
+    const Lanes counts = {straight_ ? 0.0 : 1.0, 1.0};
+    const double ends_mm = std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute));
+    lower_ = std::max(lower_, ends_mm - rounding);
+    // Places that run evenly: the bows of the tool, and of the arc.
+    const Lanes bow = counts * norms.M2() / 8.0;
+    const double turn = std::abs(at_b.t - at_a.t) * segment_.turn();
+    if (accept(ends_mm + bow[0] + flute * (bow[1] + turn * turn / 8.0) + rounding) || beyond()) return;
+
+    const Vec3 tip_P = straight_ ? Vec3(0.5 * (a.tip_P + b.tip_P)) : middle_tip(kinematics_, a, b);
+    const Vec3 axis_P = middle_axis(kinematics_, a, b);
+    const double even = 0.5 * (at_a.t + at_b.t);
+    const Place middle = place(tip_P, axis_P, even);
+    lower_ = std::max(lower_, middle.off.largest_mm(flute) - rounding);
+    if (beyond()) return;
+    const Lanes M3 = counts * norms.M3();
+    // Slopes of t(s), and by how much they change; places beyond the ends of the segment are none.
+    double bent = 4.0 * (middle.t - even);
+    const double run = at_b.t - at_a.t;
+    Place on_parabola = middle;
+    if (std::abs(bent) > std::abs(run)) {
+      bent = 0.0;
+      on_parabola = {segment_.off(tip_P, axis_P, even), even};
+    }
+    const double slope = (std::abs(run) + std::abs(bent)) * segment_.turn();
+    const double change = 2.0 * std::abs(bent) * segment_.turn();
+    const double arc_M3 = slope * slope * slope + 3.0 * slope * change;
+    const double beyond_tip = beyond_parabola(M3[0]);
+    const double beyond_end = beyond_parabola(M3[0] + flute * (M3[1] + arc_M3));
+    const double bound =
+        std::max(largest(at_a.off.tip_P, on_parabola.off.tip_P, at_b.off.tip_P) + beyond_tip,
+                 largest(at_a.off.at(flute), on_parabola.off.at(flute), at_b.off.at(flute)) + beyond_end) +
+        rounding;
+    if (accept(bound)) return;
+    if (halvings >= kMostHalvings || evaluations_ >= kWorkLimit) {
+      upper_ = std::max(upper_, bound);
+      return;
+    }
+    Station half = shifted(station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5)),
+                           0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
+    if (straight_) half.tip_P = tip_P;
+    piece(a, at_a, half, middle, halvings + 1);
+    if (!beyond()) piece(half, middle, b, at_b, halvings + 1);
+  }
+
+  Bound result() const { return {std::max(0.0, lower_), upper_, evaluations_}; }
+  Within verdict() const {
+    if (beyond()) return Within::no;
+    return upper_ <= goal_.tolerance ? Within::yes : Within::unknown;
+  }
+
+ private:
+  bool beyond() const { return goal_.decides() && lower_ > goal_.tolerance; }
+  bool accept(double bound) {
+    const double limit = goal_.decides() ? goal_.tolerance : std::max(goal_.ratio * lower_, goal_.floor);
+    if (!(bound <= limit)) return false;
+    upper_ = std::max(upper_, bound);
+    return true;
+  }
+  // Largest length of the parabola through `a`, `middle` and `b`: along its bow in closed form, and what its
+  // ends are beside that.
+  static double largest(const Vec3& a, const Vec3& middle, const Vec3& b) {
+    const Vec3 bow = middle - 0.5 * (a + b);
+    const double size = bow.norm();
+    if (!(size > 0.0)) return std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()));
+    const double x = a.dot(bow) / size;
+    const double y = b.dot(bow) / size;
+    const double along = std::max({largest_bowed(x, y, size), -x, -y});
+    const double beside2 = std::max({0.0, a.squaredNorm() - x * x, b.squaredNorm() - y * y});
+    return std::sqrt(along * along + beside2);
+  }
+
+  const TableKinematics& kinematics_;
+  const FluteSegment& segment_;
+  FluteGoal goal_;
+  bool straight_;
+  double lower_ = 0.0;
+  double upper_ = 0.0;
+  std::uint32_t evaluations_ = 0;
+};
+
+void search(FluteSearch& search, const Station& a, const Station& b) {
+  const FluteSearch::Place at_a = search.place(a.tip_P, a.axis_P, 0.0);
+  const FluteSearch::Place at_b = search.place(b.tip_P, b.axis_P, std::max(at_a.t, 0.5));
+  search.piece(a, at_a, b, at_b, 0);
+}
+
+}  // namespace
+
+Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteSegment& segment, double ratio,
+                                double floor_mm) const {
+  if (!segment.has_arc()) return {0.0, kInfinity, 0};
+  FluteSearch of(kinematics_, tip_, segment, FluteGoal{kInfinity, ratio, floor_mm});
+  search(of, a, b);
+  return of.result();
+}
+
+Within FluteCertifier::within(const Station& a, const Station& b, const FluteSegment& segment,
+                              double tolerance_mm) const {
+  if (!segment.has_arc()) return Within::unknown;
+  FluteSearch of(kinematics_, tip_, segment, FluteGoal{tolerance_mm, 1.0, 0.0});
+  search(of, a, b);
+  return of.verdict();
+}
+
+}  // namespace trunnion::path

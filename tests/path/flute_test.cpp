@@ -1,0 +1,160 @@
+// Bounds on the whole tool, held against samples of the pose with a search of their own for the place of the
+// path.
+#include "trunnion/path/flute.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "path/random_segments.hpp"
+#include "support/cases.hpp"
+#include "support/machines.hpp"
+
+namespace trunnion::path {
+namespace {
+
+using test::Family;
+using test::kFamilies;
+using test::RandomSegments;
+using Segment = RandomSegments::Segment;
+
+const Angle kTurnSteps[] = {Angle::degrees(5.0), Angle::degrees(30.0), Angle::degrees(120.0)};
+constexpr double kLengths_mm[] = {5.0, 20.0, 100.0};
+// The search of the tests stands no nearer to the best place than a way of the tool by this.
+constexpr double kSearched_mm = 2e-8;
+
+// The path's tool at the fraction t: Rodrigues' rotation about the normal of both axes.
+ToolPose path_tool(const Reference& r, double t) {
+  const Vec3 n = r.axis0_P.cross(r.axis1_P);
+  Vec3 axis = r.axis0_P;
+  if (n.norm() > 1e-14) {
+    const double angle = t * std::atan2(n.norm(), r.axis0_P.dot(r.axis1_P));
+    const Vec3 k = n.normalized();
+    axis = r.axis0_P * std::cos(angle) + k.cross(r.axis0_P) * std::sin(angle) +
+           k * (k.dot(r.axis0_P) * (1.0 - std::cos(angle)));
+  }
+  return {r.tip0_P + t * (r.tip1_P - r.tip0_P), axis};
+}
+
+// Of sixteen points of the tool, the largest distance from the same points of the path's at t.
+double off_mm(const ToolPose& tool, const Reference& r, double flute_mm, double t) {
+  const ToolPose path = path_tool(r, t);
+  double largest = 0.0;
+  for (int i = 0; i <= 15; ++i) {
+    const double up = flute_mm * i / 15.0;
+    largest = std::max(largest, (tool.tip_P + up * tool.axis_P - path.tip_P - up * path.axis_P).norm());
+  }
+  return largest;
+}
+
+// At the best place: a grid, then golden section about its best point.
+double least_off_mm(const ToolPose& tool, const Reference& r, double flute_mm) {
+  constexpr int kGrid = 24;
+  double best = off_mm(tool, r, flute_mm, 0.0);
+  double at = 0.0;
+  for (int i = 1; i <= kGrid; ++i) {
+    const double t = static_cast<double>(i) / kGrid;
+    const double off = off_mm(tool, r, flute_mm, t);
+    if (!(off < best)) continue;
+    best = off;
+    at = t;
+  }
+  double low = std::max(0.0, at - 1.0 / kGrid);
+  double high = std::min(1.0, at + 1.0 / kGrid);
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+  for (int i = 0; i < 40; ++i) {
+    const double a = high - golden * (high - low);
+    const double b = low + golden * (high - low);
+    if (off_mm(tool, r, flute_mm, a) < off_mm(tool, r, flute_mm, b)) {
+      high = b;
+    } else {
+      low = a;
+    }
+  }
+  return std::min(best, off_mm(tool, r, flute_mm, 0.5 * (low + high)));
+}
+
+class FluteOf : public testing::TestWithParam<std::string> {};
+
+// A path that the piece follows about: its ends beside it, in place and direction.
+Reference beside(RandomSegments& random, const Segment& s) {
+  const auto any = [&](double size) -> Vec3 {
+    return size * Vec3(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
+  };
+  const double off_mm = std::exp(random.uniform(std::log(1e-5), std::log(0.05)));
+  return {s.a.tip_P + any(off_mm), s.b.tip_P + any(off_mm), (s.a.axis_P + any(off_mm / 50.0)).normalized(),
+          (s.b.axis_P + any(off_mm / 50.0)).normalized()};
+}
+
+TEST_P(FluteOf, NoSampleLiesAboveTheBound) {
+  RandomSegments random(test::shipped_machine(GetParam()), 20261123);
+  const FluteCertifier certifier(random.kinematics());
+  const int count = test::cases(200000, "TRUNNION_SEGMENTS") / 4;
+  int wrong = 0;
+  for (int i = 0; i < count && wrong < 5; ++i) {
+    const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
+    const Segment s = random.next(family, kTurnSteps[(i / 5) % 3]);
+    const Reference r = i % 2 == 0 ? s.own() : beside(random, s);
+    const FluteSegment segment(r, kLengths_mm[(i / 15) % 3]);
+    const Bound bound = certifier.deviation(s.a, s.b, segment);
+    EXPECT_LE(bound.lower, bound.upper);
+    for (int k = 0; k < 3; ++k) {
+      const double t = random.uniform(0.0, 1.0);
+      const ToolPose tool = random.kinematics().pose(JointVector::interpolate(s.a.q, s.b.q, t));
+      // Where the place that the bound stands for is at least as good as any that the samples find.
+      const double truth = least_off_mm(tool, r, segment.flute_mm());
+      if (truth <= bound.upper * (1.0 + 1e-9) + kSearched_mm) continue;
+      ++wrong;
+      ADD_FAILURE() << "case " << i << " at " << t << ": " << truth << " above " << bound.upper;
+    }
+  }
+}
+
+TEST_P(FluteOf, BoundIsWithinFivePercentOfTheTruth) {
+  RandomSegments random(test::shipped_machine(GetParam()), 7);
+  const FluteCertifier certifier(random.kinematics());
+  double worst = 0.0;
+  for (int i = 0; i < test::cases(600); ++i) {
+    const Family family = kFamilies[static_cast<std::size_t>(i) % kFamilies.size()];
+    const Segment s = random.next(family, kTurnSteps[(i / 5) % 2]);
+    const Reference r = i % 2 == 0 ? s.own() : beside(random, s);
+    const FluteSegment segment(r, kLengths_mm[(i / 15) % 3]);
+    const Bound bound = certifier.deviation(s.a, s.b, segment);
+    double truth = 0.0;
+    for (int k = 0; k <= 200; ++k) {
+      const ToolPose tool = random.kinematics().pose(JointVector::interpolate(s.a.q, s.b.q, k / 200.0));
+      truth = std::max(truth, least_off_mm(tool, r, segment.flute_mm()));
+    }
+    if (truth < 1e-4) continue;
+    worst = std::max(worst, bound.upper / truth);
+    EXPECT_LE(bound.upper, 1.06 * truth) << "case " << i << " of " << GetParam();
+  }
+  RecordProperty("worst", std::to_string(worst));
+}
+
+// What the decision says is what the bound says.
+TEST_P(FluteOf, DecisionsAgreeWithBounds) {
+  RandomSegments random(test::shipped_machine(GetParam()), 11);
+  const FluteCertifier certifier(random.kinematics());
+  int undecided = 0;
+  for (int i = 0; i < test::cases(20000); ++i) {
+    const Segment s =
+        random.next(kFamilies[static_cast<std::size_t>(i) % kFamilies.size()], kTurnSteps[(i / 5) % 2]);
+    const FluteSegment segment(beside(random, s), kLengths_mm[(i / 15) % 3]);
+    const Bound bound = certifier.deviation(s.a, s.b, segment);
+    const double tolerance = bound.upper * random.uniform(0.5, 1.5) + 1e-9;
+    const Within within = certifier.within(s.a, s.b, segment, tolerance);
+    if (tolerance < bound.lower) {
+      EXPECT_EQ(within, Within::no) << i;
+    }
+    if (tolerance > bound.upper) {
+      EXPECT_EQ(within, Within::yes) << i;
+    }
+    undecided += within == Within::unknown ? 1 : 0;
+  }
+  EXPECT_LE(undecided, test::cases(20000) / 1000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, FluteOf, testing::ValuesIn(test::shipped_machines()));
+
+}  // namespace
+}  // namespace trunnion::path
