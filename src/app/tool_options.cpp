@@ -21,6 +21,12 @@ void ToolCliOptions::add_to(CLI::App& c) {
        "gauge length of a tool that nobody gives one. Where the CL file loads no tool and there is no "
        "--tool: words of the spindle's gauge point, length compensation off")
       ->check(above_zero());
+  c.add_option(
+       "--flute-length-mm", flute_mm,
+       "the tolerance holds for every point of the tool from its tip to so far along its axis; 0: for "
+       "the tip alone (default: flute_length_mm of the tool file, else the height of CUTTER's seven "
+       "numbers in the CL file, else 0)")
+      ->check(CLI::NonNegativeNumber);
 }
 
 Result<std::optional<post::ToolTable>> ToolCliOptions::load(Diagnostics& diagnostics) const {
@@ -32,7 +38,7 @@ Result<std::optional<post::ToolTable>> ToolCliOptions::load(Diagnostics& diagnos
 
 std::string ToolCliOptions::text() const {
   return "tools " + tools + " " + (tool ? std::to_string(*tool) : "-") + " " +
-         (length_mm ? shortest_text(*length_mm) : "-");
+         (length_mm ? shortest_text(*length_mm) : "-") + " " + (flute_mm ? shortest_text(*flute_mm) : "-");
 }
 
 }  // namespace trunnion::app

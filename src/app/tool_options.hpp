@@ -15,13 +15,14 @@ struct ToolCliOptions {
   std::string tools;
   std::optional<std::uint32_t> tool;
   std::optional<double> length_mm;
+  std::optional<double> flute_mm;
 
   void add_to(CLI::App& command);
   /// The tool file; nothing without `--tools`.
   Result<std::optional<post::ToolTable>> load(Diagnostics& diagnostics) const;
   /// `table` must outlive what is made with it.
   post::ToolOptions resolve(const std::optional<post::ToolTable>& table) const {
-    return {table ? &*table : nullptr, tool, length_mm};
+    return {table ? &*table : nullptr, tool, length_mm, flute_mm};
   }
   /// The options as they stand, for "unchanged inputs are skipped".
   std::string text() const;

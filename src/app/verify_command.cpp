@@ -25,7 +25,6 @@ struct VerifyCommand {
   double tolerance_mm = 0.01;
   double rapid_tolerance_mm = 1.0;
   std::optional<double> axis_tolerance_deg;
-  double flute_mm = 0.0;
   bool no_certify = false;
   std::optional<std::int64_t> work_offset;
   std::string smoothing = "off";
@@ -132,7 +131,6 @@ ExitCode run(const VerifyCommand& command) {
   options.rapid_tolerance_mm = command.rapid_tolerance_mm;
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine.axis_tolerance;
-  options.flute_mm = command.flute_mm;
   options.certify = !command.no_certify;
   options.pole = command.pole.resolve();
   options.truth = *truth ? &**truth : nullptr;
@@ -184,12 +182,6 @@ void add_verify_command(CLI::App& root, int& exit) {
       ->capture_default_str();
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "largest angle of the tool axis")
       ->check(above_zero());
-  c->add_option(
-       "--flute-length-mm", command->flute_mm,
-       "the tolerance holds for every point of the tool from its tip to so far along its axis (0: the "
-       "tip alone)")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
   c->add_flag("--no-certify", command->no_certify, "sample deviations instead of proving their bound");
   c->add_option(
       "--work-offset", command->work_offset,

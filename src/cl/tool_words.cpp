@@ -94,7 +94,7 @@ void read_cutter(Context& context, const Statement& statement) {
   if (!good) return;
   // A lathe's cutter is its nose alone.
   if (statement.fields.size() > 1) context.modal.origin.mill = true;
-  context.emit(statement.where, ToolGeometry{value[0], value[1], value[6]});
+  context.emit(statement.where, ToolGeometry{value[0], value[1], value[6], value[6]});
 }
 
 // TLDATA/MILL,diameter,corner radius,length,taper,tip ...

@@ -1,4 +1,6 @@
-// The tool beside the place of the path at which its tip is: its axis, and points up its flute.
+// The tool beside the path: its axis where the tip is, and the points up its flute.
+#include "trunnion/path/flute.hpp"
+
 #include "post/path_place.hpp"
 
 namespace trunnion::post {
@@ -6,10 +8,25 @@ namespace trunnion::post {
 struct DeviationMeter::BesidePath {
   const Target& a;
   const Target& b;
-  double flute_mm;
+  path::FluteSegment segment;
   const ProgramState& program;
   const Beside& uninteresting;
 };
+
+namespace {
+
+constexpr double kSlack = 0.02;      // of the figure
+constexpr double kEnough = 1e-3;     // of the tolerance
+constexpr int kMostHalvings = 8;     // what bows is 1/65536 of it then
+constexpr int kSampledHalvings = 4;  // where no bound is known
+constexpr double kMiddle = 0.5;      // where a search for the nearest place begins
+
+}  // namespace
+
+void DeviationMeter::take(Interval& largest, double lower, double upper) {
+  largest.lower = std::max(largest.lower, lower);
+  largest.upper = std::max(largest.upper, upper);
+}
 
 // Bounds on how far the tip and the tool axis leave the straight way between the ends; nothing where none are
 // known.
@@ -22,65 +39,94 @@ std::optional<path::Certifier::Bows> DeviationMeter::bows_between(const Vertex& 
   return bow_at_most(from, to, nominal);
 }
 
+Vertex DeviationMeter::middle_of(const Vertex& from, const Vertex& to, const ProgramState& program) const {
+  Vertex middle = to;
+  middle.q = between(from, to, 0.5);
+  place(middle, to.q, program);
+  return middle;
+}
+
 DeviationMeter::Beside DeviationMeter::beside(const Vertex& from, const Vertex& to, const Target& a,
-                                              const Target& b, double t0, double t1, double flute_mm,
+                                              const Target& b, double t0, double t1,
                                               const ProgramState& program,
                                               const Beside& uninteresting) const {
   Beside out;
-  const BesidePath path{a, b, flute_mm, program, uninteresting};
+  const BesidePath path{a, b, path::FluteSegment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, b.flute_mm), program,
+                        uninteresting};
   // Lost motion that is taken up counts at its end only.
-  if (takes_up(from, to, program)) {
-    look_beside(to, to, t1, t1, path, 0, out);
-  } else {
-    look_beside(from, to, t0, t1, path, 0, out);
-  }
+  const bool end_only = takes_up(from, to, program);
+  const Vertex& begin = end_only ? to : from;
+  look_at_axis(begin, to, end_only ? t1 : t0, t1, path, 0, out);
+  if (b.flute_mm > 0.0) look_at_flute(begin, to, path, out);
   return out;
 }
 
 // The places of the path are those of the tip at both ends, evenly between: then the difference between the
-// tool and the path is one of straight lines, which is largest at an end, but for what the tool bows and the
-// path's arc. (What is true of the tip and of a point up the tool is so of all between, at the same place.)
-void DeviationMeter::look_beside(const Vertex& from, const Vertex& to, double t0, double t1,
-                                 const BesidePath& path, int halvings, Beside& sum) const {
-  constexpr double kSlack = 0.02;      // of the figure
-  constexpr double kEnough = 1e-3;     // of the tolerance
-  constexpr int kMostHalvings = 8;     // what bows is 1/65536 of it then
-  constexpr int kSampledHalvings = 4;  // where no bound is known
-  const auto axis_at = [&](double t) { return slerp(path.a.axis_P, path.b.axis_P, t); };
-  const Vec3 axis0_P = axis_at(t0);
-  const Vec3 axis1_P = axis_at(t1);
-  const auto off_flute = [&](const Vertex& v, double t, const Vec3& axis_P) {
-    const Vec3 tip_P = path.a.tip_P + t * (path.b.tip_P - path.a.tip_P);
-    return (v.tip_P - tip_P + path.flute_mm * (v.axis_P - axis_P)).norm();
-  };
+// tool's axis and the path's is one of straight lines, which is largest at an end, but for what the axis bows
+// and the path's arc.
+void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t0, double t1,
+                                  const BesidePath& path, int halvings, Beside& sum) const {
+  const Vec3 axis0_P = path.segment.axis_P(t0);
+  const Vec3 axis1_P = path.segment.axis_P(t1);
   const auto angle = [](double chord) { return 2.0 * std::asin(std::min(1.0, 0.5 * chord)); };
   const double chord = std::max((from.axis_P - axis0_P).norm(), (to.axis_P - axis1_P).norm());
-  const double flute_mm = std::max(off_flute(from, t0, axis0_P), off_flute(to, t1, axis1_P));
   const auto bow = bows_between(from, to);
   const double turn = turn_between(axis0_P, axis1_P);
   const double slack = bow ? bow->axis + turn * turn / 8.0 : 0.0;
-  const double slack_mm = bow ? bow->tip_mm + path.flute_mm * slack : 0.0;
-  if (bow && angle(chord + slack) <= path.uninteresting.axis_rad.upper &&
-      flute_mm + slack_mm <= path.uninteresting.flute_mm.upper)
-    return;
-  const bool sharp =
-      slack <= std::max(kSlack * chord, kEnough * axis_tolerance_.rad()) &&
-      (path.flute_mm == 0.0 || slack_mm <= std::max(kSlack * flute_mm, kEnough * tolerance_mm_));
-  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !(bow && sharp) && &from != &to) {
-    Vertex middle = to;
-    middle.q = between(from, to, 0.5);
-    place(middle, to.q, path.program);
+  const bool counts = !bow || angle(chord + slack) > path.uninteresting.axis_rad.upper;
+  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && &from != &to) {
+    const double enough = std::max(kSlack * chord, kEnough * axis_tolerance_.rad());
+    const Vertex middle = middle_of(from, to, path.program);
     const double t = std::clamp(fraction_of(middle, path.a, path.b), std::min(t0, t1), std::max(t0, t1));
-    look_beside(from, middle, t0, t, path, halvings + 1, sum);
-    return look_beside(middle, to, t, t1, path, halvings + 1, sum);
+    // The tip may lead, or wait at a corner: then its places do not run evenly.
+    const bool even = std::abs(t - 0.5 * (t0 + t1)) * path.segment.turn() <= enough;
+    if (!bow || !even || (counts && slack > enough)) {
+      look_at_axis(from, middle, t0, t, path, halvings + 1, sum);
+      return look_at_axis(middle, to, t, t1, path, halvings + 1, sum);
+    }
+  }
+  if (!counts) return;
+  sum.proved = sum.proved && bow.has_value();
+  take(sum.axis_rad, angle(chord), angle(chord + slack));
+}
+
+void DeviationMeter::look_at_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
+                                   Beside& sum) const {
+  if (!certify_ || &from == &to) {
+    const auto near = [&](const Vertex& v) { return path.segment.nearest(v.tip_P, v.axis_P, kMiddle); };
+    return look_at_flute(from, near(from), to, near(to), path, 0, sum);
+  }
+  using Tip = path::FluteCertifier::Tip;
+  const path::FluteCertifier certifier(kinematics(), from.tcp && to.tcp ? Tip::straight : Tip::as_axes_go);
+  const auto within = [&](double limit_mm) {
+    return certifier.within(from.station, to.station, path.segment, limit_mm) == path::Within::yes;
+  };
+  if (within(path.uninteresting.flute_mm.upper)) return;
+  const path::Bound bound = certifier.deviation(from.station, to.station, path.segment);
+  const bool straddles = bound.lower <= tolerance_mm_ && bound.upper > tolerance_mm_;
+  take(sum.flute_mm, bound.lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : bound.upper);
+}
+
+// On a machine with errors: the places of the path run evenly from the nearest at one end to that at the
+// other, so that what is said of the axis above holds of tip and flute.
+void DeviationMeter::look_at_flute(const Vertex& from, double t0, const Vertex& to, double t1,
+                                   const BesidePath& path, int halvings, Beside& sum) const {
+  const double flute = path.segment.flute_mm();
+  const double off_mm = std::max(path.segment.off(from.tip_P, from.axis_P, t0).largest_mm(flute),
+                                 path.segment.off(to.tip_P, to.axis_P, t1).largest_mm(flute));
+  const auto bow = bows_between(from, to);
+  const double turn = (t1 - t0) * path.segment.turn();
+  const double slack_mm = bow ? bow->tip_mm + flute * (bow->axis + turn * turn / 8.0) : 0.0;
+  if (bow && off_mm + slack_mm <= path.uninteresting.flute_mm.upper) return;
+  const bool sharp = bow && slack_mm <= std::max(kSlack * off_mm, kEnough * tolerance_mm_);
+  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !sharp && &from != &to) {
+    const Vertex middle = middle_of(from, to, path.program);
+    const double t = path.segment.nearest(middle.tip_P, middle.axis_P, 0.5 * (t0 + t1));
+    look_at_flute(from, t0, middle, t, path, halvings + 1, sum);
+    return look_at_flute(middle, t, to, t1, path, halvings + 1, sum);
   }
   sum.proved = sum.proved && bow.has_value();
-  const auto take = [](Interval& largest, double lower, double upper) {
-    largest.lower = std::max(largest.lower, lower);
-    largest.upper = std::max(largest.upper, upper);
-  };
-  take(sum.axis_rad, angle(chord), angle(chord + slack));
-  take(sum.flute_mm, flute_mm, flute_mm + slack_mm);
+  take(sum.flute_mm, off_mm, off_mm + slack_mm);
 }
 
 }  // namespace trunnion::post

@@ -52,6 +52,7 @@ struct Target {
   double way_mm = 0.0;    // of it from the point before
   double turn = 0.0;      // of the tool axis from there, rad
   bool in_cone = false;   // of the pole, where one has a tolerance of its own
+  double flute_mm = 0.0;  // of the tool that the way to it is cut with
 };
 
 /// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:
@@ -173,13 +174,13 @@ class DeviationMeter {
   /// The tool on a motion beside the place of the path at which its tip is.
   struct Beside {
     Interval axis_rad;  // the tool axis, from the path's there
-    Interval flute_mm;  // the point of the tool so far up its axis, from the same point of the tool there
+    Interval flute_mm;  // the tool from its tip to its flute length, from the nearest place of the path
     bool proved = true;
   };
   /// Of the motion along the part of the segment a-b from fraction `t0` to `t1`. What is proved to change
   /// nothing of `uninteresting` is left out.
   Beside beside(const Vertex& from, const Vertex& to, const Target& a, const Target& b, double t0, double t1,
-                double flute_mm, const ProgramState& program, const Beside& uninteresting) const;
+                const ProgramState& program, const Beside& uninteresting) const;
 
   /// Where the axes are on the way from `from` to `to`, as the control moves them.
   JointVector between(const Vertex& from, const Vertex& to, double t) const;
@@ -203,8 +204,13 @@ class DeviationMeter {
   bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
                       double slack_rad, double limit_rad) const;
   struct BesidePath;
-  void look_beside(const Vertex& from, const Vertex& to, double t0, double t1, const BesidePath& path,
-                   int halvings, Beside& sum) const;
+  void look_at_axis(const Vertex& from, const Vertex& to, double t0, double t1, const BesidePath& path,
+                    int halvings, Beside& sum) const;
+  void look_at_flute(const Vertex& from, const Vertex& to, const BesidePath& path, Beside& sum) const;
+  void look_at_flute(const Vertex& from, double t0, const Vertex& to, double t1, const BesidePath& path,
+                     int halvings, Beside& sum) const;
+  Vertex middle_of(const Vertex& from, const Vertex& to, const ProgramState& program) const;
+  static void take(Interval& largest, double lower, double upper);
   std::optional<path::Certifier::Bows> bows_between(const Vertex& from, const Vertex& to) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                          double slack_rad, double uninteresting_rad) const;

@@ -38,6 +38,10 @@ constexpr double kTipShareWithLostMotion = 0.9;
 // points.
 constexpr double kRapidShare = 0.9;
 
+// Of a flute's tolerance: the axes correct errors of the tip and of the tool's direction at the points, and
+// nothing between them.
+constexpr double kFluteShareWithErrors = 0.9;
+
 double tip_share(const PostJob& job) {
   const bool loses = job.model != nullptr && ModelEvaluator(*job.model).depends_on() >= DependsOn::motion;
   return loses ? kTipShareWithLostMotion : 1.0;
@@ -51,15 +55,23 @@ PathTolerances::PathTolerances(const PostJob& job, const PostOptions& options)
       axis_given_(options.axis_tolerance.value_or(job.machine->axis_tolerance) * axis_share_),
       tip_share_(tip_share(job)),
       tip_given_mm_(options.tolerance_mm * tip_share_),
-      cutting_{options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_},
+      flute_share_(job.model != nullptr || job.offsets != nullptr ? kFluteShareWithErrors : 1.0),
+      cutting_{
+          options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_, {0.0, tip_given_mm_ * flute_share_}},
       rapid_given_mm_(kRapidShare * options.rapid_tolerance_mm),
       rapid_{options.rtcp ? kNoTipError_mm : rapid_given_mm_, Angle::radians(kPi)} {}
+
+void PathTolerances::set_flute(double length_mm) {
+  cutting_.flute.length_mm = length_mm;
+}
 
 // LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
 void PathTolerances::take(const cl::Tolerance& t) {
   if (!t.on) return;
-  if (t.applies == cl::Tolerance::Applies::feed && !options_.rtcp) {
-    cutting_.tip_mm = std::min(tip_given_mm_, t.value_mm.value_or(options_.tolerance_mm) * tip_share_);
+  if (t.applies == cl::Tolerance::Applies::feed) {
+    const double tip_mm = std::min(tip_given_mm_, t.value_mm.value_or(options_.tolerance_mm) * tip_share_);
+    cutting_.flute.off_mm = tip_mm * flute_share_;
+    if (!options_.rtcp) cutting_.tip_mm = tip_mm;
   } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
     if (!options_.rtcp) rapid_.tip_mm = std::min(rapid_given_mm_, kRapidShare * *t.value_mm);
   } else if (t.applies == cl::Tolerance::Applies::axis && t.axis_angle) {
@@ -73,6 +85,7 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const JointVector
       machine_(*job.machine),
       tools_(*job.machine, options.tools),
       tool_{tools_.length_of_nobody()},
+      flute_(options.tools),
       rounding_(path::Rounding::of(machine_, tool_.in_words(), quantum)),
       store_(store),
       kinematics_(machine_, tool_.vector()),
@@ -108,15 +121,18 @@ void Intake::set_tool(const SpindleTool& tool) {
   rounding_ = path::Rounding::of(machine_, tool.in_words(), rounding_.quantum);
   chunk_->tool = tool;
   chunk_->has_before = false;
+  tolerances_.set_flute(tool.flute_mm);
+  chunk_->tolerances.assign(1, {0, tolerances_.cutting()});
 }
 
 std::unique_ptr<Chunk> Intake::take_tool(const cl::ToolChange& change, SourceRef where) {
   const auto loaded = tools_.load(change, job_.cl_file, where);
+  if (loaded) flute_.take(*loaded);
   if (loaded) chunk_->events.push_back({run_size(), {where, *loaded}});
   // Before the first motion all is one piece: the head of the program says what stands there.
   if (loaded && points_ == 0) {
     tool_known_ = true;
-    set_tool({*loaded->gauge_length_mm, true});
+    set_tool({*loaded->gauge_length_mm, true, flute_.mm()});
     return nullptr;
   }
   // The machine stands still for a tool change: what comes before is one thing, what comes after another.
@@ -125,7 +141,7 @@ std::unique_ptr<Chunk> Intake::take_tool(const cl::ToolChange& change, SourceRef
   summary_.goes_on = false;
   tool_known_ = true;
   if (loaded) {
-    next_tool_ = SpindleTool{*loaded->gauge_length_mm, true};
+    next_tool_ = SpindleTool{*loaded->gauge_length_mm, true, flute_.mm()};
   } else {
     done->failure = loaded.error();
   }
@@ -142,7 +158,8 @@ bool Intake::begin_without_tool(SourceRef where) {
       return false;
     }
     chunk_->events.insert(chunk_->events.begin(), {0, {where, *loaded}});
-    set_tool({*loaded->gauge_length_mm, true});
+    flute_.take(*loaded);
+    set_tool({*loaded->gauge_length_mm, true, flute_.mm()});
     return true;
   }
   const bool in_part = options_.rtcp || options_.tilted_plane;
@@ -159,8 +176,25 @@ bool Intake::begin_without_tool(SourceRef where) {
     return false;
   }
   tools_.move_without_tool();
-  if (words_of_tip) set_tool({tools_.length_of_nobody(), false});
+  set_tool({tools_.length_of_nobody(), !words_of_tip && tool_.control_adds_length, flute_.mm()});
   return true;
+}
+
+// The flute of another cutter: the tolerance holds for it from the next motion on.
+std::unique_ptr<Chunk> Intake::take_cutter(const cl::ToolGeometry& cutter) {
+  flute_.take(cutter);
+  SpindleTool& tool = next_tool_ ? *next_tool_ : tool_;
+  if (tool.flute_mm == flute_.mm()) return nullptr;
+  SpindleTool with_flute = tool;
+  with_flute.flute_mm = flute_.mm();
+  if (points_ == 0) {
+    set_tool(with_flute);
+    return nullptr;
+  }
+  auto before = run_is_empty() ? nullptr : flush();
+  summary_.goes_on = true;
+  next_tool_ = with_flute;
+  return before;
 }
 
 // Where points may be dropped or moved a run is looked at as a whole.
@@ -185,6 +219,7 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     if (const auto* change = std::get_if<cl::ToolChange>(&record.data))
       return take_tool(*change, record.where);
     chunk_->events.push_back({run_size(), record});
+    if (const auto* cutter = std::get_if<cl::ToolGeometry>(&record.data)) return take_cutter(*cutter);
     if (const auto* word = std::get_if<cl::Tolerance>(&record.data)) {
       tolerances_.take(*word);
       chunk_->tolerances.push_back({run_size(), tolerances_.cutting()});

@@ -20,6 +20,8 @@ class PathTolerances {
  public:
   PathTolerances(const PostJob& job, const PostOptions& options);
   void take(const cl::Tolerance& word);
+  /// The tolerance of the path holds up to here along the tool; 0: for its tip alone.
+  void set_flute(double length_mm);
   const path::Tolerance& cutting() const { return cutting_; }
   /// Of rapids only the tip is held to its line.
   const path::Tolerance& rapid() const { return rapid_; }
@@ -30,6 +32,7 @@ class PathTolerances {
   Angle axis_given_;
   double tip_share_;
   double tip_given_mm_;
+  double flute_share_;
   path::Tolerance cutting_;
   double rapid_given_mm_;
   path::Tolerance rapid_;
@@ -89,6 +92,7 @@ class Intake {
   /// Before the first motion of a file that has loaded no tool. False: it must, and the chunk has failed.
   bool begin_without_tool(SourceRef where);
   void set_tool(const SpindleTool& tool);
+  std::unique_ptr<Chunk> take_cutter(const cl::ToolGeometry& cutter);
   /// Before anything is taken: the tool that was changed for.
   void take_next_tool() {
     if (next_tool_) set_tool(*std::exchange(next_tool_, std::nullopt));
@@ -101,6 +105,7 @@ class Intake {
   Machine machine_;  // as LIMITS leaves it
   ProgramTools tools_;
   SpindleTool tool_;
+  FluteLength flute_;
   std::optional<SpindleTool> next_tool_;  // behind what is still handed on of the run before
   bool tool_known_ = false;               // a tool was loaded, or nothing asks for one
   path::Rounding rounding_;

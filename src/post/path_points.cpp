@@ -20,7 +20,7 @@ void PathPoints::each_column(const F& f) {
   for (Column* column : {&way_mm, &turn, &along_mm, &passed_mm, &special}) f(*column);
 }
 
-void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone) {
+void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm) {
   if (first_ + size_ == kPage * pages_.size()) pages_.push_back(std::make_unique<Page>());
   Target& target = at(size_++);
   target.tip_P = motion.tip_P;
@@ -29,6 +29,8 @@ void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone)
   target.rapid = motion.rapid;
   target.step = motion.step;
   target.in_cone = in_cone;
+  target.flute_mm = flute_mm;
+  longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
 }
 
 void PathPoints::settle() {

@@ -18,7 +18,9 @@ class PathPoints {
  public:
   /// As the next one, without what it has to do with the one before, and without a row. `in_cone`: as Target
   /// has it.
-  void add(const cl::Motion& motion, std::uint32_t line, bool in_cone);
+  void add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm);
+  /// Of all points that were added.
+  double longest_flute_mm() const { return longest_flute_mm_; }
   /// After the last one that is added, before any is looked at.
   void settle();
   /// The first ones.
@@ -60,6 +62,7 @@ class PathPoints {
   std::size_t rows_ = 0;
   std::size_t gone_ = 0;
   bool four_ = lanes::four_at_a_time();
+  double longest_flute_mm_ = 0.0;
 };
 
 }  // namespace trunnion::post

@@ -30,6 +30,7 @@ void Pipeline::set_tool(const SpindleTool& tool) {
   axis_words_.set_tool(tool);
   refined_.set_tool(posting_, vector, axis_words_.rounding());
   errors_.set_tool(tool);
+  modes_.tolerances.set_flute(tool.flute_mm);
   if (errors_.compensator == nullptr && !thermal_.has_offsets()) return;
   course_.set_meter(errors_.state, posting_.machine, vector, errors_.evaluator.get(), thermal_.followed(),
                     posting_.options.nonlinear.certify, posting_.options.tolerance_mm,

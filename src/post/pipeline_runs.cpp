@@ -69,7 +69,9 @@ const PreparedSegment* Pipeline::prepared(std::size_t i) const {
   if (!segment.known()) return nullptr;
   const path::Tolerance& now = modes_.tolerances.cutting();
   const path::Tolerance& then = now_.chunk->tolerance_at(i);
-  if (then.tip_mm != now.tip_mm || then.axis != now.axis) return nullptr;
+  if (then.tip_mm != now.tip_mm || then.axis != now.axis || then.flute.length_mm != now.flute.length_mm ||
+      then.flute.off_mm != now.flute.off_mm)
+    return nullptr;
   const auto begins_at = [&](const JointVector& q, const Vec3& tip_P, const Vec3& axis_P) {
     return at_.point.q == q && at_.point.tip_P == tip_P && at_.point.axis_P == axis_P;
   };

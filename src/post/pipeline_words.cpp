@@ -115,6 +115,7 @@ path::Tolerance Pipeline::span_tolerance() const {
   path::Tolerance out = modes_.tolerances.cutting();
   const double left_mm = std::max(kTipShare * out.tip_mm, kRoundings * 0.5 * std::sqrt(quanta2));
   out.tip_mm -= std::min(left_mm, 0.5 * out.tip_mm);
+  out.flute.off_mm = std::min(out.flute.off_mm, out.tip_mm);
   return out;
 }
 

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "post/refinement.hpp"
+
 namespace trunnion::post {
 
 Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Rounding& rounding,
                    const PostOptions& options, const path::Compensator* compensator)
     : rounding_(rounding),
       kinematics_(machine, tool_mm),
-      refiner_(machine, tool_mm, rounding, options.nonlinear),
+      refiner_(machine, tool_mm, rounding, nonlinear_options(options)),
       grid_(kinematics_, rounding),
       whole_runs_(options.nonlinear.thin || options.nonlinear.move_programmed_points) {
   if (kinematics_.side_by_side() && path::EvenRun::settles(options.nonlinear))
@@ -176,7 +178,7 @@ void Preparer::prepare(Chunk& chunk) {
     }
   }
   if (judged) keep_what_does_not_count(chunk);
-  if (judged && even_) settle_all(chunk);
+  if (judged && even_ && chunk.tolerances[0].tolerance.flute.length_mm == 0.0) settle_all(chunk);
   std::size_t next = 0;
   path::Tolerance tolerance = chunk.tolerances[0].tolerance;
   for (const std::size_t i : undecided_) {

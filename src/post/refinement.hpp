@@ -7,15 +7,22 @@
 
 namespace trunnion::post {
 
+/// How points are inserted between blocks that the control runs as the options say.
+inline path::NonlinearOptions nonlinear_options(const PostOptions& options) {
+  path::NonlinearOptions out = options.nonlinear;
+  out.straight_tip = options.rtcp;
+  return out;
+}
+
 /// Points that are inserted while the text is made, where nobody prepared them: with one tool, and the room
 /// in which they stand.
 struct Refinement {
   Refinement(const Posting& posting, const Vec3& tool_mm, const path::Rounding& rounding)
-      : cuts(posting.machine, tool_mm, rounding, posting.options.nonlinear),
+      : cuts(posting.machine, tool_mm, rounding, nonlinear_options(posting.options)),
         rapids(posting.machine, tool_mm, rounding, {}) {}
 
   void set_tool(const Posting& posting, const Vec3& tool_mm, const path::Rounding& rounding) {
-    cuts = path::Refiner(posting.machine, tool_mm, rounding, posting.options.nonlinear);
+    cuts = path::Refiner(posting.machine, tool_mm, rounding, nonlinear_options(posting.options));
     rapids = path::Refiner(posting.machine, tool_mm, rounding, {});
   }
 

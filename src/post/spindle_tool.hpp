@@ -8,6 +8,7 @@ struct SpindleTool {
   double length_mm = 0.0;  // gauge length
   /// The control adds the length where the machine's words are those of the tip. Else words are those of S.
   bool control_adds_length = true;
+  double flute_mm = 0.0;  // FluteLength
 
   bool operator==(const SpindleTool&) const = default;
   /// From S to the tip.

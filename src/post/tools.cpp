@@ -6,6 +6,16 @@
 
 namespace trunnion::post {
 
+double FluteLength::mm() const {
+  if (options_.flute_mm) return *options_.flute_mm;
+  if (tool_ && options_.table != nullptr) {
+    const auto known = options_.table->find(*tool_);
+    if (known != options_.table->end() && known->second.flute_length_mm)
+      return *known->second.flute_length_mm;
+  }
+  return of_cutter_mm_.value_or(0.0);
+}
+
 const LoadedTool* ProgramTools::find(std::uint32_t number) const {
   const auto it =
       std::find_if(loaded_.begin(), loaded_.end(), [&](const LoadedTool& t) { return t.number == number; });

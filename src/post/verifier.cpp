@@ -49,7 +49,6 @@ Verifier::State::State(const Machine& m, const nc::Controller& c, const VerifyOp
           }) {
   report.tolerance_mm = o.tolerance_mm;
   report.axis_tolerance = o.axis_tolerance;
-  report.flute_mm = o.flute_mm;
   report.pole_tolerance = o.pole.tolerance;
   report.rapid_tolerance_mm = o.rapid_tolerance_mm;
   report.on_truth = o.truth != nullptr || o.offsets != nullptr;
@@ -73,12 +72,14 @@ Verifier::~Verifier() = default;
 void Verifier::expect(const cl::Motion& motion, SourceRef where) {
   State& s = *state_;
   ++s.report.points_in;
-  s.points->add(motion, where.line, s.in_cone(motion.axis_P));
+  s.points->add(motion, where.line, s.in_cone(motion.axis_P), s.tools.flute.mm());
   if (s.program_judge) s.program_judge->asked().take(motion, where);
   if (s.shared.follower != nullptr) ++s.shared.follower->report.points_in;
 }
 
 void Verifier::expect(const cl::Record& record) {
+  if (const auto* change = std::get_if<cl::ToolChange>(&record.data)) state_->tools.flute.take(*change);
+  if (const auto* cutter = std::get_if<cl::ToolGeometry>(&record.data)) state_->tools.flute.take(*cutter);
   if (state_->program_judge) state_->program_judge->asked().take(record);
 }
 
@@ -139,6 +140,7 @@ Result<VerifyReport> Verifier::finish() {
     }
   }
   s.report_travel();
+  s.report.flute_mm = s.targets().longest_flute_mm();
   if (s.program_judge) s.program_judge->finish(s.report, s.reader.line());
   return std::move(s.report);
 }

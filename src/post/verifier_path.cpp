@@ -240,7 +240,7 @@ KnownFigures Verifier::State::known_figures() const {
   const double axis = path::sine_at_least(known.axis_rad.upper);
   return {known.tip_mm.upper, axis,
           std::min(axis + kSameAxis, std::max(axis, path::sine_at_least(options.axis_tolerance.rad()))),
-          options.flute_mm, report.certified_flute_deviation_mm};
+          targets().longest_flute_mm(), report.certified_flute_deviation_mm};
 }
 
 bool Verifier::State::changes_no_figure(const Vertex& v, const Place& place) {

@@ -41,11 +41,11 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   DeviationMeter::Beside known;
   known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
   known.flute_mm.upper =
-      options.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
-  const auto beside = meter().beside(from, v, a, b, t0, t1, options.flute_mm, as_run.state, known);
+      b.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
+  const auto beside = meter().beside(from, v, a, b, t0, t1, as_run.state, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
-  if (options.flute_mm == 0.0) return;
+  if (b.flute_mm == 0.0) return;
   of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
   of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);

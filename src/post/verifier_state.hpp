@@ -92,8 +92,11 @@ struct LastBlock {
   std::optional<path::Certifier::Bows> bows;  // on the nominal machine, where they were asked for
 };
 
-/// The tools that the program has loaded so far.
+/// The tools of the CL file, and those that the program has loaded so far.
 struct ToolsRead {
+  explicit ToolsRead(const ToolOptions& options) : flute(options) {}
+
+  FluteLength flute;                          // of the CL motions at hand
   std::map<std::uint32_t, double> length_of;  // of the tools of the CL file
   std::optional<std::int64_t> unknown;        // that was read last, until the first motion with it
   bool any = false;
@@ -457,7 +460,7 @@ struct Verifier::State {
   FollowLimits limits;
   AxisWordsOf axis_words{machine, controller.numbers.axes};
   WordsInForce in_force;
-  ToolsRead tools;
+  ToolsRead tools{options.tools};
   JudgedTool judged_with;
   FeedPlanner planner;
   MachineAsRun as_run;

@@ -30,7 +30,9 @@ std::vector<PlacedTool> leading_edge(std::mt19937_64& random, double radius_mm) 
     const double x = static_cast<double>(i) / kPoints;
     const double round = kPi * x;
     const double share = std::clamp((x - late * 0.5) / (1.0 - late * 0.5), 0.0, 1.0);
-    path.push_back({centre + radius_mm * Vec3(std::cos(round), std::sin(round), 0.1 * x),
+    // With the decimals of point_text.
+    const Vec3 tip = centre + radius_mm * Vec3(std::cos(round), std::sin(round), 0.1 * x);
+    path.push_back({(1e4 * tip).array().round() / 1e4,
                     test::tilted(tilt + 0.3 * swing * share * share, start + swing * share * share)});
   }
   return path;
@@ -42,9 +44,36 @@ std::string flute_cl(const std::vector<PlacedTool>& path) {
   return out + "FINI\n";
 }
 
+// At the place of the segment from `a` to `b` at which tip and flute end are nearest together: samples, then
+// samples about the best one.
+double least_off_mm(const PlacedTool& p, const PlacedTool& a, const PlacedTool& b, double flute_mm) {
+  const double angle = std::atan2(a.axis.cross(b.axis).norm(), a.axis.dot(b.axis));
+  const auto off = [&](double t) {
+    const Vec3 axis =
+        angle < 1e-9
+            ? a.axis
+            : Vec3((std::sin((1.0 - t) * angle) * a.axis + std::sin(t * angle) * b.axis) / std::sin(angle));
+    const Vec3 tip = p.tip - a.tip - t * (b.tip - a.tip);
+    return std::max(tip.norm(), (tip + flute_mm * (p.axis - axis)).norm());
+  };
+  constexpr int kSamples = 40;
+  double at = 0.0;
+  double width = 1.0;
+  for (int round = 0; round < 6; ++round) {
+    const double from = std::max(0.0, at - width);
+    const double to = std::min(1.0, at + width);
+    for (int i = 0; i <= kSamples; ++i) {
+      const double t = from + (to - from) * i / kSamples;
+      if (off(t) < off(at)) at = t;
+    }
+    width = 2.0 * (to - from) / kSamples;
+  }
+  return off(at);
+}
+
 struct FluteTruth {
   double axis_deg = 0.0;
-  double flute_mm = 0.0;       // at the place nearest to the tip
+  double flute_mm = 0.0;       // at the place nearest to the tip, the tip's own distance included
   double best_flute_mm = 0.0;  // at the place where tip and flute are nearest together
 };
 
@@ -78,12 +107,11 @@ FluteTruth sampled(const std::vector<PlacedTool>& tool, const std::vector<Placed
     const Vec3 axis = axis_at(foot);
     out.axis_deg =
         std::max(out.axis_deg, std::atan2(p.axis.cross(axis).norm(), p.axis.dot(axis)) * kDegreePerRad);
-    out.flute_mm = std::max(out.flute_mm, off_flute(foot));
+    out.flute_mm = std::max({out.flute_mm, off_flute(foot), off(j)});
     double best_mm = off_flute(foot);
-    for (int i = -100; i <= 100; ++i) {
-      const double t = std::clamp(foot + 0.002 * i, 0.0, 1.0);
-      best_mm = std::min(best_mm, std::max(off_flute(t), (p.tip - tip_at(t)).norm()));
-    }
+    // On this segment or on a neighbour of it.
+    for (std::size_t k = j > 0 ? j - 1 : 0; k <= std::min(j + 1, path.size() - 2); ++k)
+      best_mm = std::min(best_mm, least_off_mm(p, path[k], path[k + 1], flute_mm));
     out.best_flute_mm = std::max(out.best_flute_mm, best_mm);
   }
   return out;
@@ -94,12 +122,49 @@ VerifyReport verified_with_flute(const std::string& nc, const std::string& cl, c
   const nc::Controller c = post::with_axes_of(machine, test::shipped_controller("linuxcnc"));
   VerifyOptions options;
   options.tolerance_mm = kFluteTolerance_mm;
-  options.flute_mm = flute_mm;
+  options.tools.flute_mm = flute_mm;
   Diagnostics d;
   auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
                        "part.nc", machine, c, {}, options, d);
   if (!report) throw std::runtime_error(report.error().text());
   return *report;
+}
+
+// Round leading edges on four machines, words of four decimals in degrees: what is posted for a flute holds
+// for it, and for its tip, judged by the tests' own chain; without a flute it does not.
+TEST(Flute, ProgramsHoldTheirFlute) {
+  const int seeds = test::cases(5, "TRUNNION_CASES");
+  double beyond_mm = 0.0;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const test::OwnChain chain = test::own_chain(name);
+    for (int seed = 0; seed < seeds; ++seed) {
+      std::mt19937_64 random(static_cast<unsigned>(seed) + 71);
+      const auto path = leading_edge(random, std::uniform_real_distribution<double>(0.4, 1.5)(random));
+      const std::string cl = flute_cl(path);
+      for (const double flute_mm : {15.0, 50.0}) {
+        PostOptions options;
+        options.tolerance_mm = kFluteTolerance_mm;
+        options.tools.flute_mm = flute_mm;
+        const auto p = test::posted(cl, machine, options);
+        ASSERT_TRUE(p.report) << name << " " << seed << ": " << p.report.error().text();
+        ASSERT_TRUE(p.report->verification);
+        EXPECT_TRUE(p.report->verification->passed()) << name << " " << seed;
+        EXPECT_EQ(p.report->verification->flute_mm, flute_mm);
+        EXPECT_EQ(p.report->segments_not_converged, 0U) << name << " " << seed;
+        const FluteTruth truth = sampled(test::tool_of(test::cut_of(p.nc, chain), chain), path, flute_mm);
+        EXPECT_LE(truth.best_flute_mm, kFluteTolerance_mm + 1e-6) << name << " " << seed << " " << flute_mm;
+        EXPECT_LE(truth.best_flute_mm, p.report->verification->certified_flute_deviation_mm + 1e-6);
+        options.tools.flute_mm = 0.0;
+        const auto tip = test::posted(cl, machine, options);
+        ASSERT_TRUE(tip.report);
+        beyond_mm = std::max(
+            beyond_mm,
+            sampled(test::tool_of(test::cut_of(tip.nc, chain), chain), path, flute_mm).best_flute_mm);
+      }
+    }
+  }
+  EXPECT_GT(beyond_mm, 1.5 * kFluteTolerance_mm);
 }
 
 TEST(Flute, BoundsHoldAndAreNearToSamples) {

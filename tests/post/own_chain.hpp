@@ -12,8 +12,9 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/pose.hpp"
 
-// A chain of the tests' own, for programs of the machine of trunnion_offset.toml: words of any control to the
-// tool in the part, with nothing of the library's kinematics or readers.
+// A chain of the tests' own, for programs of the machine of trunnion_offset.toml or another one that is
+// written down here: words of any control to the tool in the part, with nothing of the library's kinematics
+// or readers.
 namespace trunnion::test {
 
 struct PlacedTool {
@@ -25,18 +26,35 @@ inline Vec3 turned(const Vec3& v, const Vec3& n, double angle) {
   return std::cos(angle) * v + std::sin(angle) * n.cross(v) + (1.0 - std::cos(angle)) * n.dot(v) * n;
 }
 
-using FiveWords = std::array<double, 5>;  // X Y Z mm, A C deg
+using FiveWords = std::array<double, 5>;  // X Y Z mm, both rotary axes, the outer one first, deg
 
-// The tool in the part where the words put it, on the machine of trunnion_offset.toml: the part is turned by
-// -A about X through (0, 0.4, -65) and by -C about Z through (0.1, 0, -30). The words are those of the tip.
-inline PlacedTool in_part(const FiveWords& w) {
-  const Vec3 a(0.0, 0.4, -65.0);
-  const Vec3 c(0.1, 0.0, -30.0);
-  const auto back = [&](const Vec3& v, const Vec3& at, const Vec3& at_c) {
-    const Vec3 of_c = turned(v - at, Vec3::UnitX(), w[3] * kRadPerDegree) + at;
-    return Vec3(turned(of_c - at_c, Vec3::UnitZ(), w[4] * kRadPerDegree) + at_c);
-  };
-  return {back({w[0], w[1], w[2]}, a, c), back(Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero())};
+// Two rotary axes that carry the part, the outer one first: a positive word turns the part about `axis` by
+// the right hand. The words X Y Z are those of the tip.
+struct OwnChain {
+  std::string letters;
+  std::array<Vec3, 2> axis, point;
+};
+// The numbers of postconfigs/machines.
+inline OwnChain own_chain(const std::string& machine) {
+  const double half = std::sqrt(0.5);
+  if (machine == "paper")
+    return {"XYZAC", {Vec3(1, 0, 0), Vec3(0, 0, 1)}, {Vec3(0, 0, -200), Vec3(0, 0, -200)}};
+  if (machine == "xyzac_trt")
+    return {"XYZAC", {Vec3(1, 0, 0), Vec3(0, 0, 1)}, {Vec3(0, 20, 10), Vec3(0, 0, 0)}};
+  if (machine == "nutating_45")
+    return {"XYZBC", {Vec3(0, half, half), Vec3(0, 0, 1)}, {Vec3(0, 0, -120), Vec3(0, 0, -60)}};
+  return {"XYZAC", {Vec3(-1, 0, 0), Vec3(0, 0, -1)}, {Vec3(0, 0.4, -65), Vec3(0.1, 0, -30)}};
+}
+
+// The tool in the part where the words put it: seen from the part the tool turns the other way.
+inline PlacedTool in_part(const FiveWords& w, const OwnChain& chain) {
+  PlacedTool tool{{w[0], w[1], w[2]}, Vec3::UnitZ()};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double angle = -w[3 + k] * kRadPerDegree;
+    tool.tip = turned(tool.tip - chain.point[k], chain.axis[k], angle) + chain.point[k];
+    tool.axis = turned(tool.axis, chain.axis[k], angle);
+  }
+  return tool;
 }
 
 // The cuts of a program in the words of any of the controls: from the second positioning block with G1, or L
@@ -52,7 +70,7 @@ inline bool is_cutting(const std::string& line) {
          line.find("G01 ") != std::string::npos;
 }
 
-inline Cut cut_of(const std::string& nc) {
+inline Cut cut_of(const std::string& nc, const OwnChain& chain = own_chain("trunnion_offset")) {
   Cut out;
   FiveWords now{};
   bool cutting = false;
@@ -69,7 +87,7 @@ inline Cut cut_of(const std::string& nc) {
     if (machine) continue;
     bool any = false;
     for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-      const std::size_t axis = std::string("XYZAC").find(line[i]);
+      const std::size_t axis = chain.letters.find(line[i]);
       if (axis == std::string::npos || (i > 0 && std::isalpha(static_cast<unsigned char>(line[i - 1])) != 0))
         continue;
       std::size_t at = i + 1;
@@ -101,15 +119,15 @@ inline double off_arc(const Vec3& u, const Vec3& a, const Vec3& b) {
   return std::min(angle(u, a), angle(u, b));
 }
 
-inline std::vector<PlacedTool> tool_of(const Cut& cut) {
+inline std::vector<PlacedTool> tool_of(const Cut& cut, const OwnChain& chain = own_chain("trunnion_offset")) {
   constexpr int kPieces = 16;  // of a block, the bow of each 1/256 of its own
-  std::vector<PlacedTool> out = {in_part(cut.ends.front())};
+  std::vector<PlacedTool> out = {in_part(cut.ends.front(), chain)};
   for (std::size_t i = 1; i < cut.ends.size(); ++i) {
     for (int k = 1; k <= kPieces; ++k) {
       FiveWords w{};
       for (std::size_t n = 0; n < w.size(); ++n)
         w[n] = cut.ends[i - 1][n] + (cut.ends[i][n] - cut.ends[i - 1][n]) * k / kPieces;
-      out.push_back(in_part(w));
+      out.push_back(in_part(w, chain));
     }
   }
   return out;

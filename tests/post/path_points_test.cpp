@@ -91,7 +91,7 @@ TEST(PathPoints, StandInColumnsAsAlone) {
           const auto line = static_cast<std::uint32_t>(all.size());
           const bool in_cone = random.up_to(60) == 0;
           const cl::Motion& motion = random.next();
-          points.add(motion, line, in_cone);
+          points.add(motion, line, in_cone, 0.0);
           all.push_back(target_of(motion, line, in_cone, all.empty() ? nullptr : &all.back()));
         }
         points.settle();

@@ -127,6 +127,7 @@ struct ToolGeometry {
   std::optional<double> diameter_mm;
   std::optional<double> corner_radius_mm;
   std::optional<double> length_mm;
+  std::optional<double> flute_length_mm{};  // height h of CUTTER's seven numbers
 };
 
 /// CUTCOM, where the points are those of the tool's centre and the control is to add the wear that stands in

@@ -36,6 +36,25 @@ struct ToolOptions {
   /// before its first motion.
   std::optional<std::uint32_t> tool;
   std::optional<double> length_mm;  // in place of the machine file's
+  /// Of every tool; nothing: of each what the tool file says, else the CL file.
+  std::optional<double> flute_mm;
+};
+
+/// The flute length of the tool in the spindle, mm: from its tip up its axis, as far as the tolerance holds
+/// for every point of it; 0: for the tip alone. It is that of the options, else of the tool file, else the
+/// height h of the CL file's last CUTTER/d,r,e,f,alpha,beta,h.
+class FluteLength {
+ public:
+  /// `options` must outlive the object.
+  explicit FluteLength(const ToolOptions& options) : options_(options) {}
+  void take(const cl::ToolChange& change) { tool_ = change.number; }
+  void take(const cl::ToolGeometry& cutter) { of_cutter_mm_ = cutter.flute_length_mm; }
+  double mm() const;
+
+ private:
+  const ToolOptions& options_;
+  std::optional<std::uint32_t> tool_;
+  std::optional<double> of_cutter_mm_;
 };
 
 /// Who says how long a tool is: the first of these that does.

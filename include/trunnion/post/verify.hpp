@@ -40,9 +40,6 @@ struct VerifyOptions {
   Angle axis_tolerance = Angle::degrees(0.05);
   /// Tool axes inside this cone may be off by its tolerance more (PostOptions::pole).
   path::PoleOptions pole;
-  /// The tolerance holds for every point of the tool from the tip to here along its axis, mm; 0: the tip
-  /// alone.
-  double flute_mm = 0.0;
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
@@ -137,7 +134,8 @@ struct CutFigures {
   /// Feed moves outside the pole's cone, at most: the tool axis from that of the path at the place where the
   /// tip is. (The tool axis may keep to its great circle and be behind the tip, or before it.)
   Angle max_axis_deviation_at_tip;
-  /// There, of the tool from its tip to VerifyOptions::flute_mm: largest that was found, and the bound.
+  /// There, of the tool from its tip to its flute length (FluteLength): largest that was found, and the
+  /// bound.
   double max_flute_deviation_mm = 0.0;
   double certified_flute_deviation_mm = 0.0;
   double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
