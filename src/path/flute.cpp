@@ -59,9 +59,19 @@ FluteSegment::FluteSegment(const Reference& reference, double flute_mm)
   if (sine > 0.0) tangent_P_ = (normal / sine).cross(reference.axis0_P);
 }
 
+FluteSegment::Direction FluteSegment::direction(double t) const {
+  // Up to here the series below are exact to 1e-15.
+  constexpr double kSmall_rad = 0.05;
+  const double x = t * turn_;
+  if (std::abs(x) > kSmall_rad) return {std::cos(x), std::sin(x)};
+  const double x2 = x * x;
+  return {1.0 - x2 * (0.5 - x2 * (1.0 / 24.0 - x2 / 720.0)),
+          x * (1.0 - x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 / 5040.0)))};
+}
+
 Vec3 FluteSegment::axis_P(double t) const {
-  const double angle = t * turn_;
-  return std::cos(angle) * axis0_P_ + std::sin(angle) * tangent_P_;
+  const Direction to = direction(t);
+  return to.cosine * axis0_P_ + to.sine * tangent_P_;
 }
 
 ToolOff FluteSegment::off(const Vec3& tip_P, const Vec3& axis_at, double t) const {
@@ -70,7 +80,7 @@ ToolOff FluteSegment::off(const Vec3& tip_P, const Vec3& axis_at, double t) cons
 
 double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near) const {
   constexpr int kMostSteps = 8;
-  constexpr double kSettled_mm = 1e-7;
+  constexpr double kSettled_mm = 2e-6;  // any place will do, the nearest gives the sharpest bound
   double t = near;
   const double reach_mm = chord_.norm() + flute_mm_ * turn_;
   if (!(reach_mm > 0.0)) return t;
@@ -78,8 +88,7 @@ double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near
   double best = near;
   double best_mm2 = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMostSteps; ++i) {
-    const double cosine = std::cos(t * turn_);
-    const double sine = std::sin(t * turn_);
+    const auto [cosine, sine] = direction(t);
     const Vec3 path_axis_P = cosine * axis0_P_ + sine * tangent_P_;
     const Vec3 axis_slope_P = turn_ * (cosine * tangent_P_ - sine * axis0_P_);
     const Vec3 tip_off = tip_P - tip0_P_ - t * chord_;
@@ -130,45 +139,37 @@ class FluteSearch {
     return {segment_.off(tip_P, axis_P, t), t};
   }
 
+  // The places taken as they are told: true where that is a proof.
+  bool settled_at(const Station& a, const Station& b, const FluteCertifier::Places& about) {
+    const Place at_a{segment_.off(a.tip_P, a.axis_P, about.a), about.a};
+    const Place at_b{segment_.off(b.tip_P, b.axis_P, about.b), about.b};
+    const double flute = segment_.flute_mm();
+    if (std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute)) > goal_.tolerance) return false;
+    const Part part = part_between(a, b);
+    if (accept(even_bound(part, at_a, at_b))) return true;
+    const double even = 0.5 * (about.a + about.b);
+    const ToolOff middle = segment_.off(part.middle.tip_P, part.middle.axis_P, even);
+    return accept(parabola_bound(part, at_a, {middle, even}, at_b, 0.0));
+  }
+
   void piece(const Station& a, const Place& at_a, const Station& b, const Place& at_b, int halvings) {
     const double flute = segment_.flute_mm();
-    const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
-                          std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
-    const double rounding =
-        path::tip_rounding(a.size_mm + b.size_mm, angles) + flute * path::axis_rounding(angles);
-    const NormsOf<Lanes> norms = tip_and_axis_norms(kinematics_, a, b);
-    const Lanes counts = {straight_ ? 0.0 : 1.0, 1.0};
+    const Part part = part_between(a, b);
     const double ends_mm = std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute));
-    lower_ = std::max(lower_, ends_mm - rounding);
-    // Places that run evenly: the bows of the tool, and of the arc.
-    const Lanes bow = counts * norms.M2() / 8.0;
-    const double turn = std::abs(at_b.t - at_a.t) * segment_.turn();
-    if (accept(ends_mm + bow[0] + flute * (bow[1] + turn * turn / 8.0) + rounding) || beyond()) return;
-
-    const Vec3 tip_P = straight_ ? Vec3(0.5 * (a.tip_P + b.tip_P)) : middle_tip(kinematics_, a, b);
-    const Vec3 axis_P = middle_axis(kinematics_, a, b);
+    lower_ = std::max(lower_, ends_mm - part.rounding);
+    if (accept(even_bound(part, at_a, at_b)) || beyond()) return;
     const double even = 0.5 * (at_a.t + at_b.t);
-    const Place middle = place(tip_P, axis_P, even);
-    lower_ = std::max(lower_, middle.off.largest_mm(flute) - rounding);
+    const Place middle = place(part.middle.tip_P, part.middle.axis_P, even);
+    lower_ = std::max(lower_, middle.off.largest_mm(flute) - part.rounding);
     if (beyond()) return;
-    const Lanes M3 = counts * norms.M3();
-    // Slopes of t(s), and by how much they change; places beyond the ends of the segment are none.
+    // Places beyond those of the ends may be none of the segment.
     double bent = 4.0 * (middle.t - even);
-    const double run = at_b.t - at_a.t;
     Place on_parabola = middle;
-    if (std::abs(bent) > std::abs(run)) {
+    if (std::abs(bent) > std::abs(at_b.t - at_a.t)) {
       bent = 0.0;
-      on_parabola = {segment_.off(tip_P, axis_P, even), even};
+      on_parabola = {segment_.off(part.middle.tip_P, part.middle.axis_P, even), even};
     }
-    const double slope = (std::abs(run) + std::abs(bent)) * segment_.turn();
-    const double change = 2.0 * std::abs(bent) * segment_.turn();
-    const double arc_M3 = slope * slope * slope + 3.0 * slope * change;
-    const double beyond_tip = beyond_parabola(M3[0]);
-    const double beyond_end = beyond_parabola(M3[0] + flute * (M3[1] + arc_M3));
-    const double bound =
-        std::max(largest(at_a.off.tip_P, on_parabola.off.tip_P, at_b.off.tip_P) + beyond_tip,
-                 largest(at_a.off.at(flute), on_parabola.off.at(flute), at_b.off.at(flute)) + beyond_end) +
-        rounding;
+    const double bound = parabola_bound(part, at_a, on_parabola, at_b, bent);
     if (accept(bound)) return;
     if (halvings >= kMostHalvings || evaluations_ >= kWorkLimit) {
       upper_ = std::max(upper_, bound);
@@ -176,7 +177,7 @@ class FluteSearch {
     }
     Station half = shifted(station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5)),
                            0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
-    if (straight_) half.tip_P = tip_P;
+    if (straight_) half.tip_P = part.middle.tip_P;
     piece(a, at_a, half, middle, halvings + 1);
     if (!beyond()) piece(half, middle, b, at_b, halvings + 1);
   }
@@ -188,6 +189,47 @@ class FluteSearch {
   }
 
  private:
+  // What is known of the motion between two stations: the tool half way, bounds on its second and third
+  // derivatives (tip, axis).
+  struct Part {
+    ToolPose middle;
+    Lanes M2, M3;
+    double rounding;
+  };
+  Part part_between(const Station& a, const Station& b) const {
+    const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
+                          std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+    const NormsOf<Lanes> norms = tip_and_axis_norms(kinematics_, a, b);
+    const Lanes counts = {straight_ ? 0.0 : 1.0, 1.0};
+    return {{straight_ ? Vec3(0.5 * (a.tip_P + b.tip_P)) : middle_tip(kinematics_, a, b),
+             middle_axis(kinematics_, a, b)},
+            counts * norms.M2(),
+            counts * norms.M3(),
+            path::tip_rounding(a.size_mm + b.size_mm, angles) +
+                segment_.flute_mm() * path::axis_rounding(angles)};
+  }
+  // Places that run evenly: the bows of the tool, and of the arc.
+  double even_bound(const Part& part, const Place& at_a, const Place& at_b) const {
+    const double flute = segment_.flute_mm();
+    const double turn = std::abs(at_b.t - at_a.t) * segment_.turn();
+    return std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute)) + part.M2[0] / 8.0 +
+           flute * (part.M2[1] + turn * turn) / 8.0 + part.rounding;
+  }
+  // Places that run through that in the middle, `bent` off the even course there by a quarter of it. The
+  // slope of the arc's angle and its change bound the third derivative of the axis along it.
+  double parabola_bound(const Part& part, const Place& at_a, const Place& middle, const Place& at_b,
+                        double bent) const {
+    const double flute = segment_.flute_mm();
+    const double slope = (std::abs(at_b.t - at_a.t) + std::abs(bent)) * segment_.turn();
+    const double change = 2.0 * std::abs(bent) * segment_.turn();
+    const double arc_M3 = slope * slope * slope + 3.0 * slope * change;
+    const double beyond_tip = beyond_parabola(part.M3[0]);
+    const double beyond_end = beyond_parabola(part.M3[0] + flute * (part.M3[1] + arc_M3));
+    return std::max(largest(at_a.off.tip_P, middle.off.tip_P, at_b.off.tip_P) + beyond_tip,
+                    largest(at_a.off.at(flute), middle.off.at(flute), at_b.off.at(flute)) + beyond_end) +
+           part.rounding;
+  }
+
   bool beyond() const { return goal_.decides() && lower_ > goal_.tolerance; }
   bool accept(double bound) {
     const double limit = goal_.decides() ? goal_.tolerance : std::max(goal_.ratio * lower_, goal_.floor);
@@ -217,9 +259,9 @@ class FluteSearch {
   std::uint32_t evaluations_ = 0;
 };
 
-void search(FluteSearch& search, const Station& a, const Station& b) {
-  const FluteSearch::Place at_a = search.place(a.tip_P, a.axis_P, 0.0);
-  const FluteSearch::Place at_b = search.place(b.tip_P, b.axis_P, std::max(at_a.t, 0.5));
+void search(FluteSearch& search, const Station& a, const Station& b, const FluteCertifier::Places& about) {
+  const FluteSearch::Place at_a = search.place(a.tip_P, a.axis_P, about.a);
+  const FluteSearch::Place at_b = search.place(b.tip_P, b.axis_P, about.b);
   search.piece(a, at_a, b, at_b, 0);
 }
 
@@ -229,15 +271,16 @@ Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteS
                                 double floor_mm) const {
   if (!segment.has_arc()) return {0.0, kInfinity, 0};
   FluteSearch of(kinematics_, tip_, segment, FluteGoal{kInfinity, ratio, floor_mm});
-  search(of, a, b);
+  search(of, a, b, {0.0, 1.0});
   return of.result();
 }
 
 Within FluteCertifier::within(const Station& a, const Station& b, const FluteSegment& segment,
-                              double tolerance_mm) const {
+                              double tolerance_mm, const Places& about) const {
   if (!segment.has_arc()) return Within::unknown;
   FluteSearch of(kinematics_, tip_, segment, FluteGoal{tolerance_mm, 1.0, 0.0});
-  search(of, a, b);
+  if (of.settled_at(a, b, about)) return Within::yes;
+  search(of, a, b, about);
   return of.verdict();
 }
 

@@ -72,7 +72,7 @@ bool SegmentRefiner::insert_longest_steps(NodeAxis how, Side side, std::size_t m
   Station at = *ends_.at_a;
   double t = 0.0;
   double step = 1.0 / static_cast<double>(most);
-  while (!piece_within(at, *ends_.at_b)) {
+  while (!piece_within(at, *ends_.at_b, {t, 1.0})) {
     if (nodes_.size() + 1 >= most) return false;
     const auto node = longest_step(at, t, step, how, side);
     if (!node) return false;
@@ -93,7 +93,7 @@ std::optional<Node> SegmentRefiner::longest_step(const Station& at, double t, do
     const ToolOff displacement =
         side == Side::on_chord ? ToolOff{} : between_ends(beside * spacing_.against(to), to);
     Node node = maker_.node(to, displacement, how, true);
-    if (!piece_within(at, node.station)) {
+    if (!piece_within(at, node.station, {t, to})) {
       bad = to;
       return false;
     }

@@ -82,14 +82,7 @@ double SegmentRefiner::largest_turn() const {
 SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const Station& b, double off_axis2,
                                                       const Vec3* known_middle_P,
                                                       std::optional<double> ends_mm) const {
-  if (flute_) {
-    // A proof for the flute is one for its tip; sampled it would not be any cheaper.
-    return flute_surely_within(a, b) ||
-                   (flute_certifier().within(a, b, flute_->whole, tolerance_.flute.off_mm) == Within::yes &&
-                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes)
-               ? Verdict::proved
-               : Verdict::beyond;
-  }
+  if (flute_) return flute_verdict(a, b, {0.0, 1.0});
   if (options_.certify) {
     return certifier_.tip_within(a, b, reference_, tolerance_.tip_mm) == Within::yes &&
                    certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes
@@ -107,6 +100,16 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   judge(a, b, largest);
   return largest.tip_mm <= tolerance_.tip_mm && largest.axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
                                                                                           : Verdict::beyond;
+}
+
+// A proof for the flute is one for its tip; sampled it would not be any cheaper.
+SegmentRefiner::Verdict SegmentRefiner::flute_verdict(const Station& a, const Station& b,
+                                                      const FluteCertifier::Places& about) const {
+  const bool keeps =
+      flute_surely_within(a, b) ||
+      (flute_certifier().within(a, b, flute_->whole, tolerance_.flute.off_mm, about) == Within::yes &&
+       certifier_.axis_within(a, b, reference_, tolerance_.axis) == Within::yes);
+  return keeps ? Verdict::proved : Verdict::beyond;
 }
 
 // `sampled`: samples have to tell.
@@ -549,6 +552,15 @@ SegmentReport SegmentRefiner::span_report(const Station& programmed_a, const Sta
 }
 
 bool SegmentRefiner::all_within() const {
+  if (flute_) {
+    const auto place = [&](std::size_t i) {
+      return i == 0 ? 0.0 : i > nodes_.size() ? 1.0 : nodes_[i - 1].t;
+    };
+    for (std::size_t i = 0; i <= nodes_.size(); ++i) {
+      if (!piece_within(station_at(i), station_at(i + 1), {place(i), place(i + 1)})) return false;
+    }
+    return true;
+  }
   double off_before2 = (ends_.at_a->axis_P - ends_.a->axis_P).squaredNorm();
   double before_mm = off_mm(ends_.at_a->tip_P);
   for (std::size_t i = 0; i <= nodes_.size(); ++i) {

@@ -56,6 +56,10 @@ class SegmentRefiner {
   bool piece_within(const Station& a, const Station& b) const {
     return piece_verdict(a, b) != Verdict::beyond;
   }
+  /// The same between these fractions of the segment, about.
+  bool piece_within(const Station& a, const Station& b, const FluteCertifier::Places& about) const {
+    return (flute_ ? flute_verdict(a, b, about) : piece_verdict(a, b)) != Verdict::beyond;
+  }
   void start(const SegmentEnds& ends, const Tolerance& tolerance);
   /// The same for questions that need no nodes.
   void look_at(const SegmentEnds& ends, const Tolerance& tolerance);
@@ -69,6 +73,7 @@ class SegmentRefiner {
   Verdict piece_verdict(const Station& a, const Station& b,
                         double off_axis2 = std::numeric_limits<double>::infinity(),
                         const Vec3* known_middle_P = nullptr, std::optional<double> ends_mm = {}) const;
+  Verdict flute_verdict(const Station& a, const Station& b, const FluteCertifier::Places& about) const;
   Verdict tip_verdict(const Station& a, const Station& b, const Vec3* known_middle_P, double ends_mm) const;
   double off_mm(const Vec3& tip_P) const {
     return distance_to_segment(tip_P, reference_.tip0_P, reference_.tip1_P);

@@ -73,13 +73,18 @@ void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t
   const auto bow = bows_between(from, to);
   const double turn = turn_between(axis0_P, axis1_P);
   const double slack = bow ? bow->axis + turn * turn / 8.0 : 0.0;
-  const bool counts = !bow || angle(chord + slack) > path.uninteresting.axis_rad.upper;
+  const double room = path.uninteresting.axis_rad.upper - angle(chord + slack);
+  const bool counts = !bow || room < 0.0;
+  // Wherever the tip's places are, they are on this part of the arc.
+  if (!counts && turn <= room) return;
   if (halvings < (bow ? kMostHalvings : kSampledHalvings) && &from != &to) {
     const double enough = std::max(kSlack * chord, kEnough * axis_tolerance_.rad());
     const Vertex middle = middle_of(from, to, path.program);
     const double t = std::clamp(fraction_of(middle, path.a, path.b), std::min(t0, t1), std::max(t0, t1));
     // The tip may lead, or wait at a corner: then its places do not run evenly.
-    const bool even = std::abs(t - 0.5 * (t0 + t1)) * path.segment.turn() <= enough;
+    constexpr double kAsParabola = 2.0;  // nowhere are they off by more than twice what they are half way
+    const double uneven = kAsParabola * std::abs(t - 0.5 * (t0 + t1)) * path.segment.turn();
+    const bool even = uneven <= enough || (!counts && uneven <= room);
     if (!bow || !even || (counts && slack > enough)) {
       look_at_axis(from, middle, t0, t, path, halvings + 1, sum);
       return look_at_axis(middle, to, t, t1, path, halvings + 1, sum);

@@ -182,6 +182,8 @@ class DeviationMeter {
   Beside beside(const Vertex& from, const Vertex& to, const Target& a, const Target& b, double t0, double t1,
                 const ProgramState& program, const Beside& uninteresting) const;
 
+  /// Half way from `from` to `to`, as the control moves the axes.
+  Vertex middle_of(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   /// Where the axes are on the way from `from` to `to`, as the control moves them.
   JointVector between(const Vertex& from, const Vertex& to, double t) const;
   const TableKinematics& kinematics() const { return certifier_.kinematics(); }
@@ -209,7 +211,6 @@ class DeviationMeter {
   void look_at_flute(const Vertex& from, const Vertex& to, const BesidePath& path, Beside& sum) const;
   void look_at_flute(const Vertex& from, double t0, const Vertex& to, double t1, const BesidePath& path,
                      int halvings, Beside& sum) const;
-  Vertex middle_of(const Vertex& from, const Vertex& to, const ProgramState& program) const;
   static void take(Interval& largest, double lower, double upper);
   std::optional<path::Certifier::Bows> bows_between(const Vertex& from, const Vertex& to) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,

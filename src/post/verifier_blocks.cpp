@@ -202,9 +202,10 @@ void Verifier::State::forget_passed() {
   const auto settled = [](const State& s) {
     return s.trail.marks.empty() ? s.at.segment : s.trail.marks.front().at.segment;
   };
-  const std::size_t passed =
+  std::size_t passed =
       shared.follower != nullptr ? std::min(settled(*this), settled(*shared.follower)) : settled(*this);
   if (passed <= std::max(4 * kLookAhead, targets().size() / 2)) return;
+  --passed;  // the segment before the one at hand may be asked for (flute_about)
   points->forget(passed);
   if (program_judge) program_judge->asked().forget(points->gone());
   for (State* s : {this, shared.follower}) {

@@ -42,14 +42,41 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
   known.flute_mm.upper =
       b.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
-  const auto beside = meter().beside(from, v, a, b, t0, t1, as_run.state, known);
+  auto beside = meter().beside(from, v, a, b, t0, t1, as_run.state, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
   if (b.flute_mm == 0.0) return;
+  if (beside.flute_mm.upper > options.tolerance_mm) beside.flute_mm = flute_about(from, v, segment, 0);
   of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
   of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);
   report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, beside.flute_mm.upper);
+}
+
+// The tip tells the segment of a place. Where the axis turns far on a short way of the tip the tool may be
+// nearer to a place of the segment before or behind it, and part of a block to one of each.
+DeviationMeter::Interval Verifier::State::flute_about(const Vertex& from, const Vertex& v,
+                                                      std::size_t segment, int halvings) {
+  constexpr int kMostHalvings = 12;
+  constexpr int kTellsEnough =
+      4;  // parts so short have one place on the path: what is beyond there is beyond
+  DeviationMeter::Interval least{std::numeric_limits<double>::infinity(),
+                                 std::numeric_limits<double>::infinity()};
+  double least_found_mm = std::numeric_limits<double>::infinity();
+  for (std::size_t j = segment > 0 ? segment - 1 : 0; j <= segment + 1 && j + 1 < targets().size(); ++j) {
+    const Target& a = targets()[j];
+    const Target& b = targets()[j + 1];
+    if (b.rapid || b.flute_mm != targets()[segment + 1].flute_mm || near_pole(a, b)) continue;
+    const auto beside = meter().beside(from, v, a, b, 0.0, 1.0, as_run.state, {});
+    if (beside.flute_mm.upper < least.upper) least = beside.flute_mm;
+    least_found_mm = std::min(least_found_mm, beside.flute_mm.lower);
+  }
+  const bool surely_beyond = halvings >= kTellsEnough && least_found_mm > options.tolerance_mm;
+  if (least.upper <= options.tolerance_mm || surely_beyond || halvings == kMostHalvings) return least;
+  const Vertex middle = meter().middle_of(from, v, as_run.state);
+  const auto before = flute_about(from, middle, segment, halvings + 1);
+  const auto behind = flute_about(middle, v, segment, halvings + 1);
+  return {std::max(before.lower, behind.lower), std::max(before.upper, behind.upper)};
 }
 
 void Verifier::State::bows_by(double off_chord_mm) {

@@ -426,6 +426,8 @@ struct Verifier::State {
   void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false);
   /// What the tool is off beside the tip's place, of a piece that does not pass a CL point.
   void take_beside(const Vertex& from, const Vertex& v, std::size_t segment, double t0, double t1);
+  DeviationMeter::Interval flute_about(const Vertex& from, const Vertex& v, std::size_t segment,
+                                       int halvings);
   // A block that is not straight itself leaves its chord by so much more.
   void bows_by(double off_chord_mm);
   void record_feed(const Vertex& v, std::uint32_t cl_line, bool programmed);

@@ -25,6 +25,12 @@ class FluteSegment {
  private:
   Vec3 tip0_P_, chord_;
   Vec3 axis0_P_, tangent_P_;  // unit vectors of the arc's plane
+  // Of a small angle without a call.
+  struct Direction {
+    double cosine, sine;
+  };
+  Direction direction(double t) const;
+
   double turn_ = 0.0;
   double flute_mm_;
   bool has_arc_ = true;
@@ -45,8 +51,13 @@ class FluteCertifier {
   /// The largest distance, mm. upper <= ratio * lower, or upper <= floor_mm.
   Bound deviation(const Station& a, const Station& b, const FluteSegment& segment, double ratio = 1.05,
                   double floor_mm = 1e-7) const;
-  /// Is the piece within the tolerance?
-  Within within(const Station& a, const Station& b, const FluteSegment& segment, double tolerance_mm) const;
+  /// Is the piece within the tolerance? `about`: fractions of the segment that a and b stand at, about.
+  struct Places {
+    double a = 0.0;
+    double b = 1.0;
+  };
+  Within within(const Station& a, const Station& b, const FluteSegment& segment, double tolerance_mm,
+                const Places& about = {0.0, 1.0}) const;
 
  private:
   const TableKinematics& kinematics_;
