@@ -1,6 +1,7 @@
 #include "post/intake.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -42,6 +43,16 @@ constexpr double kRapidShare = 0.9;
 // nothing between them.
 constexpr double kFluteShareWithErrors = 0.9;
 
+// Largest distance by which rounding moves a tip whose coordinates are the words X Y Z.
+double half_diagonal_mm(const nc::Controller& controller) {
+  double sum = 0.0;
+  for (const auto letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z}) {
+    const double quantum = controller.numbers.axes.quantum(letter);
+    sum += quantum * quantum;
+  }
+  return 0.5 * std::sqrt(sum);
+}
+
 double tip_share(const PostJob& job) {
   const bool loses = job.model != nullptr && ModelEvaluator(*job.model).depends_on() >= DependsOn::motion;
   return loses ? kTipShareWithLostMotion : 1.0;
@@ -55,11 +66,17 @@ PathTolerances::PathTolerances(const PostJob& job, const PostOptions& options)
       axis_given_(options.axis_tolerance.value_or(job.machine->axis_tolerance) * axis_share_),
       tip_share_(tip_share(job)),
       tip_given_mm_(options.tolerance_mm * tip_share_),
+      word_error_mm_(options.rtcp ? half_diagonal_mm(*job.controller) : 0.0),
       flute_share_(job.model != nullptr || job.offsets != nullptr ? kFluteShareWithErrors : 1.0),
       cutting_{
-          options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_, {0.0, tip_given_mm_ * flute_share_}},
+          options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_, {0.0, of_flute_mm(tip_given_mm_)}},
       rapid_given_mm_(kRapidShare * options.rapid_tolerance_mm),
       rapid_{options.rtcp ? kNoTipError_mm : rapid_given_mm_, Angle::radians(kPi)} {}
+
+double PathTolerances::of_flute_mm(double tip_mm) const {
+  constexpr double kLeastShare = 0.5;  // the rest fails in the verification
+  return std::max(kLeastShare * tip_mm, tip_mm * flute_share_ - word_error_mm_);
+}
 
 void PathTolerances::set_flute(double length_mm) {
   cutting_.flute.length_mm = length_mm;
@@ -70,7 +87,7 @@ void PathTolerances::take(const cl::Tolerance& t) {
   if (!t.on) return;
   if (t.applies == cl::Tolerance::Applies::feed) {
     const double tip_mm = std::min(tip_given_mm_, t.value_mm.value_or(options_.tolerance_mm) * tip_share_);
-    cutting_.flute.off_mm = tip_mm * flute_share_;
+    cutting_.flute.off_mm = of_flute_mm(tip_mm);
     if (!options_.rtcp) cutting_.tip_mm = tip_mm;
   } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
     if (!options_.rtcp) rapid_.tip_mm = std::min(rapid_given_mm_, kRapidShare * *t.value_mm);

@@ -27,11 +27,13 @@ class PathTolerances {
   const path::Tolerance& rapid() const { return rapid_; }
 
  private:
+  double of_flute_mm(double tip_mm) const;
   const PostOptions& options_;
   double axis_share_;
   Angle axis_given_;
   double tip_share_;
   double tip_given_mm_;
+  double word_error_mm_;  // of the tip's own words, which are rounded behind the insertion
   double flute_share_;
   path::Tolerance cutting_;
   double rapid_given_mm_;
