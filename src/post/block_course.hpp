@@ -23,14 +23,42 @@ class BlockCourse {
   bool is_fixed_and_proved() const { return meter_->is_fixed() && meter_->proves(); }
 
   using Segment = std::pair<Target, Target>;
-  void begin_segment(const Target& from, const Target& to) { segment_ = {from, to}; }
+  /// `flute_mm`: FluteLength of the tool that cuts it.
+  void begin_segment(const Target& from, const Target& to, double flute_mm) {
+    segment_ = {from, to};
+    segment_->second.flute_mm = flute_mm;
+  }
   /// From here on blocks pass more than one segment.
   void leave_segment() { segment_.reset(); }
   const std::optional<Segment>& segment() const { return segment_; }
 
+  /// Of the tool up to its flute length, from its segment: a bound, mm.
+  double flute_mm(const JointVector& from_q, const JointVector& to_q, bool tcp, const ProgramState& state,
+                  double enough_mm) {
+    place_ends(from_q, to_q, tcp, state);
+    DeviationMeter::Beside known;
+    known.flute_mm.upper = enough_mm;
+    const auto found =
+        meter_->beside(ends_[0], ends_[1], segment_->first, segment_->second, 0.0, 1.0, state, known);
+    return found.flute_mm.upper;
+  }
+
   /// From its segment, of the block between these joint positions that is about to go out.
   DeviationMeter::Deviation deviation(const JointVector& from_q, const JointVector& to_q, bool tcp,
                                       const ProgramState& state, const DeviationMeter::Deviation& enough) {
+    place_ends(from_q, to_q, tcp, state);
+    return meter_->of(ends_[0], ends_[1], segment_->first, segment_->second, state, enough);
+  }
+  /// On the nominal machine, of the same block.
+  std::pair<path::Station, path::Station> nominal(const TableKinematics& kinematics, const JointVector& from,
+                                                  const JointVector& to) {
+    if (station_.q != from) station_ = path::station(kinematics, from);
+    const path::Station before = std::exchange(station_, path::station(kinematics, to));
+    return {before, station_};
+  }
+
+ private:
+  void place_ends(const JointVector& from_q, const JointVector& to_q, bool tcp, const ProgramState& state) {
     Vertex& from = ends_[0];
     Vertex& to = ends_[1];
     const bool is_fixed = is_fixed_and_proved();
@@ -42,17 +70,8 @@ class BlockCourse {
     to.q = to_q;
     meter_->place(to, to_q, state);
     from.tcp = to.tcp = tcp;
-    return meter_->of(from, to, segment_->first, segment_->second, state, enough);
-  }
-  /// On the nominal machine, of the same block.
-  std::pair<path::Station, path::Station> nominal(const TableKinematics& kinematics, const JointVector& from,
-                                                  const JointVector& to) {
-    if (station_.q != from) station_ = path::station(kinematics, from);
-    const path::Station before = std::exchange(station_, path::station(kinematics, to));
-    return {before, station_};
   }
 
- private:
   std::optional<DeviationMeter> meter_;
   path::Station station_;       // of the nominal machine, where it was last asked for
   std::array<Vertex, 2> ends_;  // of the block that was looked at last

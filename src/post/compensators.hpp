@@ -17,12 +17,20 @@ class Compensators {
     const std::lock_guard lock(mutex_);
     return of_length_.try_emplace(length_mm, machine_, model_, Vec3(0.0, 0.0, -length_mm)).first->second;
   }
+  /// One that corrects the direction of the tool, too.
+  const path::Compensator& turning(double length_mm) {
+    const std::lock_guard lock(mutex_);
+    path::CompensationOptions options;
+    options.orientation = true;
+    return turning_.try_emplace(length_mm, machine_, model_, Vec3(0.0, 0.0, -length_mm), options)
+        .first->second;
+  }
 
  private:
   const Machine& machine_;
   const Model& model_;
   std::mutex mutex_;
-  std::map<double, path::Compensator> of_length_;
+  std::map<double, path::Compensator> of_length_, turning_;
 };
 
 }  // namespace trunnion::post

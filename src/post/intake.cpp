@@ -53,6 +53,18 @@ double half_diagonal_mm(const nc::Controller& controller) {
   return 0.5 * std::sqrt(sum);
 }
 
+// Largest angle by which rounding turns a tool that two rotary axes turn to places at right angles.
+double half_turn_diagonal(const Machine& machine, const nc::Controller& controller) {
+  double sum = 0.0;
+  for (const Axis& axis : machine.axes) {
+    const auto letter = nc::axis_letter(axis.name);
+    if (axis.kind != AxisKind::rotary || !letter) continue;
+    const double quantum = controller.numbers.axes.quantum(*letter);
+    sum += quantum * quantum;
+  }
+  return 0.5 * std::sqrt(sum);
+}
+
 double tip_share(const PostJob& job) {
   const bool loses = job.model != nullptr && ModelEvaluator(*job.model).depends_on() >= DependsOn::motion;
   return loses ? kTipShareWithLostMotion : 1.0;
@@ -68,18 +80,17 @@ PathTolerances::PathTolerances(const PostJob& job, const PostOptions& options)
       tip_given_mm_(options.tolerance_mm * tip_share_),
       word_error_mm_(options.rtcp ? half_diagonal_mm(*job.controller) : 0.0),
       flute_share_(job.model != nullptr || job.offsets != nullptr ? kFluteShareWithErrors : 1.0),
-      cutting_{
-          options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_, {0.0, of_flute_mm(tip_given_mm_)}},
+      asked_mm_(options.tolerance_mm),
+      turn_error_(job.model != nullptr ? half_turn_diagonal(*job.machine, *job.controller) : 0.0),
+      cutting_{options.rtcp ? kNoTipError_mm : tip_given_mm_, axis_given_, {0.0, tip_given_mm_}},
       rapid_given_mm_(kRapidShare * options.rapid_tolerance_mm),
       rapid_{options.rtcp ? kNoTipError_mm : rapid_given_mm_, Angle::radians(kPi)} {}
 
-double PathTolerances::of_flute_mm(double tip_mm) const {
-  constexpr double kLeastShare = 0.5;  // the rest fails in the verification
-  return std::max(kLeastShare * tip_mm, tip_mm * flute_share_ - word_error_mm_);
-}
-
 void PathTolerances::set_flute(double length_mm) {
-  cutting_.flute.length_mm = length_mm;
+  constexpr double kLeastShare = 0.5;  // the rest fails in the verification
+  const double tip_mm = asked_mm_ * tip_share_;
+  const double words_mm = word_error_mm_ + length_mm * turn_error_;
+  cutting_.flute = {length_mm, std::max(kLeastShare * tip_mm, tip_mm * flute_share_ - words_mm)};
 }
 
 // LINTOL asks for at most this deviation; the command line is a limit too, so the smaller of both holds.
@@ -87,7 +98,8 @@ void PathTolerances::take(const cl::Tolerance& t) {
   if (!t.on) return;
   if (t.applies == cl::Tolerance::Applies::feed) {
     const double tip_mm = std::min(tip_given_mm_, t.value_mm.value_or(options_.tolerance_mm) * tip_share_);
-    cutting_.flute.off_mm = of_flute_mm(tip_mm);
+    asked_mm_ = tip_mm / tip_share_;
+    set_flute(cutting_.flute.length_mm);
     if (!options_.rtcp) cutting_.tip_mm = tip_mm;
   } else if (t.applies == cl::Tolerance::Applies::rapid && t.value_mm) {
     if (!options_.rtcp) rapid_.tip_mm = std::min(rapid_given_mm_, kRapidShare * *t.value_mm);

@@ -23,11 +23,12 @@ class PathTolerances {
   /// The tolerance of the path holds up to here along the tool; 0: for its tip alone.
   void set_flute(double length_mm);
   const path::Tolerance& cutting() const { return cutting_; }
+  /// Of the tip of a cut, as the options and LINTOL ask for it.
+  double tolerance_mm() const { return asked_mm_; }
   /// Of rapids only the tip is held to its line.
   const path::Tolerance& rapid() const { return rapid_; }
 
  private:
-  double of_flute_mm(double tip_mm) const;
   const PostOptions& options_;
   double axis_share_;
   Angle axis_given_;
@@ -35,6 +36,8 @@ class PathTolerances {
   double tip_given_mm_;
   double word_error_mm_;  // of the tip's own words, which are rounded behind the insertion
   double flute_share_;
+  double asked_mm_;
+  double turn_error_;  // by which the rounding of the rotary words turns a corrected tool, rad
   path::Tolerance cutting_;
   double rapid_given_mm_;
   path::Tolerance rapid_;

@@ -21,13 +21,16 @@ struct MachineErrors {
     know_history = evaluator->depends_on() > DependsOn::position;
   }
   void set_tool(const SpindleTool& tool) {
-    if (compensators) compensator = &compensators->of(tool.length_mm);
+    if (!compensators) return;
+    compensator = &compensators->of(tool.length_mm);
+    turner = tool.flute_mm > 0.0 ? &compensators->turning(tool.length_mm) : nullptr;
   }
 
   ProgramState state;  // of the machine at the end of the text so far
   std::unique_ptr<ModelEvaluator> evaluator;
   std::unique_ptr<Compensators> compensators;
   const path::Compensator* compensator = nullptr;  // of the tool at hand
+  const path::Compensator* turner = nullptr;       // of the tool's direction; null where its tip counts alone
   bool lose_motion = false;                        // some hang on the sense of motion
   bool know_history = false;                       // some hang on more than the position
   Vec3 aim_P = Vec3::Zero();                       // path::Corrected::aim_P of the last point

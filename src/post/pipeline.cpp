@@ -186,13 +186,24 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     MachineState at =
         errors_.know_history ? errors_.state.towards(expected(q), q, seconds) : errors_.state.now();
     at.q = q;
-    const auto found = compensated(tip_P, point.axis_P, at);
-    if (!found) {
-      Error error = found.error();
+    const auto at_point = [&](Error error) {
       error.file = posting_.job.cl_file;
       error.where = point.where;
       return tl::unexpected(error);
+    };
+    if (errors_.turner) {
+      // The rotary words are rounded first: the linear axes answer what that leaves at the tip.
+      const auto turned = errors_.turner->corrected(tip_P, point.axis_P, at, errors_.state.lagged());
+      if (!turned) return at_point(turned.error());
+      for (std::size_t k = 0; k < tool_.kinematics.rotary_count(); ++k) {
+        const AxisId id = tool_.kinematics.rotary(k);
+        if (!planes_.in_force()) q[id] = axis_words_.rounded(id, turned->q[id]);
+      }
+      tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
+      at.q = q;
     }
+    const auto found = compensated(tip_P, point.axis_P, at);
+    if (!found) return at_point(found.error());
     if (found->held) {
       posting_.diagnostics.warning_once("table range", posting_.job.cl_file, point.where,
                                         errors_.compensator->range_message(at));

@@ -149,7 +149,7 @@ void Pipeline::begin_segment(std::size_t i) {
   const Target from =
       i == 0 ? target({before.tip_P, before.axis_P}, before.where)
              : target(now_.chunk->motions[i - 1].point.pose, now_.chunk->motions[i - 1].point.where);
-  course_.begin_segment(from, target(to.pose, to.where));
+  course_.begin_segment(from, target(to.pose, to.where), tool_.tool.flute_mm);
 }
 
 // Of Chunk::corrections, as far as it is known and within the travel.

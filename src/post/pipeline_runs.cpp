@@ -152,7 +152,7 @@ Result<void> Pipeline::emit_segment(const path::Point& to, const Pending& motion
 
 void Pipeline::begin_segment(const path::Point& from, const path::Point& to) {
   const auto target = [](const path::Point& p) { return Target{p.tip_P, p.axis_P, p.where.line, false}; };
-  course_.begin_segment(target(from), target(to));
+  course_.begin_segment(target(from), target(to), tool_.tool.flute_mm);
 }
 
 Result<void> Pipeline::emit_to(const path::Point& point, const Pending& motion) {

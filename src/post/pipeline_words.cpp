@@ -41,6 +41,12 @@ bool Pipeline::lasts_long(const JointVector& q, double tip_mm, double rate) cons
 bool Pipeline::bends(const path::Point& to, const JointVector& q, bool bounded) {
   if (!course_.segment()) return span_bends(to, q);
   const double limit_mm = modes_.tolerances.cutting().tip_mm;
+  if (errors_.turner) {
+    const double flute_limit_mm = modes_.tolerances.tolerance_mm();
+    if (course_.flute_mm(at_.joints, q, posting_.options.rtcp, errors_.state, flute_limit_mm) >
+        flute_limit_mm)
+      return true;
+  }
   const bool is_cheap = course_.is_fixed_and_proved();
   if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm, bounded)) return false;
   if (!is_cheap) {

@@ -188,7 +188,9 @@ void Preparer::prepare(Chunk& chunk) {
     }
     decide(chunk, i, tolerance);
   }
-  if (corrections_ && chunk.tolerances.size() == 1) correct(chunk);
+  // Where the flute counts the direction of the tool is corrected, too, point by point.
+  const bool tip_alone = chunk.tolerances[0].tolerance.flute.length_mm == 0.0;
+  if (corrections_ && chunk.tolerances.size() == 1 && tip_alone) correct(chunk);
 }
 
 }  // namespace trunnion::post
