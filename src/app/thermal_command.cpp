@@ -21,7 +21,7 @@ using namespace thermal;
 struct ThermalOptions {
   std::vector<std::string> logs;
   std::vector<std::string> targets;
-  double measure_every_min = 30.0;
+  std::optional<double> measure_every_min;  // predict: as the model was validated
   double window_h = 3.0;
   std::string method = "auto";
   std::optional<std::string> output;
@@ -32,6 +32,11 @@ struct ThermalOptions {
   bool open_loop = false;
   std::string mapping = "chain";
 };
+
+double every_s(const ThermalOptions& options) {
+  constexpr double kBlade_min = 30.0;
+  return options.measure_every_min.value_or(kBlade_min) * kSecondsPerMinute;
+}
 
 struct Prepared {
   Log log;
@@ -66,7 +71,7 @@ ExitCode run_screen(const ThermalOptions& options) {
   print(diagnostics);
   const auto screens = [&] {
     const Activity activity("screening");
-    return screen(prepared->log, options.targets, options.measure_every_min * kSecondsPerMinute);
+    return screen(prepared->log, options.targets, every_s(options));
   }();
   if (!screens) return print_error(screens.error());
   return write_result(options, report::thermal_screen_json(*screens, prepared->faults),
@@ -80,11 +85,24 @@ Result<void> set_axes(const std::vector<std::string>& axes, ThermalModel& model)
     const std::string axis = equals == std::string::npos ? "" : word.substr(equals + 1);
     const auto it = std::find_if(model.channels.begin(), model.channels.end(),
                                  [&](const ChannelModel& c) { return c.channel == channel; });
-    if (it == model.channels.end() || (axis != "dx" && axis != "dy" && axis != "dz"))
-      return fail(ErrorCode::wrong_use, "--axes takes CHANNEL=dx, dy or dz of a target, not '" + word + "'");
+    if (it == model.channels.end())
+      return fail(ErrorCode::wrong_use,
+                  "--axes takes CHANNEL=dx, dy, dz or none of a target, not '" + word + "'");
     it->axis = axis;
+    if (axis != "none" && !offset_component(*it))
+      return fail(ErrorCode::wrong_use,
+                  "--axes takes CHANNEL=dx, dy, dz or none of a target, not '" + word + "'");
   }
   return {};
+}
+
+// Before the fit, which takes a while: a model that is written says which offset each channel gives.
+Result<void> check_said_axes(const ThermalOptions& options, const Log& log) {
+  ThermalModel model;
+  for (const std::string& target : options.targets.empty() ? log.channels : options.targets)
+    model.channels.push_back({.channel = target, .axis = axis_of_name(target)});
+  if (const auto set = set_axes(options.axes, model); !set) return set;
+  return options.output ? check_axes(model, log.file) : Result<void>{};
 }
 
 ExitCode run_fit(const ThermalOptions& options) {
@@ -93,9 +111,11 @@ ExitCode run_fit(const ThermalOptions& options) {
   Diagnostics diagnostics;
   const auto prepared = prepare(options.logs, true, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
+  if (const auto said = check_said_axes(options, prepared->log); !said)
+    return print_failure(diagnostics, said.error());
   thermal::FitOptions fit;
   fit.targets = options.targets;
-  fit.measure_every_s = options.measure_every_min * kSecondsPerMinute;
+  fit.measure_every_s = every_s(options);
   fit.window_s = options.window_h * kSecondsPerMinute * kSecondsPerMinute;
   fit.name = prepared->log.file;
   if (options.method != "auto") fit.method = method_of_name(options.method);
@@ -118,23 +138,43 @@ ExitCode run_fit(const ThermalOptions& options) {
                       report::thermal_fit_text(*result, fit));
 }
 
+// One line for each run and channel whose model had to do without the speed or feed that it needs.
+void tell_unknown_inputs(const ThermalModel& model, const RunPrediction& run, const std::string& file,
+                         Diagnostics& diagnostics) {
+  for (std::size_t c = 0; c < model.channels.size(); ++c) {
+    const auto rows = std::count_if(run.channel[c].begin(), run.channel[c].end(),
+                                    [](const Estimate& e) { return e.unknown_mm > 0.0; });
+    if (rows == 0) continue;
+    const auto& features = model.channels[c].features;
+    const std::string needs = features.feed_taus_s.empty() ? "spindle_rpm" : "spindle_rpm and feed_mm_min";
+    diagnostics.warning(file, {},
+                        "run '" + run.run + "': the model of '" + model.channels[c].channel + "' needs " +
+                            needs + ", not read in time for " + std::to_string(rows) + " of " +
+                            std::to_string(run.time_s.size()) +
+                            " rows: sigma is wider there, or the last measurement is held");
+  }
+}
+
 ExitCode run_predict(const ThermalOptions& options) {
   if (const auto apart = options.result.apart_from(options.output.value_or("-")); !apart)
     return print_error(apart.error());
   Diagnostics diagnostics;
-  const auto model = load_model(options.model, diagnostics);
+  auto model = load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
+  if (const auto said = check_axes(*model, options.model); !said) return print_error(said.error());
+  if (options.measure_every_min) model->measure_every_s = *options.measure_every_min * kSecondsPerMinute;
   const auto prepared = prepare(options.logs, false, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
-  print(diagnostics);
   std::vector<RunPrediction> runs;
   for (std::size_t i = 0; i < prepared->log.runs.size(); ++i) {
     if (!options.run.empty() && prepared->log.runs[i].id != options.run) continue;
     auto run =
         predict(*model, prepared->log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
-    if (!run) return print_error(run.error());
+    if (!run) return print_failure(diagnostics, run.error());
+    tell_unknown_inputs(*model, *run, prepared->log.file, diagnostics);
     runs.push_back(std::move(*run));
   }
+  print(diagnostics);
   if (runs.empty())
     return print_error(
         {ErrorCode::wrong_input, "the log has no run '" + options.run + "'", prepared->log.file, {}});
@@ -200,9 +240,8 @@ void add_log_options(CLI::App& sub, ThermalOptions& options) {
       ->required();
   sub.add_option("--target", options.targets, "measured channels, without _um (default: all)")
       ->delimiter(',');
-  sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements [30]")
+      ->check(CLI::PositiveNumber);
   options.result.add_to(sub);
 }
 
@@ -229,7 +268,7 @@ void add_thermal_command(CLI::App& root, int& exit) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_option("--axes", fitting->axes,
-                  "which offset a channel is: ch3=dy,ch5=dz (x, dx, ... know theirs)")
+                  "which offset a channel gives: ch3=dy,ch5=dz,ch1=none (x, dx, ... know theirs)")
       ->delimiter(',');
   sub->add_option("-o,--output", fitting->output, "thermal model to write");
   sub->callback([fitting, &exit] { exit = run_fit(*fitting); });
@@ -240,6 +279,9 @@ void add_thermal_command(CLI::App& root, int& exit) {
   sub->add_option("log", predicting->logs, "temperature logs")->required();
   sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)");
   sub->add_option("--run", predicting->run, "one run of the log");
+  sub->add_option("--measure-every-min", predicting->measure_every_min,
+                  "how often the log's measurements are made known (default: as the model was validated)")
+      ->check(CLI::PositiveNumber);
   sub->add_flag("--open-loop", predicting->open_loop, "do not use the measurements of the log");
   sub->add_option(
          "--mapping", predicting->mapping,

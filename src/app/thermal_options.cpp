@@ -43,6 +43,18 @@ post::TemperatureHistory history_of(const thermal::Log& log, const std::vector<s
   return out;
 }
 
+// A model whose channels give at least one offset.
+Result<thermal::ThermalModel> offset_model(const std::string& path, Diagnostics& diagnostics) {
+  auto model = thermal::load_model(path, diagnostics);
+  if (!model) return model;
+  if (const auto said = thermal::check_axes(*model, path); !said) return tl::unexpected(said.error());
+  const auto gives = [](const thermal::ChannelModel& c) { return thermal::offset_component(c).has_value(); };
+  if (std::none_of(model->channels.begin(), model->channels.end(), gives))
+    return fail(ErrorCode::wrong_input, "no channel of this model gives an offset (thermal fit --axes)",
+                path);
+  return model;
+}
+
 Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics) {
   std::vector<thermal::SensorFault> faults;
   auto log = thermal::load_conditioned_logs({path}, diagnostics, faults);
@@ -60,7 +72,7 @@ Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
     Diagnostics& diagnostics) const {
   if (no_thermal || thermal_output != "variables" || thermal_model.empty())
     return std::optional<post::RunTimeDrift>{};
-  const auto loaded = thermal::load_model(thermal_model, diagnostics);
+  const auto loaded = offset_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
   post::RunTimeDrift out;
   out.sensors = thermal::Predictor(*loaded).sensors();
@@ -121,7 +133,7 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
     return std::optional<thermal::OffsetTable>(std::move(*table));
   }
   if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
-  const auto loaded = thermal::load_model(thermal_model, diagnostics);
+  const auto loaded = offset_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
   auto log = one_run_log(temperatures, diagnostics);
   if (!log) return tl::unexpected(log.error());

@@ -122,6 +122,7 @@ ExitCode serve(const ThermalServeOptions& options) {
   Diagnostics diagnostics;
   auto model = thermal::load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
+  if (const auto said = thermal::check_axes(*model, options.model); !said) return print_error(said.error());
   print(diagnostics);
   thermal::OffsetLimits limits;
   limits.clamp_mm = options.clamp_um * kMmPerUm;

@@ -65,7 +65,7 @@ std::string table_choice_json(const TableChoice& choice, const std::optional<Gat
 
 std::string table_choice_text(const TableChoice& choice, const std::optional<Gate>& gate) {
   std::string out = "held out: " + choice.held_out_by + "\n" + left("model", 24) +
-                    "  rms before   rms after   max after (um_column)   removed\n";
+                    "  rms before   rms after   max after (um)   removed\n";
   for (std::size_t i = 0; i < choice.rows.size(); ++i) {
     const auto& row = choice.rows[i];
     out += left(row.candidate.name, 24) + "    " + um_column(row.score.rms_before) + "    " +
@@ -112,12 +112,12 @@ std::string cross_talk_json(const CrossTalkStudy& study) {
 
 std::string cross_talk_text(const CrossTalkStudy& study) {
   std::string out = "positioning, peak to valley: X " + fixed_text(study.position_x * kUmPerTableMm, 1) +
-                    " um_column, Y " + fixed_text(study.position_y * kUmPerTableMm, 1) +
-                    " um_column; noise of a mean of the runs " + fixed_text(study.floor * kUmPerTableMm, 2) +
-                    " um_column rms\n";
+                    " um, Y " + fixed_text(study.position_y * kUmPerTableMm, 1) +
+                    " um; noise of a mean of the runs " + fixed_text(study.floor * kUmPerTableMm, 2) +
+                    " um rms\n";
   const std::size_t main_nodes = study.models.front().nodes;
   out += "\ndiagonals (" + std::to_string(main_nodes) + " x " + std::to_string(main_nodes) +
-         " nodes), peak to valley in um_column, and how much of it is removed: predicted / measured on a "
+         " nodes), peak to valley in um, and how much of it is removed: predicted / measured on a "
          "fresh run\n" +
          left("", 30);
   for (const DiagonalResult& line : study.models.front().diagonals)
@@ -134,7 +134,7 @@ std::string cross_talk_text(const CrossTalkStudy& study) {
                    18);
   }
   out +=
-      "\n\nrandom points, rms of the error vector (um_column); held-out rms of one component; time for one "
+      "\n\nrandom points, rms of the error vector (um); held-out rms of one component; time for one "
       "position\n";
   for (const StudiedModel& model : study.models)
     out += right(std::to_string(model.nodes), 3) + "  " + left(model.name, 30) +
@@ -145,10 +145,9 @@ std::string cross_talk_text(const CrossTalkStudy& study) {
   const StudiedModel& best = study.models[study.best];
   out += "\nbest: " + best.name + ", " + std::to_string(best.nodes) + " x " + std::to_string(best.nodes) +
          ": " + fixed_text(kPercent * best.reduction(), 1) + " % of the repeatable error removed; " +
-         fixed_text(best.random_after * kUmPerTableMm, 2) + " um_column left, " +
+         fixed_text(best.random_after * kUmPerTableMm, 2) + " um left, " +
          fixed_text(best.random_after_measured * kUmPerTableMm, 2) +
-         " um_column with the noise of a mean, whose own is " + fixed_text(study.floor * kUmPerTableMm, 2) +
-         " um_column\n";
+         " um with the noise of a mean, whose own is " + fixed_text(study.floor * kUmPerTableMm, 2) + " um\n";
   return out;
 }
 

@@ -117,10 +117,12 @@ std::string thermal_predict_json(const ThermalModel& model, const std::vector<Ru
     for (std::size_t c = 0; c < model.channels.size(); ++c) {
       std::size_t outside = 0;
       std::size_t stale = 0;
+      std::size_t unknown = 0;
       double largest = 0.0;
       for (const Estimate& e : run.channel[c]) {
         if (e.outside_training()) ++outside;
         if (e.stale) ++stale;
+        if (e.unknown_mm > 0.0) ++unknown;
         largest = std::max(largest, std::abs(e.value_mm));
       }
       ordered_json channel;
@@ -131,6 +133,7 @@ std::string thermal_predict_json(const ThermalModel& model, const std::vector<Ru
       channel["largest_um"] = in_um(largest);
       channel["rows_outside_training"] = outside;
       channel["rows_with_stale_sensor"] = stale;
+      channel["rows_with_unknown_speed_or_feed"] = unknown;
       j["channels"][model.channels[c].channel] = std::move(channel);
     }
     out["runs"].push_back(std::move(j));

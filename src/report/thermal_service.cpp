@@ -281,8 +281,9 @@ Result<void> ThermalService::fill(Answer& answer) {
     answer.channel[channel.channel] = e;
     answer.outside_training = answer.outside_training || e.outside_training();
     answer.stale = answer.stale || e.stale;
-    if (channel.axis.empty()) continue;
-    answer.deviation_mm[channel.axis == "dx" ? 0 : channel.axis == "dy" ? 1 : 2] = e.value_mm;
+    const auto component = offset_component(channel);
+    if (!component) continue;
+    answer.deviation_mm[*component] = e.value_mm;
     answer.sigma_mm = std::max(answer.sigma_mm, e.sigma_mm);
   }
   const double dt = followed_s_ ? answer.time_s - *followed_s_ : 0.0;

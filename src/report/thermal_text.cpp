@@ -29,7 +29,7 @@ std::string score_line(const Score& s, bool chosen) {
 std::string thermal_fit_text(const FitResult& result, const thermal::FitOptions& options) {
   const std::string minutes = shortest_text(options.measure_every_s / kSecondsPerMinute);
   const std::string hours = shortest_text(options.window_s / (kSecondsPerMinute * kSecondsPerMinute));
-  std::string out = "Held-out errors in um_cell, leave-one-run-out, measured each " + minutes + " min.\n";
+  std::string out = "Held-out errors in um, leave-one-run-out, measured each " + minutes + " min.\n";
   for (std::size_t c = 0; c < result.channels.size(); ++c) {
     const ChannelReport& channel = result.channels[c];
     out += "\n" + left(channel.channel, 18) + right("rmse", 10) + right("p95", 10) + right("worst run", 10) +
@@ -62,7 +62,7 @@ std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
              right(s.chosen_by_p ? "yes" : "", 8) + plain(100.0 * s.share_of_folds, 0, 8) + " %" +
              right(s.chosen_by_runs ? "yes" : "", 10) + "\n";
     }
-    out += "  held-out RMSE, um_cell: all sensors" + um_cell(channel.heldout_all_mm) + ", p < 0.05" +
+    out += "  held-out RMSE, um: all sensors" + um_cell(channel.heldout_all_mm) + ", p < 0.05" +
            um_cell(channel.heldout_p_mm) + ", held-out runs" + um_cell(channel.heldout_runs_mm) +
            "; overlap of the p-sets " + plain(channel.p_jaccard, 2, 0) + "\n";
     for (const auto& warning : channel.warnings) out += "  warning: " + warning + "\n";
@@ -72,7 +72,7 @@ std::string thermal_screen_text(const std::vector<ChannelScreen>& channels) {
 }
 
 std::string thermal_split_text(const DriftSplit& split) {
-  std::string out = left("shift", 10) + right("um_cell", 10) + right("sigma", 10) + "\n";
+  std::string out = left("shift", 10) + right("um", 10) + right("sigma", 10) + "\n";
   for (const DriftParameter& p : split.parameters) {
     out += left(p.name, 10);
     out += p.identifiable ? um_cell(p.value_mm) + um_cell(p.sigma_mm) : right("not told", 20);
@@ -80,7 +80,7 @@ std::string thermal_split_text(const DriftSplit& split) {
   }
   out += "rank " + std::to_string(split.rank) + " of " + std::to_string(split.parameters.size()) +
          ", condition " + plain(split.condition, 1, 0) + ", residual " +
-         fixed_text(split.rms_mm / kMmPerUm, 2) + " um_cell RMS\n";
+         fixed_text(split.rms_mm / kMmPerUm, 2) + " um RMS\n";
   for (const auto& direction : split.null_directions) out += direction + "\n";
   return out;
 }

@@ -55,15 +55,6 @@ std::optional<BenchRun> prepare(const LogRun& run, std::size_t index, const std:
   return out;
 }
 
-// Bias after each anchor; nothing known at the reference, where both are zero.
-std::vector<double> biases(Anchor anchor, const BenchRun& run, const std::vector<double>& anchor_level_mm) {
-  std::vector<double> out(run.anchors.size(), 0.0);
-  for (std::size_t k = 1; k < run.anchors.size(); ++k) {
-    out[k] = next_bias(anchor, out[k - 1], static_cast<int>(k), run.anchor_mm[k] - anchor_level_mm[k]);
-  }
-  return out;
-}
-
 }  // namespace
 
 std::vector<std::size_t> known_measurements(const LogRun& run, const std::vector<double>& channel_mm,
@@ -86,14 +77,14 @@ ChannelBench::ChannelBench(const Log& log, std::size_t channel, double measure_e
   }
 }
 
-const MatrixXd& ChannelBench::features(Method method, std::size_t run) {
+const RunFeatures& ChannelBench::features(Method method, std::size_t run) {
   auto& all = features_[method];
   if (all.empty()) {
     const FeatureSpec spec = features_of(method, *log_);
     for (const BenchRun& r : runs_) {
-      MatrixXd X = run_features(spec, *log_, log_->runs[r.log_run]);
-      const Eigen::RowVectorXd reference = X.row(r.reference_row);
-      X.rowwise() -= reference;
+      RunFeatures X = run_features(spec, *log_, log_->runs[r.log_run]);
+      const Eigen::RowVectorXd reference = X.values.row(r.reference_row);
+      X.values.rowwise() -= reference;
       all.push_back(std::move(X));
     }
   }
@@ -101,27 +92,35 @@ const MatrixXd& ChannelBench::features(Method method, std::size_t run) {
 }
 
 TrainingSet ChannelBench::training(Method method, bool increments, const std::vector<std::size_t>& runs) {
-  std::size_t count = 0;
-  for (const std::size_t r : runs) count += runs_[r].anchors.size() - 1;
-  const auto p = static_cast<Index>(features_of(method, *log_).size());
+  // A change that begins or ends where a tenth of a feature is unknown teaches nothing.
+  constexpr double kUnknown = 0.1;
+  std::vector<Eigen::RowVectorXd> from, to;
+  std::vector<double> change_mm;
   TrainingSet out;
-  out.from = MatrixXd::Zero(static_cast<Index>(count), p);
-  out.to.resize(static_cast<Index>(count), p);
-  out.change_mm.resize(static_cast<Index>(count));
-  Index row = 0;
   for (const std::size_t r : runs) {
     const BenchRun& run = runs_[r];
-    const MatrixXd& X = features(method, r);
-    for (std::size_t k = 1; k < run.anchors.size(); ++k, ++row) {
-      out.to.row(row) = X.row(run.anchors[k]);
-      out.change_mm[row] = run.anchor_mm[k];
-      if (increments) {
-        out.from.row(row) = X.row(run.anchors[k - 1]);
-        out.change_mm[row] -= run.anchor_mm[k - 1];
-      }
+    const RunFeatures& X = features(method, r);
+    const auto known = [&](Index row) {
+      return X.unknown.cols() == 0 || X.unknown.row(row).maxCoeff() < kUnknown;
+    };
+    for (std::size_t k = 1; k < run.anchors.size(); ++k) {
+      if (!known(run.anchors[k]) || (increments && !known(run.anchors[k - 1]))) continue;
+      to.emplace_back(X.values.row(run.anchors[k]));
+      from.emplace_back(Eigen::RowVectorXd::Zero(to.back().size()));
+      if (increments) from.back() = X.values.row(run.anchors[k - 1]);
+      change_mm.push_back(run.anchor_mm[k] - (increments ? run.anchor_mm[k - 1] : 0.0));
       out.group.push_back(r);
     }
   }
+  const auto p = static_cast<Index>(features_of(method, *log_).size());
+  const auto count = static_cast<Index>(to.size());
+  out.from.resize(count, p);
+  out.to.resize(count, p);
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    out.from.row(static_cast<Index>(i)) = from[i];
+    out.to.row(static_cast<Index>(i)) = to[i];
+  }
+  out.change_mm = Eigen::Map<const VectorXd>(change_mm.data(), count);
   return out;
 }
 
@@ -150,67 +149,18 @@ Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
   return Fitted{*regressor, Guard(changes), rms_mm};
 }
 
-double next_bias(Anchor anchor, double bias_mm, int count, double difference_mm) {
-  // Half is where the noise of a measurement is as large as what the model's error moves in 1.4 intervals.
-  constexpr double kFollow = 0.5;
-  const double share = anchor == Anchor::filter ? std::max(kFollow, 1.0 / count) : 1.0 / count;
-  return bias_mm + share * (difference_mm - bias_mm);
-}
-
-double combine(const Candidate& candidate, double level_mm, double change_mm, double last_mm,
-               double bias_mm) {
-  if (candidate.method == Method::none) return 0.0;
-  if (candidate.method == Method::hold_last) return last_mm;
-  switch (candidate.anchor) {
-    case Anchor::open:
-      return level_mm;
-    case Anchor::bias:
-    case Anchor::filter:
-      return level_mm + bias_mm;
-    case Anchor::update:
-      return last_mm + change_mm;
-  }
-  TRUNNION_EXPECTS(false);
-  return 0.0;
-}
-
 std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
                                     std::size_t run, std::size_t stride) {
   const BenchRun& r = bench.runs()[run];
-  const MatrixXd* X = fitted.regressor ? &bench.features(candidate.method, run) : nullptr;
-  const auto trusted_level = [&](Index row) {
-    const VectorXd x = X->row(row).transpose();
-    return fitted.guard.weight(x) * fitted.regressor->level_mm(x);
-  };
-  std::vector<double> bias(r.anchors.size(), 0.0);
-  if (X != nullptr && (candidate.anchor == Anchor::bias || candidate.anchor == Anchor::filter)) {
-    std::vector<double> level;
-    for (const Index row : r.anchors) level.push_back(trusted_level(row));
-    bias = biases(candidate.anchor, r, level);
-  }
-  TrackRecord record;
-  std::size_t told = 0;  // the anchor up to which the record knows
+  const RunFeatures* features = fitted.regressor ? &bench.features(candidate.method, run) : nullptr;
+  const auto state = [&](Index row) { return features != nullptr ? features->at(row) : FeatureVector{}; };
+  Follower follower(candidate, fitted);
+  std::size_t told = 0;  // the anchor up to which the follower knows
   std::vector<double> out;
   for (std::size_t i = 0; i < r.rows.size(); i += stride) {
-    const std::size_t k = r.anchor_of_row[i];
-    double level = 0.0;
-    double change = 0.0;
-    if (X != nullptr && candidate.anchor == Anchor::update) {
-      for (; told < k; ++told) {
-        const VectorXd from = X->row(r.anchors[told]).transpose();
-        const VectorXd to = X->row(r.anchors[told + 1]).transpose();
-        record.add(fitted.guard.scaled(to - from), fitted.regressor->change_mm(from, to),
-                   r.anchor_mm[told + 1] - r.anchor_mm[told]);
-      }
-      const VectorXd from = X->row(r.anchors[k]).transpose();
-      const VectorXd to = X->row(r.rows[i]).transpose();
-      change = record.trust(fitted.guard.scaled(to - from), fitted.guard.weight(to - from),
-                            fitted.typical_change_mm) *
-               fitted.regressor->change_mm(from, to);
-    } else if (X != nullptr) {
-      level = trusted_level(r.rows[i]);
-    }
-    out.push_back(combine(candidate, level, change, r.anchor_mm[k], bias[k]) - r.value_mm[i]);
+    for (; told < r.anchor_of_row[i]; ++told)
+      follower.measure(state(r.anchors[told + 1]), r.anchor_mm[told + 1], true);
+    out.push_back(follower.say(state(r.rows[i]), false).value_mm - r.value_mm[i]);
   }
   return out;
 }

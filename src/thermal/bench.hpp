@@ -4,6 +4,8 @@
 
 #include "trunnion/thermal/validation.hpp"
 
+#include "thermal/follower.hpp"
+
 namespace trunnion::thermal {
 
 /// One run of one channel as the validation sees it. Values relative to the reference state.
@@ -26,7 +28,7 @@ class ChannelBench {
   const std::vector<BenchRun>& runs() const { return runs_; }
   const LogRun& log_run(std::size_t run) const { return log_->runs[runs_[run].log_run]; }
   /// Features of a run relative to its reference, all rows.
-  const Eigen::MatrixXd& features(Method method, std::size_t run);
+  const RunFeatures& features(Method method, std::size_t run);
   /// Levels (or changes from one anchor to the next) of these runs.
   TrainingSet training(Method method, bool increments, const std::vector<std::size_t>& runs);
   /// Changes are what linear models and the Gaussian process learn for incremental use; the paper's methods
@@ -40,7 +42,7 @@ class ChannelBench {
   using FitKey = std::tuple<Method, bool, std::vector<std::size_t>>;
   const Log* log_;
   std::vector<BenchRun> runs_;
-  std::map<Method, std::vector<Eigen::MatrixXd>> features_;
+  std::map<Method, std::vector<RunFeatures>> features_;
   std::map<FitKey, Result<std::shared_ptr<const Regressor>>> fits_;
 };
 
@@ -49,24 +51,11 @@ class ChannelBench {
 std::vector<std::size_t> known_measurements(const LogRun& run, const std::vector<double>& channel_mm,
                                             double measure_every_s);
 
-/// A candidate fitted to some runs.
-struct Fitted {
-  std::shared_ptr<const Regressor> regressor;  // null for none and hold_last
-  Guard guard;
-  double typical_change_mm = 0.0;
-};
 Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
                              const std::vector<std::size_t>& runs);
 
 /// Errors (predicted minus measured) at every `stride`-th measured row of a run.
 std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
                                     std::size_t run, std::size_t stride);
-
-/// The formula of all predictions: what `candidate` says given the model's word.
-/// @param level_mm     f(x);  @param change_mm  f(x) - f(x at the last measurement)
-/// @param last_mm      last measurement;  @param bias_mm  mean of what the measurements so far differ from f
-double combine(const Candidate& candidate, double level_mm, double change_mm, double last_mm, double bias_mm);
-/// The bias after measurement number `count` (from 1) that differs from f by `difference_mm`.
-double next_bias(Anchor anchor, double bias_mm, int count, double difference_mm);
 
 }  // namespace trunnion::thermal

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/thermal/features.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -150,6 +152,28 @@ std::vector<double> means(const std::vector<double>& column, const std::vector<s
   return out;
 }
 
+// One line for each run whose spindle speed is not known for a while.
+void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnostics) {
+  double unknown_s = 0.0;
+  double read_s = run.rows() > 0 ? run.time_s.front() : 0.0;
+  bool empty = false;  // a row since then has no speed
+  for (std::size_t row = 0; row < run.rows(); ++row) {
+    const bool here = !std::isnan(run.spindle_rpm[row]);
+    empty = empty || !here;
+    if (!here && row + 1 < run.rows()) continue;
+    const double silent_s = run.time_s[row] - read_s;
+    if (empty && silent_s > kDriveHeld_s) unknown_s += silent_s;
+    read_s = run.time_s[row];
+    empty = false;
+  }
+  if (!(unknown_s > 0.0)) return;
+  diagnostics.warning(log.file, {},
+                      "run '" + run.id + "': spindle_rpm is empty for " +
+                          fixed_text(unknown_s / kSecondsPerMinute, 0) + " of " +
+                          fixed_text((run.time_s.back() - run.time_s.front()) / kSecondsPerMinute, 0) +
+                          " min: unknown there, not 0");
+}
+
 }  // namespace
 
 std::string fault_name(FaultKind kind) {
@@ -220,6 +244,9 @@ Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnos
   if (!raw) return tl::unexpected(raw.error());
   Log out = resampled(without_faults(*raw, SensorLimits{}, faults), kLogStep_s);
   for (const SensorFault& fault : faults) diagnostics.warning(raw->file, {}, fault.text());
+  if (raw->has_speed) {
+    for (const LogRun& run : raw->runs) tell_unknown_speed(*raw, run, diagnostics);
+  }
   return out;
 }
 

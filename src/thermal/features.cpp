@@ -38,8 +38,9 @@ FeatureState::FeatureState(const FeatureSpec& spec)
     : spec_(spec),
       window_(spec.sensors.size()),
       held_(spec.sensors.size() + spec.speed_powers.size() + 1, 0.0),
-      read_at_s_(spec.sensors.size(), -std::numeric_limits<double>::infinity()),
-      values_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(spec.size()))) {}
+      read_at_s_(held_.size(), -std::numeric_limits<double>::infinity()),
+      values_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(spec.size()))),
+      unknown_(values_) {}
 
 double FeatureState::age_s(std::size_t sensor) const {
   return time_s_ - read_at_s_[sensor];
@@ -69,7 +70,12 @@ void FeatureState::step(const Reading& reading) {
   // First the time since the last reading passes with the values held, ...
   Eigen::Index k = 0;
   const auto relax = [&](double tau, std::size_t signal) {
-    if (tau > 0.0) values_[k] += -std::expm1(-dt / tau) * (held_[signal] - values_[k]);
+    if (tau > 0.0) {
+      const double share = -std::expm1(-dt / tau);
+      const bool read = signal < sensors || time_s_ - read_at_s_[signal] <= kDriveHeld_s;
+      values_[k] += share * (held_[signal] - values_[k]);
+      unknown_[k] += share * ((read ? 0.0 : 1.0) - unknown_[k]);
+    }
     ++k;
   };
   for (const double tau : spec_.temperature_taus_s) {
@@ -92,16 +98,20 @@ void FeatureState::step(const Reading& reading) {
     }
   }
   if (!std::isnan(reading.spindle_rpm)) {
-    for (std::size_t p = 0; p < powers; ++p)
+    for (std::size_t p = 0; p < powers; ++p) {
       held_[sensors + p] = std::pow(std::abs(reading.spindle_rpm) * kPerThousand, spec_.speed_powers[p]);
+      read_at_s_[sensors + p] = reading.time_s;
+    }
   }
-  if (!std::isnan(reading.feed_mm_s))
+  if (!std::isnan(reading.feed_mm_s)) {
     held_[sensors + powers] = reading.feed_mm_s * kSecondsPerMinute * kPerThousand;
+    read_at_s_[sensors + powers] = reading.time_s;
+  }
   time_s_ = reading.time_s;
   started_ = true;
 }
 
-Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogRun& run) {
+RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& run) {
   std::vector<std::size_t> sensor;
   for (const auto& name : spec.sensors) {
     TRUNNION_EXPECTS(log.sensor(name).has_value());
@@ -116,16 +126,24 @@ Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogR
     const bool late = it != column.begin() && it != column.end();
     first.push_back(late ? *it : std::numeric_limits<double>::quiet_NaN());
   }
-  if (run.rows() > 0) state.step({.time_s = run.time_s.front(), .temperature_degC = first});
-  Eigen::MatrixXd out(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
+  if (run.rows() > 0) {
+    state.step({.time_s = run.time_s.front(),
+                .temperature_degC = first,
+                .spindle_rpm = kNotRead,
+                .feed_mm_s = kNotRead});
+  }
+  RunFeatures out;
+  out.values.resize(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
+  out.unknown.resizeLike(out.values);
   std::vector<double> temperature(sensor.size());
   for (std::size_t row = 0; row < run.rows(); ++row) {
     for (std::size_t i = 0; i < sensor.size(); ++i) temperature[i] = run.temperature_degC[sensor[i]][row];
     state.step({.time_s = run.time_s[row],
                 .temperature_degC = temperature,
-                .spindle_rpm = run.spindle_rpm.empty() ? 0.0 : run.spindle_rpm[row],
-                .feed_mm_s = run.feed_mm_s.empty() ? 0.0 : run.feed_mm_s[row]});
-    out.row(static_cast<Eigen::Index>(row)) = state.values().transpose();
+                .spindle_rpm = run.spindle_rpm.empty() ? kNotRead : run.spindle_rpm[row],
+                .feed_mm_s = run.feed_mm_s.empty() ? kNotRead : run.feed_mm_s[row]});
+    out.values.row(static_cast<Eigen::Index>(row)) = state.values().transpose();
+    out.unknown.row(static_cast<Eigen::Index>(row)) = state.unknown().transpose();
   }
   return out;
 }

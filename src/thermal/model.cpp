@@ -44,6 +44,7 @@ MatrixXd unlike(const MatrixXd& rows) {
   return out;
 }
 
+constexpr std::array kAxes = {"dx", "dy", "dz"};
 constexpr std::array kAnchorSuffix = {"", "+bias", "+filter", "+update"};
 
 }  // namespace
@@ -161,6 +162,10 @@ VectorXd Guard::scaled(const VectorXd& x) const {
   return scale_.size() == 0 ? x : VectorXd(x.cwiseProduct(scale_));
 }
 
+VectorXd Guard::spread_of(const VectorXd& share) const {
+  return scale_.size() == 0 ? share : VectorXd(share.cwiseQuotient(scale_));
+}
+
 double Guard::weight(const VectorXd& x) const {
   if (scale_.size() == 0) return 1.0;
   const double out = trust(distance(x));
@@ -213,10 +218,49 @@ config::Table Guard::table() const {
   return out;
 }
 
+std::optional<Index> offset_component(const ChannelModel& channel) {
+  const auto it = std::find(kAxes.begin(), kAxes.end(), channel.axis);
+  return it == kAxes.end() ? std::nullopt : std::optional<Index>(it - kAxes.begin());
+}
+
+std::string axis_of_name(const std::string& channel) {
+  for (const std::string axis : kAxes) {
+    if (channel == axis || channel == axis.substr(1)) return axis;
+  }
+  return {};
+}
+
+Result<void> check_axes(const ThermalModel& model, const std::string& file) {
+  std::string line;
+  for (const ChannelModel& channel : model.channels) {
+    if (channel.axis.empty()) line += (line.empty() ? "" : ",") + channel.channel + "=dx|dy|dz|none";
+  }
+  if (!line.empty()) {
+    return fail(ErrorCode::wrong_input,
+                "a name that is none of dx, dy, dz does not say which offset its channel gives, and without "
+                "one the offset would be zero: thermal fit --axes " +
+                    line,
+                file);
+  }
+  for (std::size_t i = 0; i < model.channels.size(); ++i) {
+    for (std::size_t k = 0; k < i && offset_component(model.channels[i]); ++k) {
+      const ChannelModel& one = model.channels[k];
+      const ChannelModel& other = model.channels[i];
+      if (one.axis != other.axis) continue;
+      return fail(ErrorCode::wrong_input,
+                  "channels '" + one.channel + "' and '" + other.channel + "' both give " + one.axis +
+                      ": thermal fit --axes " + one.channel + "=" + one.axis + "," + other.channel + "=none",
+                  file);
+    }
+  }
+  return {};
+}
+
 Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::vector<std::string>& sensors) {
   Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, static_cast<Index>(sensors.size()));
   for (const ChannelModel& channel : model.channels) {
-    if (channel.axis.empty() || !channel.regressor) continue;
+    const auto row = offset_component(channel);
+    if (!row || !channel.regressor) continue;
     const auto weights = channel.regressor->weights_mm();
     const bool of_the_moment = channel.features.size() == channel.features.sensors.size() &&
                                channel.features.temperature_taus_s == std::vector{0.0};
@@ -230,11 +274,10 @@ Result<Eigen::Matrix3Xd> instant_weights(const ThermalModel& model, const std::v
                       ", which a control cannot calculate: it knows the temperatures of the moment only "
                       "(thermal fit --method rises)");
     }
-    const Index row = channel.axis == "dx" ? 0 : channel.axis == "dy" ? 1 : 2;
     for (std::size_t i = 0; i < channel.features.sensors.size(); ++i) {
       const auto it = std::find(sensors.begin(), sensors.end(), channel.features.sensors[i]);
       TRUNNION_EXPECTS(it != sensors.end());
-      out(row, it - sensors.begin()) += (*weights)[static_cast<Index>(i)];
+      out(*row, it - sensors.begin()) += (*weights)[static_cast<Index>(i)];
     }
   }
   return out;

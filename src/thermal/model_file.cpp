@@ -117,8 +117,8 @@ ChannelModel read_channel(Section section) {
   ChannelModel out;
   out.channel = section.text("name");
   out.axis = section.find_text("axis").value_or("");
-  if (!out.axis.empty() && out.axis != "dx" && out.axis != "dy" && out.axis != "dz") {
-    section.error("axis", "'axis' must be dx, dy or dz, not '" + out.axis + "'");
+  if (!out.axis.empty() && out.axis != "none" && !offset_component(out)) {
+    section.error("axis", "'axis' must be dx, dy, dz or none, not '" + out.axis + "'");
   }
   const std::string method = section.text("method");
   const auto candidate = candidate_of_name(method);

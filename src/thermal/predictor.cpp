@@ -11,6 +11,7 @@
 #include "trunnion/thermal/location.hpp"
 
 #include "thermal/bench.hpp"
+#include "thermal/follower.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -23,18 +24,32 @@ constexpr double kReferenceShare = 0.1;
 
 }  // namespace
 
+struct Predictor::Channel {
+  std::vector<std::size_t> sensor;  // of its features, index in sensors_
+  FeatureState state;
+  Follower follower;
+  std::optional<VectorXd> reference = {};  // features at the reference state
+  double reference_mm = 0.0;
+  double anchor_s = 0.0;
+  bool measured = false;  // after the reference
+};
+
 Predictor::Predictor(ThermalModel model) : model_(std::move(model)) {
   for (const ChannelModel& channel : model_.channels) {
-    Channel out{{}, FeatureState(channel.features), {}, {}};
+    Channel out{{},
+                FeatureState(channel.features),
+                Follower(channel.candidate, {channel.regressor, channel.guard, channel.typical_change_mm})};
     for (const auto& name : channel.features.sensors) {
       auto it = std::find(sensors_.begin(), sensors_.end(), name);
       if (it == sensors_.end()) it = sensors_.insert(sensors_.end(), name);
       out.sensor.push_back(static_cast<std::size_t>(it - sensors_.begin()));
     }
-    out.anchor = VectorXd::Zero(static_cast<Eigen::Index>(channel.features.size()));
     channels_.push_back(std::move(out));
   }
 }
+Predictor::Predictor(Predictor&&) noexcept = default;
+Predictor& Predictor::operator=(Predictor&&) noexcept = default;
+Predictor::~Predictor() = default;
 
 Result<void> Predictor::read(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
                              double feed_mm_s) {
@@ -65,38 +80,24 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
   return {};
 }
 
-VectorXd Predictor::relative(const Channel& channel) const {
-  return channel.reference ? VectorXd(channel.state.values() - *channel.reference)
-                           : VectorXd::Zero(channel.anchor.size());
-}
-
-double Predictor::trusted_level(const ChannelModel& model, const VectorXd& x) const {
-  return model.regressor ? model.guard.weight(x) * model.regressor->level_mm(x) : 0.0;
+FeatureVector Predictor::relative(const Channel& channel) const {
+  const VectorXd& now = channel.state.values();
+  if (!channel.reference) return {VectorXd::Zero(now.size()), VectorXd::Zero(now.size())};
+  return {now - *channel.reference, channel.state.unknown()};
 }
 
 void Predictor::measure(std::size_t index, double value_mm) {
   TRUNNION_EXPECTS(started_ && index < channels_.size());
   Channel& channel = channels_[index];
   const bool early = time_s_ - start_s_ <= kReferenceShare * model_.measure_every_s;
-  if (channel.measurements == 0 && early) {
+  if (!channel.measured && early) {
     channel.reference_mm = value_mm;
     if (channel.reference) channel.reference = channel.state.values();
   }
-  const ChannelModel& model = model_.channels[index];
-  const VectorXd x = relative(channel);
-  const double measured_mm = value_mm - channel.reference_mm;
-  const bool drifted = channel.measurements > 0 || !early;  // else it is the zero
-  if (drifted && model.regressor) {
-    channel.record.add(model.guard.scaled(x - channel.anchor), model.regressor->change_mm(channel.anchor, x),
-                       measured_mm - channel.last_mm);
-  }
-  channel.last_mm = measured_mm;
-  channel.anchor = x;
+  const bool drifted = channel.measured || !early;  // else it is the zero
+  channel.follower.measure(relative(channel), value_mm - channel.reference_mm, drifted);
   channel.anchor_s = time_s_;
-  if (!drifted) return;
-  ++channel.measurements;
-  channel.bias_mm = next_bias(model.candidate.anchor, channel.bias_mm, channel.measurements,
-                              channel.last_mm - trusted_level(model, x));
+  channel.measured = drifted;
 }
 
 Estimate Predictor::estimate(std::size_t index) const {
@@ -106,29 +107,17 @@ Estimate Predictor::estimate(std::size_t index) const {
   out.since_measured_s = time_s_ - channel.anchor_s;
   for (std::size_t s = 0; s < channel.sensor.size(); ++s)
     out.stale = out.stale || channel.state.age_s(s) > kStale_s;
-  const VectorXd x = relative(channel);
-  double level = 0.0;
-  double change = 0.0;
-  if (model.regressor && !out.stale) {
-    const bool incremental = model.candidate.anchor == Anchor::update;
-    out.distance = model.guard.distance(incremental ? VectorXd(x - channel.anchor) : x);
-    if (incremental) {
-      const VectorXd since = x - channel.anchor;
-      change = channel.record.trust(model.guard.scaled(since), model.guard.weight(since),
-                                    model.typical_change_mm) *
-               model.regressor->change_mm(channel.anchor, x);
-    } else {
-      level = trusted_level(model, x);
-    }
-  }
   // Without its sensors every model falls back on the last measurement.
-  const Candidate candidate = out.stale ? Candidate{Method::hold_last, Anchor::open} : model.candidate;
-  out.value_mm = combine(candidate, level, change, channel.last_mm, channel.bias_mm);
+  const Said said = channel.follower.say(relative(channel), out.stale);
+  out.value_mm = said.value_mm;
+  out.distance = said.distance;
+  out.unknown_mm = said.unknown_mm;
   const double growth = model.sigma_growth_mm_per_sqrt_s;
   out.sigma_mm =
       std::sqrt(model.sigma_floor_mm * model.sigma_floor_mm + growth * growth * out.since_measured_s);
   if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
-  if (out.stale) out.sigma_mm = std::max(out.sigma_mm, model.hold_last_rmse_mm);
+  if (said.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_last_rmse_mm);
+  out.sigma_mm = std::hypot(out.sigma_mm, out.unknown_mm);
   return out;
 }
 
@@ -194,10 +183,10 @@ OffsetTable offsets_of(const ThermalModel& model, const RunPrediction& predictio
     Offset offset;
     offset.time_s = prediction.time_s[row];
     for (std::size_t c = 0; c < model.channels.size(); ++c) {
-      const std::string& axis = model.channels[c].axis;
-      if (axis.empty()) continue;
+      const auto component = offset_component(model.channels[c]);
+      if (!component) continue;
       const Estimate& e = prediction.channel[c][row];
-      offset.deviation_mm[axis == "dx" ? 0 : axis == "dy" ? 1 : 2] = e.value_mm;
+      offset.deviation_mm[*component] = e.value_mm;
       offset.sigma_mm = std::max(offset.sigma_mm, e.sigma_mm);
     }
     out.rows.push_back(std::move(offset));
@@ -212,7 +201,7 @@ std::string prediction_text(const ThermalModel& model, const std::vector<RunPred
   if (runs.size() > 1) out += "run_id,";
   out += "time_s,dx_um,dy_um,dz_um,sigma_um";
   for (const ChannelModel& channel : model.channels) {
-    if (channel.axis.empty()) out += "," + channel.channel + "_um," + channel.channel + "_sigma_um";
+    if (!offset_component(channel)) out += "," + channel.channel + "_um," + channel.channel + "_sigma_um";
   }
   out += "\n";
   const auto um = [](double mm) { return "," + fixed_text(mm / kMmPerUm, 3); };
@@ -225,7 +214,7 @@ std::string prediction_text(const ThermalModel& model, const std::vector<RunPred
       for (const double component : offset.deviation_mm) out += um(component);
       out += um(offset.sigma_mm);
       for (std::size_t c = 0; c < model.channels.size(); ++c) {
-        if (!model.channels[c].axis.empty()) continue;
+        if (offset_component(model.channels[c])) continue;
         out += um(run.channel[c][row].value_mm) + um(run.channel[c][row].sigma_mm);
       }
       out += "\n";

@@ -206,14 +206,6 @@ std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   return out;
 }
 
-// Which offset a channel is, by its name.
-std::string axis_of(const std::string& channel) {
-  for (const char* axis : {"x", "y", "z"}) {
-    if (channel == axis || channel == std::string("d") + axis) return std::string("d") + axis;
-  }
-  return {};
-}
-
 Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
                                        const FitOptions& options, std::size_t channels,
                                        std::vector<Tried>& tried) {
@@ -259,7 +251,7 @@ Result<ChannelModel> final_model(ChannelBench& bench, const ChannelReport& repor
   if (!fitted) return tl::unexpected(fitted.error());
   ChannelModel out;
   out.channel = report.channel;
-  out.axis = axis_of(report.channel);
+  out.axis = axis_of_name(report.channel);
   out.candidate = best->candidate;
   out.features = features_of(best->candidate.method, log);
   out.regressor = fitted->regressor;

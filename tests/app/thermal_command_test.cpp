@@ -283,6 +283,36 @@ TEST(ThermalPredict, RefusesATimeThatIsNone) {
   EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""), HasSubstr("log.csv:3:1: error: '1e19'"));
 }
 
+// A channel of another name is asked for its offset, with the option that says it; nothing is written before.
+TEST(ThermalFit, AsksWhichOffsetAChannelGives) {
+  const Folder folder;
+  thermal::ImpellerDays days;
+  days.impellers = 3;
+  days.step_s = 10.0;
+  thermal::Log log = thermal::simulate(days).log;
+  log.channels = {"ch1", "dy", "dz"};
+  std::ofstream(folder.file("log.csv")) << thermal::log_text(log, {});
+  const auto code_of = [&](const std::string& words) {
+    const std::string command =
+        "cd " + folder.path.string() + " && " + kProgram + " thermal " + words + " > out.txt 2> err.txt";
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(code_of("fit log.csv --target ch1,dy --method rises -o m.toml"), 3);
+  EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""), HasSubstr("--axes ch1=dx|dy|dz|none"));
+  EXPECT_FALSE(fs::exists(folder.file("m.toml")));
+  EXPECT_EQ(code_of("fit log.csv --target ch1,dy --method rises"), 0);  // no model, no offset
+  EXPECT_EQ(code_of("fit log.csv --target ch1,dy --method rises -o m.toml --axes ch1=dy"), 3);
+  EXPECT_EQ(code_of("fit log.csv --target ch1,dy --method rises -o m.toml --axes ch1=up"), 2);
+  EXPECT_EQ(code_of("fit log.csv --target ch1,dy --method rises -o m.toml --axes ch1=dx"), 0);
+  EXPECT_EQ(code_of("predict m.toml log.csv --measure-every-min 60"), 0);
+  // A model of before, which does not say it.
+  std::string text = read_file(folder.file("m.toml")).value();
+  text.erase(text.find("axis = 'dx'"), 11);
+  std::ofstream(folder.file("old.toml")) << text;
+  EXPECT_EQ(code_of("predict old.toml log.csv"), 3);
+  EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""), HasSubstr("--axes ch1=dx|dy|dz|none"));
+}
+
 // Readings of X, Y and Z at poses of A = 0, from the exact chain: C's line moved by 20 um, the tool by 7 and
 // -4 um; probed at A = C = 0 before.
 std::string drift_csv(const std::vector<double>& c_deg) {

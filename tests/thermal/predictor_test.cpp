@@ -92,6 +92,23 @@ TEST(ThermalModelFile, ReadsBackTheSamePredictions) {
   }
 }
 
+// No channel turns into a zero offset because of its name.
+TEST(ThermalModel, AsksWhichOffsetAChannelGives) {
+  ThermalModel model;
+  model.channels.push_back({.channel = "ch3"});
+  model.channels.push_back({.channel = "z", .axis = axis_of_name("z")});
+  EXPECT_EQ(model.channels[1].axis, "dz");
+  const auto asked = check_axes(model, "t.toml");
+  ASSERT_FALSE(asked);
+  EXPECT_NE(asked.error().message.find("--axes ch3=dx|dy|dz|none"), std::string::npos);
+  model.channels[0].axis = "dz";
+  EXPECT_FALSE(check_axes(model, "t.toml"));  // two that give the same
+  model.channels[0].axis = "none";
+  EXPECT_TRUE(check_axes(model, "t.toml"));
+  EXPECT_FALSE(offset_component(model.channels[0]));
+  EXPECT_EQ(offset_component(model.channels[1]), 2);
+}
+
 TEST(ThermalModelFile, SaysWhereItIsWrong) {
   const auto message = [](const std::string& text) {
     Diagnostics diagnostics;
@@ -162,6 +179,56 @@ TEST(ThermalPredictor, HoldsTheLastMeasurementWhenSensorsFallSilent) {
   EXPECT_GT(predictor.estimate(0).sigma_mm, sigma);
   EXPECT_FALSE(predictor.read(10.0, warm, 0.0, 0.0));  // time goes back: refused, nothing changes
   EXPECT_EQ(predictor.time_s(), 3600.0);
+}
+
+// An empty speed is unknown, not 0: the model that lags it widens at once and holds the last measurement
+// when it knows too little; a model of temperatures alone does not care.
+TEST(ThermalPredictor, WidensWhileTheSpeedItNeedsIsUnknown) {
+  const SimulatedDays days = few_days();
+  Log blank = days.log;
+  for (std::size_t row = 0; row < blank.runs[0].rows(); ++row) {
+    if (blank.runs[0].time_s[row] > 2000.0) {
+      blank.runs[0].spindle_rpm[row] = std::nan("");
+      blank.runs[0].feed_mm_s[row] = std::nan("");
+    }
+  }
+  for (const Method method : {Method::lag, Method::ridge}) {
+    ThermalModel model = fitted(days.log, method, "dx");
+    model.channels[0].candidate.anchor = Anchor::update;
+    const auto known = predict(model, days.log, 0, UseMeasurements::yes);
+    const auto unknown = predict(model, blank, 0, UseMeasurements::yes);
+    ASSERT_TRUE(known && unknown);
+    for (std::size_t row = 0; row < known->time_s.size(); row += 10) {
+      const Estimate& a = known->channel[0][row];
+      const Estimate& b = unknown->channel[0][row];
+      if (method == Method::ridge || known->time_s[row] < 2000.0) {
+        EXPECT_EQ(a.value_mm, b.value_mm);
+        EXPECT_EQ(a.sigma_mm, b.sigma_mm);
+      } else if (known->time_s[row] > 2000.0 + kDriveHeld_s + 60.0) {
+        EXPECT_GT(b.unknown_mm, 0.0);
+        EXPECT_GT(b.sigma_mm, a.sigma_mm);
+      }
+    }
+  }
+}
+
+// What an unknown speed may have done to its lag is the same lag of "unknown".
+TEST(ThermalFeatures, AnUnknownSpeedIsNotZero) {
+  FeatureSpec spec;
+  spec.speed_taus_s = {600.0};
+  spec.speed_powers = {1.0};
+  FeatureState state(spec);
+  const std::vector<double> none;
+  const double unread = std::nan("");
+  state.step({.time_s = 0.0, .temperature_degC = none, .spindle_rpm = unread});
+  state.step({.time_s = 600.0, .temperature_degC = none, .spindle_rpm = 3000.0});
+  EXPECT_NEAR(state.unknown()[0], 1.0 - std::exp(-1.0), 1e-12);  // never read so far
+  state.step({.time_s = 1200.0, .temperature_degC = none, .spindle_rpm = unread});
+  EXPECT_NEAR(state.unknown()[0], (1.0 - std::exp(-1.0)) * std::exp(-1.0), 1e-12);
+  EXPECT_NEAR(state.values()[0], 3.0 * (1.0 - std::exp(-1.0)), 1e-12);
+  const double before = state.unknown()[0];
+  state.step({.time_s = 1800.0, .temperature_degC = none, .spindle_rpm = unread});  // read 600 s ago
+  EXPECT_NEAR(state.unknown()[0], 1.0 - (1.0 - before) * std::exp(-1.0), 1e-12);
 }
 
 // The correction of a state far outside the training stops growing, and says so.

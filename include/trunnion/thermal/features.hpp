@@ -41,6 +41,14 @@ struct Reading {
   double feed_mm_s = 0.0;
 };
 
+/// A speed or feed holds so long after it was read; then it is unknown, not 0.
+inline constexpr double kDriveHeld_s = 300.0;
+
+/// Feature values and how much of each is unknown (0 to 1: all of it), since its speed or feed was not read.
+struct FeatureVector {
+  Eigen::VectorXd values, unknown;
+};
+
 /// Follows a run reading by reading.
 class FeatureState {
  public:
@@ -50,6 +58,8 @@ class FeatureState {
   void step(const Reading& reading);
   /// Feature values, degC, krpm^p, m/min: only differences within a run mean anything.
   const Eigen::VectorXd& values() const { return values_; }
+  /// How much of each value comes from a speed or feed that was not read: its lag of the same time constant.
+  const Eigen::VectorXd& unknown() const { return unknown_; }
   /// Seconds since each sensor was read last; infinite before the first reading.
   double age_s(std::size_t sensor) const;
 
@@ -61,13 +71,20 @@ class FeatureState {
   FeatureSpec spec_;
   std::vector<std::deque<TimedValue>> window_;  // readings of each sensor within median_s
   std::vector<double> held_;                    // signals: sensors, speed powers, feed
-  std::vector<double> read_at_s_;               // of the sensors
-  Eigen::VectorXd values_;
+  std::vector<double> read_at_s_;               // of the signals
+  Eigen::VectorXd values_, unknown_;
   double time_s_ = 0.0;
   bool started_ = false;
 };
 
-/// Features of all rows of a run (rows x features); sensors are looked up by name in `log`.
-Eigen::MatrixXd run_features(const FeatureSpec& spec, const Log& log, const LogRun& run);
+/// Features of all rows of a run (rows x features), and how much of each is unknown.
+struct RunFeatures {
+  Eigen::MatrixXd values, unknown;
+  FeatureVector at(Eigen::Index row) const {
+    return {values.row(row).transpose(), unknown.row(row).transpose()};
+  }
+};
+/// Sensors are looked up by name in `log`.
+RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& run);
 
 }  // namespace trunnion::thermal

@@ -96,6 +96,8 @@ class Guard {
   double weight(const Eigen::VectorXd& x) const;
   /// `x` in units of the training's spread of each feature.
   Eigen::VectorXd scaled(const Eigen::VectorXd& x) const;
+  /// These shares of each feature's spread in the training.
+  Eigen::VectorXd spread_of(const Eigen::VectorXd& share) const;
   /// Weight of the model, 1 inside.
   static double trust(double distance) { return distance > kMargin ? kMargin / distance : 1.0; }
   static constexpr double kMargin =
@@ -134,12 +136,13 @@ class TrackRecord {
 
 /// The model of one channel.
 struct ChannelModel {
-  std::string channel;  // name in the log, without _um
-  std::string axis;     // "dx", "dy", "dz": which offset it gives; empty: none
-  Candidate candidate;
-  FeatureSpec features;
-  std::shared_ptr<const Regressor> regressor;  // null for none and hold_last
-  Guard guard;
+  std::string channel = {};  // name in the log, without _um
+  /// "dx", "dy", "dz": which offset it gives; "none": it gives none; empty: nobody said, see check_axes.
+  std::string axis = {};
+  Candidate candidate = {};
+  FeatureSpec features = {};
+  std::shared_ptr<const Regressor> regressor = {};  // null for none and hold_last
+  Guard guard = {};
   double typical_change_mm = 0.0;  // root mean square of the training's changes between measurements
   /// Held-out standard deviation of the prediction `age` after the last measurement: sqrt(floor^2 + growth^2
   /// age).
@@ -158,6 +161,14 @@ struct ThermalModel {
   double measure_every_s = 1800.0;
   std::vector<ChannelModel> channels;
 };
+
+/// 0, 1, 2 for a channel that gives dx, dy, dz; nothing for one that gives no offset.
+std::optional<Eigen::Index> offset_component(const ChannelModel& channel);
+/// Of a channel called x, dx, y, ...: "dx", "dy", "dz"; empty for any other name.
+std::string axis_of_name(const std::string& channel);
+/// Before offsets are made of a model. Fails where a channel's offset was never said (it would be zero in
+/// silence) and where two channels are to give the same one; the message holds the option that says it.
+Result<void> check_axes(const ThermalModel& model, const std::string& file);
 
 /// The model as the sum of weights times the rises of these sensors since the last measurement (before it:
 /// since the reference state): mm/K, a row for each of dx, dy, dz. Fails for a

@@ -19,6 +19,7 @@ struct Estimate {
       0.0;  // of the state from the training, see Guard; above Guard::kMargin the model is trusted less
   double since_measured_s = 0.0;  // since the last measurement or the reference
   bool stale = false;             // a sensor has not been read for long: the last measurement is held
+  double unknown_mm = 0.0;        // what speed or feed that were not read may have done to the value
   bool outside_training() const { return distance > Guard::kMargin; }
   bool finite() const { return std::isfinite(value_mm) && std::isfinite(sigma_mm); }
 };
@@ -31,6 +32,11 @@ inline constexpr double kStale_s = 900.0;
 class Predictor {
  public:
   explicit Predictor(ThermalModel model);
+  Predictor(Predictor&&) noexcept;
+  Predictor& operator=(Predictor&&) noexcept;
+  Predictor(const Predictor&) = delete;
+  Predictor& operator=(const Predictor&) = delete;
+  ~Predictor();
 
   const ThermalModel& model() const { return model_; }
   /// Sensors that `read` takes, in this order.
@@ -48,20 +54,8 @@ class Predictor {
   double time_s() const { return time_s_; }
 
  private:
-  struct Channel {
-    std::vector<std::size_t> sensor;  // of its features, index in sensors_
-    FeatureState state;
-    std::optional<Eigen::VectorXd> reference;  // features at the reference state
-    Eigen::VectorXd anchor;                    // features at the last measurement, relative to the reference
-    double reference_mm = 0.0;
-    double last_mm = 0.0;  // last measurement, relative to the reference
-    double anchor_s = 0.0;
-    double bias_mm = 0.0;
-    TrackRecord record = {};
-    int measurements = 0;  // after the reference
-  };
-  Eigen::VectorXd relative(const Channel& channel) const;
-  double trusted_level(const ChannelModel& model, const Eigen::VectorXd& x) const;
+  struct Channel;
+  FeatureVector relative(const Channel& channel) const;
   ThermalModel model_;
   std::vector<std::string> sensors_;
   std::vector<Channel> channels_;

@@ -1,0 +1,89 @@
+#include "thermal/follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/contract.hpp"
+
+namespace trunnion::thermal {
+
+using Eigen::VectorXd;
+
+double next_bias(Anchor anchor, double bias_mm, int count, double difference_mm) {
+  // Half is where the noise of a measurement is as large as what the model's error moves in 1.4 intervals.
+  constexpr double kFollow = 0.5;
+  const double share = anchor == Anchor::filter ? std::max(kFollow, 1.0 / count) : 1.0 / count;
+  return bias_mm + share * (difference_mm - bias_mm);
+}
+
+Follower::Follower(const Candidate& candidate, Fitted fitted)
+    : candidate_(candidate), fitted_(std::move(fitted)) {}
+
+double Follower::trusted_level(const VectorXd& x) const {
+  return fitted_.guard.weight(x) * fitted_.regressor->level_mm(x);
+}
+
+double Follower::unknown_effect_mm(const FeatureVector& x) const {
+  const VectorXd from =
+      anchor_.values.size() > 0 && incremental() ? anchor_.values : VectorXd::Zero(x.values.size());
+  double squares = 0.0;
+  const auto add = [&](const VectorXd& place, const VectorXd& share) {
+    if (share.size() == 0 || share.isZero(0.0)) return;
+    const VectorXd moved = place + fitted_.guard.spread_of(share);
+    squares += std::pow(fitted_.regressor->change_mm(place, moved), 2);
+  };
+  add(x.values, x.unknown);
+  if (incremental()) add(from, anchor_.unknown);
+  return std::sqrt(squares);
+}
+
+void Follower::measure(const FeatureVector& x, double value_mm, bool drifted) {
+  if (drifted && fitted_.regressor) {
+    if (anchor_.values.size() == 0)
+      anchor_ = {VectorXd::Zero(x.values.size()), VectorXd::Zero(x.values.size())};
+    // What was said without its inputs is no word that was kept or broken.
+    if (unknown_effect_mm(x) <= fitted_.typical_change_mm) {
+      record_.add(fitted_.guard.scaled(x.values - anchor_.values),
+                  fitted_.regressor->change_mm(anchor_.values, x.values), value_mm - last_mm_);
+    }
+  }
+  last_mm_ = value_mm;
+  anchor_ = x;
+  if (!drifted) return;
+  ++measurements_;
+  const double level_mm = fitted_.regressor ? trusted_level(x.values) : 0.0;
+  bias_mm_ = next_bias(candidate_.anchor, bias_mm_, measurements_, value_mm - level_mm);
+}
+
+Said Follower::say(const FeatureVector& x, bool stale) const {
+  Said out;
+  out.value_mm = last_mm_;
+  if (candidate_.method == Method::none && !stale) out.value_mm = 0.0;
+  out.held = stale;
+  if (!fitted_.regressor || stale) return out;
+  const VectorXd from = anchor_.values.size() > 0 ? anchor_.values : VectorXd::Zero(x.values.size());
+  const VectorXd since = x.values - from;
+  out.distance = fitted_.guard.distance(incremental() ? since : x.values);
+  out.unknown_mm = unknown_effect_mm(x);
+  out.held = out.unknown_mm > fitted_.typical_change_mm;
+  if (out.held) return out;
+  switch (candidate_.anchor) {
+    case Anchor::open:
+      out.value_mm = trusted_level(x.values);
+      return out;
+    case Anchor::bias:
+    case Anchor::filter:
+      out.value_mm = trusted_level(x.values) + bias_mm_;
+      return out;
+    case Anchor::update:
+      out.value_mm +=
+          record_.trust(fitted_.guard.scaled(since), fitted_.guard.weight(since), fitted_.typical_change_mm) *
+          fitted_.regressor->change_mm(from, x.values);
+      return out;
+  }
+  TRUNNION_EXPECTS(false);
+  return out;
+}
+
+}  // namespace trunnion::thermal
