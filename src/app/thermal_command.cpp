@@ -27,6 +27,7 @@ struct ThermalOptions {
   std::optional<std::string> output;
   ResultOptions result;
   std::vector<std::string> axes;  // channel=dx
+  std::vector<std::string> keep;  // sensors whatever their readings are
   std::string model;
   std::string run;
   bool open_loop = false;
@@ -43,17 +44,22 @@ struct Prepared {
   std::vector<SensorFault> faults;
 };
 
-Result<Prepared> prepare(const std::vector<std::string>& paths, bool leave_out_faulty,
-                         Diagnostics& diagnostics) {
+// Logs for a fit: without the sensors that no model must lean on.
+Result<Prepared> prepare_for_fit(const ThermalOptions& options, Diagnostics& diagnostics) {
   Prepared out;
-  auto log = load_conditioned_logs(paths, diagnostics, out.faults);
+  auto log = load_conditioned_logs(options.logs, diagnostics, out.faults);
   if (!log) return tl::unexpected(log.error());
   out.log = std::move(*log);
-  if (!leave_out_faulty) return out;
-  std::vector<std::string> left_out;
-  out.log = without_faulty_sensors(out.log, out.faults, left_out);
-  for (const auto& name : left_out)
-    diagnostics.warning(out.log.file, {}, "sensor '" + name + "' is left out");
+  for (const std::string& name : options.keep) {
+    if (name != "all" && !out.log.sensor(name))
+      return fail(ErrorCode::wrong_use, "--keep-sensors: the log has no sensor '" + name + "'", out.log.file);
+  }
+  const auto left_out = judge_sensors(out.log, out.faults, options.keep);
+  for (const LeftOut& l : left_out)
+    diagnostics.warning(
+        l.file, {},
+        "sensor '" + l.sensor + "' is left out (--keep-sensors " + l.sensor + " keeps it): " + l.why);
+  out.log = without_sensors(out.log, left_out);
   return out;
 }
 
@@ -66,7 +72,7 @@ ExitCode write_result(const ThermalOptions& options, const std::string& json, co
 
 ExitCode run_screen(const ThermalOptions& options) {
   Diagnostics diagnostics;
-  const auto prepared = prepare(options.logs, false, diagnostics);
+  const auto prepared = prepare_for_fit(options, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
   print(diagnostics);
   const auto screens = [&] {
@@ -109,7 +115,7 @@ ExitCode run_fit(const ThermalOptions& options) {
   if (const auto apart = options.result.apart_from(options.output.value_or("")); !apart)
     return print_error(apart.error());
   Diagnostics diagnostics;
-  const auto prepared = prepare(options.logs, true, diagnostics);
+  const auto prepared = prepare_for_fit(options, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
   if (const auto said = check_said_axes(options, prepared->log); !said)
     return print_failure(diagnostics, said.error());
@@ -163,21 +169,20 @@ ExitCode run_predict(const ThermalOptions& options) {
   if (!model) return print_failure(diagnostics, model.error());
   if (const auto said = check_axes(*model, options.model); !said) return print_error(said.error());
   if (options.measure_every_min) model->measure_every_s = *options.measure_every_min * kSecondsPerMinute;
-  const auto prepared = prepare(options.logs, false, diagnostics);
-  if (!prepared) return print_failure(diagnostics, prepared.error());
+  std::vector<SensorFault> faults;
+  const auto log = load_conditioned_logs(options.logs, diagnostics, faults);
+  if (!log) return print_failure(diagnostics, log.error());
   std::vector<RunPrediction> runs;
-  for (std::size_t i = 0; i < prepared->log.runs.size(); ++i) {
-    if (!options.run.empty() && prepared->log.runs[i].id != options.run) continue;
-    auto run =
-        predict(*model, prepared->log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
+  for (std::size_t i = 0; i < log->runs.size(); ++i) {
+    if (!options.run.empty() && log->runs[i].id != options.run) continue;
+    auto run = predict(*model, *log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
     if (!run) return print_failure(diagnostics, run.error());
-    tell_unknown_inputs(*model, *run, prepared->log.file, diagnostics);
+    tell_unknown_inputs(*model, *run, log->file, diagnostics);
     runs.push_back(std::move(*run));
   }
   print(diagnostics);
   if (runs.empty())
-    return print_error(
-        {ErrorCode::wrong_input, "the log has no run '" + options.run + "'", prepared->log.file, {}});
+    return print_error({ErrorCode::wrong_input, "the log has no run '" + options.run + "'", log->file, {}});
   const bool paper = options.mapping == "paper";
   if (paper) spdlog::warn("warning: --mapping paper: {}", paper_mapping_warning);
   const std::string text =
@@ -188,7 +193,7 @@ ExitCode run_predict(const ThermalOptions& options) {
   if (const ExitCode code = write_output(options.output.value_or("-"), text); code != kDone) return code;
   const std::string json = report::thermal_predict_json(*model, runs);
   return options.result.write(
-      json, [&] { return report::thermal_prediction_page(*model, prepared->log, runs, json, made_by()); });
+      json, [&] { return report::thermal_prediction_page(*model, *log, runs, json, made_by()); });
 }
 
 struct ImportWords {
@@ -242,6 +247,8 @@ void add_log_options(CLI::App& sub, ThermalOptions& options) {
       ->delimiter(',');
   sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements [30]")
       ->check(CLI::PositiveNumber);
+  sub.add_option("--keep-sensors", options.keep, "sensors that are kept whatever their readings are; all")
+      ->delimiter(',');
   options.result.add_to(sub);
 }
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/thermal/features.hpp"
+
+#include "thermal/stuck.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -30,7 +33,6 @@ class Checker {
     std::vector<double> column = run_->temperature_degC[sensor_];
     take_out_of_range(column);
     take_jumps(column);
-    report_stuck(column);
     report_gaps(column);
     return column;
   }
@@ -38,7 +40,7 @@ class Checker {
  private:
   double time(std::size_t row) const { return run_->time_s[row]; }
   void report(FaultKind kind, std::size_t from, std::size_t to, std::size_t readings) {
-    faults_->push_back({run_->id, *name_, kind, time(from), time(to), readings});
+    faults_->push_back({run_->id, *name_, kind, time(from), time(to), readings, {}});
   }
 
   void take_out_of_range(std::vector<double>& column) {
@@ -78,32 +80,6 @@ class Checker {
       if (!spike) return;
       good = back;
       k = back;
-    }
-  }
-
-  // Largest change of any other sensor between two rows.
-  double others_moved(std::size_t from, std::size_t to) const {
-    double out = 0.0;
-    for (std::size_t s = 0; s < run_->temperature_degC.size(); ++s) {
-      if (s == sensor_) continue;
-      const double change = std::abs(run_->temperature_degC[s][to] - run_->temperature_degC[s][from]);
-      if (change > out) out = change;
-    }
-    return out;
-  }
-
-  void report_stuck(const std::vector<double>& column) {
-    const auto rows = readings_of(column);
-    std::size_t begin = 0;
-    for (std::size_t k = 1; k <= rows.size(); ++k) {
-      if (k < rows.size() && column[rows[k]] == column[rows[begin]]) continue;
-      const std::size_t from = rows.empty() ? 0 : rows[begin];
-      const std::size_t to = rows.empty() ? 0 : rows[k - 1];
-      if (k - begin > 2 && time(to) - time(from) >= limits_->stuck_s &&
-          others_moved(from, to) >= limits_->stuck_while_other_K) {
-        report(FaultKind::stuck, from, to, k - begin);
-      }
-      begin = k;
     }
   }
 
@@ -152,6 +128,10 @@ std::vector<double> means(const std::vector<double>& column, const std::vector<s
   return out;
 }
 
+std::string file_of(const LogRun& run, std::size_t sensor, const Log& log) {
+  return sensor < run.sensor_file.size() ? run.sensor_file[sensor] : log.file;
+}
+
 // One line for each run whose spindle speed is not known for a while.
 void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnostics) {
   double unknown_s = 0.0;
@@ -184,7 +164,7 @@ std::string fault_name(FaultKind kind) {
 std::string SensorFault::text() const {
   return "run '" + run + "', sensor '" + sensor + "': " + fault_name(kind) + " from " +
          shortest_text(from_s) + " s to " + shortest_text(to_s) + " s (" + std::to_string(readings) +
-         " readings)";
+         " readings)" + (why.empty() ? "" : ": " + why);
 }
 
 Log without_faults(const Log& log, const SensorLimits& limits, std::vector<SensorFault>& faults) {
@@ -194,6 +174,7 @@ Log without_faults(const Log& log, const SensorLimits& limits, std::vector<Senso
       out.runs[r].temperature_degC[s] = Checker(log.runs[r], s, log.sensors[s], limits, faults).check();
     }
   }
+  report_stuck(out, limits, faults);
   return out;
 }
 
@@ -220,22 +201,77 @@ Log resampled(const Log& log, double step_s) {
   return out;
 }
 
-Log without_faulty_sensors(const Log& log, const std::vector<SensorFault>& faults,
-                           std::vector<std::string>& left_out) {
-  Log out = log;
-  for (std::size_t s = log.sensors.size(); s-- > 0;) {
-    // A spike was taken out and a gap is bridged: neither spoils the sensor.
-    const bool faulty = std::any_of(faults.begin(), faults.end(), [&](const SensorFault& f) {
-      return f.sensor == log.sensors[s] && f.kind != FaultKind::spike &&
-             !(f.kind == FaultKind::gap && f.from_s < f.to_s);
-    });
-    if (!faulty) continue;
-    left_out.push_back(log.sensors[s]);
-    out.sensors.erase(out.sensors.begin() + static_cast<std::ptrdiff_t>(s));
-    for (LogRun& run : out.runs)
-      run.temperature_degC.erase(run.temperature_degC.begin() + static_cast<std::ptrdiff_t>(s));
+std::vector<LeftOut> judge_sensors(const Log& log, const std::vector<SensorFault>& faults,
+                                   const std::vector<std::string>& keep) {
+  constexpr double kFewOutOfRange = 0.05;
+  const auto kept = [&](const std::string& name) {
+    return std::any_of(keep.begin(), keep.end(),
+                       [&](const std::string& k) { return k == name || k == "all"; });
+  };
+  std::vector<LeftOut> out;
+  for (std::size_t s = 0; s < log.sensors.size(); ++s) {
+    if (kept(log.sensors[s])) continue;
+    for (const SensorFault& fault : faults) {
+      if (fault.sensor != log.sensors[s]) continue;
+      const auto run =
+          std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
+      const auto good = static_cast<double>(readings_of(run->temperature_degC[s]).size());
+      const auto bad = static_cast<double>(fault.readings);
+      const bool spoils = fault.kind == FaultKind::stuck || fault.kind == FaultKind::jump ||
+                          (fault.kind == FaultKind::out_of_range && bad > kFewOutOfRange * (good + bad)) ||
+                          (fault.kind == FaultKind::gap && good == 0.0);
+      if (!spoils) continue;
+      out.push_back({log.sensors[s], file_of(*run, s, log), fault.text()});
+      break;
+    }
   }
   return out;
+}
+
+Log without_sensors(const Log& log, const std::vector<LeftOut>& left_out) {
+  Log out = log;
+  for (std::size_t s = log.sensors.size(); s-- > 0;) {
+    const auto named = [&](const LeftOut& l) { return l.sensor == log.sensors[s]; };
+    if (std::none_of(left_out.begin(), left_out.end(), named)) continue;
+    const auto at = static_cast<std::ptrdiff_t>(s);
+    out.sensors.erase(out.sensors.begin() + at);
+    for (LogRun& run : out.runs) {
+      run.temperature_degC.erase(run.temperature_degC.begin() + at);
+      if (!run.sensor_file.empty()) run.sensor_file.erase(run.sensor_file.begin() + at);
+    }
+  }
+  return out;
+}
+
+void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnostics& diagnostics) {
+  struct Told {
+    const SensorFault* first;
+    std::string file;
+    std::size_t times = 0, readings = 0;
+    std::set<std::string> runs;
+  };
+  std::vector<Told> lines;
+  for (const SensorFault& fault : faults) {
+    const auto run =
+        std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
+    const std::string file = file_of(*run, *log.sensor(fault.sensor), log);
+    auto line = std::find_if(lines.begin(), lines.end(), [&](const Told& t) {
+      return t.first->sensor == fault.sensor && t.first->kind == fault.kind && t.file == file;
+    });
+    if (line == lines.end()) line = lines.insert(lines.end(), {&fault, file, 0, 0, {}});
+    ++line->times;
+    line->readings += fault.readings;
+    line->runs.insert(fault.run);
+  }
+  for (const Told& line : lines) {
+    std::string text = line.first->text();
+    if (line.times > 1) {
+      text += "; " + std::to_string(line.times) + " times in " + std::to_string(line.runs.size()) +
+              (line.runs.size() == 1 ? " run, " : " runs, ") + std::to_string(line.readings) +
+              " readings in all";
+    }
+    diagnostics.warning(line.file, {}, text);
+  }
 }
 
 Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnostics& diagnostics,
@@ -243,7 +279,7 @@ Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnos
   const auto raw = load_logs(paths, diagnostics);
   if (!raw) return tl::unexpected(raw.error());
   Log out = resampled(without_faults(*raw, SensorLimits{}, faults), kLogStep_s);
-  for (const SensorFault& fault : faults) diagnostics.warning(raw->file, {}, fault.text());
+  tell_faults(*raw, faults, diagnostics);
   if (raw->has_speed) {
     for (const LogRun& run : raw->runs) tell_unknown_speed(*raw, run, diagnostics);
   }

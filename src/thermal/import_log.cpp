@@ -62,6 +62,7 @@ LogRun& start_run(Log& log, std::string id) {
   LogRun run;
   run.id = std::move(id);
   run.temperature_degC.resize(log.sensors.size());
+  run.sensor_file.assign(log.sensors.size(), log.file);
   run.channel_mm.resize(log.channels.size());
   log.runs.push_back(std::move(run));
   return log.runs.back();

@@ -138,6 +138,7 @@ class LogReader {
       LogRun run;
       run.id = id;
       run.temperature_degC.resize(log_.sensors.size());
+      run.sensor_file.assign(log_.sensors.size(), log_.file);
       run.channel_mm.resize(log_.channels.size());
       log_.runs.push_back(std::move(run));
     }
@@ -177,6 +178,9 @@ LogRun spread(const LogRun& run, const std::vector<double>& time_s,
   out.time_s = time_s;
   const std::vector<double> empty(time_s.size(), kNotRead);
   out.temperature_degC.assign(names.sensors.size(), empty);
+  out.sensor_file.resize(names.sensors.size());
+  for (std::size_t i = 0; i < run.sensor_file.size(); ++i)
+    out.sensor_file[sensor_place[i]] = run.sensor_file[i];
   out.channel_mm.assign(names.channels.size(), empty);
   if (names.has_speed) out.spindle_rpm = empty;
   if (names.has_feed) out.feed_mm_s = empty;
@@ -202,8 +206,10 @@ std::vector<std::size_t> identity(std::size_t n) {
 
 // Adds the rows of `more` (already with the columns of `run`) to `run`.
 void merge_into(LogRun& run, const LogRun& more) {
-  for (std::size_t i = 0; i < run.temperature_degC.size(); ++i)
+  for (std::size_t i = 0; i < run.temperature_degC.size(); ++i) {
     join_column(identity(more.rows()), more.temperature_degC[i], run.temperature_degC[i]);
+    if (run.sensor_file[i].empty()) run.sensor_file[i] = more.sensor_file[i];
+  }
   for (std::size_t i = 0; i < run.channel_mm.size(); ++i)
     join_column(identity(more.rows()), more.channel_mm[i], run.channel_mm[i]);
   join_column(identity(more.rows()), more.spindle_rpm, run.spindle_rpm);

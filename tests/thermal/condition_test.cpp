@@ -4,6 +4,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "thermal/stuck.hpp"
+
 namespace trunnion::thermal {
 namespace {
 
@@ -58,9 +60,13 @@ TEST(SensorFaults, ASpikeComesBackAndAJumpDoesNot) {
   EXPECT_EQ(faults[1].kind, FaultKind::jump);
   EXPECT_EQ(faults[1].from_s, 6000.0);
   EXPECT_TRUE(std::isnan(cleaned.runs[0].temperature_degC[1][1079]));
-  std::vector<std::string> left_out;
-  EXPECT_EQ(without_faulty_sensors(cleaned, faults, left_out).sensors, std::vector<std::string>{"a"});
-  EXPECT_EQ(left_out, std::vector<std::string>{"b"});
+  const auto left_out = judge_sensors(cleaned, faults, {});
+  EXPECT_EQ(without_sensors(cleaned, left_out).sensors, std::vector<std::string>{"a"});
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_EQ(left_out[0].sensor, "b");
+  EXPECT_EQ(left_out[0].file, "log.csv");
+  EXPECT_TRUE(judge_sensors(cleaned, faults, {"b"}).empty());
+  EXPECT_TRUE(judge_sensors(cleaned, faults, {"all"}).empty());
 }
 
 TEST(SensorFaults, AStuckSensorIsOneThatStandsWhileOthersMove) {
@@ -72,6 +78,93 @@ TEST(SensorFaults, AStuckSensorIsOneThatStandsWhileOthersMove) {
   // An even temperature in an even shop is no fault.
   for (auto& column : log.runs[0].temperature_degC) std::fill(column.begin(), column.end(), 20.0);
   EXPECT_TRUE(faults_of(log).empty());
+}
+
+// Four days of a spindle that runs for two hours and rests for two, a reading every 30 s: three sensors with
+// a lag of 20 min, 1 h and 3 h behind the first one's heat, in steps of 0.1 K; the slowest stands for an hour
+// and more.
+Log coarse_log() {
+  Log log;
+  log.file = "spindle.csv";
+  log.sensors = {"front", "head", "column", "bed"};
+  for (int day = 0; day < 4; ++day) {
+    LogRun run;
+    run.id = std::to_string(day + 1);
+    run.temperature_degC.resize(4);
+    std::vector<double> level(4, 0.0);
+    const std::vector<double> tau_s = {600.0, 1200.0, 3600.0, 10800.0};
+    const std::vector<double> gain_K = {14.0, 7.0, 2.0, 0.7};
+    for (int i = 0; i < 480; ++i) {
+      run.time_s.push_back(30.0 * i);
+      const double load = i < 240 ? 1.0 + 0.2 * day : 0.0;
+      for (std::size_t s = 0; s < 4; ++s) {
+        run.temperature_degC[s].push_back(std::round((20.0 + day + level[s]) * 10.0) / 10.0);
+        level[s] += -std::expm1(-30.0 / tau_s[s]) * (gain_K[s] * load - level[s]);
+      }
+    }
+    log.runs.push_back(std::move(run));
+  }
+  return log;
+}
+
+TEST(SensorFaults, ASlowSensorInCoarseStepsIsNotStuck) {
+  const Log log = coarse_log();
+  // It does stand for an hour while others move by many kelvin ...
+  EXPECT_GT(standstills(log, 3, SensorLimits{}).size(), 0U);
+  EXPECT_TRUE(faults_of(log).empty());  // ... as they let expect.
+}
+
+TEST(SensorFaults, AmongCoarseSensorsTheStuckOneIsFound) {
+  for (std::size_t sensor = 0; sensor < 3; ++sensor) {
+    Log log = coarse_log();
+    auto& column = log.runs[2].temperature_degC[sensor];
+    std::fill(column.begin() + 20, column.end(), column[20]);
+    const auto faults = faults_of(log);
+    ASSERT_EQ(faults.size(), 1U) << sensor;
+    EXPECT_EQ(faults[0].sensor, log.sensors[sensor]);
+    EXPECT_EQ(faults[0].run, "3");
+    EXPECT_NE(faults[0].text().find("the other sensors let expect a change of"), std::string::npos);
+    EXPECT_EQ(judge_sensors(log, faults, {}).size(), 1U);
+  }
+  Log dead = coarse_log();
+  for (LogRun& run : dead.runs)
+    std::fill(run.temperature_degC[1].begin(), run.temperature_degC[1].end(), 21.0);
+  const auto faults = faults_of(dead);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].sensor, "head");
+  EXPECT_NE(faults[0].text().find("it never moves"), std::string::npos);
+}
+
+// A few readings out of range are taken out and cost no sensor; many do, and one that is silent for a run.
+TEST(SensorFaults, AFewReadingsOutOfRangeSpoilNoSensor) {
+  Log log = coarse_log();
+  for (std::size_t i = 100; i < 105; ++i) log.runs[0].temperature_degC[0][i] = -999.0;
+  for (std::size_t i = 100; i < 200; ++i) log.runs[0].temperature_degC[1][i] = 999.0;
+  for (double& value : log.runs[1].temperature_degC[2]) value = std::nan("");
+  Log cleaned;
+  const auto faults = faults_of(log, &cleaned);
+  const auto left_out = judge_sensors(cleaned, faults, {});
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_EQ(left_out[0].sensor, "head");
+  EXPECT_EQ(left_out[1].sensor, "column");
+}
+
+TEST(SensorFaults, AreToldInOneLineEachWithTheFileOfTheSensor) {
+  Diagnostics diagnostics;
+  const auto a = parse_log("run_id,time_s,T_a_degC\n1,0,20\n1,60,21\n", "a.csv", diagnostics);
+  Log log = coarse_log();
+  for (LogRun& run : log.runs) {
+    run.sensor_file = {"one.csv", "one.csv", "two.csv", "two.csv"};
+    for (std::size_t i = 50; i < 450; i += 100) run.temperature_degC[2][i] += 30.0;
+  }
+  tell_faults(log, faults_of(log), diagnostics);
+  ASSERT_TRUE(a);
+  EXPECT_EQ(a->runs[0].sensor_file, std::vector<std::string>{"a.csv"});
+  ASSERT_EQ(diagnostics.findings().size(), 1U);
+  EXPECT_EQ(
+      diagnostics.findings()[0].text(),
+      "two.csv: warning: run '1', sensor 'column': spike from 1500 s to 1500 s (1 readings); 16 times in 4 "
+      "runs, 16 readings in all");
 }
 
 TEST(SensorFaults, AGapIsReportedAndASlowSensorHasNone) {

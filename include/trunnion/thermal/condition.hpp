@@ -11,9 +11,12 @@ struct SensorLimits {
   double min_degC = -30.0;  // outside a workshop: a broken wire reads far beyond
   double max_degC = 150.0;
   double max_jump_K = 5.0;  // between two readings at most a minute apart
-  double stuck_s =
-      3600.0;  // the same reading to the last digit for so long while another sensor moved by ...
+  /// The same reading to the last digit for so long while another sensor moved by so much is looked at: it is
+  /// stuck when the other sensors let expect a change of at least `stuck_least_K`, and more than its own
+  /// steps and the scatter of that expectation explain (stuck.hpp).
+  double stuck_s = 3600.0;
   double stuck_while_other_K = 2.0;
+  double stuck_least_K = 0.5;
   double gap_s = 300.0;  // readings further apart are reported; in between the last one holds
 };
 
@@ -26,11 +29,12 @@ struct SensorFault {
   FaultKind kind = FaultKind::gap;
   double from_s = 0.0, to_s = 0.0;
   std::size_t readings = 0;  // that were taken out (or, for stuck and gap, that are in question)
+  std::string why = {};      // what speaks for it, where the kind does not say it
   std::string text() const;
 };
 
 /// Takes out readings that cannot be true: out of range, single spikes, and everything after a jump that
-/// stays. Stuck sensors and gaps are only reported. Names of the faults are appended to `faults`.
+/// stays. Stuck sensors and gaps are only reported. They are appended to `faults`.
 Log without_faults(const Log& log, const SensorLimits& limits, std::vector<SensorFault>& faults);
 
 /// Means over intervals of `step_s` counted from the start of each run, at the mean time of their rows; a log
@@ -38,12 +42,22 @@ Log without_faults(const Log& log, const SensorLimits& limits, std::vector<Senso
 /// mean).
 Log resampled(const Log& log, double step_s);
 
-/// Leaves out sensors that have a fault in any run: a model must not lean on them. Their names are returned
-/// in `left_out`.
-Log without_faulty_sensors(const Log& log, const std::vector<SensorFault>& faults,
-                           std::vector<std::string>& left_out);
+/// A sensor that a model must not lean on, and why; the file is the one whose readings speak against it.
+struct LeftOut {
+  std::string sensor, file, why;
+};
+/// Sensors that are stuck, jump and stay there, are out of range in more than a twentieth of a run's
+/// readings, or are not read in a whole run. Single spikes were taken out and gaps are bridged: neither
+/// spoils a sensor.
+/// @param keep  names that are kept whatever was found; `all` keeps every one
+std::vector<LeftOut> judge_sensors(const Log& log, const std::vector<SensorFault>& faults,
+                                   const std::vector<std::string>& keep);
+Log without_sensors(const Log& log, const std::vector<LeftOut>& left_out);
 
-/// Logs as models want them: joined, without faults (each one a warning), resampled to kLogStep_s.
+/// Faults for people: one line for each sensor and kind of fault, with its file.
+void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnostics& diagnostics);
+
+/// Logs as models want them: joined, without faults (told as warnings), resampled to kLogStep_s.
 inline constexpr double kLogStep_s =
     15.0;  // structures do not move in less, and noise falls with the root of the number
 Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnostics& diagnostics,

@@ -27,6 +27,7 @@ struct LogRun {
   std::vector<double> spindle_rpm;                    // empty when the log has no such column
   std::vector<double> feed_mm_s;                      // empty when the log has no such column
   std::vector<std::vector<double>> channel_mm;        // [channel][row], measured deviations
+  std::vector<std::string> sensor_file;               // [sensor], where its readings come from
 
   std::size_t rows() const { return time_s.size(); }
 };
