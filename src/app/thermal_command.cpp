@@ -269,7 +269,8 @@ void add_thermal_command(CLI::App& root, int& exit) {
       "fit", "fit and validate, run by run, against none and holding the last measurement");
   add_log_options(*sub, *fitting);
   sub->add_option("--method", fitting->method)
-      ->check(CLI::IsMember({"auto", "ols", "rises", "ridge", "svr", "svr_all", "gp", "lag", "combined"}))
+      ->check(
+          CLI::IsMember({"auto", "ols", "rises", "ridge", "svr", "svr_all", "gp", "lag", "combined", "mean"}))
       ->capture_default_str();
   sub->add_option("--window-h", fitting->window_h, "beginning of a run that is scored on its own")
       ->check(CLI::PositiveNumber)

@@ -61,9 +61,17 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
     j["models"] = ordered_json::array();
     for (const Score& score : channel.models) j["models"].push_back(score_json(score));
     j["nested"] = channel.nested ? score_json(*channel.nested) : ordered_json(nullptr);
-    j["sigma_floor_um"] = in_um(model.sigma_floor_mm);
+    j["sigma_floor_um"] = in_um(model.sigma.floor_mm);
     j["sigma_growth_um_per_sqrt_min"] =
-        in_um(model.sigma_growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
+        in_um(model.sigma.growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
+    j["sigma_per_change"] = model.sigma.per_change;
+    j["sigma_per_move_um"] = in_um(model.sigma.per_move_mm);
+    j["sigma_prior_measurements"] = model.sigma.prior_measurements;
+    j["sigma_coverage_factor"] = model.sigma.coverage_factor;
+    j["coverage_95"] = ordered_json::object();
+    for (std::size_t r = 0; r < channel.coverage.size(); ++r)
+      j["coverage_95"][channel.runs[r]] =
+          std::isfinite(channel.coverage[r]) ? ordered_json(channel.coverage[r]) : ordered_json(nullptr);
     j["axis"] = model.axis.empty() ? ordered_json(nullptr) : ordered_json(model.axis);
     j["notes"] = channel.notes;
     out["channels"][channel.channel] = std::move(j);

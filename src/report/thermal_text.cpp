@@ -43,6 +43,11 @@ std::string thermal_fit_text(const FitResult& result, const thermal::FitOptions&
     const double gain = hold.rmse_mm > 0.0 ? 100.0 * (1.0 - best.rmse_mm / hold.rmse_mm) : 0.0;
     out += "  chosen: " + channel.chosen + "; against holding the last measurement: " + fixed_text(gain, 0) +
            " % less error" + (channel.nested ? " (the choice itself held out)" : "") + "\n";
+    if (channel.coverage.empty()) continue;
+    out += "  within 1.96 sigma (95 % promised), each run held out:";
+    for (std::size_t r = 0; r < channel.coverage.size(); ++r)
+      out += " " + channel.runs[r] + " " + plain(100.0 * channel.coverage[r], 0, 0) + " %";
+    out += "\n";
   }
   return out;
 }

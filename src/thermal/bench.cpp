@@ -77,6 +77,16 @@ ChannelBench::ChannelBench(const Log& log, std::size_t channel, double measure_e
   }
 }
 
+bool ChannelBench::blind() const {
+  std::size_t measured = 0;
+  std::size_t known = 0;
+  for (const BenchRun& run : runs_) {
+    measured += run.rows.size();
+    known += run.anchors.size();
+  }
+  return measured < 2 * known;
+}
+
 const RunFeatures& ChannelBench::features(Method method, std::size_t run) {
   auto& all = features_[method];
   if (all.empty()) {
@@ -112,7 +122,9 @@ TrainingSet ChannelBench::training(Method method, bool increments, const std::ve
       out.group.push_back(r);
     }
   }
-  const auto p = static_cast<Index>(features_of(method, *log_).size());
+  const FeatureSpec spec = features_of(method, *log_);
+  out.temperatures = static_cast<Index>(spec.sensors.size() * spec.temperature_taus_s.size());
+  const auto p = static_cast<Index>(spec.size());
   const auto count = static_cast<Index>(to.size());
   out.from.resize(count, p);
   out.to.resize(count, p);
@@ -149,19 +161,32 @@ Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
   return Fitted{*regressor, Guard(changes), rms_mm};
 }
 
-std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
-                                    std::size_t run, std::size_t stride) {
+std::vector<HeldOut> held_out(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
+                              std::size_t run, std::size_t stride) {
   const BenchRun& r = bench.runs()[run];
+  const auto& time_s = bench.log_run(run).time_s;
   const RunFeatures* features = fitted.regressor ? &bench.features(candidate.method, run) : nullptr;
   const auto state = [&](Index row) { return features != nullptr ? features->at(row) : FeatureVector{}; };
   Follower follower(candidate, fitted);
   std::size_t told = 0;  // the anchor up to which the follower knows
-  std::vector<double> out;
+  std::vector<HeldOut> out;
   for (std::size_t i = 0; i < r.rows.size(); i += stride) {
     for (; told < r.anchor_of_row[i]; ++told)
       follower.measure(state(r.anchors[told + 1]), r.anchor_mm[told + 1], true);
-    out.push_back(follower.say(state(r.rows[i]), false).value_mm - r.value_mm[i]);
+    const Said said = follower.say(state(r.rows[i]), false);
+    HeldOut row{said.value_mm - r.value_mm[i], said.causes, false};
+    row.causes.age_s =
+        time_s[static_cast<std::size_t>(r.rows[i])] - time_s[static_cast<std::size_t>(r.anchors[told])];
+    row.made_known = told + 1 < r.anchors.size() && r.anchors[told + 1] == r.rows[i];
+    out.push_back(row);
   }
+  return out;
+}
+
+std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
+                                    std::size_t run, std::size_t stride) {
+  std::vector<double> out;
+  for (const HeldOut& row : held_out(bench, candidate, fitted, run, stride)) out.push_back(row.error_mm);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include "trunnion/thermal/validation.hpp"
 
 #include "thermal/follower.hpp"
+#include "thermal/sigma.hpp"
 
 namespace trunnion::thermal {
 
@@ -27,6 +28,9 @@ class ChannelBench {
 
   const std::vector<BenchRun>& runs() const { return runs_; }
   const LogRun& log_run(std::size_t run) const { return log_->runs[runs_[run].log_run]; }
+  /// Whether the channel was hardly measured but when it was made known: between those times nothing is
+  /// validated.
+  bool blind() const;
   /// Features of a run relative to its reference, all rows.
   const RunFeatures& features(Method method, std::size_t run);
   /// Levels (or changes from one anchor to the next) of these runs.
@@ -57,5 +61,8 @@ Result<Fitted> fit_candidate(ChannelBench& bench, const Candidate& candidate,
 /// Errors (predicted minus measured) at every `stride`-th measured row of a run.
 std::vector<double> held_out_errors(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
                                     std::size_t run, std::size_t stride);
+/// The same at all of them, with what had happened since the last measurement.
+std::vector<HeldOut> held_out(ChannelBench& bench, const Candidate& candidate, const Fitted& fitted,
+                              std::size_t run, std::size_t stride = 1);
 
 }  // namespace trunnion::thermal

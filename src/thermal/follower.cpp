@@ -60,14 +60,18 @@ Said Follower::say(const FeatureVector& x, bool stale) const {
   Said out;
   out.value_mm = last_mm_;
   if (candidate_.method == Method::none && !stale) out.value_mm = 0.0;
-  out.held = stale;
+  out.causes.held = stale;
   if (!fitted_.regressor || stale) return out;
   const VectorXd from = anchor_.values.size() > 0 ? anchor_.values : VectorXd::Zero(x.values.size());
   const VectorXd since = x.values - from;
   out.distance = fitted_.guard.distance(incremental() ? since : x.values);
-  out.unknown_mm = unknown_effect_mm(x);
-  out.held = out.unknown_mm > fitted_.typical_change_mm;
-  if (out.held) return out;
+  out.causes.unknown_mm = unknown_effect_mm(x);
+  out.causes.held = out.causes.unknown_mm > fitted_.typical_change_mm;
+  if (out.causes.held) return out;
+  const double change_mm = fitted_.regressor->change_mm(from, x.values);
+  out.causes.change_mm = change_mm;
+  out.causes.moved = fitted_.guard.scaled(since).squaredNorm() /
+                     static_cast<double>(std::max<Eigen::Index>(1, since.size()));
   switch (candidate_.anchor) {
     case Anchor::open:
       out.value_mm = trusted_level(x.values);
@@ -79,7 +83,7 @@ Said Follower::say(const FeatureVector& x, bool stale) const {
     case Anchor::update:
       out.value_mm +=
           record_.trust(fitted_.guard.scaled(since), fitted_.guard.weight(since), fitted_.typical_change_mm) *
-          fitted_.regressor->change_mm(from, x.values);
+          change_mm;
       return out;
   }
   TRUNNION_EXPECTS(false);

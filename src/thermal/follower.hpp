@@ -14,10 +14,9 @@ struct Fitted {
 
 /// What is said at one moment.
 struct Said {
-  double value_mm = 0.0;    // relative to the reference
-  double distance = 0.0;    // of the state from the training, see Guard
-  double unknown_mm = 0.0;  // how far inputs that were not read may have moved the value
-  bool held = false;        // the last measurement stands: too much is unknown
+  double value_mm = 0.0;  // relative to the reference
+  double distance = 0.0;  // of the state from the training, see Guard
+  Causes causes;          // but for the age, which the caller knows
 };
 
 /// Follows one channel through a run, state by state and measurement by measurement: the validation and the

@@ -62,6 +62,7 @@ TrainingSet rows_of(const TrainingSet& training, const std::vector<std::size_t>&
   out.from = training.from(rows, Eigen::all);
   out.to = training.to(rows, Eigen::all);
   out.change_mm = training.change_mm(rows);
+  out.temperatures = training.temperatures;
   for (const Index row : rows) out.group.push_back(training.group[static_cast<std::size_t>(row)]);
   return out;
 }
@@ -160,6 +161,10 @@ VectorXd read_numbers(config::Section& section, std::string_view key, std::size_
     return VectorXd::Zero(static_cast<Index>(size));
   }
   return Eigen::Map<const VectorXd>(found->data(), static_cast<Index>(size));
+}
+
+std::shared_ptr<const Regressor> linear_regressor(double intercept_mm, VectorXd weight_mm) {
+  return std::make_shared<const Linear>(intercept_mm, std::move(weight_mm));
 }
 
 std::shared_ptr<const Regressor> read_linear(std::size_t features, config::Section& section) {

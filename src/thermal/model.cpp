@@ -26,7 +26,8 @@ constexpr std::array kMethods = {
     NamedMethod{Method::ols, "ols"},           NamedMethod{Method::svr, "svr"},
     NamedMethod{Method::svr_all, "svr_all"},   NamedMethod{Method::rises, "rises"},
     NamedMethod{Method::ridge, "ridge"},       NamedMethod{Method::lag, "lag"},
-    NamedMethod{Method::combined, "combined"}, NamedMethod{Method::gp, "gp"}};
+    NamedMethod{Method::combined, "combined"}, NamedMethod{Method::gp, "gp"},
+    NamedMethod{Method::mean, "mean"}};
 // Unit vectors of the rows, without those that are nearly the one of a row before.
 MatrixXd unlike(const MatrixXd& rows) {
   constexpr double kSame = 0.95;
@@ -80,8 +81,10 @@ std::optional<Candidate> candidate_of_name(std::string_view name) {
 FeatureSpec features_of(Method method, const Log& log) {
   FeatureSpec spec;
   const bool temperatures = method != Method::lag && method != Method::none && method != Method::hold_last;
-  const bool lags = method == Method::ridge || method == Method::combined || method == Method::gp;
-  const bool drives = method == Method::lag || method == Method::combined || method == Method::gp;
+  const bool lags =
+      method == Method::ridge || method == Method::combined || method == Method::gp || method == Method::mean;
+  const bool drives =
+      method == Method::lag || method == Method::combined || method == Method::gp || method == Method::mean;
   if (temperatures) {
     spec.sensors = log.sensors;
     // Twice what a door of half a minute and the recovery of a Pt100 in its housing take, so that they are
@@ -120,6 +123,8 @@ Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const Trai
       return fit_ridge(training);
     case Method::gp:
       return fit_gp(training);
+    case Method::mean:
+      return fit_mean(training);
     case Method::none:
     case Method::hold_last:
       break;
@@ -171,11 +176,47 @@ double Guard::weight(const VectorXd& x) const {
   const double out = trust(distance(x));
   const VectorXd z = scaled(x);
   if (seen_.rows() == 0 || !(z.norm() > 0.0)) return out;
-  // Within 30 deg of a change of the training the model knows what it says; from 63 deg on it does not.
-  constexpr double kKnown = 0.85;
-  constexpr double kUnknown = 0.45;
-  const double likest = (seen_ * z).maxCoeff() / z.norm();
-  return out * std::clamp((likest - kUnknown) / (kKnown - kUnknown), 0.0, 1.0);
+  const VectorXd like = seen_ * z / z.norm();
+  const double known = like.maxCoeff();
+  const double reversed = -like.minCoeff();
+  // Width and place of the way from "known" to "only the reverse is known", as cosines.
+  constexpr double kWidth = 0.4;
+  constexpr double kPlace = 0.2;
+  const double place = kPlace * (2.0 * both_ways() - 1.0);
+  const double of_reverse = std::clamp(1.0 - (reversed - known - place) / kWidth, 0.0, 1.0);
+  // What is like neither says nothing of a reversal.
+  const double tells = std::clamp((reversed - kWidth) / kPlace, 0.0, 1.0);
+  return out * (1.0 - tells * (1.0 - of_reverse));
+}
+
+double Guard::both_ways() const {
+  // Warm-ups alone have 0.5 to 0.6, runs that warm and cool 0.8 and more (reference and simulated data).
+  constexpr double kOneWay = 0.6;
+  constexpr double kBothWays = 0.75;
+  const VectorXd likest_reverse = (-seen_ * seen_.transpose()).rowwise().maxCoeff();
+  return std::clamp((likest_reverse.mean() - kOneWay) / (kBothWays - kOneWay), 0.0, 1.0);
+}
+
+void RunScale::add(double in_sigmas) {
+  constexpr double kMemory = 0.9;
+  // One wild measurement does not make a wild run.
+  constexpr double kMost = 6.0;
+  squares_ = kMemory * squares_ + std::pow(std::clamp(in_sigmas, -kMost, kMost), 2);
+  count_ = kMemory * count_ + 1.0;
+}
+
+double RunScale::factor(double prior) const {
+  return prior > 0.0 ? std::sqrt((prior + squares_) / (prior + count_)) : 1.0;
+}
+
+double SigmaModel::before_run_mm(const Causes& causes) const {
+  return std::sqrt(floor_mm * floor_mm + growth_mm_per_sqrt_s * growth_mm_per_sqrt_s * causes.age_s +
+                   std::pow(per_change * causes.change_mm, 2) + per_move_mm * per_move_mm * causes.moved +
+                   causes.unknown_mm * causes.unknown_mm);
+}
+
+double SigmaModel::sigma_mm(const Causes& causes, const RunScale& run) const {
+  return coverage_factor * run.factor(prior_measurements) * before_run_mm(causes);
 }
 
 void TrackRecord::add(const VectorXd& change, double predicted_mm, double measured_mm) {

@@ -34,6 +34,30 @@ Value reals(const std::vector<double>& items) {
 // A growth in um per square root of a minute: what a person can picture.
 const double kGrowthUnit_mm_per_sqrt_s = kMmPerUm / std::sqrt(kSecondsPerMinute);
 
+void add_sigma(const SigmaModel& sigma, const std::string& prefix, Table& out) {
+  out.emplace_back(prefix + "sigma_floor_um", number_value(sigma.floor_mm / kMmPerUm));
+  out.emplace_back(prefix + "sigma_growth_um_per_sqrt_min",
+                   number_value(sigma.growth_mm_per_sqrt_s / kGrowthUnit_mm_per_sqrt_s));
+  out.emplace_back(prefix + "sigma_per_change", number_value(sigma.per_change));
+  out.emplace_back(prefix + "sigma_per_move_um", number_value(sigma.per_move_mm / kMmPerUm));
+  out.emplace_back(prefix + "sigma_prior_measurements", number_value(sigma.prior_measurements));
+  out.emplace_back(prefix + "sigma_coverage_factor", number_value(sigma.coverage_factor));
+}
+
+SigmaModel read_sigma(Section& section, const std::string& prefix) {
+  SigmaModel out;
+  out.floor_mm = section.quantity_or(prefix + "sigma_floor_um", 0.0);
+  out.growth_mm_per_sqrt_s =
+      section.find_number(prefix + "sigma_growth_um_per_sqrt_min").value_or(0.0) * kGrowthUnit_mm_per_sqrt_s;
+  out.per_change = section.find_number(prefix + "sigma_per_change").value_or(0.0);
+  out.per_move_mm = section.quantity_or(prefix + "sigma_per_move_um", 0.0);
+  out.prior_measurements = section.find_number(prefix + "sigma_prior_measurements").value_or(0.0);
+  out.coverage_factor = section.find_number(prefix + "sigma_coverage_factor").value_or(1.0);
+  if (!(out.coverage_factor > 0.0) || !(out.prior_measurements >= 0.0))
+    section.error(prefix + "sigma_coverage_factor", "a coverage factor is above zero, a prior not below");
+  return out;
+}
+
 Table channel_table(const ChannelModel& channel) {
   Table out;
   out.emplace_back("name", text(channel.channel));
@@ -41,9 +65,8 @@ Table channel_table(const ChannelModel& channel) {
   out.emplace_back("method", text(channel.candidate.name()));
   out.emplace_back("heldout_rmse_um", number_value(channel.heldout_rmse_mm / kMmPerUm));
   out.emplace_back("hold_last_rmse_um", number_value(channel.hold_last_rmse_mm / kMmPerUm));
-  out.emplace_back("sigma_floor_um", number_value(channel.sigma_floor_mm / kMmPerUm));
-  out.emplace_back("sigma_growth_um_per_sqrt_min",
-                   number_value(channel.sigma_growth_mm_per_sqrt_s / kGrowthUnit_mm_per_sqrt_s));
+  add_sigma(channel.sigma, "", out);
+  add_sigma(channel.hold_sigma, "hold_", out);
   out.emplace_back("largest_um", number_value(channel.largest_mm / kMmPerUm));
   out.emplace_back("typical_change_um", number_value(channel.typical_change_mm / kMmPerUm));
   if (!channel.regressor) return out;
@@ -129,9 +152,11 @@ ChannelModel read_channel(Section section) {
   }
   out.heldout_rmse_mm = section.quantity_or("heldout_rmse_um", 0.0);
   out.hold_last_rmse_mm = section.quantity_or("hold_last_rmse_um", 0.0);
-  out.sigma_floor_mm = section.quantity("sigma_floor_um");
-  out.sigma_growth_mm_per_sqrt_s =
-      section.find_number("sigma_growth_um_per_sqrt_min").value_or(0.0) * kGrowthUnit_mm_per_sqrt_s;
+  if (!section.has("sigma_floor_um")) section.error("name", "'sigma_floor_um' is missing");
+  out.sigma = read_sigma(section, "");
+  out.hold_sigma = read_sigma(section, "hold_");
+  // A file of before has no sigma of holding.
+  if (!(out.hold_sigma.floor_mm > 0.0)) out.hold_sigma.floor_mm = out.hold_last_rmse_mm;
   out.largest_mm = section.quantity_or("largest_um", 0.0);
   out.typical_change_mm = section.quantity_or("typical_change_um", 0.0);
   if (candidate && candidate->method != Method::none && candidate->method != Method::hold_last)
@@ -187,6 +212,8 @@ std::shared_ptr<const Regressor> read_regressor(Method method, std::size_t featu
       return read_svr(features, section);
     case Method::gp:
       return read_gp(features, section);
+    case Method::mean:
+      return read_mean(features, section);
     default:
       return read_linear(features, section);
   }

@@ -32,6 +32,7 @@ struct Predictor::Channel {
   double reference_mm = 0.0;
   double anchor_s = 0.0;
   bool measured = false;  // after the reference
+  RunScale scale = {};
 };
 
 Predictor::Predictor(ThermalModel model) : model_(std::move(model)) {
@@ -95,29 +96,42 @@ void Predictor::measure(std::size_t index, double value_mm) {
     if (channel.reference) channel.reference = channel.state.values();
   }
   const bool drifted = channel.measured || !early;  // else it is the zero
+  if (drifted) {
+    const Said said = say(index);
+    if (!said.causes.held)
+      channel.scale.add((value_mm - channel.reference_mm - said.value_mm) /
+                        model_.channels[index].sigma.before_run_mm(said.causes));
+  }
   channel.follower.measure(relative(channel), value_mm - channel.reference_mm, drifted);
   channel.anchor_s = time_s_;
   channel.measured = drifted;
 }
 
+// The age of the last measurement included.
+Said Predictor::say(std::size_t index) const {
+  const Channel& channel = channels_[index];
+  bool stale = false;
+  for (std::size_t s = 0; s < channel.sensor.size(); ++s) stale = stale || channel.state.age_s(s) > kStale_s;
+  // Without its sensors every model falls back on the last measurement.
+  Said out = channel.follower.say(relative(channel), stale);
+  out.causes.age_s = time_s_ - channel.anchor_s;
+  return out;
+}
+
 Estimate Predictor::estimate(std::size_t index) const {
   const ChannelModel& model = model_.channels[index];
   const Channel& channel = channels_[index];
+  const Said said = say(index);
   Estimate out;
-  out.since_measured_s = time_s_ - channel.anchor_s;
+  out.since_measured_s = said.causes.age_s;
   for (std::size_t s = 0; s < channel.sensor.size(); ++s)
     out.stale = out.stale || channel.state.age_s(s) > kStale_s;
-  // Without its sensors every model falls back on the last measurement.
-  const Said said = channel.follower.say(relative(channel), out.stale);
   out.value_mm = said.value_mm;
   out.distance = said.distance;
-  out.unknown_mm = said.unknown_mm;
-  const double growth = model.sigma_growth_mm_per_sqrt_s;
-  out.sigma_mm =
-      std::sqrt(model.sigma_floor_mm * model.sigma_floor_mm + growth * growth * out.since_measured_s);
+  out.unknown_mm = said.causes.unknown_mm;
+  out.sigma_mm = model.sigma.sigma_mm(said.causes, channel.scale);
   if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
-  if (said.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_last_rmse_mm);
-  out.sigma_mm = std::hypot(out.sigma_mm, out.unknown_mm);
+  if (said.causes.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_sigma.sigma_mm(said.causes, {}));
   return out;
 }
 

@@ -9,6 +9,11 @@ Result<std::shared_ptr<const Regressor>> fit_ols(const TrainingSet& training);
 Result<std::shared_ptr<const Regressor>> fit_ridge(const TrainingSet& training);
 Result<std::shared_ptr<const Regressor>> fit_svr(const TrainingSet& training, bool significant_only);
 Result<std::shared_ptr<const Regressor>> fit_gp(const TrainingSet& training);
+/// The mean of ridge on the temperatures, ridge on all features and the Gaussian process: with few runs the
+/// held-out ones cannot tell which of the three is best, and their mean is seldom far from it.
+Result<std::shared_ptr<const Regressor>> fit_mean(const TrainingSet& training);
+
+std::shared_ptr<const Regressor> linear_regressor(double intercept_mm, Eigen::VectorXd weight_mm);
 
 /// Features that are significant at 5 % in the regression on all of them; the most significant one when none
 /// is.
@@ -22,6 +27,7 @@ std::vector<std::vector<std::size_t>> grouped_folds(const TrainingSet& training,
 std::shared_ptr<const Regressor> read_linear(std::size_t features, config::Section& section);
 std::shared_ptr<const Regressor> read_svr(std::size_t features, config::Section& section);
 std::shared_ptr<const Regressor> read_gp(std::size_t features, config::Section& section);
+std::shared_ptr<const Regressor> read_mean(std::size_t features, config::Section& section);
 std::shared_ptr<const Regressor> read_regressor(Method method, std::size_t features,
                                                 config::Section& section);
 

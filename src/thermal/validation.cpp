@@ -126,15 +126,18 @@ int freedom(Method method) {
       return 7;
     case Method::gp:
       return 8;
+    case Method::mean:
+      return 9;
   }
-  return 9;
+  return 10;
 }
 
 // The candidate to take, from `first` on, given its mean square errors on the same runs (every run counts
-// alike). Of those that the runs cannot tell from the best one (within one standard error of the difference)
-// the one with the least freedom: what a richer one does between the measurements, no measurement has seen.
+// alike): the least. Where the channel was measured only when it was made known (`blind`), what a richer
+// method does between the measurements no measurement has seen: of those that the runs cannot tell from the
+// best one (within one standard error of the difference) the one with the least freedom.
 std::size_t choose(const std::vector<Tried>& tried, const std::vector<std::vector<double>>& mean_squares,
-                   std::size_t first) {
+                   std::size_t first, bool blind) {
   const auto mean = [](const std::vector<double>& v) {
     return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
   };
@@ -144,6 +147,7 @@ std::size_t choose(const std::vector<Tried>& tried, const std::vector<std::vecto
     if (best == tried.size() || mean(mean_squares[i]) < mean(mean_squares[best])) best = i;
   }
   if (best == tried.size()) return first;
+  if (!blind) return best;
   std::size_t out = best;
   for (std::size_t i = first; i < tried.size(); ++i) {
     const std::size_t runs = mean_squares[i].size();
@@ -161,43 +165,33 @@ std::size_t choose(const std::vector<Tried>& tried, const std::vector<std::vecto
   return out;
 }
 
-Errors nested_errors(ChannelBench& bench, const std::vector<Tried>& tried) {
-  Errors out;
+// For each run the candidate that is chosen without it.
+std::vector<std::size_t> nested_choice(ChannelBench& bench, const std::vector<Tried>& tried) {
+  std::vector<std::size_t> out;
   for (std::size_t held = 0; held < bench.runs().size(); ++held) {
     std::vector<std::vector<double>> mean_squares;
     mean_squares.reserve(tried.size());
     for (const Tried& t : tried) mean_squares.push_back(inner_errors(bench, t.candidate, held));
-    out.push_back(tried[choose(tried, mean_squares, 0)].errors[held]);
+    out.push_back(choose(tried, mean_squares, 0, bench.blind()));
   }
   return out;
 }
 
-// sigma^2 = floor^2 + growth^2 age, by least squares over the held-out errors; both not negative.
-void fit_sigma(const ChannelBench& bench, const Errors& errors, bool grows, ChannelModel& model) {
-  double n = 0.0, t1 = 0.0, t2 = 0.0, e1 = 0.0, et = 0.0;
-  for (std::size_t r = 0; r < errors.size(); ++r) {
-    const BenchRun& run = bench.runs()[r];
-    const auto& time_s = bench.log_run(r).time_s;
-    for (std::size_t i = 0; i < errors[r].size(); ++i) {
-      const auto anchor = static_cast<std::size_t>(run.anchors[run.anchor_of_row[i]]);
-      const double age = time_s[static_cast<std::size_t>(run.rows[i])] - time_s[anchor];
-      const double e2 = errors[r][i] * errors[r][i];
-      n += 1.0, t1 += age, t2 += age * age, e1 += e2, et += e2 * age;
-    }
+// Each run by the candidate of `choice`, fitted without it.
+HeldOutRuns held_out_runs(ChannelBench& bench, const std::vector<Candidate>& choice) {
+  HeldOutRuns out;
+  for (std::size_t r = 0; r < bench.runs().size(); ++r) {
+    const auto fitted = fit_candidate(bench, choice[r], all_but(bench.runs().size(), {r}));
+    out.push_back(fitted ? held_out(bench, choice[r], *fitted, r) : std::vector<HeldOut>{});
   }
-  const double mean = e1 / n;
-  const double spread = t2 / n - t1 / n * t1 / n;
-  double growth2 = spread > 0.0 && grows ? (et / n - mean * t1 / n) / spread : 0.0;
-  growth2 = std::clamp(growth2, 0.0, t1 > 0.0 ? mean * n / t1 : 0.0);
-  model.sigma_growth_mm_per_sqrt_s = std::sqrt(growth2);
-  model.sigma_floor_mm = std::sqrt(std::max(0.0, mean - growth2 * t1 / n));
+  return out;
 }
 
 std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   std::vector<Candidate> out = {{Method::none, Anchor::open}, {Method::hold_last, Anchor::open}};
   std::vector<Method> methods = {Method::ols, Method::svr, Method::svr_all, Method::rises, Method::ridge};
   if (log.has_speed || log.has_feed) methods.insert(methods.end(), {Method::lag, Method::combined});
-  methods.push_back(Method::gp);
+  methods.insert(methods.end(), {Method::gp, Method::mean});
   for (const Method method : methods) {
     if (options.method && *options.method != method) continue;
     for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update})
@@ -236,10 +230,25 @@ Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& c
     mean_squares.emplace_back();
     for (const auto& errors : t.errors) mean_squares.back().push_back(std::pow(root_mean_square(errors), 2));
   }
-  out.chosen = tried[choose(tried, mean_squares, first)].candidate.name();
+  out.chosen = tried[choose(tried, mean_squares, first, bench.blind())].candidate.name();
+  const auto best = std::find_if(tried.begin(), tried.end(),
+                                 [&](const Tried& t) { return t.candidate.name() == out.chosen; });
+  std::vector<Candidate> by_run(bench.runs().size(), best->candidate);
   if (!options.method && bench.runs().size() >= 4) {
-    out.nested = score_of("auto (nested)", nested_errors(bench, tried), bench, options.window_s);
+    Errors errors;
+    const auto choice = nested_choice(bench, tried);
+    for (std::size_t r = 0; r < choice.size(); ++r) {
+      by_run[r] = tried[choice[r]].candidate;
+      errors.push_back(tried[choice[r]].errors[r]);
+    }
+    out.nested = score_of("auto (nested)", errors, bench, options.window_s);
   }
+  const HeldOutRuns held = held_out_runs(bench, by_run);
+  out.sigma = fit_sigma(held);
+  out.coverage = held_out_coverage(held);
+  out.hold_sigma = fit_sigma(
+      held_out_runs(bench, std::vector<Candidate>(bench.runs().size(), {Method::hold_last, Anchor::open})));
+  for (const BenchRun& run : bench.runs()) out.runs.push_back(log.runs[run.log_run].id);
   return out;
 }
 
@@ -257,9 +266,8 @@ Result<ChannelModel> final_model(ChannelBench& bench, const ChannelReport& repor
   out.regressor = fitted->regressor;
   out.guard = fitted->guard;
   out.typical_change_mm = fitted->typical_change_mm;
-  const bool anchored =
-      best->candidate.anchor == Anchor::update || best->candidate.method == Method::hold_last;
-  fit_sigma(bench, best->errors, anchored, out);
+  out.sigma = report.sigma;
+  out.hold_sigma = report.hold_sigma;
   out.heldout_rmse_mm = report.score(report.chosen)->rmse_mm;
   out.hold_last_rmse_mm = report.score("hold_last")->rmse_mm;
   for (const BenchRun& run : bench.runs()) {

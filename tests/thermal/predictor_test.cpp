@@ -33,8 +33,8 @@ ThermalModel fitted(const Log& log, Method method, const std::string& channel) {
 TEST(ThermalPredictor, SaysWhatTheValidationSays) {
   const SimulatedDays days = few_days();
   const std::size_t channel = *days.log.channel("dy");
-  for (const Method method :
-       {Method::ols, Method::svr, Method::rises, Method::ridge, Method::lag, Method::combined, Method::gp}) {
+  for (const Method method : {Method::ols, Method::svr, Method::rises, Method::ridge, Method::lag,
+                              Method::combined, Method::gp, Method::mean}) {
     for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update}) {
       const Candidate candidate{method, anchor};
       ChannelBench bench(days.log, channel, 1800.0);
@@ -76,7 +76,7 @@ TEST(ThermalPredictor, SaysWhatTheValidationSays) {
 
 TEST(ThermalModelFile, ReadsBackTheSamePredictions) {
   const SimulatedDays days = few_days();
-  for (const Method method : {Method::ridge, Method::svr_all, Method::gp, Method::lag}) {
+  for (const Method method : {Method::ridge, Method::svr_all, Method::gp, Method::lag, Method::mean}) {
     const ThermalModel model = fitted(days.log, method, "dx");
     Diagnostics diagnostics;
     const auto again = parse_model(model_text(model), "thermal.toml", diagnostics);

@@ -22,7 +22,8 @@ enum class Method {
   ridge,     // ridge without intercept on temperature rises and their first-order lags
   lag,       // first-order-lag sums on spindle speed and feed
   combined,  // ridge on the features of both
-  gp  // Gaussian process, linear + RBF kernel, on the features of both; has a standard deviation of its own
+  gp,   // Gaussian process, linear + RBF kernel, on the features of both; has a standard deviation of its own
+  mean  // the mean of ridge, combined and gp
 };
 
 /// What measurements within the run do for the prediction.
@@ -52,6 +53,7 @@ struct TrainingSet {
   Eigen::MatrixXd from, to;        // features relative to the run's reference, one row each
   Eigen::VectorXd change_mm;       // of the channel
   std::vector<std::size_t> group;  // run of each row: folds are made of whole runs
+  Eigen::Index temperatures = 0;   // how many features, the first ones, are temperatures and their lags
 };
 
 /// A fitted function of the features.
@@ -90,9 +92,11 @@ class Guard {
         double largest, Eigen::MatrixXd seen);
   /// Distance in units of the largest of the training: below 1 inside.
   double distance(const Eigen::VectorXd& x) const;
-  /// Weight of the model at `x`, 1 inside. Beside the distance it knows directions: a training that never
+  /// Weight of the model at `x`, 1 inside. Beside the distance it knows reversals: a training that never
   /// cooled says little of cooling, however slow, and a model that is linear would say the reverse of
-  /// heating.
+  /// heating. A change that is more like the reverse of what the training saw counts less, early where the
+  /// training went one way only, late where it went both ways. A change that is like nothing seen keeps its
+  /// weight: short changes have directions of their own.
   double weight(const Eigen::VectorXd& x) const;
   /// `x` in units of the training's spread of each feature.
   Eigen::VectorXd scaled(const Eigen::VectorXd& x) const;
@@ -105,6 +109,8 @@ class Guard {
   config::Table table() const;
 
  private:
+  // 0 where no change of the training has its reverse in the training, 1 where nearly all have.
+  double both_ways() const;
   Eigen::VectorXd scale_;       // of each feature
   Eigen::MatrixXd directions_;  // features x kept
   Eigen::VectorXd spread_;      // variance along each kept direction
@@ -134,6 +140,43 @@ class TrackRecord {
   std::deque<Kept> past_;
 };
 
+/// What happened since the last measurement, as far as it makes a prediction less certain.
+struct Causes {
+  double age_s = 0.0;       // time since then
+  double change_mm = 0.0;   // what the model says has changed since then
+  double moved = 0.0;       // mean square of the features' changes, in units of the training's
+  double unknown_mm = 0.0;  // what inputs that were not read may have done
+  bool held = false;        // the last measurement stands instead of the model's word
+};
+
+/// How a run turns out against what its sigma promised, by its measurements: the mean square of (measured -
+/// predicted) / sigma, each one counting 0.9 of the next.
+class RunScale {
+ public:
+  void add(double in_sigmas);
+  /// Factor of sigma; `prior` measurements speak for 1.
+  double factor(double prior) const;
+
+ private:
+  double squares_ = 0.0;
+  double count_ = 0.0;
+};
+
+/// Standard deviation of a prediction:
+///     coverage_factor * run factor * sqrt(floor^2 + growth^2 age + (per_change change)^2 + per_move^2 moved
+///     + unknown^2)
+struct SigmaModel {
+  double floor_mm = 0.0;
+  double growth_mm_per_sqrt_s = 0.0;
+  double per_change = 0.0;          // share of the change that the model says
+  double per_move_mm = 0.0;         // where all features moved as they usually do between two measurements
+  double prior_measurements = 0.0;  // of the run factor; 0: there is none
+  double coverage_factor = 1.0;     // so that 1.96 sigma cover 95 % of the errors of runs held out
+  /// Without the two factors.
+  double before_run_mm(const Causes& causes) const;
+  double sigma_mm(const Causes& causes, const RunScale& run) const;
+};
+
 /// The model of one channel.
 struct ChannelModel {
   std::string channel = {};  // name in the log, without _um
@@ -144,10 +187,8 @@ struct ChannelModel {
   std::shared_ptr<const Regressor> regressor = {};  // null for none and hold_last
   Guard guard = {};
   double typical_change_mm = 0.0;  // root mean square of the training's changes between measurements
-  /// Held-out standard deviation of the prediction `age` after the last measurement: sqrt(floor^2 + growth^2
-  /// age).
-  double sigma_floor_mm = 0.0;
-  double sigma_growth_mm_per_sqrt_s = 0.0;
+  SigmaModel sigma = {};
+  SigmaModel hold_sigma = {};  // of holding the last measurement, where the model cannot be asked
   double heldout_rmse_mm = 0.0;
   double hold_last_rmse_mm = 0.0;
   double largest_mm = 0.0;  // largest deviation of the training: the natural clamp

@@ -10,6 +10,8 @@
 
 namespace trunnion::thermal {
 
+struct Said;
+
 /// What a model says of one channel now: deviation since the run's reference state (its first measurement, or
 /// its start).
 struct Estimate {
@@ -56,6 +58,7 @@ class Predictor {
  private:
   struct Channel;
   FeatureVector relative(const Channel& channel) const;
+  Said say(std::size_t channel) const;
   ThermalModel model_;
   std::vector<std::string> sensors_;
   std::vector<Channel> channels_;

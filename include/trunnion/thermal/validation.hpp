@@ -41,6 +41,12 @@ struct ChannelReport {
   /// Held-out error of the choice itself: the method is chosen again without each run (nothing with fewer
   /// than four runs or a method asked for).
   std::optional<Score> nested;
+  /// Of the errors of runs held out, the choice among it where there is one.
+  SigmaModel sigma, hold_sigma;
+  std::vector<std::string> runs;  // in which the channel was measured
+  /// Share of each run's errors within 1.96 sigma, sigma too without that run; empty with fewer than three
+  /// runs.
+  std::vector<double> coverage;
   std::vector<std::string> notes;  // methods that this log does not allow, and why
 
   const Score* score(std::string_view name) const;

@@ -1,0 +1,176 @@
+#include "thermal/sigma.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace trunnion::thermal {
+namespace {
+
+constexpr double kTwoSided95 = 1.959964;  // quantile of the normal distribution
+constexpr double kCovered = 0.95;
+
+using Terms = std::array<double, 4>;
+
+Terms terms_of(const Causes& c) {
+  return {1.0, c.age_s, c.change_mm * c.change_mm, c.moved};
+}
+
+SigmaModel model_of(const Terms& variance) {
+  SigmaModel out;
+  out.floor_mm = std::sqrt(variance[0]);
+  out.growth_mm_per_sqrt_s = std::sqrt(variance[1]);
+  out.per_change = std::sqrt(variance[2]);
+  out.per_move_mm = std::sqrt(variance[3]);
+  return out;
+}
+
+// Variances of the four terms by multiplicative steps: each lowers -log of the likelihood and keeps every
+// variance above zero (the divergence is that of Itakura and Saito).
+Terms fit_variances(const HeldOutRuns& runs, std::size_t without) {
+  struct Row {
+    Terms z;
+    double e2, known2, weight;
+  };
+  std::vector<Row> rows;
+  double mean2 = 0.0;
+  double total = 0.0;
+  Terms mean_z{};
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r == without) continue;
+    for (const HeldOut& h : runs[r]) {
+      if (h.causes.held) continue;
+      const double weight = 1.0 / static_cast<double>(runs[r].size());
+      const Terms z = terms_of(h.causes);
+      rows.push_back({z, h.error_mm * h.error_mm, std::pow(h.causes.unknown_mm, 2), weight});
+      mean2 += weight * rows.back().e2;
+      total += weight;
+      for (std::size_t k = 0; k < z.size(); ++k) mean_z[k] += weight * z[k];
+    }
+  }
+  Terms out{};
+  if (!(mean2 > 0.0)) return out;
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = mean_z[k] > 0.0 ? 0.25 * mean2 / mean_z[k] : 0.0;
+  // Not below a hundredth of the whole: no error was ever nothing.
+  const double least = 0.01 * mean2 / total;
+  constexpr int kSteps = 60;
+  for (int step = 0; step < kSteps; ++step) {
+    Terms up{};
+    Terms down{};
+    for (const Row& row : rows) {
+      double s2 = row.known2;
+      for (std::size_t k = 0; k < out.size(); ++k) s2 += out[k] * row.z[k];
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        up[k] += row.weight * row.z[k] * row.e2 / (s2 * s2);
+        down[k] += row.weight * row.z[k] / s2;
+      }
+    }
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] *= down[k] > 0.0 ? std::sqrt(up[k] / down[k]) : 0.0;
+    out[0] = std::max(out[0], least);
+  }
+  return out;
+}
+
+// Errors of a run in units of a sigma that knows the run's measurements so far.
+std::vector<double> in_sigmas(const std::vector<HeldOut>& run, const SigmaModel& model) {
+  RunScale scale;
+  std::vector<double> out;
+  for (const HeldOut& h : run) {
+    if (h.causes.held) continue;
+    const double s = model.sigma_mm(h.causes, scale);
+    out.push_back(std::abs(h.error_mm) / s);
+    if (h.made_known) scale.add(h.error_mm / model.before_run_mm(h.causes));
+  }
+  return out;
+}
+
+// The value below which this share of all lies, every run counting alike.
+double quantile_of_runs(const std::vector<std::vector<double>>& runs, std::size_t without, double share) {
+  std::vector<std::pair<double, double>> all;  // value, weight
+  double total = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r == without || runs[r].empty()) continue;
+    for (const double v : runs[r]) all.emplace_back(v, 1.0 / static_cast<double>(runs[r].size()));
+    total += 1.0;
+  }
+  std::sort(all.begin(), all.end());
+  double sum = 0.0;
+  for (const auto& [value, weight] : all) {
+    sum += weight;
+    if (sum >= share * total) return value;
+  }
+  return all.empty() ? kTwoSided95 : all.back().first;
+}
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+// Sigma of each run by the variances of the others, and the prior that fits all of them best.
+struct Crossed {
+  std::vector<SigmaModel> without;             // [run]
+  std::vector<std::vector<double>> in_sigmas;  // [run], with that prior
+  double prior = 0.0;
+};
+
+Crossed cross(const HeldOutRuns& runs) {
+  Crossed out;
+  for (std::size_t r = 0; r < runs.size(); ++r) out.without.push_back(model_of(fit_variances(runs, r)));
+  double best = std::numeric_limits<double>::infinity();
+  for (const double prior : {2.0, 4.0, 8.0, 16.0, 64.0}) {
+    double cost = 0.0;
+    std::vector<std::vector<double>> scaled;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      SigmaModel model = out.without[r];
+      model.prior_measurements = prior;
+      scaled.push_back(in_sigmas(runs[r], model));
+    }
+    // Width and misses of the interval that covers as much as is asked for, in sigmas of before the run.
+    const double q = quantile_of_runs(scaled, kNone, kCovered);
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      SigmaModel model = out.without[r];
+      model.prior_measurements = prior;
+      RunScale scale;
+      double sum = 0.0;
+      for (const HeldOut& h : runs[r]) {
+        if (h.causes.held) continue;
+        const double half = q * model.sigma_mm(h.causes, scale);
+        sum += half + std::max(0.0, std::abs(h.error_mm) - half) / (1.0 - kCovered);
+        if (h.made_known) scale.add(h.error_mm / model.before_run_mm(h.causes));
+      }
+      if (!runs[r].empty()) cost += sum / static_cast<double>(runs[r].size());
+    }
+    if (cost < best) {
+      best = cost;
+      out.prior = prior;
+      out.in_sigmas = std::move(scaled);
+    }
+  }
+  for (SigmaModel& model : out.without) model.prior_measurements = out.prior;
+  return out;
+}
+
+}  // namespace
+
+SigmaModel fit_sigma(const HeldOutRuns& runs) {
+  SigmaModel out = model_of(fit_variances(runs, kNone));
+  if (runs.size() < 3) return out;
+  const Crossed crossed = cross(runs);
+  out.prior_measurements = crossed.prior;
+  out.coverage_factor = quantile_of_runs(crossed.in_sigmas, kNone, kCovered) / kTwoSided95;
+  return out;
+}
+
+std::vector<double> held_out_coverage(const HeldOutRuns& runs) {
+  if (runs.size() < 3) return {};
+  const Crossed crossed = cross(runs);
+  std::vector<double> out;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const double limit = quantile_of_runs(crossed.in_sigmas, r, kCovered);
+    const auto& own = crossed.in_sigmas[r];
+    const auto within = std::count_if(own.begin(), own.end(), [&](double v) { return v <= limit; });
+    out.push_back(own.empty() ? std::nan("") : static_cast<double>(within) / static_cast<double>(own.size()));
+  }
+  return out;
+}
+
+}  // namespace trunnion::thermal
