@@ -226,14 +226,24 @@ void add_import(CLI::App& command, int& exit) {
       command.add_subcommand("import", "another program's log into ours: sensors end in _C, channels in _um");
   sub->add_option("file", words->file)->required();
   sub->add_option("-o,--output", words->output, "log to write (- is standard output)");
-  sub->add_option("--time", words->options.time_column, "column of the time")->capture_default_str();
+  sub->add_option("--time", words->options.time_column,
+                  "column of the time, numbers or dates [time_s, time, timestamp, datetime, date or zeit]");
+  sub->add_option("--step-s", words->options.step_s, "the file has no time: its rows are so far apart")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--sensor", words->options.sensors,
+                  "columns of temperatures in degC, as shell patterns: 'PT*'")
+      ->delimiter(',');
+  sub->add_option("--delimiter", words->options.delimiter,
+                  "between fields [tab, ; | or comma, as the header has]");
+  sub->add_option("--skip-lines", words->options.skip_lines, "lines before the header");
+  sub->add_flag("--part", words->options.part, "a file of sensors only, or of channels only, is right");
   sub->add_option("--seconds-per-count", words->options.seconds_per_count, "when that column counts samples");
   sub->add_option("--run", words->options.run_column, "column whose value names the run");
   sub->add_option("--speed", words->options.speed_column, "column of the spindle speed")
       ->capture_default_str();
   sub->add_flag("--run-starts-with-spindle", words->options.run_starts_with_spindle,
                 "a run begins whenever the speed rises from zero");
-  sub->add_option("--channel", words->options.channels, "columns of displacements without unit in their name")
+  sub->add_option("--channel", words->options.channels, "columns of displacements, as shell patterns")
       ->delimiter(',');
   sub->add_option("--um-per-count", words->options.um_per_count, "unit of those");
   words->result.add_to(*sub);

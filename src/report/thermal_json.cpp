@@ -66,6 +66,7 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
         in_um(model.sigma.growth_mm_per_sqrt_s) * std::sqrt(kSecondsPerMinute);
     j["sigma_per_change"] = model.sigma.per_change;
     j["sigma_per_move_um"] = in_um(model.sigma.per_move_mm);
+    j["sigma_per_krpm_um"] = in_um(model.sigma.per_krpm_mm);
     j["sigma_prior_measurements"] = model.sigma.prior_measurements;
     j["sigma_coverage_factor"] = model.sigma.coverage_factor;
     j["coverage_95"] = ordered_json::object();

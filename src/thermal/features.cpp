@@ -111,6 +111,14 @@ void FeatureState::step(const Reading& reading) {
   started_ = true;
 }
 
+double FeatureState::unsettled() const {
+  if (spec_.speed_taus_s.empty() || spec_.speed_powers.empty() || spec_.speed_powers.front() != 1.0)
+    return 0.0;
+  const std::size_t sensors = spec_.sensors.size();
+  const auto fastest = static_cast<Eigen::Index>(sensors * spec_.temperature_taus_s.size());
+  return std::abs(held_[sensors] - values_[fastest]);
+}
+
 RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& run) {
   std::vector<std::size_t> sensor;
   for (const auto& name : spec.sensors) {
@@ -135,6 +143,7 @@ RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& 
   RunFeatures out;
   out.values.resize(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
   out.unknown.resizeLike(out.values);
+  out.unsettled.resize(out.values.rows());
   std::vector<double> temperature(sensor.size());
   for (std::size_t row = 0; row < run.rows(); ++row) {
     for (std::size_t i = 0; i < sensor.size(); ++i) temperature[i] = run.temperature_degC[sensor[i]][row];
@@ -144,6 +153,7 @@ RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& 
                 .feed_mm_s = run.feed_mm_s.empty() ? kNotRead : run.feed_mm_s[row]});
     out.values.row(static_cast<Eigen::Index>(row)) = state.values().transpose();
     out.unknown.row(static_cast<Eigen::Index>(row)) = state.unknown().transpose();
+    out.unsettled[static_cast<Eigen::Index>(row)] = state.unsettled();
   }
   return out;
 }

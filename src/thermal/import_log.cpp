@@ -1,11 +1,15 @@
 #include "trunnion/thermal/import_log.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <fnmatch.h>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
+
+#include "thermal/foreign_text.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -20,42 +24,105 @@ struct Sources {
   std::vector<Source> sensors, channels;
 };
 
-std::string without_suffix(const std::string& name, std::string_view suffix) {
-  return name.substr(0, name.size() - suffix.size());
+// The name without its unit and without what our own format puts before and behind it.
+std::string bare_name(const std::string& name) {
+  for (const std::string_view suffix : {"_degC", "_C", "_um"}) {
+    if (!name.ends_with(suffix) || name.size() == suffix.size()) continue;
+    const std::string out = name.substr(0, name.size() - suffix.size());
+    return suffix == "_degC" && out.starts_with("T_") && out.size() > 2 ? out.substr(2) : out;
+  }
+  return name;
+}
+
+bool matches(const std::vector<std::string>& patterns, const std::string& name) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& p) { return fnmatch(p.c_str(), name.c_str(), 0) == 0; });
+}
+
+std::optional<std::size_t> time_column(const config::CsvRows& rows, const ImportOptions& options) {
+  if (!options.time_column.empty()) return rows.column(options.time_column);
+  if (const auto ours = rows.column("time_s")) return ours;
+  for (const std::string_view known : {"time", "timestamp", "datetime", "date", "zeit"}) {
+    for (std::size_t i = 0; i < rows.columns().size(); ++i) {
+      std::string lower;
+      for (const char c : rows.columns()[i])
+        lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      if (lower == known) return i;
+    }
+  }
+  return std::nullopt;
+}
+
+// What every pattern and name of the options must find.
+void tell_missing(const config::CsvRows& rows, const ImportOptions& options, const Sources& sources,
+                  Diagnostics& diagnostics) {
+  const SourceRef header{rows.header_line(), 1};
+  const auto missing = [&](const std::string& name) {
+    diagnostics.error(rows.file(), header, "no column '" + name + "'");
+  };
+  if (!sources.time && !options.time_column.empty()) {
+    missing(options.time_column);
+  } else if (!sources.time && !options.step_s) {
+    diagnostics.error(rows.file(), header,
+                      "no column 'time_s': name the one of the time (--time NAME), or how far the rows are "
+                      "apart (--step-s S)");
+  }
+  if (!options.run_column.empty() && !sources.run) missing(options.run_column);
+  if (options.run_starts_with_spindle && !sources.speed) missing(options.speed_column);
+  for (const auto* patterns : {&options.sensors, &options.channels}) {
+    for (const auto& pattern : *patterns) {
+      if (std::none_of(rows.columns().begin(), rows.columns().end(),
+                       [&](const std::string& name) { return matches({pattern}, name); }))
+        missing(pattern);
+    }
+  }
+  if (diagnostics.has_errors() || options.part) return;
+  if (sources.sensors.empty())
+    diagnostics.error(
+        rows.file(), header,
+        "no column is a temperature: name them (--sensor PATTERN), or --part for a file of channels only");
+  if (sources.channels.empty())
+    diagnostics.error(rows.file(), header,
+                      "no column is a measured channel: name them (--channel PATTERN), or --part for a file "
+                      "of sensors only");
 }
 
 Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, Log& log,
                      Diagnostics& diagnostics) {
   Sources out;
-  out.time = rows.column(options.time_column);
+  if (!options.step_s) out.time = time_column(rows, options);
   out.speed = rows.column(options.speed_column);
   if (!options.run_column.empty()) out.run = rows.column(options.run_column);
-  const SourceRef header{rows.header_line(), 1};
-  if (!out.time) diagnostics.error(rows.file(), header, "no column '" + options.time_column + "'");
-  if (!options.run_column.empty() && !out.run)
-    diagnostics.error(rows.file(), header, "no column '" + options.run_column + "'");
-  if (options.run_starts_with_spindle && !out.speed)
-    diagnostics.error(rows.file(), header, "no column '" + options.speed_column + "'");
   for (std::size_t i = 0; i < rows.columns().size(); ++i) {
     const std::string& name = rows.columns()[i];
-    const bool named =
-        std::find(options.channels.begin(), options.channels.end(), name) != options.channels.end();
-    if (named) {
-      log.channels.push_back(name);
-      out.channels.push_back({i, options.um_per_count * kMmPerUm});
-    } else if (name.ends_with("_um")) {
-      log.channels.push_back(without_suffix(name, "_um"));
-      out.channels.push_back({i, kMmPerUm});
-    } else if (name.ends_with("_C") || name.ends_with("_degC")) {
-      log.sensors.push_back(without_suffix(name, name.ends_with("_degC") ? "_degC" : "_C"));
+    if (i == out.time || i == out.run || i == out.speed) continue;
+    if (matches(options.channels, name)) {
+      log.channels.push_back(bare_name(name));
+      out.channels.push_back({i, name.ends_with("_um") ? kMmPerUm : options.um_per_count * kMmPerUm});
+    } else if (matches(options.sensors, name) || name.ends_with("_C") || name.ends_with("_degC")) {
+      log.sensors.push_back(bare_name(name));
       out.sensors.push_back({i, 1.0});
+    } else if (name.ends_with("_um")) {
+      log.channels.push_back(bare_name(name));
+      out.channels.push_back({i, kMmPerUm});
+    } else {
+      diagnostics.note(
+          rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
+          "column '" + name +
+              "' is not taken: neither _C, _degC nor _um ends its name, and no --sensor, --channel, "
+              "--run or --speed names it");
     }
   }
-  for (const auto& name : options.channels) {
-    if (!rows.column(name)) diagnostics.error(rows.file(), header, "no column '" + name + "'");
-  }
+  tell_missing(rows, options, out, diagnostics);
   log.has_speed = out.speed.has_value();
   return out;
+}
+
+double time_of(config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
+               const ForeignText& foreign, std::size_t count) {
+  if (options.step_s) return *options.step_s * static_cast<double>(count);
+  const double value = rows.number(*sources.time).value_or(0.0);
+  return foreign.dated.contains(*sources.time) ? value : value * options.seconds_per_count;
 }
 
 LogRun& start_run(Log& log, std::string id) {
@@ -73,16 +140,20 @@ LogRun& start_run(Log& log, std::string id) {
 Result<Log> import_log(std::string_view text, const std::string& file, const ImportOptions& options,
                        Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
-  config::CsvRows rows(text, file, diagnostics);
+  const ForeignText foreign = plain_csv(text, options.delimiter, options.skip_lines);
+  if (foreign.not_read > 0)
+    diagnostics.note(file, {}, std::to_string(foreign.not_read) + " fields like N/A count as not read");
+  config::CsvRows rows(foreign.csv, file, diagnostics);
   Log log;
   log.file = file;
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   const Sources sources = find_sources(rows, options, log, diagnostics);
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   double start_s = 0.0;
+  std::size_t count = 0;
   double speed_before = 0.0;
   while (rows.next()) {
-    const double time_s = rows.number(*sources.time).value_or(0.0) * options.seconds_per_count;
+    const double time_s = time_of(rows, sources, options, foreign, count++);
     const double speed = sources.speed ? rows.number_or_nan(*sources.speed).value_or(0.0) : 0.0;
     const std::string id = sources.run ? std::string(rows.fields()[*sources.run]) : "1";
     bool starts = log.runs.empty() || (sources.run && log.runs.back().id != id);
@@ -95,7 +166,7 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
     if (log.runs.empty()) continue;  // before the first start of the spindle
     LogRun& run = log.runs.back();
     if (!run.time_s.empty() && time_s - start_s <= run.time_s.back()) {
-      diagnostics.error(file, {rows.line(), static_cast<std::uint32_t>(*sources.time + 1)},
+      diagnostics.error(file, {rows.line(), static_cast<std::uint32_t>(sources.time.value_or(0) + 1)},
                         "time " + shortest_text(time_s) + " s does not come after the row before");
     }
     run.time_s.push_back(time_s - start_s);

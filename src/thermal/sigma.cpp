@@ -11,10 +11,10 @@ namespace {
 constexpr double kTwoSided95 = 1.959964;  // quantile of the normal distribution
 constexpr double kCovered = 0.95;
 
-using Terms = std::array<double, 4>;
+using Terms = std::array<double, 5>;
 
 Terms terms_of(const Causes& c) {
-  return {1.0, c.age_s, c.change_mm * c.change_mm, c.moved};
+  return {1.0, c.age_s, c.change_mm * c.change_mm, c.moved, c.unsettled * c.unsettled};
 }
 
 SigmaModel model_of(const Terms& variance) {
@@ -23,10 +23,11 @@ SigmaModel model_of(const Terms& variance) {
   out.growth_mm_per_sqrt_s = std::sqrt(variance[1]);
   out.per_change = std::sqrt(variance[2]);
   out.per_move_mm = std::sqrt(variance[3]);
+  out.per_krpm_mm = std::sqrt(variance[4]);
   return out;
 }
 
-// Variances of the four terms by multiplicative steps: each lowers -log of the likelihood and keeps every
+// Variances of the terms by multiplicative steps: each lowers -log of the likelihood and keeps every
 // variance above zero (the divergence is that of Itakura and Saito).
 Terms fit_variances(const HeldOutRuns& runs, std::size_t without) {
   struct Row {

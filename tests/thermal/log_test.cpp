@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/thermal/import_log.hpp"
 
 #include "thermal/day_log.hpp"
+#include "thermal/foreign_text.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -63,6 +65,67 @@ TEST(LongThermalLog, ADayAt30HzIsRead) {
   ASSERT_TRUE(log);
   EXPECT_EQ(log->runs[0].rows(), test::kDayRows);
   EXPECT_DOUBLE_EQ(log->runs[0].temperature_degC[7][12345], test::day_degC(12345, 7));
+}
+
+std::string messages_of(const Diagnostics& diagnostics) {
+  std::string out;
+  for (const Finding& f : diagnostics.findings()) out += f.text() + "\n";
+  return out;
+}
+
+// What loggers write: semicolons, decimal commas, dates, N/A, a column without a name at the end.
+TEST(ThermalImport, ReadsWhatLoggersWrite) {
+  ImportOptions options;
+  options.sensors = {"PT*"};
+  options.channels = {"Z"};
+  Diagnostics diagnostics;
+  const auto log = import_log(
+      "logger 7\nZeit;PT front;PT rear;Z;note;\n2024-03-01T07:59:30+01:00;20,5;N/A;1.234,5;a;\n"
+      "2024-03-01T07:00:00Z;20,6;21,25;-3;b;\n01.03.2024 07:00:30,5;20,7;--;;c;\n",
+      "l.csv",
+      [&] {
+        auto o = options;
+        o.skip_lines = 1;
+        return o;
+      }(),
+      diagnostics);
+  ASSERT_TRUE(log) << log.error().text();
+  EXPECT_EQ(log->sensors, (std::vector<std::string>{"PT front", "PT rear"}));
+  EXPECT_EQ(log->runs[0].time_s, (std::vector<double>{0.0, 30.0, 60.5}));
+  EXPECT_EQ(log->runs[0].temperature_degC[0], (std::vector<double>{20.5, 20.6, 20.7}));
+  EXPECT_TRUE(std::isnan(log->runs[0].temperature_degC[1][0]));
+  EXPECT_NEAR(log->runs[0].channel_mm[0][0], 1.2345, 1e-12);
+  const std::string told = messages_of(diagnostics);
+  EXPECT_NE(told.find("2 fields like N/A count as not read"), std::string::npos) << told;
+  EXPECT_NE(told.find("l.csv:2:5: note: column 'note' is not taken"), std::string::npos) << told;
+}
+
+TEST(ThermalImport, SaysWhatIsMissing) {
+  const auto message = [](const std::string& text, const ImportOptions& options) {
+    Diagnostics diagnostics;
+    const auto log = import_log(text, "l.csv", options, diagnostics);
+    return log ? std::string("taken") : messages_of(diagnostics);
+  };
+  ImportOptions options;
+  const std::string table = "a_C\tz_um\n20\t1\n21\t2\n";
+  EXPECT_NE(message(table, options).find("--step-s"), std::string::npos);
+  options.step_s = 10.0;
+  EXPECT_EQ(message(table, options), "taken");
+  EXPECT_NE(message("a_C\n20\n", options).find("--channel PATTERN"), std::string::npos);
+  EXPECT_NE(message("z_um\n20\n", options).find("--sensor PATTERN"), std::string::npos);
+  options.part = true;
+  EXPECT_EQ(message("a_C\n20\n", options), "taken");
+  options.sensors = {"PT*"};
+  EXPECT_NE(message(table, options).find("no column 'PT*'"), std::string::npos);
+}
+
+TEST(ThermalImport, DatesAreSecondsOfTheEpoch) {
+  EXPECT_EQ(seconds_of_date("1970-01-01T00:00:00Z"), 0.0);
+  EXPECT_EQ(seconds_of_date("2000-03-01 00:00"), 951868800.0);  // the day after a 29 February
+  EXPECT_EQ(seconds_of_date("2000-03-01T02:00:00+02:00"), 951868800.0);
+  EXPECT_EQ(seconds_of_date("01.03.2000 00:00:00"), 951868800.0);
+  EXPECT_FALSE(seconds_of_date("2001-02-29T00:00:00"));
+  EXPECT_FALSE(seconds_of_date("20.5"));
 }
 
 }  // namespace

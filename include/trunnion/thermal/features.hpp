@@ -47,6 +47,7 @@ inline constexpr double kDriveHeld_s = 300.0;
 /// Feature values and how much of each is unknown (0 to 1: all of it), since its speed or feed was not read.
 struct FeatureVector {
   Eigen::VectorXd values, unknown;
+  double unsettled = 0.0;  // see FeatureState::unsettled
 };
 
 /// Follows a run reading by reading.
@@ -60,6 +61,9 @@ class FeatureState {
   const Eigen::VectorXd& values() const { return values_; }
   /// How much of each value comes from a speed or feed that was not read: its lag of the same time constant.
   const Eigen::VectorXd& unknown() const { return unknown_; }
+  /// How far the spindle speed is from its fastest lag, 1000 rpm; 0 without lags of the speed. Bearings
+  /// spread within seconds of a change, which no temperature shows.
+  double unsettled() const;
   /// Seconds since each sensor was read last; infinite before the first reading.
   double age_s(std::size_t sensor) const;
 
@@ -80,8 +84,9 @@ class FeatureState {
 /// Features of all rows of a run (rows x features), and how much of each is unknown.
 struct RunFeatures {
   Eigen::MatrixXd values, unknown;
+  Eigen::VectorXd unsettled;
   FeatureVector at(Eigen::Index row) const {
-    return {values.row(row).transpose(), unknown.row(row).transpose()};
+    return {values.row(row).transpose(), unknown.row(row).transpose(), unsettled[row]};
   }
 };
 /// Sensors are looked up by name in `log`.

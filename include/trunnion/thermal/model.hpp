@@ -145,6 +145,7 @@ struct Causes {
   double age_s = 0.0;       // time since then
   double change_mm = 0.0;   // what the model says has changed since then
   double moved = 0.0;       // mean square of the features' changes, in units of the training's
+  double unsettled = 0.0;   // how far the speed is from its fastest lag, and was at the measurement, 1000 rpm
   double unknown_mm = 0.0;  // what inputs that were not read may have done
   bool held = false;        // the last measurement stands instead of the model's word
 };
@@ -164,12 +165,14 @@ class RunScale {
 
 /// Standard deviation of a prediction:
 ///     coverage_factor * run factor * sqrt(floor^2 + growth^2 age + (per_change change)^2 + per_move^2 moved
+///     + (per_krpm unsettled)^2
 ///     + unknown^2)
 struct SigmaModel {
   double floor_mm = 0.0;
   double growth_mm_per_sqrt_s = 0.0;
   double per_change = 0.0;          // share of the change that the model says
   double per_move_mm = 0.0;         // where all features moved as they usually do between two measurements
+  double per_krpm_mm = 0.0;         // of speed that has just changed
   double prior_measurements = 0.0;  // of the run factor; 0: there is none
   double coverage_factor = 1.0;     // so that 1.96 sigma cover 95 % of the errors of runs held out
   /// Without the two factors.
