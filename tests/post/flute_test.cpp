@@ -167,6 +167,36 @@ TEST(Flute, ProgramsHoldTheirFlute) {
   EXPECT_GT(beyond_mm, 1.5 * kFluteTolerance_mm);
 }
 
+// Rotary axes that are tilted by 100 urad: with a flute length the direction of the tool is corrected, too.
+// Words of four decimals and of three, in the tests' own chain with the same tilts.
+TEST(Flute, TiltedAxesAreCorrected) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Model model = test::model_of(
+      "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nB0A_urad = 100.0\nC0A_urad = -80.0\n"
+      "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nA0C_urad = -90.0\nB0C_urad = 110.0\n",
+      machine);
+  test::OwnChain chain = test::own_chain("trunnion_offset");
+  chain.tilt = {Vec3(0.0, 100e-6, -80e-6), Vec3(-90e-6, 110e-6, 0.0)};
+  constexpr double kFlute_mm = 50.0;
+  for (const std::string control : {"linuxcnc", "fanuc_30i"}) {
+    for (int seed = 0; seed < 5; ++seed) {
+      std::mt19937_64 random(static_cast<unsigned>(seed) + 300);
+      const auto path = leading_edge(random, std::uniform_real_distribution<double>(0.4, 1.5)(random));
+      const std::string cl = flute_cl(path);
+      const auto truth = [&](double flute_mm) {
+        PostOptions options;
+        options.tolerance_mm = kFluteTolerance_mm;
+        options.tools.flute_mm = flute_mm;
+        const auto p = test::posted(cl, machine, options, control, &model);
+        EXPECT_TRUE(p.report && p.report->verification && p.report->verification->passed()) << seed;
+        return sampled(test::tool_of(test::cut_of(p.nc, chain), chain), path, kFlute_mm).best_flute_mm;
+      };
+      EXPECT_LE(truth(kFlute_mm), kFluteTolerance_mm + 1e-6) << control << " " << seed;
+      EXPECT_GT(truth(0.0), 1.4 * kFluteTolerance_mm) << control << " " << seed;
+    }
+  }
+}
+
 TEST(Flute, BoundsHoldAndAreNearToSamples) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const int seeds = test::cases(12, "TRUNNION_CASES");

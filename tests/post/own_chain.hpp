@@ -33,6 +33,9 @@ using FiveWords = std::array<double, 5>;  // X Y Z mm, both rotary axes, the out
 struct OwnChain {
   std::string letters;
   std::array<Vec3, 2> axis, point;
+  // Rotation vectors by which the bodies that they carry are turned before they turn, about these points:
+  // tilts of the axes, rad.
+  std::array<Vec3, 2> tilt = {Vec3::Zero(), Vec3::Zero()};
 };
 // The numbers of postconfigs/machines.
 inline OwnChain own_chain(const std::string& machine) {
@@ -51,8 +54,13 @@ inline PlacedTool in_part(const FiveWords& w, const OwnChain& chain) {
   PlacedTool tool{{w[0], w[1], w[2]}, Vec3::UnitZ()};
   for (std::size_t k = 0; k < 2; ++k) {
     const double angle = -w[3 + k] * kRadPerDegree;
-    tool.tip = turned(tool.tip - chain.point[k], chain.axis[k], angle) + chain.point[k];
-    tool.axis = turned(tool.axis, chain.axis[k], angle);
+    const double tilt = chain.tilt[k].norm();
+    const auto back = [&](const Vec3& v) {
+      const Vec3 straight = tilt > 0.0 ? turned(v, chain.tilt[k] / tilt, -tilt) : v;
+      return turned(straight, chain.axis[k], angle);
+    };
+    tool.tip = back(tool.tip - chain.point[k]) + chain.point[k];
+    tool.axis = back(tool.axis);
   }
   return tool;
 }
