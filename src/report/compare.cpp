@@ -41,13 +41,16 @@ std::string compare_table(const std::vector<ComparedProgram>& programs) {
   const auto right = [](const std::string& text) {
     return std::string(text.size() < 12 ? 12 - text.size() : 1, ' ') + text;
   };
+  const bool flute = std::any_of(programs.begin(), programs.end(),
+                                 [](const ComparedProgram& p) { return p.verification.flute_mm > 0.0; });
   std::string out = left("program") + right("blocks") + right("mean mm") + right("rms mm") + right("p95 mm") +
-                    right("max mm") + right("axis deg") + "\n";
+                    right("max mm") + right("axis deg") + (flute ? right("flute mm") : "") + "\n";
   for (const auto& p : programs) {
     const DeviationFigures f = deviation_figures(p.verification);
     out += left(p.file) + right(std::to_string(p.verification.feed_blocks)) + right(fixed_text(f.mean, 6)) +
            right(fixed_text(f.rms, 6)) + right(fixed_text(f.p95, 6)) + right(fixed_text(f.max, 6)) +
-           right(fixed_text(p.verification.max_axis_deviation.deg(), 4)) + "\n";
+           right(fixed_text(p.verification.max_axis_deviation.deg(), 4)) +
+           (flute ? right(fixed_text(p.verification.max_flute_deviation_mm, 6)) : "") + "\n";
   }
   return out;
 }
@@ -66,6 +69,8 @@ std::string compare_json(const std::vector<ComparedProgram>& programs) {
                     {"p95_tip_deviation_mm", f.p95},
                     {"max_tip_deviation_mm", f.max},
                     {"max_axis_deviation_deg", v.max_axis_deviation.deg()},
+                    {"flute_length_mm", v.flute_mm},
+                    {"max_flute_deviation_mm", v.max_flute_deviation_mm},
                     {"points_missed", v.points_missed},
                     {"limits_ok", v.limits_ok()},
                     {"within_tolerance", v.within_tolerance()}});
