@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "trunnion/base/number_text.hpp"
@@ -154,6 +155,37 @@ void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnost
                           " min: unknown there, not 0");
 }
 
+// Units that no workshop has: a line for each run that looks like degrees Fahrenheit or minutes.
+void tell_doubtful_units(const Log& log, const LogRun& run, Diagnostics& diagnostics) {
+  constexpr double kWarmShop_degC = 45.0;
+  constexpr double kShort_s = 600.0;
+  constexpr double kFast_K = 5.0;
+  constexpr std::size_t kManyRows = 100;
+  double coldest_degC = std::numeric_limits<double>::infinity();
+  std::size_t fast = 0;
+  for (const auto& column : run.temperature_degC) {
+    double first = kNotRead;
+    double furthest_K = 0.0;
+    for (const double value : column) {
+      if (std::isnan(value)) continue;
+      if (std::isnan(first)) first = value;
+      furthest_K = std::max(furthest_K, std::abs(value - first));
+    }
+    if (first < coldest_degC) coldest_degC = first;
+    if (furthest_K > kFast_K) ++fast;
+  }
+  if (std::isfinite(coldest_degC) && coldest_degC > kWarmShop_degC)
+    diagnostics.warning(log.file, {},
+                        "run '" + run.id + "': the coldest sensor begins at " + fixed_text(coldest_degC, 1) +
+                            " degC: are these degrees Fahrenheit?");
+  const double lasts_s = run.rows() > 0 ? run.time_s.back() - run.time_s.front() : 0.0;
+  if (run.rows() >= kManyRows && lasts_s < kShort_s && fast >= 2)
+    diagnostics.warning(log.file, {},
+                        "run '" + run.id + "': " + std::to_string(fast) +
+                            " sensors move by more than 5 K within " + fixed_text(lasts_s, 0) +
+                            " s: is the time in minutes?");
+}
+
 }  // namespace
 
 std::string fault_name(FaultKind kind) {
@@ -280,6 +312,7 @@ Result<Log> load_conditioned_logs(const std::vector<std::string>& paths, Diagnos
   if (!raw) return tl::unexpected(raw.error());
   Log out = resampled(without_faults(*raw, SensorLimits{}, faults), kLogStep_s);
   tell_faults(*raw, faults, diagnostics);
+  for (const LogRun& run : raw->runs) tell_doubtful_units(*raw, run, diagnostics);
   if (raw->has_speed) {
     for (const LogRun& run : raw->runs) tell_unknown_speed(*raw, run, diagnostics);
   }

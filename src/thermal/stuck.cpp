@@ -49,6 +49,29 @@ double step_of(const Log& log, std::size_t sensor) {
   return std::isfinite(least) ? least : 0.0;
 }
 
+// How often the readings of a sensor turn round, for each reading outside `left_out`: its noise, in its
+// steps.
+double flicker_of(const Log& log, std::size_t sensor, const std::vector<Standstill>& left_out) {
+  double turns = 0.0;
+  double readings = 0.0;
+  for (std::size_t r = 0; r < log.runs.size(); ++r) {
+    double before = kNotRead;
+    double direction = 0.0;
+    for (const double value : log.runs[r].temperature_degC[sensor]) {
+      if (std::isnan(value)) continue;
+      readings += 1.0;
+      if (value != before && !std::isnan(before)) {
+        const double now = value > before ? 1.0 : -1.0;
+        if (now * direction < 0.0) turns += 1.0;
+        direction = now;
+      }
+      before = value;
+    }
+  }
+  for (const Standstill& s : left_out) readings -= static_cast<double>(s.readings);
+  return readings > 0.0 ? turns / readings : 0.0;
+}
+
 // What the other sensors let expect of one sensor.
 class Expectation {
  public:
@@ -179,6 +202,7 @@ void report_stuck(const Log& log, const SensorLimits& limits, std::vector<Sensor
     const auto all = standstills(log, s, limits);
     if (all.empty()) continue;
     const double step_K = step_of(log, s);
+    const double flicker = flicker_of(log, s, all);
     const auto report = [&](const Standstill& still, const std::string& why) {
       const LogRun& run = log.runs[still.run];
       faults.push_back({run.id, log.sensors[s], FaultKind::stuck, run.time_s[still.from],
@@ -196,8 +220,11 @@ void report_stuck(const Log& log, const SensorLimits& limits, std::vector<Sensor
       const double expected_K = expectation.change_K(still, log);
       constexpr double kSteps = 5.0;
       constexpr double kScatters = 5.0;
-      const double explained_K =
-          std::max({limits.stuck_least_K, kSteps * step_K, kScatters * expectation.scatter_K()});
+      // A sensor that flickers between its steps and then no more says itself that it stands.
+      constexpr double kSilentTurns = 20.0;
+      const bool silent = flicker * static_cast<double>(still.readings) > kSilentTurns;
+      const double scatter_K = silent ? 0.0 : kScatters * expectation.scatter_K();
+      const double explained_K = std::max({limits.stuck_least_K, kSteps * step_K, scatter_K});
       if (expected_K <= explained_K) continue;
       report(still, "the other sensors let expect a change of " + fixed_text(expected_K, 1) +
                         " K, its steps are " + fixed_text(step_K, 3) + " K");

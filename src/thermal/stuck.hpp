@@ -15,8 +15,9 @@ std::vector<Standstill> standstills(const Log& log, std::size_t sensor, const Se
 
 /// Judges standstills by what the other sensors let expect: their rises and lags, fitted to the sensor's own
 /// readings elsewhere in the log. A standstill is a fault when the expected change is beyond what the steps
-/// of the sensor and the scatter of that expectation (runs held out) explain; so is a sensor that never
-/// moves.
+/// of the sensor and the scatter of that expectation (runs held out) explain; the scatter does not count
+/// where a sensor whose noise turned its readings round all the time stopped doing so. A sensor that never
+/// moves is stuck.
 void report_stuck(const Log& log, const SensorLimits& limits, std::vector<SensorFault>& faults);
 
 }  // namespace trunnion::thermal
