@@ -20,9 +20,7 @@ struct Follower {
   }
 };
 
-}  // namespace
-
-std::vector<AxisHistory> axis_histories(const Observations& o) {
+std::vector<AxisHistory> of_all(const Observations& o) {
   const auto& axes = o.machine().axes;
   const VectorXd none = VectorXd::Zero(o.size());
   std::vector<AxisHistory> out(axes.size(), {none, none, none, none});
@@ -46,6 +44,16 @@ std::vector<AxisHistory> axis_histories(const Observations& o) {
       }
     }
   }
+  return out;
+}
+
+}  // namespace
+
+std::vector<AxisHistory> axis_histories(const Observations& o) {
+  std::vector<AxisHistory> out = of_all(o.whole());
+  for (AxisHistory& h : out)
+    for (VectorXd* part : {&h.sense, &h.since_turn_s, &h.since_turn_distance, &h.last_step})
+      *part = o.means(*part);
   return out;
 }
 

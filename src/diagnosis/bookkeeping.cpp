@@ -49,6 +49,39 @@ bool has_values(const Model& model) {
   });
 }
 
+// The rows that readings were taken in, and those in which the spindle's speed or a free state changes: what
+// has a memory needs them.
+Dataset without_idle_rows(Dataset data) {
+  std::vector<bool> kept(data.track.size(), false);
+  for (const Reading& r : data.readings) kept[r.row] = true;
+  std::vector<std::size_t> last(data.context.runs.size(), data.track.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const MachineState s = data.track.state(i);
+    std::size_t& before = last[s.run];
+    if (before == data.track.size()) {
+      kept[i] = true;
+    } else {
+      const MachineState b = data.track.state(before);
+      kept[i] = kept[i] || s.spindle_rpm != b.spindle_rpm ||
+                !std::equal(s.state.begin(), s.state.end(), b.state.begin(), b.state.end());
+    }
+    before = i;
+  }
+  std::vector<MachineState> states;
+  std::vector<RowOrigin> rows;
+  std::vector<std::size_t> to(kept.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    to[i] = states.size();
+    if (!kept[i]) continue;
+    states.push_back(data.track.state(i));
+    rows.push_back(data.rows[i]);
+  }
+  for (Reading& r : data.readings) r.row = to[r.row];
+  Dataset out = make_dataset(data.context, states, std::move(rows), std::move(data.readings));
+  out.files = std::move(data.files);
+  return out;
+}
+
 // Every k-th reading, without single ones that cannot be right.
 Dataset thinned_out(const Machine& machine, Dataset data) {
   const std::vector<bool> far = far_readings(Observations(machine, data));
@@ -61,7 +94,7 @@ Dataset thinned_out(const Machine& machine, Dataset data) {
   std::vector<Reading> kept;
   for (std::size_t i = 0; i < data.readings.size(); i += step) kept.push_back(data.readings[i]);
   data.readings = std::move(kept);
-  return data;
+  return without_idle_rows(std::move(data));
 }
 
 // Of one quantity, readings that do not show even their own scatter.

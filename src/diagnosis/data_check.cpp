@@ -149,10 +149,19 @@ bool same_position(const Observations& o, Eigen::Index a, Eigen::Index b) {
   return true;
 }
 
+// The step of the readings of each quantity: all readings have to be looked at for it.
+struct Steps {
+  double displacement, rotation;
+  explicit Steps(const Observations& o)
+      : displacement(resolution(o, Quantity::displacement)), rotation(resolution(o, Quantity::rotation)) {}
+  double of(Quantity q) const { return q == Quantity::displacement ? displacement : rotation; }
+};
+
 // Equal readings, one after the other, while the machine moves: a beam that is interrupted.
 std::vector<std::string> stuck(const Observations& o) {
   constexpr std::size_t kFewest = 8;
   constexpr double kChance = 1e-9;
+  const Steps steps(o);
   Few out;
   for (const auto& group : o.groups()) {
     // What chance gives: as often as neighbours are equal elsewhere in the group, at least once. Repeats at
@@ -178,7 +187,7 @@ std::vector<std::string> stuck(const Observations& o) {
     const double seen = elsewhere / static_cast<double>(std::max<std::size_t>(group.size() - longest, 2));
     // Of two readings with this noise and this step of the display, where the error does not change.
     const Reading& reading = o.reading(group[from]);
-    const double by_step = resolution(o, reading.quantity) / (2.0 * std::sqrt(kPi) * reading.u_random);
+    const double by_step = steps.of(reading.quantity) / (2.0 * std::sqrt(kPi) * reading.u_random);
     const double chance = std::max(seen, by_step);
     if (chance >= 1.0 || std::pow(chance, static_cast<double>(longest - 1)) > kChance) continue;
     out.add(place(o, group[from]) + " to " + place(o, group[end]) + ": the reading stands still at " +
@@ -198,7 +207,7 @@ struct FarOff {
   std::vector<Eigen::Index> readings;
   double middle = 0.0, scatter = 0.0;
 };
-FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group) {
+FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group, const Steps& steps) {
   constexpr std::size_t kFewest = 8;
   constexpr double kFar = 50.0, kMostShare = 0.05, kMad = 1.4826;
   FarOff out;
@@ -208,7 +217,7 @@ FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group)
   out.middle = median(values);
   for (const double v : values) distances.push_back(std::abs(v - out.middle));
   out.scatter = kMad * median(distances);
-  const double step = resolution(o, o.reading(group.front()).quantity);
+  const double step = steps.of(o.reading(group.front()).quantity);
   for (const Eigen::Index i : group)
     if (std::abs(o.values()[i] - out.middle) >
         kFar * (out.scatter + 3.0 * std::max(o.reading(i).u_random, step)))
@@ -221,8 +230,9 @@ FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group)
 // A false touch, another unit.
 std::vector<std::string> far_off(const Observations& o) {
   Few out;
+  const Steps steps(o);
   for (const auto& group : o.groups()) {
-    const FarOff far = far_off_in(o, group);
+    const FarOff far = far_off_in(o, group, steps);
     for (const Eigen::Index i : far.readings) {
       const double unit = o.reading(i).quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
       const double ratio = std::abs(o.values()[i]) / std::max(std::abs(far.middle), far.scatter);
@@ -245,8 +255,9 @@ std::string contradiction(const Observations& o) {
 
 std::vector<bool> far_readings(const Observations& o) {
   std::vector<bool> out(static_cast<std::size_t>(o.size()), false);
+  const Steps steps(o);
   for (const auto& group : o.groups())
-    for (const Eigen::Index i : far_off_in(o, group).readings) out[static_cast<std::size_t>(i)] = true;
+    for (const Eigen::Index i : far_off_in(o, group, steps).readings) out[static_cast<std::size_t>(i)] = true;
   return out;
 }
 

@@ -49,7 +49,15 @@ class Engine {
  public:
   Engine(const Machine& machine, const Dataset& data, const Model& model, const DiagnoseOptions& options,
          std::vector<EffectFamily> library)
-      : o_(machine, data), model_(model), options_(options), library_(std::move(library)), structures_(o_) {}
+      : whole_(std::make_shared<const Observations>(machine, data)),
+        condensed_(whole_->size() > kMostSingly
+                       ? std::make_shared<const Observations>(whole_, bins_of(*whole_))
+                       : whole_),
+        o_(*condensed_),
+        model_(model),
+        options_(options),
+        library_(std::move(library)),
+        structures_(o_) {}
 
   Diagnosis run() {
     FitCore base = fit_core(o_, model_, {});
@@ -185,13 +193,13 @@ class Engine {
     d.autocorrelation = x.noise.phi;
     d.noise_factor = std::sqrt(x.noise.raw_variance);
     d.null_directions = open_directions(o_, base);
+    d.base = fit(o_.machine(), o_.data(), model_);
     sizes(d, base, x.noise);
     d.depends_on = dependences(x.before);
     d.leftover = dependences(x.after);
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     decide(d, atoms, x);
-    d.row_problems = row_problems(o_);
-    d.base = fit(o_.machine(), o_.data(), model_);
+    d.row_problems = row_problems(*whole_);
     std::optional<FitCore> whole;
     if (!d.effects.empty()) whole = refit(d, atoms, x.found);
     if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
@@ -215,11 +223,24 @@ class Engine {
     return out;
   }
 
+  // Of single readings, also where they were taken together.
   void sizes(Diagnosis& d, const FitCore& base, const NoiseScale& noise) const {
-    const auto& used = base.whitening->noise().used;
+    std::vector<bool> used = base.whitening->noise().used;
+    VectorXd residual, u;
+    if (condensed_ == whole_) {
+      residual = plain_residual(o_, base);
+      u = base.whitening->noise().u;
+    } else {
+      used = d.base.outlier;
+      used.flip();
+      residual = Eigen::Map<const VectorXd>(d.base.residual.data(), whole_->size());
+      u = stated_noise(*whole_, 0.0, 0.0).u;
+      d.chi2 = d.base.chi2;
+      d.dof = d.base.dof;
+    }
     d.outliers = static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
-    const SizeByQuantity rms = size_by_quantity(o_.data(), plain_residual(o_, base), used);
-    const SizeByQuantity floor = size_by_quantity(o_.data(), base.whitening->noise().u, used);
+    const SizeByQuantity rms = size_by_quantity(o_.data(), residual, used);
+    const SizeByQuantity floor = size_by_quantity(o_.data(), u, used);
     d.rms_um = rms.um;
     d.rms_urad = rms.urad;
     d.noise_floor_um = floor.um * std::sqrt(noise.variance);
@@ -268,14 +289,14 @@ class Engine {
     constexpr double kNoMore = 1.2;
     const auto rounded = [&](Quantity quantity, double rms) {
       const double step =
-          resolution(o_, quantity) / (quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
+          resolution(*whole_, quantity) / (quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
       return std::isnan(rms) || rms <= kNoMore * step / std::sqrt(12.0);
     };
     return rounded(Quantity::displacement, d.rms_um) && rounded(Quantity::rotation, d.rms_urad);
   }
 
   void decide(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
-    if (const std::string wrong = contradiction(o_); !wrong.empty()) {
+    if (const std::string wrong = contradiction(*whole_); !wrong.empty()) {
       d.verdict = Verdict::data_problem;
       d.confidence = 0.99;
       d.contradicted = true;
@@ -294,7 +315,7 @@ class Engine {
       if (t.p < level()) left = std::max(left, t.drop - static_cast<double>(t.rank));
     d.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
     if (x.found.members.empty()) return decide_without_effect(d, x);
-    const double after_dof = d.dof - static_cast<double>(x.found.remainder.basis.cols());
+    const double after_dof = atoms.base().dof() - static_cast<double>(x.found.remainder.basis.cols());
     const bool rest = x.after.found(level()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
                                                  chi2_is_off(x.found.remainder.rss(), after_dof));
     if (rest && d.explained < kMostlyExplained) {
@@ -410,7 +431,8 @@ class Engine {
     return own;
   }
 
-  Observations o_;
+  std::shared_ptr<const Observations> whole_, condensed_;  // the same where readings are few
+  const Observations& o_;
   const Model& model_;
   DiagnoseOptions options_;
   std::vector<EffectFamily> library_;

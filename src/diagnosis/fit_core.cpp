@@ -117,6 +117,7 @@ class Fitter {
   }
 
   void update_noise() {
+    known_ = false;
     NoiseModel n = noise_;
     for (Eigen::Index i = 0; i < o_.size(); ++i) {
       const Reading& r = o_.reading(i);
@@ -129,15 +130,24 @@ class Fitter {
     fit_.whitening = std::make_shared<Whitening>(o_, n, free_setup_);
   }
 
-  MatrixXd white_columns_raw() const {
-    MatrixXd out(o_.size(), static_cast<Eigen::Index>(fit_.free.size()));
+  // Derivatives are those at the nominal pose: they change with the shapes only, and those of a shape with
+  // all parameters of its effect.
+  const MatrixXd& white_columns_raw() {
+    std::vector<double> at;
+    for (const ModelEffect& effect : fit_.model.effects)
+      if (effect.effect->info().shape_count() > 0)
+        for (const ParameterValue& p : effect.parameters) at.push_back(p.value);
+    if (columns_.rows() == o_.size() && at == columns_at_) return columns_;
+    known_ = false;
+    columns_at_ = std::move(at);
+    columns_.resize(o_.size(), static_cast<Eigen::Index>(fit_.free.size()));
     std::size_t of = fit_.model.effects.size();
     MatrixXd block;
     for (std::size_t k = 0; k < fit_.free.size(); ++k) {
       if (fit_.free[k].effect != of) block = o_.columns(fit_.model.effects[of = fit_.free[k].effect]);
-      out.col(static_cast<Eigen::Index>(k)) = block.col(static_cast<Eigen::Index>(fit_.free[k].index));
+      columns_.col(static_cast<Eigen::Index>(k)) = block.col(static_cast<Eigen::Index>(fit_.free[k].index));
     }
-    return out;
+    return columns_;
   }
 
   // Residual, Jacobian, decomposition and Newton step at the present values.
@@ -147,10 +157,23 @@ class Fitter {
     fit_.raw = o_.values() - o_.predicted(fit_.model);
     VectorXd y(n + priors_);
     y.head(n) = fit_.whitening->applied(fit_.raw);
+    Eigen::Index row = n;
+    for (const FreeParameter& f : fit_.free) {
+      if (!f.prior) continue;
+      const ParameterValue& start = start_.effects[f.effect].parameters[f.index];
+      y[row++] = (start.value - value_of(fit_.model, f)) / *start.sigma;
+    }
+    const MatrixXd& raw_columns = white_columns_raw();
+    if (!known_) decompose(raw_columns);
+    step_from(y, p, last);
+  }
+
+  // Of the Jacobian, its columns scaled to length 1.
+  void decompose(const MatrixXd& raw_columns) {
+    const Eigen::Index n = o_.size(), p = raw_columns.cols();
     MatrixXd j = MatrixXd::Zero(n + priors_, p);
-    const MatrixXd raw_columns = white_columns_raw();
     j.topRows(n) = raw_columns;
-    VectorXd scale(p);
+    VectorXd& scale = scale_;
     {
       MatrixXd whitened = raw_columns;
       fit_.whitening->whiten(whitened);
@@ -168,19 +191,19 @@ class Fitter {
       if (!f.prior) continue;
       if (!seen(k)) j.col(k).setZero();
       const ParameterValue& start = start_.effects[f.effect].parameters[f.index];
-      j(row, k) = 1.0 / *start.sigma;
-      y[row++] = (start.value - value_of(fit_.model, f)) / *start.sigma;
+      j(row++, k) = 1.0 / *start.sigma;
       scale[k] = std::hypot(scale[k], 1.0 / *start.sigma);
     }
     for (Eigen::Index k = 0; k < p; ++k) {
       scale[k] = seen(k) ? 1.0 / scale[k] : 0.0;
       j.col(k) *= scale[k];
     }
-    decompose(j, y, scale, last);
+    svd_ = thin_svd(j);
+    known_ = true;
   }
 
-  void decompose(const MatrixXd& j, const VectorXd& y, const VectorXd& scale, bool last) {
-    const Eigen::Index p = j.cols();
+  void step_from(const VectorXd& y, Eigen::Index p, bool last) {
+    const VectorXd& scale = scale_;
     fit_.determined.assign(static_cast<std::size_t>(p), true);
     fit_.null_vectors.resize(p, 0);
     fit_.covariance = MatrixXd::Zero(p, p);
@@ -190,7 +213,7 @@ class Fitter {
       fit_.white = y;
       return;
     }
-    const Svd svd = thin_svd(j);
+    const Svd& svd = svd_;
     const VectorXd& s = svd.s;
     Eigen::Index rank = 0;
     while (rank < s.size() && s[rank] > kRankTolerance) ++rank;
@@ -202,11 +225,11 @@ class Fitter {
     const MatrixXd half =
         scale.asDiagonal() * svd.V.leftCols(rank) * s.head(rank).cwiseInverse().asDiagonal();
     fit_.covariance = half * half.transpose();
-    describe_null_space(j, svd.V.leftCols(rank), scale);
+    describe_null_space(svd.V.leftCols(rank), scale);
   }
 
-  void describe_null_space(const MatrixXd& j, const MatrixXd& seen, const VectorXd& scale) {
-    const Eigen::Index p = j.cols();
+  void describe_null_space(const MatrixXd& seen, const VectorXd& scale) {
+    const Eigen::Index p = seen.rows();
     MatrixXd hidden = MatrixXd::Identity(p, p) - seen * seen.transpose();
     for (Eigen::Index k = 0; k < p; ++k)
       fit_.determined[static_cast<std::size_t>(k)] = hidden.row(k).norm() < 1e-4;
@@ -267,6 +290,7 @@ class Fitter {
         // At the end of its range, and pushed on: the others are to be fitted beside it.
         if (value == old && wanted != old && p.max > p.min) {
           held_[static_cast<std::size_t>(k)] = true;
+          known_ = false;
           fit_.model = from;
           return false;
         }
@@ -303,6 +327,12 @@ class Fitter {
   Eigen::Index priors_ = 0;
   std::vector<bool> held_;  // shapes that are whole numbers, or at the end of their range
   VectorXd step_;
+  // The Jacobian and what follows from it, until shapes or noise change.
+  MatrixXd columns_;
+  std::vector<double> columns_at_;
+  VectorXd scale_;
+  Svd svd_;
+  bool known_ = false;
 };
 
 }  // namespace

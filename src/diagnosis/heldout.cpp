@@ -120,7 +120,8 @@ std::optional<HeldOut> held_out(const Atoms& atoms, const std::vector<Atom>& set
       if (!noise.used[static_cast<std::size_t>(at)]) continue;
       const double error = r[static_cast<Eigen::Index>(i)] * noise.u[at];
       const bool length = o.reading(at).quantity == Quantity::displacement;
-      (length ? um : urad) += std::pow(error / (length ? kMmPerUm : kRadPerUrad), 2);
+      // Of a single reading, also where several are taken together.
+      (length ? um : urad) += (error * error + o.scatter(at)) / std::pow(length ? kMmPerUm : kRadPerUrad, 2);
       (length ? um_count : urad_count) += 1.0;
     }
   }

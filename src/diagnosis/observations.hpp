@@ -1,11 +1,15 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "trunnion/diagnosis/measurement.hpp"
 #include "trunnion/effects/deviation.hpp"
 #include "trunnion/effects/model.hpp"
+
+#include "diagnosis/condensed.hpp"
 
 namespace trunnion::diagnosis {
 
@@ -19,13 +23,22 @@ class Observations {
  public:
   /// Both must outlive the object.
   Observations(const Machine& machine, const Dataset& data);
+  /// Means of readings that are taken together, one each bin: of what is read, of what the model says, of
+  /// every derivative, exactly; pose and time are those of the middle.
+  Observations(std::shared_ptr<const Observations> whole, const Bins& bins);
 
-  Eigen::Index size() const { return static_cast<Eigen::Index>(data_->readings.size()); }
+  Eigen::Index size() const { return values_.size(); }
+  /// All readings, each by itself.
+  const Observations& whole() const { return whole_ ? *whole_ : *this; }
+  /// Of one value for each of all readings: the mean of each bin.
+  MatrixXd means(MatrixXd of_all) const;
+  /// Variance by which a single reading of the bin scatters more than their mean, as stated; 0 without bins.
+  double scatter(Eigen::Index i) const { return whole_ ? scatter_[i] : 0.0; }
   const Dataset& data() const { return *data_; }
   const Machine& machine() const { return *machine_; }
   const VectorXd& values() const { return values_; }
   const MachineState& state(Eigen::Index i) const { return states_[static_cast<std::size_t>(i)]; }
-  const Reading& reading(Eigen::Index i) const { return data_->readings[static_cast<std::size_t>(i)]; }
+  const Reading& reading(Eigen::Index i) const { return readings_[static_cast<std::size_t>(i)]; }
   /// Direction of sensitivity in M.
   const Vec3& n_M(Eigen::Index i) const { return n_M_[static_cast<std::size_t>(i)]; }
   /// Readings of each run and of each group (same run, quantity, frame, n).
@@ -43,12 +56,14 @@ class Observations {
   /// Derivative of the readings in the six components of a link's twist; N x 6.
   const MatrixXd& response(std::size_t link) const { return response_[link]; }
   /// Derivative in the set-up translation of the reading's run (x, y, z of P); zero for rotations.
-  Vec3 setup_row(Eigen::Index i) const;
+  const Vec3& setup_row(Eigen::Index i) const { return setup_rows_[static_cast<std::size_t>(i)]; }
 
   /// What the exact forward model with these errors says, at the nominal set-up.
   VectorXd predicted(const Model& model) const;
 
  private:
+  void take_together(const std::vector<Eigen::Index>& members);
+  std::optional<std::size_t> run_of(const Effect& effect) const;
   [[noreturn]] void refuse(const Effect& effect, Eigen::Index i) const;
   VectorXd twist_response(const Effect& effect, std::span<const double> parameters) const;
   std::vector<std::vector<double>> lagged(const Effect& effect, std::span<const double> shape) const;
@@ -57,11 +72,15 @@ class Observations {
   const Machine* machine_;
   const Dataset* data_;
   VectorXd values_;
+  std::vector<Reading> readings_;
   std::vector<MachineState> states_;  // of each reading
-  std::vector<DeviationMap> maps_;
-  std::vector<Vec3> n_M_;
+  std::vector<DeviationMap> maps_;    // none of means
+  std::vector<Vec3> n_M_, setup_rows_;
   std::vector<MatrixXd> response_;  // per link: N x 6, derivative in (d, r) of its twist
   std::vector<std::vector<Eigen::Index>> runs_, groups_;
+  std::shared_ptr<const Observations> whole_;  // what means are of; empty: nothing is taken together
+  std::vector<Eigen::Index> bin_;              // of each reading of `whole_`, -1: none
+  VectorXd share_, scatter_;                   // of each bin: of one reading in it; `scatter`
 };
 
 }  // namespace trunnion::diagnosis

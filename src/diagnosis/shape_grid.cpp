@@ -213,8 +213,9 @@ std::vector<double> moments(const Observations& o, const Effect& effect) {
 std::vector<double> values(const Observations& o, const Effect& effect, const Parameter& p) {
   if (p.integer) {
     std::vector<double> out;
-    const Aliases aliases(o, effect.link().axis, true);
-    const Resolution resolution(o, effect, p.min, p.max);
+    // Where the readings were: means of them lie between.
+    const Aliases aliases(o.whole(), effect.link().axis, true);
+    const Resolution resolution(o.whole(), effect, p.min, p.max);
     for (double n = p.min; n <= p.max; n += 1.0)
       if (resolution.enough(n) && !aliases.hidden(n)) out.push_back(n);
     return out;
@@ -222,9 +223,9 @@ std::vector<double> values(const Observations& o, const Effect& effect, const Pa
   if (effect.info().id == "step") return moments(o, effect);
   if (effect.info().id.starts_with("periodic:")) {
     const std::size_t most =
-        std::clamp(kPeriodWork / static_cast<std::size_t>(o.size()), kFewestPeriods, kMostPeriods);
-    return periods(p, range_of(o, effect.link().axis), most, Aliases(o, effect.link().axis, false),
-                   Resolution(o, effect, p.usual, kTwoPi / p.min));
+        std::clamp(kPeriodWork / static_cast<std::size_t>(o.whole().size()), kFewestPeriods, kMostPeriods);
+    return periods(p, range_of(o, effect.link().axis), most, Aliases(o.whole(), effect.link().axis, false),
+                   Resolution(o.whole(), effect, p.usual, kTwoPi / p.min));
   }
   if (!(p.max > p.min)) return {p.usual};
   std::vector<double> out = p.candidates;
