@@ -6,6 +6,13 @@
 
 namespace trunnion::app {
 
+namespace {
+
+// Longer than any tool that turns on such machines: another unit was meant.
+constexpr double kLongestFlute_mm = 1000.0;
+
+}  // namespace
+
 void ToolCliOptions::add_to(CLI::App& c) {
   c.add_option(
       "--tools", tools,
@@ -26,7 +33,7 @@ void ToolCliOptions::add_to(CLI::App& c) {
        "the tolerance holds for every point of the tool from its tip to so far along its axis; 0: for "
        "the tip alone (default: flute_length_mm of the tool file, else the height of CUTTER's seven "
        "numbers in the CL file, else 0)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, kLongestFlute_mm));
 }
 
 Result<std::optional<post::ToolTable>> ToolCliOptions::load(Diagnostics& diagnostics) const {
