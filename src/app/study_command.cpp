@@ -15,6 +15,7 @@ struct StudyCommand {
   MachineOptions machine;
   std::vector<double> tolerances_mm;
   std::optional<double> axis_tolerance_deg;
+  double flute_mm = 0.0;
   int listed = 50;
   ResultOptions result;
   ClCliOptions reading;
@@ -36,6 +37,7 @@ ExitCode run(const StudyCommand& command) {
   print(diagnostics);
   path::StudyOptions options;
   if (!command.tolerances_mm.empty()) options.tolerances_mm = command.tolerances_mm;
+  options.flute_mm = command.flute_mm;
   options.axis_tolerance =
       command.axis_tolerance_deg ? Angle::degrees(*command.axis_tolerance_deg) : machine->axis_tolerance;
   options.listed = static_cast<std::size_t>(command.listed);
@@ -63,6 +65,9 @@ void add_study_command(CLI::App& root, int& exit) {
                 "tolerances to compare (0.01 0.005 0.002 0.001 0.0005)")
       ->check(above_zero())
       ->delimiter(',');
+  c->add_option("--flute-length-mm", command->flute_mm,
+                "the tolerances hold from the tip of the tool to so far up (0: for the tip alone)")
+      ->check(CLI::Range(0.0, 1000.0));
   c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "of the tool axis (the machine's)")
       ->check(above_zero());
   c->add_option("--list", command->listed, "segments to list, largest error first")

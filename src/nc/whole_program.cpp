@@ -1,6 +1,7 @@
 #include "nc/whole_program.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace trunnion::nc {
@@ -22,7 +23,7 @@ WholeProgram::WholeProgram(const Controller& controller, const PatternSet& patte
 
 std::string WholeProgram::missing() {
   std::string out;
-  if (!open_.empty()) out = open_ + " is not followed by the other lines of its template";
+  if (!open_.empty()) out = open_.front().place + " is not followed by the other lines of its template";
   if (out.empty() && !expected_.empty()) out = expected_by_ + ": not all lines of the template follow";
   open_.clear();
   expected_.clear();
@@ -37,7 +38,7 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
   if (!is_event) {
     if (!lines_.contains(pattern.key)) return {};
     said_.insert(pattern.key);
-    if (expected_.erase(pattern.key) == 0 && pattern.is_part) open_ = place;
+    if (expected_.erase(pattern.key) == 0 && pattern.is_part) open_.push_back({pattern.key, place});
     return {};
   }
   // The lines before it are its own, or nothing may stand open.
@@ -52,11 +53,20 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
                        [&](const std::string& key) { return said.contains(key); });
   };
   const auto of_one = std::find_if(pattern.others.begin(), pattern.others.end(), is_said);
-  open_.clear();
-  if (std::string behind = missing(); !behind.empty()) return behind;
-  // The tool that is made ready stays so, whatever stands between.
-  if (of_one == pattern.others.end() && pattern.event.kind == EventKind::tool) return {};
-  if (of_one == pattern.others.end()) return place + ": lines of its template are missing before it";
+  if (of_one == pattern.others.end()) {
+    open_.clear();
+    if (std::string behind = missing(); !behind.empty()) return behind;
+    // The tool that is made ready stays so, whatever stands between.
+    if (pattern.event.kind == EventKind::tool) return {};
+    return place + ": lines of its template are missing before it";
+  }
+  // One of each is its own; what else stands open is somebody's who never came.
+  for (const std::string& key : of_one->before) {
+    const auto own =
+        std::find_if(open_.rbegin(), open_.rend(), [&](const OpenLine& line) { return line.key == key; });
+    if (own != open_.rend()) open_.erase(std::next(own).base());
+  }
+  if (std::string left = missing(); !left.empty()) return left;
   expected_ = {of_one->after.begin(), of_one->after.end()};
   expected_by_ = place;
   return {};

@@ -40,7 +40,10 @@ class WholeProgram {
   std::map<std::string, SetupWord> setup_;  // by key
   std::set<std::string> lines_;             // keys of all lines beside the one that means an event
   std::set<std::string> said_;              // of those, since the last such one
-  std::string open_;                        // a message: a line that others must follow
+  struct OpenLine {
+    std::string key, place;
+  };
+  std::vector<OpenLine> open_;              // lines of templates whose last one has not come
   std::set<std::string> expected_;          // behind the last event
   std::string expected_by_;
   bool is_head_ = true;

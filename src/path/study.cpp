@@ -172,7 +172,7 @@ class Tolerances {
   static void add(const SegmentReport& report, PlacementStudy& sum) {
     sum.inserted += report.inserted;
     sum.unconverged += report.converged ? 0 : 1;
-    sum.largest_certified_mm = std::max(sum.largest_certified_mm, report.tip_mm);
+    sum.largest_certified_mm = std::max({sum.largest_certified_mm, report.tip_mm, report.flute_mm});
     sum.largest_axis = std::max(sum.largest_axis, report.axis);
   }
 
@@ -222,7 +222,7 @@ StudyResult study_nonlinear(const Machine& machine, const Vec3& tool_mm, std::sp
   for (const Predictor& predictor : kPredictors)
     out.predictors.push_back(study_predictor(kinematics, runs, predictor));
   for (const double tolerance_mm : options.tolerances_mm) {
-    Tolerances study(machine, tool_mm, {tolerance_mm, options.axis_tolerance});
+    Tolerances study(machine, tool_mm, {tolerance_mm, options.axis_tolerance, {options.flute_mm, tolerance_mm}});
     for (const bool links : {false, true}) out.tolerances.push_back(study.study(runs, links));
   }
   out.worst = study_segments(kinematics, runs, options);
