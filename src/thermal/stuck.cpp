@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/thermal/features.hpp"
@@ -143,9 +144,11 @@ class Expectation {
         if (!out) rows.emplace_back(r, row);
       }
     }
-    // One run is held out at a time; a log of one run in quarters.
+    // One run is held out at a time; a log of one or two runs in quarters, since two parts must be left.
     constexpr std::size_t kParts = 4;
-    const bool single = rows.empty() || rows.front().first == rows.back().first;
+    std::set<std::size_t> runs;
+    for (const auto& [run, row] : rows) runs.insert(run);
+    const bool few = runs.size() < 3;
     TrainingSet set;
     const auto count = static_cast<Index>(rows.size());
     set.to.resize(count, features_.empty() ? 0 : features_.front().cols());
@@ -158,7 +161,7 @@ class Expectation {
           *std::find_if(column.begin(), column.end(), [](double v) { return !std::isnan(v); });
       set.to.row(static_cast<Index>(i)) = features_[r].row(static_cast<Index>(row));
       set.change_mm[static_cast<Index>(i)] = column[row] - first;  // of a temperature here, K
-      set.group.push_back(single ? i * kParts / rows.size() : r);
+      set.group.push_back(few ? i * kParts / rows.size() : r);
     }
     return set;
   }

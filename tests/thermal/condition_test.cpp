@@ -137,17 +137,21 @@ TEST(SensorFaults, AmongCoarseSensorsTheStuckOneIsFound) {
 
 // With noise in its steps a sensor says itself that it stands, where the others were seen too short to judge.
 TEST(SensorFaults, ASensorThatStopsFlickeringIsStuck) {
-  Log log = coarse_log();
-  log.runs.resize(1);
-  for (std::size_t s = 0; s < 4; ++s) {
-    for (std::size_t i = 0; i < 480; i += 3) log.runs[0].temperature_degC[s][i] += 0.1;
+  for (const std::size_t runs : {1U, 2U}) {
+    Log log = coarse_log();
+    log.runs.resize(runs);
+    for (std::size_t s = 0; s < 4; ++s) {
+      for (LogRun& run : log.runs) {
+        for (std::size_t i = 0; i < 480; i += 3) run.temperature_degC[s][i] += 0.1;
+      }
+    }
+    EXPECT_TRUE(faults_of(log).empty());
+    auto& column = log.runs[0].temperature_degC[1];
+    std::fill(column.begin() + 60, column.end(), column[60]);
+    const auto faults = faults_of(log);
+    ASSERT_EQ(faults.size(), 1U) << runs;
+    EXPECT_EQ(faults[0].sensor, "head");
   }
-  EXPECT_TRUE(faults_of(log).empty());
-  auto& column = log.runs[0].temperature_degC[1];
-  std::fill(column.begin() + 60, column.end(), column[60]);
-  const auto faults = faults_of(log);
-  ASSERT_EQ(faults.size(), 1U);
-  EXPECT_EQ(faults[0].sensor, "head");
 }
 
 // A few readings out of range are taken out and cost no sensor; many do, and one that is silent for a run.
