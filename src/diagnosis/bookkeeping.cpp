@@ -8,6 +8,7 @@
 
 #include "diagnosis/atoms.hpp"
 #include "diagnosis/bookkeeping_figures.hpp"
+#include "diagnosis/clock_shift.hpp"
 #include "diagnosis/data_check.hpp"
 #include "diagnosis/statistics.hpp"
 
@@ -15,7 +16,7 @@ namespace trunnion::diagnosis {
 namespace {
 
 // README, "Conventions"; calibrated in tests/bench/discovery (run --conventions).
-constexpr double kSuspicious = 2.5;   // chi-square per degree: below, nothing is the wrong way round
+constexpr double kSuspicious = 1.5;   // chi-square per degree: below, nothing is the wrong way round
 constexpr double kFarTooSmall = 0.1;  // the same of readings in too large a unit
 constexpr double kShare = 0.7;       // of what is wrong, that the convention explains beside the same effects
 constexpr double kMuchBetter = 2.0;  // chi-square per degree of the best effects over that of the convention
@@ -33,6 +34,8 @@ constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is 
 constexpr double kMostOutliers = 0.05;
 constexpr double kMostOffset_mm = 500.0;
 constexpr double kLeastLever_mm = 1.0, kLeastOffset_mm = 0.5, kLeastShift_s = 30.0;
+constexpr double kOfLost =
+    2.0;  // in chi-square: of a reading that a shift of the clock leaves without a state
 constexpr int kNewtonSteps = 5, kClockRefinements = 12;
 
 Model as_it_is(Model model) {
@@ -128,6 +131,8 @@ struct Trial {
   Convention what;
   Figures base, with_found;  // the model as given, and with the effects that were found, both fitted
   double best = INFINITY;    // smaller deviance of the two, each with its price
+  double excess =
+      INFINITY;  // of chi-square of the model as given over what noise leaves; of a shift of the clock
 };
 
 class Judge {
@@ -144,6 +149,7 @@ class Judge {
 
   std::vector<Bookkeeping> run() {
     as_given_ = fitted(machine_, data_, model_, {});
+    found_as_given_ = found_columns_ > 0.0 ? fitted(machine_, data_, found_, {}) : as_given_;
     std::vector<Bookkeeping> out;
     if (has_values(model_)) out = as_it_stands();
     if (out.empty()) out = taken_up_by_the_model();
@@ -170,20 +176,22 @@ class Judge {
     const Observations o(machine, data);
     return figures(o, core_of(o, model, flags), scale);
   }
-  Figures under(const Convention& c, const Model& model, const std::vector<bool>& flags = {}) const {
-    const PutRight right = put_right(machine_, model, data_, c);
-    return fitted(right.machine, right.data, right.model, flags, of_scale(c, data_));
+  Figures under(const Convention& c, const Model& model) const {
+    const PutRight right = put_right(machine_, model, with_known_state(data_, c), c);
+    return fitted(right.machine, right.data, right.model, {}, of_scale(c, data_));
   }
 
   double price(const Convention& c) const {
     double free = 0.0;
     if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset) free = 3.0;
     if (c.kind == ConventionKind::tool_length || c.kind == ConventionKind::time_shift) free = 1.0;
+    free += static_cast<double>(runs_with_lost_speeds(data_, c).size());
     return free * std::log(static_cast<double>(data_.readings.size()));
   }
 
   // Offsets by Newton's method, shifts of the clock between the steps of the list.
   Convention estimated(Convention c, const Model& model) const {
+    if (c.kind == ConventionKind::time_shift) return with_lost_speeds(std::move(c), model);
     const bool offset = c.kind == ConventionKind::tool_length || c.kind == ConventionKind::tool_offset ||
                         c.kind == ConventionKind::ball_offset;
     if (!offset) return c;
@@ -191,6 +199,39 @@ class Judge {
       const Vec3 by = newton_step(c, model);
       c.by_mm += by;
       if (!c.by_mm.allFinite() || by.norm() < 1e-4 || c.by_mm.norm() > 2.0 * kMostOffset_mm) break;
+    }
+    return c;
+  }
+  // Before the first speed that is recorded the spindle turned at the one that fits best: what of it goes on
+  // to act is one number a run.
+  Convention with_lost_speeds(Convention c, const Model& model) const {
+    constexpr int kSteps = 2;
+    constexpr double kStep_rpm = 1000.0;
+    const auto runs = runs_with_lost_speeds(data_, c);
+    c.speed_before_rpm.clear();
+    if (runs.empty()) return c;
+    const Dataset known = with_known_state(data_, c);
+    c.speed_before_rpm.resize(data_.context.runs.size());
+    for (const std::size_t run : runs) c.speed_before_rpm[run] = 0.0;
+    for (int step = 0; step < kSteps; ++step) {
+      const PutRight at = put_right(machine_, model, known, c);
+      const Observations here(at.machine, at.data);
+      const FitCore core = core_of(here, at.model, {});
+      MatrixXd slope(here.size(), static_cast<Eigen::Index>(runs.size()));
+      for (std::size_t k = 0; k < runs.size(); ++k) {
+        Convention beside = c;
+        *beside.speed_before_rpm[runs[k]] += kStep_rpm;
+        const PutRight moved = put_right(machine_, model, known, beside);
+        slope.col(static_cast<Eigen::Index>(k)) =
+            (Observations(moved.machine, moved.data).predicted(core.model) - here.predicted(core.model)) /
+            kStep_rpm;
+      }
+      const MatrixXd g = core.projected(slope);
+      const MatrixXd normal = g.transpose() * g;
+      const VectorXd by = inverse_above(normal, 1e-9 * normal.trace()) * (g.transpose() * core.white);
+      if (!by.allFinite()) break;
+      for (std::size_t k = 0; k < runs.size(); ++k)
+        *c.speed_before_rpm[runs[k]] += by[static_cast<Eigen::Index>(k)];
     }
     return c;
   }
@@ -239,36 +280,63 @@ class Judge {
     return true;
   }
 
+  // Readings that a shift of the clock leaves without a state.
+  double of_lost(const Convention& c) const {
+    return static_cast<double>(data_.readings.size() - with_known_state(data_, c).readings.size());
+  }
+  // The figures as if they were of all readings: a lost one is no better explained than by a parameter of its
+  // own.
+  Figures with_lost(Figures f, double lost) const {
+    if (lost == 0.0) return f;
+    double logarithms = 0.0;  // of the noise of one reading
+    for (const Reading& r : data_.readings) logarithms += 2.0 * std::log(r.u_random);
+    const double each = 1.0 + logarithms / static_cast<double>(data_.readings.size());
+    f.deviance += (each + kOfLost) * lost;
+    f.floor += (each + kOfLost) * lost;
+    return f;
+  }
+
   Trial tried(const Convention& given) const {
     Trial out;
     out.what = estimated(given, model_);
     if (!large_enough(out.what)) return out;
     out.base = under(out.what, model_);
     out.with_found = found_columns_ > 0.0 ? under(out.what, found_) : out.base;
+    const double lost = of_lost(out.what);
+    for (Figures* f : {&out.base, &out.with_found}) *f = with_lost(*f, lost);
+    out.excess = out.base.chi2 - out.base.dof + kOfLost * lost;
     const double n = std::log(static_cast<double>(data_.readings.size()));
     out.best = std::min(out.base.deviance, out.with_found.deviance + found_columns_ * n) + price(out.what);
     return out;
   }
 
-  // Each kind of clock shift once, at its best moment.
+  // Each kind of clock shift once, at its best moment. Effects found beside the wrong clock suit it, so the
+  // model as given decides, and a reading that is left without a state is no better explained than by a
+  // parameter of its own.
   void refine_clock(std::vector<Trial>& trials) const {
-    const auto best = std::min_element(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
-      const auto key = [](const Trial& t) {
-        return t.what.kind == ConventionKind::time_shift ? t.best : INFINITY;
-      };
-      return key(a) < key(b);
-    });
-    if (best == trials.end() || best->what.kind != ConventionKind::time_shift) return;
-    Trial refined = *best;
+    std::vector<Trial> shifts;
+    for (const double sense : {1.0, -1.0}) {  // between the steps of the list the wrong one may look better
+      const Trial* best = nullptr;
+      for (const Trial& t : trials)
+        if (t.what.kind == ConventionKind::time_shift && t.what.by_s * sense > 0.0 &&
+            (best == nullptr || t.excess < best->excess))
+          best = &t;
+      if (best != nullptr) shifts.push_back(*best);
+    }
+    if (shifts.empty()) return;
     std::erase_if(trials, [](const Trial& t) { return t.what.kind == ConventionKind::time_shift; });
-    double step = 0.4 * std::abs(refined.what.by_s);
+    oneapi::tbb::parallel_for(std::size_t{0}, shifts.size(), [&](std::size_t i) { refine(shifts[i]); });
+    trials.push_back(std::move(*std::min_element(
+        shifts.begin(), shifts.end(), [](const Trial& a, const Trial& b) { return a.excess < b.excess; })));
+  }
+  void refine(Trial& shift) const {
+    double step = 0.4 * std::abs(shift.what.by_s);
     for (int k = 0; k < kClockRefinements; ++k, step *= 0.6)
       for (const double by : {step, -step}) {
-        Convention c = refined.what;
+        Convention c = shift.what;
         c.by_s += by;
-        if (Trial t = tried(c); t.best < refined.best) refined = std::move(t);
+        if (Trial t = tried(c); t.excess < shift.excess) shift = std::move(t);
       }
-    trials.push_back(std::move(refined));
   }
 
   std::vector<Trial> trials() const {
@@ -301,7 +369,7 @@ class Judge {
   std::vector<Bookkeeping> fitted_conventions() {
     auto all = trials();
     tried_ = static_cast<double>(all.size());
-    const Figures found = found_columns_ > 0.0 ? fitted(machine_, data_, found_, {}) : as_given_;
+    const Figures& found = found_as_given_;
     // What does not even bring the model or the effects that were found nearer to the readings explains
     // nothing; but readings that are too small are near to everything.
     const bool open = !clean(said_);
@@ -342,7 +410,8 @@ class Judge {
 
   // Effects are searched once more beside the convention; both sides then have the best that they can.
   std::optional<std::pair<Bookkeeping, double>> judged(const Trial& t) const {
-    const PutRight right = put_right(machine_, model_, data_, t.what);
+    const Dataset known = with_known_state(data_, t.what);
+    const PutRight right = put_right(machine_, model_, known, t.what);
     const Diagnosis beside = search_(right.machine, right.data, right.model);
     std::vector<bool> flags = beside.base.outlier;
     if (static_cast<double>(std::count(flags.begin(), flags.end(), true)) >
@@ -350,9 +419,9 @@ class Judge {
       flags.clear();
     const Model needed = with(right.model, beside.additions), without = with(model_, beside.additions);
     const Figures after = fitted(right.machine, right.data, needed, flags, of_scale(t.what, data_));
-    const Figures before = fitted(machine_, data_, without, flags);
+    const Figures before = fitted(machine_, known, without, flags);
     // Effects far beyond their usual size are no explanation.
-    Figures best = absurd_ ? as_given_ : fitted(machine_, data_, found_, flags);
+    Figures best = fitted(machine_, known, absurd_ ? model_ : found_, flags);
     double best_columns = absurd_ ? 0.0 : found_columns_;
     const double columns = columns_of(beside.additions),
                  n = std::log(static_cast<double>(data_.readings.size()));
@@ -369,10 +438,14 @@ class Judge {
     if (!(share >= kShare) || !(evidence >= kEvidence)) return std::nullopt;
     const bool noise_now = clean(beside.verdict) && after.reduced() < kNoise;
     const bool noise_only_now = noise_now && (!clean(said_) || share > kNearlyAll);
+    // A state that was recorded now and then changes at moments that are not known: some structure stays.
+    const bool steps_stay = t.what.kind == ConventionKind::time_shift && !clean(said_) &&
+                            share > kNearlyAll && after.reduced() < kNoise;
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
-    if (!noise_only_now && !far_nearer) return std::nullopt;
-    return std::pair{said(t.what, before, after, false), after.deviance};
+    if (!noise_only_now && !steps_stay && !far_nearer) return std::nullopt;
+    // Against other conventions, which explain all readings.
+    return std::pair{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
   }
   // What is left is noise.
   static bool clean(Verdict v) {
@@ -476,7 +549,7 @@ class Judge {
   const EffectSearch& search_;
   Model found_;
   double found_columns_ = 0.0;
-  Figures as_given_;
+  Figures as_given_, found_as_given_;  // of the files as they are: the model, and what was found beside it
   double tried_ = 1.0;
   Verdict said_ = Verdict::nothing_to_find;
   bool absurd_ = false;

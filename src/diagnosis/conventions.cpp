@@ -10,7 +10,8 @@ namespace trunnion::diagnosis {
 namespace {
 
 constexpr double kArcsecond_urad = 4.84813681109536;
-constexpr std::array kClockSteps = {120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0};  // s
+constexpr std::array kClockSteps = {120.0,  180.0,  300.0,  450.0,  600.0,  900.0, 1200.0,
+                                    1500.0, 1800.0, 2400.0, 3600.0, 5400.0, 7200.0};  // s
 
 template <class F>
 bool varies(const Dataset& data, const F& value) {

@@ -75,7 +75,8 @@ void move_part(Parts& parts, const Machine& machine, const Dataset& data, const 
 
 // Temperatures between two rows are in between; speeds and free states hold. Beyond the run's ends the last
 // ones stay.
-void shift_clock(Parts& parts, std::size_t runs, double by_s) {
+void shift_clock(Parts& parts, std::size_t runs, const Convention& c) {
+  const double by_s = c.by_s;
   std::vector<std::vector<std::size_t>> by_time(runs);
   for (std::size_t i = 0; i < parts.states.size(); ++i) by_time[parts.states[i].run].push_back(i);
   const auto temperatures = parts.temperatures;
@@ -93,6 +94,9 @@ void shift_clock(Parts& parts, std::size_t runs, double by_s) {
       const double span = states[high].time_s - states[low].time_s;
       const double share = span > 0.0 ? std::clamp((t - states[low].time_s) / span, 0.0, 1.0) : 0.0;
       parts.states[i].spindle_rpm = states[low].spindle_rpm;
+      const std::size_t run = states[i].run;
+      if (after == rows.begin() && run < c.speed_before_rpm.size() && c.speed_before_rpm[run])
+        parts.states[i].spindle_rpm = *c.speed_before_rpm[run];
       parts.free_states[i] = free_states[low];
       for (std::size_t k = 0; k < parts.temperatures[i].size(); ++k)
         parts.temperatures[i][k] =
@@ -158,7 +162,7 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       move_part(parts, machine, data, c);
       break;
     case ConventionKind::time_shift:
-      shift_clock(parts, data.context.runs.size(), c.by_s);
+      shift_clock(parts, data.context.runs.size(), c);
       break;
   }
   out.data = parts.joined(data);

@@ -38,6 +38,8 @@ struct Convention {
   Vec3 by_mm = Vec3::Zero();      // what has to be added to the tool vector, or to the part's set-up in P
   bool in_readings = false;       // tool_length: the readings show the offset itself, not its lever alone
   double by_s = 0.0;              // the state of time t is the one that stands at t + by_s
+  /// time_shift: of each run, the speed before the first that is recorded then; empty: that one.
+  std::vector<std::optional<double>> speed_before_rpm;
 };
 
 /// A convention that explains what effects would have to.
