@@ -43,8 +43,8 @@ class WholeProgram {
   struct OpenLine {
     std::string key, place;
   };
-  std::vector<OpenLine> open_;              // lines of templates whose last one has not come
-  std::set<std::string> expected_;          // behind the last event
+  std::vector<OpenLine> open_;      // lines of templates whose last one has not come
+  std::set<std::string> expected_;  // behind the last event
   std::string expected_by_;
   bool is_head_ = true;
 };

@@ -222,7 +222,8 @@ StudyResult study_nonlinear(const Machine& machine, const Vec3& tool_mm, std::sp
   for (const Predictor& predictor : kPredictors)
     out.predictors.push_back(study_predictor(kinematics, runs, predictor));
   for (const double tolerance_mm : options.tolerances_mm) {
-    Tolerances study(machine, tool_mm, {tolerance_mm, options.axis_tolerance, {options.flute_mm, tolerance_mm}});
+    Tolerances study(machine, tool_mm,
+                     {tolerance_mm, options.axis_tolerance, {options.flute_mm, tolerance_mm}});
     for (const bool links : {false, true}) out.tolerances.push_back(study.study(runs, links));
   }
   out.worst = study_segments(kinematics, runs, options);

@@ -56,16 +56,23 @@ DeviationMeter::Beside DeviationMeter::beside(const Vertex& from, const Vertex& 
   // Lost motion that is taken up counts at its end only.
   const bool end_only = takes_up(from, to, program);
   const Vertex& begin = end_only ? to : from;
-  look_at_axis(begin, to, end_only ? t1 : t0, t1, path, 0, out);
-  if (b.flute_mm > 0.0) look_at_flute(begin, to, path, out);
+  look_at_axis({begin, to, end_only ? t1 : t0, t1}, path, 0, out);
+  if (b.flute_mm == 0.0) return out;
+  if (certify_ && !end_only) {
+    prove_flute(from, to, path, out);
+    return out;
+  }
+  const auto near = [&](const Vertex& v) { return path.segment.nearest(v.tip_P, v.axis_P, kMiddle); };
+  look_at_flute({begin, to, near(begin), near(to)}, path, 0, out);
   return out;
 }
 
 // The places of the path are those of the tip at both ends, evenly between: then the difference between the
 // tool's axis and the path's is one of straight lines, which is largest at an end, but for what the axis bows
 // and the path's arc.
-void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t0, double t1,
-                                  const BesidePath& path, int halvings, Beside& sum) const {
+void DeviationMeter::look_at_axis(const Stretch& part, const BesidePath& path, int halvings,
+                                  Beside& sum) const {
+  const auto& [from, to, t0, t1] = part;
   const Vec3 axis0_P = path.segment.axis_P(t0);
   const Vec3 axis1_P = path.segment.axis_P(t1);
   const auto angle = [](double chord) { return 2.0 * std::asin(std::min(1.0, 0.5 * chord)); };
@@ -77,7 +84,7 @@ void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t
   const bool counts = !bow || room < 0.0;
   // Wherever the tip's places are, they are on this part of the arc.
   if (!counts && turn <= room) return;
-  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && &from != &to) {
+  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !part.is_point()) {
     const double enough = std::max(kSlack * chord, kEnough * axis_tolerance_.rad());
     const Vertex middle = middle_of(from, to, path.program);
     const double t = std::clamp(fraction_of(middle, path.a, path.b), std::min(t0, t1), std::max(t0, t1));
@@ -86,8 +93,8 @@ void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t
     const double uneven = kAsParabola * std::abs(t - 0.5 * (t0 + t1)) * path.segment.turn();
     const bool even = uneven <= enough || (!counts && uneven <= room);
     if (!bow || !even || (counts && slack > enough)) {
-      look_at_axis(from, middle, t0, t, path, halvings + 1, sum);
-      return look_at_axis(middle, to, t, t1, path, halvings + 1, sum);
+      look_at_axis({from, middle, t0, t}, path, halvings + 1, sum);
+      return look_at_axis({middle, to, t, t1}, path, halvings + 1, sum);
     }
   }
   if (!counts) return;
@@ -95,12 +102,8 @@ void DeviationMeter::look_at_axis(const Vertex& from, const Vertex& to, double t
   take(sum.axis_rad, angle(chord), angle(chord + slack));
 }
 
-void DeviationMeter::look_at_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
-                                   Beside& sum) const {
-  if (!certify_ || &from == &to) {
-    const auto near = [&](const Vertex& v) { return path.segment.nearest(v.tip_P, v.axis_P, kMiddle); };
-    return look_at_flute(from, near(from), to, near(to), path, 0, sum);
-  }
+void DeviationMeter::prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
+                                 Beside& sum) const {
   using Tip = path::FluteCertifier::Tip;
   const path::FluteCertifier certifier(kinematics(), from.tcp && to.tcp ? Tip::straight : Tip::as_axes_go);
   const auto within = [&](double limit_mm) {
@@ -114,8 +117,9 @@ void DeviationMeter::look_at_flute(const Vertex& from, const Vertex& to, const B
 
 // On a machine with errors: the places of the path run evenly from the nearest at one end to that at the
 // other, so that what is said of the axis above holds of tip and flute.
-void DeviationMeter::look_at_flute(const Vertex& from, double t0, const Vertex& to, double t1,
-                                   const BesidePath& path, int halvings, Beside& sum) const {
+void DeviationMeter::look_at_flute(const Stretch& part, const BesidePath& path, int halvings,
+                                   Beside& sum) const {
+  const auto& [from, to, t0, t1] = part;
   const double flute = path.segment.flute_mm();
   const double off_mm = std::max(path.segment.off(from.tip_P, from.axis_P, t0).largest_mm(flute),
                                  path.segment.off(to.tip_P, to.axis_P, t1).largest_mm(flute));
@@ -124,11 +128,11 @@ void DeviationMeter::look_at_flute(const Vertex& from, double t0, const Vertex& 
   const double slack_mm = bow ? bow->tip_mm + flute * (bow->axis + turn * turn / 8.0) : 0.0;
   if (bow && off_mm + slack_mm <= path.uninteresting.flute_mm.upper) return;
   const bool sharp = bow && slack_mm <= std::max(kSlack * off_mm, kEnough * tolerance_mm_);
-  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !sharp && &from != &to) {
+  if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !sharp && !part.is_point()) {
     const Vertex middle = middle_of(from, to, path.program);
     const double t = path.segment.nearest(middle.tip_P, middle.axis_P, 0.5 * (t0 + t1));
-    look_at_flute(from, t0, middle, t, path, halvings + 1, sum);
-    return look_at_flute(middle, t, to, t1, path, halvings + 1, sum);
+    look_at_flute({from, middle, t0, t}, path, halvings + 1, sum);
+    return look_at_flute({middle, to, t, t1}, path, halvings + 1, sum);
   }
   sum.proved = sum.proved && bow.has_value();
   take(sum.flute_mm, off_mm, off_mm + slack_mm);

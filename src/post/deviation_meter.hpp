@@ -206,11 +206,16 @@ class DeviationMeter {
   bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
                       double slack_rad, double limit_rad) const;
   struct BesidePath;
-  void look_at_axis(const Vertex& from, const Vertex& to, double t0, double t1, const BesidePath& path,
-                    int halvings, Beside& sum) const;
-  void look_at_flute(const Vertex& from, const Vertex& to, const BesidePath& path, Beside& sum) const;
-  void look_at_flute(const Vertex& from, double t0, const Vertex& to, double t1, const BesidePath& path,
-                     int halvings, Beside& sum) const;
+  /// A part of a motion, and the fractions of the segment at which its ends are taken to be.
+  struct Stretch {
+    const Vertex& from;
+    const Vertex& to;
+    double t0, t1;
+    bool is_point() const { return &from == &to; }
+  };
+  void look_at_axis(const Stretch& part, const BesidePath& path, int halvings, Beside& sum) const;
+  void look_at_flute(const Stretch& part, const BesidePath& path, int halvings, Beside& sum) const;
+  void prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path, Beside& sum) const;
   static void take(Interval& largest, double lower, double upper);
   std::optional<path::Certifier::Bows> bows_between(const Vertex& from, const Vertex& to) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,

@@ -114,7 +114,7 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const JointVector
       machine_(*job.machine),
       tools_(*job.machine, options.tools),
       tool_{tools_.length_of_nobody()},
-      flute_(options.tools),
+      coming_{FluteLength(options.tools), {}},
       rounding_(path::Rounding::of(machine_, tool_.in_words(), quantum)),
       store_(store),
       kinematics_(machine_, tool_.vector()),
@@ -156,12 +156,12 @@ void Intake::set_tool(const SpindleTool& tool) {
 
 std::unique_ptr<Chunk> Intake::take_tool(const cl::ToolChange& change, SourceRef where) {
   const auto loaded = tools_.load(change, job_.cl_file, where);
-  if (loaded) flute_.take(*loaded);
+  if (loaded) coming_.flute.take(*loaded);
   if (loaded) chunk_->events.push_back({run_size(), {where, *loaded}});
   // Before the first motion all is one piece: the head of the program says what stands there.
   if (loaded && points_ == 0) {
     tool_known_ = true;
-    set_tool({*loaded->gauge_length_mm, true, flute_.mm()});
+    set_tool({*loaded->gauge_length_mm, true, coming_.flute.mm()});
     return nullptr;
   }
   // The machine stands still for a tool change: what comes before is one thing, what comes after another.
@@ -170,7 +170,7 @@ std::unique_ptr<Chunk> Intake::take_tool(const cl::ToolChange& change, SourceRef
   summary_.goes_on = false;
   tool_known_ = true;
   if (loaded) {
-    next_tool_ = SpindleTool{*loaded->gauge_length_mm, true, flute_.mm()};
+    coming_.tool = SpindleTool{*loaded->gauge_length_mm, true, coming_.flute.mm()};
   } else {
     done->failure = loaded.error();
   }
@@ -187,8 +187,8 @@ bool Intake::begin_without_tool(SourceRef where) {
       return false;
     }
     chunk_->events.insert(chunk_->events.begin(), {0, {where, *loaded}});
-    flute_.take(*loaded);
-    set_tool({*loaded->gauge_length_mm, true, flute_.mm()});
+    coming_.flute.take(*loaded);
+    set_tool({*loaded->gauge_length_mm, true, coming_.flute.mm()});
     return true;
   }
   const bool in_part = options_.rtcp || options_.tilted_plane;
@@ -205,24 +205,24 @@ bool Intake::begin_without_tool(SourceRef where) {
     return false;
   }
   tools_.move_without_tool();
-  set_tool({tools_.length_of_nobody(), !words_of_tip && tool_.control_adds_length, flute_.mm()});
+  set_tool({tools_.length_of_nobody(), !words_of_tip && tool_.control_adds_length, coming_.flute.mm()});
   return true;
 }
 
 // The flute of another cutter: the tolerance holds for it from the next motion on.
 std::unique_ptr<Chunk> Intake::take_cutter(const cl::ToolGeometry& cutter) {
-  flute_.take(cutter);
-  SpindleTool& tool = next_tool_ ? *next_tool_ : tool_;
-  if (tool.flute_mm == flute_.mm()) return nullptr;
+  coming_.flute.take(cutter);
+  SpindleTool& tool = coming_.tool ? *coming_.tool : tool_;
+  if (tool.flute_mm == coming_.flute.mm()) return nullptr;
   SpindleTool with_flute = tool;
-  with_flute.flute_mm = flute_.mm();
+  with_flute.flute_mm = coming_.flute.mm();
   if (points_ == 0) {
     set_tool(with_flute);
     return nullptr;
   }
   auto before = run_is_empty() ? nullptr : flush();
   summary_.goes_on = true;
-  next_tool_ = with_flute;
+  coming_.tool = with_flute;
   return before;
 }
 

@@ -100,7 +100,7 @@ class Intake {
   std::unique_ptr<Chunk> take_cutter(const cl::ToolGeometry& cutter);
   /// Before anything is taken: the tool that was changed for.
   void take_next_tool() {
-    if (next_tool_) set_tool(*std::exchange(next_tool_, std::nullopt));
+    if (coming_.tool) set_tool(*std::exchange(coming_.tool, std::nullopt));
   }
   bool may_cut(const ToolPose& pose) const;
   path::ChoiceOptions choice_options() const;
@@ -110,9 +110,13 @@ class Intake {
   Machine machine_;  // as LIMITS leaves it
   ProgramTools tools_;
   SpindleTool tool_;
-  FluteLength flute_;
-  std::optional<SpindleTool> next_tool_;  // behind what is still handed on of the run before
-  bool tool_known_ = false;               // a tool was loaded, or nothing asks for one
+  /// Of the tool that comes next.
+  struct Coming {
+    FluteLength flute;                // of the one whose words were read last
+    std::optional<SpindleTool> tool;  // behind what is still handed on of the run before
+  };
+  Coming coming_;
+  bool tool_known_ = false;  // a tool was loaded, or nothing asks for one
   path::Rounding rounding_;
   ChunkStore& store_;
   TableKinematics kinematics_;

@@ -23,7 +23,7 @@ Result<std::vector<StudyRun>> study_runs(const Machine& machine, const Vec3& too
 struct StudyOptions {
   std::vector<double> tolerances_mm{0.01, 0.005, 0.002, 0.001, 0.0005};
   Angle axis_tolerance = Angle::degrees(0.05);
-  double flute_mm = 0.0;  // Tolerance::Flute of every tool
+  double flute_mm = 0.0;    // Tolerance::Flute of every tool
   std::size_t listed = 50;  // segments listed by name
 };
 
