@@ -63,7 +63,7 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
   // One of each is its own; what else stands open is somebody's who never came.
   for (const std::string& key : of_one->before) {
     const auto own =
-        std::find_if(open_.rbegin(), open_.rend(), [&](const OpenLine& line) { return line.key == key; });
+        std::find_if(open_.rbegin(), open_.rend(), [&](const OpenLine& open) { return open.key == key; });
     if (own != open_.rend()) open_.erase(std::next(own).base());
   }
   if (std::string left = missing(); !left.empty()) return left;

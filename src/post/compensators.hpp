@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <mutex>
+#include <string>
 
 #include "trunnion/path/compensation.hpp"
 
@@ -25,6 +26,13 @@ class Compensators {
     return turning_.try_emplace(length_mm, machine_, model_, Vec3(0.0, 0.0, -length_mm), options)
         .first->second;
   }
+
+  /// Of the effects of the model, each alone and at rest, the one that moves the tip farthest at this state.
+  struct LargestEffect {
+    std::string id;
+    double tip_mm = 0.0;
+  };
+  LargestEffect largest_effect(const MachineState& at, double length_mm) const;
 
  private:
   const Machine& machine_;

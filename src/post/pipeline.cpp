@@ -215,9 +215,11 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
     }
     const double correction_mm = std::sqrt(correction2);
     if (correction_mm > posting_.options.largest_correction_mm) {
+      const auto most = errors_.compensators->largest_effect(at, tool_.tool.length_mm);
       return fail(ErrorCode::check_failed,
-                  "the model asks for a correction of " + fixed_text(correction_mm, 4) +
-                      " mm here, at most " + shortest_text(posting_.options.largest_correction_mm) +
+                  "the model asks for a correction of " + fixed_text(correction_mm, 4) + " mm here, '" +
+                      most.id + "' alone for " + fixed_text(most.tip_mm, 4) + " mm; at most " +
+                      shortest_text(posting_.options.largest_correction_mm) +
                       " mm is taken to be meant (--largest-correction-mm)",
                   posting_.job.cl_file, point.where);
     }

@@ -145,6 +145,9 @@ TEST(LargestCorrection, IsRefusedBeyondIt) {
   EXPECT_NE(refused.report.error().text().find("part.cls:8:1: error: the model asks for a correction of 0."),
             std::string::npos)
       << refused.report.error().text();
+  // The effect that it comes from is named: 0.7 mm at every place.
+  EXPECT_NE(refused.report.error().text().find("'location:C' alone for 0.7000 mm"), std::string::npos)
+      << refused.report.error().text();
   PostOptions options;
   options.largest_correction_mm = 1.0;
   EXPECT_TRUE(test::posted(cl, machine, options, "linuxcnc", &model).report);
