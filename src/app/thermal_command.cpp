@@ -107,7 +107,7 @@ Result<void> check_said_axes(const ThermalOptions& options, const Log& log) {
   ThermalModel model;
   for (const std::string& target : options.targets.empty() ? log.channels : options.targets)
     model.channels.push_back({.channel = target, .axis = axis_of_name(target)});
-  if (const auto set = set_axes(options.axes, model); !set) return set;
+  if (auto set = set_axes(options.axes, model); !set) return set;
   return options.output ? check_axes(model, log.file) : Result<void>{};
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "diagnosis/median.hpp"
 #include "diagnosis/observations.hpp"
 
 namespace trunnion::diagnosis {
@@ -72,7 +73,9 @@ void cut(const MatrixXd& at, Indices readings, std::size_t count, std::vector<In
       low = std::min(low, at(i, k));
       high = std::max(high, at(i, k));
     }
-    if (high - low > most) most = high - low, widest = k;
+    if (!(high - low > most)) continue;
+    most = high - low;
+    widest = k;
   }
   const std::size_t first = count / 2;
   const auto middle = readings.begin() + static_cast<std::ptrdiff_t>(readings.size() * first / count);
@@ -81,12 +84,6 @@ void cut(const MatrixXd& at, Indices readings, std::size_t count, std::vector<In
   });
   cut(at, Indices(readings.begin(), middle), first, out);
   cut(at, Indices(middle, readings.end()), count - first, out);
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 /// Takes single readings out that are far from the middle of their bin.

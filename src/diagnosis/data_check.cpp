@@ -7,6 +7,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/median.hpp"
 #include "diagnosis/whitening.hpp"
 
 namespace trunnion::diagnosis {
@@ -194,12 +195,6 @@ std::vector<std::string> stuck(const Observations& o) {
             amount(o.reading(group[end])) + " while the machine moves: the beam or the probe had no signal");
   }
   return out.all("readings that stand still");
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 // Of the readings of one group, those far from all others; their middle and scatter.

@@ -167,11 +167,11 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
 
 // An effect of one run is nothing in the others.
 std::optional<std::size_t> Observations::run_of(const Effect& effect) const {
-  for (const auto& [key, value] : effect.info().variant) {
-    if (key != "run") continue;
+  for (const auto& part : effect.info().variant) {
+    if (part.first != "run") continue;
     const auto& runs = data_->context.runs;
     const auto found =
-        std::find_if(runs.begin(), runs.end(), [&](const auto& run) { return run.id == value; });
+        std::find_if(runs.begin(), runs.end(), [&](const auto& run) { return run.id == part.second; });
     if (found != runs.end()) return static_cast<std::size_t>(found - runs.begin());
   }
   return std::nullopt;

@@ -9,11 +9,11 @@
 namespace trunnion::path {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Halvings of a piece: 2^-24 of half a turn is below what doubles resolve.
 constexpr int kMostHalvings = 24;
 // Places looked at, after which the bound that is there is taken.
-constexpr std::uint32_t kWorkLimit = 5000;
+constexpr std::uint32_t kMostPlaces = 5000;
 
 // Fraction by which to go on, where the distances of two points are the lengths of x0 - d b0 and x1 - d b1:
 // the larger of both is smallest there. Both squares are parabolas in d.
@@ -111,10 +111,10 @@ namespace {
 // What a search is to reach: every part below `tolerance` (a decision), or within `ratio` of the largest
 // sample.
 struct FluteGoal {
-  double tolerance = kInfinity;
+  double tolerance = kUnlimited;
   double ratio = 1.0;
   double floor = 0.0;
-  bool decides() const { return tolerance < kInfinity; }
+  bool decides() const { return tolerance < kUnlimited; }
 };
 
 // The places of the path run as a parabola t(s) through those that are nearest at the ends and in the middle
@@ -171,7 +171,7 @@ class FluteSearch {
     }
     const double bound = parabola_bound(part, at_a, on_parabola, at_b, bent);
     if (accept(bound)) return;
-    if (halvings >= kMostHalvings || evaluations_ >= kWorkLimit) {
+    if (halvings >= kMostHalvings || evaluations_ >= kMostPlaces) {
       upper_ = std::max(upper_, bound);
       return;
     }
@@ -269,8 +269,8 @@ void search(FluteSearch& search, const Station& a, const Station& b, const Flute
 
 Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteSegment& segment, double ratio,
                                 double floor_mm) const {
-  if (!segment.has_arc()) return {0.0, kInfinity, 0};
-  FluteSearch of(kinematics_, tip_, segment, FluteGoal{kInfinity, ratio, floor_mm});
+  if (!segment.has_arc()) return {0.0, kUnlimited, 0};
+  FluteSearch of(kinematics_, tip_, segment, FluteGoal{kUnlimited, ratio, floor_mm});
   search(of, a, b, {0.0, 1.0});
   return of.result();
 }

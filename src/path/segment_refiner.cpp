@@ -469,7 +469,7 @@ ToolOff SegmentRefiner::flute_bow(const Station& a, const Station& b, double t0,
   const Vec3 tip_P = middle.tip_P - ends.tip_P;
   const Vec3 axis_P = middle.axis_P - ends.axis_P;
   const double t = flute_->part.nearest(tip_P, axis_P, even);
-  const ToolOff bow = flute_->part.off(tip_P, axis_P, t);
+  ToolOff bow = flute_->part.off(tip_P, axis_P, t);
   const double ahead = t - even;
   const double room = ahead > 0.0 ? 1.0 - even : even;
   const Tube left = tube(tolerance_);

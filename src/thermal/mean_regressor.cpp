@@ -42,13 +42,13 @@ Result<Member> fit_mean(const TrainingSet& training) {
   TrainingSet temperatures = training;
   temperatures.from = training.from.leftCols(training.temperatures);
   temperatures.to = training.to.leftCols(training.temperatures);
-  const auto ridge = fit_ridge(temperatures);
+  auto ridge = fit_ridge(temperatures);
   if (!ridge) return ridge;
   VectorXd weights = VectorXd::Zero(training.to.cols());
   weights.head(training.temperatures) = *(*ridge)->weights_mm();
-  const auto combined = fit_ridge(training);
+  auto combined = fit_ridge(training);
   if (!combined) return combined;
-  const auto gp = fit_gp(training);
+  auto gp = fit_gp(training);
   if (!gp) return gp;
   return std::make_shared<const Mean>(
       std::vector<Member>{linear_regressor(0.0, std::move(weights)), *combined, *gp});

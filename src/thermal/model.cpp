@@ -265,8 +265,8 @@ std::optional<Index> offset_component(const ChannelModel& channel) {
 }
 
 std::string axis_of_name(const std::string& channel) {
-  for (const std::string axis : kAxes) {
-    if (channel == axis || channel == axis.substr(1)) return axis;
+  for (const std::string_view axis : kAxes) {
+    if (channel == axis || channel == axis.substr(1)) return std::string(axis);
   }
   return {};
 }
