@@ -50,10 +50,12 @@ std::vector<Indices> buckets(const Observations& o) {
       std::vector<std::int64_t> key = {
           static_cast<std::int64_t>(s.run), alone ? -1 : static_cast<std::int64_t>(r.group),
           static_cast<std::int64_t>(r.quantity), static_cast<std::int64_t>(r.frame), r.u_common ? 1 : 0};
-      for (std::size_t a = 0; a < o.machine().axes.size(); ++a) key.push_back(s.direction[a]);
+      const std::size_t axes = o.machine().axes.size();
+      key.insert(key.end(), s.direction.begin(), s.direction.begin() + static_cast<std::ptrdiff_t>(axes));
       by_key[std::move(key)].push_back(i);
     }
   std::vector<Indices> out;
+  out.reserve(by_key.size());
   for (auto& [key, readings] : by_key) out.push_back(std::move(readings));
   return out;
 }

@@ -12,6 +12,8 @@ namespace {
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Halvings of a piece: 2^-24 of half a turn is below what doubles resolve.
 constexpr int kMostHalvings = 24;
+// Beyond this the bow of the arc leads the search astray.
+constexpr double kFarTurn_rad = 0.3;
 // Places looked at, after which the bound that is there is taken.
 constexpr std::uint32_t kMostPlaces = 5000;
 
@@ -78,14 +80,29 @@ ToolOff FluteSegment::off(const Vec3& tip_P, const Vec3& axis_at, double t) cons
   return {tip_P - tip0_P_ - t * chord_, axis_at - axis_P(t)};
 }
 
+// On a long arc the steps of `nearest` may end elsewhere: they begin at the best of some places.
+double FluteSegment::best_of_grid(const Vec3& tip_P, const Vec3& axis_at, double near) const {
+  constexpr int kPlaces = 16;
+  double best = near;
+  double least_mm = off(tip_P, axis_at, near).largest_mm(flute_mm_);
+  for (int i = 0; i <= kPlaces; ++i) {
+    const double t = static_cast<double>(i) / kPlaces;
+    const double off_mm = off(tip_P, axis_at, t).largest_mm(flute_mm_);
+    if (!(off_mm < least_mm)) continue;
+    least_mm = off_mm;
+    best = t;
+  }
+  return best;
+}
+
 double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near) const {
   constexpr int kMostSteps = 8;
   constexpr double kSettled_mm = 2e-6;  // any place will do, the nearest gives the sharpest bound
-  double t = near;
+  double t = turn_ > kFarTurn_rad ? best_of_grid(tip_P, axis_at, near) : near;
   const double reach_mm = chord_.norm() + flute_mm_ * turn_;
   if (!(reach_mm > 0.0)) return t;
   // Far from the segment a step may lead farther off: the best place so far counts.
-  double best = near;
+  double best = t;
   double best_mm2 = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMostSteps; ++i) {
     const auto [cosine, sine] = direction(t);

@@ -141,7 +141,7 @@ std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Stat
                                                     const Point& other) const {
   if (kinematics().rotary_count() < 2) return std::nullopt;
   const Vec3& n = kinematics().direction(1);
-  if (at.axis_P.cross(n).norm() > kPoleShare * axis_room().rad()) return std::nullopt;
+  if (at.axis_P.cross(n).norm() > kPoleShare * tolerance_.axis_room().rad()) return std::nullopt;
   Point turned = end;
   turned.inserted = true;
   const Vec3 pole_P = at.axis_P.dot(n) >= 0.0 ? n : Vec3(-n);
@@ -158,7 +158,7 @@ std::optional<Point> SegmentRefiner::turned_at_pole(const Point& end, const Stat
 bool SegmentRefiner::turn_towards(const Point& end, const Vec3& pole_P, Point& turned) const {
   const double whole = angle_between(end.axis_P, pole_P).rad();
   if (!(whole > 0.0)) return false;
-  const double beside = std::min(kPoleShare * axis_room().rad() / whole, 0.5);
+  const double beside = std::min(kPoleShare * tolerance_.axis_room().rad() / whole, 0.5);
   const auto q = maker_.followed(end, slerp(end.axis_P, pole_P, 1.0 - beside));
   if (!q) return false;
   turned.axis_P = pole_P;
@@ -177,7 +177,7 @@ bool SegmentRefiner::passes_pole() const {
   const Vec3& n = kinematics().direction(1);
   const Vec3 normal = a_P.cross(b_P);
   const Vec3 pole_P = n.dot(a_P) + n.dot(b_P) >= 0.0 ? n : Vec3(-n);
-  const double near = kPoleShare * axis_room().rad();
+  const double near = kPoleShare * tolerance_.axis_room().rad();
   return normal.norm() > 0.0 && std::abs(normal.dot(pole_P)) <= near * normal.norm() &&
          a_P.cross(pole_P).dot(normal) > 0.0 && pole_P.cross(b_P).dot(normal) > 0.0;
 }
@@ -235,10 +235,15 @@ bool SegmentRefiner::insert_around_pole() {
     const bool in_place = (leaves && i == 0) || (comes && i + 2 == points.size()) || (passes && i == 1);
     // To swing along the path and back is no course of it: at its end the next segment may have begun.
     if (in_place) reference_.tip0_P = reference_.tip1_P = points[i].tip_P;
-    if (flute_)
-      flute_->part =
-          FluteSegment({points[i].tip_P, points[i + 1].tip_P, points[i].axis_P, points[i + 1].axis_P},
-                       tolerance_.flute.length_mm);
+    if (flute_) {
+      const double length_mm = tolerance_.flute.length_mm;
+      flute_->part = FluteSegment(
+          {points[i].tip_P, points[i + 1].tip_P, points[i].axis_P, points[i + 1].axis_P}, length_mm);
+      const FluteSegment path(reference_, length_mm);
+      const Vec3 axis_P = path.axis_P(shares[i]);
+      flute_->whole =
+          in_place ? FluteSegment({points[i].tip_P, points[i].tip_P, axis_P, axis_P}, length_mm) : path;
+    }
     if (!piece_within(stations[i], stations[i + 1])) {
       const NodeAxis how = in_place ? NodeAxis::joint_linear : NodeAxis::great_circle;
       cells_along(how, kFewestCells);
@@ -253,7 +258,10 @@ bool SegmentRefiner::insert_around_pole() {
                        points[i + 1].axis_P, stations[i + 1]});
   }
   ends_ = whole;
-  if (flute_) flute_->part = flute_->whole;
+  if (flute_) {
+    const FluteSegment path(reference_, tolerance_.flute.length_mm);
+    flute_ = Flute{path, path};
+  }
   maker_.start(*whole.a, *whole.b);
   nodes_ = std::move(nodes);
   return converged;

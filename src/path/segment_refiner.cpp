@@ -58,15 +58,11 @@ void SegmentRefiner::look_at(const SegmentEnds& ends, const Tolerance& tolerance
   displaced_ = {};
 }
 
-Angle SegmentRefiner::axis_room() const {
-  if (!flute_) return tolerance_.axis;
-  return std::min(tolerance_.axis, Angle::radians(tolerance_.flute.off_mm / tolerance_.flute.length_mm));
-}
-
 // Rotary axes that run straight keep the tool axis where it has to be.
 bool SegmentRefiner::axis_holds() const {
   constexpr double kShareOfFlute = 0.25;  // of the tolerance, at the end of the flute
-  const Angle limit = flute_ ? std::min(tolerance_.axis, axis_room() * kShareOfFlute) : tolerance_.axis;
+  const Angle limit =
+      flute_ ? std::min(tolerance_.axis, tolerance_.axis_room() * kShareOfFlute) : tolerance_.axis;
   return certifier_.axis_within(*ends_.at_a, *ends_.at_b, reference_, limit) == Within::yes;
 }
 
@@ -496,8 +492,7 @@ Vec3 SegmentRefiner::within_reference(const Vec3& bow, double t) {
 // A displacement of the node at `t` that leaves its foot well between the ends: beyond one of them the
 // control would come to the end and go back.
 ToolOff SegmentRefiner::between_ends(const ToolOff& displacement, double t) const {
-  if (flute_) return displacement;  // against a bow that has no part along the path
-  constexpr double kShare = 0.5;    // of the way to the end
+  constexpr double kShare = 0.5;  // of the way to the end
   const Vec3 whole = reference_.tip1_P - reference_.tip0_P;
   const double length2 = whole.squaredNorm();
   if (!(length2 > 0.0)) return displacement;

@@ -86,8 +86,6 @@ class SegmentRefiner {
   void put_nodes(const SegmentEnds& ends, std::vector<Point>& out) const;
   bool insert(SegmentReport& report);
   void see_bow(const Vec3& middle_P);
-  /// How far the tool axis may be from its place: its own tolerance, or what the end of the flute allows.
-  Angle axis_room() const;
   bool axis_holds() const;
   bool insert_evenly();
   bool insert_nodes(NodeAxis how, Side side, std::size_t least, std::size_t most);

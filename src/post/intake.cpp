@@ -139,7 +139,7 @@ path::ChoiceOptions Intake::choice_options() const {
   out.axis = axis_;
   out.inverse = inverse_;
   out.tool_mm = tool_.vector();
-  out.axis_tolerance = tolerances_.cutting().axis;
+  out.axis_tolerance = tolerances_.cutting().axis_room();
   return out;
 }
 

@@ -63,7 +63,17 @@ DeviationMeter::Interval Verifier::State::flute_about(const Vertex& from, const 
   DeviationMeter::Interval least{std::numeric_limits<double>::infinity(),
                                  std::numeric_limits<double>::infinity()};
   double least_found_mm = std::numeric_limits<double>::infinity();
-  for (std::size_t j = segment > 0 ? segment - 1 : 0; j <= segment + 1 && j + 1 < targets().size(); ++j) {
+  // One to each side, and farther where the tip does not go beyond its tolerance: there it does not tell.
+  constexpr std::size_t kFarthest = 16;
+  const double here_mm = targets()[segment + 1].along_mm;
+  const auto is_near = [&](std::size_t i) {
+    return std::abs(targets()[i].along_mm - here_mm) <= 2.0 * options.tolerance_mm;
+  };
+  std::size_t first = segment > 0 ? segment - 1 : 0;
+  while (first > 0 && segment - first < kFarthest && is_near(first)) --first;
+  std::size_t last = segment + 1;
+  while (last + 1 < targets().size() && last - segment < kFarthest && is_near(last)) ++last;
+  for (std::size_t j = first; j <= last && j + 1 < targets().size(); ++j) {
     const Target& a = targets()[j];
     const Target& b = targets()[j + 1];
     if (b.rapid || b.flute_mm != targets()[segment + 1].flute_mm || near_pole(a, b)) continue;

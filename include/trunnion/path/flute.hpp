@@ -30,6 +30,7 @@ class FluteSegment {
     double cosine, sine;
   };
   Direction direction(double t) const;
+  double best_of_grid(const Vec3& tip_P, const Vec3& axis_P, double near) const;
 
   double turn_ = 0.0;
   double flute_mm_;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -35,6 +36,12 @@ struct Tolerance {
     double off_mm = 0.0;     // the largest distance of its points
   };
   Flute flute{};
+
+  /// How far the tool axis may be from its place: its own tolerance, or what the end of the flute allows.
+  Angle axis_room() const {
+    if (flute.length_mm == 0.0) return axis;
+    return std::min(axis, Angle::radians(flute.off_mm / flute.length_mm));
+  }
 };
 
 struct NonlinearOptions {
