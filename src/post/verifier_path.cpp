@@ -170,11 +170,12 @@ void Verifier::State::feed(Vertex& v) {
   if (v.in_cycle && steps(v)) return trail.clear();
   pass_repeated_points();
   if (v.from_unknown && arrives(v)) return;
-  if (at.segment + 1 >= targets().size()) {  // beyond the end of the CL path: compared with its last point
+  if (at.segment + 1 >=
+      targets().size()) {  // beyond the end of the CL path: all of it is held to its last point
     trail.clear();
     const Target& last = targets().back();
-    take_deviation({{(v.tip_P - last.tip_P).norm(), (v.tip_P - last.tip_P).norm()},
-                    {0.0, angle_between(v.axis_P, last.axis_P).rad()}});
+    take_deviation(meter().of(*previous, v, last, last, as_run.state, {}), near_pole(last, last));
+    take_flute(meter().beside(*previous, v, last, last, 0.0, 0.0, as_run.state, {}), last);
     record_feed(v, last.line, false);
     return;
   }

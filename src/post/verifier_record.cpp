@@ -11,7 +11,8 @@ namespace trunnion::post {
 std::string flute_text(const VerifyReport& report) {
   if (report.flute_mm > 0.0)
     return "from its tip to " + shortest_text(report.flute_mm) + " mm up the tool stays within " +
-           fixed_text(report.certified_flute_deviation_mm, 6) + " mm of its place";
+           fixed_text(report.certified_flute_deviation_mm, 6) + " mm of its place" +
+           (report.pole_tolerance > Angle{} ? " outside the pole's cone, where it may be tilted" : "");
   constexpr double kUp_mm = 10.0;
   return shortest_text(kUp_mm) + " mm up the tool the axis tolerance allows " +
          fixed_text(kUp_mm * 2.0 * std::sin(0.5 * report.axis_tolerance.rad()), 4) + " mm more";
@@ -45,8 +46,12 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   auto beside = meter().beside(from, v, a, b, t0, t1, as_run.state, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
-  if (b.flute_mm == 0.0) return;
   if (beside.flute_mm.upper > options.tolerance_mm) beside.flute_mm = flute_about(from, v, segment, 0);
+  take_flute(beside, b);
+}
+
+void Verifier::State::take_flute(const DeviationMeter::Beside& beside, const Target& to) {
+  if (to.flute_mm == 0.0) return;
   of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
   of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);

@@ -426,6 +426,7 @@ struct Verifier::State {
   void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false);
   /// What the tool is off beside the tip's place, of a piece that does not pass a CL point.
   void take_beside(const Vertex& from, const Vertex& v, std::size_t segment, double t0, double t1);
+  void take_flute(const DeviationMeter::Beside& beside, const Target& to);
   DeviationMeter::Interval flute_about(const Vertex& from, const Vertex& v, std::size_t segment,
                                        int halvings);
   // A block that is not straight itself leaves its chord by so much more.

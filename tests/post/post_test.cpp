@@ -412,5 +412,31 @@ TEST(Post, SpeedsAndDwellsThatNoMachineHasAreErrorsWithTheirLine) {
   EXPECT_EQ(error_of("DELAY/3600"), "none");
 }
 
+// Behind the last CL point: a block that ends there and leaves it on its way. C turns by half a turn with the
+// tool upright, X and Y go straight: half way the tip is at the other side of the axis of C.
+TEST(Verify, ABlockBehindTheLastPointIsJudgedWhole) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl = "UNITS/MM\nLOADTL/1\nFEDRAT/250.,MMPM\n" +
+                         test::point_text({20.0, 0.0, 5.0}, Vec3::UnitZ()) +
+                         test::point_text({30.0, 0.0, 5.0}, Vec3::UnitZ()) + "FINI\n";
+  const auto p = test::posted(cl, machine, {});
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const TableKinematics kinematics(machine, machine.tool_vector());
+  JointVector q;
+  q[*machine.axis("C")] = kPi;
+  kinematics.solve_linear({30.0, 0.0, 5.0}, kinematics.sines(q), q);
+  const JointVector words = words_of(machine, q, machine.tool_vector());
+  const std::string turn = "G1 X" + fixed_text(words[*machine.axis("X")], 4) + " Y" +
+                           fixed_text(words[*machine.axis("Y")], 4) + " C180. F250.\n";
+  std::string nc = p.nc;
+  const auto end = nc.find("G53", nc.rfind("G1 "));
+  ASSERT_NE(end, std::string::npos);
+  nc.insert(end, turn);
+  const auto v = test::verified(nc, cl, machine, 0.01);
+  ASSERT_TRUE(v) << v.error().text();
+  EXPECT_FALSE(v->cuts_within_tolerance());
+  EXPECT_GT(v->certified_tip_deviation_mm, 29.0);
+}
+
 }  // namespace
 }  // namespace trunnion::post
