@@ -13,7 +13,7 @@ Result<bool> Pipeline::emit_reconfiguration(const path::ChosenPoint& next, const
   path::ChoiceOptions options;
   options.inverse = now_.chunk->inverse;
   options.tool_mm = tool_.tool.vector();
-  options.axis_tolerance = modes_.tolerances.cutting().axis;
+  options.axis_tolerance = modes_.tolerances.cutting().axis_room();
   const auto turns = path::plan_turns(posting_.machine, {at_.point.tip_P, at_.point.axis_P}, at_.point.q,
                                       motion.point.pose, next.q, options);
   if (!turns) {
