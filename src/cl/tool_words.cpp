@@ -92,9 +92,15 @@ void read_cutter(Context& context, const Statement& statement) {
   bool good = false;
   const auto value = lengths(context, statement, 0, good);
   if (!good) return;
+  const std::optional<double> height = value[6] && *value[6] != 0.0 ? value[6] : std::nullopt;
+  if (height && *height < 0.0) {
+    return context.error(statement.where,
+                         "CUTTER: a height of " + shortest_text(*height) +
+                             " mm; the seventh number is how far the cutter cuts up from its tip");
+  }
   // A lathe's cutter is its nose alone.
   if (statement.fields.size() > 1) context.modal.origin.mill = true;
-  context.emit(statement.where, ToolGeometry{value[0], value[1], value[6], value[6]});
+  context.emit(statement.where, ToolGeometry{value[0], value[1], value[6], height});
 }
 
 // TLDATA/MILL,diameter,corner radius,length,taper,tip ...

@@ -145,6 +145,19 @@ TEST(Reader, FeedsInEveryOrderAndUnit) {
   }
 }
 
+// The seventh number of CUTTER is how far it cuts up from its tip.
+TEST(Reader, CutterHasAFlute) {
+  const auto cutters =
+      read("UNITS/INCHES\nCUTTER/1,.1,.4,.1,0,0,2\nCUTTER/1,.1,.4,.1,0,0,0\nCUTTER/1\n").all<ToolGeometry>();
+  ASSERT_EQ(cutters.size(), 3U);
+  EXPECT_DOUBLE_EQ(*cutters[0].flute_length_mm, 50.8);
+  EXPECT_FALSE(cutters[1].flute_length_mm);
+  EXPECT_FALSE(cutters[2].flute_length_mm);
+  EXPECT_EQ(joined(read("UNITS/MM\nCUTTER/10,5,0,5,0,0,-25\n").findings),
+            "2:1: error: CUTTER: a height of -25 mm; the seventh number is how far the cutter cuts up from "
+            "its tip\n");
+}
+
 TEST(Reader, InchesScaleLengthsAndNotTheAxis) {
   const auto reading =
       read("UNITS / INCHES\nCUTTER/1,.125\nGOTO/1,2,-0.5,1,0,0\nGODLTA/1,0,0\nLINTOL/.001\n");
