@@ -118,9 +118,7 @@ class Search {
   }
 
   void halves(const Station& a, const Station& b, int halvings) {
-    const Station middle =
-        shifted(station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5)),
-                0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
+    const Station middle = halfway(kinematics_, a, b);
     ++evaluations_;
     piece(a, middle, halvings + 1);
     if (!beyond()) piece(middle, b, halvings + 1);
@@ -235,6 +233,11 @@ Station shifted(Station nominal, const Vec3& tip_shift_P, const Vec3& axis_shift
   nominal.tip_P += tip_shift_P;
   nominal.axis_P += axis_shift_P;
   return nominal;
+}
+
+Station halfway(const TableKinematics& kinematics, const Station& a, const Station& b) {
+  return shifted(station(kinematics, JointVector::interpolate(a.q, b.q, 0.5)),
+                 0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
 }
 
 Bound Certifier::tip(const Station& a, const Station& b, const Reference& reference, double ratio,

@@ -192,8 +192,7 @@ class FluteSearch {
       upper_ = std::max(upper_, bound);
       return;
     }
-    Station half = shifted(station(kinematics_, JointVector::interpolate(a.q, b.q, 0.5)),
-                           0.5 * (a.tip_shift_P + b.tip_shift_P), 0.5 * (a.axis_shift_P + b.axis_shift_P));
+    Station half = halfway(kinematics_, a, b);
     if (straight_) half.tip_P = part.middle.tip_P;
     piece(a, at_a, half, middle, halvings + 1);
     if (!beyond()) piece(half, middle, b, at_b, halvings + 1);

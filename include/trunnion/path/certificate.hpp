@@ -29,6 +29,8 @@ Station station(const TableKinematics& kinematics, const JointVector& q, const T
 /// The station moved by what errors add to the nominal tip and axis. What a motion between two such stations
 /// leaves of a straight course of these shifts must be added to its bounds (ErrorCourse).
 Station shifted(Station nominal, const Vec3& tip_shift_P, const Vec3& axis_shift_P);
+/// Half way between two stations, the shifts too.
+Station halfway(const TableKinematics& kinematics, const Station& a, const Station& b);
 
 /// What a piece must keep to: the segment from `tip0_P` to `tip1_P` (mm; may have length zero) and the arc of
 /// the great circle from `axis0_P` to `axis1_P` (unit vectors).
