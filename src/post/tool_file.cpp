@@ -93,6 +93,12 @@ class CsvTools {
     if (is_given(kFlute)) row.flute_length_mm = length(kFlute);
     if (is_given(kRegister)) row.length_register = number(kRegister);
     if (!tool || !length_mm) return;
+    if (row.flute_length_mm && *row.flute_length_mm > *length_mm) {
+      findings_.error(rows_.file(), at(kFlute),
+                      "a flute of " + shortest_text(*row.flute_length_mm) + " mm on a tool that is " +
+                          shortest_text(*length_mm) + " mm long");
+      return;
+    }
     if (!out.emplace(*tool, row).second)
       findings_.error(rows_.file(), at(kNumber), "tool " + std::to_string(*tool) + " stands here twice");
   }

@@ -53,6 +53,8 @@ TEST(ToolFile, FaultsOfCsvHaveTheirPlace) {
             "tools.csv:3:1: error: 2.5 is not a whole number\n"
             "tools.csv:4:2: error: 'long' in column 'length_mm' is not a number\n"
             "tools.csv:6:1: error: tool 4 stands here twice\n");
+  EXPECT_EQ(errors_in("tool,length_mm,flute_length_mm\n1,80,80\n2,12,80\n"),
+            "tools.csv:3:3: error: a flute of 80 mm on a tool that is 12 mm long\n");
 }
 
 // As LinuxCNC writes it: letters and numbers, a comment behind the semicolon.
