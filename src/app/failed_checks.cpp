@@ -25,9 +25,10 @@ std::vector<std::string> failed_checks(const post::VerifyReport& v, const std::s
         fmt::format("the tip deviates by {:.6f} mm, the tolerance is {} mm{}", tip, v.tolerance_mm, at));
   }
   if (v.flute_mm > 0.0 && v.certified_flute_deviation_mm > v.tolerance_mm) {
-    out.push_back(
-        fmt::format("the tool deviates by {:.6f} mm between its tip and {} mm up, the tolerance is {} mm",
-                    v.certified_flute_deviation_mm, v.flute_mm, v.tolerance_mm));
+    out.push_back(fmt::format(
+        "the tool deviates by {:.6f} mm between its tip and {} mm up, the tolerance is {} mm, "
+        "worst at {}:{}",
+        v.certified_flute_deviation_mm, v.flute_mm, v.tolerance_mm, cl_file, v.worst_flute.cl_line));
   }
   if (v.max_axis_deviation > v.axis_tolerance) {
     out.push_back(fmt::format("the tool axis deviates by {}, the tolerance is {}",

@@ -54,8 +54,7 @@ std::string verdict_text(const PostReport& report) {
   if (!report.verification) return padded("NOT VERIFIED ");
   const VerifyReport& v = *report.verification;
   return padded((v.passed() ? "WITHIN TOLERANCE: " : "NOT WITHIN TOLERANCE: ") +
-                fixed_text(v.largest_tip_deviation_mm(), 6) + " OF " + fixed_text(v.tolerance_mm, 6) +
-                " MM ");
+                fixed_text(v.largest_deviation_mm(), 6) + " OF " + fixed_text(v.tolerance_mm, 6) + " MM ");
 }
 
 Result<void> check_options(const PostOptions& options, const Machine& machine,

@@ -1,8 +1,10 @@
 // What the verification writes into its report of the cut.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/path/flute.hpp"
 
 #include "post/verifier_state.hpp"
 
@@ -41,8 +43,10 @@ void Verifier::State::take_beside(const Vertex& from, const Vertex& v, std::size
   if (near_pole(a, b)) return;
   DeviationMeter::Beside known;
   known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
-  known.flute_mm.upper =
-      b.flute_mm > 0.0 ? report.certified_flute_deviation_mm : std::numeric_limits<double>::infinity();
+  // What a block is off its chord comes on top: then the figure itself is needed.
+  if (b.flute_mm == 0.0) known.flute_mm.upper = std::numeric_limits<double>::infinity();
+  if (b.flute_mm > 0.0 && !(v.off_chord_mm > 0.0F))
+    known.flute_mm.upper = report.certified_flute_deviation_mm;
   auto beside = meter().beside(from, v, a, b, t0, t1, as_run.state, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
@@ -55,20 +59,14 @@ void Verifier::State::take_flute(const DeviationMeter::Beside& beside, const Tar
   of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
   of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);
-  report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, beside.flute_mm.upper);
+  if (!(beside.flute_mm.upper > report.certified_flute_deviation_mm)) return;
+  report.certified_flute_deviation_mm = beside.flute_mm.upper;
+  report.worst_flute = {nc_line(), to.line};
 }
 
-// The tip tells the segment of a place. Where the axis turns far on a short way of the tip the tool may be
-// nearer to a place of the segment before or behind it, and part of a block to one of each.
-DeviationMeter::Interval Verifier::State::flute_about(const Vertex& from, const Vertex& v,
-                                                      std::size_t segment, int halvings) {
-  constexpr int kMostHalvings = 12;
-  constexpr int kTellsEnough =
-      4;  // parts so short have one place on the path: what is beyond there is beyond
-  DeviationMeter::Interval least{std::numeric_limits<double>::infinity(),
-                                 std::numeric_limits<double>::infinity()};
-  double least_found_mm = std::numeric_limits<double>::infinity();
-  // One to each side, and farther where the tip does not go beyond its tolerance: there it does not tell.
+// The segments on which the tool may have its place while the tip tells `segment`: one to each side of it,
+// and farther where the tip does not go beyond its tolerance.
+std::pair<std::size_t, std::size_t> Verifier::State::segments_about(std::size_t segment) const {
   constexpr std::size_t kFarthest = 16;
   const double here_mm = targets()[segment + 1].along_mm;
   const auto is_near = [&](std::size_t i) {
@@ -76,18 +74,40 @@ DeviationMeter::Interval Verifier::State::flute_about(const Vertex& from, const 
   };
   std::size_t first = segment > 0 ? segment - 1 : 0;
   while (first > 0 && segment - first < kFarthest && is_near(first)) --first;
-  std::size_t last = segment + 1;
-  while (last + 1 < targets().size() && last - segment < kFarthest && is_near(last)) ++last;
-  for (std::size_t j = first; j <= last && j + 1 < targets().size(); ++j) {
+  std::size_t last = std::min(segment + 1, targets().size() - 2);
+  while (last + 2 < targets().size() && last - segment < kFarthest && is_near(last)) ++last;
+  return {first, last};
+}
+
+// Where the axis turns far on a short way of the tip the tool may be nearer to a place of another segment
+// than the tip's, and part of a block to one of each.
+DeviationMeter::Interval Verifier::State::flute_about(const Vertex& from, const Vertex& v,
+                                                      std::size_t segment, int halvings) {
+  constexpr int kMostHalvings = 12;
+  constexpr double kSharp = 1.05;
+  constexpr double kMiddle = 0.5;
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const double flute_mm = targets()[segment + 1].flute_mm;
+  DeviationMeter::Interval least{kInfinite, kInfinite};
+  std::array<double, 2> at_end_mm = {kInfinite, kInfinite};  // the least of all segments
+  const auto [first, last] = segments_about(segment);
+  for (std::size_t j = first; j <= last; ++j) {
     const Target& a = targets()[j];
     const Target& b = targets()[j + 1];
-    if (b.rapid || b.flute_mm != targets()[segment + 1].flute_mm || near_pole(a, b)) continue;
+    if (b.rapid || b.flute_mm != flute_mm || near_pole(a, b)) continue;
     const auto beside = meter().beside(from, v, a, b, 0.0, 1.0, as_run.state, {});
     if (beside.flute_mm.upper < least.upper) least = beside.flute_mm;
-    least_found_mm = std::min(least_found_mm, beside.flute_mm.lower);
+    const path::FluteSegment path({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, flute_mm);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const ToolPose& end = k == 0 ? from : v;
+      const double t = path.nearest(end.tip_P, end.axis_P, kMiddle);
+      at_end_mm[k] = std::min(at_end_mm[k], path.off(end.tip_P, end.axis_P, t).largest_mm(flute_mm));
+    }
   }
-  const bool surely_beyond = halvings >= kTellsEnough && least_found_mm > options.tolerance_mm;
-  if (least.upper <= options.tolerance_mm || surely_beyond || halvings == kMostHalvings) return least;
+  const double found_mm = std::max(at_end_mm[0], at_end_mm[1]);
+  least.lower = std::min(found_mm, least.upper);
+  const bool is_sharp = least.upper <= std::max(options.tolerance_mm, kSharp * found_mm);
+  if (is_sharp || halvings == kMostHalvings) return least;
   const Vertex middle = meter().middle_of(from, v, as_run.state);
   const auto before = flute_about(from, middle, segment, halvings + 1);
   const auto behind = flute_about(middle, v, segment, halvings + 1);
@@ -98,6 +118,7 @@ void Verifier::State::bows_by(double off_chord_mm) {
   of_block.tip_mm += off_chord_mm;
   report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, of_block.tip_mm);
   // The tool stays parallel to itself on the way of an arc: its points bow alike.
+  if (targets().longest_flute_mm() == 0.0) return;
   of_block.flute_mm += off_chord_mm;
   report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, of_block.flute_mm);
 }

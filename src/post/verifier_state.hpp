@@ -427,6 +427,7 @@ struct Verifier::State {
   /// What the tool is off beside the tip's place, of a piece that does not pass a CL point.
   void take_beside(const Vertex& from, const Vertex& v, std::size_t segment, double t0, double t1);
   void take_flute(const DeviationMeter::Beside& beside, const Target& to);
+  std::pair<std::size_t, std::size_t> segments_about(std::size_t segment) const;
   DeviationMeter::Interval flute_about(const Vertex& from, const Vertex& v, std::size_t segment,
                                        int halvings);
   // A block that is not straight itself leaves its chord by so much more.

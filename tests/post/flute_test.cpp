@@ -253,9 +253,45 @@ TEST(Flute, ATurnOfTheAxisIsFoundAtItsEnd) {
   const double turn = 0.02 * kRadPerDegree;
   const double nearest_mm = std::min(least_off_mm(at(6, 0.0), at(5, 0.0), at(6, turn), 50.0),
                                      least_off_mm(at(6, 0.0), at(6, turn), at(7, 0.0), 50.0));
-  EXPECT_GE(v.certified_flute_deviation_mm, nearest_mm);
-  EXPECT_LE(v.certified_flute_deviation_mm, 50.0 * turn);
+  EXPECT_LT(nearest_mm, 50.0 * turn);
+  std::vector<PlacedTool> path;
+  for (int i = 0; i < 12; ++i) path.push_back(at(i, i == 6 ? turn : 0.0));
+  const double truth_mm = sampled(test::tool_of(test::cut_of(p.nc)), path, 50.0).best_flute_mm;
+  EXPECT_NEAR(truth_mm, nearest_mm, 0.05 * nearest_mm);
+  EXPECT_GE(v.certified_flute_deviation_mm, truth_mm - 1e-6);
+  EXPECT_LE(v.certified_flute_deviation_mm, 1.06 * truth_mm);
+  EXPECT_NEAR(v.worst_flute.cl_line, 4 + 6, 1);
   EXPECT_TRUE(verified_with_flute(p.nc, turned, machine, 0.0).passed());
+}
+
+// What arcs of the control leave their chords by counts for the flute, too: with one tool axis the tip is no
+// farther off than the tool.
+TEST(Flute, ArcsOfTheControlCount) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl =
+      "LOADTL/1\nFEDRAT/MMPM,600\nRAPID\nGOTO/15,0,5,0,0,1\nGOTO/15,0,0,0,0,1\nCIRCLE/0,0,0,0,0,1\n"
+      "GOTO/0,15,0,0,0,1\nGOTO/-15,0,0,0,0,1\nFINI\n";
+  PostOptions options;
+  options.native_arcs = true;
+  options.tools.flute_mm = 40.0;
+  const auto p = test::posted(cl, machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(p.report->arcs, 1U);
+  const VerifyReport& v = *p.report->verification;
+  EXPECT_TRUE(v.passed());
+  EXPECT_GE(v.certified_flute_deviation_mm, v.max_tip_deviation_mm - 1e-9);
+}
+
+// The head tells the figure that decides.
+TEST(Flute, HeadTellsTheLargestDeviation) {
+  PostReport report;
+  VerifyReport& v = report.verification.emplace();
+  v.tolerance_mm = 0.005;
+  v.certified_tip_deviation_mm = 0.001;
+  v.certified_flute_deviation_mm = 0.02;
+  EXPECT_NE(verdict_text(report).find(" 0.001000 OF 0.005000"), std::string::npos);
+  v.flute_mm = 50.0;
+  EXPECT_NE(verdict_text(report).find("NOT WITHIN TOLERANCE: 0.020000 OF 0.005000"), std::string::npos);
 }
 
 }  // namespace

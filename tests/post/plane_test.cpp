@@ -101,6 +101,27 @@ TEST(TiltedPlane, ConstantToolAxesAreWrittenInThePlaneAndReadBack) {
   }
 }
 
+// A line of a template whose others do not come is found, though a whole template follows: X of a datum shift
+// that the control has not been told of.
+TEST(TiltedPlane, ALoneLineOfATemplateIsFound) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.tilted_plane = true;
+  const std::string cl = pockets({{35, 110}, {20, -70}});
+  const auto p = posted(cl, machine, options, "heidenhain_tnc640");
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const auto with = [&](const std::string& line) {
+    std::string nc = p.nc;
+    const auto shift = nc.find("CYCL DEF 7.0");
+    nc.insert(nc.rfind('\n', shift) + 1, line);
+    const auto v = test::verified(nc, cl, machine, options.tolerance_mm, "heidenhain_tnc640");
+    return v && v->passed();
+  };
+  EXPECT_TRUE(with(""));
+  EXPECT_TRUE(with("; a remark\n"));
+  EXPECT_FALSE(with("CYCL DEF 7.1 X+5\n"));
+}
+
 // The same path without the planes has the same machine positions: two ways through the code and the words.
 TEST(TiltedPlane, MachineStandsWhereItStandsWithoutThePlane) {
   const Machine machine = test::shipped_machine("trunnion_offset");

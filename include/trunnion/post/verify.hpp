@@ -110,7 +110,7 @@ struct TooFast {
   double ratio = 0.0;  // of its largest velocity, > 1
 };
 
-struct PlaceOfRapid {
+struct PlaceInFiles {
   std::uint32_t nc_line = 0;
   std::uint32_t cl_line = 0;
 };
@@ -132,12 +132,14 @@ struct CutFigures {
   Angle max_axis_deviation;        // feed moves outside the pole's cone
   Angle max_pole_axis_deviation;   // inside it, where a tolerance for it was given
   /// Feed moves outside the pole's cone, at most: the tool axis from that of the path at the place where the
-  /// tip is. (The tool axis may keep to its great circle and be behind the tip, or before it.)
+  /// tip is. (The tool axis may keep to its great circle and be behind the tip, or before it.) Of blocks that
+  /// their ends and bows settle the places of the tip are taken to run evenly.
   Angle max_axis_deviation_at_tip;
   /// There, of the tool from its tip to its flute length (FluteLength): largest that was found, and the
   /// bound.
   double max_flute_deviation_mm = 0.0;
   double certified_flute_deviation_mm = 0.0;
+  PlaceInFiles worst_flute;             // where that is
   double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
   std::vector<WorstPlace> worst;        // feed moves, worst first
 };
@@ -150,7 +152,7 @@ struct VerifyReport : CutFigures {
   /// Effects of the model that know no bound on their course: ids, each once.
   std::vector<std::string> unproved_effects;
   double max_rapid_deviation_mm = 0.0;  // of the tip in rapids, from the line between their CL points
-  PlaceOfRapid worst_rapid;             // where
+  PlaceInFiles worst_rapid;             // where
   /// What is not safe on the way between the cuts: the first places of it.
   std::vector<UnsafeMove> unsafe;
   std::size_t unsafe_count = 0;
@@ -179,6 +181,11 @@ struct VerifyReport : CutFigures {
   /// How far the tip is off its path at most, and CL points off the tip's.
   double largest_tip_deviation_mm() const {
     return std::max(certified_tip_deviation_mm, max_point_deviation_mm);
+  }
+  /// That, or of a tool with a flute all of it.
+  double largest_deviation_mm() const {
+    const double tip_mm = largest_tip_deviation_mm();
+    return flute_mm > 0.0 ? std::max(tip_mm, certified_flute_deviation_mm) : tip_mm;
   }
   bool limits_ok() const { return beyond_limits_count == 0; }
   bool speeds_ok() const { return too_fast_count == 0; }
