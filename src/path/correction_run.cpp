@@ -51,6 +51,8 @@ struct CorrectionRun::Of {
 struct CorrectionRun::Work {
   std::array<Of<Lanes>, 2> two;  // of the halves of the run
   Of<Quads> four;
+  double flute_mm = 0.0;
+  std::vector<double> axis_off;  // of the points, by which the tool axis is off at most
 
   Work(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
       : two{Of<Lanes>(kinematics, rounding, model), Of<Lanes>(kinematics, rounding, model)},
@@ -80,22 +82,24 @@ CorrectionRun::CorrectionRun(const Compensator& compensator, const TableKinemati
 CorrectionRun::~CorrectionRun() = default;
 CorrectionRun::CorrectionRun(CorrectionRun&&) noexcept = default;
 
-void CorrectionRun::begin(std::size_t count, double tolerance_mm) {
+void CorrectionRun::begin(std::size_t count, double tolerance_mm, double flute_mm) {
   limit_mm_ = limit_mm(tolerance_mm);
+  work_->flute_mm = flute_mm;
   joints_.resize(count + kRoom);
   known_.assign(count + kRoom, 0);
   keeps_.assign(count, 0);
   for (std::vector<double>& column : columns_) column.resize(count + kRoom);
   arm2_inner_mm2_.resize(count + kRoom);
   bow_mm_.resize(count + kRoom);
+  work_->axis_off.assign(count + kRoom, 0.0);
   for (Of<Lanes>& half : work_->two) half.begin();
   work_->four.begin();
 }
 
 // A point is corrected from where the pair before it was: both halves of the run go on side by side.
-void CorrectionRun::correct(std::span<const NominalPlace> places, double tolerance_mm) {
+void CorrectionRun::correct(std::span<const NominalPlace> places, double tolerance_mm, double flute_mm) {
   const std::size_t count = places.size();
-  begin(count, tolerance_mm);
+  begin(count, tolerance_mm, flute_mm);
   if (count == 0) return;
   const std::size_t half = (count + 3) / 4 * 2;
   // The last one stands for what is not there.
@@ -134,9 +138,11 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   for (AxisId id = 0; id < kMaxAxes; ++id)
     q[id] = lanes::collect<T>([&](std::size_t n) { return (*few[n].q)[id]; });
   const std::array<AxisId, 3> linear{kinematics_.linear(0), kinematics_.linear(1), kinematics_.linear(2)};
-  const lanes::Triple<T> nominal{q[linear[0]], q[linear[1]], q[linear[2]]};
   lanes::Mask<T> known = ~lanes::Mask<T>{};
-  if (looks_up_) known = of.courses.inside(q);
+  if (work_->flute_mm > 0.0) known = turn<T>(few, q, sines, of);
+  const lanes::Mask<T> turned = known;
+  const lanes::Triple<T> nominal{q[linear[0]], q[linear[1]], q[linear[2]]};
+  if (looks_up_) known &= of.courses.inside(q);
   const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
   lanes::Triple<T> target_P = tip_P + of.aim_P;
   const auto solve = [&](JointsOf<T>& to) {
@@ -148,7 +154,20 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   };
   solve(q);
   const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.at(q) : ask_each(few, q, of, known);
-  const auto tips = compensator_.with_errors().tips(q, sines, errors);
+  const ErrorKinematics& machine = compensator_.with_errors();
+  ErrorKinematics::TipsOf<T> tips;
+  T axis_off{};
+  if (work_->flute_mm > 0.0) {
+    const auto poses = machine.poses(q, sines, errors);
+    tips = {poses.tip_P, poses.known};
+    const auto axis_P =
+        lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
+    // The last step of the linear axes changes the errors, the tip's by less than it is converged to: those
+    // of the axis by less than that for each mm of an arm that is longer.
+    axis_off = lanes::sqrt(lanes::squared(poses.axis_P - axis_P)) + compensator_.options().converged_mm;
+  } else {
+    tips = machine.tips(q, sines, errors);
+  }
   const Vec3& datum = compensator_.datum_shift();
   const lanes::Triple<T> actual_P = tips.tip_P - lanes::Triple<double>{datum.x(), datum.y(), datum.z()};
   const T error2 = lanes::squared(actual_P - target_P);
@@ -176,6 +195,8 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   const T arm =
       lanes::sqrt(lanes::squared(lanes::cross(of.chain.axis[1], target_P - of.chain.g))) + word_radius_mm_;
   store(first, q, T(arm * arm));
+  for (std::size_t pair = 0; pair < kTogether / 2; ++pair)
+    lanes::store(work_->axis_off.data() + first[pair], pair_of(axis_off, pair));
   const lanes::Triple<T> aim_P = target_P - tip_P;
   const lanes::Triple<T> next_P{second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
   if (all) {
@@ -185,8 +206,59 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   of.aim_P = {lanes::select(known, next_P.x, of.aim_P.x), lanes::select(known, next_P.y, of.aim_P.y),
               lanes::select(known, next_P.z, of.aim_P.z)};
   for (std::size_t pair = 0; pair < kTogether / 2; ++pair) {
-    if (pairs[2 * pair] == 0) correct_pair(pair, first, few, of);
+    if (pairs[2 * pair] != 0) continue;
+    const int lane = static_cast<int>(2 * pair);
+    correct_pair(pair, first, few, turned[lane] != 0 && turned[lane + 1] != 0, of);
   }
+}
+
+// The rotary axes take the tool's direction where it is prescribed, to first order in the errors: u(A, C) is
+// moved by da = -(n_A x u) dA and dc = -(n_C x u) dC. The words are rounded, and the linear axes put the tip
+// right for them; near the pole the axes stay as they are, as Compensator has it. Not known: a step so large
+// that its square counts.
+template <class T>
+lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
+                                   TableKinematics::SinesOf<T>& sines, Of<T>& of) const {
+  constexpr double kFirstOrder_rad = 3e-4;  // half its square is a twentieth of the finest angle word
+  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
+  const auto axis_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
+  const auto solve = [&](const lanes::Triple<T>& target_P) {
+    const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, target_P, sines);
+    q[kinematics_.linear(0)] = at.x;
+    q[kinematics_.linear(1)] = at.y;
+    q[kinematics_.linear(2)] = at.z;
+  };
+  solve(tip_P + of.aim_P);
+  lanes::Mask<T> known = ~lanes::Mask<T>{};
+  if (looks_up_) known = of.courses.inside(q);
+  const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.at(q) : ask_each(few, q, of, known);
+  const auto poses = compensator_.with_errors().poses(q, sines, errors);
+  const lanes::Triple<T> off = axis_P - poses.axis_P;
+  const auto dot = [](const lanes::Triple<T>& a, const lanes::Triple<T>& b) -> T {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  };
+  const lanes::Triple<T> outer_P = kinematics_.turned_back(1, of.chain.axis[0], sines);
+  const lanes::Triple<T> a = lanes::cross(axis_P, outer_P);
+  const lanes::Triple<T> c = lanes::cross(axis_P, of.chain.axis[1]);
+  const T aa = dot(a, a);
+  const T ac = dot(a, c);
+  const T cc = dot(c, c);
+  const T toward_a = dot(off, a);
+  const T toward_c = dot(off, c);
+  const T det = aa * cc - ac * ac;
+  const double least_sine = compensator_.options().min_sin_tilt;
+  const auto turns = cc >= least_sine * least_sine;
+  const std::array<T, 2> by{lanes::select(turns, T((toward_a * cc - toward_c * ac) / det), T{}),
+                            lanes::select(turns, T((toward_c * aa - toward_a * ac) / det), T{})};
+  known &= poses.known & (lanes::abs(by[0]) + lanes::abs(by[1]) <= kFirstOrder_rad);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const AxisId id = kinematics_.rotary(k);
+    const T before = q[id];
+    q[id] = lanes::select(turns, of.grid.rounded(id, T(before + by[k])), before);
+    turn_on(sines.sin[k], sines.cos[k], T(q[id] - before));
+  }
+  solve(tip_P);
+  return known;
 }
 
 // As known ones.
@@ -229,29 +301,38 @@ template <class T>
 // One by one, from where the last one was.
 template <class T>
 [[gnu::noinline]] void CorrectionRun::correct_pair(std::size_t pair, const std::size_t* first,
-                                                   const NominalPlace* few, Of<T>& of) {
+                                                   const NominalPlace* few, bool turned, Of<T>& of) {
   for (std::size_t n = 0; n < 2; ++n) {
     const std::size_t i = first[pair] + n;
     if (i == keeps_.size()) return;
     const NominalPlace& at = few[2 * pair + n];
     const std::array<int, 2> own{static_cast<int>(2 * pair), static_cast<int>(2 * pair + 1)};
     const Vec3 aim_P(of.aim_P.x[own[0]], of.aim_P.y[own[0]], of.aim_P.z[own[0]]);
+    known_[i] = 0;
     MachineState state;
     state.q = *at.q;
+    // The rotary axes are where they were turned to; whoever makes a block of the others turns them, too.
+    for (std::size_t k = 0; turned && k < 2; ++k) {
+      const AxisId id = kinematics_.rotary(k);
+      state.q[id] = joints_[i][id];
+    }
     put(i, state.q);
+    if (!turned) continue;
+    JointVector nominal = state.q;
+    if (work_->flute_mm > 0.0) kinematics_.solve_linear(*at.tip_P, kinematics_.sines(nominal), nominal);
     const auto found = compensator_.corrected(*at.tip_P, *at.axis_P, state, {}, aim_P);
-    known_[i] = 0;
     if (!found || found->held) continue;  // whoever makes a block of it finds out, too, and says so
     double correction2 = 0.0;
     // The rotary axes are on the grid already.
     for (std::size_t k = 0; k < 3; ++k) {
       const AxisId id = kinematics_.linear(k);
-      const double by = found->q[id] - (*at.q)[id];
+      const double by = found->q[id] - nominal[id];
       correction2 += by * by;
       state.q[id] = rounding_.rounded(id, found->q[id]);
     }
     put(i, state.q);
     known_[i] = 1;
+    work_->axis_off[i] = (found->axis_P - *at.axis_P).norm() + compensator_.options().converged_mm;
     const lanes::Triple<double> tip = kinematics_.constant(2);
     const Vec3 inner = *at.tip_P + found->aim_P - Vec3(tip.x, tip.y, tip.z);
     const double arm = kinematics_.direction(1).cross(inner).norm() + word_radius_mm_;
@@ -341,6 +422,22 @@ double CorrectionRun::carried_mm(std::span<const NominalPlace> places, std::size
   return (turn * turn * most + 2.0 * turn * change) / 8.0;
 }
 
+// By how much more than the tip the flute is off between the ends of the motion to point `i` at most, on a
+// machine whose errors run straight: what the axis is off at the ends, what it leaves its chord by, and the
+// arc of the path its own.
+double CorrectionRun::up_the_flute_mm(std::span<const NominalPlace> places, std::size_t i) const {
+  if (work_->flute_mm == 0.0) return 0.0;
+  double turn = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const AxisId id = kinematics_.rotary(k);
+    turn += std::abs(joints_[i][id] - joints_[i - 1][id]);
+  }
+  const double beside_mm = std::max(places[i - 1].beside_mm, places[i].beside_mm);
+  const double axis_off = std::max(work_->axis_off[i - 1], work_->axis_off[i]);
+  // Both tip and flute end are off by `beside_mm`: the axes differ by twice that along the flute at most.
+  return beside_mm + work_->flute_mm * off_for_each_mm_up(turn, axis_off + 2.0 * beside_mm / work_->flute_mm);
+}
+
 void CorrectionRun::bound(std::span<const NominalPlace> places) {
   const std::size_t count = keeps_.size();
   for (std::vector<double>* column :
@@ -359,6 +456,7 @@ void CorrectionRun::bound(std::span<const NominalPlace> places) {
   lanes::at_a_time(four_, [&]<class T>() { bend<T>(); });
   for (std::size_t i = 1; i < count; ++i) {
     if (places[i].off_mm != NominalPlace::kUnknown) bow_mm_[i] = places[i].off_mm + carried_mm(places, i);
+    bow_mm_[i] += up_the_flute_mm(places, i);
   }
   constexpr std::size_t kTogether = 32;
   for (std::size_t begin = 1; begin < count; begin += kTogether) {
@@ -382,12 +480,15 @@ void CorrectionRun::decide(std::size_t begin, std::size_t end, const Box& box) {
                              known_.begin() + static_cast<std::ptrdiff_t>(end),
                              0) == known_.begin() + static_cast<std::ptrdiff_t>(end);
   const auto together = all ? compensator_.course().at_most(from, out) : std::optional<ErrorCourse::Bend>();
+  const auto bend_mm = [&](const ErrorCourse::Bend& errors) {
+    return errors.tip_mm + work_->flute_mm * errors.axis_rad;
+  };
   for (std::size_t i = begin; i < end; ++i) {
-    if (together && bow_mm_[i] + together->tip_mm <= limit_mm_) {
+    if (together && bow_mm_[i] + bend_mm(*together) <= limit_mm_) {
       keeps_[i] = 1;
     } else if (bow_mm_[i] <= limit_mm_ && known_[i - 1] != 0 && known_[i] != 0) {
       const auto errors = compensator_.course().at_most(joints_[i - 1], joints_[i]);
-      keeps_[i] = errors && bow_mm_[i] + errors->tip_mm <= limit_mm_ ? 1 : 0;
+      keeps_[i] = errors && bow_mm_[i] + bend_mm(*errors) <= limit_mm_ ? 1 : 0;
     }
   }
 }

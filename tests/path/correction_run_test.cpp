@@ -9,6 +9,7 @@
 #include "trunnion/effects/library.hpp"
 #include "trunnion/effects/table.hpp"
 #include "trunnion/path/certificate.hpp"
+#include "trunnion/path/flute.hpp"
 
 #include "effects/table_effect.hpp"
 #include "path/word_grid.hpp"
@@ -115,8 +116,8 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
                 .tip(station(kinematics, walk.nominal[i - 1]), station(kinematics, walk.nominal[i]), segment)
                 .upper;
       }
-      run.correct(places, tolerance_mm);
-      other.correct(places, tolerance_mm);
+      run.correct(places, tolerance_mm, 0.0);
+      other.correct(places, tolerance_mm, 0.0);
       ASSERT_TRUE(std::ranges::equal(run.joints(), other.joints())) << name << ' ' << m;
       ASSERT_TRUE(std::ranges::equal(run.keeps(), other.keeps())) << name << ' ' << m;
       ASSERT_TRUE(std::ranges::equal(run.known(), other.known())) << name << ' ' << m;
@@ -167,6 +168,93 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
   EXPECT_GT(others, 500U);
   EXPECT_GT(unknown, 20U);
   EXPECT_LT(digits, kept / 50);
+}
+
+// With a flute: the tool points where it is prescribed within the words, as one at a time has it, and over a
+// motion that keeps one place of the path serves all points of the flute.
+TEST(CorrectionRun, TurnsTheToolAndKeepsItsFlute) {
+  std::mt19937_64 random(20261123);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  std::size_t kept = 0, others = 0, turned = 0, upright = 0, digits = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const Vec3 tool = machine.tool_vector();
+    const TableKinematics kinematics(machine, tool);
+    if (!kinematics.side_by_side()) continue;
+    const Rounding rounding = test::four_decimals(machine);
+    for (int m = 0; m < 40; ++m) {
+      const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0);
+      const ModelEvaluator truth(model);
+      const Compensator compensator(machine, model, tool);
+      CompensationOptions turning;
+      turning.orientation = true;
+      const Compensator turner(machine, model, tool, turning);
+      const test::OnlyTwoLanes lanes(m % 3 == 0);
+      CorrectionRun run(compensator, kinematics, rounding);
+      const std::size_t count = m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
+      const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
+      const double tolerance_mm = 0.002 * std::exp(2.0 * u(random));
+      const double flute_mm = 5.0 + 95.0 * u(random);
+      std::vector<CorrectionRun::NominalPlace> places;
+      for (std::size_t i = 0; i < count; ++i)
+        places.push_back({&walk.nominal[i], &walk.poses[i].tip_P, &walk.poses[i].axis_P, &walk.sines[i]});
+      run.correct(places, tolerance_mm, flute_mm);
+      const auto actual = [&](const JointVector& q) {
+        MachineState state;
+        state.q = q;
+        ToolPose pose = tool_pose(forward(machine, q, tool, truth.errors(state)));
+        pose.tip_P -= compensator.datum_shift();
+        return pose;
+      };
+      for (std::size_t i = 0; i < count; ++i) {
+        if (run.known()[i] == 0) continue;
+        const JointVector& q = run.joints()[i];
+        MachineState state;
+        state.q = walk.nominal[i];
+        const auto one = turner.corrected(walk.poses[i].tip_P, walk.poses[i].axis_P, state);
+        ASSERT_TRUE(one) << name << ' ' << m << ' ' << i;
+        for (const AxisId id : machine.rotary_axes()) {
+          const double off = std::abs(q[id] - rounding.rounded(id, one->q[id]));
+          ASSERT_LT(off, 1.1 * rounding.quantum[id]) << name << ' ' << m << ' ' << i;
+          digits += off > 0.5 * rounding.quantum[id];
+        }
+        const ToolPose at = actual(q);
+        ASSERT_LT((at.tip_P - walk.poses[i].tip_P).norm(), 1.1e-4) << name << ' ' << m << ' ' << i;
+        const double sine = walk.poses[i].axis_P.cross(kinematics.direction(1)).norm();
+        if (sine < turning.min_sin_tilt) {
+          ++upright;
+          continue;
+        }
+        ++turned;
+        double half_digits = 0.0;
+        for (const AxisId id : machine.rotary_axes()) half_digits += 0.5 * rounding.quantum[id];
+        ASSERT_LT((at.axis_P - walk.poses[i].axis_P).norm(), 1.1 * half_digits)
+            << name << ' ' << m << ' ' << i;
+      }
+      for (std::size_t i = 1; i < count; ++i) {
+        if (run.keeps()[i] == 0) {
+          ++others;
+          continue;
+        }
+        ++kept;
+        const FluteSegment segment(
+            {walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P, walk.poses[i].axis_P},
+            flute_mm);
+        for (int k = 0; k <= 16; ++k) {
+          const double t = k / 16.0;
+          const ToolPose at = actual(JointVector::interpolate(run.joints()[i - 1], run.joints()[i], t));
+          const double place = segment.nearest(at.tip_P, at.axis_P, t);
+          ASSERT_LE(segment.off(at.tip_P, at.axis_P, place).largest_mm(flute_mm), tolerance_mm)
+              << name << ' ' << m << ' ' << i;
+        }
+      }
+    }
+  }
+  EXPECT_GT(kept, 500U);
+  EXPECT_GT(others, 500U);
+  EXPECT_GT(turned, 4000U);
+  EXPECT_GT(upright, 50U);
+  EXPECT_LT(digits, turned / 50);
 }
 
 }  // namespace

@@ -38,9 +38,13 @@ class CorrectionRun {
     /// By which the nominal motion to it, from the place before, leaves its segment at most, mm. Where it is
     /// not known that is the motion's own chord, and its bow is asked.
     double off_mm = kUnknown;
+    /// By how much the tool, up to its flute length, is off the place of the path here, mm.
+    double beside_mm = 0.0;
     static constexpr double kUnknown = -1.0;
   };
-  void correct(std::span<const NominalPlace> places, double tolerance_mm);
+  /// Where the flute counts, the rotary axes correct the direction of the tool, too: one step, on the word
+  /// grid, and what it leaves is in the bounds. `flute_mm` 0: the tip alone.
+  void correct(std::span<const NominalPlace> places, double tolerance_mm, double flute_mm);
   /// By how much a motion of the nominal machine may leave its segment where it is to be among `keeps`, mm.
   double limit_mm(double tolerance_mm) const {
     return kBentWithErrors * tolerance_mm - kBothEnds * word_radius_mm_;
@@ -52,7 +56,7 @@ class CorrectionRun {
   std::span<const std::uint8_t> keeps() const { return keeps_; }
   /// Of the points that were corrected here, as Corrected::before_mm.
   double largest_error_mm() const { return std::sqrt(largest_error2_mm2_); }
-  /// Of the linear axes.
+  /// Of the linear axes, where the rotary ones stand.
   double largest_correction_mm() const { return std::sqrt(largest_correction2_mm2_); }
 
  private:
@@ -65,20 +69,25 @@ class CorrectionRun {
   struct Box {
     JointVector low, high, way;
   };
-  void begin(std::size_t count, double tolerance_mm);
+  void begin(std::size_t count, double tolerance_mm, double flute_mm);
   void add(const Firsts& first, const Few& few);
   template <class T>
   void add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of);
+  template <class T>
+  lanes::Mask<T> turn(const NominalPlace* few, JointsOf<T>& q, TableKinematics::SinesOf<T>& sines,
+                      Of<T>& of) const;
   template <class T>
   void store(const std::size_t* first, const JointsOf<T>& q, const T& arm2);
   template <class T>
   const ChainErrorsOf<T>& ask_each(const NominalPlace* few, const JointsOf<T>& q, Of<T>& of,
                                    lanes::Mask<T>& known) const;
   template <class T>
-  void correct_pair(std::size_t pair, const std::size_t* first, const NominalPlace* few, Of<T>& of);
+  void correct_pair(std::size_t pair, const std::size_t* first, const NominalPlace* few, bool turned,
+                    Of<T>& of);
   void put(std::size_t i, const JointVector& q);
   void bound(std::span<const NominalPlace> places);
   double carried_mm(std::span<const NominalPlace> places, std::size_t i) const;
+  double up_the_flute_mm(std::span<const NominalPlace> places, std::size_t i) const;
   template <class T>
   void bend();
   template <class T>
