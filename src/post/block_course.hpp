@@ -38,6 +38,7 @@ class BlockCourse {
     place_ends(from_q, to_q, tcp, state);
     DeviationMeter::Beside known;
     known.flute_mm.upper = enough_mm;
+    known.axis_rad.upper = kPi;
     const auto found =
         meter_->beside(ends_[0], ends_[1], segment_->first, segment_->second, 0.0, 1.0, state, known);
     return found.flute_mm.upper;

@@ -1,5 +1,4 @@
 // The tool beside the path: its axis where the tip is, and the points up its flute.
-#include "trunnion/path/flute.hpp"
 
 #include "post/path_place.hpp"
 
@@ -20,6 +19,7 @@ constexpr double kEnough = 1e-3;     // of the tolerance
 constexpr int kMostHalvings = 8;     // what bows is 1/65536 of it then
 constexpr int kSampledHalvings = 4;  // where no bound is known
 constexpr double kMiddle = 0.5;      // where a search for the nearest place begins
+constexpr double kAsParabola = 2.0;  // nowhere are places off by more than twice what they are half way
 
 }  // namespace
 
@@ -56,12 +56,9 @@ DeviationMeter::Beside DeviationMeter::beside(const Vertex& from, const Vertex& 
   // Lost motion that is taken up counts at its end only.
   const bool end_only = takes_up(from, to, program);
   const Vertex& begin = end_only ? to : from;
-  look_at_axis({begin, to, end_only ? t1 : t0, t1}, path, 0, out);
+  if (uninteresting.axis_rad.upper < kPi) look_at_axis({begin, to, end_only ? t1 : t0, t1}, path, 0, out);
   if (b.flute_mm == 0.0) return out;
-  if (certify_ && !end_only) {
-    prove_flute(from, to, path, out);
-    return out;
-  }
+  if (!end_only && prove_flute(from, to, path, {t0, t1}, out)) return out;
   const auto near = [&](const Vertex& v) { return path.segment.nearest(v.tip_P, v.axis_P, kMiddle); };
   look_at_flute({begin, to, near(begin), near(to)}, path, 0, out);
   return out;
@@ -86,10 +83,10 @@ void DeviationMeter::look_at_axis(const Stretch& part, const BesidePath& path, i
   if (!counts && turn <= room) return;
   if (halvings < (bow ? kMostHalvings : kSampledHalvings) && !part.is_point()) {
     const double enough = std::max(kSlack * chord, kEnough * axis_tolerance_.rad());
+    if (!counts && halvings == 0 && runs_evenly(part, path, room)) return;
     const Vertex middle = middle_of(from, to, path.program);
     const double t = std::clamp(fraction_of(middle, path.a, path.b), std::min(t0, t1), std::max(t0, t1));
     // The tip may lead, or wait at a corner: then its places do not run evenly.
-    constexpr double kAsParabola = 2.0;  // nowhere are they off by more than twice what they are half way
     const double uneven = kAsParabola * std::abs(t - 0.5 * (t0 + t1)) * path.segment.turn();
     const bool even = uneven <= enough || (!counts && uneven <= room);
     if (!bow || !even || (counts && slack > enough)) {
@@ -102,20 +99,53 @@ void DeviationMeter::look_at_axis(const Stretch& part, const BesidePath& path, i
   take(sum.axis_rad, angle(chord), angle(chord + slack));
 }
 
-void DeviationMeter::prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
-                                 Beside& sum) const {
-  using Tip = path::FluteCertifier::Tip;
-  const path::FluteCertifier certifier(kinematics(), from.tcp && to.tcp ? Tip::straight : Tip::as_axes_go);
-  const auto within = [&](double limit_mm) {
-    return certifier.within(from.station, to.station, path.segment, limit_mm) == path::Within::yes;
-  };
-  if (within(path.uninteresting.flute_mm.upper)) return;
-  const path::Bound bound = certifier.deviation(from.station, to.station, path.segment);
-  const bool straddles = bound.lower <= tolerance_mm_ && bound.upper > tolerance_mm_;
-  take(sum.flute_mm, bound.lower, straddles && within(tolerance_mm_) ? tolerance_mm_ : bound.upper);
+// The places of the tip are never farther from an even course than the path's axis turns by `room_rad` on.
+// What the errors bend the way by leads the tip along the segment by that much.
+bool DeviationMeter::runs_evenly(const Stretch& part, const BesidePath& path, double room_rad) const {
+  const auto& [from, to, t0, t1] = part;
+  if (certify_ || from.tcp || to.tcp) return false;
+  const auto errors = bend_at_most(from.q, to.q);
+  const double length_mm = (path.b.tip_P - path.a.tip_P).norm();
+  if (!errors || !(length_mm > 0.0)) return false;
+  const path::Station half = path::halfway(kinematics(), actual(from), actual(to));
+  const ToolPose middle{half.tip_P, half.axis_P};
+  const double t = std::clamp(fraction_of(middle, path.a, path.b), std::min(t0, t1), std::max(t0, t1));
+  const double off = std::abs(t - 0.5 * (t0 + t1)) + errors->tip_mm / length_mm;
+  return kAsParabola * off * path.segment.turn() <= room_rad;
 }
 
-// On a machine with errors: the places of the path run evenly from the nearest at one end to that at the
+// On a machine with errors between the actual places of the ends, with what the errors bend the way between
+// them. False where that is not known, or would make up too much of the figure.
+bool DeviationMeter::prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
+                                 const path::FluteCertifier::Places& about, Beside& sum) const {
+  using Tip = path::FluteCertifier::Tip;
+  if (!certify_ && !may_bow(from, to)) return false;
+  double slack_mm = 0.0;
+  path::Station begin = from.station;
+  path::Station end = to.station;
+  if (!certify_) {
+    const auto errors = bend_at_most(from.q, to.q);
+    if (!errors) return false;
+    slack_mm = errors->tip_mm + path.segment.flute_mm() * errors->axis_rad;
+    begin = actual(from);
+    end = actual(to);
+  }
+  const path::FluteCertifier certifier(kinematics(), from.tcp && to.tcp ? Tip::straight : Tip::as_axes_go);
+  const auto within = [&](double limit_mm) {
+    return limit_mm > slack_mm &&
+           certifier.within(begin, end, path.segment, limit_mm - slack_mm, about) == path::Within::yes;
+  };
+  if (within(path.uninteresting.flute_mm.upper)) return true;
+  const path::Bound bound = certifier.deviation(begin, end, path.segment);
+  if (slack_mm > std::max(kSlack * bound.lower, kEnough * tolerance_mm_)) return false;
+  const double upper = bound.upper + slack_mm;
+  const bool straddles = bound.lower <= tolerance_mm_ && upper > tolerance_mm_;
+  take(sum.flute_mm, std::max(0.0, bound.lower - slack_mm),
+       straddles && within(tolerance_mm_) ? tolerance_mm_ : upper);
+  return true;
+}
+
+// Without a proof for the whole: the places of the path run evenly from the nearest at one end to that at the
 // other, so that what is said of the axis above holds of tip and flute.
 void DeviationMeter::look_at_flute(const Stretch& part, const BesidePath& path, int halvings,
                                    Beside& sum) const {

@@ -11,6 +11,7 @@
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/error_course.hpp"
+#include "trunnion/path/flute.hpp"
 #include "trunnion/path/station_run.hpp"
 
 #include "post/offset_tracker.hpp"
@@ -215,7 +216,9 @@ class DeviationMeter {
   };
   void look_at_axis(const Stretch& part, const BesidePath& path, int halvings, Beside& sum) const;
   void look_at_flute(const Stretch& part, const BesidePath& path, int halvings, Beside& sum) const;
-  void prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path, Beside& sum) const;
+  bool runs_evenly(const Stretch& part, const BesidePath& path, double room_rad) const;
+  bool prove_flute(const Vertex& from, const Vertex& to, const BesidePath& path,
+                   const path::FluteCertifier::Places& about, Beside& sum) const;
   static void take(Interval& largest, double lower, double upper);
   std::optional<path::Certifier::Bows> bows_between(const Vertex& from, const Vertex& to) const;
   Interval axis_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,

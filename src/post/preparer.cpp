@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "trunnion/path/flute.hpp"
+
 #include "post/refinement.hpp"
 
 namespace trunnion::post {
@@ -37,6 +39,18 @@ void Preparer::place(Chunk& chunk) {
   }
 }
 
+// How far the tool is off its place on segment `i`, up to its flute length.
+double Preparer::beside_mm(const Chunk& chunk, std::size_t i, const Vec3& tip_P, const Vec3& axis_P) const {
+  const double flute_mm = chunk.tolerances[0].tolerance.flute.length_mm;
+  if (flute_mm == 0.0) return 0.0;
+  const ToolPose from =
+      i == 0 ? ToolPose{chunk.before.tip_P, chunk.before.axis_P} : chunk.motions[i - 1].point.pose;
+  const ToolPose& to = chunk.motions[i].point.pose;
+  const path::FluteSegment segment({from.tip_P, to.tip_P, from.axis_P, to.axis_P}, flute_mm);
+  const double t = segment.nearest(tip_P, axis_P, 0.5);
+  return segment.off(tip_P, axis_P, t).largest_mm(flute_mm);
+}
+
 // The ends of all blocks, those of inserted points among them.
 void Preparer::correct(Chunk& chunk) {
   const std::size_t count = chunk.motions.size();
@@ -50,7 +64,9 @@ void Preparer::correct(Chunk& chunk) {
     for (const path::Point& point : chunk.inserted_in(segment)) {
       inserted_tips_P_[k] = point.tip_P + point.beside_P;
       inserted_sines_[k] = kinematics_.sines(point.q);
-      places_[i + k] = {&point.q, &inserted_tips_P_[k], &point.axis_P, &inserted_sines_[k], off_mm_[i]};
+      places_[i + k] = {&point.q,      &inserted_tips_P_[k],
+                        &point.axis_P, &inserted_sines_[k],
+                        off_mm_[i],    beside_mm(chunk, i, inserted_tips_P_[k], point.axis_P)};
       ++k;
     }
     segment.end = static_cast<std::uint32_t>(i + k);
@@ -58,7 +74,8 @@ void Preparer::correct(Chunk& chunk) {
     places_[i + k] = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i], off_mm_[i]};
   }
   places_.resize(count + k);
-  corrections_->correct(places_, chunk.tolerances[0].tolerance.tip_mm);
+  const path::Tolerance& tolerance = chunk.tolerances[0].tolerance;
+  corrections_->correct(places_, tolerance.tip_mm, tolerance.flute.length_mm);
   const auto assign = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
   Chunk::Corrections& out = chunk.corrections;
   assign(out.joints, corrections_->joints());
@@ -188,9 +205,7 @@ void Preparer::prepare(Chunk& chunk) {
     }
     decide(chunk, i, tolerance);
   }
-  // Where the flute counts the direction of the tool is corrected, too, point by point.
-  const bool tip_alone = chunk.tolerances[0].tolerance.flute.length_mm == 0.0;
-  if (corrections_ && chunk.tolerances.size() == 1 && tip_alone) correct(chunk);
+  if (corrections_ && chunk.tolerances.size() == 1) correct(chunk);
 }
 
 }  // namespace trunnion::post
