@@ -1,6 +1,8 @@
 #include <memory>
+#include <spdlog/spdlog.h>
 
 #include "trunnion/diagnosis/diagnose.hpp"
+#include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/report/model_page.hpp"
 
@@ -14,9 +16,17 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
       model.add_subcommand("diagnose", "which effect the model lacks, or that these data cannot tell");
   auto files = std::make_shared<ModelFiles>();
   auto also = std::make_shared<std::string>();
+  auto formula = std::make_shared<std::string>();
   files->add_to(*command);
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
-  command->callback([files, also, &exit] {
+  command->add_option(
+      "--formula", *formula,
+      "writes the formula that follows what no effect of the library explains, as a model file");
+  command->callback([files, also, formula, &exit] {
+    if (const auto apart = files->result.apart_from(*formula); !apart) {
+      exit = print_error(apart.error());
+      return;
+    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     const auto extra = read_competing(*also, in->machine, in->model.context, exit);
@@ -25,6 +35,14 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
       const Activity activity("diagnosing");
       return diagnosis::diagnose(in->machine, in->data, in->model, {}, *extra);
     }();
+    if (!formula->empty()) {
+      if (result.formula)
+        exit = write_output(*formula, model_text(written_to(result.formula->alone, *formula)));
+      else
+        spdlog::warn("warning: no formula is proposed for the verdict '{}': {} is not written",
+                     diagnosis::text_of(result.verdict), *formula);
+      if (exit != kDone) return;
+    }
     const std::string json = report::diagnosis_json(result, in->machine);
     const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
     exit = files->result.write(

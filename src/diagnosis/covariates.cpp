@@ -24,6 +24,21 @@ std::size_t distinct_values(const VectorXd& v, std::size_t limit) {
   return seen.size();
 }
 
+std::vector<double> places_between(const VectorXd& v, int most) {
+  std::vector<double> sorted(v.begin(), v.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double close = 1e-6 * (sorted.back() - sorted.front());
+  sorted.erase(std::unique(sorted.begin(), sorted.end(), [&](double a, double b) { return b - a <= close; }),
+               sorted.end());
+  std::vector<double> out;
+  const double stride = std::max(1.0, static_cast<double>(sorted.size() - 1) / most);
+  for (double at = 0.5 * stride; at < static_cast<double>(sorted.size()) - 1.0; at += stride) {
+    const auto k = static_cast<std::size_t>(at);
+    out.push_back(0.5 * (sorted[k] + sorted[k + 1]));
+  }
+  return out;
+}
+
 MatrixXd functions(const Covariate& c, int degree) {
   const int count = std::min<int>(degree, static_cast<int>(c.distinct) - 1);
   const double low = c.values.minCoeff(), high = c.values.maxCoeff();

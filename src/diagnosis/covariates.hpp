@@ -21,6 +21,9 @@ struct Covariate {
 /// Number of different values (to a millionth of the range), counted up to `limit`.
 std::size_t distinct_values(const VectorXd& v, std::size_t limit);
 
+/// At most so many places between the values that occur, evenly in rank.
+std::vector<double> places_between(const VectorXd& v, int most);
+
 Covariate covariate(const Observations& o, std::string name,
                     const std::function<double(const MachineState&)>& value);
 /// Positions of the axes that move.

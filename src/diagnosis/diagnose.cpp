@@ -199,7 +199,7 @@ class Engine {
     d.leftover = dependences(x.after);
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     decide(d, atoms, x);
-    d.row_problems = row_problems(*whole_);
+    d.rows.problems = row_problems(*whole_);
     std::optional<FitCore> whole;
     if (!d.effects.empty()) whole = refit(d, atoms, x.found);
     if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
@@ -299,7 +299,7 @@ class Engine {
     if (const std::string wrong = contradiction(*whole_); !wrong.empty()) {
       d.verdict = Verdict::data_problem;
       d.confidence = 0.99;
-      d.contradicted = true;
+      d.rows.contradicted = true;
       d.paragraph = "The rows contradict themselves: " + wrong + ". Correct the file first.";
       return;
     }
@@ -462,11 +462,42 @@ void blame_rows(Diagnosis& d) {
   d.verdict = Verdict::data_problem;
   d.confidence = kOfConvention;
   d.paragraph = "Rows of the measurement file cannot be right: ";
-  for (std::size_t k = 0; k < d.row_problems.size(); ++k) {
+  for (std::size_t k = 0; k < d.rows.problems.size(); ++k) {
     if (k > 0) d.paragraph += "; ";
-    d.paragraph += d.row_problems[k];
+    d.paragraph += d.rows.problems[k];
   }
   d.paragraph += ". Correct or leave out these rows, then diagnose again.";
+}
+
+// A formula does as much without the effects as beside them: it is not they that are missing.
+bool is_superfluous(const Diagnosis& d, const ProposedFormula& beside, const ProposedFormula& alone) {
+  constexpr double kNoMore = 10.0;  // of chi-square, beyond what their parameters pay
+  double parameters = 0.0;
+  for (const ModelEffect& effect : d.additions) parameters += static_cast<double>(effect.parameters.size());
+  return alone.terms <= beside.terms && alone.chi2_after <= beside.chi2_after + 2.0 * parameters + kNoMore;
+}
+
+// What follows the errors that the named effects leave, or all of them where none is named.
+void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
+  const bool none = d.verdict == Verdict::not_in_library && !d.harm;
+  if (!none && d.verdict != Verdict::named_but_incomplete) return;
+  Model known = d.base.model;
+  known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
+  d.formula = propose_formula(machine, data, known);
+  if (!d.formula) return;
+  if (!none) {
+    const auto alone = propose_formula(machine, data, d.base.model);
+    if (alone && is_superfluous(d, *d.formula, *alone)) {
+      const std::vector<std::string> imitators = d.effects;
+      forget_effects(d);
+      d.verdict = Verdict::not_in_library;
+      d.imitators = imitators;
+      d.formula = alone;
+      d.leftover = d.depends_on;
+      d.paragraph = imitated_text(d);
+    }
+  }
+  d.paragraph += formula_text(*d.formula);
 }
 
 }  // namespace
@@ -481,14 +512,15 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   };
   const Model model = with_best_variants(Observations(machine, data), given);
   Diagnosis out = effects_of(machine, data, model, options);
-  if (!options.conventions || out.contradicted) return out;
+  if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
-  quick.plan = false;
+  quick.plan = quick.formula = false;
   out.bookkeeping = wrong_conventions(
       machine, data, model, out,
       [&](const Machine& m, const Dataset& d, const Model& known) { return effects_of(m, d, known, quick); });
   if (out.bookkeeping.empty()) {
-    if (!out.row_problems.empty()) blame_rows(out);
+    if (!out.rows.problems.empty()) blame_rows(out);
+    if (options.formula) propose(machine, data, out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;

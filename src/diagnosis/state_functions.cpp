@@ -66,32 +66,16 @@ class Collector {
   std::vector<VectorXd> columns_;
 };
 
-// Places between the values that occur, evenly in rank.
-std::vector<double> places(const VectorXd& v, int most) {
-  std::vector<double> sorted(v.begin(), v.end());
-  std::sort(sorted.begin(), sorted.end());
-  const double close = 1e-6 * (sorted.back() - sorted.front());
-  sorted.erase(std::unique(sorted.begin(), sorted.end(), [&](double a, double b) { return b - a <= close; }),
-               sorted.end());
-  std::vector<double> out;
-  const double stride = std::max(1.0, static_cast<double>(sorted.size() - 1) / most);
-  for (double at = 0.5 * stride; at < static_cast<double>(sorted.size()) - 1.0; at += stride) {
-    const auto k = static_cast<std::size_t>(at);
-    out.push_back(0.5 * (sorted[k] + sorted[k + 1]));
-  }
-  return out;
-}
-
 VectorXd step_at(const VectorXd& v, double at) {
   return (v.array() > at).cast<double>().matrix();
 }
 
 void add_steps(const VectorXd& v, const VectorXd& weight, Collector& out) {
-  for (const double at : places(v, kPlaces)) out.sharp(step_at(v, at).cwiseProduct(weight));
+  for (const double at : places_between(v, kPlaces)) out.sharp(step_at(v, at).cwiseProduct(weight));
 }
 
 void add_kinks(const VectorXd& v, Collector& out) {
-  for (const double at : places(v, kPlaces / 2)) out.sharp((v.array() - at).abs().matrix());
+  for (const double at : places_between(v, kPlaces / 2)) out.sharp((v.array() - at).abs().matrix());
 }
 
 void add_bumps(const VectorXd& v, Collector& out) {

@@ -107,6 +107,16 @@ std::string short_number(double value) {
   return {buffer.data(), r.ptr};
 }
 
+std::string imitated_text(const Diagnosis& d) {
+  return "The model misses something real that is none of the effects known here: the residual of " +
+         sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) + ". " +
+         listed(d.imitators, " and ") + (d.imitators.size() > 1 ? " together can" : " can") +
+         " imitate it, but one function of " + where(d.depends_on, 1) +
+         " does so with fewer parameters. Look at the residual against it, and write the effect as a formula "
+         "in "
+         "the model file.";
+}
+
 std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
   std::string out;
   switch (d.verdict) {
@@ -143,12 +153,7 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
         break;
       }
       if (!d.imitators.empty()) {
-        out = "The model misses something real that is none of the effects known here: the residual of " +
-              sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) + ". " +
-              listed(d.imitators, " and ") + " together can imitate it, but one function of " +
-              where(d.depends_on, 1) +
-              " does so with fewer parameters. Look at the residual against it, and write the effect as a "
-              "formula in the model file.";
+        out = imitated_text(d);
         break;
       }
       out = "The model misses something real that is none of the effects known here: the residual of " +
@@ -189,6 +194,20 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
     out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
   if (d.next) out += " Next measurement: " + d.next->why;
   return out;
+}
+
+std::string formula_text(const ProposedFormula& f) {
+  std::string out = " A formula that follows it: " + f.words + "; it takes away " + percent(f.explained()) +
+                    " of what is wrong";
+  const auto held_out = [&](const auto& before, const auto& after, const std::string& unit) {
+    if (before && after)
+      out += ", held-out runs " + short_number(*before) + " -> " + short_number(*after) + " " + unit;
+  };
+  held_out(f.heldout_before_um, f.heldout_after_um, "um");
+  held_out(f.heldout_before_urad, f.heldout_after_urad, "urad");
+  return out +
+         ". It says how the error goes, not why: `model diagnose --formula FILE` writes it, and `model add "
+         "user:leftover --also FILE` adds it.";
 }
 
 std::string bookkeeping_text(const std::vector<Bookkeeping>& all) {

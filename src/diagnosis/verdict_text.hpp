@@ -14,6 +14,12 @@ std::string sizes_text(std::optional<double> um, std::optional<double> urad);
 /// 3 significant digits.
 std::string short_number(double value);
 
+/// Of effects that imitate what one function of the state does: not_in_library.
+std::string imitated_text(const Diagnosis& d);
+
+/// The formula that goes with it, and how it is added; begins with a space.
+std::string formula_text(const ProposedFormula& formula);
+
 /// What to put right, of the verdict `bookkeeping`.
 std::string bookkeeping_text(const std::vector<Bookkeeping>& all);
 

@@ -116,21 +116,6 @@ ordered_json harm_json(const std::optional<HeldOutHarm>& harm) {
           {"chi2_after", harm->chi2_after}};
 }
 
-ordered_json null_json(const std::vector<NullDirection>& all) {
-  ordered_json out = ordered_json::array();
-  for (const auto& n : all) out.push_back(n.words);
-  return out;
-}
-
-ordered_json position(const JointVector& q, const Machine& machine) {
-  ordered_json out = ordered_json::object();
-  for (AxisId a = 0; a < machine.axes.size(); ++a) {
-    const bool linear = machine.axes[a].kind == AxisKind::linear;
-    out[machine.axes[a].name + (linear ? "_mm" : "_deg")] = linear ? q[a] : q[a] * kDegreePerRad;
-  }
-  return out;
-}
-
 ordered_json effects_of(const Model& model) {
   ordered_json effects = ordered_json::array();
   for (const ModelEffect& effect : model.effects) {
@@ -147,6 +132,37 @@ ordered_json effects_of(const Model& model) {
     effects.push_back({{"id", effect.id()}, {"parameters", parameters}});
   }
   return effects;
+}
+
+ordered_json formula_json(const std::optional<ProposedFormula>& formula) {
+  if (!formula) return nullptr;
+  return {{"what", formula->words},
+          {"model", model_text(formula->alone)},
+          {"effects", effects_of(formula->alone)},
+          {"explained", formula->explained()},
+          {"chi2_before", formula->chi2_before},
+          {"chi2_after", formula->chi2_after},
+          {"dof_before", formula->dof_before},
+          {"dof_after", formula->dof_after},
+          {"heldout_rms_before_um", optional(formula->heldout_before_um)},
+          {"heldout_rms_after_um", optional(formula->heldout_after_um)},
+          {"heldout_rms_before_urad", optional(formula->heldout_before_urad)},
+          {"heldout_rms_after_urad", optional(formula->heldout_after_urad)}};
+}
+
+ordered_json null_json(const std::vector<NullDirection>& all) {
+  ordered_json out = ordered_json::array();
+  for (const auto& n : all) out.push_back(n.words);
+  return out;
+}
+
+ordered_json position(const JointVector& q, const Machine& machine) {
+  ordered_json out = ordered_json::object();
+  for (AxisId a = 0; a < machine.axes.size(); ++a) {
+    const bool linear = machine.axes[a].kind == AxisKind::linear;
+    out[machine.axes[a].name + (linear ? "_mm" : "_deg")] = linear ? q[a] : q[a] * kDegreePerRad;
+  }
+  return out;
 }
 
 std::string text_of_json(const ordered_json& json) {
@@ -178,9 +194,10 @@ std::string diagnosis_json(const Diagnosis& d, const Machine& machine) {
                         {"explained", d.explained},
                         {"depends_on", dependences(d.depends_on)},
                         {"after_adding_depends_on", dependences(d.leftover)}}},
-                      {"data_problems", d.row_problems},
+                      {"data_problems", d.rows.problems},
                       {"bookkeeping", bookkeeping_json(d.bookkeeping)},
                       {"held_out_harm", harm_json(d.harm)},
+                      {"formula", formula_json(d.formula)},
                       {"next_measurement", d.next ? next_json(*d.next, machine) : ordered_json(nullptr)},
                       {"null_directions", null_json(d.null_directions)}};
   return text_of_json(out);

@@ -223,7 +223,7 @@ TEST(RowProblems, EachIsNamedByItsRow) {
     kind.spoil(files.data);
     const Diagnosis d = files.said();
     EXPECT_EQ(d.verdict, Verdict::data_problem) << kind.words << told_by(d);
-    ASSERT_EQ(d.row_problems.size(), 1U) << kind.words << told_by(d);
+    ASSERT_EQ(d.rows.problems.size(), 1U) << kind.words << told_by(d);
     EXPECT_NE(d.paragraph.find(kind.words), std::string::npos) << told_by(d);
   }
 }

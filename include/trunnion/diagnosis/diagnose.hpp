@@ -5,6 +5,7 @@
 
 #include "trunnion/diagnosis/bookkeeping.hpp"
 #include "trunnion/diagnosis/fit.hpp"
+#include "trunnion/diagnosis/formula.hpp"
 #include "trunnion/diagnosis/plan.hpp"
 
 namespace trunnion::diagnosis {
@@ -28,6 +29,7 @@ struct DiagnoseOptions {
   std::uint64_t seed = 1;        // fixed: nobody re-rolls for a nicer answer
   bool plan = true;              // propose the next measurement
   bool conventions = true;       // try what may be the wrong way round in the files
+  bool formula = true;           // propose one for what no effect of the library explains
 };
 
 struct Rival {
@@ -68,6 +70,12 @@ struct HeldOutHarm {
   double chi2_before = 0.0, chi2_after = 0.0;  // of that run as the others predict it
 };
 
+/// What is wrong with rows of the measurement file.
+struct BadRows {
+  std::vector<std::string> problems;  // rows that cannot be right, file:row first
+  bool contradicted = false;          // rows contradict each other, or stand twice
+};
+
 struct NextMeasurement {
   std::string why;
   std::vector<PlanRun> runs;
@@ -92,12 +100,12 @@ struct Diagnosis {
   double autocorrelation = 0.0;        // of the noise, along the runs
   double noise_factor = 1.0;           // true over stated uncertainty, as far as the residual tells
   std::size_t outliers = 0;
-  bool only_rounding = false;             // what is left is no larger than the step of the readings makes it
-  std::optional<HeldOutHarm> harm;        // why what fits is not named
-  std::vector<std::string> row_problems;  // rows that cannot be right, file:row first
-  bool contradicted = false;              // rows contradict each other, or stand twice
-  std::vector<Bookkeeping> bookkeeping;   // best first; empty unless that is the verdict
+  bool only_rounding = false;       // what is left is no larger than the step of the readings makes it
+  std::optional<HeldOutHarm> harm;  // why what fits is not named
+  BadRows rows;
+  std::vector<Bookkeeping> bookkeeping;  // best first; empty unless that is the verdict
   std::optional<NextMeasurement> next;
+  std::optional<ProposedFormula> formula;  // of what `effects` leave
   std::vector<NullDirection> null_directions;
   Fit base;                            // the model as given, fitted
   std::vector<ModelEffect> additions;  // `effects` with their fitted parameters

@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "trunnion/diagnosis/measurement.hpp"
+#include "trunnion/effects/model.hpp"
+
+namespace trunnion::diagnosis {
+
+/// A formula of the machine's state that explains what no effect of the library does: what to add until the
+/// cause is known. It says how the error goes, not why.
+struct ProposedFormula {
+  Model alone;        // a model file with it and nothing else: `user:leftover`, fitted
+  std::string words;  // "-3.1 um * sin(A) * cos(C) in EY of joint Z"
+  std::size_t terms = 0;
+  double chi2_before = 0.0, chi2_after = 0.0;  // of all readings, fitted without and with it
+  double dof_before = 0.0, dof_after = 0.0;
+  /// Leave-one-run-out, one a quantity; nothing where it was not measured.
+  std::optional<double> heldout_before_um, heldout_after_um, heldout_before_urad, heldout_after_urad;
+
+  /// Share of what is wrong that it takes away, by chi-square beyond its degrees of freedom.
+  double explained() const;
+};
+
+/// The simplest formula of one component of one joint that `data` ask for beside `model`: a sum of at most
+/// four terms, each a function of an axis, a sensor or the spindle's speed (powers, harmonics, waves, steps
+/// and kinks somewhere in the travel), or a product of two or three of them, by the Bayesian information
+/// criterion with a price for the number of terms that were tried. Nothing where no such formula earns its
+/// price, or where runs that were held out are predicted worse with it. Deterministic.
+std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
+                                               const Model& model);
+
+}  // namespace trunnion::diagnosis
