@@ -31,11 +31,9 @@ fs::path program_folder() {
 std::string postconfigs_folder() {
   if (const char* given = std::getenv("TRUNNION_POSTCONFIGS")) return given;  // NOLINT(concurrency-mt-unsafe)
   std::error_code ec;
-  for (const fs::path& folder : {program_folder() / "postconfigs", program_folder() / ".." / "postconfigs",
-                                 program_folder() / ".." / "share" / "trunnion" / "postconfigs"}) {
-    if (fs::is_directory(folder, ec)) return folder.lexically_normal().string();
-  }
-  return TRUNNION_POSTCONFIGS_FOLDER;
+  const fs::path beside = program_folder() / "postconfigs";  // of a build folder: a link to the sources'
+  if (fs::is_directory(beside, ec)) return beside.string();
+  return (program_folder() / ".." / "share" / "trunnion" / "postconfigs").lexically_normal().string();
 }
 
 void MachineOptions::add_to(CLI::App& command, bool with_controller) {

@@ -14,8 +14,8 @@
 
 namespace trunnion::app {
 
-/// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else beside the program
-/// or where it was built.
+/// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else found from the place
+/// of the program: ../share/trunnion/postconfigs where it is installed, postconfigs in its build folder.
 std::string postconfigs_folder();
 
 /// `-m` and `-c` of every command that knows a machine.
