@@ -5,6 +5,7 @@
 #include "trunnion/post/proving.hpp"
 #include "trunnion/report/machine_json.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/options.hpp"
 
 namespace trunnion::app {
@@ -70,8 +71,10 @@ void add_machine_command(CLI::App& root, int& exit) {
   CLI::App* c = root.add_subcommand("machine", "which way each axis goes, limits, and a proving program");
   c->add_option("machine", command->machine.machine,
                 "machine file, or the name of one in postconfigs/machines")
+      ->type_name(kMachineName)
       ->required();
-  c->add_option("-c,--controller", command->machine.controller, "controller of the proving program");
+  c->add_option("-c,--controller", command->machine.controller, "controller of the proving program")
+      ->type_name(kControllerName);
   c->add_option("-o,--output", command->program, "write the proving program to this file");
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

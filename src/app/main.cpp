@@ -9,32 +9,56 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <string_view>
+#include <unistd.h>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/failure.hpp"
 #include "trunnion/base/printable.hpp"
 
 #include "app/support.hpp"
+#include "app/wrong_use.hpp"
 
 namespace {
 
 using namespace trunnion;
 
-// No name or text of an input acts on the terminal.
+// No name or text of an input acts on the terminal; the first "error:" or "warning:" is coloured where
+// colours are wanted.
 class PrintableText final : public spdlog::custom_flag_formatter {
  public:
+  explicit PrintableText(bool colored) : colored_(colored) {}
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const std::string text = printable({message.payload.data(), message.payload.size()}, "\n\t");
+    std::string text = printable({message.payload.data(), message.payload.size()}, "\n\t");
+    if (colored_ && message.level >= spdlog::level::warn) {
+      const bool is_error = message.level >= spdlog::level::err;
+      const std::string word = is_error ? "error:" : "warning:";
+      if (const auto at = text.find(word); at != std::string::npos)
+        text.replace(at, word.size(), (is_error ? "\x1b[1;31m" : "\x1b[1;33m") + word + "\x1b[0m");
+    }
     out.append(text.data(), text.data() + text.size());
   }
-  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PrintableText>(); }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PrintableText>(colored_);
+  }
+
+ private:
+  bool colored_;
 };
 
+// `auto`: on a terminal, unless the environment's NO_COLOR (no-color.org) holds anything.
+bool wants_color(const std::string& color) {
+  if (color != "auto") return color == "always";
+  const char* no_color = std::getenv("NO_COLOR");  // NOLINT(concurrency-mt-unsafe)
+  const char* terminal = std::getenv("TERM");      // NOLINT(concurrency-mt-unsafe)
+  return ::isatty(STDERR_FILENO) == 1 && (no_color == nullptr || *no_color == '\0') && terminal != nullptr &&
+         std::string_view(terminal) != "dumb";
+}
+
 // Messages and progress go to standard error; standard output is for results.
-void set_up_log(bool quiet, bool verbose) {
+void set_up_log(bool quiet, bool verbose, bool colored) {
   auto logger = spdlog::stderr_logger_st("trunnion");
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
-  formatter->add_flag<PrintableText>('*').set_pattern("%*");
+  formatter->add_flag<PrintableText>('*', colored).set_pattern("%*");
   logger->set_formatter(std::move(formatter));
   logger->set_level(quiet ? spdlog::level::err : verbose ? spdlog::level::debug : spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
@@ -77,11 +101,16 @@ int run(int argc, char** argv) {
   root.set_version_flag("--version", std::string("trunnion ") + TRUNNION_VERSION);
   root.require_subcommand(1);
   root.fallthrough();
+  root.failure_message(app::wrong_use_text);
   bool quiet = false;
   bool verbose = false;
   root.add_flag("-q,--quiet", quiet, "errors only");
   root.add_flag("-v,--verbose", verbose, "more detail");
-  root.parse_complete_callback([&] { set_up_log(quiet, verbose); });
+  std::string color = "auto";
+  root.add_option("--color", color, "colour of messages: on a terminal, unless NO_COLOR is set (auto)")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
+  root.parse_complete_callback([&] { set_up_log(quiet, verbose, wants_color(color)); });
   int exit = app::kDone;
   register_commands(root, exit, argc, argv);
   try {

@@ -5,6 +5,7 @@
 #include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 #include "app/progress.hpp"
 
@@ -102,6 +103,7 @@ void add_model_add_command(CLI::App& model, int& exit) {
   command
       ->add_option("effect", options->effect,
                    "identifier, as in location:C (`trunnion model effects` lists them)")
+      ->type_name(kEffectName)
       ->required();
   options->files.add_to(*command, false);
   command->add_option("--with", options->with, "choice of the effect: component=EZX, sensor=frame, run=r3");

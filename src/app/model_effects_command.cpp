@@ -2,9 +2,11 @@
 #include <memory>
 #include <optional>
 
+#include "trunnion/base/nearest_name.hpp"
 #include "trunnion/effects/library.hpp"
 #include "trunnion/report/effects_report.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/options.hpp"
 #include "app/support.hpp"
 
@@ -83,13 +85,19 @@ ExitCode run(const ModelEffectsOptions& options) {
   const EffectContext context = context_of(*machine);
   auto library = effect_library(*machine, context);
   if (!options.only.empty()) {
+    std::vector<std::string> all;
+    for (const EffectFamily& family : library) all.push_back(family.id());
     std::erase_if(library, [&](const EffectFamily& f) {
       const std::string kind = f.id().substr(0, f.id().find(':'));
       return std::none_of(options.only.begin(), options.only.end(),
                           [&](const std::string& o) { return o == f.id() || o == kind; });
     });
     if (library.empty())
-      return print_error({ErrorCode::wrong_use, "no such effect; without a name all are listed", {}, {}});
+      return print_error({ErrorCode::wrong_use,
+                          "no such effect: " + options.only.front() +
+                              did_you_mean(options.only.front(), all) + "; without a name all are listed",
+                          {},
+                          {}});
   }
   return options.result.write(report::effects_json(library), "Effects of " + machine->name,
                               std::to_string(library.size()) + " effects that a model may hold.",
@@ -102,9 +110,12 @@ void add_model_effects_command(CLI::App& model, int& exit) {
   auto options = std::make_shared<ModelEffectsOptions>();
   auto* command = model.add_subcommand(
       "effects", "the library: what each effect is, what causes it, parameters, usual range");
-  command->add_option("effect", options->only,
-                      "ids (location:C) or kinds (location) to show; all when none is given");
-  command->add_option("-m,--machine", options->machine, "machine file; an A-C trunnion when none is given");
+  command
+      ->add_option("effect", options->only,
+                   "ids (location:C) or kinds (location) to show; all when none is given")
+      ->type_name(kEffectName);
+  command->add_option("-m,--machine", options->machine, "machine file; an A-C trunnion when none is given")
+      ->type_name(kMachineName);
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -5,6 +5,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/report/model_page.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 
 namespace trunnion::app {
@@ -75,7 +76,7 @@ void add_model_history_command(CLI::App& model, int& exit) {
   command
       ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
       ->required();
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)");
+  command->add_option("-m,--machine", options->machine, "machine file (TOML)")->type_name(kMachineName);
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }

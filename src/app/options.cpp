@@ -6,12 +6,15 @@
 #include <filesystem>
 #include <spdlog/spdlog.h>
 
+#include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/effects/model_values.hpp"
 #include "trunnion/post/axes_of.hpp"
 #include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
 #include "trunnion/thermal/predictor.hpp"
+
+#include "app/command_tree.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -26,6 +29,12 @@ fs::path program_folder() {
   return ec ? fs::path(".") : self.parent_path();
 }
 
+std::string listed(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
+
 }  // namespace
 
 std::string postconfigs_folder() {
@@ -38,20 +47,38 @@ std::string postconfigs_folder() {
 
 void MachineOptions::add_to(CLI::App& command, bool with_controller) {
   command.add_option("-m,--machine", machine, "machine file, or the name of one in postconfigs/machines")
+      ->type_name(kMachineName)
       ->required();
   if (with_controller) {
-    command.add_option("-c,--controller", controller,
-                       "controller file, or the name of one in postconfigs/controllers (the machine file's, "
-                       "else default.toml there)");
+    command
+        .add_option("-c,--controller", controller,
+                    "controller file, or the name of one in postconfigs/controllers (the machine file's, "
+                    "else default.toml there)")
+        ->type_name(kControllerName);
   }
+}
+
+std::vector<std::string> shipped_names(const std::string& kind) {
+  std::vector<std::string> out;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator(postconfigs_folder() + "/" + kind, ec)) {
+    if (entry.path().extension() == ".toml") out.push_back(entry.path().stem().string());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
 Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& diagnostics) {
   std::error_code ec;
-  const bool named = !fs::exists(machine, ec) && machine.find_first_of("/.") == std::string::npos;
-  const std::string shipped = postconfigs_folder() + "/machines/" + machine + ".toml";
-  // A name that is neither a file nor shipped is reported as it was given.
-  return load_machine(named && fs::exists(shipped, ec) ? shipped : machine, diagnostics);
+  if (machine.empty() || machine.find_first_of("/.") != std::string::npos || fs::exists(machine, ec))
+    return load_machine(machine, diagnostics);
+  const std::string folder = postconfigs_folder() + "/machines";
+  const std::string shipped = folder + "/" + machine + ".toml";
+  if (fs::exists(shipped, ec)) return load_machine(shipped, diagnostics);
+  const auto names = shipped_names("machines");
+  return fail(ErrorCode::io_failed, "no machine file '" + machine + "', and no machine of that name in " +
+                                        folder + did_you_mean(machine, names) +
+                                        (names.empty() ? "" : "; there are: " + listed(names)));
 }
 
 Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {

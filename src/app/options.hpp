@@ -14,9 +14,13 @@
 
 namespace trunnion::app {
 
-/// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else found from the place
-/// of the program: ../share/trunnion/postconfigs where it is installed, postconfigs in its build folder.
+/// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else found from the
+/// place of the program: ../share/trunnion/postconfigs where it is installed, postconfigs in its build
+/// folder.
 std::string postconfigs_folder();
+
+/// Names of the files that ship in postconfigs/`kind` ("machines", "controllers"), sorted.
+std::vector<std::string> shipped_names(const std::string& kind);
 
 /// `-m` and `-c` of every command that knows a machine.
 struct MachineOptions {

@@ -5,6 +5,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/report/model_page.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 #include "app/progress.hpp"
 #include "app/results.hpp"
@@ -57,7 +58,9 @@ void add_simulate_command(CLI::App& root, int& exit) {
       root.add_subcommand("simulate", "virtual measurements: what a machine with known errors would show");
   auto options = std::make_shared<SimulateFlags>();
   command->add_option("plan", options->plan, "plan file (TOML)")->required();
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)")->required();
+  command->add_option("-m,--machine", options->machine, "machine file (TOML)")
+      ->type_name(kMachineName)
+      ->required();
   command->add_option("--truth", options->truth, "model file of the true errors")->required();
   command->add_option("-o,--output", options->out, "measurement file to write")->required();
   command->add_option("--seed", options->seed, "of the noise; the same seed gives the same file");

@@ -1,6 +1,8 @@
 #include "app/support.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/files.hpp"
@@ -12,6 +14,12 @@ namespace {
 std::string& command_line() {
   static std::string line;
   return line;
+}
+
+// Who read standard output has read enough (`| head`): nothing to be said.
+bool is_closed_pipe(const Error& error) {
+  return error.code == ErrorCode::io_failed && error.file == "-" &&
+         error.message.ends_with(std::strerror(EPIPE));  // NOLINT(concurrency-mt-unsafe)
 }
 
 }  // namespace
@@ -61,7 +69,7 @@ void print(const Diagnostics& diagnostics) {
 }
 
 ExitCode print_error(const Error& error) {
-  spdlog::error("{}", error.text());
+  if (!is_closed_pipe(error)) spdlog::error("{}", error.text());
   return exit_code(error.code);
 }
 

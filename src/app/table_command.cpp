@@ -8,6 +8,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/table_json.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/options.hpp"
 #include "app/results.hpp"
 #include "app/support.hpp"
@@ -325,7 +326,7 @@ void add_table_command(CLI::App& root, int& exit) {
   auto options = std::make_shared<TableOptions>();
   const auto add = [&](const char* name, const char* what, Work work) {
     CLI::App* sub = command->add_subcommand(name, what);
-    sub->add_option("-m,--machine", options->machine, "machine file")->required();
+    sub->add_option("-m,--machine", options->machine, "machine file")->type_name(kMachineName)->required();
     options->result.add_to(*sub);
     sub->callback([options, work, &exit] {
       options->of_format.unit_mm = options->unit_um * kMmPerUm;

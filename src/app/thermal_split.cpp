@@ -9,6 +9,7 @@
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/location.hpp"
 
+#include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 #include "app/options.hpp"
 #include "app/thermal_serve.hpp"
@@ -113,6 +114,7 @@ void add_thermal_split_command(CLI::App& thermal, int& exit) {
       ->required();
   sub->add_option("-m,--machine", options->machine,
                   "machine file, or the name of one in postconfigs/machines")
+      ->type_name(kMachineName)
       ->required();
   auto* probed =
       sub->add_option("--probed-at", options->probed_at,

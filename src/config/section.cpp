@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/largest_number.hpp"
@@ -269,7 +270,9 @@ void Section::finish() {
   if (table == nullptr) return;
   for (const auto& [key, value] : *table) {
     if (!asked_.contains(key))
-      diagnostics_->error(file_, value.where, "unknown key '" + key + "' in [" + name_ + "]");
+      diagnostics_->error(file_, value.where,
+                          "unknown key '" + key + "' in [" + name_ + "]" +
+                              did_you_mean(key, {asked_.begin(), asked_.end()}));
   }
 }
 

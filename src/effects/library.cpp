@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "trunnion/base/nearest_name.hpp"
+
 #include "effects/library_support.hpp"
 
 namespace trunnion {
@@ -56,7 +58,9 @@ std::string unknown_id(const Machine& machine, const std::vector<EffectFamily>& 
   for (const EffectFamily& family : library) {
     if (family.id().substr(0, family.id().find(':')) == kind) near.push_back(family.id());
   }
-  std::string text = "machine '" + machine.name + "' has no effect '" + id + "'";
+  std::vector<std::string> all;
+  for (const EffectFamily& family : library) all.push_back(family.id());
+  std::string text = "machine '" + machine.name + "' has no effect '" + id + "'" + did_you_mean(id, all);
   if (!near.empty()) return text + "; of this kind it has " + listed(near);
   if (kind == "screw_heating")
     return text + ": [thermal] axis_sensors of the machine file names no sensor for that axis";

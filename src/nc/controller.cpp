@@ -6,6 +6,7 @@
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/section.hpp"
 
@@ -468,6 +469,7 @@ Result<std::string> find_controller(const std::string& name_or_path, const std::
   std::string list;
   for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
   return fail(ErrorCode::io_failed, "no controller '" + name_or_path + "' in " + folder +
+                                        did_you_mean(name_or_path, names) +
                                         (list.empty() ? "" : "; there are: " + list));
 }
 

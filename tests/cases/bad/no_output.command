@@ -1,5 +1,6 @@
 # exit: 2
-# expect: --output is required
+# expect: error: trunnion post needs
+# expect:   -o,--output  NC file (- is standard output)
 post
 @GOOD@
 -m

@@ -1,2 +1,2 @@
 # exit: 2
-# expect: A subcommand is required
+# expect: Usage: trunnion [OPTIONS] SUBCOMMAND

@@ -1,5 +1,5 @@
 # exit: 2
-# expect: The following arguments were not expected: 1 --tolerence-mm
+# expect: error: trunnion post has no option --tolerence-mm; did you mean '--tolerance-mm'?
 post
 @GOOD@
 -m
