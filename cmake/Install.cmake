@@ -12,6 +12,14 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 if(TARGET trunnion_app)
   install(TARGETS trunnion_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(DIRECTORY postconfigs DESTINATION ${CMAKE_INSTALL_DATADIR}/trunnion)
+  # Man pages and completion come from the program's own tables of commands and options.
+  install(CODE "
+    set(texts \"${CMAKE_BINARY_DIR}/generated/share\")
+    file(REMOVE_RECURSE \"\${texts}\")
+    execute_process(COMMAND \"${CMAKE_BINARY_DIR}/trunnion\" texts share \"\${texts}\" COMMAND_ERROR_IS_FATAL ANY)
+    file(GLOB pages \"\${texts}/man/man*/*\")
+    execute_process(COMMAND gzip -9n \${pages} COMMAND_ERROR_IS_FATAL ANY)")
+  install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/share/ DESTINATION ${CMAKE_INSTALL_DATADIR})
 endif()
 
 # The library: a static one for each layer, together trunnion::trunnion.

@@ -70,7 +70,7 @@ struct Command {
 };
 
 // Each command stands in its own file; the order here is the order of the help.
-constexpr std::array<Command, 12> kCommands = {{{"post", app::add_post_command},
+constexpr std::array<Command, 13> kCommands = {{{"post", app::add_post_command},
                                                 {"batch", app::add_batch_command},
                                                 {"verify", app::add_verify_command},
                                                 {"compare", app::add_compare_command},
@@ -81,7 +81,8 @@ constexpr std::array<Command, 12> kCommands = {{{"post", app::add_post_command},
                                                 {"measurements", app::add_measurements_command},
                                                 {"thermal", app::add_thermal_command},
                                                 {"table", app::add_table_command},
-                                                {"study", app::add_study_command}}};
+                                                {"study", app::add_study_command},
+                                                {"texts", app::add_texts_command}}};
 
 // Where there is no doubt which command is called it is set up alone: all of them take as long as a small
 // file.
@@ -92,7 +93,8 @@ void register_commands(CLI::App& root, int& exit, int argc, char** argv) {
                            ? kCommands.end()
                            : std::find_if(kCommands.begin(), kCommands.end(),
                                           [&](const Command& c) { return c.name == *called; });
-  if (command != kCommands.end()) return command->add(root, exit);
+  // The texts are those of all commands.
+  if (command != kCommands.end() && command->name != "texts") return command->add(root, exit);
   for (const Command& c : kCommands) c.add(root, exit);
 }
 

@@ -53,5 +53,7 @@ void add_study_command(CLI::App& root, int& exit);
 void add_model_effects_command(CLI::App& model, int& exit);
 void add_thermal_command(CLI::App& root, int& exit);
 void add_table_command(CLI::App& root, int& exit);
+/// Not in the help: for packages and shells.
+void add_texts_command(CLI::App& root, int& exit);
 
 }  // namespace trunnion::app

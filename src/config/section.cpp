@@ -9,6 +9,8 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/largest_number.hpp"
 
+#include "config/key_recorder.hpp"
+
 namespace trunnion::config {
 namespace {
 
@@ -67,6 +69,7 @@ Section::Section(const Value& value, std::string name, std::string file, Diagnos
   if (value_->as_table() == nullptr) {
     diagnostics_->error(file_, value_->where, name_ + " must be a table, not " + value_->kind());
   }
+  if (auto* recorder = KeyRecorder::active()) recorder->enter(*value_);
 }
 
 SourceRef Section::where(std::string_view key) const {
@@ -81,8 +84,9 @@ void Section::warning(std::string_view key, const std::string& message) {
   diagnostics_->warning(file_, where(key), message);
 }
 
-const Value* Section::lookup(std::string_view key) {
+const Value* Section::lookup(std::string_view key, KeyType type) {
   asked_.emplace(key);
+  if (auto* recorder = KeyRecorder::active()) recorder->asked(*value_, key, type);
   const auto* value = value_->find(key);
   if (value != nullptr) return value;
   // The same key without its unit: say which unit is meant instead of "missing" and "unknown".
@@ -95,17 +99,22 @@ const Value* Section::lookup(std::string_view key) {
   return nullptr;
 }
 
-const Value* Section::require(std::string_view key) {
+const Value* Section::require(std::string_view key, KeyType type) {
   const std::size_t errors_before = diagnostics_->error_count();
-  const auto* value = lookup(key);
+  if (auto* recorder = KeyRecorder::active()) recorder->required(*value_, key);
+  const auto* value = lookup(key, type);
   if (value == nullptr && value_->as_table() != nullptr && diagnostics_->error_count() == errors_before) {
     error(key, "missing key '" + std::string(key) + "' in [" + name_ + "]");
   }
   return value;
 }
 
-const Value* Section::raw(std::string_view key) {
-  return lookup(key);
+const Value* Section::raw(std::string_view key, KeyType type) {
+  return lookup(key, type);
+}
+
+void Section::takes(std::string_view key, const std::vector<std::string>& choices) {
+  if (auto* recorder = KeyRecorder::active()) recorder->choices(*value_, key, choices);
 }
 
 std::optional<double> Section::number_of(std::string_view key, const Value& value, double factor) {
@@ -130,22 +139,22 @@ std::optional<double> Section::number_of(std::string_view key, const Value& valu
 }
 
 double Section::quantity(std::string_view key) {
-  const auto* value = require(key);
+  const auto* value = require(key, KeyType::number);
   return value ? number_of(key, *value, unit_factor_of_key(key).value_or(1.0)).value_or(0.0) : 0.0;
 }
 
 std::optional<double> Section::find_quantity(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::number);
   return value ? number_of(key, *value, unit_factor_of_key(key).value_or(1.0)) : std::nullopt;
 }
 
 std::optional<double> Section::find_number(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::number);
   return value ? number_of(key, *value, 1.0) : std::nullopt;
 }
 
 std::optional<std::int64_t> Section::find_integer(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::integer);
   if (value == nullptr) return std::nullopt;
   if (const auto* v = std::get_if<std::int64_t>(&value->data)) return *v;
   error(key, "'" + std::string(key) + "' must be a whole number, not " + value->kind());
@@ -153,12 +162,12 @@ std::optional<std::int64_t> Section::find_integer(std::string_view key) {
 }
 
 std::string Section::text(std::string_view key) {
-  require(key);
+  require(key, KeyType::text);
   return find_text(key).value_or("");
 }
 
 std::optional<std::string> Section::find_text(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::text);
   if (value == nullptr) return std::nullopt;
   if (const auto* v = value->as_string()) return *v;
   error(key, "'" + std::string(key) + "' must be a string, not " + value->kind());
@@ -166,7 +175,7 @@ std::optional<std::string> Section::find_text(std::string_view key) {
 }
 
 bool Section::flag_or(std::string_view key, bool fallback) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::flag);
   if (value == nullptr) return fallback;
   if (const auto* v = std::get_if<bool>(&value->data)) return *v;
   error(key, "'" + std::string(key) + "' must be true or false, not " + value->kind());
@@ -174,12 +183,12 @@ bool Section::flag_or(std::string_view key, bool fallback) {
 }
 
 Vec3 Section::vector(std::string_view key) {
-  require(key);
+  require(key, KeyType::vector);
   return find_vector(key).value_or(Vec3::Zero());
 }
 
 std::optional<Vec3> Section::find_vector(std::string_view key) {
-  const auto numbers = find_numbers(key);
+  const auto numbers = numbers_of(key, KeyType::vector);
   if (!numbers) return std::nullopt;
   if (numbers->size() != 3) {
     error(key, "'" + std::string(key) + "' must have 3 numbers, not " + std::to_string(numbers->size()));
@@ -189,7 +198,11 @@ std::optional<Vec3> Section::find_vector(std::string_view key) {
 }
 
 std::optional<std::vector<double>> Section::find_numbers(std::string_view key) {
-  const auto* value = lookup(key);
+  return numbers_of(key, KeyType::numbers);
+}
+
+std::optional<std::vector<double>> Section::numbers_of(std::string_view key, KeyType type) {
+  const auto* value = lookup(key, type);
   if (value == nullptr) return std::nullopt;
   const auto* items = value->as_array();
   if (items == nullptr) {
@@ -207,12 +220,12 @@ std::optional<std::vector<double>> Section::find_numbers(std::string_view key) {
 }
 
 std::vector<std::string> Section::texts(std::string_view key) {
-  require(key);
+  require(key, KeyType::texts);
   return find_texts(key).value_or(std::vector<std::string>{});
 }
 
 std::optional<std::vector<std::string>> Section::find_texts(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::texts);
   if (value == nullptr) return std::nullopt;
   const auto* items = value->as_array();
   if (items == nullptr) {
@@ -233,14 +246,15 @@ std::optional<std::vector<std::string>> Section::find_texts(std::string_view key
 }
 
 std::optional<Section> Section::find_section(std::string_view key) {
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::table);
   if (value == nullptr) return std::nullopt;
+  if (auto* recorder = KeyRecorder::active()) recorder->step(*value_, key, *value);
   return Section(*value, std::string(key), file_, *diagnostics_);
 }
 
 std::vector<Section> Section::sections(std::string_view key) {
   std::vector<Section> out;
-  const auto* value = lookup(key);
+  const auto* value = lookup(key, KeyType::tables);
   if (value == nullptr) return out;
   const auto* items = value->as_array();
   if (items == nullptr) {
@@ -248,14 +262,16 @@ std::vector<Section> Section::sections(std::string_view key) {
     return out;
   }
   for (const auto& item : *items) {
+    if (auto* recorder = KeyRecorder::active()) recorder->step(*value_, key, item);
     out.emplace_back(item, std::string(key) + "[" + std::to_string(out.size() + 1) + "]", file_,
                      *diagnostics_);
   }
   return out;
 }
 
-std::vector<std::string> Section::keys() {
+std::vector<std::string> Section::keys(std::string_view pattern) {
   std::vector<std::string> out;
+  if (auto* recorder = KeyRecorder::active()) recorder->pattern(*value_, pattern);
   if (const auto* table = value_->as_table()) {
     for (const auto& [key, value] : *table) {
       out.push_back(key);
@@ -270,9 +286,9 @@ void Section::finish() {
   if (table == nullptr) return;
   for (const auto& [key, value] : *table) {
     if (!asked_.contains(key))
-      diagnostics_->error(file_, value.where,
-                          "unknown key '" + key + "' in [" + name_ + "]" +
-                              did_you_mean(key, {asked_.begin(), asked_.end()}));
+      diagnostics_->error(
+          file_, value.where,
+          "unknown key '" + key + "' in [" + name_ + "]" + did_you_mean(key, {asked_.begin(), asked_.end()}));
   }
 }
 

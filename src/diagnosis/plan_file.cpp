@@ -55,6 +55,8 @@ class RunReader {
 
   PlanRun read() {
     run_.id = s_.text("id");
+    s_.takes("quantity", {"displacement", "rotation"});
+    s_.takes("frame", {"machine", "part"});
     const std::string quantity = s_.find_text("quantity").value_or("displacement");
     if (quantity == "rotation")
       run_.quantity = Quantity::rotation;
@@ -226,7 +228,8 @@ class RunReader {
       else
         run_.spindle_rpm = profile("spindle_rpm", 0.0);
     }
-    const auto keys = Section(s_).keys();  // a copy: only those taken below count as asked for
+    const auto keys =
+        Section(s_).keys("^(T_.+_degC|s_.+)$");  // a copy: only those taken below count as asked for
     for (const std::string& key : keys) {
       if (key.starts_with("T_") && key.ends_with("_degC"))
         run_.temperatures_K[key.substr(2, key.size() - 7)] = profile(key, machine_.reference_degC);

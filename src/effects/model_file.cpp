@@ -19,6 +19,9 @@ namespace {
 using config::Section;
 using Keys = std::vector<std::pair<std::string, std::string>>;
 
+// Names of parameters: which an effect has is its own (`trunnion model effects`).
+constexpr std::string_view kAnyKey = "^.+$";
+
 // Keys that choose a variant; they may stand in the effect or among its parameters.
 constexpr std::array<std::string_view, 4> kVariantKeys = {"component", "axis", "sensor", "run"};
 
@@ -50,7 +53,7 @@ class EffectReader {
     if (parameters) effects::check_sizes(*parameters, entry);
     read_sigma(s, entry);
     read_fixed(s, entry);
-    if (const auto* evidence = s.raw("evidence")) {
+    if (const auto* evidence = s.raw("evidence", config::KeyType::table)) {
       if (const auto* t = evidence->as_table())
         entry.evidence = *t;
       else
@@ -64,14 +67,14 @@ class EffectReader {
 
  private:
   // After an error that makes the rest meaningless: no further complaints about this effect's keys.
-  static void ask_for_all(Section& s) { static_cast<void>(s.keys()); }
+  static void ask_for_all(Section& s) { static_cast<void>(s.keys("")); }
 
   Keys variant_keys(Section& s, std::optional<Section>& parameters) {
     Keys out;
     for (const std::string_view key : kVariantKeys) {
       auto text = s.find_text(key);
       if (!text && parameters) {
-        const auto* value = parameters->raw(key);
+        const auto* value = parameters->raw(key, config::KeyType::text);
         if (value != nullptr && value->as_string() != nullptr) text = *value->as_string();
       }
       if (text) out.emplace_back(key, *text);
@@ -92,7 +95,7 @@ class EffectReader {
 
   // Runs that the keys of a set-up tilt name: A_<run>_urad.
   void runs_of_tilts(Section& parameters) {
-    for (const std::string& key : parameters.keys()) {
+    for (const std::string& key : parameters.keys(kAnyKey)) {
       if (key.size() < 3 || key[1] != '_' || unit_of_key(key) == Unit::none) continue;
       const std::string run = key.substr(2, key.rfind('_') - 2);
       auto& runs = model_.context.runs;
@@ -107,7 +110,7 @@ class EffectReader {
     if (id == "setup_tilt" && parameters) runs_of_tilts(*parameters);
     auto effect = make_effect(machine_, model_.context, canonical_id(id), variant);
     variant_given_ = !variant.empty() || !effect || (*effect)->info().variant.empty();
-    if (effect && !variant_given_ && parameters && !parameters->keys().empty()) {
+    if (effect && !variant_given_ && parameters && !parameters->keys(kAnyKey).empty()) {
       const auto& choice = (*effect)->info().variant.front();
       s.error("id", "effect '" + id + "' has values but does not say which " + choice.first +
                         " they belong to: write " + choice.first + " = \"" + choice.second + "\" or another");
@@ -132,8 +135,9 @@ class EffectReader {
     spec.expression = s.text("expression");
     spec.what = s.find_text("what").value_or("");
     auto range = s.find_section("range");
+    if (range) check_range(*range, parameters);
     if (parameters) {
-      for (const std::string& key : parameters->keys()) {
+      for (const std::string& key : parameters->keys(kAnyKey)) {
         effects::FormulaSpec::Key p{key, 0.0, std::nullopt};
         const double factor = unit_factor(unit_of_key(key));
         p.value = parameters->find_number(key).value_or(0.0) * factor;
@@ -141,11 +145,17 @@ class EffectReader {
         spec.parameters.push_back(std::move(p));
       }
     }
-    if (range) range->finish();
     if (s.diagnostics().error_count() > errors) return fail(ErrorCode::wrong_input, "");
     auto effect = effects::make_formula_effect(spec, machine_, model_.context);
     if (!effect) s.error(place_of(effect.error().message), effect.error().message);
     return effect;
+  }
+
+  static void check_range(Section& range, const std::optional<Section>& parameters) {
+    for (const std::string& key : range.keys(kAnyKey)) {
+      if (!parameters || !parameters->has(key))
+        range.error(key, "'range' names '" + key + "', which is none of the parameters");
+    }
   }
 
   static std::string_view place_of(const std::string& message) {
@@ -177,6 +187,7 @@ class EffectReader {
                   "a table belongs to a component error as \"component:EXX\", not to '" + id + "'");
     }
     spec.file = s.text("table");
+    s.takes("interpolation", {"linear", "bilinear", "nurbs", "spline"});
     if (const auto method = s.find_text("interpolation")) {
       const auto known = interpolation_of(*method);
       if (!known)
@@ -186,6 +197,7 @@ class EffectReader {
       spec.interpolation_given = known.has_value();
     }
     read_interpolation(s, spec);
+    s.takes("outside", {"hold", "error"});
     const std::string outside = s.find_text("outside").value_or("hold");
     if (outside != "hold" && outside != "error")
       s.error("outside", "'outside' is \"" + outside + "\"; known are hold, error");
@@ -233,7 +245,7 @@ class EffectReader {
     if (!parameters) return;
     Keys late;
     std::vector<std::pair<std::string, double>> derived;
-    for (const std::string& key : parameters->keys()) {
+    for (const std::string& key : parameters->keys(kAnyKey)) {
       const bool chooses = std::find(kVariantKeys.begin(), kVariantKeys.end(), key) != kVariantKeys.end();
       const auto index = entry.find(key);
       if (chooses && !index) continue;
@@ -287,7 +299,7 @@ class EffectReader {
   static void read_sigma(Section& s, ModelEffect& entry) {
     bool any = false;
     if (auto sigma = s.find_section("sigma")) {
-      for (const std::string& key : sigma->keys()) {
+      for (const std::string& key : sigma->keys(kAnyKey)) {
         const auto number = sigma->find_number(key);
         const auto index = entry.find(key);
         if (!index)
@@ -363,6 +375,7 @@ void read_head(Section& root, Model& model) {
     s->finish();
   }
   if (auto s = root.find_section("setup")) {
+    s->takes("translation", {"free", "fixed"});
     const std::string translation = s->find_text("translation").value_or("free");
     if (translation != "free" && translation != "fixed") {
       s->error("translation", "'translation' is \"" + translation + "\"; known are free, fixed");

@@ -68,6 +68,8 @@ Axis read_axis(Section& s) {
   if (!axis.name.empty() && !known_name) {
     s.error("name", "axis name '" + axis.name + "' is none of X Y Z A B C U V W");
   }
+  s.takes("name", {"X", "Y", "Z", "A", "B", "C", "U", "V", "W"});
+  s.takes("type", {"linear", "rotary"});
   const std::string type = s.text("type");
   if (type != "linear" && type != "rotary" && !type.empty()) {
     s.error("type", "axis type '" + type + "' is neither \"linear\" nor \"rotary\"");
@@ -181,6 +183,7 @@ constexpr std::int64_t kMostWorkOffsets = 1000;  // more than any control has
 void read_output(Section& root, Machine& machine) {
   auto s = root.find_section("output");
   if (!s) return;
+  s->takes("point", {"tip", "spindle"});
   const std::string point = s->find_text("point").value_or("tip");
   if (point != "tip" && point != "spindle")
     s->error("point", "'point' must be \"tip\" or \"spindle\", not \"" + point + "\"");
@@ -198,7 +201,7 @@ void read_output(Section& root, Machine& machine) {
 void read_datum(Section& root, Machine& machine) {
   auto s = root.find_section("datum");
   if (!s) return;
-  const auto* value = s->raw("probed_at");
+  const auto* value = s->raw("probed_at", config::KeyType::text);
   if (value != nullptr && value->as_table() != nullptr) {
     auto pose = s->find_section("probed_at");
     JointVector q;
@@ -220,7 +223,7 @@ void read_thermal(Section& root, Machine& machine) {
   machine.reference_degC = s->quantity_or("reference_degC", machine.reference_degC);
   machine.ambient_sensor = s->find_text("ambient_sensor").value_or(machine.ambient_sensor);
   if (auto sensors = s->find_section("axis_sensors")) {
-    for (const std::string& name : sensors->keys()) {
+    for (const std::string& name : sensors->keys("^[XYZABCUVW]$")) {
       if (!machine.axis(name))
         sensors->error(name, "'axis_sensors' names axis '" + name + "', which has no [[axis]]");
       if (const auto sensor = sensors->find_text(name)) machine.axis_sensors[name] = *sensor;
@@ -233,6 +236,7 @@ void read_head(Section& root, Machine& machine) {
   if (auto s = root.find_section("machine")) {
     machine.name = s->text("name");
     machine.controller = s->find_text("controller");
+    s->takes("kinematics", {"table-table"});
     const std::string kinematics = s->find_text("kinematics").value_or("table-table");
     if (kinematics != "table-table") {
       s->error("kinematics",

@@ -227,7 +227,7 @@ void read_program(Section& root, Controller& c) {
   });
   in_section(root, "retract", [&](Section& s) {
     read_into(s, "ends_length", c.retract_ends_length);
-    for (const auto& key : s.keys()) {
+    for (const auto& key : s.keys("^[XYZABCUVW]$")) {
       if (key == "ends_length") continue;
       const auto letter = axis_letter(key);
       if (letter) {
@@ -261,7 +261,7 @@ void read_work_offsets(Section& s, Controller& c) {
 }
 
 void read_variables(Section& s, const char* key, std::array<std::int64_t, 3>& out) {
-  const Value* value = s.raw(key);
+  const Value* value = s.raw(key, config::KeyType::numbers);
   if (value == nullptr) return;
   const auto* items = value->as_array();
   bool ok = items != nullptr && items->size() == out.size();
@@ -335,7 +335,7 @@ void read_modes(Section& root, Controller& c) {
     read_template(s, "silent", {}, c.silent);
     read_template(s, "allowed", {}, c.allowed);
     if (auto refused = s.find_section("refused")) {
-      for (const auto& word : refused->keys()) c.refused[word] = refused->text(word);
+      for (const auto& word : refused->keys("^.+$")) c.refused[word] = refused->text(word);
     }
   });
 }

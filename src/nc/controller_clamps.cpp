@@ -6,7 +6,7 @@ void read_clamps(Section& root, Controller& c) {
   in_section(root, "clamp", [&](Section& s) {
     c.clamps.clear();
     std::uint16_t all = 0;
-    for (const auto& key : s.keys()) {
+    for (const auto& key : s.keys("^[ABC]{1,3}$")) {
       auto words = s.find_section(key);
       if (!words) continue;
       Controller::Clamp clamp;

@@ -40,6 +40,9 @@ void read_integer(Section& s, const char* key, Integer& out, std::int64_t min, s
 template <class Enum>
 void read_choice(Section& s, const char* key, const std::vector<std::pair<const char*, Enum>>& choices,
                  Enum& out) {
+  std::vector<std::string> all;
+  for (const auto& [name, value] : choices) all.emplace_back(name);
+  s.takes(key, all);
   const auto v = s.find_text(key);
   if (!v) return;
   std::string names;
@@ -55,7 +58,7 @@ void read_choice(Section& s, const char* key, const std::vector<std::pair<const 
 
 // A line or an array of lines; `allowed` are the placeholders that the writer can fill in here.
 inline void read_template(Section& s, const char* key, const std::set<Placeholder>& allowed, Template& out) {
-  const config::Value* value = s.raw(key);
+  const config::Value* value = s.raw(key, config::KeyType::text_or_texts);
   if (value == nullptr) return;
   Template lines;
   if (const auto* text = value->as_string()) {

@@ -141,6 +141,7 @@ void read_parts(Section& section, ChannelModel& channel) {
 ChannelModel read_channel(Section section) {
   ChannelModel out;
   out.channel = section.text("name");
+  section.takes("axis", {"dx", "dy", "dz", "none"});
   out.axis = section.find_text("axis").value_or("");
   if (!out.axis.empty() && out.axis != "none" && !offset_component(out)) {
     section.error("axis", "'axis' must be dx, dy, dz or none, not '" + out.axis + "'");
@@ -245,6 +246,7 @@ Result<ThermalModel> parse_model(std::string_view toml, const std::string& file,
   ThermalModel out;
   if (auto head = top.find_section("model")) {
     out.name = head->find_text("name").value_or("");
+    head->takes("kind", {"thermal"});
     const std::string kind = head->text("kind");
     if (kind != "thermal")
       head->error("kind", "this is no thermal model: kind is '" + kind + "', not 'thermal'");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trunnion/base/diagnostics.hpp"
+#include "trunnion/config/key_record.hpp"
 #include "trunnion/config/value.hpp"
 #include "trunnion/geom/vec.hpp"
 
@@ -50,9 +51,12 @@ class Section {
   std::optional<Section> find_section(std::string_view key);
   std::vector<Section> sections(std::string_view key);
   /// All keys of this table, in the order of the file; marks them as asked for (tables with free keys).
-  std::vector<std::string> keys();
-  /// Raw access; marks the key as asked for.
-  const Value* raw(std::string_view key);
+  /// `pattern`: a regular expression of those that the caller takes.
+  std::vector<std::string> keys(std::string_view pattern);
+  /// Raw access; marks the key as asked for. `type`: what the caller takes there.
+  const Value* raw(std::string_view key, KeyType type = KeyType::other);
+  /// The texts that the caller takes behind `key`, for tables of keys.
+  void takes(std::string_view key, const std::vector<std::string>& choices);
 
   /// Reports an error at a key (or at the table itself when the key is absent).
   void error(std::string_view key, const std::string& message);
@@ -63,8 +67,9 @@ class Section {
   Diagnostics& diagnostics() { return *diagnostics_; }
 
  private:
-  const Value* require(std::string_view key);
-  const Value* lookup(std::string_view key);
+  const Value* require(std::string_view key, KeyType type);
+  const Value* lookup(std::string_view key, KeyType type);
+  std::optional<std::vector<double>> numbers_of(std::string_view key, KeyType type);
   std::optional<double> number_of(std::string_view key, const Value& value, double factor);
   const Value* value_;
   std::string name_;
