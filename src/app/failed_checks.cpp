@@ -74,6 +74,19 @@ std::vector<std::string> check_table(const post::VerifyReport& v) {
   return out;
 }
 
+std::string travel_text(const post::VerifyReport& v) {
+  std::string out;
+  for (const post::AxisTravel& t : v.travel) {
+    const bool rotary = t.axis.kind == AxisKind::rotary;
+    const double unit = rotary ? kDegreePerRad : 1.0;
+    out += fmt::format("{}{} {:.2f} to {:.2f}", out.empty() ? "axes: " : ", ", t.axis.name, t.smallest * unit,
+                       t.largest * unit);
+    const double turns = (t.largest - t.smallest) / kTwoPi;
+    if (rotary && turns > 1.0) out += fmt::format(" ({:.1f} turns)", turns);
+  }
+  return out;
+}
+
 std::string rapid_text(const post::VerifyReport& v) {
   return fmt::format(
       "rapids: tip within {:.3f} mm of its lines (tolerance {} mm){}", v.max_rapid_deviation_mm,

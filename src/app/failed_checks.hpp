@@ -15,4 +15,8 @@ std::vector<std::string> check_table(const post::VerifyReport& v);
 /// How far the tip leaves the straight lines of rapids, and where it does so most.
 std::string rapid_text(const post::VerifyReport& v);
 
+/// From where to where each axis goes, rapids included: machine positions. Turns where it is more than one.
+/// Empty for a program without a block.
+std::string travel_text(const post::VerifyReport& v);
+
 }  // namespace trunnion::app

@@ -74,6 +74,16 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   return out;
 }
 
+std::string lengths_text(const std::vector<post::LoadedTool>& tools) {
+  std::string out;
+  for (const post::LoadedTool& tool : tools) {
+    out += (out.empty() ? "" : ", ") +
+           (tool.number ? "T" + std::to_string(*tool.number) + " " : std::string()) +
+           shortest_text(tool.length_mm) + " mm";
+  }
+  return out;
+}
+
 void print_summary(const post::PostReport& r) {
   spdlog::info("{} CL points, {} inserted in {} segments, {} NC lines, {:.1f} s machining time", r.points_in,
                r.points_inserted, r.segments_with_points, r.nc_lines, r.duration_s);
@@ -121,6 +131,7 @@ void print_summary(const post::PostReport& r) {
   spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   spdlog::info("{}", rapid_text(v));
+  if (!v.travel.empty()) spdlog::info("{}; tools: {}", travel_text(v), lengths_text(r.tools));
 }
 
 std::vector<report::Fact> facts(const post::PostReport& r) {
@@ -133,16 +144,6 @@ std::vector<report::Fact> facts(const post::PostReport& r) {
           count("branch_changes", "branch changes", r.choice.branch_changes),
           count("pole_points", "points at the pole", r.choice.pole_points),
           {"duration_s", "machining time", fmt::format("{:.1f} s", r.duration_s), r.duration_s}};
-}
-
-std::string lengths_text(const std::vector<post::LoadedTool>& tools) {
-  std::string out;
-  for (const post::LoadedTool& tool : tools) {
-    out += (out.empty() ? "" : ", ") +
-           (tool.number ? "T" + std::to_string(*tool.number) + " " : std::string()) +
-           shortest_text(tool.length_mm) + " mm";
-  }
-  return out;
 }
 
 // What an operator has to know before the first block.
