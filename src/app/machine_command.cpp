@@ -68,16 +68,23 @@ ExitCode run(const MachineCommand& command) {
 
 void add_machine_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<MachineCommand>();
-  CLI::App* c = root.add_subcommand("machine", "which way each axis goes, limits, and a proving program");
+  CLI::App* c = root.add_subcommand(
+      "machine",
+      "which way each axis goes, limits, and a proving program; check a machine file, make a new one");
   c->add_option("machine", command->machine.machine,
                 "machine file, or the name of one in postconfigs/machines")
-      ->type_name(kMachineName)
-      ->required();
+      ->type_name(kMachineName);
   c->add_option("-c,--controller", command->machine.controller, "controller of the proving program")
       ->type_name(kControllerName);
   c->add_option("-o,--output", command->program, "write the proving program to this file");
   command->result.add_to(*c);
-  c->callback([command, &exit] { exit = run(*command); });
+  add_machine_check_command(*c, exit);
+  add_machine_new_command(*c, exit);
+  c->callback([command, c, &exit] {
+    if (!c->get_subcommands().empty()) return;
+    if (command->machine.machine.empty()) throw CLI::RequiredError("machine");
+    exit = run(*command);
+  });
 }
 
 }  // namespace trunnion::app

@@ -11,6 +11,7 @@
 
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/kinematics.hpp"
+#include "trunnion/machine/new_machine.hpp"
 
 #include "support/machines.hpp"
 
@@ -83,9 +84,8 @@ struct World {
 
 class Module {
  public:
-  static constexpr const char* kPath = "/usr/lib/linuxcnc/modules/xyzac-trt-kins.so";
-
-  Module() : handle_(dlopen(kPath, RTLD_NOW | RTLD_GLOBAL)) {
+  explicit Module(const std::string& name = "xyzac-trt-kins")
+      : name_(name), handle_(dlopen(path().c_str(), RTLD_NOW | RTLD_LOCAL)) {
     if (handle_ == nullptr) return;
     const auto start = reinterpret_cast<int (*)()>(dlsym(handle_, "rtapi_app_main"));
     forward_ = reinterpret_cast<Forward>(dlsym(handle_, "kinematicsForward"));
@@ -93,8 +93,9 @@ class Module {
     ready_ = start != nullptr && forward_ != nullptr && inverse_ != nullptr && start() == 0;
   }
   bool ready() const { return ready_; }
+  std::string path() const { return "/usr/lib/linuxcnc/modules/" + name_ + ".so"; }
 
-  void set(const std::string& pin, double value) { pins().at("xyzac-trt-kins." + pin) = value; }
+  void set(const std::string& pin, double value) { pins().at(name_ + "." + pin) = value; }
 
   World forward(const std::array<double, 16>& joints) const {
     World world;
@@ -116,6 +117,7 @@ class Module {
  private:
   using Forward = int (*)(const double*, World*, const unsigned long*, unsigned long*);
   using Inverse = int (*)(const World*, double*, const unsigned long*, unsigned long*);
+  std::string name_;
   void* handle_ = nullptr;
   Forward forward_ = nullptr;
   Inverse inverse_ = nullptr;
@@ -138,7 +140,7 @@ class TrtKinematics : public ::testing::Test {
  protected:
   void SetUp() override {
     static Module module;
-    if (!module.ready()) GTEST_SKIP() << Module::kPath << " (linuxcnc-uspace) is not there";
+    if (!module.ready()) GTEST_SKIP() << module.path() << " (linuxcnc-uspace) is not there";
     module_ = &module;
     // The values of LinuxCNC's sample configuration, which postconfigs/machines/xyzac_trt.toml describes.
     // Tool offset 0: the words are then the tip, as with G43.
@@ -207,6 +209,57 @@ TEST_F(TrtKinematics, OurInverseGivesTheJointsThatTheirsGives) {
   EXPECT_LT(worst_mm, kTolerance_mm);
   EXPECT_LT(worst_deg, 1e-9);
 }
+
+// What `machine new --ini` makes of an ini: the machine that the module named there drives, at random
+// offsets.
+class MachineOfIni : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(MachineOfIni, IsTheOneThatTheModuleDrives) {
+  const std::string outer = GetParam();  // "A" or "B"
+  const std::string name = outer == "A" ? "xyzac-trt-kins" : "xyzbc-trt-kins";
+  Module module(name);
+  if (!module.ready()) GTEST_SKIP() << module.path() << " (linuxcnc-uspace) is not there";
+  std::mt19937_64 random(20261123);
+  std::uniform_real_distribution<double> mm(-200.0, 200.0);
+  const std::string along = outer == "A" ? "y-offset" : "x-offset";
+  std::string ini = "[KINS]\nKINEMATICS = " + name + " sparm=identityfirst\n[HAL]\n";
+  for (const std::string pin : {"x-rot-point", "y-rot-point", "z-rot-point"}) {
+    const double value = std::stod(std::to_string(mm(random)));
+    module.set(pin, value);
+    ini += "HALCMD = setp " + name + "." + pin + " " + std::to_string(value) + "\n";
+  }
+  for (const std::string& pin : {along, std::string("z-offset")}) {
+    const double value = std::stod(std::to_string(mm(random)));
+    module.set(pin, value);
+    ini += "HALCMD = net :" + pin + " " + name + "." + pin + " gui." + pin + "\nHALCMD = sets :" + pin + " " +
+           std::to_string(value) + "\n";
+  }
+  for (const std::string& axis :
+       {std::string("X"), std::string("Y"), std::string("Z"), outer, std::string("C")})
+    ini += "[AXIS_" + axis + "]\nMIN_LIMIT = -720\nMAX_LIMIT = 720\nMAX_VELOCITY = 20\n";
+  Diagnostics diagnostics;
+  const auto draft = machine_of_ini(ini, "machine.ini", diagnostics);
+  ASSERT_TRUE(draft) << draft.error().text();
+  const auto machine = parse_machine(machine_file_text(*draft, "test"), "machine.toml", diagnostics);
+  ASSERT_TRUE(machine) << machine.error().text();
+
+  std::uniform_real_distribution<double> deg(-180.0, 180.0);
+  double worst_mm = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    std::array<double, 16> joints{};
+    for (std::size_t k = 0; k < 5; ++k) joints[k] = k < 3 ? mm(random) : deg(random);
+    const World tip = module.forward(joints);
+    JointVector words;
+    const std::array<std::string, 5> names = {"X", "Y", "Z", outer, "C"};
+    for (std::size_t k = 0; k < 5; ++k)
+      words[*machine->axis(names[k])] = k < 3 ? joints[k] : joints[k] * kRadPerDegree;
+    const ToolPose ours =
+        tool_pose(forward(*machine, joints_of_words(*machine, words, machine->tool_vector())));
+    worst_mm = std::max(worst_mm, (ours.tip_P - Vec3(tip.x, tip.y, tip.z)).norm());
+  }
+  EXPECT_LT(worst_mm, kTolerance_mm);
+}
+INSTANTIATE_TEST_SUITE_P(Modules, MachineOfIni, ::testing::Values("A", "B"));
 
 }  // namespace
 }  // namespace trunnion

@@ -1,0 +1,94 @@
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "trunnion/machine/reach.hpp"
+
+#include "app/command_tree.hpp"
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct MachineCheckCommand {
+  MachineOptions machine;
+  ResultOptions result;
+};
+
+// What a file need not say, and what then is not known.
+std::vector<std::string> left_open(const Machine& machine) {
+  std::vector<std::string> out;
+  for (const Axis& axis : machine.axes) {
+    if (!axis.rapid)
+      out.push_back("axis " + axis.name +
+                    " has no rapid speed: feeds are not held below what it can, and times are guesses");
+  }
+  if (!machine.safe.table) out.emplace_back("no [table]: a rapid into the table is not seen");
+  if (!machine.safe.z_is_given)
+    out.emplace_back("no [retract] z_mm: the tool retracts to the end of the travel of Z");
+  return out;
+}
+
+std::string position_text(const Machine& machine, const JointVector& q) {
+  std::string out;
+  for (const AxisId id : machine.rotary_axes())
+    out +=
+        fmt::format("{}{} {:.0f} deg", out.empty() ? "" : ", ", machine.axes[id].name, q[id] * kDegreePerRad);
+  return out;
+}
+
+ExitCode run(const MachineCheckCommand& command) {
+  if (const auto apart = command.result.apart_from(""); !apart) return print_error(apart.error());
+  Diagnostics diagnostics;
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  print(diagnostics);
+  const Machine& machine = files->machine;
+  const MachineReach reach = machine_reach(machine);
+  const std::vector<std::string> notes = left_open(machine);
+
+  nlohmann::ordered_json json = {{"name", machine.name},
+                                 {"controller", files->controller.name},
+                                 {"tool_axis_every_way_deg", reach.every_way.deg()},
+                                 {"tool_axis_one_way_deg", reach.one_way.deg()},
+                                 {"beyond_travel_at_part_zero", nlohmann::ordered_json::array()},
+                                 {"left_open", notes}};
+  std::string text =
+      machine.name + ": the file and its control (" + files->controller.name + ") can be read\n";
+  text += fmt::format(
+      "the tool axis reaches every direction up to {:.0f} deg from the spindle, some up to {:.0f} deg\n",
+      reach.every_way.deg(), reach.one_way.deg());
+  for (const auto& beyond : reach.beyond) {
+    const Axis& axis = machine.axes[beyond.axis];
+    text +=
+        fmt::format("with the tip at the part's zero {} would go {:.1f} mm beyond its travel, most at {}\n",
+                    axis.name, beyond.by_mm, position_text(machine, beyond.at));
+    json["beyond_travel_at_part_zero"].push_back(
+        {{"axis", axis.name}, {"by_mm", beyond.by_mm}, {"at", position_text(machine, beyond.at)}});
+  }
+  if (reach.beyond.empty())
+    text +=
+        "with the tip at the part's zero every axis stays within its travel wherever the rotary axes stand\n";
+  for (const std::string& note : notes) text += "left open: " + note + "\n";
+  text += "`trunnion machine " + command.machine.machine +
+          "` says which way each axis goes, and writes a program that proves it\n";
+  return command.result.write(json.dump(), machine.name, "The machine file can be read.", text);
+}
+
+}  // namespace
+
+void add_machine_check_command(CLI::App& machine, int& exit) {
+  auto command = std::make_shared<MachineCheckCommand>();
+  CLI::App* c = machine.add_subcommand(
+      "check", "is a machine file right, how far does the machine reach, what is left open");
+  c->add_option("machine", command->machine.machine,
+                "machine file, or the name of one in postconfigs/machines")
+      ->type_name(kMachineName)
+      ->required();
+  c->add_option("-c,--controller", command->machine.controller, "controller that it is used with")
+      ->type_name(kControllerName);
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app

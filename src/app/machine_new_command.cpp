@@ -1,0 +1,271 @@
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/machine/new_machine.hpp"
+
+#include "app/command_tree.hpp"
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct MachineNewCommand {
+  std::string output;
+  std::string ini;
+  std::string name;
+  std::string controller;
+  std::string rotary;
+  std::string positive;
+  std::vector<std::string> points;
+  std::vector<std::string> travel;
+  std::optional<double> rapid_mm_min, rapid_deg_min, tool_length_mm;
+  bool ask = false;
+  ResultOptions result;
+};
+
+// "A=0,0.4,-65" in two.
+Result<std::pair<char, std::vector<double>>> letter_and_numbers(const std::string& text, char between,
+                                                                std::size_t count, const char* option) {
+  const auto wrong = [&](const std::string& why) {
+    return fail(ErrorCode::wrong_use, std::string(option) + " " + text + ": " + why);
+  };
+  if (text.size() < 3 || text[1] != '=' || std::string_view("XYZABC").find(text[0]) == std::string_view::npos)
+    return wrong("write the axis, =, and the numbers");
+  std::vector<double> out;
+  for (std::size_t at = 2; at <= text.size();) {
+    const auto end = std::min(text.find(between, at), text.size());
+    const auto number = parse_number(std::string_view(text).substr(at, end - at));
+    if (!number) return wrong("'" + text.substr(at, end - at) + "' is no number");
+    out.push_back(number.value);
+    at = end + 1;
+  }
+  if (out.size() != count)
+    return wrong(std::to_string(count) + " numbers are needed, these are " + std::to_string(out.size()));
+  return std::pair{text[0], std::move(out)};
+}
+
+Result<void> take_point(const std::string& text, NewMachine& machine) {
+  const auto p = letter_and_numbers(text, ',', 3, "--point-mm");
+  if (!p) return tl::unexpected(p.error());
+  machine.points_mm[p->first] = Vec3(p->second[0], p->second[1], p->second[2]);
+  return {};
+}
+
+Result<void> take_travel(const std::string& text, NewMachine& machine) {
+  if (text.size() == 8 && text.ends_with("=cyclic") &&
+      std::string_view("ABC").find(text[0]) != std::string_view::npos) {
+    machine.travel[text[0]] = {0.0, 0.0, true};
+    return {};
+  }
+  const auto t = letter_and_numbers(text, ':', 2, "--travel");
+  if (!t) return tl::unexpected(t.error());
+  const double unit = t->first <= 'C' ? kRadPerDegree : 1.0;
+  if (!(t->second[0] < t->second[1]))
+    return fail(ErrorCode::wrong_use, "--travel " + text + ": the smaller number stands first");
+  machine.travel[t->first] = {t->second[0] * unit, t->second[1] * unit, false};
+  return {};
+}
+
+Result<void> take_rotary(const std::string& text, NewMachine& machine) {
+  constexpr std::array kKnown = {"AC", "BC", "AB", "BA", "CA", "CB", "A", "B", "C"};
+  if (std::find(kKnown.begin(), kKnown.end(), text) == kKnown.end())
+    return fail(ErrorCode::wrong_use,
+                "--rotary " + text + ": one or two of A B C, the one on the bed first, as AC");
+  machine.rotary = text;
+  return {};
+}
+
+// What is known of the machine so far.
+struct Draft {
+  NewMachine machine;
+  bool sense_known = false;
+};
+
+Result<void> take_positive(const std::string& text, Draft& draft) {
+  if (text != "table" && text != "tool")
+    return fail(ErrorCode::wrong_use, "--positive " + text + ": table or tool");
+  draft.machine.table_turns_positively = text == "table";
+  draft.sense_known = true;
+  return {};
+}
+
+// One question: asked where somebody sits at a terminal, else named as missing.
+struct Question {
+  std::string option;
+  std::string text;
+  std::function<Result<void>(const std::string& answer, Draft& draft)> take;
+};
+
+std::vector<Question> questions_of(const Draft& draft) {
+  const NewMachine& machine = draft.machine;
+  std::vector<Question> out;
+  if (machine.rotary.empty()) {
+    out.push_back({"--rotary", "Which rotary axes carry the part, the one on the bed first (AC, BC, C)?",
+                   [](const std::string& answer, Draft& d) { return take_rotary(answer, d.machine); }});
+  }
+  if (!draft.sense_known) {
+    out.push_back(
+        {"--positive",
+         "What turns positively (right hand: the thumb along +X, +Y, +Z) for a positive command: the table, "
+         "or the tool as seen from the part (ISO 841; the table then turns the other way)? table or tool",
+         [](const std::string& answer, Draft& d) { return take_positive(answer, d); }});
+  }
+  for (const char letter : machine.rotary) {
+    if (machine.points_mm.contains(letter)) continue;
+    const std::string name(1, letter);
+    out.push_back(
+        {"--point-mm " + name + "=X,Y,Z",
+         "Where does the " + name +
+             " axis stand: X,Y,Z of a point on it in mm, as the spindle's gauge point in machine "
+             "coordinates?",
+         [name](const std::string& answer, Draft& d) { return take_point(name + "=" + answer, d.machine); }});
+  }
+  for (const char letter : "XYZ" + machine.rotary) {
+    if (machine.travel.contains(letter)) continue;
+    const std::string name(1, letter);
+    out.push_back({"--travel " + name + "=MIN:MAX",
+                   "Travel of " + name +
+                       (letter <= 'C' ? " in degrees, as -30:120, or cyclic?" : " in mm, as -300:300?"),
+                   [name](const std::string& answer, Draft& d) {
+                     return take_travel(name + "=" + answer, d.machine);
+                   }});
+  }
+  return out;
+}
+
+// A line of standard input; nothing at its end.
+std::optional<std::string> answer_line() {
+  std::string out;
+  int c = std::fgetc(stdin);
+  if (c == EOF) return std::nullopt;
+  for (; c != EOF && c != '\n'; c = std::fgetc(stdin)) out += static_cast<char>(c);
+  return out;
+}
+
+// The first question is asked again until its answer can be taken; answers open further ones.
+Result<void> ask(Draft& draft) {
+  for (auto questions = questions_of(draft); !questions.empty(); questions = questions_of(draft)) {
+    const Question& q = questions.front();
+    std::fprintf(stderr, "%s\n> ", q.text.c_str());
+    const auto answer = answer_line();
+    if (!answer) return fail(ErrorCode::wrong_use, "no answer to: " + q.text);
+    if (const auto taken = q.take(*answer, draft); !taken)
+      std::fprintf(stderr, "%s\n", taken.error().message.c_str());
+  }
+  return {};
+}
+
+Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics) {
+  Draft draft;
+  draft.machine.name = "new machine";
+  if (!c.ini.empty()) {
+    const auto text = read_file(c.ini);
+    if (!text) return tl::unexpected(text.error());
+    auto read = machine_of_ini(*text, c.ini, diagnostics);
+    if (!read) return tl::unexpected(read.error());
+    draft = {std::move(*read), true};
+  }
+  if (!c.name.empty()) draft.machine.name = c.name;
+  if (!c.controller.empty()) draft.machine.controller = c.controller;
+  Result<void> taken;
+  if (!c.rotary.empty()) taken = take_rotary(c.rotary, draft.machine);
+  if (taken && !c.positive.empty()) taken = take_positive(c.positive, draft);
+  for (std::size_t i = 0; taken && i < c.points.size(); ++i) taken = take_point(c.points[i], draft.machine);
+  for (std::size_t i = 0; taken && i < c.travel.size(); ++i) taken = take_travel(c.travel[i], draft.machine);
+  if (!taken) return tl::unexpected(taken.error());
+  return draft;
+}
+
+// What nobody can be asked for.
+ExitCode print_missing(const std::vector<Question>& missing) {
+  spdlog::error("error: machine new needs");
+  for (const Question& q : missing) spdlog::error("  {}\n      {}", q.option, q.text);
+  spdlog::error("(--ask reads the answers from standard input, a line each)");
+  return kWrongUse;
+}
+
+Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
+  if (auto asked = ask(draft); !asked) return asked;
+  for (const char letter : "XYZ" + draft.machine.rotary) {
+    const auto& rapid = letter <= 'C' ? c.rapid_deg_min : c.rapid_mm_min;
+    if (rapid)
+      draft.machine.rapid[letter] = *rapid * (letter <= 'C' ? kRadPerDegree : 1.0) / kSecondsPerMinute;
+  }
+  if (c.tool_length_mm) draft.machine.tool_length_mm = *c.tool_length_mm;
+  return {};
+}
+
+ExitCode run(const MachineNewCommand& command) {
+  if (const auto apart = command.result.apart_from(command.output, {command.ini}); !apart)
+    return print_error(apart.error());
+  Diagnostics diagnostics;
+  auto draft = from_options(command, diagnostics);
+  if (!draft) return print_failure(diagnostics, draft.error());
+  const auto missing = questions_of(*draft);
+  if (!missing.empty() && !command.ask && ::isatty(STDIN_FILENO) != 1) return print_missing(missing);
+  if (const auto filled = fill_in(command, *draft); !filled) return print_error(filled.error());
+  const std::string source =
+      command.ini.empty() ? "From what was answered to `trunnion machine new`." : "From " + std::filesystem::path(command.ini).filename().string() + ".";
+  const std::string text = machine_file_text(draft->machine, source);
+  // A file that cannot be read is not written: two axes may be parallel, a travel may be too large.
+  if (const auto read = parse_machine(text, command.output, diagnostics); !read)
+    return print_failure(diagnostics, read.error());
+  print(diagnostics);
+  if (const auto code = write_output(command.output, text); code != kDone) return code;
+  const std::string next = "next: trunnion machine check " + command.output + "; then trunnion machine " +
+                           command.output + " -o proving.nc, and run that at the machine\n";
+  const nlohmann::ordered_json json = {
+      {"name", draft->machine.name}, {"file", command.output}, {"text", text}};
+  return command.result.write(json.dump(), draft->machine.name, "A new machine file.",
+                              command.output == "-" ? "" : next);
+}
+
+}  // namespace
+
+void add_machine_new_command(CLI::App& machine, int& exit) {
+  auto command = std::make_shared<MachineNewCommand>();
+  CLI::App* c = machine.add_subcommand(
+      "new", "make a machine file: from options, answers at the terminal, or a control's ini");
+  c->add_option("-o,--output", command->output, "machine file to write (- is standard output)")->required();
+  c->add_option("--ini", command->ini,
+                "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
+                "files beside it");
+  c->add_flag("--ask", command->ask,
+              "read the answers to what is not given from standard input (without it: at a terminal only)");
+  c->add_option("--name", command->name, "what messages and programs call the machine");
+  c->add_option("-c,--controller", command->controller, "control that it has")->type_name(kControllerName);
+  c->add_option("--rotary", command->rotary,
+                "rotary axes that carry the part, the one on the bed first: AC, BC, C");
+  c->add_option("--positive", command->positive,
+                "what turns positively about X, Y, Z for a positive command: the table, or the tool as seen "
+                "from the part (ISO 841)")
+      ->check(CLI::IsMember({"table", "tool"}));
+  c->add_option("--point-mm", command->points,
+                "a point on a rotary axis, as A=0,0.4,-65: where the spindle's gauge point would stand, "
+                "machine coordinates")
+      ->expected(1, 2);
+  c->add_option("--travel", command->travel,
+                "travel of each axis, as X=-300:300 A=-30:120 C=cyclic (mm, deg)")
+      ->expected(1, 5);
+  c->add_option("--rapid-mm-min", command->rapid_mm_min, "rapid speed of the linear axes")
+      ->check(above_zero());
+  c->add_option("--rapid-deg-min", command->rapid_deg_min, "rapid speed of the rotary axes")
+      ->check(above_zero());
+  c->add_option("--tool-length-mm", command->tool_length_mm,
+                "gauge length of tools to which nobody else gives one")
+      ->check(above_zero());
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app
