@@ -214,8 +214,9 @@ ExitCode run(const MachineNewCommand& command) {
   const auto missing = questions_of(*draft);
   if (!missing.empty() && !command.ask && ::isatty(STDIN_FILENO) != 1) return print_missing(missing);
   if (const auto filled = fill_in(command, *draft); !filled) return print_error(filled.error());
-  const std::string source =
-      command.ini.empty() ? "From what was answered to `trunnion machine new`." : "From " + std::filesystem::path(command.ini).filename().string() + ".";
+  const std::string source = command.ini.empty()
+                                 ? "From what was answered to `trunnion machine new`."
+                                 : "From " + std::filesystem::path(command.ini).filename().string() + ".";
   const std::string text = machine_file_text(draft->machine, source);
   // A file that cannot be read is not written: two axes may be parallel, a travel may be too large.
   if (const auto read = parse_machine(text, command.output, diagnostics); !read)

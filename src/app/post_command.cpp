@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
@@ -22,6 +24,7 @@ struct PostCommand {
   PostCliOptions options;
   ResultOptions result;
   std::size_t threads = 1;
+  bool filter = false;  // called by a control that opens a CL file
 };
 
 // Who is to write which variable of the control.
@@ -216,6 +219,7 @@ std::vector<std::string> inputs(const PostCommand& command) {
 ExitCode run(const PostCommand& command) {
   if (const auto apart = command.result.apart_from(command.output, inputs(command)); !apart)
     return print_error(apart.error());
+  if (command.filter) spdlog::set_level(std::max(spdlog::get_level(), spdlog::level::warn));
   auto options = command.options.resolve();
   if (!options) return print_error(options.error());
   options->collect = !command.result.report.empty();
@@ -247,7 +251,12 @@ ExitCode run(const PostCommand& command) {
   job.header = header_lines(command, machine, controller, job);
   options->threads = command.threads;
   const auto outcome = [&] {
-    const Activity activity("posting");
+    std::optional<FilterProgress> progress;
+    std::optional<Activity> activity;
+    if (command.filter)
+      progress.emplace(command.cl_file);
+    else
+      activity.emplace("posting", command.cl_file);
     return post::post_file(job, *options, command.output, command.options.accept_deviation);
   }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
@@ -267,6 +276,16 @@ void add_post_command(CLI::App& root, int& exit) {
   c->add_option("--threads", command->threads, "threads for this file; the text is the same for any number")
       ->check(CLI::Range(std::size_t{1}, std::size_t{256}))
       ->capture_default_str();
+  c->add_flag_callback(
+      "--filter",
+      [command, c] {
+        c->get_option("--output")->required(false);
+        command->output = "-";
+        command->filter = true;
+      },
+      "as a control calls it that opens a CL file: the program on standard output, FILTER_PROGRESS=n on "
+      "standard "
+      "error, and nothing else there but warnings and errors");
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

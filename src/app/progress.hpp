@@ -12,6 +12,8 @@
 #include <thread>
 #include <unistd.h>
 
+#include "app/input_share.hpp"
+
 namespace trunnion::app {
 
 /// Columns of the terminal at standard error; 80 where it does not say.
@@ -61,20 +63,23 @@ class ProgressLine {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// The same for work whose length is not known before: a mark that runs to and fro and the seconds so far,
-/// from half a second on. Nothing else may write to standard error while it lives.
+/// The same for the work on one file: how much of it was read (a mark that runs to and fro where that is not
+/// known) and the seconds so far, from half a second on. Nothing else may write to standard error while it
+/// lives.
 class Activity {
  public:
-  explicit Activity(std::string what) {
+  explicit Activity(std::string what, std::string file = {}) {
     if (::isatty(STDERR_FILENO) != 1 || !spdlog::should_log(spdlog::level::info)) return;
     try {
-      thread_ = std::jthread([what = std::move(what)](const std::stop_token& stop) { show(what, stop); });
+      thread_ = std::jthread([what = std::move(what), file = std::move(file)](const std::stop_token& stop) {
+        show(what, file, stop);
+      });
     } catch (const std::system_error&) {  // no thread to be had: nothing is shown
     }
   }
 
  private:
-  static void show(const std::string& what, const std::stop_token& stop) {
+  static void show(const std::string& what, const std::string& file, const std::stop_token& stop) {
     constexpr std::chrono::milliseconds kStep(100);
     constexpr int kWidth = 30;
     std::mutex mutex;
@@ -86,11 +91,47 @@ class Activity {
       const int at = step % (2 * kWidth - 2) < kWidth ? step % (2 * kWidth - 2)
                                                       : 2 * kWidth - 2 - step % (2 * kWidth - 2);
       std::string bar(kWidth, '.');
-      bar[static_cast<std::size_t>(at)] = '#';
-      std::fprintf(stderr, "\r[%s] %s, %d s\x1b[K", bar.c_str(), what.c_str(), step / 10);
+      std::string percent;
+      if (const auto share = share_read(file)) {
+        std::fill_n(bar.begin(), static_cast<int>(kWidth * *share), '#');
+        percent = fmt::format(" {:.0f} %,", 100.0 * *share);
+      } else {
+        bar[static_cast<std::size_t>(at)] = '#';
+      }
+      std::fprintf(stderr, "\r[%s] %s,%s %d s\x1b[K", bar.c_str(), what.c_str(), percent.c_str(), step / 10);
       shown = true;
     }
     if (shown) std::fputs("\r\x1b[K", stderr);
+  }
+  std::jthread thread_;
+};
+
+/// How a filter program tells the control that called it how far it is: lines `FILTER_PROGRESS=42` on
+/// standard error, the share of `file` that was read.
+class FilterProgress {
+ public:
+  explicit FilterProgress(std::string file) {
+    tell(0);
+    try {
+      thread_ = std::jthread([file = std::move(file)](const std::stop_token& stop) { watch(file, stop); });
+    } catch (const std::system_error&) {  // no thread to be had: nothing is told
+    }
+  }
+
+ private:
+  static void tell(int percent) { std::fprintf(stderr, "FILTER_PROGRESS=%d\n", percent); }
+  static void watch(const std::string& file, const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kStep(100);
+    std::mutex mutex;
+    std::condition_variable_any wake;
+    std::unique_lock lock(mutex);
+    int told = 0;
+    while (!wake.wait_for(lock, stop, kStep, [&] { return stop.stop_requested(); })) {
+      const auto share = share_read(file);
+      const int percent = share ? static_cast<int>(100.0 * *share) : told;
+      if (percent > told) tell(told = percent);
+    }
+    if (told < 100) tell(100);
   }
   std::jthread thread_;
 };

@@ -146,7 +146,7 @@ ExitCode run(const VerifyCommand& command) {
   auto program = cl::open_source(command.nc_file);
   if (!program) return print_error(program.error());
   const auto report = [&] {
-    const Activity activity("verifying");
+    const Activity activity("verifying", command.nc_file);
     return post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file, machine,
                         controller, reading, options, diagnostics);
   }();
