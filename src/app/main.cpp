@@ -15,6 +15,7 @@
 #include "trunnion/base/failure.hpp"
 #include "trunnion/base/printable.hpp"
 
+#include "app/options.hpp"
 #include "app/support.hpp"
 #include "app/wrong_use.hpp"
 
@@ -64,6 +65,15 @@ void set_up_log(bool quiet, bool verbose, bool colored) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+// The version, and what somebody must know who looks into a report of a fault.
+std::string version_text() {
+  const bool four = __builtin_cpu_supports("avx2") != 0;
+  return std::string("trunnion ") + TRUNNION_VERSION + "\nbuilt by " + TRUNNION_BUILD +
+         "\nmachines and controllers in " + app::postconfigs_folder() + "\nHTML pages with " +
+         TRUNNION_PAGES + "\nthis processor calculates with " + (four ? "four numbers" : "two numbers") +
+         " at a time";
+}
+
 struct Command {
   std::string_view name;
   void (*add)(CLI::App& root, int& exit);
@@ -100,7 +110,7 @@ void register_commands(CLI::App& root, int& exit, int argc, char** argv) {
 
 int run(int argc, char** argv) {
   CLI::App root{"Five-axis post-processor for dual-turntable machines.", "trunnion"};
-  root.set_version_flag("--version", std::string("trunnion ") + TRUNNION_VERSION);
+  root.set_version_flag("--version", version_text);
   root.require_subcommand(1);
   root.fallthrough();
   root.failure_message(app::wrong_use_text);
