@@ -30,13 +30,15 @@ struct Explained {
   const char* heading;
   const char* title;
 };
-constexpr std::array<Explained, 6> kExplained = {{
+constexpr std::array<Explained, 8> kExplained = {{
     {"machine", "README.md", "## Machine files", "machine file of trunnion"},
     {"controller", "README.md", "# Machine and controller files", "controller file of trunnion"},
     {"model", "files.md", "## Models of a machine's errors", "model of a machine's errors for trunnion"},
     {"plan", "files.md", "## Measurement plans", "measurement plan of trunnion"},
     {"thermal", "files.md", "## Thermal models", "thermal model of trunnion"},
     {"batch", "files.md", "## Manifests of batches", "manifest of trunnion batch"},
+    {"measurements", "files.md", "## Measurement files", "measurement file of trunnion"},
+    {"tools", "files.md", "## Tool files", "tool file of trunnion"},
 }};
 
 const Explained& explained(const std::string& kind) {
@@ -107,7 +109,8 @@ Result<Meanings> meanings_of(const std::string& kind) {
   bool here = false;
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with("#")) here = line == where.heading;
-    if (here && line.starts_with("| ") && !line.starts_with("| table, key")) take_row(line, table, out);
+    const bool is_head = line.starts_with("| table, key") || line.starts_with("| column ");
+    if (here && line.starts_with("| ") && !is_head) take_row(line, table, out);
   }
   return out;
 }
@@ -326,6 +329,18 @@ Result<std::string> file_page(const std::string& kind) {
       out += key_text(key, record, meaning == meanings->end() ? nullptr : &meaning->second);
     }
   }
+  return out + ".SH SEE ALSO\n.BR trunnion (1)\n";
+}
+
+Result<std::string> column_page(const std::string& kind) {
+  const auto meanings = meanings_of(kind);
+  if (!meanings) return tl::unexpected(meanings.error());
+  const std::string name = "trunnion-" + kind;
+  std::string out =
+      man_head(name, 5) + ".SH NAME\n" + man_text(name) + " \\- " + man_text(explained(kind).title) +
+      "\n.SH DESCRIPTION\nCSV with a header line; lines that begin with # are comments. Columns in any "
+      "order; one that is not known is an error.\n.SH COLUMNS\n";
+  for (const auto& [place, meaning] : *meanings) out += key_text(place.second, {}, &meaning);
   return out + ".SH SEE ALSO\n.BR trunnion (1)\n";
 }
 

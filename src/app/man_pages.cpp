@@ -99,7 +99,9 @@ std::string see_also(const CLI::App& command) {
   std::string out = ".SH SEE ALSO\n";
   if (command.get_parent() != nullptr) out += ".BR " + man_text(page_name(command.get_parent())) + " (1),\n";
   for (const CLI::App* sub : subcommands(&command)) out += ".BR " + man_text(page_name(sub)) + " (1),\n";
-  return out + ".BR trunnion\\-machine (5),\n.BR trunnion\\-controller (5),\n.BR trunnion\\-model (5)\n";
+  return out +
+         ".BR trunnion\\-machine (5),\n.BR trunnion\\-controller (5),\n.BR trunnion\\-model (5),\n.BR "
+         "trunnion\\-measurements (5),\n.BR trunnion\\-tools (5)\n";
 }
 
 void add_pages(const CLI::App& command, std::map<std::string, std::string>& out) {

@@ -39,6 +39,11 @@ ExitCode write_share(const CLI::App& root, const std::string& folder) {
     if (!page) return print_error(page.error());
     files.emplace("man/man5/trunnion-" + kind + ".5", std::move(*page));
   }
+  for (const char* kind : {"measurements", "tools"}) {
+    auto page = column_page(kind);
+    if (!page) return print_error(page.error());
+    files.emplace("man/man5/trunnion-" + std::string(kind) + ".5", std::move(*page));
+  }
   for (const auto& [name, text] : files) {
     if (const ExitCode code = write_below(folder, name, text); code != kDone) return code;
   }
