@@ -84,8 +84,8 @@ struct ShellWords {
                         : names_open + kind + names_close;
   }
 };
-constexpr ShellWords kBash = {"values='", "'", "values=$(_trunnion_names ", ")"};
-constexpr ShellWords kZsh = {"values=(", ")", "values=(${(f)\"$(trunnion texts names ", ")\"})"};
+constexpr ShellWords kBash = {"values='", "'", "files=1 values=$(_trunnion_names ", ")"};
+constexpr ShellWords kZsh = {"values=(", ")", "files=1 values=(${(f)\"$(trunnion texts names ", ")\"})"};
 
 // Branches of a `case "$command $option"`: the values of each option that has some to offer.
 std::string value_cases(const CLI::App& root, const ShellWords& words) {
@@ -146,7 +146,7 @@ _trunnion_names() {
 }
 
 _trunnion() {
-  local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command='' word commands='' options='' values='' i
+  local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command='' word commands='' options='' values='' files='' i
   for ((i = 1; i < COMP_CWORD; i++)); do
     word=${COMP_WORDS[i]}
     case "$command/$word" in
@@ -162,7 +162,8 @@ _trunnion() {
 )" + words +
          R"(  esac
   if [[ -n $values ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$current"; compgen -f -- "$current")
+    # A name may be a file's, too.
+    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$current"; [[ -z $files ]] || compgen -f -- "$current")
   elif [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$options" -- "$current")
   else
@@ -195,7 +196,7 @@ std::string zsh_completion(const CLI::App& root) {
   return R"(#compdef trunnion
 # zsh completion of trunnion, made by the program itself (`trunnion texts completion zsh`)
 _trunnion() {
-  local command='' word i
+  local command='' files='' word i
   local -a commands options values
   for ((i = 2; i < CURRENT; i++)); do
     word=$words[i]
@@ -212,7 +213,7 @@ _trunnion() {
          R"(  esac
   if (( $#values )); then
     compadd -a values
-    _files
+    [[ -z $files ]] || _files
   elif [[ $words[CURRENT] == -* ]]; then
     _describe option options
   else
@@ -264,7 +265,7 @@ end
       out += at;
       for (const std::string& name : option->get_snames()) out += " -s " + name;
       for (const std::string& name : option->get_lnames()) out += " -l " + name;
-      if (!value.type.empty()) out += " -r" + offers(value);
+      if (!value.type.empty()) out += (value.choices.empty() ? " -r" : " -x") + offers(value);
       out += " -d " + fish_quoted(option->get_description()) + "\n";
     }
   });

@@ -58,16 +58,16 @@ std::string unknown_id(const Machine& machine, const std::vector<EffectFamily>& 
   for (const EffectFamily& family : library) {
     if (family.id().substr(0, family.id().find(':')) == kind) near.push_back(family.id());
   }
-  std::vector<std::string> all;
-  for (const EffectFamily& family : library) all.push_back(family.id());
-  std::string text = "machine '" + machine.name + "' has no effect '" + id + "'" + did_you_mean(id, all);
+  std::string text = "machine '" + machine.name + "' has no effect '" + id + "'";
   if (!near.empty()) return text + "; of this kind it has " + listed(near);
   if (kind == "screw_heating")
     return text + ": [thermal] axis_sensors of the machine file names no sensor for that axis";
   if (kind == "thermal_location")
     return text + ": there is no temperature sensor; name one with sensor = \"...\"";
   if (kind == "step" || kind == "setup_tilt") return text + ": it needs a run; name one with run = \"...\"";
-  return text + " (`trunnion model effects` lists them)";
+  std::vector<std::string> all;
+  for (const EffectFamily& family : library) all.push_back(family.id());
+  return text + did_you_mean(id, all) + " (`trunnion model effects` lists them)";
 }
 
 bool matches(const Effect& effect, const Keys& variant) {

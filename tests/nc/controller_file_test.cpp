@@ -88,7 +88,7 @@ TEST_F(ControllerFile, NamesUnknownKeysAndWrongTypesWithTheirPlace) {
                         "[motion]\nrapidd = \"G0\"\n[numbers]\nlinear_decimals = 12\nplus_sign = 1\n"),
               ElementsAre("c.toml:7:1: error: 'linear_decimals' must be from 0 to 9, not 12",
                           "c.toml:8:1: error: 'plus_sign' must be true or false, not a whole number",
-                          "c.toml:5:1: error: unknown key 'rapidd' in [motion]"));
+                          "c.toml:5:1: error: unknown key 'rapidd' in [motion]; did you mean 'rapid'?"));
 }
 
 TEST_F(ControllerFile, RefusesPlaceholdersWithoutMeaning) {
