@@ -23,6 +23,8 @@ std::vector<std::string> left_open(const Machine& machine) {
       out.push_back("axis " + axis.name +
                     " has no rapid speed: feeds are not held below what it can, and times are guesses");
   }
+  if (machine.tool_length_mm <= 0.0)
+    out.emplace_back("no [tool] length_mm: a tool file or the CL file must say how long each tool is");
   if (!machine.safe.table) out.emplace_back("no [table]: a rapid into the table is not seen");
   if (!machine.safe.z_is_given)
     out.emplace_back("no [retract] z_mm: the tool retracts to the end of the travel of Z");

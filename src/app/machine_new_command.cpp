@@ -28,6 +28,7 @@ struct MachineNewCommand {
   std::string positive;
   std::vector<std::string> points;
   std::vector<std::string> travel;
+  std::vector<double> part_zero_mm;
   std::optional<double> rapid_mm_min, rapid_deg_min, tool_length_mm;
   bool ask = false;
   ResultOptions result;
@@ -201,6 +202,8 @@ Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
     if (rapid)
       draft.machine.rapid[letter] = *rapid * (letter <= 'C' ? kRadPerDegree : 1.0) / kSecondsPerMinute;
   }
+  if (!c.part_zero_mm.empty())
+    draft.machine.part_zero_mm = Vec3(c.part_zero_mm[0], c.part_zero_mm[1], c.part_zero_mm[2]);
   if (c.tool_length_mm) draft.machine.tool_length_mm = *c.tool_length_mm;
   return {};
 }
@@ -258,6 +261,10 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   c->add_option("--travel", command->travel,
                 "travel of each axis, as X=-300:300 A=-30:120 C=cyclic (mm, deg)")
       ->expected(1, 5);
+  c->add_option("--part-zero-mm", command->part_zero_mm,
+                "where the CL file's zero stands, as 0,0,-30 (the point of the innermost rotary axis)")
+      ->delimiter(',')
+      ->expected(3);
   c->add_option("--rapid-mm-min", command->rapid_mm_min, "rapid speed of the linear axes")
       ->check(above_zero());
   c->add_option("--rapid-deg-min", command->rapid_deg_min, "rapid speed of the rotary axes")

@@ -14,6 +14,10 @@ std::string number(double value) {
   return shortest_text(rounded == 0.0 ? 0.0 : rounded);
 }
 
+std::string vector(const Vec3& v) {
+  return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
+}
+
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -44,7 +48,7 @@ std::string axis_text(const NewMachine& machine, char letter) {
            "XYZ"[letter - 'A'] + " for a positive command\n";
     const auto point = machine.points_mm.find(letter);
     const Vec3 p = point == machine.points_mm.end() ? Vec3::Zero() : point->second;
-    out += "point_mm = [" + number(p.x()) + ", " + number(p.y()) + ", " + number(p.z()) + "]";
+    out += "point_mm = " + vector(p);
   }
   out += "\n";
   const auto travel = machine.travel.find(letter);
@@ -88,7 +92,10 @@ std::string machine_file_text(const NewMachine& machine, const std::string& sour
   if (machine.tool_length_mm > 0.0)
     out += "\n[tool]\nlength_mm = " + number(machine.tool_length_mm) +
            "   # of tools to which nobody else gives a gauge length\n";
-  out += "\n[part]\nzero_mm = [0, 0, 0]   # the CL file's zero in the machine, rotary axes at 0\n";
+  const auto inner = machine.points_mm.find(machine.rotary.empty() ? ' ' : machine.rotary.back());
+  const Vec3 zero =
+      machine.part_zero_mm.value_or(inner == machine.points_mm.end() ? Vec3::Zero() : inner->second);
+  out += "\n[part]\nzero_mm = " + vector(zero) + "   # the CL file's zero in the machine, rotary axes at 0\n";
   for (const char letter : std::string("XYZ") + machine.rotary) out += axis_text(machine, letter);
   out += "\n[chain]   # from the bed outwards\ntool = [\"X\", \"Y\", \"Z\"]\npart = [";
   for (std::size_t i = 0; i < machine.rotary.size(); ++i)

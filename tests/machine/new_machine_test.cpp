@@ -52,6 +52,7 @@ TEST(NewMachine, ReadsBackAsItWasSaid) {
   EXPECT_DOUBLE_EQ(x.max, 400.0);
   EXPECT_DOUBLE_EQ(*x.rapid, 600.0);
   EXPECT_FALSE(read->axes[*read->axis("Y")].rapid);
+  EXPECT_EQ(read->part_zero_mm, Vec3(0.1, 0, -30));  // on the innermost axis where nobody says it
 }
 
 TEST(NewMachine, TheTableThatTurnsPositivelyHasTheOtherSign) {
@@ -155,6 +156,7 @@ TEST(MachineReach, FindsATravelThatIsTooSmall) {
   m.points_mm = {{'A', {0, 0, -100}}, {'C', {0, 0, -100}}};
   m.travel['A'] = {-kPi / 2.0, kPi / 2.0, false};
   m.travel['Y'] = {-60.0, 60.0, false};
+  m.part_zero_mm = Vec3::Zero();
   m.tool_length_mm = 0.0;
   Diagnostics diagnostics;
   const auto reach = machine_reach(*parse_machine(machine_file_text(m, "x"), "new.toml", diagnostics));

@@ -23,7 +23,9 @@ struct NewMachine {
   };
   std::map<char, Travel> travel;  // of every axis
   std::map<char, double> rapid;   // mm/s, rad/s; may be left out
-  double tool_length_mm = 0.0;    // gauge length
+  /// The CL file's zero, rotary axes at 0; nothing: the point that is given of the innermost rotary axis.
+  std::optional<Vec3> part_zero_mm;
+  double tool_length_mm = 0.0;  // gauge length
   bool switchable_kinematics = false;
 };
 
