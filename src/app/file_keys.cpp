@@ -54,9 +54,10 @@ std::string rotary_axis(const std::string& name, const std::string& direction) {
   return "[[axis]]\nname = \"" + name + "\"\ntype = \"rotary\"\ndirection = " + direction +
          "\npoint_mm = [0, 0, 0]\nmin_deg = -90\nmax_deg = 90\n";
 }
-const std::string kHead = "[machine]\nname = \"probe\"\n";
-const std::string kLinear =
-    linear_axis("X", "[1, 0, 0]") + linear_axis("Y", "[0, 1, 0]") + linear_axis("Z", "[0, 0, 1]");
+constexpr const char* kHead = "[machine]\nname = \"probe\"\n";
+std::string linear_axes() {
+  return linear_axis("X", "[1, 0, 0]") + linear_axis("Y", "[0, 1, 0]") + linear_axis("Z", "[0, 0, 1]");
+}
 
 // Machines of every axis that there can be.
 std::vector<std::string> probe_machines() {
@@ -65,8 +66,8 @@ std::vector<std::string> probe_machines() {
   const std::string uvw =
       linear_axis("U", "[1, 0, 0]") + linear_axis("V", "[0, 1, 0]") + linear_axis("W", "[0, 0, 1]");
   const std::string tool = "[chain]\ntool = [\"X\", \"Y\", \"Z\"]\npart = ";
-  return {kHead + kLinear + a + c + tool + "[\"A\", \"C\"]\n",
-          kHead + kLinear + b + c + tool + "[\"B\", \"C\"]\n",
+  return {kHead + linear_axes() + a + c + tool + "[\"A\", \"C\"]\n",
+          kHead + linear_axes() + b + c + tool + "[\"B\", \"C\"]\n",
           kHead + uvw + "[chain]\ntool = [\"U\", \"V\", \"W\"]\npart = []\n"};
 }
 
@@ -84,7 +85,7 @@ std::vector<Probe> machine_probes() {
       "\"bed\"\n";
   std::vector<Probe> out;
   for (const std::string& machine : probe_machines()) out.push_back({machine + tables, {}, {}, {}});
-  out.push_back({kHead + kLinear, "axis", "type", "^linear$"});
+  out.push_back({kHead + linear_axes(), "axis", "type", "^linear$"});
   out.push_back({kHead + rotary_axis("A", "[1, 0, 0]"), "axis", "type", "^rotary$"});
   return out;
 }
