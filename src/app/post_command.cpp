@@ -11,6 +11,7 @@
 #include "trunnion/report/result_page.hpp"
 
 #include "app/failed_checks.hpp"
+#include "app/from_options.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -22,6 +23,7 @@ struct PostCommand {
   std::string output;
   MachineOptions machine;
   PostCliOptions options;
+  FromOptions from;
   ResultOptions result;
   std::size_t threads = 1;
   bool filter = false;  // called by a control that opens a CL file
@@ -56,7 +58,7 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
                                       const nc::Controller& controller, const post::PostJob& job) {
   std::vector<std::string> out;
   out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
-  out.push_back("CL file " + command.cl_file);
+  out.push_back((command.from.is_asked() ? "NC program " : "CL file ") + command.cl_file);
   out.push_back("machine " + machine.name + ", " + machine.file);
   const PostCliOptions& o = command.options;
   out.push_back(o.errors_line(job.model != nullptr));
@@ -209,6 +211,8 @@ std::vector<std::string> inputs(const PostCommand& command) {
   return {command.cl_file,
           command.machine.machine,
           command.machine.controller,
+          command.from.machine,
+          command.from.controller,
           o.model,
           o.offsets,
           o.thermal_model,
@@ -226,6 +230,8 @@ ExitCode run(const PostCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics, command.options.rtcp);
   if (!files) return print_failure(diagnostics, files.error());
+  const auto from = command.from.load(command.machine, diagnostics);
+  if (!from) return print_failure(diagnostics, from.error());
   const Machine& machine = files->machine;
   const nc::Controller& controller = files->controller;
   std::optional<post::TemperatureHistory> temperatures;
@@ -237,6 +243,11 @@ ExitCode run(const PostCommand& command) {
   print(diagnostics);
   post::PostJob job;
   job.cl_file = command.cl_file;
+  post::NcOrigin origin;
+  if (*from) {
+    origin = command.from.resolve(**from);
+    job.from = &origin;
+  }
   job.machine = &machine;
   job.controller = &controller;
   job.model = *model ? &**model : nullptr;
@@ -249,6 +260,7 @@ ExitCode run(const PostCommand& command) {
   job.offsets = *offsets ? &**offsets : nullptr;
   command.options.set_offset_output(job);
   job.header = header_lines(command, machine, controller, job);
+  if (*from) job.header.push_back(command.from.line(**from));
   options->threads = command.threads;
   const auto outcome = [&] {
     std::optional<FilterProgress> progress;
@@ -268,10 +280,12 @@ ExitCode run(const PostCommand& command) {
 
 void add_post_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<PostCommand>();
-  CLI::App* c = root.add_subcommand("post", "CL file in, verified NC program out");
-  c->add_option("part", command->cl_file, "CL file (- is standard input)")->required();
+  CLI::App* c = root.add_subcommand("post", "CL file (or NC program: --from) in, verified NC program out");
+  c->add_option("part", command->cl_file, "CL file, or NC program with --from (- is standard input)")
+      ->required();
   c->add_option("-o,--output", command->output, "NC file (- is standard output)")->required();
   command->machine.add_to(*c, true);
+  command->from.add_to(*c);
   command->options.add_to(*c);
   c->add_option("--threads", command->threads, "threads for this file; the text is the same for any number")
       ->check(CLI::Range(std::size_t{1}, std::size_t{256}))

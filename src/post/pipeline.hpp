@@ -72,6 +72,8 @@ class Pipeline {
   void tell_notes();
   /// Words for the post-processor that the intake does not act on alone.
   Result<void> take_post_word(const cl::PostWord& word, SourceRef where);
+  /// To the safe height: what follows comes from there.
+  Result<void> leave_part(SourceRef where);
   Result<void> turn_table(AxisId id, double angle, bool now, SourceRef where);
   Result<void> emit_segment(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
   void begin_segment(const path::Point& from, const path::Point& to);

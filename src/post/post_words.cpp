@@ -157,6 +157,7 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     if (modes_.clear_plane || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
   }
   if (measure_of(word, posting_.machine)) return {};
+  if (word.word == "RETRCT" && word.fields.empty()) return leave_part(where);
   if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
     const Axis& axis = posting_.machine.axes[turn->axis];
     if (axis.within_limits(turn->angle)) return turn_table(turn->axis, turn->angle, turn->now, where);
@@ -173,6 +174,12 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
   text += " is not acted on";
   posting_.diagnostics.warning_once("post word " + text, posting_.job.cl_file, where, text);
   return {};
+}
+
+Result<void> Pipeline::leave_part(SourceRef where) {
+  if (!at_.known || at_.up) return {};
+  at_.approaches = true;
+  return emit_retract(where);
 }
 
 Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {

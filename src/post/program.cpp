@@ -9,16 +9,29 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/nc_source.hpp"
 #include "post/preparer.hpp"
 
 namespace trunnion::post {
 namespace {
 
-cl::ReaderOptions reading(const PostJob& job, const PostOptions& options) {
+cl::ReaderOptions reading_of(const PostJob& job, const PostOptions& options) {
   cl::ReaderOptions out = reading_within(options.cl, options.tolerance_mm);
   out.mark_shapes = options.native_arcs.value_or(job.controller->native_arcs) ||
                     options.native_cycles.value_or(job.controller->native_cycles);
   return out;
+}
+
+std::unique_ptr<cl::RecordSource> records_of(std::unique_ptr<cl::TextSource> source, const PostJob& job,
+                                             const PostOptions& options, Diagnostics& diagnostics) {
+  const cl::ReaderOptions reading = reading_of(job, options);
+  if (job.from == nullptr)
+    return std::make_unique<cl::Reader>(std::move(source), job.cl_file, reading, diagnostics);
+  constexpr double kShare = 0.1;  // as of arcs, for the course of the tool axis
+  const Angle axis =
+      Angle::radians(kShare * options.axis_tolerance.value_or(job.machine->axis_tolerance).rad());
+  const NcWalk::Keep keep{reading.arc_tolerance_mm, axis, reading.mark_shapes, reading.cutter_compensation};
+  return std::make_unique<NcSource>(std::move(source), job.cl_file, *job.from, keep, options, diagnostics);
 }
 
 // The preparer of the tool that the chunk at hand is made with.
@@ -56,7 +69,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       pipeline_(job, options),
       read_back_(job, options, sink, pipeline_.errors()),
       intake_(job, options, pipeline_.quantum(), store_),
-      reader_(std::move(source), job.cl_file, reading(job, options), diagnostics) {}
+      records_(records_of(std::move(source), job, options, diagnostics)) {}
 
 double Program::half_a_digit(AxisKind kind) const {
   double least = 0.0;
@@ -83,7 +96,7 @@ Result<void> Program::may_keep_tolerances() const {
 }
 
 bool Program::read() {
-  if (!reader_.next(record_)) return false;
+  if (!records_->next(record_)) return false;
   const auto* tolerance = std::get_if<cl::Tolerance>(&record_.data);
   if (tolerance == nullptr) return true;
   const auto below = [&](double asked, double least, const std::string& unit) {
@@ -104,9 +117,9 @@ std::unique_ptr<Chunk> Program::next() {
   while (!ended_) {
     std::unique_ptr<Chunk> chunk;
     cl::Feed feed;
-    const std::size_t count = reader_.next_cuts(std::span(cuts_).first(intake_.cuts_taken()), feed);
+    const std::size_t count = records_->next_cuts(std::span(cuts_).first(intake_.cuts_taken()), feed);
     if (count > 0) {
-      if (!stopped()) chunk = intake_.take(std::span(cuts_).first(count), feed, reader_.resolution());
+      if (!stopped()) chunk = intake_.take(std::span(cuts_).first(count), feed, records_->resolution());
     } else if (!read()) {
       ended_ = true;
       if (stopped()) return nullptr;
@@ -114,7 +127,7 @@ std::unique_ptr<Chunk> Program::next() {
     } else if (stopped()) {
       continue;
     } else {
-      chunk = intake_.take(record_, reader_.resolution());
+      chunk = intake_.take(record_, records_->resolution());
     }
     if (!chunk) continue;
     choice_failed_ = chunk->failure.has_value();
@@ -200,8 +213,8 @@ Result<PostReport> Program::run() {
     run_in_turn();
   }
   Result<PostReport> out = tl::unexpected(Error{});
-  if (reader_.read_failure()) {
-    out = tl::unexpected(*reader_.read_failure());
+  if (records_->read_failure()) {
+    out = tl::unexpected(*records_->read_failure());
   } else if (diagnostics_.error_count() > errors_before_) {
     out = tl::unexpected(diagnostics_.first_error());
   } else if (emit_failure_ || pass_on_failure_) {

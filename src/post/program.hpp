@@ -45,7 +45,7 @@ class Program {
   ReadBack read_back_;
   ChunkStore store_;
   Intake intake_;
-  cl::Reader reader_;
+  std::unique_ptr<cl::RecordSource> records_;
   cl::Record record_;
   std::array<cl::PlainCut, Intake::kMostCuts> cuts_;
   bool ended_ = false;

@@ -59,13 +59,32 @@ struct Resolution {
   double axis = 0.0;
 };
 
+/// Where the records of a path come from, one after the other, whatever text they are read from.
+class RecordSource {
+ public:
+  virtual ~RecordSource() = default;
+
+  /// The next record; false at the end of the text. Reading a motion into a record that held a motion
+  /// allocates nothing.
+  virtual bool next(Record& record) = 0;
+
+  /// The next motions at once, as many as there are in a row of the plain kind: no rapids, their lines laid
+  /// out as those before them. They have one feed. 0: `next` gives what follows. Either may be called at any
+  /// time.
+  virtual std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed) = 0;
+
+  /// The failure of the source that ended the text early, if one did (it is among the diagnostics, too).
+  virtual const std::optional<Error>& read_failure() const = 0;
+  virtual const Resolution& resolution() const = 0;
+};
+
 /// Reads APT/CL text as a stream of records, in memory that does not grow with the text.
 ///
 /// Everything that is wrong goes to `diagnostics` with line and column, and reading goes on: a record with a
 /// fault is left out. Use nothing of what was read when `diagnostics.has_errors()` in the end. Words that
 /// change geometry and are not understood are errors, display words are skipped, any other unknown word is
 /// one warning.
-class Reader {
+class Reader final : public RecordSource {
  public:
   /// `text` and `diagnostics` must outlive the reader.
   Reader(std::string_view text, const std::string& file, const ReaderOptions& options,
@@ -74,20 +93,12 @@ class Reader {
          Diagnostics& diagnostics);
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) = delete;
-  ~Reader();
+  ~Reader() override;
 
-  /// The next record; false at the end of the text. Reading a motion into a record that held a motion
-  /// allocates nothing.
-  bool next(Record& record);
-
-  /// The next motions at once, as many as there are in a row of the plain kind: no rapids, their lines laid
-  /// out as those before them. They have one feed. 0: `next` gives what follows. Either may be called at any
-  /// time.
-  std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed);
-
-  /// The failure of the source that ended the text early, if one did (it is among the diagnostics, too).
-  const std::optional<Error>& read_failure() const;
-  const Resolution& resolution() const;
+  bool next(Record& record) override;
+  std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed) override;
+  const std::optional<Error>& read_failure() const override;
+  const Resolution& resolution() const override;
   std::size_t motion_count() const;
   std::size_t line_count() const;
 

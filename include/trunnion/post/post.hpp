@@ -15,6 +15,7 @@
 #include "trunnion/path/nonlinear.hpp"
 #include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
+#include "trunnion/post/nc_origin.hpp"
 #include "trunnion/post/tools.hpp"
 #include "trunnion/post/verify.hpp"
 
@@ -91,6 +92,8 @@ struct RunTimeDrift {
 /// What is posted with what. Pointers must outlive the call.
 struct PostJob {
   std::string cl_file;  // for messages
+  /// The text is an NC program, and this is what it was made for; nothing: it is CL text.
+  const NcOrigin* from = nullptr;
   std::string output;   // file of the program, whose name it may bear; may be empty
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on the machine (`with_axes_of`)
@@ -164,7 +167,7 @@ std::string verdict_text(const PostReport& report);
 Result<void> check_options(const PostOptions& options, const Machine& machine,
                            const nc::Controller& controller);
 
-/// CL text in, NC text out, verified by reading the NC text back. Streams: memory grows with the longest run
+/// CL text (or an NC program: PostJob::from) in, NC text out, verified by reading the NC text back. Streams: memory grows with the longest run
 /// of points between two rapids, not with the file. All findings go to `diagnostics`. Fails with wrong_input
 /// (CL errors, all in diagnostics), check_failed (a pose out of reach, a limit), io_failed (the sink). A
 /// verification that failed is a result, not a failure: see PostReport::verification.

@@ -1,0 +1,28 @@
+#pragma once
+#include <cstdint>
+
+#include "trunnion/machine/machine.hpp"
+#include "trunnion/nc/controller.hpp"
+
+namespace trunnion::post {
+
+/// What lies between two points of an NC program that is read as a path.
+enum class FromPath : std::uint8_t {
+  /// The ends of the blocks are the points of the path, joined as points of a CL file are: the tip goes
+  /// straight, the tool axis on the great circle.
+  points,
+  /// The path is what the machine does between them: its axes move linearly, and the tip of a joint program
+  /// leaves its chord. It gets points, so that the path leaves the machine's by a bound that is proved.
+  motion
+};
+
+/// An NC program that is read in place of a CL file. Pointers must outlive its use.
+struct NcOrigin {
+  /// That the program was made for. Under tool-centre-point control and in tilted planes only the directions
+  /// of its rotary axes and its words matter; what a joint program does hangs on all of it.
+  const Machine* machine = nullptr;
+  const nc::Controller* controller = nullptr;  // as it is set up on that machine (`with_axes_of`)
+  FromPath path = FromPath::points;
+};
+
+}  // namespace trunnion::post

@@ -1,0 +1,371 @@
+#include "post/nc_walk.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/nc/expand.hpp"
+
+namespace trunnion::post {
+namespace {
+
+SpindleTool tool_at_start(const NcOrigin& origin, const ToolOptions& tools) {
+  return {tools.length_mm.value_or(origin.machine->tool_length_mm), origin.controller->length.automatic, 0.0};
+}
+
+cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
+  switch (kind) {
+    case nc::CoolantKind::off:
+      return cl::Coolant::Kind::off;
+    case nc::CoolantKind::flood:
+      return cl::Coolant::Kind::flood;
+    case nc::CoolantKind::mist:
+      return cl::Coolant::Kind::mist;
+    case nc::CoolantKind::through_tool:
+      return cl::Coolant::Kind::through;
+    case nc::CoolantKind::air:
+      break;
+  }
+  return cl::Coolant::Kind::air;
+}
+
+}  // namespace
+
+NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const ToolOptions& tools, const std::string& file,
+               Diagnostics& diagnostics)
+    : origin_(origin),
+      keep_(keep),
+      tools_(tools),
+      file_(file),
+      diagnostics_(diagnostics),
+      axis_words_(*origin.machine, origin.controller->numbers.axes),
+      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, tools)),
+      planner_(*origin.machine, *origin.controller, FeedOutput::inverse) {}
+
+void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
+  if (told_.insert(kind).second) diagnostics_.error(file_, where, message);
+}
+
+void NcWalk::put_tool() {
+  if (!tool_) return;
+  records_.push_back(*std::exchange(tool_, {}));
+  records_.insert(records_.end(), behind_tool_.begin(), behind_tool_.end());
+  behind_tool_.clear();
+}
+
+void NcWalk::put(SourceRef where, const cl::Motion& motion) {
+  put_tool();
+  has_moved_ = true;
+  records_.push_back({where, motion});
+}
+
+void NcWalk::take(const nc::Block& block, SourceRef where) {
+  if (const auto* motion = std::get_if<nc::Motion>(&block)) return take(*motion);
+  if (const auto* arc = std::get_if<nc::Arc>(&block)) return take(*arc);
+  if (const auto* hole = std::get_if<nc::Hole>(&block)) return take(*hole);
+  take_setting(block, where);
+  take_process(block, where);
+}
+
+// What decides about where the words lead.
+void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
+  if (const auto* call = std::get_if<nc::ToolCall>(&block)) return take(*call, where);
+  if (const auto* retract = std::get_if<nc::Retract>(&block)) return take(*retract, where);
+  if (const auto* plane = std::get_if<nc::TiltedPlane>(&block)) return take(*plane);
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) return take(*cutter, where);
+  const auto use_register = [&](std::int64_t number) {
+    if (tool_ && number > 0)
+      std::get<cl::ToolChange>(tool_->data).length_register = static_cast<std::uint32_t>(number);
+  };
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) {
+    if (!origin_.controller->length.on.empty() && length->number > 1) use_register(length->number);
+    in_force_.add_length(length->number > 0);
+  }
+  if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
+    if (control->on) use_register(control->length_offset);
+    in_force_.tcp = control->on;
+    if (origin_.controller->tcp.replaces_length) in_force_.add_length(false);
+    at_.reset();
+  }
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) {
+    in_force_.shift.read(*offset);
+    put(where, cl::WorkOffset{static_cast<std::uint32_t>(offset->index)});
+  }
+  if (const auto* shift = std::get_if<nc::OffsetShift>(&block)) in_force_.shift.read(*shift);
+  if (std::holds_alternative<nc::VariableMotion>(block) || std::holds_alternative<nc::LatchValues>(block) ||
+      std::holds_alternative<nc::RunTimeStep>(block)) {
+    refuse(where, "variables",
+           "words that hang on values of the control at run time: where they lead the program does not say");
+  }
+}
+
+void NcWalk::take_process(const nc::Block& block, SourceRef where) {
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) {
+    cl::Spindle out;
+    out.state = spindle->turn == nc::SpindleTurn::off ? cl::Spindle::State::off : cl::Spindle::State::on;
+    if (spindle->rpm > 0) out.speed_rpm = static_cast<double>(spindle->rpm);
+    out.counterclockwise = spindle->turn == nc::SpindleTurn::counterclockwise;
+    put(where, out);
+  }
+  if (const auto* coolant = std::get_if<nc::Coolant>(&block))
+    put(where, cl::Coolant{coolant_of(coolant->kind)});
+  if (const auto* dwell = std::get_if<nc::Dwell>(&block))
+    put(where, cl::Dwell{static_cast<double>(dwell->milliseconds) / 1000.0, {}});
+  if (const auto* stop = std::get_if<nc::Stop>(&block)) put(where, cl::Stop{stop->optional});
+  // Those of the head are about the program that is read.
+  if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && has_moved_)
+    put(where, cl::Text{cl::Text::Kind::print, comment->text});
+  if (const auto* word = std::get_if<nc::AllowedWord>(&block)) {
+    diagnostics_.warning_once(word->text, file_, where,
+                              "'" + word->text +
+                                  "' is allowed by the controller file ([read] allowed) and "
+                                  "left out: what it does is not known");
+  }
+  if (std::holds_alternative<nc::ProgramEnd>(block)) {
+    put_tool();
+    put(where, cl::End{});
+  }
+}
+
+void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
+  put_tool();
+  const auto number = static_cast<std::uint32_t>(call.tool);
+  cl::ToolChange change;
+  change.number = number;
+  if (call.length_offset != call.tool)
+    change.length_register = static_cast<std::uint32_t>(call.length_offset);
+  tool_ = cl::Record{where, change};
+  double length_mm = tools_.length_mm.value_or(origin_.machine->tool_length_mm);
+  if (tools_.table != nullptr) {
+    if (const auto known = tools_.table->find(number); known != tools_.table->end())
+      length_mm = known->second.length_mm;
+  }
+  in_force_.set_length(length_mm);
+  in_force_.add_length(origin_.controller->length.automatic);
+  at_.reset();
+}
+
+// Whoever posts the path has a safe height of its own, and comes from there.
+void NcWalk::take(const nc::Retract& retract, SourceRef where) {
+  if (at_ && (retract.axes & nc::AxisWords::bit(nc::AxisLetter::Z)) != 0)
+    put(where, cl::PostWord{"RETRCT", {}});
+  at_.reset();
+}
+
+void NcWalk::take(const nc::TiltedPlane& plane) {
+  in_force_.enter(plane);
+  at_.reset();
+}
+
+void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
+  using Asked = cl::ReaderOptions::CutterCompensation;
+  if (keep_.cutter == Asked::tool_center) {
+    diagnostics_.warning_once("cutter", file_, where,
+                              "cutter compensation is left out: the points are those of the tool's center "
+                              "(--cutter-compensation tool-center)");
+  } else if (keep_.cutter == Asked::wear) {
+    cl::CutterCompensation out;
+    out.side = cutter.side == nc::CutterSide::off    ? cl::CutterCompensation::Side::off
+               : cutter.side == nc::CutterSide::left ? cl::CutterCompensation::Side::left
+                                                     : cl::CutterCompensation::Side::right;
+    if (cutter.number > 0) out.wear_register = static_cast<std::uint32_t>(cutter.number);
+    put(where, out);
+  } else if (cutter.side != nc::CutterSide::off) {
+    refuse(where, "cutter",
+           "cutter compensation changes the geometry by what stands in a register: "
+           "--cutter-compensation tool-center or wear, where the words are the path of the tool's center");
+  }
+}
+
+bool NcWalk::may_cut(SourceRef where) {
+  const bool needs_length = in_force_.in_part() ? !origin_.controller->tcp.replaces_length || in_force_.plane
+                                                : origin_.machine->output_point == OutputPoint::tip;
+  if (needs_length && !in_force_.tool.control_adds_length && !tools_.length_mm) {
+    refuse(where, "length",
+           "a cut without tool length compensation, and the words of this machine are those of the tip "
+           "([output] point of " +
+               origin_.machine->file + "; --tool-length-mm L for words of the spindle's gauge point)");
+    return false;
+  }
+  return true;
+}
+
+bool NcWalk::stands_in_plane(const ToolPose& pose, SourceRef where) {
+  constexpr double kAlong = 1e-6;
+  if (!in_force_.plane || (pose.axis_P - in_force_.plane->X_PF.R.col(2)).norm() < kAlong) return true;
+  refuse(where, "plane",
+         "the machine that the program was made for cannot stand along Z of the tilted plane");
+  return false;
+}
+
+ToolPose NcWalk::pose_of(const BlockEnd& end) const {
+  return in_force_.kinematics.pose(end.q);
+}
+
+cl::Feed NcWalk::feed_of(std::int64_t per_minute) const {
+  return {cl::FeedMode::per_minute,
+          origin_.controller->numbers.feed.internal(nc::FeedMode::per_minute, per_minute)};
+}
+
+// What the control makes of F: the speed of the tip where that is what it measures, else the duration.
+cl::Feed NcWalk::feed_of(const BlockEnd& end, const nc::Motion& motion) const {
+  const BlockEnd& from = *at_;
+  bool turns = false;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    turns = turns || (!axis_words_.is_linear(id) && from.q[id] != end.q[id]);
+  const bool under_tcp = from.tcp && end.tcp;
+  const double tcp_way_mm = under_tcp ? (end.word_tip_P - from.word_tip_P).norm() : 0.0;
+  if (motion.feed_mode == nc::FeedMode::per_minute && (!turns || tcp_way_mm > 0.0))
+    return feed_of(motion.feed);
+  const double seconds = planner_.seconds_of(
+      from.q, end.q, under_tcp ? std::optional(tcp_way_mm) : std::nullopt, motion.feed_mode, motion.feed);
+  return {cl::FeedMode::inverse, 1.0 / seconds};
+}
+
+// On joints that move linearly the second derivative of the tip is at most
+//     Omega^2 (|w| + |b|) + 2 Omega (|w'| + |b'|)     (TableKinematics)
+// and a chord over 1/n of the block is off by at most an eighth of it over n^2.
+std::size_t NcWalk::pieces_to(const BlockEnd& end) const {
+  if (origin_.path == FromPath::points) return 1;
+  const TableKinematics& k = in_force_.kinematics;
+  double turn = 0.0;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (!axis_words_.is_linear(id)) turn += std::abs(end.q[id] - at_->q[id]);
+  double bends_mm = 0.0;
+  if (!(end.tcp && at_->tcp)) {
+    const double far_mm =
+        std::max(k.w(at_->q).norm(), k.w(end.q).norm()) + std::max(k.b(at_->q).norm(), k.b(end.q).norm());
+    const double way_mm = (k.w(end.q) - k.w(at_->q)).norm() + (k.b(end.q) - k.b(at_->q)).norm();
+    bends_mm = turn * (turn * far_mm + 2.0 * way_mm);
+  }
+  constexpr double kChord = 8.0;
+  const double n2 = std::max(bends_mm / (kChord * keep_.arc_mm), turn * turn / (kChord * keep_.axis.rad()));
+  return static_cast<std::size_t>(std::max(1.0, std::ceil(std::sqrt(n2))));
+}
+
+void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where) {
+  const std::size_t pieces = pieces_to(end);
+  cl::Feed each = feed;
+  if (each.mode == cl::FeedMode::inverse) each.value *= static_cast<double>(pieces);
+  for (std::size_t i = 1; i < pieces; ++i) {
+    const double t = static_cast<double>(i) / static_cast<double>(pieces);
+    JointVector q = JointVector::interpolate(at_->q, end.q, t);
+    if (end.tcp && at_->tcp) {
+      in_force_.kinematics.solve_linear(at_->word_tip_P + t * (end.word_tip_P - at_->word_tip_P),
+                                        in_force_.kinematics.sines(q), q);
+    }
+    const ToolPose on_way = in_force_.kinematics.pose(q);
+    put(where, cl::Motion{on_way.tip_P, on_way.axis_P, each, false, false});
+  }
+  put(where, cl::Motion{pose.tip_P, pose.axis_P, each, false, false});
+}
+
+void NcWalk::take(const nc::Motion& motion) {
+  const bool rapid = motion.kind == nc::MotionKind::rapid;
+  const JointVector words = axis_words_.internal(motion.words);
+  in_force_.take_rotary(motion.words, words);
+  const auto missing = static_cast<std::uint16_t>(in_force_.wanted() & ~motion.words.mask);
+  const bool leaves = in_force_.leaves_plane(motion.words);
+  if ((motion.words.mask & ~axis_words_.all) != 0) {
+    for (const nc::AxisLetter letter : nc::kAllAxisLetters) {
+      if (!motion.words.has(letter) || (nc::AxisWords::bit(letter) & axis_words_.all) != 0) continue;
+      refuse(motion.source, std::string("axis ") + letter_of(letter),
+             std::string("axis ") + letter_of(letter) + ": the machine '" + origin_.machine->name + "' (" +
+                 origin_.machine->file +
+                 ") has none (--from-machine: the machine that the program was made for)");
+    }
+    return;
+  }
+  if (missing != 0 || leaves || (!rapid && !at_)) {
+    at_.reset();
+    // On its way to the part the program may say one axis after the other.
+    if (rapid && (missing != 0 || leaves)) return;
+    std::string names;
+    for (AxisId id = 0; id < axis_words_.count; ++id) {
+      if ((missing & nc::AxisWords::bit(axis_words_.letters[id])) != 0)
+        names += std::string(names.empty() ? "" : ", ") + letter_of(axis_words_.letters[id]);
+    }
+    return refuse(motion.source, "unknown",
+                  names.empty()
+                      ? "a cut from a place that is not known: no rapid to all of its axes stands before it"
+                      : "a cut, and the program has not said where these axes stand: " + names);
+  }
+  const BlockEnd end = [&] {
+    BlockEnd out = in_force_.end_at(words);
+    out.rapid = rapid;
+    return out;
+  }();
+  const ToolPose pose = pose_of(end);
+  if (!stands_in_plane(pose, motion.source)) return;
+  if (!rapid && !may_cut(motion.source)) return;
+  if (at_ && at_->q == end.q) return;
+  if (rapid) {
+    put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, {}, true, false});
+  } else {
+    put_motion(end, pose, feed_of(end, motion), motion.source);
+  }
+  at_ = end;
+}
+
+void NcWalk::take(const nc::Arc& arc) {
+  const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~arc.words.mask);
+  if (missing != 0 || !at_)
+    return refuse(arc.source, "unknown",
+                  "an arc from a place that is not known: not all axes have been said");
+  if (!may_cut(arc.source)) return;
+  const nc::AxisFormat& format = origin_.controller->numbers.axes;
+  const JointVector words = axis_words_.internal(arc.words);
+  const auto course = nc::course_of(arc, format, keep_.arc_mm);
+  const cl::Feed feed = feed_of(arc.feed);
+  BlockEnd end = in_force_.end_at(words);
+  const ToolPose last = pose_of(end);
+  if (!stands_in_plane(last, arc.source)) return;
+  if (keep_.shapes) {
+    const auto at = [&](double x, double y, double z) {
+      return pose_at(axis_words_.with_xyz(words, {x, y, z})).tip_P;
+    };
+    const auto mm = [&](std::int64_t quanta) { return format.internal(nc::AxisLetter::X, quanta); };
+    const double z = mm(arc.from[nc::AxisLetter::Z]);
+    const double center[2] = {mm(arc.center[0]), mm(arc.center[1])};
+    cl::Arc out;
+    out.start_P = pose_of(*at_).tip_P;
+    out.end_P = last.tip_P;
+    out.center_P = at(center[0], center[1], z);
+    out.normal_P = (at(center[0], center[1], z + (arc.clockwise ? -1.0 : 1.0)) - out.center_P).normalized();
+    out.axis_P = last.axis_P;
+    out.sweep = Angle::radians(course.sweep_rad);
+    out.feed = feed;
+    put_tool();
+    put(arc.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{course.xyz_mm.size(), out})});
+  }
+  for (const auto& xyz : course.xyz_mm)
+    put(arc.source,
+        cl::Motion{pose_at(axis_words_.with_xyz(words, xyz)).tip_P, last.axis_P, feed, false, false});
+  at_ = end;
+}
+
+void NcWalk::take(const nc::Hole& hole) {
+  const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~hole.words.mask);
+  if (missing != 0 || !at_)
+    return refuse(hole.source, "unknown",
+                  "a hole from a place that is not known: not all axes have been said");
+  if (!may_cut(hole.source)) return;
+  const JointVector words = axis_words_.internal(hole.words);
+  const cl::Feed feed = feed_of(hole.feed);
+  if (!stands_in_plane(pose_at(words), hole.source)) return;
+  const auto strokes = nc::strokes_of(hole, origin_.controller->cycles, origin_.controller->numbers.axes);
+  const double bottom_mm = origin_.controller->numbers.axes.internal(nc::AxisLetter::Z, hole.bottom);
+  const auto deepest = std::find_if(strokes.begin(), strokes.end(),
+                                    [&](const nc::Stroke& stroke) { return stroke.xyz_mm[2] == bottom_mm; });
+  for (auto stroke = strokes.begin(); stroke != strokes.end(); ++stroke) {
+    const ToolPose pose = pose_at(axis_words_.with_xyz(words, stroke->xyz_mm));
+    const bool steps = hole.step > 0 && stroke < deepest && stroke != strokes.begin();
+    put(hole.source,
+        cl::Motion{pose.tip_P, pose.axis_P, stroke->rapid ? cl::Feed{} : feed, stroke->rapid, steps});
+    if (stroke->dwell_s > 0.0) put(hole.source, cl::Dwell{stroke->dwell_s, {}});
+  }
+  at_ = in_force_.end_at(words);
+}
+
+}  // namespace trunnion::post
