@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "trunnion/base/number_text.hpp"
-#include "trunnion/nc/expand.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -153,9 +152,14 @@ void NcWalk::take(const nc::Retract& retract, SourceRef where) {
   at_.reset();
 }
 
+// The rotary axes stand where the program had them before, if the plane's rounded angles mean that place.
 void NcWalk::take(const nc::TiltedPlane& plane) {
-  in_force_.enter(plane);
+  constexpr double kRounded = 5e-5;  // of angles with three decimals
   at_.reset();
+  if (!in_force_.enter(plane)) return;
+  const auto& k = in_force_.kinematics;
+  if ((k.axis_P(k.sines(in_force_.rotary)) - in_force_.plane->X_PF.R.col(2)).norm() < kRounded)
+    in_force_.plane_q = in_force_.rotary;
 }
 
 void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
@@ -192,7 +196,7 @@ bool NcWalk::may_cut(SourceRef where) {
 }
 
 bool NcWalk::stands_in_plane(const ToolPose& pose, SourceRef where) {
-  constexpr double kAlong = 1e-6;
+  constexpr double kAlong = 5e-5;
   if (!in_force_.plane || (pose.axis_P - in_force_.plane->X_PF.R.col(2)).norm() < kAlong) return true;
   refuse(where, "plane",
          "the machine that the program was made for cannot stand along Z of the tilted plane");
@@ -345,6 +349,37 @@ void NcWalk::take(const nc::Arc& arc) {
   at_ = end;
 }
 
+void NcWalk::put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
+                        SourceRef where) {
+  const ToolPose pose = pose_at(axis_words_.with_xyz(words, stroke.xyz_mm));
+  put(where, cl::Motion{pose.tip_P, pose.axis_P, stroke.rapid ? cl::Feed{} : feed, stroke.rapid, step});
+  if (stroke.dwell_s > 0.0) put(where, cl::Dwell{stroke.dwell_s, {}});
+}
+
+// It begins where the feed does.
+void NcWalk::put_shape(const nc::Hole& hole, const JointVector& words, bool across, std::size_t motions) {
+  const auto z_mm = [&](std::int64_t quanta) {
+    return origin_.controller->numbers.axes.internal(nc::AxisLetter::Z, quanta);
+  };
+  std::array<double, 3> xyz{};
+  for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y})
+    xyz[nc::index(letter)] = origin_.controller->numbers.axes.internal(letter, hole.words[letter]);
+  xyz[2] = z_mm(hole.clear);
+  const ToolPose top = pose_at(axis_words_.with_xyz(words, xyz));
+  cl::Hole out;
+  out.kind = static_cast<cl::Hole::Kind>(hole.kind);
+  out.top_P = top.tip_P;
+  out.axis_P = top.axis_P;
+  out.depth_mm = z_mm(hole.clear - hole.bottom);
+  out.leave_mm = z_mm(hole.words[nc::AxisLetter::Z] - hole.clear);
+  out.step_mm = out.first_step_mm = z_mm(hole.step);
+  out.dwell_s = static_cast<double>(hole.dwell_ms) / 1000.0;
+  out.feed = feed_of(hole.feed);
+  out.across = across;
+  put_tool();
+  put(hole.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{motions, out})});
+}
+
 void NcWalk::take(const nc::Hole& hole) {
   const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~hole.words.mask);
   if (missing != 0 || !at_)
@@ -358,13 +393,25 @@ void NcWalk::take(const nc::Hole& hole) {
   const double bottom_mm = origin_.controller->numbers.axes.internal(nc::AxisLetter::Z, hole.bottom);
   const auto deepest = std::find_if(strokes.begin(), strokes.end(),
                                     [&](const nc::Stroke& stroke) { return stroke.xyz_mm[2] == bottom_mm; });
-  for (auto stroke = strokes.begin(); stroke != strokes.end(); ++stroke) {
-    const ToolPose pose = pose_at(axis_words_.with_xyz(words, stroke->xyz_mm));
-    const bool steps = hole.step > 0 && stroke < deepest && stroke != strokes.begin();
-    put(hole.source,
-        cl::Motion{pose.tip_P, pose.axis_P, stroke->rapid ? cl::Feed{} : feed, stroke->rapid, steps});
-    if (stroke->dwell_s > 0.0) put(hole.source, cl::Dwell{stroke->dwell_s, {}});
-  }
+  auto stroke = strokes.begin();
+  // Up to the clearance is no part of a hole.
+  const auto mm = [&](const nc::AxisWords& of, nc::AxisLetter letter) {
+    return origin_.controller->numbers.axes.internal(letter, of[letter]);
+  };
+  const auto is_above = [&](const nc::Stroke& s) {
+    return s.xyz_mm[0] == mm(hole.words, nc::AxisLetter::X) &&
+           s.xyz_mm[1] == mm(hole.words, nc::AxisLetter::Y);
+  };
+  const bool across =
+      std::any_of(strokes.begin(), deepest, [&](const auto& s) { return !is_above(s); }) ||
+      !is_above({true, {mm(hole.from, nc::AxisLetter::X), mm(hole.from, nc::AxisLetter::Y), 0.0}, 0.0});
+  for (; stroke != deepest && !is_above(*stroke); ++stroke)
+    put_stroke(*stroke, words, {}, false, hole.source);
+  if (keep_.shapes) put_shape(hole, words, across, static_cast<std::size_t>(strokes.end() - stroke));
+  // Steps begin with the first feed.
+  const auto begins = std::find_if(stroke, strokes.end(), [](const nc::Stroke& s) { return !s.rapid; });
+  for (; stroke != strokes.end(); ++stroke)
+    put_stroke(*stroke, words, feed, hole.step > 0 && stroke >= begins && stroke < deepest, hole.source);
   at_ = in_force_.end_at(words);
 }
 

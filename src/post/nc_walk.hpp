@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trunnion/cl/reader.hpp"
+#include "trunnion/nc/expand.hpp"
 #include "trunnion/post/nc_origin.hpp"
 #include "trunnion/post/post.hpp"
 
@@ -59,6 +60,9 @@ class NcWalk {
   cl::Feed feed_of(std::int64_t per_minute) const;
   std::size_t pieces_to(const BlockEnd& end) const;
   void put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where);
+  void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
+                  SourceRef where);
+  void put_shape(const nc::Hole& hole, const JointVector& words, bool across, std::size_t motions);
   void put(SourceRef where, const cl::Motion& motion);
   /// Behind the tool that is being changed to.
   template <class T>
