@@ -330,6 +330,20 @@ void read_modes(Section& root, Controller& c) {
                               kind);
     if (s.has("default")) c.default_path_mode = kind;
   });
+  in_section(root, "input", [&](Section& s) {
+    read_template(s, "inch", {}, c.input.inch);
+    read_template(s, "millimetre", {}, c.input.millimetre);
+    read_template(s, "planes", {}, c.input.planes);
+    if (!c.input.planes.empty() && c.input.planes.size() != 3)
+      s.error("planes", "'planes' are three words, of X Y, of Z X and of Y Z, or none");
+    read_template(s, "reference", {}, c.input.reference);
+    if (s.has("clockwise")) c.input.clockwise = s.text("clockwise");
+    if (s.has("counterclockwise")) c.input.counterclockwise = s.text("counterclockwise");
+    c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);
+    if (s.has("centers_absolute")) c.input.centers_absolute = s.text("centers_absolute");
+    if (s.has("centers_from_start")) c.input.centers_from_start = s.text("centers_from_start");
+    if (s.has("machine_position")) c.input.machine_position = s.text("machine_position");
+  });
   in_section(root, "read", [&](Section& s) {
     read_template(s, "end", {}, c.also_end);
     read_template(s, "silent", {}, c.silent);

@@ -17,15 +17,15 @@ double mm(const AxisFormat& format, std::int64_t quanta) {
 
 ArcCourse course_of(const Arc& arc, const AxisFormat& format, double chord_mm) {
   TRUNNION_EXPECTS(chord_mm > 0.0);
+  const auto [first, second, third] = plane_axes(arc.plane);
   const double center[2] = {mm(format, arc.center[0]), mm(format, arc.center[1])};
   const auto at = [&](const AxisWords& words, AxisLetter letter) { return mm(format, words[letter]); };
-  const double start[2] = {at(arc.from, AxisLetter::X) - center[0], at(arc.from, AxisLetter::Y) - center[1]};
-  const double end[2] = {at(arc.words, AxisLetter::X) - center[0], at(arc.words, AxisLetter::Y) - center[1]};
+  const double start[2] = {at(arc.from, first) - center[0], at(arc.from, second) - center[1]};
+  const double end[2] = {at(arc.words, first) - center[0], at(arc.words, second) - center[1]};
   const double start_radius = std::hypot(start[0], start[1]);
   const double end_radius = std::hypot(end[0], end[1]);
   const double sense = arc.clockwise ? -1.0 : 1.0;
-  const bool closed = arc.from[AxisLetter::X] == arc.words[AxisLetter::X] &&
-                      arc.from[AxisLetter::Y] == arc.words[AxisLetter::Y];
+  const bool closed = arc.from[first] == arc.words[first] && arc.from[second] == arc.words[second];
   double sweep =
       sense * std::atan2(start[0] * end[1] - start[1] * end[0], start[0] * end[0] + start[1] * end[1]);
   if (closed) {
@@ -40,18 +40,25 @@ ArcCourse course_of(const Arc& arc, const AxisFormat& format, double chord_mm) {
   const double step = 4.0 * std::asin(std::sqrt(std::min(0.5, chord_mm / (2.0 * out.radius_mm))));
   const auto count =
       static_cast<std::size_t>(std::max(1.0, std::ceil(sweep / std::min(step, kTwoPi / 4.0) - 1e-9)));
-  const double z0 = at(arc.from, AxisLetter::Z);
-  const double z1 = at(arc.words, AxisLetter::Z);
+  const double z0 = at(arc.from, third);
+  const double z1 = at(arc.words, third);
+  const auto put = [&, a = index(first), b = index(second), c = index(third)](double along, double across,
+                                                                              double up) {
+    std::array<double, 3> xyz{};
+    xyz[a] = along;
+    xyz[b] = across;
+    xyz[c] = up;
+    out.xyz_mm.push_back(xyz);
+  };
   out.xyz_mm.reserve(count);
   const double angle = std::atan2(start[1], start[0]);
   for (std::size_t i = 1; i < count; ++i) {
     const double t = static_cast<double>(i) / static_cast<double>(count);
     const double radius = start_radius + t * (end_radius - start_radius);
     const double turned = angle + sense * t * sweep;
-    out.xyz_mm.push_back(
-        {center[0] + radius * std::cos(turned), center[1] + radius * std::sin(turned), z0 + t * (z1 - z0)});
+    put(center[0] + radius * std::cos(turned), center[1] + radius * std::sin(turned), z0 + t * (z1 - z0));
   }
-  out.xyz_mm.push_back({at(arc.words, AxisLetter::X), at(arc.words, AxisLetter::Y), z1});
+  put(at(arc.words, first), at(arc.words, second), z1);
   const double quarter = std::sin(sweep / static_cast<double>(count) / 4.0);
   out.off_chord_mm = 2.0 * out.radius_mm * quarter * quarter + std::abs(end_radius - start_radius);
   return out;

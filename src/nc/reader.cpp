@@ -51,6 +51,7 @@ ControlLanguage::ControlLanguage(const Controller& c, const ReaderOptions& optio
       turn(format.turn()),
       patterns(compile_patterns(c, diagnostics)),
       scanner(c, patterns) {
+  if (options.others) others.emplace(c, format);
   for (const auto& p : patterns.words) {
     if (p.words.size() == 1) note_simple(p, options.whole_program);
     for (const auto& w : p.words) {
@@ -86,6 +87,7 @@ void ControlLanguage::note_simple(const Pattern& p, bool whole_program) {
   const auto& w = p.words.front();
   const auto code = code_of(w.number);
   if (!w.is_fixed || code == SimpleWords::kCodes || (w.letter != 'G' && w.letter != 'M')) return;
+  if (others && others->claims(w.letter, w.number)) return;
   SimpleWords::Code means = SimpleWords::Code::no;
   if (p.event.kind == EventKind::silent)
     means = p.counts == Counts::absolute ? SimpleWords::Code::absolute : SimpleWords::Code::silent;
@@ -211,6 +213,10 @@ void Reader::State::take_modes(LineMotion& m) {
     return;
   }
   if (!to_rounded_quanta(m.feed, c.numbers.feed.decimals(modal.feed_mode), feed)) feed = 0;
+  // Degrees a minute are no length.
+  const bool turns_only = m.words.mask != 0 && (m.words.mask & kLinearAxes) == 0;
+  if (language.others && modal.feed_mode == FeedMode::per_minute && !turns_only)
+    feed = language.others->length(feed);
 }
 
 std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) const {
@@ -225,6 +231,12 @@ std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) con
 void Reader::State::run_motion(LineMotion& m) {
   take_modes(m);
   if (m.words.mask == 0) return;
+  if (language.others) {
+    note_unit();
+    if (m.named) language.others->end_circle();
+    if (!language.others->resolve(m.words, modal.position, m.column))
+      return error(m.column, language.others->error);
+  }
   if (!may_move(m.column)) return;
   if (!modal.tcp_known && kinematics_unknown(m.column)) return;
   if (modal.clamped != 0 && turns_clamped(m)) return;
@@ -270,6 +282,7 @@ void Reader::State::read_line(std::string_view text) {
   if (!options.raw_lines.empty() && is_raw({p, static_cast<std::size_t>(end - p)})) {
     return emit(Raw{std::string(p, end)});
   }
+  if (language.others && (program.ended || is_tape_of_others({p, static_cast<std::size_t>(end - p)}))) return;
   LineMotion plain;
   if (!program.ended && !(program.frame && program.frame->is_head()) &&
       take_plain_motion(begin, p, end, plain)) {
@@ -310,6 +323,7 @@ void Reader::State::run_line() {
   // Almost every line of a program is a motion and nothing else.
   LineMotion m;
   if (program.frame && program.frame->is_head()) note_head();
+  if (language.others) return run_line_of_others();
   if (parsed.phrases.empty() && !program.ended && take_motion(m)) {
     if (program.increments_since != 0 && !counts_absolute(m)) return;
     return run_motion(m);
@@ -331,6 +345,69 @@ void Reader::State::run_line() {
   }
   if (events.empty()) return run_motion(m);
   run_events(events, m);
+}
+
+// The words that [input] names first; what is left is as in any program.
+void Reader::State::run_line_of_others() {
+  OtherWords& others = *language.others;
+  const auto refused = [&] {
+    if (others.error.empty()) return false;
+    error(std::max(others.error_column, 1U), others.error);
+    return true;
+  };
+  others.take_modes(parsed);
+  const auto home = others.take_machine_motion(parsed);
+  if (refused()) return;
+  if (home) run_machine_motion(*home);
+  const auto shape =
+      home ? std::nullopt
+           : others.take_shape(parsed, language.patterns, modal.position, modal.cycle.has_value());
+  if (refused()) return;
+  if (shape) note_unit();
+  LineMotion m;
+  std::vector<FoundEvent> events = find_events(m);
+  if (shape) events.push_back(*shape);
+  std::stable_sort(events.begin(), events.end(),
+                   [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
+  if (!take_words(m)) return;
+  if (events.empty()) return run_motion(m);
+  run_events(events, m);
+}
+
+void Reader::State::note_unit() {
+  if (!language.others->wants_unit()) return;
+  if (options.inches) {
+    language.others->set_inches(*options.inches);
+    return;
+  }
+  findings.diagnostics.warning(findings.file, {findings.line, 1},
+                               "the program moves and has not said its unit ('" + c.input.inch.front() +
+                                   "' or '" + c.input.millimetre.front() + "'): taken as mm (--cl-units)");
+}
+
+// Past all offsets: where a rotary axis then stands its word says.
+void Reader::State::run_machine_motion(const OtherWords::MachineMotion& motion) {
+  Retract now{0, {}};
+  for (const AxisLetter letter : kAllAxisLetters) {
+    if (!motion.axes.has(letter)) continue;
+    if (motion.to_position && is_rotary(letter)) {
+      modal.position.set(letter, unwrapped(letter, motion.axes[letter]));
+      continue;
+    }
+    modal.position.forget(letter);
+    now.axes = static_cast<std::uint16_t>(now.axes | AxisWords::bit(letter));
+    if (motion.to_position) now.to.set(letter, motion.axes[letter]);
+  }
+  modal.motion_kind.reset();
+  modal.cycle.reset();
+  if (now.axes != 0) emit(now);
+}
+
+// The mark at both ends of a tape.
+bool Reader::State::is_tape_of_others(std::string_view text) {
+  if (text != "%") return false;
+  if (program.said_anything && !std::exchange(program.ended, true)) emit(ProgramEnd{});
+  return true;
 }
 
 // Without a message: what this does not take may be another kind of line.

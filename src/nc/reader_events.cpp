@@ -6,6 +6,30 @@
 
 // All words but motion.
 namespace trunnion::nc {
+namespace {
+
+// It holds a length, in the unit of the program.
+bool is_length(Placeholder p) {
+  switch (p) {
+    case Placeholder::x:
+    case Placeholder::y:
+    case Placeholder::z:
+    case Placeholder::i:
+    case Placeholder::j:
+    case Placeholder::bottom:
+    case Placeholder::clear:
+    case Placeholder::depth:
+    case Placeholder::back:
+    case Placeholder::rise:
+    case Placeholder::step:
+    case Placeholder::position:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
 
 bool Reader::State::keep(const Word& word) {
   const auto placeholder = language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
@@ -159,7 +183,7 @@ std::int64_t Reader::State::scaled(const FoundEvent& found, Placeholder p, int d
     error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
                             std::to_string(decimals));
   }
-  return out;
+  return language.others && is_length(p) ? language.others->length(out) : out;
 }
 
 void Reader::State::keep_captures(const FoundEvent& found) {

@@ -36,10 +36,35 @@ bool Reader::State::shape_may_begin(const FoundEvent& found) {
   return true;
 }
 
+// The words of [input] have been resolved already.
+void Reader::State::run_arc_of_others(const FoundEvent& found) {
+  Arc arc = language.others->arc();
+  arc.feed = feed;
+  arc.from = xyz_of(modal.position);
+  arc.source = {findings.line, found.column};
+  std::array<double, 2> radius{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const AxisLetter letter = plane_axes(arc.plane)[i];
+    const auto mm = [&](std::int64_t quanta) { return language.format.internal(letter, quanta); };
+    if (std::abs(mm(arc.center[i])) > kFarthestCenter_mm)
+      return error(found.column,
+                   "an arc whose centre is beyond " + std::to_string(kFarthestCenter_mm) + " mm");
+    radius[0] = std::hypot(radius[0], mm(arc.from[letter] - arc.center[i]));
+    radius[1] = std::hypot(radius[1], mm(arc.words[letter] - arc.center[i]));
+  }
+  if (std::abs(radius[0] - radius[1]) > c.arc_radii_may_differ_mm() || radius[0] == 0.0) {
+    return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
+                                   " mm and to the end " + std::to_string(radius[1]) + " mm");
+  }
+  modal.position = arc.words;
+  emit(arc);
+}
+
 void Reader::State::run_arc(const FoundEvent& found) {
   modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
   if (feed <= 0) return error(found.column, "an arc without feed");
+  if (language.others && found.pattern == nullptr) return run_arc_of_others(found);
   const int decimals = language.format.decimals(AxisLetter::X);
   Arc arc;
   arc.clockwise = found.event.argument == 1;
@@ -98,6 +123,7 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   if (given(Placeholder::feed)) {
     const Number& number = (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
     if (!to_rounded_quanta(number, c.numbers.feed.decimals(modal.feed_mode), hole.feed)) hole.feed = 0;
+    if (language.others) hole.feed = language.others->length(hole.feed);
     if (c.cycles.modal()) feed = hole.feed;  // an F word as any other
   } else {
     hole.feed = feed;

@@ -9,6 +9,7 @@
 #include "trunnion/nc/reader.hpp"
 
 #include "nc/modal_state.hpp"
+#include "nc/other_words.hpp"
 #include "nc/patterns.hpp"
 #include "nc/reader_line.hpp"
 #include "nc/run_layout.hpp"
@@ -47,6 +48,7 @@ struct ControlLanguage {
   PatternSet patterns;
   LineScanner scanner;
   SimpleWords simple;
+  std::optional<OtherWords> others;  // of programs that somebody else wrote
 
  private:
   void note_simple(const Pattern& p, bool whole_program);
@@ -172,6 +174,10 @@ struct Reader::State {
   void read_line(std::string_view text);
   bool is_raw(std::string_view text) const;
   void run_line();
+  void run_line_of_others();
+  void note_unit();
+  void run_machine_motion(const OtherWords::MachineMotion& motion);
+  bool is_tape_of_others(std::string_view text);
   /// False, with a message, where a line goes on in increments.
   bool counts_absolute(const LineMotion& m);
   // What is left after patterns have taken their words: motion, or not understood.
@@ -218,6 +224,7 @@ struct Reader::State {
   bool kinematics_unknown(std::uint32_t column);
   bool shape_may_begin(const FoundEvent& found);
   void run_arc(const FoundEvent& found);
+  void run_arc_of_others(const FoundEvent& found);
   void run_cycle(const FoundEvent& found);
   /// Axis words without a word of their own under a cycle; false where they end it.
   bool run_next_hole(const LineMotion& m);

@@ -401,6 +401,8 @@ void Intake::take_post_word(const cl::PostWord& word) {
   if (word.word == "LIMITS") {
     take_limits(word, *job_.machine, machine_, cut);
     solver_ = RotarySolver(machine_);
+  } else if (stands_at(word, machine_, last_.q)) {
+    chunk_->has_before = false;
   } else if (const auto measure = measure_of(word, machine_)) {
     method_ = measure->method;
     axis_ = measure->axis;

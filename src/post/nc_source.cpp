@@ -18,19 +18,28 @@ nc::Controller for_reading(nc::Controller controller) {
   return controller;
 }
 
+nc::ReaderOptions reading(const NcWalk::Keep& keep) {
+  nc::ReaderOptions out;
+  out.others = true;
+  if (keep.units) out.inches = keep.units == cl::ReaderOptions::Units::inch;
+  return out;
+}
+
 }  // namespace
 
 NcSource::NcSource(std::unique_ptr<cl::TextSource> source, const std::string& file, const NcOrigin& origin,
-                   const NcWalk::Keep& keep, const PostOptions& options, Diagnostics& diagnostics)
+                   const NcWalk::Keep& keep, Diagnostics& diagnostics)
     : source_(std::move(source)),
       file_(file),
       controller_(for_reading(*origin.controller)),
       origin_{origin.machine, &controller_, origin.path},
-      walk_(origin_, keep, options.tools, file, diagnostics),
-      reader_(controller_, file, diagnostics,
-              [this](const nc::Block& block) {
-                walk_.take(block, {reader_.line(), 1});
-              }),
+      walk_(origin_, keep, file, diagnostics),
+      reader_(
+          controller_, file, diagnostics,
+          [this](const nc::Block& block) {
+            walk_.take(block, {reader_.line(), 1});
+          },
+          reading(keep)),
       diagnostics_(diagnostics),
       buffer_(kPiece, '\0') {}
 

@@ -16,9 +16,9 @@ namespace trunnion::post {
 /// An NC program as a source of the records of a CL path, read piece by piece.
 class NcSource final : public cl::RecordSource {
  public:
-  /// `origin`, `options` and `diagnostics` must outlive the object.
+  /// `origin`, the tools of `keep` and `diagnostics` must outlive the object.
   NcSource(std::unique_ptr<cl::TextSource> source, const std::string& file, const NcOrigin& origin,
-           const NcWalk::Keep& keep, const PostOptions& options, Diagnostics& diagnostics);
+           const NcWalk::Keep& keep, Diagnostics& diagnostics);
 
   bool next(cl::Record& record) override;
   std::size_t next_cuts(std::span<cl::PlainCut> cuts, cl::Feed& feed) override;

@@ -6,6 +6,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/post_words.hpp"
+
 namespace trunnion::post {
 namespace {
 
@@ -31,15 +33,14 @@ cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
 
 }  // namespace
 
-NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const ToolOptions& tools, const std::string& file,
-               Diagnostics& diagnostics)
+NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file, Diagnostics& diagnostics)
     : origin_(origin),
       keep_(keep),
-      tools_(tools),
+      tools_(*keep.tools),
       file_(file),
       diagnostics_(diagnostics),
       axis_words_(*origin.machine, origin.controller->numbers.axes),
-      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, tools)),
+      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, *keep.tools)),
       planner_(*origin.machine, *origin.controller, FeedOutput::inverse) {}
 
 void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
@@ -265,6 +266,20 @@ void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Fee
   put(where, cl::Motion{pose.tip_P, pose.axis_P, each, false, false});
 }
 
+void NcWalk::put_rotary(const BlockEnd& end, SourceRef where) {
+  if (!keep_.stands) return;
+  cl::PostWord word{kStands, {}};
+  bool turns = false;
+  for (AxisId id = 0; id < axis_words_.count; ++id) {
+    if (axis_words_.is_linear(id)) continue;
+    turns = turns || end.q[id] != rotary_[id];
+    word.fields.emplace_back(1, letter_of(axis_words_.letters[id]));
+    word.fields.push_back(shortest_text(end.q[id] * kDegreePerRad));
+  }
+  if (turns) put(where, word);
+  rotary_ = end.q;
+}
+
 void NcWalk::take(const nc::Motion& motion) {
   const bool rapid = motion.kind == nc::MotionKind::rapid;
   const JointVector words = axis_words_.internal(motion.words);
@@ -305,9 +320,11 @@ void NcWalk::take(const nc::Motion& motion) {
   if (!rapid && !may_cut(motion.source)) return;
   if (at_ && at_->q == end.q) return;
   if (rapid) {
+    put_rotary(end, motion.source);
     put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, {}, true, false});
   } else {
     put_motion(end, pose, feed_of(end, motion), motion.source);
+    rotary_ = end.q;
   }
   at_ = end;
 }
@@ -326,11 +343,16 @@ void NcWalk::take(const nc::Arc& arc) {
   const ToolPose last = pose_of(end);
   if (!stands_in_plane(last, arc.source)) return;
   if (keep_.shapes) {
-    const auto at = [&](double x, double y, double z) {
-      return pose_at(axis_words_.with_xyz(words, {x, y, z})).tip_P;
+    const auto axes = nc::plane_axes(arc.plane);
+    const auto at = [&](double along, double across, double up) {
+      std::array<double, 3> xyz{};
+      xyz[nc::index(axes[0])] = along;
+      xyz[nc::index(axes[1])] = across;
+      xyz[nc::index(axes[2])] = up;
+      return pose_at(axis_words_.with_xyz(words, xyz)).tip_P;
     };
     const auto mm = [&](std::int64_t quanta) { return format.internal(nc::AxisLetter::X, quanta); };
-    const double z = mm(arc.from[nc::AxisLetter::Z]);
+    const double z = mm(arc.from[axes[2]]);
     const double center[2] = {mm(arc.center[0]), mm(arc.center[1])};
     cl::Arc out;
     out.start_P = pose_of(*at_).tip_P;

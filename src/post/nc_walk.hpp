@@ -26,12 +26,14 @@ class NcWalk {
     double arc_mm = 0.001;  // chords of arcs, and of FromPath::motion
     Angle axis;             // the same of the tool axis
     bool shapes = false;    // ShapeBegin before the motions of arcs and holes
+    bool stands = false;    // STANDS before rapids in which rotary axes turn
     cl::ReaderOptions::CutterCompensation cutter = cl::ReaderOptions::CutterCompensation::refuse;
+    std::optional<cl::ReaderOptions::Units> units{};  // of a program that says none
+    const ToolOptions* tools = nullptr;               // never null
   };
   /// `origin` with the controller as it is read: its digits are those of the blocks. References must outlive
   /// the object.
-  NcWalk(const NcOrigin& origin, const Keep& keep, const ToolOptions& tools, const std::string& file,
-         Diagnostics& diagnostics);
+  NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file, Diagnostics& diagnostics);
 
   /// The next block; `where` of those that do not know their place.
   void take(const nc::Block& block, SourceRef where);
@@ -70,6 +72,7 @@ class NcWalk {
     (tool_ ? behind_tool_ : records_).push_back({where, data});
   }
   void put_tool();
+  void put_rotary(const BlockEnd& end, SourceRef where);
   /// Each kind of fault once.
   void refuse(SourceRef where, const std::string& kind, const std::string& message);
 
@@ -84,6 +87,7 @@ class NcWalk {
   std::vector<cl::Record> records_;
   std::optional<cl::Record> tool_;  // that is changed to; its register may follow
   std::vector<cl::Record> behind_tool_;
+  JointVector rotary_;          // as STANDS had them, or the motions since
   std::optional<BlockEnd> at_;  // where the tool is, as far as all axes are known
   std::set<std::string> told_;
   bool has_moved_ = false;

@@ -137,6 +137,16 @@ std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& 
   return TableTurn{*id, angle, !has(f, "NEXT")};
 }
 
+bool stands_at(const cl::PostWord& word, const Machine& machine, JointVector& q) {
+  if (word.word != kStands) return false;
+  for (std::size_t i = 0; i + 1 < word.fields.size(); i += 2) {
+    const auto id = machine.axis(word.fields[i]);
+    const ParsedNumber angle_deg = parse_number(word.fields[i + 1]);
+    if (id && angle_deg) q[*id] = Angle::degrees(angle_deg.value).rad();
+  }
+  return true;
+}
+
 // The chunk of motions before the word is written; the intake has acted on it for those behind it.
 Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where) {
   std::string cut;
@@ -156,7 +166,7 @@ Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where)
     modes_.clear_plane = clear_plane_of(word);
     if (modes_.clear_plane || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
   }
-  if (measure_of(word, posting_.machine)) return {};
+  if (measure_of(word, posting_.machine) || word.word == kStands) return {};
   if (word.word == "RETRCT" && word.fields.empty()) return leave_part(where);
   if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
     const Axis& axis = posting_.machine.axes[turn->axis];

@@ -26,6 +26,12 @@ struct ClearPlane {
 };
 std::optional<ClearPlane> clear_plane_of(const cl::PostWord& word);
 
+/// STANDS/A,26.5,C,147.6: of an NC program that is read as a path. Where the rotary axes of its machine stood
+/// at the rapid that follows: of all positions that reach the path those nearest to it are chosen. Puts what
+/// it says into `q`; false for any other word.
+bool stands_at(const cl::PostWord& word, const Machine& machine, JointVector& q);
+inline constexpr const char* kStands = "STANDS";
+
 /// ROTABL/SHORT,COMBIN  LARGE  PLUS  AXIS,n: the local measure by which solutions are chosen from here on.
 struct Measure {
   path::ChoiceMethod method = path::ChoiceMethod::combined;

@@ -22,6 +22,20 @@ cl::ReaderOptions reading_of(const PostJob& job, const PostOptions& options) {
   return out;
 }
 
+// Positions of the rotary axes of one mean the same on the other.
+bool turns_alike(const Machine& a, const Machine& b) {
+  const auto has = [](const Machine& machine, const Axis& axis) {
+    return axis.kind != AxisKind::rotary ||
+           std::any_of(machine.axes.begin(), machine.axes.end(), [&](const Axis& other) {
+             return other.name == axis.name && other.direction == axis.direction;
+           });
+  };
+  const auto all = [&](const Machine& of, const Machine& in) {
+    return std::all_of(of.axes.begin(), of.axes.end(), [&](const Axis& axis) { return has(in, axis); });
+  };
+  return all(a, b) && all(b, a);
+}
+
 std::unique_ptr<cl::RecordSource> records_of(std::unique_ptr<cl::TextSource> source, const PostJob& job,
                                              const PostOptions& options, Diagnostics& diagnostics) {
   const cl::ReaderOptions reading = reading_of(job, options);
@@ -30,8 +44,14 @@ std::unique_ptr<cl::RecordSource> records_of(std::unique_ptr<cl::TextSource> sou
   constexpr double kShare = 0.1;  // as of arcs, for the course of the tool axis
   const Angle axis =
       Angle::radians(kShare * options.axis_tolerance.value_or(job.machine->axis_tolerance).rad());
-  const NcWalk::Keep keep{reading.arc_tolerance_mm, axis, reading.mark_shapes, reading.cutter_compensation};
-  return std::make_unique<NcSource>(std::move(source), job.cl_file, *job.from, keep, options, diagnostics);
+  const NcWalk::Keep keep{reading.arc_tolerance_mm,
+                          axis,
+                          reading.mark_shapes,
+                          turns_alike(*job.from->machine, *job.machine),
+                          reading.cutter_compensation,
+                          reading.units,
+                          &options.tools};
+  return std::make_unique<NcSource>(std::move(source), job.cl_file, *job.from, keep, diagnostics);
 }
 
 // The preparer of the tool that the chunk at hand is made with.

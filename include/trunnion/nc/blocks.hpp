@@ -27,14 +27,24 @@ struct Motion {
   SourceRef source;  // writing: line of the CL file, kept for messages; reading: place in the NC text
 };
 
+/// The two axes of the plane of an arc, the first towards the second against the clock, and the one across.
+constexpr std::array<AxisLetter, 3> plane_axes(std::uint8_t plane) {
+  constexpr std::array kXyz3 = {AxisLetter::X, AxisLetter::Y, AxisLetter::Z};
+  constexpr std::array<std::array<std::uint8_t, 3>, 3> kOrder = {{{0, 1, 2}, {2, 0, 1}, {1, 2, 0}}};
+  const auto& order = kOrder[plane];
+  return {kXyz3[order[0]], kXyz3[order[1]], kXyz3[order[2]]};
+}
+
 /// A circular motion in the plane of X and Y, Z going on evenly with the angle (a helix). One turn at most:
 /// an end at the start is a full circle.
 struct Arc {
   bool clockwise = false;  // seen against Z
-  std::int64_t feed = 0;   // per minute, > 0, in quanta of FeedFormat
+  /// Of programs that others wrote: 1 for Z and X, 2 for Y and Z in place of X and Y. Never written.
+  std::uint8_t plane = 0;
+  std::int64_t feed = 0;  // per minute, > 0, in quanta of FeedFormat
   /// Written: X and Y of the end, Z too for a helix. Read: every axis that is known at the end.
   AxisWords words;
-  std::array<std::int64_t, 2> center{};  // X, Y, absolute
+  std::array<std::int64_t, 2> center{};  // along the plane's axes, absolute
   AxisWords from;                        // read: where it begins, X, Y and Z
   SourceRef source;
 };

@@ -251,6 +251,17 @@ struct Controller {
   /// What `post` does when it is not told: arcs and holes in the control's words, or as moves.
   bool native_arcs = false;
   bool native_cycles = false;
+  /// Words of programs that others wrote (ReaderOptions::others), beside all that stands above.
+  struct Input {
+    Template inch, millimetre;
+    Template planes;                                   // X Y, Z X, Y Z: three of them, or none
+    std::string clockwise, counterclockwise;           // circles, their other words in any number
+    bool arc_radius = false;                           // R is the radius of a circle, below 0 the long way
+    std::string centers_absolute, centers_from_start;  // what I, J, K are from there on
+    Template reference;                                // the axes of the line go to a reference point
+    std::string machine_position;                      // the axes of the line go to a place of the machine
+  } input;
+
   Template also_end;  // other words that end a program, when reading
   Template silent;    // words that the reader takes and that move nothing and change nothing here
 
@@ -259,6 +270,11 @@ struct Controller {
 
   /// The words of a retract of this axis hold the machine position it goes to.
   bool names_position(AxisLetter letter) const;
+  /// By which the radii of a circle in somebody else's program may differ.
+  double arc_radii_may_differ_mm() const {
+    return arcs.radius_tolerance_mm > kRadii_mm ? arcs.radius_tolerance_mm : kRadii_mm;
+  }
+  static constexpr double kRadii_mm = 0.01;  // words of three decimals, or of four in inches, with room
   bool has_inverse_time() const { return !feed.inverse_time.empty(); }
   bool has_tcp() const { return !tcp.on.empty(); }
   bool has_run_time_values() const { return !run_time.latch.empty(); }

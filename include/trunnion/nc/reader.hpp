@@ -24,6 +24,11 @@ struct ReaderOptions {
   /// known, all words of [program] setup must stand before the first motion, all lines of a template
   /// together, and nothing of what ends a program, or begins one, in the middle of it.
   bool whole_program = false;
+  /// A program that somebody else wrote: the words of [input] are read, too, `%` may stand at both ends, and
+  /// nothing behind its end counts. Not with `whole_program`.
+  bool others = false;
+  /// Unit of a program that says none, with `others`; nothing: mm, with a warning.
+  std::optional<bool> inches;
   /// Reading gives up after this many errors: the wrong controller would make one of every line.
   std::size_t max_errors = 20;
 };
