@@ -256,6 +256,11 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
     found.event = pattern.event;
     found.column = code->column;
     found.pattern = &pattern;
+    if (plane_ != 0) {
+      fail(code->column,
+           "a drilling cycle across another plane than X Y ('" + c_.input.planes[plane_] + "') is not read");
+      return std::nullopt;
+    }
     if (increments_) {
       fail(code->column, "a drilling cycle in increments ('" + c_.incremental.on + "') is not read");
       return std::nullopt;
@@ -285,6 +290,14 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
     return found;
   }
   return std::nullopt;
+}
+
+bool OtherWords::is_rapid(const ParsedLine& line, bool so_far) const {
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    if (is_code(line.words[i], c_.motion.rapid)) return true;
+    if (is_code(line.words[i], c_.motion.linear)) return false;
+  }
+  return so_far;
 }
 
 std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedLine& line) {

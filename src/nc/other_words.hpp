@@ -34,6 +34,10 @@ class OtherWords {
   };
   std::optional<MachineMotion> take_machine_motion(ParsedLine& line);
 
+  /// A motion in this line is a rapid; `so_far`: that of the line before was.
+  bool is_rapid(const ParsedLine& line, bool so_far) const;
+  /// Arcs run and holes are drilled in another plane than X Y.
+  bool in_other_plane() const { return plane_ != 0; }
   /// The words of a motion as absolute positions in mm. False, with `error`: an increment from nowhere.
   bool resolve(AxisWords& words, const AxisWords& position, std::uint32_t column);
   /// A length that stands in the text, in quanta.

@@ -358,6 +358,9 @@ void Reader::State::run_line_of_others() {
   others.take_modes(parsed);
   const auto home = others.take_machine_motion(parsed);
   if (refused()) return;
+  if (home && home->to_position && !others.is_rapid(parsed, modal.motion_kind == MotionKind::rapid))
+    return error(home->column, "no rapid to a place of the machine (" + c.input.machine_position +
+                                   "): where it cuts in the part is not followed");
   if (home) run_machine_motion(*home);
   const auto shape =
       home ? std::nullopt

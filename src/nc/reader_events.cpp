@@ -172,7 +172,13 @@ bool Reader::State::excludes_motion(EventKind kind) {
 std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
   const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
   std::int64_t out = fallback;
-  if (number != nullptr && !to_rounded_quanta(*number, 0, out)) error(found.column, "number too large");
+  if (number == nullptr) return out;
+  if (p == Placeholder::tool || p == Placeholder::length_offset || p == Placeholder::index) {
+    if (!to_quanta(*number, 0, out))
+      error(found.column, "a number that counts things is not whole, or too large");
+  } else if (!to_rounded_quanta(*number, 0, out)) {
+    error(found.column, "number too large");
+  }
   return out;
 }
 

@@ -165,6 +165,10 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
     modal.cycle.reset();
     return false;
   }
+  if (language.others && language.others->in_other_plane()) {
+    error(m.column, "a drilling cycle goes on in another plane");
+    return true;
+  }
   if ((m.words.mask & ~kPlaneWords) != 0) {
     error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
     return true;

@@ -261,7 +261,7 @@ def farthest(points, path):
             d = off(p, *segments[j])
             if d < best - 1e-12:
                 best, at = d, j
-            if best < NEAR_MM and j > at + 3:
+            if best < 4 * NEAR_MM and j > at + 10:
                 break
         k = at
         worst = max(worst, best)
@@ -295,7 +295,7 @@ def judge(program, folder, text):
     """(what came of it, why)."""
     (folder / "in.ngc").write_text(text)
     (folder / "out.nc").unlink(missing_ok=True)
-    done = subprocess.run([program, "post", "in.ngc", "--from", "linuxcnc", "-m", "trunnion_offset", "-c", "linuxcnc", "-o", "out.nc"],
+    done = subprocess.run([program, "post", "in.ngc", "--from", "linuxcnc", "-m", "trunnion_offset", "-c", "linuxcnc", "-o", "out.nc", "--from-path", "motion"],
                           cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     given = interpret(folder, "in.ngc")
     says = [line for line in done.stderr.splitlines() if "error" in line]
