@@ -13,6 +13,7 @@
 #include "trunnion/report/batch_json.hpp"
 
 #include "app/failed_checks.hpp"
+#include "app/from_options.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -24,6 +25,7 @@ struct BatchCommand {
   std::string folder;
   MachineOptions machine;
   PostCliOptions options;
+  FromOptions from;
   ResultOptions result;
   std::size_t threads = 0;
   std::string shard;
@@ -64,7 +66,8 @@ CLI::Validator shard_words() {
 
 // Everything but the CL files that is read.
 std::vector<std::string> shared_files(const BatchCommand& command, const MachineFiles& files,
-                                      const std::optional<Model>& model) {
+                                      const std::optional<Model>& model,
+                                      const std::optional<MachineFiles>& from) {
   std::vector<std::string> out = {files.machine.file, files.controller.file};
   out.insert(out.end(), files.controller.bases.begin(), files.controller.bases.end());
   if (!command.options.model.empty()) out.push_back(command.options.model);
@@ -73,6 +76,10 @@ std::vector<std::string> shared_files(const BatchCommand& command, const Machine
     out.insert(out.end(), tables.begin(), tables.end());
   }
   if (!command.options.tools.tools.empty()) out.push_back(command.options.tools.tools);
+  if (from) {
+    out.insert(out.end(), {from->machine.file, from->controller.file});
+    out.insert(out.end(), from->controller.bases.begin(), from->controller.bases.end());
+  }
   return out;
 }
 
@@ -84,7 +91,7 @@ std::string program_mark() {
 
 // Everything but the CL file that decides about an output.
 Result<std::string> fingerprint(const BatchCommand& command, const std::vector<std::string>& shared) {
-  std::string out = program_mark() + "\n" + command.options.text();
+  std::string out = program_mark() + "\n" + command.options.text() + command.from.text();
   for (const std::string& file : shared) {
     std::error_code ec;
     if (!std::filesystem::is_regular_file(file, ec)) {
@@ -197,14 +204,16 @@ ExitCode run(const BatchCommand& command) {
   if (!files) return print_failure(diagnostics, files.error());
   if (const auto checked = post::check_options(*options, files->machine, files->controller); !checked)
     return print_error(checked.error());
+  const auto from = command.from.load(command.machine, diagnostics);
+  if (!from) return print_failure(diagnostics, from.error());
   const auto model = command.options.load_errors(files->machine, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
   const auto tools = command.options.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
   options->tools = command.options.tools.resolve(*tools);
-  auto items = post::batch_items(command.inputs, command.folder, diagnostics);
+  auto items = post::batch_items(command.inputs, command.folder, diagnostics, command.from.is_asked());
   if (!items) return print_failure(diagnostics, items.error());
-  const auto shared = shared_files(command, *files, *model);
+  const auto shared = shared_files(command, *files, *model, *from);
   if (const auto apart = keep_apart(command, *items, shared); !apart) return print_error(apart.error());
   const auto mark = fingerprint(command, shared);
   if (!mark) return print_error(mark.error());
@@ -214,6 +223,11 @@ ExitCode run(const BatchCommand& command) {
     return print_error(folder.error());
   post::BatchOptions batch;
   batch.post = *options;
+  post::NcOrigin origin;
+  if (*from) {
+    origin = command.from.resolve(**from);
+    batch.from = &origin;
+  }
   batch.accept_deviation = command.options.accept_deviation;
   batch.dry_run = command.dry_run;
   batch.force = command.force;
@@ -226,10 +240,13 @@ ExitCode run(const BatchCommand& command) {
 
 void add_batch_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<BatchCommand>();
-  CLI::App* c = root.add_subcommand("batch", "post many CL files; unchanged ones are skipped");
-  c->add_option("inputs", command->inputs,
-                "CL files, folders with CL files, manifests (.toml: [[part]] file = \"...\" and, to name it, "
-                "output = \"...\")")
+  CLI::App* c = root.add_subcommand(
+      "batch", "post many CL files (and NC programs: --from); unchanged ones are skipped");
+  c->add_option(
+       "inputs", command->inputs,
+       "CL files, folders with CL files, with --from NC programs, too, known by their ending (.nc .ngc "
+       ".tap .mpf .h ...), manifests (.toml: [[part]] file = \"...\" and, to name it, "
+       "output = \"...\")")
       ->required();
   c->add_option("-o,--output", command->folder, "folder for the NC files")->required();
   command->machine.add_to(*c, true);
@@ -239,6 +256,7 @@ void add_batch_command(CLI::App& root, int& exit) {
       ->check(shard_words());
   c->add_flag("--dry-run", command->dry_run, "say what would be posted");
   c->add_flag("--force", command->force, "post unchanged files too");
+  command->from.add_to(*c);
   command->options.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

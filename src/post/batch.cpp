@@ -100,11 +100,14 @@ void run_item(const Context& context, BatchResult& result) {
     return fail_item(result, folder.error());
   PostJob job;
   job.cl_file = result.item.input;
+  const bool is_program = context.options.from != nullptr && is_nc_file(result.item.input);
+  if (is_program) job.from = context.options.from;
   job.machine = &context.machine;
   job.controller = &context.controller;
   job.model = context.model;
   job.header = context.header;
-  job.header.push_back("CL file " + fs::path(result.item.input).filename().string());
+  job.header.push_back((is_program ? "NC program " : "CL file ") +
+                       fs::path(result.item.input).filename().string());
   // Of the program as it was made, not as it is found: another batch may have put its own there by then.
   ContentHash made;
   result.outcome = post_file(job, context.options.post, result.item.output, context.options.accept_deviation,

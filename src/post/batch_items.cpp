@@ -25,21 +25,28 @@ bool is_cl_file(const fs::path& path) {
   return std::find(kEndings.begin(), kEndings.end(), lower_case_ending(path)) != kEndings.end();
 }
 
+// Which files of a folder are its inputs.
+struct Wanted {
+  bool nc_too = false;
+  bool takes(const fs::path& path) const { return is_cl_file(path) || (nc_too && is_nc_file(path.string())); }
+};
+
 std::string output_for(const fs::path& relative, const std::string& folder) {
   return (fs::path(folder) / relative).replace_extension(".nc").string();
 }
 
 // The CL files at and below `folder`, links to files among them. Links to folders may lead in a circle.
-Result<void> find_cl_files(const fs::path& folder, std::vector<fs::path>& files, Diagnostics& diagnostics) {
+Result<void> find_cl_files(const fs::path& folder, Wanted wanted, std::vector<fs::path>& files,
+                           Diagnostics& diagnostics) {
   std::error_code ec;
   for (fs::directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
     std::error_code unknown;
     if (!it->is_directory(unknown)) {
-      if (is_cl_file(it->path())) files.push_back(it->path());
+      if (wanted.takes(it->path())) files.push_back(it->path());
     } else if (it->is_symlink(unknown)) {
       diagnostics.warning(it->path().string(), {},
                           "a link to a folder is not followed: name it as an input of its own");
-    } else if (auto below = find_cl_files(it->path(), files, diagnostics); !below) {
+    } else if (auto below = find_cl_files(it->path(), wanted, files, diagnostics); !below) {
       return below;
     }
   }
@@ -47,10 +54,10 @@ Result<void> find_cl_files(const fs::path& folder, std::vector<fs::path>& files,
   return {};
 }
 
-Result<void> add_folder(const fs::path& root, const std::string& folder, std::vector<BatchItem>& items,
-                        Diagnostics& diagnostics) {
+Result<void> add_folder(const fs::path& root, const std::string& folder, Wanted wanted,
+                        std::vector<BatchItem>& items, Diagnostics& diagnostics) {
   std::vector<fs::path> files;
-  if (auto found = find_cl_files(root, files, diagnostics); !found) return found;
+  if (auto found = find_cl_files(root, wanted, files, diagnostics); !found) return found;
   if (files.empty()) return fail(ErrorCode::wrong_input, "no CL file in this folder", root.string());
   for (const fs::path& file : files)
     items.push_back({file.string(), output_for(file.lexically_relative(root), folder)});
@@ -92,10 +99,10 @@ Result<void> add_manifest(const std::string& file, const std::string& folder, st
   return {};
 }
 
-Result<void> add_input(const std::string& input, const std::string& folder, std::vector<BatchItem>& items,
-                       Diagnostics& diagnostics) {
+Result<void> add_input(const std::string& input, const std::string& folder, Wanted wanted,
+                       std::vector<BatchItem>& items, Diagnostics& diagnostics) {
   std::error_code ec;
-  if (fs::is_directory(input, ec)) return add_folder(input, folder, items, diagnostics);
+  if (fs::is_directory(input, ec)) return add_folder(input, folder, wanted, items, diagnostics);
   if (!fs::exists(input, ec)) {
     return fail(ErrorCode::io_failed, "cannot open: No such file or directory",
                 input.empty() ? "(empty name)" : input);
@@ -119,7 +126,7 @@ Result<void> keep_apart(const std::vector<BatchItem>& items) {
     }
     if (const auto input = inputs.find(place); input != inputs.end()) {
       return fail(ErrorCode::wrong_input,
-                  "its program " + item.output + " would overwrite the CL file " + input->second->input,
+                  "its program " + item.output + " would overwrite the input " + input->second->input,
                   item.input);
     }
   }
@@ -128,11 +135,17 @@ Result<void> keep_apart(const std::vector<BatchItem>& items) {
 
 }  // namespace
 
+bool is_nc_file(const std::string& path) {
+  static const std::vector<std::string> kEndings = {".nc",  ".ngc", ".tap", ".cnc",   ".eia", ".min",
+                                                    ".mpf", ".spf", ".h",   ".gcode", ".iso", ".ptp"};
+  return std::find(kEndings.begin(), kEndings.end(), lower_case_ending(path)) != kEndings.end();
+}
+
 Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& inputs, const std::string& folder,
-                                           Diagnostics& diagnostics) {
+                                           Diagnostics& diagnostics, bool nc_too) {
   std::vector<BatchItem> items;
   for (const std::string& input : inputs) {
-    if (auto added = add_input(input, folder, items, diagnostics); !added)
+    if (auto added = add_input(input, folder, {nc_too}, items, diagnostics); !added)
       return tl::unexpected(added.error());
   }
   std::sort(items.begin(), items.end(), [](const BatchItem& a, const BatchItem& b) {

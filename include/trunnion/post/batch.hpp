@@ -16,14 +16,18 @@ struct BatchItem {
   std::string output;  // NC file
 };
 
+/// The file is an NC program by its ending.
+bool is_nc_file(const std::string& path);
+
 /// Finds the CL files of `inputs`: files as they stand, folders with all CL files below them (by their
-/// endings; links to folders are not followed, each is a warning), manifests (`.toml`: `[[part]] file =
+/// endings, with `nc_too` those of NC programs, too; links to folders are not followed, each is a warning),
+/// manifests (`.toml`: `[[part]] file =
 /// "...", output = "..."`, `file` relative to the manifest, `output` to `folder`, below which it stays).
 /// Outputs go to `folder`, with the path below the input folder kept. Fails when an input does not exist, a
 /// folder holds no CL file or a manifest no part, two inputs would write one output, or an output is an
 /// input.
 Result<std::vector<BatchItem>> batch_items(const std::vector<std::string>& inputs, const std::string& folder,
-                                           Diagnostics& diagnostics);
+                                           Diagnostics& diagnostics, bool nc_too = false);
 
 /// The items of shard `index` (from 1) of `count`: every count-th item, so that the shards together are the
 /// whole, each item once.
@@ -43,6 +47,7 @@ struct BatchResult {
 
 struct BatchOptions {
   PostOptions post;
+  const NcOrigin* from = nullptr;  // what items with the ending of an NC program were made for
   bool accept_deviation = false;
   bool dry_run = false;
   bool force = false;       // post unchanged inputs too
