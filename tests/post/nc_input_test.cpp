@@ -1,0 +1,280 @@
+// NC programs as paths: a program that is read for its own machine is written again word for word, whatever
+// the control; by way of another machine it comes back; what it does not say is refused by its line.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+#include <sstream>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
+
+#include "post/posting.hpp"
+
+namespace trunnion::post {
+namespace {
+
+struct ReadFrom {
+  Machine machine;
+  std::string control = "linuxcnc";
+  FromPath path = FromPath::points;
+};
+
+test::Posted reposted(const std::string& nc, const ReadFrom& from, const Machine& given,
+                      PostOptions options = {}, const std::string& control = "linuxcnc") {
+  Machine machine = given;
+  machine.switchable_kinematics = machine.switchable_kinematics || options.rtcp;
+  Machine made_for = from.machine;
+  made_for.switchable_kinematics = made_for.switchable_kinematics || nc.find("M428") != std::string::npos;
+  const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
+  const nc::Controller c0 = with_axes_of(made_for, test::shipped_controller(from.control));
+  const NcOrigin origin{&made_for, &c0, from.path};
+  PostJob job;
+  job.cl_file = "part.nc";
+  job.from = &origin;
+  job.machine = &machine;
+  job.controller = &c;
+  test::Posted out;
+  out.report = post(
+      std::make_unique<test::TextOf>(nc), job, options,
+      [&](std::string_view text) {
+        out.nc += text;
+        return Result<void>{};
+      },
+      out.diagnostics);
+  return out;
+}
+
+std::string golden(const std::string& name) {
+  return read_file(std::string(TRUNNION_SOURCE_DIR) + "/tests/golden/" + name).value_or("");
+}
+
+// Without block numbers, comments and the names that a control gives programs.
+std::vector<std::string> words_of(const std::string& nc) {
+  std::vector<std::string> out;
+  std::istringstream lines(nc);
+  for (std::string line; std::getline(lines, line);) {
+    const auto number = line.find_first_not_of("N0123456789");
+    const bool numbered = !line.empty() && (line[0] == 'N' || std::isdigit(line[0]) != 0);
+    if (numbered && number != std::string::npos && line[number] == ' ') line.erase(0, number + 1);
+    if (line.empty() || line[0] == '(' || line[0] == ';' || line[0] == 'O' ||
+        line.find("PGM") != std::string::npos)
+      continue;
+    out.push_back(line);
+  }
+  return out;
+}
+
+struct WordsOfPost {
+  const char* name;
+  PostOptions options;
+};
+
+std::vector<WordsOfPost> words_of_posts(const nc::Controller& c) {
+  std::vector<WordsOfPost> out = {{"joints", {}}};
+  PostOptions native;
+  native.native_arcs = native.native_cycles = true;
+  out.push_back({"native", native});
+  if (c.has_tcp()) {
+    PostOptions rtcp;
+    rtcp.rtcp = true;
+    rtcp.feed = FeedOutput::tip;
+    out.push_back({"rtcp", rtcp});
+  }
+  return out;
+}
+
+// Inserted points may lie on both sides of the path, so that the chord between two of them leaves the block
+// by more than the tolerance: with three times that nothing is put between.
+TEST(NcInput, EveryProgramIsWrittenAgainWordForWord) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::size_t programs = 0;
+  for (const std::string& control : test::shipped_controllers()) {
+    for (const WordsOfPost& v : words_of_posts(test::shipped_controller(control))) {
+      for (const char* part : {"part.cls", "shapes.cls"}) {
+        const auto first = test::posted(golden(part), machine, v.options, control);
+        if (!first.report) continue;  // the control has no words for it
+        PostOptions again = v.options;
+        again.tolerance_mm = 0.03;
+        const auto second = reposted(first.nc, {machine, control}, machine, again, control);
+        ASSERT_TRUE(second.report) << control << " " << v.name << ": " << second.report.error().text();
+        EXPECT_TRUE(second.report->verification->passed()) << control << " " << v.name;
+        EXPECT_EQ(words_of(first.nc), words_of(second.nc)) << control << " " << v.name << " " << part;
+        ++programs;
+      }
+    }
+  }
+  EXPECT_GE(programs, 20u);
+}
+
+TEST(NcInput, TiltedPlanesComeBackWithinADigit) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const std::string& control : test::shipped_controllers()) {
+    if (!test::shipped_controller(control).has_tilted_plane()) continue;
+    PostOptions options;
+    options.tilted_plane = true;
+    const auto first = test::posted(golden("shapes.cls"), machine, options, control);
+    ASSERT_TRUE(first.report);
+    options.tolerance_mm = 0.03;
+    const auto second = reposted(first.nc, {machine, control}, machine, options, control);
+    ASSERT_TRUE(second.report) << control << ": " << second.report.error().text();
+    EXPECT_EQ(words_of(first.nc).size(), words_of(second.nc).size()) << control;
+  }
+}
+
+// Tips and tool axes of the feeds of a joint program for LinuxCNC, by the chain of the machine file.
+std::vector<ToolPose> cuts_of(const std::string& nc, const Machine& machine) {
+  std::map<char, double> at;
+  std::vector<ToolPose> out;
+  bool feed = false;
+  std::istringstream lines(nc);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find_first_of("(TMS") == 0 || line.find("G53") != std::string::npos) continue;
+    std::istringstream words(line);
+    bool moves = false;
+    for (std::string word; words >> word;) {
+      if (word == "G1") feed = true;
+      if (word == "G0") feed = false;
+      if (std::string("XYZAC").find(word[0]) == std::string::npos) continue;
+      at[word[0]] = std::stod(word.substr(1));
+      moves = true;
+    }
+    if (!moves || !feed) continue;
+    JointVector q;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      const double value = at[machine.axes[id].name[0]];
+      q[id] = machine.axes[id].kind == AxisKind::rotary ? Angle::degrees(value).rad() : value;
+    }
+    const Vec3 tool(0.0, 0.0, -machine.tool_length_mm);
+    out.push_back(TableKinematics(machine, tool).pose(joints_of_words(machine, q, tool)));
+  }
+  return out;
+}
+
+TEST(NcInput, ByWayOfAnotherMachineThePathComesBack) {
+  const Machine a = test::shipped_machine("trunnion_offset");
+  const Machine b = test::shipped_machine("nutating_45");
+  const auto first = test::posted(golden("part.cls"), a);
+  ASSERT_TRUE(first.report);
+  const auto there = reposted(first.nc, {a}, b);
+  ASSERT_TRUE(there.report) << there.report.error().text();
+  const auto back = reposted(there.nc, {b}, a);
+  ASSERT_TRUE(back.report) << back.report.error().text();
+  const auto wanted = cuts_of(first.nc, a);
+  const auto got = cuts_of(back.nc, a);
+  ASSERT_FALSE(wanted.empty());
+  ASSERT_FALSE(got.empty());
+  // Every point of the first is passed by the last: digits of both machines, no tolerance is used up at
+  // points.
+  for (const ToolPose& pose : wanted) {
+    double nearest = 1e9;
+    for (const ToolPose& p : got)
+      nearest = std::min(nearest, (p.tip_P - pose.tip_P).norm() + 10.0 * (p.axis_P - pose.axis_P).norm());
+    EXPECT_LT(nearest, 1e-3);
+  }
+}
+
+// One block through a quarter turn of C: the tip of the machine leaves its chord by r (1 - cos 45 deg).
+TEST(NcInput, ThePathBetweenPointsIsChosen) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string nc =
+      "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A30 C0\nG0 X40 Y0\nG0 Z50\nG1 Z40 F500\n"
+      "G1 X40 Y0 Z40 C90 F500\nG0 Z100\nM2\n";
+  ReadFrom from{machine};
+  const auto points = reposted(nc, from, machine);
+  ASSERT_TRUE(points.report) << points.report.error().text();
+  EXPECT_EQ(points.report->points_in, 4u);
+  EXPECT_GT(points.report->points_inserted, 10u);
+  from.path = FromPath::motion;
+  const auto motion = reposted(nc, from, machine);
+  ASSERT_TRUE(motion.report) << motion.report.error().text();
+  EXPECT_GT(motion.report->points_in, 20u);
+  // As the machine moves: X, Y, Z and A stand while C turns.
+  std::size_t turning = 0;
+  for (const std::string& line : words_of(motion.nc)) {
+    if (line.find('C') == std::string::npos || line.find("G0") != std::string::npos) continue;
+    ++turning;
+    for (const char* word : {"X", "Y", "Z", "A"}) {
+      const auto at = line.find(word);
+      if (at == std::string::npos) continue;
+      const double value = std::stod(line.substr(at + 1));
+      EXPECT_NEAR(value, *word == 'X' ? 40.0 : *word == 'Z' ? 40.0 : *word == 'A' ? 30.0 : 0.0, 2e-3) << line;
+    }
+  }
+  EXPECT_GT(turning, 20u);
+}
+
+struct RefusedLines {
+  const char* lines;
+  const char* says;
+};
+
+TEST(NcInput, WhatIsNotUnderstoodIsRefusedByItsLine) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string head =
+      "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A30 C0\nG0 X40 Y0\nG0 Z50\nG1 Z40 F500\n";
+  for (const RefusedLines& r : std::initializer_list<RefusedLines>{
+           {"G92 X1\n", ":10:"},
+           {"M98 P1000\n", "M98"},
+           {"G68 X0 Y0 R10\n", "G68"},
+           {"#1=5\n", ":10:"},
+           {"G1 X#1\n", ":10:"},
+           {"/G1 X1\n", "block delete"},
+           {"G41 D1\nG1 X1\n", "cutter compensation"},
+           {"G95\nG1 X1 F0.1\n", "G95"},
+           {"G2 X50 Y0\n", "centre"},
+           {"G2 X50 Y0 R1\n", "radius"},
+           {"G2 X50 Y0 I3 J0\n", "radius to the start"},
+           {"G49\nG0 X1 Y1 Z99\nG1 X2 F100\n", "length"},
+           {"T2 M6\nG43 H2\nG1 X1\n", "has not said where"},
+           {"G53 G0 Z300\nG1 X1\n", "Z"},
+           {"G53 G1 Z300\n", "rapid"},
+           {"G18\nG81 X1 Y1 Z1 R2\n", "plane"},
+           {"G91\nG81 X1 Y1 Z-1 R-2\n", "G91"},
+           {"G81 X1 Y1 Z1\n", "R word"},
+           {"G1 X1 B5\n", "axis B"},
+           {"T1.5 M6\n", "whole"},
+           {"G28 Z50\nG91\nG1 Z-5\n", "increment"},
+       }) {
+    const auto p = reposted(head + r.lines + "M2\n", {machine}, machine);
+    ASSERT_FALSE(p.report) << r.lines;
+    EXPECT_EQ(p.report.error().code, ErrorCode::wrong_input) << r.lines << p.report.error().text();
+    EXPECT_NE(p.report.error().text().find(r.says), std::string::npos) << r.lines << p.report.error().text();
+    EXPECT_NE(p.report.error().text().find("part.nc:1"), std::string::npos) << p.report.error().text();
+  }
+  // Cut short, empty, no motion.
+  for (const std::string& text : {head, std::string(), std::string("G21\nM2\n")}) {
+    EXPECT_FALSE(reposted(text, {machine}, machine).report) << text;
+  }
+}
+
+TEST(NcInput, ARemarkIsKeptAndMarked) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto p = reposted(
+      "(head)\nG21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A30 C0\nG0 X40 Y0\nG0 Z50\n(WITHIN TOLERANCE: "
+      "0)\nG1 Z40 F500\nM2\n",
+      {machine}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_NE(p.nc.find("(- WITHIN TOLERANCE: 0)"), std::string::npos);
+}
+
+// The unit of a program that does not say it: mm, and a warning.
+TEST(NcInput, TheUnitIsWarnedOf) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string nc = "G54\nT1 M6\nG43 H1\nS1000 M3\nG0 A30 C0\nG0 X4 Y0\nG0 Z5\nG1 Z4 F50\nM2\n";
+  const auto mm = reposted(nc, {machine}, machine);
+  ASSERT_TRUE(mm.report) << mm.report.error().text();
+  std::size_t warned = 0;
+  for (const auto& f : mm.diagnostics.findings()) warned += f.text().find("--cl-units") != std::string::npos;
+  EXPECT_EQ(warned, 1u);
+  PostOptions inches;
+  inches.cl.units = cl::ReaderOptions::Units::inch;
+  const auto inch = reposted(nc, {machine}, machine, inches);
+  ASSERT_TRUE(inch.report) << inch.report.error().text();
+  EXPECT_NE(inch.nc.find("Z101.6"), std::string::npos);
+  const auto said = reposted("G20\n" + nc, {machine}, machine);
+  ASSERT_TRUE(said.report);
+  EXPECT_EQ(words_of(said.nc), words_of(inch.nc));
+}
+
+}  // namespace
+}  // namespace trunnion::post
