@@ -12,7 +12,9 @@ namespace trunnion::post {
 namespace {
 
 SpindleTool tool_at_start(const NcOrigin& origin, const ToolOptions& tools) {
-  return {tools.length_mm.value_or(origin.machine->tool_length_mm), origin.controller->length.automatic, 0.0};
+  // --tool: as if its change and its length stood in front of the program.
+  return {tools.length_mm.value_or(origin.machine->tool_length_mm),
+          origin.controller->length.automatic || tools.tool.has_value(), 0.0};
 }
 
 cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
