@@ -345,7 +345,7 @@ void read_modes(Section& root, Controller& c) {
     if (s.has("machine_position")) c.input.machine_position = s.text("machine_position");
   });
   in_section(root, "read", [&](Section& s) {
-    read_template(s, "end", {}, c.also_end);
+    read_template(s, "end", {}, c.program.also_end);
     read_template(s, "silent", {}, c.silent);
     read_template(s, "allowed", {}, c.allowed);
     if (auto refused = s.find_section("refused")) {

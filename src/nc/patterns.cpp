@@ -114,8 +114,8 @@ class Compiler {
   static std::set<std::string> alone_of(const Controller& controller) {
     std::set<std::string> out;
     for (const Template* lines :
-         {&controller.silent, &controller.program.setup, &controller.also_end, &controller.program.begin,
-          &controller.program.end, &controller.tool_preselect}) {
+         {&controller.silent, &controller.program.setup, &controller.program.also_end,
+          &controller.program.begin, &controller.program.end, &controller.tool_preselect}) {
       for (const std::string& line : *lines) {
         const auto tokens = tokens_of(line);
         out.insert(key_of(tokens));
@@ -369,7 +369,7 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   add_shapes(compiler, c);
   compiler.add(c.program.begin, {EventKind::program_start}, "[program] begin");
   compiler.add(c.program.end, {EventKind::program_end}, "[program] end");
-  for (const auto& word : c.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");
+  for (const auto& word : c.program.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");
   compiler.add(c.dwell, {EventKind::dwell}, "[dwell] words");
   for (const AxisLetter letter : kAllAxisLetters) {
     compiler.add_retract(c.retract[index(letter)], letter);

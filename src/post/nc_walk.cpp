@@ -38,7 +38,6 @@ cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
 NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file, Diagnostics& diagnostics)
     : origin_(origin),
       keep_(keep),
-      tools_(*keep.tools),
       file_(file),
       diagnostics_(diagnostics),
       axis_words_(*origin.machine, origin.controller->numbers.axes),
@@ -47,6 +46,21 @@ NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file
 
 void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
   if (told_.insert(kind).second) diagnostics_.error(file_, where, message);
+}
+
+// Its own height the program had from its machine; who comes from another one comes down the same line.
+bool NcWalk::is_straight_down(const cl::Motion& motion) const {
+  constexpr double kBeside_mm = 0.01;  // digits of the words
+  constexpr double kSameAxis = 1e-6;
+  const auto& above = std::get<cl::Motion>(approach_->data);
+  const Vec3 way = motion.tip_P - above.tip_P;
+  const double down_mm = -way.dot(motion.axis_P);
+  return motion.rapid && (motion.axis_P - above.axis_P).norm() < kSameAxis && down_mm > 0.0 &&
+         (way + down_mm * motion.axis_P).norm() < kBeside_mm;
+}
+
+void NcWalk::put_approach() {
+  if (approach_) records_.push_back(*std::exchange(approach_, {}));
 }
 
 void NcWalk::put_tool() {
@@ -59,6 +73,8 @@ void NcWalk::put_tool() {
 void NcWalk::put(SourceRef where, const cl::Motion& motion) {
   put_tool();
   has_moved_ = true;
+  if (approach_ && !is_straight_down(motion)) put_approach();
+  approach_.reset();
   records_.push_back({where, motion});
 }
 
@@ -138,9 +154,9 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
   if (call.length_offset != call.tool)
     change.length_register = static_cast<std::uint32_t>(call.length_offset);
   tool_ = cl::Record{where, change};
-  double length_mm = tools_.length_mm.value_or(origin_.machine->tool_length_mm);
-  if (tools_.table != nullptr) {
-    if (const auto known = tools_.table->find(number); known != tools_.table->end())
+  double length_mm = keep_.tools->length_mm.value_or(origin_.machine->tool_length_mm);
+  if (keep_.tools->table != nullptr) {
+    if (const auto known = keep_.tools->table->find(number); known != keep_.tools->table->end())
       length_mm = known->second.length_mm;
   }
   in_force_.set_length(length_mm);
@@ -188,7 +204,7 @@ void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
 bool NcWalk::may_cut(SourceRef where) {
   const bool needs_length = in_force_.in_part() ? !origin_.controller->tcp.replaces_length || in_force_.plane
                                                 : origin_.machine->output_point == OutputPoint::tip;
-  if (needs_length && !in_force_.tool.control_adds_length && !tools_.length_mm) {
+  if (needs_length && !in_force_.tool.control_adds_length && !keep_.tools->length_mm) {
     refuse(where, "length",
            "a cut without tool length compensation, and the words of this machine are those of the tip "
            "([output] point of " +
@@ -323,7 +339,16 @@ void NcWalk::take(const nc::Motion& motion) {
   if (at_ && at_->q == end.q) return;
   if (rapid) {
     put_rotary(end, motion.source);
-    put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, {}, true, false});
+    const cl::Motion out{pose.tip_P, pose.axis_P, {}, true, false};
+    // Under tool-centre-point control it says X, Y and Z together where it is over the part.
+    if (at_ || !end.tcp) {
+      put(motion.source, out);
+    } else {
+      put_tool();
+      put_approach();
+      has_moved_ = true;
+      approach_ = cl::Record{motion.source, out};
+    }
   } else {
     put_motion(end, pose, feed_of(end, motion), motion.source);
     rotary_ = end.q;

@@ -69,23 +69,26 @@ class NcWalk {
   /// Behind the tool that is being changed to.
   template <class T>
   void put(SourceRef where, const T& data) {
+    if (!tool_) put_approach();
     (tool_ ? behind_tool_ : records_).push_back({where, data});
   }
   void put_tool();
+  bool is_straight_down(const cl::Motion& motion) const;
+  void put_approach();
   void put_rotary(const BlockEnd& end, SourceRef where);
   /// Each kind of fault once.
   void refuse(SourceRef where, const std::string& kind, const std::string& message);
 
   const NcOrigin& origin_;
   Keep keep_;
-  const ToolOptions& tools_;
   std::string file_;
   Diagnostics& diagnostics_;
   AxisWordsOf axis_words_;
   WordsInForce in_force_;
   FeedPlanner planner_;
   std::vector<cl::Record> records_;
-  std::optional<cl::Record> tool_;  // that is changed to; its register may follow
+  std::optional<cl::Record> approach_;  // the rapid that came from an unknown place, if it was the last
+  std::optional<cl::Record> tool_;      // that is changed to; its register may follow
   std::vector<cl::Record> behind_tool_;
   JointVector rotary_;          // as STANDS had them, or the motions since
   std::optional<BlockEnd> at_;  // where the tool is, as far as all axes are known

@@ -257,7 +257,31 @@ def _off_line(p, point):
     return length(sub(d, scale(point[1], dot(d, point[1]))))
 
 
-def one(program, folder, rng, number, extra):
+def again(program, base, rng, given):
+    """The program that was made, read as a path (`--from`) and posted for another control, on the same machine or on another one: twice the tolerance
+    off the CL path at most, once for each time."""
+    control, kind, kinds, tools, rtcp, tolerance = given
+    to_control = rng.choice(CONTROLS)
+    possible = [k for k in sorted(kinds) if (to_control, k) != ("heidenhain_tnc640", "spindle_words")]
+    to_kind = kind if kind in possible and not rtcp and rng.random() < 0.5 else rng.choice(possible)
+    text = kinds[to_kind]
+    m = Machine(text)
+    to_machine, out = base.with_suffix(".2.toml"), base.with_suffix(".2.nc")
+    to_machine.write_text(text)
+    out.unlink(missing_ok=True)
+    lengths = base.with_suffix(".csv")
+    lengths.write_text("tool,length_mm\n" + "".join(f"{t},{mm}\n" for t, mm in tools.items()))
+    done = subprocess.run([program, "-q", "post", str(base.with_suffix(".nc")), "--from", control, "--from-machine", str(base.with_suffix(".toml")),
+                           "-m", str(to_machine), "-c", to_control, "-o", str(out), "--tolerance-mm", str(tolerance), "--axis-tolerance-deg", "1",
+                           "--tools", str(lengths)], capture_output=True, text=True)
+    label = f" and then {to_control}, {to_kind}"
+    if done.returncode != 0:
+        assert not out.exists(), f"{base}: exit code {done.returncode} and there is a program"
+        return label, None, None, done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "no message"
+    return label, m, control_for(to_control, m, tools).run(out.read_text()), None
+
+
+def one(program, folder, rng, number, extra, twice):
     control = rng.choice(CONTROLS)
     kinds = machines(rng)
     # A TOOL CALL adds the length by itself: words of the spindle's point are nothing for that control.
@@ -286,6 +310,12 @@ def one(program, folder, rng, number, extra):
         walker = control_for(control, m, tools)
         motions = walker.run(nc.read_text())
         findings = judge(m, motions, path, tolerance)
+        if twice and not findings:
+            more, m, motions, refused = again(program, base, rng, (control, kind, kinds, tools, rtcp, tolerance))
+            label += more
+            if refused:
+                return label, "refused", [refused]
+            findings = judge(m, motions, path, 2 * tolerance, 2 * RAPID_MM)
     except Refused as why:
         findings = [str(why)]
     return label, "wrong" if findings else "right", findings
@@ -299,19 +329,20 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--most-refused", type=float, default=0.02, help="share of files that may be refused")
+    parser.add_argument("--again", action="store_true", help="each program is read as a path, posted for another control or machine, and walked, too")
     args, extra = parser.parse_known_args()
     folder = Path(args.folder)
     folder.mkdir(parents=True, exist_ok=True)
     count = {"right": 0, "wrong": 0, "refused": 0}
     shown = 0
     for number in range(args.first, args.first + args.count):
-        label, result, texts = one(args.program, folder, random.Random(f"{args.seed}/{number}"), number, extra)
+        label, result, texts = one(args.program, folder, random.Random(f"{args.seed}/{number}"), number, extra, args.again)
         count[result] += 1
         if result != "right" and shown < 40:
             shown += 1
             print(f"{label}: {result}: {texts[0]}" + (f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""))
         if result == "right":
-            for end in (".toml", ".cls", ".nc"):
+            for end in (".toml", ".cls", ".nc", ".2.toml", ".2.nc", ".csv"):
                 (folder / f"case_{number}{end}").unlink(missing_ok=True)
     print(f"{args.count} files: {count['right']} right, {count['wrong']} wrong, {count['refused']} refused")
     if count["wrong"] or count["refused"] > args.most_refused * args.count:

@@ -165,7 +165,8 @@ struct Controller {
   struct Program {
     Template begin;  // {number} {name}
     Template setup;
-    Template end;  // {number} {name}
+    Template end;       // {number} {name}
+    Template also_end;  // other words that end a program, when reading
   } program;
 
   Template tool_change;        // {tool} {length_offset}
@@ -262,8 +263,7 @@ struct Controller {
     std::string machine_position;                      // the axes of the line go to a place of the machine
   } input;
 
-  Template also_end;  // other words that end a program, when reading
-  Template silent;    // words that the reader takes and that move nothing and change nothing here
+  Template silent;  // words that the reader takes and that move nothing and change nothing here
 
   Template allowed;  // words that the user lets pass by name: what they do is not known here
   std::map<std::string, std::string> refused;  // words that are known and not read, as G91, and why

@@ -94,7 +94,7 @@ struct PostJob {
   std::string cl_file;  // for messages
   /// The text is an NC program, and this is what it was made for; nothing: it is CL text.
   const NcOrigin* from = nullptr;
-  std::string output;   // file of the program, whose name it may bear; may be empty
+  std::string output;  // file of the program, whose name it may bear; may be empty
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on the machine (`with_axes_of`)
   const Model* model = nullptr;                // errors to compensate and to verify with; nothing: nominal
@@ -167,10 +167,11 @@ std::string verdict_text(const PostReport& report);
 Result<void> check_options(const PostOptions& options, const Machine& machine,
                            const nc::Controller& controller);
 
-/// CL text (or an NC program: PostJob::from) in, NC text out, verified by reading the NC text back. Streams: memory grows with the longest run
-/// of points between two rapids, not with the file. All findings go to `diagnostics`. Fails with wrong_input
-/// (CL errors, all in diagnostics), check_failed (a pose out of reach, a limit), io_failed (the sink). A
-/// verification that failed is a result, not a failure: see PostReport::verification.
+/// CL text (or an NC program: PostJob::from) in, NC text out, verified by reading the NC text back. Streams:
+/// memory grows with the longest run of points between two rapids, not with the file. All findings go to
+/// `diagnostics`. Fails with wrong_input (CL errors, all in diagnostics), check_failed (a pose out of reach,
+/// a limit), io_failed (the sink). A verification that failed is a result, not a failure: see
+/// PostReport::verification.
 Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& job,
                         const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics);
 
