@@ -99,6 +99,13 @@ struct Describe {
     static constexpr std::array kSides = {"off", "left", "right"};
     return std::string("cutter ") + kSides[static_cast<std::size_t>(b.side)] + " " + std::to_string(b.number);
   }
+  std::string operator()(const Probe& b) const {
+    return "probe" + text_of(b.words) + " | per min " + std::to_string(b.feed);
+  }
+  std::string operator()(const ProbeLog& b) const {
+    static constexpr std::array kKinds = {"open", "record", "close"};
+    return std::string("probe log ") + kKinds[static_cast<std::size_t>(b.kind)] + " " + b.name;
+  }
   std::string operator()(const ToolSelect& b) const { return "select tool " + std::to_string(b.tool); }
   std::string operator()(const Clamp& b) const {
     AxisWords axes;

@@ -45,11 +45,26 @@ void read_cycles(Section& s, Controller& c) {
   if (steps && !(y.back_mm > 0.0)) s.error("back_mm", "'back_mm' must be above 0 for cycles with steps");
 }
 
+void read_probing(Section& s, Controller& c) {
+  auto& p = c.probing;
+  read_template(s, "touch", {P::x, P::y, P::z, P::feed}, p.touch);
+  read_template(s, "open", {P::name}, p.open);
+  read_template(s, "record", {}, p.record);
+  read_template(s, "close", {}, p.close);
+  for (const P needed : {P::x, P::y, P::z, P::feed}) {
+    if (!p.touch.empty() && !holds(p.touch, needed))
+      s.error("touch", "'touch' must hold {x}, {y}, {z} and {feed}");
+  }
+  if (!p.touch.empty() && (p.open.empty() || p.close.empty()))
+    s.error("touch", "'touch' needs 'open' and 'close' too");
+}
+
 }  // namespace
 
 void read_shapes(Section& root, Controller& c) {
   in_section(root, "arcs", [&](Section& s) { read_arcs(s, c); });
   in_section(root, "cycles", [&](Section& s) { read_cycles(s, c); });
+  in_section(root, "probing", [&](Section& s) { read_probing(s, c); });
   in_section(root, "post", [&](Section& s) {
     const std::vector<std::pair<const char*, bool>> choices = {{"native", true}, {"moves", false}};
     read_choice<bool>(s, "arcs", choices, c.native_arcs);

@@ -358,6 +358,11 @@ void add_shapes(Compiler& compiler, const Controller& c) {
   compiler.add(c.cycles.to_clear, {EventKind::cycle_return, 1}, "[cycles] to_clear");
   compiler.add(c.cycles.to_initial, {EventKind::cycle_return, 0}, "[cycles] to_initial");
   compiler.add(c.cycles.off, {EventKind::cycle_off}, "[cycles] off");
+  const auto log = [](ProbeLog::Kind kind) { return Event{EventKind::probe_log, static_cast<int>(kind)}; };
+  compiler.add(c.probing.touch, {EventKind::probe}, "[probing] touch");
+  compiler.add(c.probing.open, log(ProbeLog::Kind::open), "[probing] open");
+  compiler.add(c.probing.record, log(ProbeLog::Kind::record), "[probing] record");
+  compiler.add(c.probing.close, log(ProbeLog::Kind::close), "[probing] close");
 }
 
 }  // namespace

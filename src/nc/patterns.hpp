@@ -45,6 +45,8 @@ enum class EventKind : std::uint8_t {
   cycle_off,
   arc,    // argument: 1 clockwise
   cycle,  // argument: Hole::Kind
+  probe,
+  probe_log,  // argument: ProbeLog::Kind
   dwell,
   retract,  // argument: AxisLetter
   stop,     // argument: 1 optional

@@ -154,9 +154,9 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
       run_motion(m);
       moved = true;
     }
-    if ((kind == EventKind::arc || kind == EventKind::cycle) && m.named)
-      return error(std::max(found.column, 1U), "two motion words in one block");
-    if (kind == EventKind::arc || kind == EventKind::cycle) take_modes(m);
+    const bool is_shape = kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe;
+    if (is_shape && m.named) return error(std::max(found.column, 1U), "two motion words in one block");
+    if (is_shape) take_modes(m);
     run_event(found);
   }
   if (!moved) run_motion(m);
@@ -165,8 +165,8 @@ void Reader::State::run_events(const std::vector<FoundEvent>& events, LineMotion
 bool Reader::State::excludes_motion(EventKind kind) {
   return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
          kind == EventKind::offset_shift || kind == EventKind::latch || kind == EventKind::run_time_step ||
-         kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::plane_on ||
-         kind == EventKind::plane_off || kind == EventKind::program_start;
+         kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe ||
+         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
 }
 
 std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
@@ -261,6 +261,10 @@ void Reader::State::run_event(const FoundEvent& found) {
       return run_arc(found);
     case EventKind::cycle:
       return run_cycle(found);
+    case EventKind::probe:
+      return run_probe(found);
+    case EventKind::probe_log:
+      return emit(ProbeLog{static_cast<ProbeLog::Kind>(found.event.argument), found.captures.name});
     case EventKind::dwell:
       return run_dwell(found);
     case EventKind::retract:

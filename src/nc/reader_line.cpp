@@ -95,6 +95,8 @@ LineScanner::LineScanner(const Controller& controller, const PatternSet& pattern
     : c_(controller), patterns_(patterns), has_expressions_(!controller.run_time.open.empty()) {
   for (const auto& pattern : patterns.phrases) {
     const auto& first = pattern.tokens.front();
+    active_comments_ =
+        active_comments_ || (first.type == Type::symbol && first.text == controller.comments.open);
     if (first.type == Type::letters && first.text.size() == 1)
       letter_begins_phrase_[letter_index(first.text.front())] = true;
   }
@@ -257,9 +259,14 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
     if (is_letter(c) && !c_.rotary.modulo_open.empty() && scan_modulo_word(begin, p, end, out)) continue;
     if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;
     if (!out.error.empty()) return;
-    if (scan_comment(p, end, out)) continue;
     FoundEvent found;
     found.column = static_cast<std::uint32_t>(p - begin) + 1;
+    // A comment that the control executes is a phrase of its file.
+    if (active_comments_ && starts_with(p, end, c_.comments.open) && scan_phrase(p, end, found)) {
+      out.phrases.push_back(std::move(found));
+      continue;
+    }
+    if (scan_comment(p, end, out)) continue;
     if (!scan_phrase(p, end, found)) {
       if (is_letter(c) && scan_word(begin, p, end, out)) continue;
       if (!out.error.empty()) return;

@@ -91,6 +91,7 @@ class LineScanner {
   const Controller& c_;
   const PatternSet& patterns_;
   bool has_expressions_;                         // X[12.3-#511*0.5]
+  bool active_comments_ = false;                 // some phrase begins as a comment does: (PROBEOPEN name)
   std::array<bool, 32> letter_begins_phrase_{};  // Q of `Q339=`: by letter
 };
 

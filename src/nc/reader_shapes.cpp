@@ -1,4 +1,4 @@
-// Arcs and drilling cycles.
+// Arcs, drilling cycles and touches of a probe.
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +24,9 @@ AxisWords xyz_of(const AxisWords& position) {
 
 bool Reader::State::shape_may_begin(const FoundEvent& found) {
   if (!may_move(found.column)) return false;
-  const char* what = found.event.kind == EventKind::arc ? "an arc" : "a drilling cycle";
+  const char* what = found.event.kind == EventKind::arc     ? "an arc"
+                     : found.event.kind == EventKind::probe ? "a touch"
+                                                            : "a drilling cycle";
   if ((modal.position.mask & kXyz) != kXyz) {
     error(found.column, std::string(what) + " from a place that is not known");
     return false;
@@ -178,6 +180,28 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
   };
   run_hole(place(AxisLetter::X), place(AxisLetter::Y), m.column);
   return true;
+}
+
+void Reader::State::run_probe(const FoundEvent& found) {
+  modal.motion_kind.reset();
+  modal.cycle.reset();
+  if (!shape_may_begin(found)) return;
+  std::int64_t own = 0;
+  if (!to_rounded_quanta(found.captures[Placeholder::feed], c.numbers.feed.per_minute_decimals, own) ||
+      own <= 0)
+    return error(found.column, "a touch without feed");
+  feed = own;
+  const int decimals = language.format.decimals(AxisLetter::X);
+  Probe probe;
+  probe.feed = own;
+  probe.from = modal.position;
+  probe.words = modal.position;
+  probe.words.set(AxisLetter::X, scaled(found, Placeholder::x, decimals));
+  probe.words.set(AxisLetter::Y, scaled(found, Placeholder::y, decimals));
+  probe.words.set(AxisLetter::Z, scaled(found, Placeholder::z, decimals));
+  probe.source = {findings.line, found.column};
+  modal.position.forget(kLinearAxes);
+  emit(probe);
 }
 
 void Reader::State::run_hole(std::int64_t x, std::int64_t y, std::uint32_t column) {

@@ -228,6 +228,7 @@ struct Reader::State {
   void run_cycle(const FoundEvent& found);
   /// Axis words without a word of their own under a cycle; false where they end it.
   bool run_next_hole(const LineMotion& m);
+  void run_probe(const FoundEvent& found);
   void run_hole(std::int64_t x, std::int64_t y, std::uint32_t column);
 };
 

@@ -430,6 +430,7 @@ Result<void> Writer::State::write_block(const Block& block) {
                          : std::holds_alternative<TcpControl>(block)         ? "tool-centre-point control"
                          : std::holds_alternative<LengthCompensation>(block) ? "length compensation"
                          : std::holds_alternative<Hole>(block)               ? "a drilling cycle"
+                         : std::holds_alternative<Probe>(block)              ? "a touch of a probe"
                          : std::holds_alternative<VariableMotion>(block)     ? "values at run time"
                                                                              : nullptr;
     if (before != nullptr) {

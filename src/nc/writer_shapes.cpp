@@ -1,4 +1,7 @@
-// Arcs and drilling cycles.
+// Arcs, drilling cycles and touches of a probe.
+#include <algorithm>
+
+#include "nc/lexer.hpp"
 #include "nc/writer_state.hpp"
 
 namespace trunnion::nc {
@@ -21,7 +24,7 @@ std::string Writer::State::per_minute_words(std::int64_t quanta, bool with_numbe
 
 Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef where) const {
   if (!due.in_motion.empty() || !due.cutter.empty() || due.restores())
-    return refuse("an arc or a drilling cycle needs a straight motion before it", where);
+    return refuse("an arc, a drilling cycle or a touch needs a straight motion before it", where);
   const auto mode = static_cast<std::size_t>(FeedMode::per_minute);
   if (feed_quanta <= 0 || feed_quanta > forms.largest_feed[mode]) {
     Motion m;
@@ -30,7 +33,7 @@ Result<void> Writer::State::check_shape(std::int64_t feed_quanta, SourceRef wher
     return refuse_feed(m);
   }
   if ((modal.position.mask & kXyz) != kXyz)
-    return refuse("an arc or a drilling cycle from an unknown place", where);
+    return refuse("an arc, a drilling cycle or a touch from an unknown place", where);
   return {};
 }
 
@@ -147,6 +150,36 @@ Result<void> Writer::State::put_next_hole(const Hole& b) {
     modal.position.set(letter, b.words[letter]);
   }
   return put_line(line);
+}
+
+Result<void> Writer::State::write(const Probe& b) {
+  if (auto ok = check_shape(b.feed, b.source); !ok) return ok;
+  if ((b.words.mask & kXyz) != kXyz) return refuse("a touch must name X, Y and Z", b.source);
+  if (const std::string modes = per_minute_words(b.feed, false); !modes.empty()) {
+    if (auto done = put_line(modes); !done) return done;
+  }
+  Values values;
+  values.set(Placeholder::x, number_text(b.words[AxisLetter::X], forms.linear));
+  values.set(Placeholder::y, number_text(b.words[AxisLetter::Y], forms.linear));
+  values.set(Placeholder::z, number_text(b.words[AxisLetter::Z], forms.linear));
+  values.set(Placeholder::feed,
+             number_text(b.feed, forms.feed[static_cast<std::size_t>(FeedMode::per_minute)]));
+  // What the words leave in force is not the same on all controls: the next motion says it anew.
+  feed = {kUnknown, kUnknown};
+  modal.motion_kind.reset();
+  modal.position.forget(kLinearAxes);
+  ++motions;
+  return put_words(c.probing.touch, values, "a touch of a probe", "[probing] touch");
+}
+
+Result<void> Writer::State::write(const ProbeLog& b) {
+  if (!c.has_probing()) return no_words("a touch of a probe", "[probing] touch");
+  if (b.kind == ProbeLog::Kind::record) return put_template(c.probing.record, {});
+  if (b.kind == ProbeLog::Kind::close) return put_template(c.probing.close, {});
+  const auto may_stand = [](char ch) { return is_letter(ch) || is_digit(ch) || ch == '-' || ch == '.'; };
+  if (b.name.empty() || !std::all_of(b.name.begin(), b.name.end(), may_stand))
+    return refuse("the file of touches '" + b.name + "' may hold letters, digits, - and . only");
+  return put_template(c.probing.open, Values().set(Placeholder::name, b.name));
 }
 
 Result<void> Writer::State::end_cycle() {

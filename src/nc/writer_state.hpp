@@ -126,6 +126,8 @@ struct Writer::State {
   Result<void> write(const RunTimeStep& b);
   Result<void> write(const Arc& b);
   Result<void> write(const Hole& b);
+  Result<void> write(const Probe& b);
+  Result<void> write(const ProbeLog& b);
   std::string per_minute_words(std::int64_t quanta, bool with_number);
   Result<void> check_shape(std::int64_t feed_quanta, SourceRef where) const;
   bool continues_cycle(const Hole& b) const;

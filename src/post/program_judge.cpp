@@ -99,6 +99,10 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
       ++it->count;
     return;
   }
+  if (std::holds_alternative<nc::Probe>(block)) {
+    find(CheckOf::path, nc_line, [] { return "a touch of a probe: where it ends is not known beforehand"; });
+    return;
+  }
   if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
     return check_register(*length, at, nc_line);
   if (const auto* motion = std::get_if<nc::Motion>(&block)) return take_partly(*motion, nc_line);

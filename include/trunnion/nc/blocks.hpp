@@ -213,6 +213,22 @@ struct Stop {
   bool optional = false;
 };
 
+/// X, Y and Z move in a straight line towards `words` until the probe is touched; nothing else moves. Where
+/// they stand behind it is not known.
+struct Probe {
+  std::int64_t feed = 0;  // per minute, > 0
+  AxisWords words;  // written: X, Y and Z. Read: every axis that is known, at the end that is not reached
+  AxisWords from;   // read: where it begins, as far as it is known
+  SourceRef source;
+};
+/// The control's own file of touches: opened, the last touch put into it (on controls that do so by
+/// themselves without words), closed.
+struct ProbeLog {
+  enum class Kind : std::uint8_t { open, record, close };
+  Kind kind = Kind::open;
+  std::string name;  // of `open`: letters, digits, - and .
+};
+
 /// A word that the controller file lets pass by its name (Controller::allowed).
 struct AllowedWord {
   std::string text;
@@ -221,7 +237,7 @@ struct AllowedWord {
 using Block = std::variant<Motion, ProgramStart, ProgramEnd, Comment, Raw, Dwell, Spindle, Coolant, ToolCall,
                            LengthCompensation, TcpControl, WorkOffset, PathMode, Retract, TiltedPlane, Stop,
                            OffsetShift, VariableMotion, LatchValues, RunTimeStep, Arc, Hole,
-                           CutterCompensation, ToolSelect, Clamp, AllowedWord>;
+                           CutterCompensation, ToolSelect, Clamp, AllowedWord, Probe, ProbeLog>;
 
 /// One line that says what the block is, for test output and dumps: `feed X 1 Y -2 A 30000 | G93 1250`.
 /// Quanta as they are.

@@ -249,6 +249,11 @@ struct Controller {
     }
     bool modal() const { return !off.empty(); }
   } cycles;
+  /// Touches of a probe, and the control's file of them. No words: the control cannot be given such programs.
+  struct Probing {
+    Template touch;                // {x} {y} {z} {feed}: a motion that ends where the probe is touched
+    Template open, record, close;  // the first with {name} where the file has one; `record` may be empty
+  } probing;
   /// What `post` does when it is not told: arcs and holes in the control's words, or as moves.
   bool native_arcs = false;
   bool native_cycles = false;
@@ -279,6 +284,7 @@ struct Controller {
   bool has_tcp() const { return !tcp.on.empty(); }
   bool has_run_time_values() const { return !run_time.latch.empty(); }
   bool has_run_time_temperatures() const { return !run_time_temperatures.add.empty(); }
+  bool has_probing() const { return !probing.touch.empty(); }
   bool has_tilted_plane() const { return !tilted_plane.on.empty(); }
 };
 
