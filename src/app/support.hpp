@@ -49,6 +49,7 @@ void add_model_command(CLI::App& root, int& exit);
 void add_simulate_command(CLI::App& root, int& exit);
 void add_measurements_command(CLI::App& root, int& exit);
 void add_study_command(CLI::App& root, int& exit);
+void add_probe_command(CLI::App& root, int& exit);
 /// Members of the group `trunnion machine`.
 void add_machine_check_command(CLI::App& machine, int& exit);
 void add_machine_new_command(CLI::App& machine, int& exit);

@@ -1,0 +1,55 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trunnion/machine/machine.hpp"
+#include "trunnion/nc/controller.hpp"
+#include "trunnion/probe/program.hpp"
+
+namespace trunnion::probe {
+
+/// A touch of a probing program: the joints go from one place towards another (mm, rad; the rotary axes
+/// stand).
+struct Touch {
+  JointVector from, to;
+  std::int64_t feed = 0;  // per minute, quanta
+  std::uint32_t line = 0;
+  std::size_t pose = 0;
+  /// Touches along one line follow one another, the slowest last: that one measures.
+  bool measures = false;
+};
+
+/// A motion between touches. What is not known of it, as its start behind a touch, is not in `knows`.
+struct Move {
+  JointVector from, to;
+  bool knows_from = false, knows_to = false;
+  bool at_safe_height = false;       // Z has not moved since the safe height
+  bool turns = false;                // a rotary axis moves
+  std::ptrdiff_t behind_touch = -1;  // it begins where this touch ended
+  std::uint32_t line = 0;
+};
+
+/// A probing program as its text has it.
+struct Strokes {
+  Ball ball;
+  std::vector<Touch> touches;
+  std::vector<Move> moves;
+  std::vector<JointVector> poses;  // rotary axes
+  std::size_t log_lines() const { return touches.size(); }
+  /// "pose 3 (A30 C-90)", counted from 1.
+  std::string pose_text(const Machine& machine, std::size_t pose) const;
+};
+
+/// Reads a program of `make_program`: positions of the joints from its words and the lines of its head about
+/// ball and stylus. Fails with wrong_input and file:line where the text is none.
+Result<Strokes> read_strokes(const Machine& machine, const nc::Controller& controller, std::string_view text,
+                             const std::string& file, Diagnostics& diagnostics);
+
+/// What is wrong with the strokes, each finding with its line: an end beyond a limit, a rotary axis that
+/// turns below the safe height, a motion that comes nearer to the ball than Ball::apart_mm, one behind a
+/// touch that does not go back along it, a touch that cannot meet the ball, a pose without five measuring
+/// touches.
+std::vector<std::string> faults_of(const Machine& machine, const Strokes& strokes);
+
+}  // namespace trunnion::probe

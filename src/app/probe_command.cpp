@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <spdlog/spdlog.h>
+#include <sstream>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/program_zero.hpp"
+#include "trunnion/probe/program.hpp"
+#include "trunnion/probe/reading.hpp"
+#include "trunnion/probe/strokes.hpp"
+#include "trunnion/report/probe_json.hpp"
+
+#include "app/options.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct ProgramCommand {
+  MachineOptions machine;
+  std::string out, log, ball;
+  double ball_radius_mm = 0.0, stylus_radius_mm = 0.0;
+  std::optional<double> stylus_length_mm, within_mm;
+  double clearance_mm = 2.0, slow_mm_min = 60.0, fast_mm_min = 200.0, largest_tilt_deg = 60.0;
+  std::int64_t poses = 12, tool = 99;
+  ResultOptions result;
+};
+
+Result<Vec3> place_of(const std::string& text) {
+  std::istringstream fields(text);
+  std::vector<double> numbers;
+  for (std::string field; std::getline(fields, field, ',');) {
+    const auto number = parse_number(field);
+    if (!number || std::abs(number.value) > kLargestOption) numbers.clear();
+    if (!number) break;
+    numbers.push_back(number.value);
+  }
+  if (numbers.size() != 3)
+    return fail(ErrorCode::wrong_use, "--ball-mm: '" + text + "' is not X,Y,Z: three numbers, mm");
+  return Vec3(numbers[0], numbers[1], numbers[2]);
+}
+
+// What the control's log is called where nobody says: the program's own name, of characters that any control
+// takes.
+std::string log_name(const std::string& program) {
+  std::string name = program == "-" ? "" : std::filesystem::path(program).stem().string();
+  std::erase_if(name, [](char ch) {
+    return !((ch >= 'a' && ch <= 'z') || (ch >= 'A' && ch <= 'Z') || (ch >= '0' && ch <= '9') || ch == '-');
+  });
+  return (name.empty() ? "touches" : name) + ".txt";
+}
+
+Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Machine& machine,
+                                         const nc::Controller& controller) {
+  probe::ProgramOptions out;
+  const auto place = place_of(command.ball);
+  if (!place) return tl::unexpected(place.error());
+  out.ball.place_P = *place;
+  out.ball.radius_mm = command.ball_radius_mm;
+  out.ball.stylus_radius_mm = command.stylus_radius_mm;
+  out.ball.stylus_length_mm = command.stylus_length_mm.value_or(machine.tool_length_mm);
+  out.ball.clearance_mm = command.clearance_mm;
+  constexpr double kUsualShare = 0.3;
+  constexpr double kUsualMost_mm = 5.0;
+  out.ball.within_mm = command.within_mm.value_or(std::min(kUsualShare * out.ball.reach_mm(), kUsualMost_mm));
+  const double most = probe::most_within_mm(out.ball.reach_mm());
+  if (out.ball.within_mm > most)
+    return fail(ErrorCode::wrong_use, "--ball-uncertainty-mm: a ball that may be " +
+                                          shortest_text(out.ball.within_mm) +
+                                          " mm from its place can be missed; with this ball and stylus " +
+                                          fixed_text(most, 3) + " mm are the most");
+  if (command.slow_mm_min >= command.fast_mm_min)
+    return fail(ErrorCode::wrong_use, "--slow-mm-min must be below --fast-mm-min");
+  out.poses = static_cast<std::size_t>(command.poses);
+  out.tool = command.tool;
+  out.log = command.log.empty() ? log_name(command.out) : command.log;
+  out.slow_mm_s = command.slow_mm_min / kSecondsPerMinute;
+  out.fast_mm_s = command.fast_mm_min / kSecondsPerMinute;
+  out.first_mm_s = std::max(out.first_mm_s, out.fast_mm_s);
+  out.largest_tilt = Angle::degrees(command.largest_tilt_deg);
+  const auto words = machine.output_point == OutputPoint::tip ? post::WordsOf::tip : post::WordsOf::spindle;
+  out.head = post::zero_lines(post::program_zero(machine, controller, machine.work_offset, words));
+  return out;
+}
+
+// A fault of the program's own text is none of the user's.
+Result<void> read_back(const Machine& machine, const nc::Controller& controller, const std::string& text) {
+  Diagnostics diagnostics;
+  const auto strokes = probe::read_strokes(machine, controller, text, "the program", diagnostics);
+  if (!strokes) return fail(ErrorCode::check_failed, strokes.error().text());
+  const auto faults = probe::faults_of(machine, *strokes);
+  if (faults.empty()) return {};
+  for (std::size_t i = 1; i < faults.size(); ++i) spdlog::error("{}", faults[i]);
+  return fail(ErrorCode::check_failed, faults.front() + "; nothing written");
+}
+
+ExitCode run(const ProgramCommand& command) {
+  if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
+  Diagnostics diagnostics;
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  print(diagnostics);
+  const auto options = options_of(command, machine, controller);
+  if (!options) return print_error(options.error());
+  const auto program = probe::make_program(machine, controller, *options);
+  if (!program) return print_error(program.error());
+  if (const auto checked = read_back(machine, controller, program->text); !checked)
+    return print_error(checked.error());
+  if (const auto code = write_output(command.out, program->text); code != kDone) return code;
+  const std::string text = report::probe_program_text(machine, *program);
+  return command.result.write(report::probe_program_json(machine, *program), machine.name,
+                              "A program that touches one ball from many poses of the rotary axes.",
+                              command.out == "-" ? "" : text);
+}
+
+void add_program(CLI::App& probe, int& exit) {
+  auto command = std::make_shared<ProgramCommand>();
+  CLI::App* c =
+      probe.add_subcommand("program", "NC program that touches a ball on the table from many poses");
+  command->machine.add_to(*c, true);
+  c->add_option("--ball-mm", command->ball, "X,Y,Z of the ball's centre in the part frame, roughly")
+      ->required();
+  c->add_option("--ball-radius-mm", command->ball_radius_mm, "radius of the ball")
+      ->required()
+      ->check(between(0.5, 200.0));
+  c->add_option("--stylus-radius-mm", command->stylus_radius_mm, "radius of the stylus ball")
+      ->required()
+      ->check(between(0.1, 50.0));
+  c->add_option(
+       "--stylus-length-mm", command->stylus_length_mm,
+       "from the spindle's gauge point to the CENTRE of the stylus ball (the machine file's tool length)")
+      ->check(between(1.0, 2000.0));
+  c->add_option("--poses", command->poses, "how many poses of the rotary axes")
+      ->check(CLI::Range(std::int64_t{4}, std::int64_t{200}))
+      ->capture_default_str();
+  c->add_option(
+       "--ball-uncertainty-mm", command->within_mm,
+       "at every pose the ball is within this of where the machine file has it (0.3 times the sum of the "
+       "radii, 5 at most): say more where points and directions of the axes may be wrong by much")
+      ->check(above_zero());
+  c->add_option("--clearance-mm", command->clearance_mm, "that the stylus keeps beside that")
+      ->check(between(0.5, 100.0))
+      ->capture_default_str();
+  c->add_option("--largest-tilt-deg", command->largest_tilt_deg,
+                "largest angle of the table's normal to the spindle")
+      ->check(between(0.0, 90.0))
+      ->capture_default_str();
+  c->add_option("--slow-mm-min", command->slow_mm_min, "feed of the touches that measure")
+      ->check(between(0.1, 2000.0))
+      ->capture_default_str();
+  c->add_option("--fast-mm-min", command->fast_mm_min, "feed of the touches before them")
+      ->check(between(0.1, 2000.0))
+      ->capture_default_str();
+  c->add_option("--tool", command->tool, "number of the stylus, and of its length")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{99999}))
+      ->capture_default_str();
+  c->add_option("--log", command->log,
+                "file of the control that gets the touches (the program's name, .txt)");
+  c->add_option("-o,--output", command->out, "NC program to write")->required();
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+struct ReadCommand {
+  MachineOptions machine;
+  std::string log, program, out;
+  probe::ReadingOptions options;
+  ResultOptions result;
+};
+
+ExitCode run(const ReadCommand& command) {
+  if (const auto apart = command.result.apart_from(command.out, {command.log, command.program}); !apart)
+    return print_error(apart.error());
+  Diagnostics diagnostics;
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return print_failure(diagnostics, files.error());
+  const auto& [machine, controller] = *files;
+  const auto program = read_file(command.program);
+  if (!program) return print_error(program.error());
+  const auto log = read_file(command.log);
+  if (!log) return print_error(log.error());
+  const auto strokes = probe::read_strokes(machine, controller, *program, command.program, diagnostics);
+  if (!strokes) return print_failure(diagnostics, strokes.error());
+  const auto reading = probe::read_touches(machine, *strokes, *log, command.log, command.options);
+  if (!reading) return print_failure(diagnostics, reading.error());
+  print(diagnostics);
+  const std::vector<std::string> comments = {" touches of a ball on '" + machine.name + "', " + command.log,
+                                             " value: the ball's centre in the part frame as assumed, less "
+                                             "the place of the stylus ball's centre by the "
+                                             "machine file"};
+  if (const auto code = write_output(command.out, measurements_text(reading->data, machine, comments));
+      code != kDone)
+    return code;
+  return command.result.write(
+      report::probe_reading_json(machine, *strokes, *reading), "Touches of " + command.log,
+      "One sphere at each pose of the rotary axes.",
+      command.out == "-" ? "" : report::probe_reading_text(machine, *strokes, *reading));
+}
+
+void add_read(CLI::App& probe, int& exit) {
+  auto command = std::make_shared<ReadCommand>();
+  CLI::App* c =
+      probe.add_subcommand("read", "the control's log of such a program into the measurement format");
+  c->add_option("log", command->log, "the control's file of touches")->required();
+  command->machine.add_to(*c, true);
+  c->add_option("--program", command->program, "the program that was run")->required();
+  c->add_option(
+       "--radius-tolerance-mm", command->options.radius_tolerance_mm,
+       "how far the measured radius may be from that of ball and stylus: what the probe travels before it "
+       "says so")
+      ->check(above_zero())
+      ->capture_default_str();
+  c->add_option("-o,--output", command->out, "measurement file to write")->required();
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace
+
+void add_probe_command(CLI::App& root, int& exit) {
+  CLI::App* probe =
+      root.add_subcommand("probe", "one ball on the table, a touch probe in the spindle: program and log");
+  probe->require_subcommand(1);
+  add_program(*probe, exit);
+  add_read(*probe, exit);
+}
+
+}  // namespace trunnion::app

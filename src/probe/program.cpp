@@ -1,0 +1,278 @@
+#include "trunnion/probe/program.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/kinematics.hpp"
+#include "trunnion/nc/writer.hpp"
+
+#include "probe/head_lines.hpp"
+
+namespace trunnion::probe {
+namespace {
+
+// Height of the sideways touches over the ball's equator, of the distance at which the centres touch: far
+// enough up that the shank, which is thinner than the stylus ball, stays clear where the ball lies higher
+// than expected.
+constexpr double kUp = 0.3;
+constexpr double kPastContact_mm = 1.0;
+constexpr double kRapidAbove_mm =
+    20.0;  // where a rapid from the safe height ends, over the place of the first touch
+constexpr double kBelowSafe_mm = 1.0;
+
+// A stroke of the stylus at one pose: offsets of its centre from the ball's, in the axes of M, mm.
+struct Line {
+  Vec3 over, from, to;
+};
+
+struct PoseStrokes {
+  Vec3 above;
+  std::vector<Line> lines;  // the first from above
+};
+
+PoseStrokes strokes_at(const Machine& machine, const Ball& ball, const JointVector& q) {
+  PoseStrokes out;
+  const double apart = ball.apart_mm();
+  const double reach = ball.reach_mm();
+  // How deep a stroke has to go that meets the ball off its middle by what is not known of its place.
+  const double glancing = reach - std::sqrt(std::max(0.0, reach * reach - ball.within_mm * ball.within_mm));
+  const double deep = ball.within_mm + glancing + kPastContact_mm;
+  out.above = {0.0, 0.0, apart};
+  out.lines.push_back({out.above, out.above, {0.0, 0.0, std::max(reach - deep, 0.0)}});
+  // The stem leaves the ball against the table's normal: where it leans, it stands between two of the
+  // touches.
+  const Vec3 stem = -part_in_machine(machine, q).R.col(2);
+  constexpr double kLeans = 0.05;
+  const double first =
+      std::hypot(stem.x(), stem.y()) > kLeans ? std::atan2(stem.y(), stem.x()) + 0.25 * kPi : 0.0;
+  const double side = reach * std::sqrt(1.0 - kUp * kUp);
+  for (int i = 0; i < 4; ++i) {
+    const double angle = first + 0.5 * kPi * i;
+    const Vec3 d(std::cos(angle), std::sin(angle), 0.0);
+    const Vec3 height = Vec3::UnitZ() * (kUp * reach);
+    out.lines.push_back({apart * d + out.above, apart * d + height, std::max(side - deep, 0.0) * d + height});
+  }
+  return out;
+}
+
+class ProgramMaker {
+ public:
+  ProgramMaker(const Machine& machine, const nc::Controller& controller, const ProgramOptions& options)
+      : machine_(machine),
+        controller_(controller),
+        options_(options),
+        tool_mm_(0.0, 0.0, -options.ball.stylus_length_mm),
+        writer_(controller, out_.text) {}
+
+  Result<MadeProgram> make() {
+    PoseChoice choice;
+    choice.ball_P = options_.ball.place_P;
+    choice.count = options_.poses;
+    choice.largest_tilt = options_.largest_tilt;
+    choice.rounded = [this](AxisId id, double angle) {
+      return controller_.numbers.axes.rounded(letter(id), angle);
+    };
+    choice.reachable = [this](const JointVector& q) { return is_reachable(q); };
+    out_.chosen = choose_poses(machine_, choice);
+    const auto& poses = out_.chosen.poses;
+    if (poses.empty()) {
+      return fail(ErrorCode::check_failed,
+                  "of the poses of the rotary axes only " + std::to_string(out_.chosen.candidates) +
+                      " can be reached with the stylus on all sides of the ball; at least 4 are needed",
+                  machine_.file);
+    }
+    begin();
+    for (std::size_t i = 0; i < poses.size(); ++i) measure(poses[i], i);
+    retract();
+    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::close, {}}));
+    take(writer_.write(nc::ProgramEnd{}));
+    if (!done_) return tl::unexpected(done_.error());
+    return std::move(out_);
+  }
+
+ private:
+  nc::AxisLetter letter(AxisId id) const { return *nc::axis_letter(machine_.axes[id].name); }
+
+  // Joints that put the centre of the stylus ball beside that of the ball, at the rotary positions of `pose`.
+  JointVector joints_at(const JointVector& pose, const Vec3& offset_M) const {
+    JointVector q = pose;
+    const Vec3 offset_P = part_in_machine(machine_, pose).R.transpose() * offset_M;
+    solve_linear(machine_, options_.ball.place_P + offset_P, tool_mm_, q);
+    return q;
+  }
+
+  bool is_clear(const JointVector& q, const Vec3& offset_M) const {
+    if (!limit_violations(machine_, q).empty()) return false;
+    if (!machine_.safe.table) return true;
+    constexpr double kStep_mm = 5.0;
+    const Vec3 up_P = part_in_machine(machine_, q).R.transpose() * Vec3::UnitZ();
+    const Vec3 tip_P = options_.ball.place_P + part_in_machine(machine_, q).R.transpose() * offset_M;
+    const double margin =
+        options_.ball.stylus_radius_mm + options_.ball.within_mm + options_.ball.clearance_mm;
+    for (double along = 0.0; along <= options_.ball.stylus_length_mm; along += kStep_mm) {
+      if (inside_table_mm(machine_, tip_P + along * up_P - margin * Vec3::UnitZ())) return false;
+    }
+    return true;
+  }
+
+  bool is_reachable(const JointVector& pose) const {
+    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose);
+    for (const Line& line : strokes.lines) {
+      for (const Vec3& at : {line.over, line.from, line.to}) {
+        if (!is_clear(joints_at(pose, at), at)) return false;
+      }
+    }
+    return true;
+  }
+
+  void take(const Result<void>& written) {
+    if (done_ && !written) done_ = written;
+  }
+  void say(const std::string& text) { take(writer_.write(nc::Comment{text})); }
+
+  void begin() {
+    take(writer_.write(nc::ProgramStart{"PROBE", 1}));
+    for (const std::string& line : head_lines(options_.ball)) say(line);
+    say("tool " + std::to_string(options_.tool) +
+        " is the stylus, its length goes to the centre of its ball");
+    for (const std::string& line : options_.head) say(line);
+    say(std::to_string(out_.chosen.poses.size()) + " poses; touches go to " + options_.log);
+    if (controller_.tcp.unknown_at_start) take(writer_.write(nc::TcpControl{}));
+    take(writer_.write(nc::WorkOffset{machine_.work_offset}));
+    if (!controller_.tool_change.empty()) take(writer_.write(nc::ToolCall{options_.tool, options_.tool}));
+    retract();
+    if (machine_.output_point == OutputPoint::tip) take(writer_.write(nc::LengthCompensation{options_.tool}));
+    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::open, options_.log}));
+  }
+
+  void retract() {
+    if (done_ && controller_.retract[nc::index(nc::AxisLetter::Z)].empty())
+      done_ = fail(ErrorCode::wrong_input, "[retract] Z has no words: the program needs a safe height",
+                   controller_.file);
+    if (done_ && !machine_.safe.z_mm())
+      done_ = fail(ErrorCode::wrong_input, "the machine has no safe height: [retract] z_mm", machine_.file);
+    if (!done_) return;
+    nc::Retract block;
+    if (controller_.names_position(nc::AxisLetter::Z))
+      block.to.set(nc::AxisLetter::Z,
+                   controller_.numbers.axes.quanta(nc::AxisLetter::Z, *machine_.safe.z_mm()));
+    take(writer_.write(block));
+  }
+
+  nc::AxisWords words(const JointVector& q) const {
+    const JointVector values = words_of(machine_, q, tool_mm_);
+    nc::AxisWords out;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id)
+      out.set(letter(id), controller_.numbers.axes.quanta(letter(id), values[id]));
+    return out;
+  }
+
+  void move(const JointVector& q, nc::MotionKind kind, std::uint16_t axes = nc::kAllAxes) {
+    nc::Motion motion;
+    motion.kind = kind;
+    motion.words = words(q);
+    motion.words.forget(static_cast<std::uint16_t>(~axes));
+    if (kind == nc::MotionKind::feed) motion.feed = feed(options_.move_mm_s);
+    take(writer_.write(motion));
+    const Vec3 to(q[*machine_.axis("X")], q[*machine_.axis("Y")], q[*machine_.axis("Z")]);
+    if (kind == nc::MotionKind::feed) out_.seconds += (to - at_).norm() / options_.move_mm_s;
+    at_ = to;
+  }
+
+  std::int64_t feed(double mm_s) const {
+    return controller_.numbers.feed.quanta(nc::FeedMode::per_minute, mm_s);
+  }
+
+  // Towards `to` until it touches, and back the same way.
+  void touch(const JointVector& from, const JointVector& to, double mm_s) {
+    nc::Probe probe;
+    probe.feed = feed(mm_s);
+    probe.words = words(to);
+    probe.words.forget(static_cast<std::uint16_t>(~nc::kXyz));
+    take(writer_.write(probe));
+    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::record, {}}));
+    ++out_.touches;
+    out_.seconds += (options_.ball.within_mm + options_.ball.clearance_mm) / mm_s;
+    move(from, nc::MotionKind::feed);
+  }
+
+  void measure(const JointVector& pose, std::size_t number) {
+    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose);
+    std::string at;
+    for (const AxisId id : machine_.rotary_axes())
+      at += " " + machine_.axes[id].name + fixed_text(pose[id] * kDegreePerRad, 3);
+    say("pose " + std::to_string(number + 1) + " of " + std::to_string(out_.chosen.poses.size()) + ":" + at);
+    retract();
+    JointVector up = joints_at(pose, strokes.above);
+    const JointVector first = up;
+    const AxisId z = *machine_.axis("Z");
+    const auto away = static_cast<double>(machine_.safe.away == 0 ? 1 : machine_.safe.away);
+    const double safe = machine_.safe.z_mm().value_or(0.0) - away * kBelowSafe_mm;
+    move(up, nc::MotionKind::rapid, nc::kRotaryAxes);
+    move(up, nc::MotionKind::rapid, nc::kPlaneWords);
+    if (number == 0) {
+      // From the safe height on nothing moves down but as a touch: the ball may be where nobody expects it.
+      up[z] = safe;
+      move(up, nc::MotionKind::rapid);
+      touch(up, joints_at(pose, strokes.lines[0].to), options_.first_mm_s);
+      out_.seconds += std::abs(up[z] - first[z]) / options_.first_mm_s;
+    } else {
+      const double high = first[z] + away * kRapidAbove_mm;
+      up[z] = away * (safe - high) > 0.0 ? high : safe;
+      move(up, nc::MotionKind::rapid);
+    }
+    move(first, nc::MotionKind::feed);
+    for (std::size_t i = 0; i < strokes.lines.size(); ++i) {
+      const Line& line = strokes.lines[i];
+      const JointVector over = joints_at(pose, line.over);
+      const JointVector from = joints_at(pose, line.from);
+      const JointVector to = joints_at(pose, line.to);
+      move(over, nc::MotionKind::feed);
+      move(from, nc::MotionKind::feed);
+      touch(from, to, options_.fast_mm_s);
+      touch(from, to, options_.slow_mm_s);
+      move(over, nc::MotionKind::feed);
+    }
+  }
+
+  const Machine& machine_;
+  const nc::Controller& controller_;
+  const ProgramOptions& options_;
+  Vec3 tool_mm_;
+  MadeProgram out_;
+  nc::Writer writer_;
+  Result<void> done_;
+  Vec3 at_ = Vec3::Zero();
+};
+
+}  // namespace
+
+double most_within_mm(double reach_mm) {
+  return 0.6 * reach_mm;
+}
+
+Result<MadeProgram> make_program(const Machine& machine, const nc::Controller& controller,
+                                 const ProgramOptions& options) {
+  if (!controller.has_probing())
+    return fail(ErrorCode::wrong_input, "the control has no words for touches: [probing] touch",
+                controller.file);
+  if (machine.rotary_axes().empty())
+    return fail(ErrorCode::wrong_input,
+                "the machine has no rotary axis: there is nothing to find with a ball", machine.file);
+  for (const char* name : {"X", "Y", "Z"}) {
+    if (!machine.axis(name))
+      return fail(ErrorCode::wrong_input, std::string("the machine has no axis ") + name, machine.file);
+  }
+  if (const auto inside = inside_table_mm(machine, options.ball.place_P)) {
+    return fail(ErrorCode::wrong_use,
+                "--ball-mm: the ball's centre is " + fixed_text(*inside, 3) + " mm below the table's top",
+                machine.file);
+  }
+  if (const auto fault = safe_height_fault(machine, options.ball.stylus_length_mm))
+    return fail(ErrorCode::check_failed, *fault, machine.file);
+  return ProgramMaker(machine, controller, options).make();
+}
+
+}  // namespace trunnion::probe
