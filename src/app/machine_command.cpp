@@ -80,6 +80,7 @@ void add_machine_command(CLI::App& root, int& exit) {
   command->result.add_to(*c);
   add_machine_check_command(*c, exit);
   add_machine_new_command(*c, exit);
+  add_machine_calibrate_command(*c, exit);
   c->callback([command, c, &exit] {
     if (!c->get_subcommands().empty()) return;
     if (command->machine.machine.empty()) throw CLI::RequiredError("machine");

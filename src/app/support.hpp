@@ -44,6 +44,8 @@ void add_verify_command(CLI::App& root, int& exit);
 void add_batch_command(CLI::App& root, int& exit);
 void add_compare_command(CLI::App& root, int& exit);
 void add_machine_command(CLI::App& root, int& exit);
+/// Member of the group `trunnion machine`.
+void add_machine_calibrate_command(CLI::App& machine, int& exit);
 void add_iso230_command(CLI::App& root, int& exit);
 void add_model_command(CLI::App& root, int& exit);
 void add_simulate_command(CLI::App& root, int& exit);

@@ -12,7 +12,9 @@ namespace trunnion::probe {
 namespace {
 
 constexpr double kLeastLimit_mm = 0.005;
-constexpr double kTimesScatter = 6.0;
+constexpr double kTimesScatter = 8.0;
+constexpr double kLeastPair_mm =
+    0.012;  // of a fast and a slow touch: both scatter, and the fast one by its speed
 constexpr double kLeastU_mm = 1e-5;  // of one touch: no log has more digits that mean something
 
 double median_of(std::vector<double> values) {
@@ -96,7 +98,7 @@ class LogReader {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const double faster =
           std::max(1.0, static_cast<double>(strokes_.touches[pairs[k].fast].feed) / feed_of_most);
-      const double limit = faster * limit_of(scatter);
+      const double limit = faster * std::max(kLeastPair_mm, limit_of(scatter));
       if (std::abs(off[k]) <= limit) continue;
       return refuse(strokes_.touches[pairs[k].slow].pose, touches_[pairs[k].slow].line,
                     "the fast and the slow touch (lines " + std::to_string(touches_[pairs[k].fast].line) +

@@ -20,7 +20,11 @@ ordered_json number_or_null(double value) {
 
 ordered_json rotary_json(const Machine& machine, const JointVector& q) {
   ordered_json out = ordered_json::object();
-  for (const AxisId id : machine.rotary_axes()) out[machine.axes[id].name + "_deg"] = q[id] * kDegreePerRad;
+  for (const AxisId id : machine.rotary_axes()) {
+    // The double nearest to the decimal number of the word.
+    constexpr double kDigits = 1e9;
+    out[machine.axes[id].name + "_deg"] = std::round(q[id] * kDegreePerRad * kDigits) / kDigits;
+  }
   return out;
 }
 

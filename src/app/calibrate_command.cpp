@@ -1,0 +1,64 @@
+#include <memory>
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/probe/calibration.hpp"
+#include "trunnion/report/calibration_json.hpp"
+
+#include "app/model_inputs.hpp"
+#include "app/options.hpp"
+#include "app/results.hpp"
+
+namespace trunnion::app {
+namespace {
+
+struct CalibrateCommand {
+  std::vector<std::string> data;
+  std::string machine, out, parameters;
+  ResultOptions result;
+};
+
+ExitCode run(const CalibrateCommand& command) {
+  auto taken = command.data;
+  taken.push_back(command.machine);
+  if (const auto apart = command.result.apart_from(command.out, taken); !apart)
+    return print_error(apart.error());
+  Diagnostics diagnostics;
+  const auto machine = load_machine_or_named(command.machine, diagnostics);
+  if (!machine) return print_failure(diagnostics, machine.error());
+  const auto text = read_file(machine->file);
+  if (!text) return print_error(text.error());
+  const auto data = diagnosis::load_measurements(command.data, *machine, diagnostics);
+  if (!data) return print_failure(diagnostics, data.error());
+  const auto found = probe::calibrate(*machine, *data);
+  if (!found) return print_failure(diagnostics, found.error());
+  print(diagnostics);
+  const auto calibrated = probe::machine_text_with_axes(*text, machine->file, found->machine);
+  if (!calibrated) return print_error(calibrated.error());
+  // What is written must be read as what was found.
+  Diagnostics again;
+  if (const auto read = parse_machine(*calibrated, command.out, again); !read)
+    return print_failure(again, read.error());
+  if (const auto code = write_output(command.out, *calibrated); code != kDone) return code;
+  return command.result.write(report::calibration_json(*found, {}), machine->name,
+                              "Points and directions of the rotary axes, as the measurements have them.",
+                              command.out == "-" ? "" : report::calibration_text(*found));
+}
+
+}  // namespace
+
+void add_machine_calibrate_command(CLI::App& machine, int& exit) {
+  auto command = std::make_shared<CalibrateCommand>();
+  CLI::App* c = machine.add_subcommand(
+      "calibrate",
+      "points, directions and senses of the rotary axes from measurements of balls; a new machine file");
+  c->add_option("data", command->data, "measurement files (CSV), as 'trunnion probe read' writes them")
+      ->required();
+  c->add_option("-m,--machine", command->machine, "machine file, or the name of one in postconfigs/machines")
+      ->required();
+  c->add_option("-o,--output", command->out, "machine file to write: all else as it stands, remarks too")
+      ->required();
+  command->result.add_to(*c);
+  c->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace trunnion::app
