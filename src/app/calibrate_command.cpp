@@ -2,6 +2,7 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/probe/calibration.hpp"
+#include "trunnion/probe/control_numbers.hpp"
 #include "trunnion/report/calibration_json.hpp"
 
 #include "app/model_inputs.hpp"
@@ -17,6 +18,18 @@ struct CalibrateCommand {
   ResultOptions result;
 };
 
+// The control whose own numbers are asked for; nothing without --parameters.
+Result<std::optional<nc::Controller>> controller_of(const CalibrateCommand& command,
+                                                    Diagnostics& diagnostics) {
+  if (command.parameters.empty()) return std::optional<nc::Controller>{};
+  const std::string folder = postconfigs_folder() + "/controllers";
+  const auto file = nc::find_controller(command.parameters, folder);
+  if (!file) return tl::unexpected(file.error());
+  auto controller = nc::load_controller(*file, diagnostics, folder);
+  if (!controller) return tl::unexpected(controller.error());
+  return std::optional<nc::Controller>(std::move(*controller));
+}
+
 ExitCode run(const CalibrateCommand& command) {
   auto taken = command.data;
   taken.push_back(command.machine);
@@ -29,19 +42,27 @@ ExitCode run(const CalibrateCommand& command) {
   if (!text) return print_error(text.error());
   const auto data = diagnosis::load_measurements(command.data, *machine, diagnostics);
   if (!data) return print_failure(diagnostics, data.error());
+  std::vector<std::string> numbers;
+  const auto controller = controller_of(command, diagnostics);
+  if (!controller) return print_failure(diagnostics, controller.error());
   const auto found = probe::calibrate(*machine, *data);
   if (!found) return print_failure(diagnostics, found.error());
   print(diagnostics);
   const auto calibrated = probe::machine_text_with_axes(*text, machine->file, found->machine);
   if (!calibrated) return print_error(calibrated.error());
+  if (*controller) {
+    auto lines = probe::control_numbers(found->machine, **controller);
+    if (!lines) return print_error(lines.error());
+    numbers = std::move(*lines);
+  }
   // What is written must be read as what was found.
   Diagnostics again;
   if (const auto read = parse_machine(*calibrated, command.out, again); !read)
     return print_failure(again, read.error());
   if (const auto code = write_output(command.out, *calibrated); code != kDone) return code;
-  return command.result.write(report::calibration_json(*found, {}), machine->name,
+  return command.result.write(report::calibration_json(*found, numbers), machine->name,
                               "Points and directions of the rotary axes, as the measurements have them.",
-                              command.out == "-" ? "" : report::calibration_text(*found));
+                              command.out == "-" ? "" : report::calibration_text(*found, numbers));
 }
 
 }  // namespace
@@ -57,6 +78,9 @@ void add_machine_calibrate_command(CLI::App& machine, int& exit) {
       ->required();
   c->add_option("-o,--output", command->out, "machine file to write: all else as it stands, remarks too")
       ->required();
+  c->add_option("--parameters", command->parameters,
+                "print this control's own numbers, too: controller file, or the name of one in "
+                "postconfigs/controllers");
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

@@ -65,6 +65,11 @@ void read_shapes(Section& root, Controller& c) {
   in_section(root, "arcs", [&](Section& s) { read_arcs(s, c); });
   in_section(root, "cycles", [&](Section& s) { read_cycles(s, c); });
   in_section(root, "probing", [&](Section& s) { read_probing(s, c); });
+  in_section(root, "axis_numbers", [&](Section& s) {
+    for (const auto& axes : s.keys()) {
+      if (const auto lines = s.find_texts(axes)) c.axis_numbers[axes] = *lines;
+    }
+  });
   in_section(root, "post", [&](Section& s) {
     const std::vector<std::pair<const char*, bool>> choices = {{"native", true}, {"moves", false}};
     read_choice<bool>(s, "arcs", choices, c.native_arcs);

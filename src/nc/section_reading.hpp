@@ -94,7 +94,7 @@ void in_section(Section& root, const char* name, const Read& read) {
 
 /// [clamp.A], [clamp.AC], ...: the axes that the words of each clamp together.
 void read_clamps(Section& root, Controller& c);
-/// [arcs], [cycles], [probing] and [post].
+/// [arcs], [cycles], [probing], [axis_numbers] and [post].
 void read_shapes(Section& root, Controller& c);
 
 }  // namespace trunnion::nc

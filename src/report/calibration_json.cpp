@@ -45,7 +45,7 @@ std::string calibration_json(const probe::Calibration& c, const std::vector<std:
   return json_text(out);
 }
 
-std::string calibration_text(const probe::Calibration& c) {
+std::string calibration_text(const probe::Calibration& c, const std::vector<std::string>& control_lines) {
   std::string out =
       std::to_string(c.readings) + " displacements: " + fixed_text(c.rms_before_mm / kMmPerUm, 2) +
       " um RMS by the machine file, " + fixed_text(c.rms_after_mm / kMmPerUm, 2) + " um after; chi-square " +
@@ -62,6 +62,8 @@ std::string calibration_text(const probe::Calibration& c) {
            (e.seen ? "" : "   not seen") + "\n";
   }
   for (const std::string& line : c.not_seen) out += "not seen: " + line + "\n";
+  if (!control_lines.empty()) out += "the control's own numbers:\n";
+  for (const std::string& line : control_lines) out += "  " + line + "\n";
   return out;
 }
 

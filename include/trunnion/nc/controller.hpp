@@ -254,6 +254,9 @@ struct Controller {
     Template touch;                // {x} {y} {z} {feed}: a motion that ends where the probe is touched
     Template open, record, close;  // the first with {name} where the file has one; `record` may be empty
   } probing;
+  /// What the control's own numbers for the lines of two rotary axes are called: lines with placeholders of
+  /// layer probe (control_numbers.hpp), by the letters of the axes from the bed outwards ("AC"), or "any".
+  std::map<std::string, Template> axis_numbers;
   /// What `post` does when it is not told: arcs and holes in the control's words, or as moves.
   bool native_arcs = false;
   bool native_cycles = false;

@@ -12,6 +12,7 @@ namespace trunnion::report {
 std::string calibration_json(const probe::Calibration& calibration,
                              const std::vector<std::string>& control_lines);
 /// The same for people.
-std::string calibration_text(const probe::Calibration& calibration);
+std::string calibration_text(const probe::Calibration& calibration,
+                             const std::vector<std::string>& control_lines);
 
 }  // namespace trunnion::report

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""run.py PROGRAM.nc MACHINE.toml TOOLS.json [--offset X,Y,Z] [--folder F] [--trt] [--seconds N]: LinuxCNC itself, headless, runs an NC program.
+"""run.py PROGRAM.nc MACHINE.toml TOOLS.json [--offset X,Y,Z] [--folder F] [--trt] [--truth T.json] [--seconds N]: LinuxCNC itself, headless, runs an NC program.
 
 Task, planner, motion and HAL of the installed LinuxCNC on a machine with the travel of the machine file; tool table and G54 as given (TOOLS: {"4":
 140.0}, mm). Prints as JSON how it ended, the messages of the control and its seconds. FOLDER/trace.txt has a line a millisecond: its number, whether the
 control is in position, the joints (mm, degrees), the tool.
+With --truth a machine stands behind the control that the machine file does not have (truth.py): it says when the stylus touches the ball.
 Exit code 77: LinuxCNC is not installed. Only one at a time on a machine: a lock keeps others waiting.
 """
 import argparse
@@ -91,7 +92,7 @@ def ini_of(machine, trt, folder):
     return "\n".join(lines) + "\n"
 
 
-def hal_of(machine, trt):
+def hal_of(machine, trt, truth=False):
     n = len(machine["axis"])
     out = ["loadrt [KINS]KINEMATICS", "loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_dio=1",
            "loadrt sampler depth=60000 cfg=b" + "f" * n + "s", "addf motion-command-handler servo-thread", "addf motion-controller servo-thread",
@@ -111,6 +112,10 @@ def hal_of(machine, trt):
                 f"setp xyzac-trt-kins.y-offset {a[1] - c[1]}", f"setp xyzac-trt-kins.z-offset {a[2] - c[2]}",
                 "net tool-offset motion.tooloffset.z => xyzac-trt-kins.tool-offset",
                 "net kinstype motion.analog-out-03 => motion.switchkins-type"]
+    if truth:
+        out.append("loadusr -W ./truth.py")
+        out += [f"net j{i} => truth.{a['name'].lower()}" for i, a in enumerate(machine["axis"])]
+        out.append("net touched truth.hit => motion.probe-input")
     out.append("loadusr halsampler -t trace.txt")
     return "\n".join(out) + "\n"
 
@@ -127,6 +132,7 @@ def main():
     parser.add_argument("--offset", default="0,0,0")
     parser.add_argument("--folder")
     parser.add_argument("--trt", action="store_true", help="its xyzac-trt kinematics with M428 and M429, not trivkins")
+    parser.add_argument("--truth", help="the machine behind the control (JSON), for probing programs")
     parser.add_argument("--seconds", type=float, default=60)
     args = parser.parse_args()
     if not shutil.which("linuxcnc") or not shutil.which("halrun"):
@@ -141,7 +147,11 @@ def main():
     (folder / "ui.py").chmod(0o755)
     (folder / "seconds").write_text(str(args.seconds))
     (folder / "machine.ini").write_text(ini_of(machine, args.trt, folder))
-    (folder / "machine.hal").write_text(hal_of(machine, args.trt))
+    (folder / "machine.hal").write_text(hal_of(machine, args.trt, bool(args.truth)))
+    if args.truth:
+        shutil.copy(args.truth, folder / "truth.json")
+        shutil.copy(Path(__file__).resolve().parent / "truth.py", folder / "truth.py")
+        (folder / "truth.py").chmod(0o755)
     for name, text in REMAPS.items():
         (folder / name).write_text(text)
     (folder / "program.ngc").write_text(Path(args.program).read_text())

@@ -1,0 +1,94 @@
+// Other controls than LinuxCNC: programs in their words, and their own numbers for the rotary axes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trunnion/probe/control_numbers.hpp"
+#include "trunnion/probe/program.hpp"
+#include "trunnion/probe/strokes.hpp"
+
+#include "probe/given.hpp"
+
+namespace trunnion::probe {
+namespace {
+
+using test::Given;
+using testing::HasSubstr;
+
+TEST(ProbeControls, ProgramsAreReadBackWithoutAFault) {
+  for (const char* name : {"fanuc_30i", "haas_ngc"}) {
+    const Given given("trunnion_offset", name);
+    const auto program = make_program(given.machine, given.control, given.options());
+    ASSERT_TRUE(program) << name << ": " << program.error().text();
+    EXPECT_THAT(program->text, HasSubstr("POPEN")) << name;
+    EXPECT_THAT(program->text, HasSubstr("G31 X68.544 Y40. Z34.71 F60.")) << name;
+    Diagnostics diagnostics;
+    const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+    ASSERT_TRUE(strokes) << name << ": " << strokes.error().text();
+    EXPECT_EQ(strokes->touches.size(), program->touches) << name;
+    EXPECT_THAT(faults_of(given.machine, *strokes), testing::IsEmpty()) << name;
+    // A record behind each touch.
+    std::size_t records = 0;
+    for (auto at = program->text.find("DPRNT"); at != std::string::npos;
+         at = program->text.find("DPRNT", at + 1))
+      ++records;
+    EXPECT_EQ(records, program->touches) << name;
+  }
+}
+
+TEST(ProbeControls, WithoutWordsForTouchesAreRefused) {
+  for (const char* name : {"iso", "siemens_840d_sl", "heidenhain_tnc640", "hnc_8"}) {
+    const Given given("trunnion_offset", name);
+    const auto program = make_program(given.machine, given.control, given.options());
+    ASSERT_FALSE(program) << name;
+    EXPECT_THAT(program.error().message, HasSubstr("[probing] touch")) << name;
+  }
+}
+
+// A = about X through (y 1, z -66), C = about Z through (x 0.5, y 0.7): worked out by hand.
+Machine worked_example(const Given& given) {
+  Machine out = given.machine;
+  out.axes[*out.axis("A")].direction = {-1, 0, 0};
+  out.axes[*out.axis("A")].point_mm = {100, 1, -66};
+  out.axes[*out.axis("C")].direction = {0, 0, -1};
+  out.axes[*out.axis("C")].point_mm = {0.5, 0.7, -30};
+  return out;
+}
+
+std::string numbers_of(const char* control) {
+  const Given given("trunnion_offset", control);
+  const auto lines = control_numbers(worked_example(given), given.control);
+  if (!lines) return lines.error().text();
+  std::string out;
+  for (const std::string& line : *lines) out += line + "\n";
+  return out;
+}
+
+TEST(ControlNumbers, AreThoseOfAWorkedExample) {
+  EXPECT_EQ(numbers_of("linuxcnc"),
+            "setp xyzac-trt-kins.x-rot-point 0.5000\nsetp xyzac-trt-kins.y-rot-point 0.7000\n"
+            "setp xyzac-trt-kins.z-rot-point -66.0000\nsetp xyzac-trt-kins.y-offset 0.3000\n"
+            "setp xyzac-trt-kins.z-offset 0.0000\n");
+  EXPECT_EQ(numbers_of("fanuc_30i"),
+            "N19680 P12\nN19684 P1\nN19689 P1\nN19700 P0.5000\nN19701 P1.0000\nN19702 P-66.0000\n"
+            "N19703 P0.0000\nN19704 P-0.3000\nN19705 P0.0000\n");
+  const std::string swivel = numbers_of("siemens_840d_sl");
+  EXPECT_THAT(swivel, HasSubstr("$TC_CARR5[1]=1.0000\n"));
+  EXPECT_THAT(swivel, HasSubstr("$TC_CARR16[1]=-0.3000\n"));
+  EXPECT_THAT(swivel, HasSubstr("$TC_CARR20[1]=66.0000\n"));
+  EXPECT_THAT(swivel, HasSubstr("$TC_CARR7[1]=1.000000000\n"));
+  EXPECT_THAT(numbers_of("heidenhain_tnc640"), HasSubstr("translation X 0.5000 Y 1.0000 Z -66.0000 mm"));
+  EXPECT_THAT(numbers_of("haas_ngc"), HasSubstr("MRZP Y OFFSET = 1.0000"));
+  EXPECT_THAT(numbers_of("iso"), HasSubstr("no lines for the rotary axes AC"));
+}
+
+TEST(ControlNumbers, SayWhichDirectionTheyDoNotHold) {
+  const Given given("trunnion_offset");
+  Machine machine = worked_example(given);
+  machine.axes[*machine.axis("C")].direction = Vec3(0.01, 0, -1).normalized();
+  const auto lines = control_numbers(machine, given.control);
+  ASSERT_TRUE(lines);
+  EXPECT_EQ(lines->back(), "these numbers do not hold that axis C is 0.5729 deg off machine Z");
+}
+
+}  // namespace
+}  // namespace trunnion::probe
