@@ -66,7 +66,7 @@ void read_shapes(Section& root, Controller& c) {
   in_section(root, "cycles", [&](Section& s) { read_cycles(s, c); });
   in_section(root, "probing", [&](Section& s) { read_probing(s, c); });
   in_section(root, "axis_numbers", [&](Section& s) {
-    for (const auto& axes : s.keys()) {
+    for (const auto& axes : s.keys("^(any|[ABC]{1,3})$")) {
       if (const auto lines = s.find_texts(axes)) c.axis_numbers[axes] = *lines;
     }
   });
