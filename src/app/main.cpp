@@ -80,7 +80,7 @@ struct Command {
 };
 
 // Each command stands in its own file; the order here is the order of the help.
-constexpr std::array<Command, 13> kCommands = {{{"post", app::add_post_command},
+constexpr std::array<Command, 14> kCommands = {{{"post", app::add_post_command},
                                                 {"batch", app::add_batch_command},
                                                 {"verify", app::add_verify_command},
                                                 {"compare", app::add_compare_command},
