@@ -61,8 +61,8 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
   out.ball.stylus_radius_mm = command.stylus_radius_mm;
   out.ball.stylus_length_mm = command.stylus_length_mm.value_or(machine.tool_length_mm);
   out.ball.clearance_mm = command.clearance_mm;
-  constexpr double kUsualShare = 0.3;
-  constexpr double kUsualMost_mm = 5.0;
+  constexpr double kUsualShare = 0.45;
+  constexpr double kUsualMost_mm = 8.0;
   out.ball.within_mm = command.within_mm.value_or(std::min(kUsualShare * out.ball.reach_mm(), kUsualMost_mm));
   const double most = probe::most_within_mm(out.ball.reach_mm());
   if (out.ball.within_mm > most)
@@ -104,6 +104,8 @@ ExitCode run(const ProgramCommand& command) {
   print(diagnostics);
   const auto options = options_of(command, machine, controller);
   if (!options) return print_error(options.error());
+  if (!machine.safe.table)
+    spdlog::warn("the machine file gives no [table]: nothing is known of what stands around the ball");
   const auto program = probe::make_program(machine, controller, *options);
   if (!program) return print_error(program.error());
   if (const auto checked = read_back(machine, controller, program->text); !checked)
@@ -137,8 +139,9 @@ void add_program(CLI::App& probe, int& exit) {
       ->capture_default_str();
   c->add_option(
        "--ball-uncertainty-mm", command->within_mm,
-       "at every pose the ball is within this of where the machine file has it (0.3 times the sum of the "
-       "radii, 5 at most): say more where points and directions of the axes may be wrong by much")
+       "at every pose the ball is within this of where the machine file has it (0.45 times the sum of the "
+       "radii, 8 at most): it must hold what points and directions of the axes may be wrong by; less is "
+       "faster")
       ->check(above_zero());
   c->add_option("--clearance-mm", command->clearance_mm, "that the stylus keeps beside that")
       ->check(between(0.5, 100.0))

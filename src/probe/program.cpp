@@ -137,6 +137,9 @@ class ProgramMaker {
     for (const std::string& line : head_lines(options_.ball)) say(line);
     say("tool " + std::to_string(options_.tool) +
         " is the stylus, its length goes to the centre of its ball");
+    say("the spindle must stand still; around the ball's centre " +
+        fixed_text(options_.ball.apart_mm() + options_.ball.stylus_radius_mm, 1) +
+        " mm must be free but for its stem");
     for (const std::string& line : options_.head) say(line);
     say(std::to_string(out_.chosen.poses.size()) + " poses; touches go to " + options_.log);
     if (controller_.tcp.unknown_at_start) take(writer_.write(nc::TcpControl{}));
