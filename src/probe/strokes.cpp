@@ -162,6 +162,10 @@ std::string Strokes::pose_text(const Machine& machine, std::size_t pose) const {
 
 Result<Strokes> read_strokes(const Machine& machine, const nc::Controller& controller, std::string_view text,
                              const std::string& file, Diagnostics& diagnostics) {
+  for (const char* name : {"X", "Y", "Z"}) {
+    if (!machine.axis(name))
+      return fail(ErrorCode::wrong_input, std::string("the machine has no axis ") + name, machine.file);
+  }
   StrokeReader strokes(machine, controller);
   nc::ReaderOptions options;
   options.whole_program = true;
