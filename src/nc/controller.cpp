@@ -337,6 +337,7 @@ void read_modes(Section& root, Controller& c) {
     if (!c.input.planes.empty() && c.input.planes.size() != 3)
       s.error("planes", "'planes' are three words, of X Y, of Z X and of Y Z, or none");
     read_template(s, "reference", {}, c.input.reference);
+    read_template(s, "skipped", {}, c.input.skipped);
     if (s.has("clockwise")) c.input.clockwise = s.text("clockwise");
     if (s.has("counterclockwise")) c.input.counterclockwise = s.text("counterclockwise");
     c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);

@@ -282,7 +282,8 @@ void Reader::State::read_line(std::string_view text) {
   if (!options.raw_lines.empty() && is_raw({p, static_cast<std::size_t>(end - p)})) {
     return emit(Raw{std::string(p, end)});
   }
-  if (language.others && (program.ended || is_tape_of_others({p, static_cast<std::size_t>(end - p)}))) return;
+  if (language.others && (program.ended || is_no_block_of_others({p, static_cast<std::size_t>(end - p)})))
+    return;
   LineMotion plain;
   if (!program.ended && !(program.frame && program.frame->is_head()) &&
       take_plain_motion(begin, p, end, plain)) {
@@ -406,8 +407,10 @@ void Reader::State::run_machine_motion(const OtherWords::MachineMotion& motion) 
   if (now.axes != 0) emit(now);
 }
 
-// The mark at both ends of a tape.
-bool Reader::State::is_tape_of_others(std::string_view text) {
+// Lines that say nothing of the path, and the mark at both ends of a tape.
+bool Reader::State::is_no_block_of_others(std::string_view text) {
+  for (const std::string& begin : c.input.skipped)
+    if (text.starts_with(begin)) return true;
   if (text != "%") return false;
   if (program.said_anything && !std::exchange(program.ended, true)) emit(ProgramEnd{});
   return true;

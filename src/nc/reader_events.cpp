@@ -32,7 +32,9 @@ bool is_length(Placeholder p) {
 }  // namespace
 
 bool Reader::State::keep(const Word& word) {
-  const auto placeholder = language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
+  auto placeholder = language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
+  if (placeholder == 0 && language.others && word.letter == 'S')
+    placeholder = static_cast<std::uint8_t>(Placeholder::rpm) + 1;
   if (placeholder == 0) return false;
   kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
   // A speed alone changes that of a spindle that turns.
@@ -331,7 +333,13 @@ void Reader::State::run_tool(const FoundEvent& found) {
 void Reader::State::run_length(std::int64_t number) {
   if (number == modal.length && !(modal.tcp && c.tcp.replaces_length)) return;
   if (modal.tcp && c.tcp.replaces_length) run_tcp(false, 0);
+  const AxisWords before = modal.position;
   modal.set_length(number);
+  // The length counts along Z; X and Y that stood before it are as good as before.
+  for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
+    if (language.others && !modal.tcp && !modal.plane && before.has(letter))
+      modal.position.set(letter, before[letter]);
+  }
   emit(LengthCompensation{number});
 }
 

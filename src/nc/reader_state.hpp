@@ -177,7 +177,7 @@ struct Reader::State {
   void run_line_of_others();
   void note_unit();
   void run_machine_motion(const OtherWords::MachineMotion& motion);
-  bool is_tape_of_others(std::string_view text);
+  bool is_no_block_of_others(std::string_view text);
   /// False, with a message, where a line goes on in increments.
   bool counts_absolute(const LineMotion& m);
   // What is left after patterns have taken their words: motion, or not understood.

@@ -208,7 +208,10 @@ bool NcWalk::may_cut(SourceRef where) {
     refuse(where, "length",
            "a cut without tool length compensation, and the words of this machine are those of the tip "
            "([output] point of " +
-               origin_.machine->file + "; --tool-length-mm L for words of the spindle's gauge point)");
+               origin_.machine->file +
+               "; --tool N, as if its change and its length stood in front of the program, or "
+               "--tool-length-mm L for "
+               "words of the spindle's gauge point)");
     return false;
   }
   return true;

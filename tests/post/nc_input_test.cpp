@@ -103,7 +103,7 @@ TEST(NcInput, EveryProgramIsWrittenAgainWordForWord) {
       }
     }
   }
-  EXPECT_GE(programs, 20u);
+  EXPECT_GE(programs, 36u);
 }
 
 TEST(NcInput, TiltedPlanesComeBackWithinADigit) {
@@ -201,6 +201,36 @@ TEST(NcInput, ThePathBetweenPointsIsChosen) {
     }
   }
   EXPECT_GT(turning, 20u);
+}
+
+// As posts of CAM systems and people at controls write them.
+TEST(NcInput, ProgramsOfOthersAreRead) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string iso =
+      "%\nO1001 (PART)\nN10 G90 G94 G17 G49 G40 G80\nN15 G21\nN20 G28 G91 Z0.\nN25 G90\nN30 T1 M06\n"
+      "N35 S5000 M03\nN40 G54\nN45 M08\nN50 G00 A30. C0.\nN55 G00 X48. Y5.\nN60 G43 Z65. H01\nN65 G00 Z55.\n"
+      "N70 G01 Z50. F333.\nN75 G03 X45. Y8. I-3. J0. F1000.\nN80 G01 X-45.\nN85 G03 X-50. Y3. R5.\n"
+      "N90 G01 Y-10.\nN95 G00 Z65.\nN100 M09\nN105 M05\nN110 G28 G91 Z0.\nN115 G90\nN120 G49\n"
+      "N125 G28 G91 X0. Y0.\nN130 G90\nN135 M30\n%\n";
+  const std::string conversational =
+      "0  BEGIN PGM PART MM\n1  BLK FORM 0.1 Z X-50 Y-50 Z-20\n2  BLK FORM 0.2 X+50 Y+50 Z+0\n"
+      "3  TOOL CALL 1 Z S5000 F500\n4  M126\n5  L Z+200 R0 FMAX M91\n6  L A+30 C+90 R0 FMAX M3\n"
+      "7  L X+10 Y+10 R0 FMAX\n8  L Z+60 R0 FMAX M8\n9  L Z+50 R0 F500\n10 L X+20 Y+20\n12 CC X+20 Y+30\n"
+      "13 C X+30 Y+30 DR+\n14 L Z+100 R0 FMAX M9\n15 M30\n16 END PGM PART MM\n";
+  const std::string traori =
+      "; PART\nN10 G17 G90 G40 G94 G710\nN15 RTLION\nN20 T1\nN30 M6\nN40 D1\nN50 S5000 M3\nN60 G54\n"
+      "N70 G0 A30 C=DC(90)\nN80 G0 X10 Y10\nN90 G0 Z60\nN100 G1 Z50 F500\nN110 G1 X20 Y20\n"
+      "N120 G2 X30 Y20 I5 J0\nN130 G0 Z100\nN140 SUPA G0 Z700 D0\nN150 M30\n";
+  for (const auto& [nc, control] :
+       std::initializer_list<std::pair<std::string, std::string>>{{iso, "fanuc_30i"},
+                                                                  {iso, "iso"},
+                                                                  {iso, "haas_ngc"},
+                                                                  {conversational, "heidenhain_tnc640"},
+                                                                  {traori, "siemens_840d_sl"}}) {
+    const auto p = reposted(nc, {machine, control}, machine);
+    ASSERT_TRUE(p.report) << control << ": " << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << control;
+  }
 }
 
 struct RefusedLines {

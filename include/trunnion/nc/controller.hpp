@@ -267,6 +267,7 @@ struct Controller {
     std::string clockwise, counterclockwise;           // circles, their other words in any number
     bool arc_radius = false;                           // R is the radius of a circle, below 0 the long way
     std::string centers_absolute, centers_from_start;  // what I, J, K are from there on
+    Template skipped;                                  // lines that begin so say nothing of the path
     Template reference;                                // the axes of the line go to a reference point
     std::string machine_position;                      // the axes of the line go to a place of the machine
   } input;
