@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "trunnion/base/units.hpp"
 
@@ -14,8 +15,17 @@ namespace {
 constexpr std::int64_t kMmPerTenInches = 254;
 constexpr std::int64_t kTen = 10;
 static_assert(kMmPerInch * kTen == kMmPerTenInches);
+// mm, inches or degrees: far beyond any machine, and what is made of them fits in 64 bits.
+constexpr double kFarthest = 1e7;
+constexpr std::int64_t kMostQuanta = std::numeric_limits<std::int64_t>::max() / (2 * kMmPerTenInches);
+
+constexpr const char* kBeyond = ": beyond 10000000 mm, inches or degrees";
 
 }  // namespace
+
+bool OtherWords::is_beyond(std::int64_t quanta) const {
+  return std::abs(static_cast<double>(quanta)) * format_.quantum(AxisLetter::X) > kFarthest;
+}
 
 std::optional<OtherWords::Code> OtherWords::code_of(const std::string& word) {
   if (word.empty()) return std::nullopt;
@@ -100,15 +110,15 @@ bool OtherWords::wants_unit() {
 
 std::int64_t OtherWords::length(std::int64_t quanta) const {
   if (!inches_) return quanta;
-  const std::int64_t tenths = quanta * kMmPerTenInches;
+  const std::int64_t tenths = std::clamp(quanta, -kMostQuanta, kMostQuanta) * kMmPerTenInches;
   return (tenths + (tenths < 0 ? -kTen / 2 : kTen / 2)) / kTen;
 }
 
 bool OtherWords::resolve(AxisWords& words, const AxisWords& position, std::uint32_t column) {
   error.clear();
-  if (!inches_ && !increments_) return true;
   for (const AxisLetter letter : kAllAxisLetters) {
     if (!words.has(letter)) continue;
+    if (is_beyond(words[letter])) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
     std::int64_t value = is_rotary(letter) ? words[letter] : length(words[letter]);
     if (increments_) {
       if (!position.has(letter)) {
@@ -116,6 +126,7 @@ bool OtherWords::resolve(AxisWords& words, const AxisWords& position, std::uint3
                                 "') from a place that is not known");
       }
       value += position[letter];
+      if (is_beyond(value)) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
     }
     words.set(letter, value);
   }
@@ -135,6 +146,7 @@ bool OtherWords::quanta_of(const Word& word, std::int64_t& out) {
                 std::string("'") + word.letter +
                     "' has no decimal point: the control would take it for a number of increments");
   }
+  if (is_beyond(out)) return fail(word.column, std::string(1, word.letter) + kBeyond);
   out = length(out);
   return true;
 }

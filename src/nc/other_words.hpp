@@ -76,6 +76,7 @@ class OtherWords {
   void set(Mode mode);
   bool fail(std::uint32_t column, const std::string& message);
   bool is_code(const Word& word, const std::string& text) const;
+  bool is_beyond(std::int64_t quanta) const;
   bool quanta_of(const Word& word, std::int64_t& out);
   std::optional<FoundEvent> take_circle(ParsedLine& line, const AxisWords& position);
   bool place_center(const AxisWords& position, std::int64_t radius, std::uint32_t column);

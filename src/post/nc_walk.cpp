@@ -272,6 +272,11 @@ std::size_t NcWalk::pieces_to(const BlockEnd& end) const {
 
 void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where) {
   const std::size_t pieces = pieces_to(end);
+  constexpr std::size_t kMostPieces = 100000;
+  if (pieces > kMostPieces)
+    return refuse(where, "pieces",
+                  "the way of this block needs " + std::to_string(pieces) + " points, more than " +
+                      std::to_string(kMostPieces) + " (--from-path points)");
   cl::Feed each = feed;
   if (each.mode == cl::FeedMode::inverse) each.value *= static_cast<double>(pieces);
   for (std::size_t i = 1; i < pieces; ++i) {
