@@ -91,37 +91,13 @@ std::vector<Probe> machine_probes() {
 }
 
 std::vector<Probe> controller_probes() {
-  std::string text =
-      "[controller]\nname = \"probe\"\nbase = \"default\"\n[clamp.A]\n[retract]\nZ = "
-      "\"\"\n[read.refused]\nG2 = \"\"\n";
-  for (const char* table : {"numbers",
-                            "line",
-                            "block_numbers",
-                            "comments",
-                            "motion",
-                            "incremental",
-                            "feed",
-                            "rotary",
-                            "length",
-                            "tcp",
-                            "cutter_compensation",
-                            "tilted_plane",
-                            "program",
-                            "tool",
-                            "spindle",
-                            "coolant",
-                            "dwell",
-                            "stop",
-                            "work_offset",
-                            "offset_shift",
-                            "run_time",
-                            "run_time_temperatures",
-                            "path_mode",
-                            "arcs",
-                            "cycles",
-                            "post"})
-    text += std::string("[") + table + "]\n";
-  return {{text, {}, {}, {}}};
+  return {
+      {"[controller]\nname = \"probe\"\nbase = \"default\"\n[clamp.A]\n[retract]\nZ = "
+       "\"\"\n[read.refused]\nG2 = "
+       "\"\"\n",
+       {},
+       {},
+       {}}};
 }
 
 constexpr const char* kProbeTable = "table.csv";
@@ -252,6 +228,39 @@ void merge(const config::FileRecord& from, config::FileRecord& into) {
   }
 }
 
+// Heads of the tables that a reader looks for at the top of a file, and that stand in no probe yet: a new one
+// needs no mention here.
+std::string unread_tables(const config::FileRecord& record, const std::string& probe) {
+  std::string out;
+  const auto root = record.find("");
+  if (root == record.end()) return out;
+  for (const auto& [key, value] : root->second.keys) {
+    if (record.contains(key)) continue;
+    for (const auto& [type, head] : {std::pair(config::KeyType::table, "\n[" + key + "]\n"),
+                                     std::pair(config::KeyType::tables, "\n[[" + key + "]]\n")}) {
+      if (value.types.contains(type) && probe.find(head) == std::string::npos) out += head;
+    }
+  }
+  return out;
+}
+
+Result<config::FileRecord> record_of(const FileKind& kind, const std::string& text,
+                                     const ProbeFolder& folder) {
+  const auto file = folder.write("probe.toml", text);
+  if (!file) return tl::unexpected(file.error());
+  config::FileRecord out;
+  for (const Read& read : kind.readers) {
+    config::FileRecord once;
+    {
+      const config::KeyRecording recording(once);
+      Diagnostics diagnostics;
+      read(*file, diagnostics);
+    }
+    merge(once, out);
+  }
+  return out;
+}
+
 }  // namespace
 
 const std::vector<std::string>& file_kinds() {
@@ -267,21 +276,18 @@ Result<FileKeys> keys_of_file(const std::string& kind) {
   const FileKind of = file_kind(kind);
   FileKeys out;
   for (const Probe& probe : of.probes) {
-    const auto file = folder.write("probe.toml", probe.text);
-    if (!file) return tl::unexpected(file.error());
-    config::FileRecord record;
-    for (const Read& read : of.readers) {
-      config::FileRecord once;
-      {
-        const config::KeyRecording recording(once);
-        Diagnostics diagnostics;
-        read(*file, diagnostics);
-      }
-      merge(once, record);
+    std::string text = probe.text;
+    auto record = record_of(of, text, folder);
+    while (record) {
+      const std::string more = unread_tables(*record, text);
+      if (more.empty()) break;
+      text += more;
+      record = record_of(of, text, folder);
     }
-    merge(record, out.record);
+    if (!record) return tl::unexpected(record.error());
+    merge(*record, out.record);
     if (!probe.table.empty())
-      out.variants.push_back({probe.table, probe.key, probe.pattern, std::move(record)});
+      out.variants.push_back({probe.table, probe.key, probe.pattern, std::move(*record)});
   }
   return out;
 }
