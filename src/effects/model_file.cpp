@@ -19,9 +19,6 @@ namespace {
 using config::Section;
 using Keys = std::vector<std::pair<std::string, std::string>>;
 
-// Names of parameters: which an effect has is its own (`trunnion model effects`).
-constexpr std::string_view kAnyKey = "^.+$";
-
 // Keys that choose a variant; they may stand in the effect or among its parameters.
 constexpr std::array<std::string_view, 4> kVariantKeys = {"component", "axis", "sensor", "run"};
 
@@ -95,7 +92,7 @@ class EffectReader {
 
   // Runs that the keys of a set-up tilt name: A_<run>_urad.
   void runs_of_tilts(Section& parameters) {
-    for (const std::string& key : parameters.keys(kAnyKey)) {
+    for (const std::string& key : parameters.keys()) {
       if (key.size() < 3 || key[1] != '_' || unit_of_key(key) == Unit::none) continue;
       const std::string run = key.substr(2, key.rfind('_') - 2);
       auto& runs = model_.context.runs;
@@ -110,7 +107,7 @@ class EffectReader {
     if (id == "setup_tilt" && parameters) runs_of_tilts(*parameters);
     auto effect = make_effect(machine_, model_.context, canonical_id(id), variant);
     variant_given_ = !variant.empty() || !effect || (*effect)->info().variant.empty();
-    if (effect && !variant_given_ && parameters && !parameters->keys(kAnyKey).empty()) {
+    if (effect && !variant_given_ && parameters && !parameters->keys().empty()) {
       const auto& choice = (*effect)->info().variant.front();
       s.error("id", "effect '" + id + "' has values but does not say which " + choice.first +
                         " they belong to: write " + choice.first + " = \"" + choice.second + "\" or another");
@@ -137,7 +134,7 @@ class EffectReader {
     auto range = s.find_section("range");
     if (range) check_range(*range, parameters);
     if (parameters) {
-      for (const std::string& key : parameters->keys(kAnyKey)) {
+      for (const std::string& key : parameters->keys()) {
         effects::FormulaSpec::Key p{key, 0.0, std::nullopt};
         const double factor = unit_factor(unit_of_key(key));
         p.value = parameters->find_number(key).value_or(0.0) * factor;
@@ -152,7 +149,7 @@ class EffectReader {
   }
 
   static void check_range(Section& range, const std::optional<Section>& parameters) {
-    for (const std::string& key : range.keys(kAnyKey)) {
+    for (const std::string& key : range.keys()) {
       if (!parameters || !parameters->has(key))
         range.error(key, "'range' names '" + key + "', which is none of the parameters");
     }
@@ -245,7 +242,7 @@ class EffectReader {
     if (!parameters) return;
     Keys late;
     std::vector<std::pair<std::string, double>> derived;
-    for (const std::string& key : parameters->keys(kAnyKey)) {
+    for (const std::string& key : parameters->keys()) {
       const bool chooses = std::find(kVariantKeys.begin(), kVariantKeys.end(), key) != kVariantKeys.end();
       const auto index = entry.find(key);
       if (chooses && !index) continue;
@@ -299,7 +296,7 @@ class EffectReader {
   static void read_sigma(Section& s, ModelEffect& entry) {
     bool any = false;
     if (auto sigma = s.find_section("sigma")) {
-      for (const std::string& key : sigma->keys(kAnyKey)) {
+      for (const std::string& key : sigma->keys()) {
         const auto number = sigma->find_number(key);
         const auto index = entry.find(key);
         if (!index)

@@ -350,7 +350,7 @@ void read_modes(Section& root, Controller& c) {
     read_template(s, "silent", {}, c.silent);
     read_template(s, "allowed", {}, c.allowed);
     if (auto refused = s.find_section("refused")) {
-      for (const auto& word : refused->keys("^.+$")) c.refused[word] = refused->text(word);
+      for (const auto& word : refused->keys()) c.refused[word] = refused->text(word);
     }
   });
 }

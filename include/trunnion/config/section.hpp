@@ -51,8 +51,9 @@ class Section {
   std::optional<Section> find_section(std::string_view key);
   std::vector<Section> sections(std::string_view key);
   /// All keys of this table, in the order of the file; marks them as asked for (tables with free keys).
-  /// `pattern`: a regular expression of those that the caller takes.
-  std::vector<std::string> keys(std::string_view pattern);
+  /// `pattern`: a regular expression of those that the caller takes; empty: none (they only count as asked
+  /// for).
+  std::vector<std::string> keys(std::string_view pattern = "^.+$");
   /// Raw access; marks the key as asked for. `type`: what the caller takes there.
   const Value* raw(std::string_view key, KeyType type = KeyType::other);
   /// The texts that the caller takes behind `key`, for tables of keys.
