@@ -455,6 +455,14 @@ Result<Calibration> calibrate(const Machine& machine, const diagnosis::Dataset& 
   out.readings = fit.size();
   out.rms_before_mm = fit.rms_mm({machine, Vector::Zero(fit.beside_count())});
   out.rms_after_mm = fit.rms_mm(best->state);
+  // Small errors leave hundredths of a millimetre; more is another machine, or another convention.
+  constexpr double kMostLeft_mm = 0.1;
+  if (out.rms_after_mm > kMostLeft_mm)
+    return fail(ErrorCode::check_failed,
+                "no lines of the rotary axes explain these readings: " + fixed_text(out.rms_after_mm, 3) +
+                    " mm RMS are left of " + fixed_text(out.rms_before_mm, 3) +
+                    " mm; are they of this machine, and read with this machine file?",
+                data.files.empty() ? std::string() : data.files.front());
   out.chi2 = best->chi2;
   out.freedom = best->freedom;
   out.small_errors_mm = best->small_mm;

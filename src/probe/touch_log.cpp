@@ -1,6 +1,7 @@
 #include "trunnion/probe/touch_log.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -8,6 +9,7 @@
 namespace trunnion::probe {
 namespace {
 
+constexpr double kLargest = 1e9;  // mm, degrees
 constexpr std::string_view kBlank = " \t\r=,;";
 
 std::vector<std::string> words_of(std::string_view text) {
@@ -54,6 +56,7 @@ std::string read_line(std::string_view text, LogLine& out) {
     }
     const auto number = parse_number(words[i]);
     if (!number) return "has '" + words[i] + "', which is no number";
+    if (std::abs(number.value) > kLargest) return "has '" + words[i] + "', which is beyond any axis";
     auto& at = out.at[nc::index(axis)];
     if (at) return std::string("has two numbers for ") + nc::letter_of(axis);
     at = internal(axis, number.value);

@@ -128,6 +128,11 @@ TEST_F(ProbeCommand, RefusesBadFilesAndWritesNothing) {
   EXPECT_EQ(run("probe read p.txt -m trunnion_offset --program missing -o d.csv").code, 4);
   EXPECT_EQ(run("probe read p.txt -m trunnion_offset --program p.txt -o d.csv").code, 3);
   EXPECT_EQ(run("probe read p.txt -m trunnion_offset --program p.nc -o p.nc").code, 2);
+  ASSERT_EQ(run("probe read p.txt -m trunnion_offset --program p.nc -o d.csv").code, 0);
+  const auto other = run("machine calibrate d.csv -m xyzac_trt -o new.toml");
+  EXPECT_EQ(other.code, 1);
+  EXPECT_THAT(other.messages, HasSubstr("no lines of the rotary axes explain these readings"));
+  fs::remove(folder_ / "d.csv");
   EXPECT_EQ(run("machine calibrate empty -m trunnion_offset -o new.toml").code, 3);
   EXPECT_EQ(run("machine calibrate missing -m trunnion_offset -o new.toml").code, 4);
   EXPECT_EQ(run("machine calibrate -m trunnion_offset -o new.toml").code, 2);
