@@ -70,7 +70,8 @@ std::vector<std::string> shipped_names(const std::string& kind) {
 
 Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& diagnostics) {
   std::error_code ec;
-  if (machine.empty() || machine.find_first_of("/.") != std::string::npos || fs::exists(machine, ec))
+  if (machine.empty() || machine == "-" || machine.find_first_of("/.") != std::string::npos ||
+      fs::exists(machine, ec))
     return load_machine(machine, diagnostics);
   const std::string folder = postconfigs_folder() + "/machines";
   const std::string shipped = folder + "/" + machine + ".toml";

@@ -98,6 +98,8 @@ class IniReader {
       : entries_(entries_of(text)), file_(std::move(file)), diagnostics_(diagnostics) {}
 
   Result<NewMachine> read() {
+    // Where the control's own kinematics count from: programs with tool-centre-point control need no more.
+    machine_.part_zero_mm = Vec3::Zero();
     const std::size_t errors = diagnostics_.error_count();
     const Entry* name = find("EMC", "MACHINE");
     machine_.name = name != nullptr ? name->value : std::filesystem::path(file_).stem().string();

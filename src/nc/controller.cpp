@@ -338,12 +338,12 @@ void read_modes(Section& root, Controller& c) {
       s.error("planes", "'planes' are three words, of X Y, of Z X and of Y Z, or none");
     read_template(s, "reference", {}, c.input.reference);
     read_template(s, "skipped", {}, c.input.skipped);
-    if (s.has("clockwise")) c.input.clockwise = s.text("clockwise");
-    if (s.has("counterclockwise")) c.input.counterclockwise = s.text("counterclockwise");
+    c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);
+    c.input.counterclockwise = s.find_text("counterclockwise").value_or(c.input.counterclockwise);
     c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);
-    if (s.has("centers_absolute")) c.input.centers_absolute = s.text("centers_absolute");
-    if (s.has("centers_from_start")) c.input.centers_from_start = s.text("centers_from_start");
-    if (s.has("machine_position")) c.input.machine_position = s.text("machine_position");
+    c.input.centers_absolute = s.find_text("centers_absolute").value_or(c.input.centers_absolute);
+    c.input.centers_from_start = s.find_text("centers_from_start").value_or(c.input.centers_from_start);
+    c.input.machine_position = s.find_text("machine_position").value_or(c.input.machine_position);
   });
   in_section(root, "read", [&](Section& s) {
     read_template(s, "end", {}, c.program.also_end);

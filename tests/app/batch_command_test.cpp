@@ -64,7 +64,12 @@ class BatchCommand : public testing::Test {
 TEST_F(BatchCommand, AnotherBuildOfTheProgramMakesAllAgain) {
   const std::string machine = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/paper.toml";
   const std::string words = "batch in -m '" + machine + "' -o out";
-  const std::string other = (folder_ / "trunnion").string();
+  // It looks for its data beside it, as an installed one does.
+  const std::string other = (folder_ / "bin" / "trunnion").string();
+  fs::create_directories(folder_ / "bin");
+  fs::create_directories(folder_ / "share" / "trunnion");
+  fs::create_directory_symlink(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs",
+                               folder_ / "share" / "trunnion" / "postconfigs");
   fs::copy_file(kBatchProgram, other);
   ASSERT_EQ(run(words).code, 0);
   EXPECT_THAT(run(words, "", other).messages, HasSubstr("3 unchanged"));
