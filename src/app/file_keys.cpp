@@ -92,7 +92,8 @@ std::vector<Probe> machine_probes() {
 
 std::vector<Probe> controller_probes() {
   return {
-      {"[controller]\nname = \"probe\"\nbase = \"default\"\n[clamp.A]\n[retract]\nZ = "
+      {"[controller]\nname = \"probe\"\nbase = \"default\"\n[clamp.A]\n[axis_numbers]\nany = "
+       "[\"\"]\n[retract]\nZ = "
        "\"\"\n[read.refused]\nG2 = "
        "\"\"\n",
        {},
