@@ -67,7 +67,7 @@ std::vector<std::string> in_backticks(const std::string& text) {
 std::string table_of(const std::string& cell) {
   const auto begin = cell.find("**[");
   if (begin == std::string::npos) return {};
-  std::string out = cell.substr(begin + 3, cell.find("]", begin) - begin - 3);
+  std::string out = cell.substr(begin + 3, cell.find(']', begin) - begin - 3);
   if (out.starts_with('[')) out.erase(0, 1);
   return out == "clamp.A" ? "clamp.*" : out == "file" ? "" : out;
 }

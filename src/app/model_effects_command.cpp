@@ -86,6 +86,7 @@ ExitCode run(const ModelEffectsOptions& options) {
   auto library = effect_library(*machine, context);
   if (!options.only.empty()) {
     std::vector<std::string> all;
+    all.reserve(library.size());
     for (const EffectFamily& family : library) all.push_back(family.id());
     std::erase_if(library, [&](const EffectFamily& f) {
       const std::string kind = f.id().substr(0, f.id().find(':'));

@@ -65,12 +65,13 @@ std::string reason(const CLI::App* root, const CLI::App* command, const CLI::Err
   const auto below = subcommands(command);
   if (!below.empty() && !remaining.empty()) {
     std::vector<std::string> names;
+    names.reserve(below.size());
     for (const CLI::App* sub : below) names.push_back(sub->get_name());
     return "error: " + full_name(command) + " has no command '" + remaining.front() + "'" +
            did_you_mean(remaining.front(), names) + "\n";
   }
   if (is(error, CLI::ExitCodes::RequiredError)) {
-    if (const std::string text = missing_text(command); !text.empty()) return text;
+    if (std::string text = missing_text(command); !text.empty()) return text;
   }
   if (is(error, CLI::ExitCodes::ExtrasError) && !remaining.empty())
     return "error: " + full_name(command) + ": '" + remaining.front() + "' is one argument too many\n";

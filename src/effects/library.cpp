@@ -66,6 +66,7 @@ std::string unknown_id(const Machine& machine, const std::vector<EffectFamily>& 
     return text + ": there is no temperature sensor; name one with sensor = \"...\"";
   if (kind == "step" || kind == "setup_tilt") return text + ": it needs a run; name one with run = \"...\"";
   std::vector<std::string> all;
+  all.reserve(library.size());
   for (const EffectFamily& family : library) all.push_back(family.id());
   return text + did_you_mean(id, all) + " (`trunnion model effects` lists them)";
 }

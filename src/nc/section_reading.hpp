@@ -41,6 +41,7 @@ template <class Enum>
 void read_choice(Section& s, const char* key, const std::vector<std::pair<const char*, Enum>>& choices,
                  Enum& out) {
   std::vector<std::string> all;
+  all.reserve(choices.size());
   for (const auto& [name, value] : choices) all.emplace_back(name);
   s.takes(key, all);
   const auto v = s.find_text(key);

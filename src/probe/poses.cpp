@@ -184,6 +184,7 @@ ChosenPoses choose_poses(const Machine& machine, const PoseChoice& choice) {
     if (!better) break;
   }
   std::vector<JointVector> poses;
+  poses.reserve(chosen.size());
   for (const std::size_t i : chosen) poses.push_back(candidates[i].q);
   for (const std::size_t i : shortest_order(machine, poses)) out.poses.push_back(poses[i]);
 

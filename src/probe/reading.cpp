@@ -92,6 +92,7 @@ class LogReader {
     // What a faster touch goes on scatters with its speed.
     const double feed_of_most = median_of([&] {
       std::vector<double> feeds;
+      feeds.reserve(pairs.size());
       for (const Pair& p : pairs) feeds.push_back(static_cast<double>(strokes_.touches[p.fast].feed));
       return feeds;
     }());

@@ -7,7 +7,7 @@
 namespace trunnion::probe {
 namespace {
 
-constexpr int kMostSteps = 60;
+constexpr int kMostSphereSteps = 60;
 // Smallest over largest singular value of the directions (with a column of ones for the radius) below which
 // the points fix no sphere: a cap of less than 3 degrees.
 constexpr double kFlat = 1e-3;
@@ -66,7 +66,7 @@ std::optional<Sphere> fit_sphere(const std::vector<Vec3>& points, std::optional<
     if (!radius_mm) radius += by[3];
     if (!center.allFinite()) return std::nullopt;
     const double smallest = 1e-13 * (center.norm() + radius);
-    if (by.norm() > smallest && step < kMostSteps) continue;
+    if (by.norm() > smallest && step < kMostSphereSteps) continue;
     Sphere out;
     out.center_mm = center;
     out.radius_mm = radius;
@@ -91,7 +91,7 @@ std::optional<CommonSpheres> fit_common_radius(const std::vector<std::vector<Vec
   }
   if (count == 0) return std::nullopt;
   out.radius_mm = sum / static_cast<double>(count);
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMostSphereSteps; ++step) {
     out.spheres.clear();
     double right = 0.0, left = 0.0;
     for (const auto& set : sets_mm) {
