@@ -17,7 +17,9 @@ namespace trunnion::diagnosis {
 namespace {
 
 constexpr std::size_t kMostTerms = 4;
-constexpr std::size_t kFinalists = 6;   // twists that are looked at with products of three
+constexpr std::size_t kFirstTerms = 2;  // by which the twists are compared
+constexpr std::size_t kFinalists = 6;   // twists that are looked at whole, with products of three
+constexpr std::size_t kLooked = 100;    // terms of which all is taken out that base and terms before take
 constexpr double kLeft = 1e-4;          // part of a column's square that base and terms must leave
 constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
 constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
@@ -63,16 +65,13 @@ class FormulaSearch {
       : o_(o), core_(core), answers_(answers(o)), terms_(formula_terms(o)) {}
 
   std::vector<Chosen> best() const {
-    std::vector<const FormulaTerm*> all;
-    for (const auto* kind : {&terms_.single, &terms_.products})
-      for (const FormulaTerm& t : *kind) all.push_back(&t);
     std::vector<Chosen> found(answers_.size());
     oneapi::tbb::parallel_for(std::size_t{0}, answers_.size(),
-                              [&](std::size_t i) { found[i] = terms_of(i, all); });
+                              [&](std::size_t i) { found[i] = terms_of(i, {}, kFirstTerms); });
     const auto by_criterion = [](const Chosen& a, const Chosen& b) { return a.criterion < b.criterion; };
     std::stable_sort(found.begin(), found.end(), by_criterion);
     found.resize(std::min(found.size(), kFinalists));
-    oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) { deepen(found[i]); });
+    oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) { complete(found[i]); });
     std::stable_sort(found.begin(), found.end(), by_criterion);
     return found;
   }
@@ -85,69 +84,110 @@ class FormulaSearch {
     const double dof = std::max(core_.dof(), 1.0);
     return dof * std::log(std::max(rss / dof, 1.0)) + price;
   }
-  double price_of(const FormulaTerm& term) const {
-    return std::log(static_cast<double>(o_.size())) + term.price;
-  }
+
+  // A term, or its product with one that was found before.
+  struct Candidate {
+    const FormulaTerm* term = nullptr;
+    const FormulaTerm* times = nullptr;
+    double score = 0.0;
+  };
 
   // The term that explains most beside those that there are, again and again (orthogonal matching pursuit;
   // Pati, Rezaiifar and Krishnaprasad 1993), as many of them as pay: one may pay with the next one only, as a
-  // sine with its cosine.
-  Chosen terms_of(std::size_t answer, const std::vector<const FormulaTerm*>& all) const {
-    MatrixXd columns(o_.size(), static_cast<Eigen::Index>(all.size()));
-    for (std::size_t k = 0; k < all.size(); ++k)
-      columns.col(static_cast<Eigen::Index>(k)) = answers_[answer].values.cwiseProduct(all[k]->values);
-    const VectorXd before =
-        (core_.whitening->inverse_u().asDiagonal() * columns).colwise().squaredNorm().transpose();
-    columns = core_.projected(columns);
+  // sine with its cosine. `times`: terms whose products with functions of one variable are tried, too.
+  Chosen terms_of(std::size_t answer, const std::vector<FormulaTerm>& times, std::size_t most) const {
     VectorXd left = core_.white;
+    MatrixXd taken(left.size(), 0);
     // Which joint and component is a choice, too.
     double price = 2.0 * std::log(static_cast<double>(answers_.size()));
     Chosen out{answer, {}, without()};
     std::vector<FormulaTerm> terms;
-    for (std::size_t n = 0; n < kMostTerms; ++n) {
-      const auto most = most_of(columns, before, left);
-      if (!most) break;
-      terms.push_back(*all[static_cast<std::size_t>(*most)]);
-      price += price_of(terms.back());
-      const VectorXd along = columns.col(*most).normalized();
+    for (std::size_t n = 0; n < most; ++n) {
+      auto [term, along] = next_term(answers_[answer].values, times, taken, left);
+      if (along.size() == 0) break;
+      price += std::log(static_cast<double>(o_.size())) + term.price;
+      terms.push_back(std::move(term));
       left -= along.dot(left) * along;
-      columns -= along * (along.transpose() * columns);
+      taken.conservativeResize(Eigen::NoChange, taken.cols() + 1);
+      taken.rightCols(1) = along;
       const double now = criterion(left.squaredNorm(), price);
       if (now < out.criterion) out = {answer, terms, now};
     }
     return out;
   }
 
-  static std::optional<Eigen::Index> most_of(const MatrixXd& columns, const VectorXd& before,
-                                             const VectorXd& left) {
+  // With its direction, a unit vector; none where none is left.
+  std::pair<FormulaTerm, VectorXd> next_term(const VectorXd& answer, const std::vector<FormulaTerm>& times,
+                                             const MatrixXd& taken, const VectorXd& left) const {
+    const std::vector<Candidate> looked = promising(answer, times, left);
+    std::vector<FormulaTerm> terms;
+    for (const Candidate& c : looked) {
+      if (c.times == nullptr) {
+        terms.push_back(*c.term);
+      } else if (auto both = product(*c.times, *c.term)) {
+        both->price = price_among(terms_.terms.size() + times.size() * terms_.of_one_variable);
+        terms.push_back(std::move(*both));
+      }
+    }
+    MatrixXd columns(o_.size(), static_cast<Eigen::Index>(terms.size()));
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      columns.col(static_cast<Eigen::Index>(k)) = answer.cwiseProduct(terms[k].values.cast<double>());
+    const VectorXd before =
+        (core_.whitening->inverse_u().asDiagonal() * columns).colwise().squaredNorm().transpose();
+    columns = core_.projected(columns);
+    columns -= taken * (taken.transpose() * columns);
     const VectorXd sizes = columns.colwise().squaredNorm().transpose();
     const VectorXd moments = columns.transpose() * left;
-    std::optional<Eigen::Index> most;
+    std::pair<FormulaTerm, VectorXd> out;
     double drop = 0.0;
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
       if (!(sizes[k] > kLeft * before[k]) || !(moments[k] * moments[k] / sizes[k] > drop)) continue;
       drop = moments[k] * moments[k] / sizes[k];
-      most = k;
+      out = {terms[static_cast<std::size_t>(k)], columns.col(k).normalized()};
     }
-    return most;
+    return out;
   }
 
-  // Terms that were found times a simple one or a step more: an error of a part of the travel, of a regime.
-  void deepen(Chosen& chosen) const {
-    if (chosen.terms.empty()) return;
-    std::vector<FormulaTerm> deeper;
-    for (const FormulaTerm& found : chosen.terms)
-      for (const FormulaTerm& factor : terms_.single) {
-        if (factor.text.empty() || found.text.find(factor.text) != std::string::npos) continue;
-        deeper.push_back(product(found, factor));
+  // Those that would explain most if base and set-ups took nothing of them: cheap, and near enough for so
+  // many.
+  std::vector<Candidate> promising(const VectorXd& answer, const std::vector<FormulaTerm>& times,
+                                   const VectorXd& left) const {
+    // A product of `left` with raw columns wants it whitened once more.
+    MatrixXd mixed = left.head(o_.size());
+    core_.whitening->mix(mixed);
+    const VectorXd& inverse_u = core_.whitening->inverse_u();
+    const Eigen::VectorXf moment = mixed.col(0).cwiseProduct(inverse_u).cwiseProduct(answer).cast<float>();
+    const Eigen::VectorXf weight = answer.cwiseProduct(inverse_u).cwiseAbs2().cast<float>();
+    std::vector<Candidate> out;
+    const auto add = [&](const FormulaTerm* factor, std::size_t count) {
+      Eigen::VectorXf m = moment, w = weight;
+      if (factor != nullptr) {
+        m = m.cwiseProduct(factor->values);
+        w = w.cwiseProduct(factor->values.cwiseAbs2());
       }
-    set_price(deeper, terms_.single.size() + terms_.products.size());
-    std::vector<const FormulaTerm*> all;
-    for (const auto* kind : {&terms_.single, &terms_.products})
-      for (const FormulaTerm& t : *kind) all.push_back(&t);
-    for (const FormulaTerm& t : deeper) all.push_back(&t);
-    Chosen again = terms_of(chosen.answer, all);
-    if (again.criterion < chosen.criterion) chosen = std::move(again);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Eigen::VectorXf& values = terms_.terms[k].values;
+        const double size = w.dot(values.cwiseAbs2());
+        const double in = m.dot(values);
+        if (size > 0.0) out.push_back({&terms_.terms[k], factor, in * in / size});
+      }
+    };
+    add(nullptr, terms_.terms.size());
+    for (const FormulaTerm& found : times) add(&found, terms_.of_one_variable);
+    const std::size_t most = std::min(out.size(), kLooked);
+    std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(most), out.end(),
+                      [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    out.resize(most);
+    return out;
+  }
+
+  // All terms that pay, and terms that were found times one more: an error of a part of the travel, of a
+  // regime.
+  void complete(Chosen& chosen) const {
+    if (chosen.terms.empty()) return;
+    chosen = terms_of(chosen.answer, {}, kMostTerms);
+    Chosen deeper = terms_of(chosen.answer, chosen.terms, kMostTerms);
+    if (deeper.criterion < chosen.criterion) chosen = std::move(deeper);
   }
 
   const Observations& o_;

@@ -44,8 +44,9 @@ class Writer {
   explicit Writer(const Variable& v) : v_(v) {}
 
   FormulaTerm term(const std::string& text, const std::function<double(double)>& f) const {
-    FormulaTerm out{text, VectorXd(v_.covariate.values.size()), v_.name, 0.0};
-    for (Eigen::Index i = 0; i < out.values.size(); ++i) out.values[i] = f(v_.covariate.values[i]);
+    FormulaTerm out{text, Eigen::VectorXf(v_.covariate.values.size()), v_.name, 0.0};
+    for (Eigen::Index i = 0; i < out.values.size(); ++i)
+      out.values[i] = static_cast<float>(f(v_.covariate.values[i]));
     return out;
   }
   FormulaTerm power(int n) const {
@@ -123,8 +124,8 @@ std::vector<Variable> variables(const Observations& o) {
 }
 
 // Readings that differ from most, in effect: (sum d^2)^2 / sum d^4.
-bool carried(const VectorXd& step) {
-  const double ones = step.sum();
+bool carried(const Eigen::VectorXf& step) {
+  const double ones = step.cast<double>().sum();
   return std::min(ones, static_cast<double>(step.size()) - ones) >= kLeastReadings;
 }
 
@@ -170,38 +171,44 @@ void add_others(const Variable& v, std::vector<FormulaTerm>& to) {
 
 }  // namespace
 
-FormulaTerm product(const FormulaTerm& a, const FormulaTerm& b) {
-  if (a.text.empty()) return b;
-  if (b.text.empty()) return a;
-  return {a.text + "*" + b.text, a.values.cwiseProduct(b.values), a.variable, 0.0};
+std::optional<FormulaTerm> product(const FormulaTerm& a, const FormulaTerm& b) {
+  if (a.text.find(b.text) != std::string::npos || b.text.find(a.text) != std::string::npos)
+    return std::nullopt;
+  return FormulaTerm{a.text + "*" + b.text, a.values.cwiseProduct(b.values), a.variable, 0.0};
+}
+
+double price_among(std::size_t terms) {
+  return 2.0 * std::log(static_cast<double>(terms));
 }
 
 FormulaTerms formula_terms(const Observations& o) {
   FormulaTerms out;
-  out.single.push_back({"", VectorXd::Ones(o.size()), "", 0.0});
-  std::vector<std::vector<FormulaTerm>> of_each;
-  for (const Variable& v : variables(o)) {
-    auto& mine = of_each.emplace_back();
-    add_simple(v, mine);
-    out.simple.insert(out.simple.end(), mine.begin(), mine.end());
-    // What happens at a moment of a run is an affair of that run.
-    if (v.name != "t") add_others(v, out.single);
+  out.terms.push_back({"", Eigen::VectorXf::Ones(o.size()), "", 0.0});
+  const std::vector<Variable> all = variables(o);
+  std::vector<std::size_t> first;  // of each variable, and the end
+  for (const Variable& v : all) {
+    first.push_back(out.terms.size());
+    add_simple(v, out.terms);
   }
-  for (std::size_t i = 0; i < of_each.size(); ++i)
-    for (std::size_t k = i + 1; k < of_each.size(); ++k)
-      for (const FormulaTerm& a : of_each[i])
-        for (const FormulaTerm& b : of_each[k]) out.products.push_back(product(a, b));
-  set_price(out.simple, 1);
-  std::vector<FormulaTerm> others = std::move(out.single);
-  set_price(others, out.simple.size());
-  out.single = out.simple;
-  out.single.insert(out.single.end(), others.begin(), others.end());
-  set_price(out.products, out.simple.size());
+  first.push_back(out.terms.size());
+  const auto price_from = [&](std::size_t begin, std::size_t count) {
+    for (std::size_t k = begin; k < out.terms.size(); ++k) out.terms[k].price = price_among(count);
+  };
+  const std::size_t simple = out.terms.size();
+  price_from(0, simple);
+  for (const Variable& v : all) {
+    // What happens at a moment of a run is an affair of that run.
+    if (v.name != "t") add_others(v, out.terms);
+  }
+  out.of_one_variable = out.terms.size();
+  price_from(simple, out.of_one_variable);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t a = first[i]; a < first[i + 1]; ++a)
+      for (std::size_t b = first[i + 1]; b < simple; ++b) {
+        if (auto both = product(out.terms[a], out.terms[b])) out.terms.push_back(std::move(*both));
+      }
+  price_from(out.of_one_variable, simple + out.terms.size() - out.of_one_variable);
   return out;
-}
-
-void set_price(std::vector<FormulaTerm>& terms, std::size_t simpler) {
-  for (FormulaTerm& t : terms) t.price = 2.0 * std::log(static_cast<double>(simpler + terms.size()));
 }
 
 }  // namespace trunnion::diagnosis
