@@ -12,6 +12,9 @@ namespace trunnion::probe {
 namespace {
 
 constexpr double kLeastLimit_mm = 0.005;
+// Of the radius that a pose has by itself: errors of a machine of some 30 um change it by this much, and the
+// scatter of a dozen radii is known to a third only.
+constexpr double kLeastRadius_mm = 0.010;
 constexpr double kTimesScatter = 8.0;
 constexpr double kLeastPair_mm =
     0.012;  // of a fast and a slow touch: both scatter, and the fast one by its speed
@@ -142,7 +145,7 @@ class LogReader {
         return refuse(pose, last_line_of(pose),
                       "its touches lie on a sphere of radius " + mm(radii[pose]) + "; ball and stylus have " +
                           mm(expected) + " together: another ball or stylus, or touches that are wrong");
-      if (std::abs(radii[pose] - middle) > limit_of(scatter_of(radii)))
+      if (std::abs(radii[pose] - middle) > std::max(kLeastRadius_mm, limit_of(scatter_of(radii))))
         return refuse(pose, last_line_of(pose),
                       "its touches lie on a sphere of radius " + mm(radii[pose]) +
                           ", those of the other poses on " + mm(middle) +

@@ -123,15 +123,13 @@ Tally simulate(int count, double small, std::size_t poses, double largest_noise 
   Diagnostics diagnostics;
   const auto strokes = read_strokes(given.machine, given.control, program.text, "p.nc", diagnostics).value();
   Tally tally;
-  int refused = 0;
   for (int i = 0; i < count; ++i) {
     Hidden hidden(given, options, static_cast<std::uint64_t>(1000 + i), small);
     hidden.machine.noise_mm *= largest_noise;
     const auto run = test::run_probing(program.text, hidden.machine, static_cast<std::uint64_t>(i));
     const auto reading = read_touches(given.machine, strokes, run.log, "log", {});
     if (!reading) {
-      ++refused;
-      std::printf("%d: %s\n", i, reading.error().text().c_str());
+      ADD_FAILURE() << i << ": " << reading.error().text();
       continue;
     }
     const auto found = calibrate(given.machine, reading->data);
@@ -141,9 +139,6 @@ Tally simulate(int count, double small, std::size_t poses, double largest_noise 
     }
     for (const double sigmas : off_in_sigmas(*found, given.machine, hidden.machine)) tally.add(sigmas);
   }
-  // Errors of the machine bend the sphere, too: where they are several times the usual ones a good log may
-  // look like one of another ball.
-  EXPECT_LE(refused, count / 200) << "good logs are refused";
   std::printf(
       "%d machines, small errors x %.1f, %zu poses: %.2f %% within 95 %%, %.2f %% within 3 sigma, rms %.3f, "
       "worst %.2f\n",
