@@ -33,7 +33,8 @@ struct KnownFigures {
 struct FollowLimits {
   double tolerance_mm = 0.0;
   double axis_tolerance_rad = 0.0;
-  bool on_truth = false;  // on a machine with errors
+  double pole_tolerance_rad = 0.0;  // beyond that, in the pole's cone
+  bool on_truth = false;            // on a machine with errors
   // Of the pole's cone, where one has a tolerance of its own: its direction in P, the cosine of its angle.
   bool has_cone = false;
   Vec3 cone_axis_P = Vec3::UnitZ();

@@ -9,7 +9,7 @@ namespace trunnion::post {
 /// Blocks that follow one another, followed along the CL path a few at a time as long as they surely change
 /// no figure of the report. Where each of them ends is guessed from how far the tool goes, and holds only
 /// where the block before it, taken together with it, ended where it was guessed: it is the place that
-/// Verifier::State finds for one block (`find_near`), and is as quiet as that says (`is_quiet`). Whatever is
+/// PathFollower finds for one block (`find_near`), and is as quiet as QuietTest says. Whatever is
 /// not plain (poles, rapids, still tips, CL points on top of one another) is left to it.
 class QuietRun {
  public:

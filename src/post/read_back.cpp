@@ -32,34 +32,28 @@ ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSin
     : sink_(sink) {
   if (!options.verify) return;
   const std::string nc_file = "<program>";
-  with_errors_ = std::make_unique<Verifier>(*job.machine, *job.controller,
-                                            verify_options(job, options, errors), nc_file, diagnostics_);
-  if (errors == nullptr && job.offsets == nullptr) return;
-  VerifyOptions nominal = verify_options(job, options, nullptr);
-  nominal.collect = false;
-  nominal.offsets = nullptr;
-  nominal.run_time_temperatures = nullptr;
-  nominal_ = std::make_unique<Verifier>(*job.machine, *job.controller, nominal, nc_file, diagnostics_);
-  with_errors_->share_with(*nominal_);
+  verifier_ = std::make_unique<Verifier>(*job.machine, *job.controller, verify_options(job, options, errors),
+                                         nc_file, diagnostics_);
+  if (errors != nullptr || job.offsets != nullptr) verifier_->judge_nominal_too();
 }
 
 void ReadBack::expect(const Chunk& chunk) {
-  if (!with_errors_) return;
+  if (!verifier_) return;
   for (const Event& event : chunk.events) {
     if (const auto* change = std::get_if<cl::ToolChange>(&event.record.data))
-      with_errors_->expect_tool(change->number, *change->gauge_length_mm);
+      verifier_->expect_tool(change->number, *change->gauge_length_mm);
   }
-  if (!chunk.tool.control_adds_length) with_errors_->expect_no_length();
+  if (!chunk.tool.control_adds_length) verifier_->expect_no_length();
   std::size_t event = 0;
   for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
     for (; event < chunk.events.size() && chunk.events[event].before == i; ++event)
-      with_errors_->expect(chunk.events[event].record);
+      verifier_->expect(chunk.events[event].record);
     if (i == chunk.motions.size()) break;
     const Pending& p = chunk.motions[i];
-    with_errors_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
-                         p.point.where);
+    verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
+                      p.point.where);
   }
-  with_errors_->text(unread_);
+  verifier_->text(unread_);
   unread_.clear();
 }
 
@@ -67,22 +61,17 @@ Result<void> ReadBack::pass_on(Chunk& chunk) {
   expect(chunk);
   if (chunk.text.empty()) return {};
   auto done = sink_(chunk.text);
-  if (with_errors_) unread_.swap(chunk.text);
+  if (verifier_) unread_.swap(chunk.text);
   return done;
 }
 
 Result<void> ReadBack::finish(PostReport& report) {
-  if (with_errors_) {
-    with_errors_->text(unread_);
-    auto verified = with_errors_->finish();
-    if (!verified) return tl::unexpected(verified.error());
-    report.verification = std::move(*verified);
-  }
-  if (nominal_) {
-    auto verified = nominal_->finish();
-    if (!verified) return tl::unexpected(verified.error());
-    report.nominal_verification = std::move(*verified);
-  }
+  if (!verifier_) return {};
+  verifier_->text(unread_);
+  auto found = verifier_->finish();
+  if (!found) return tl::unexpected(found.error());
+  report.verification = std::move(found->report);
+  report.nominal_verification = std::move(found->nominal);
   return {};
 }
 

@@ -30,8 +30,8 @@ class ReadBack {
 
   const TextSink& sink_;
   Diagnostics diagnostics_;
-  std::unique_ptr<Verifier> with_errors_, nominal_;  // of the machine
-  std::string unread_;                               // the last text that went out
+  std::unique_ptr<Verifier> verifier_;
+  std::string unread_;  // the last text that went out
 };
 
 }  // namespace trunnion::post

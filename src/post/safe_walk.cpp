@@ -19,17 +19,17 @@ std::string in_mm(double value) {
 }  // namespace
 
 SafeWalk::SafeWalk(const Machine& machine, double quantum_mm, double room_mm, std::size_t most_findings,
-                   VerifyReport& report)
+                   WordFigures& figures)
     : machine_(machine),
       turn_slack_mm_(quantum_mm),
       side_slack_mm_(kSideways_mm + room_mm),
       most_findings_(most_findings),
-      report_(report),
+      figures_(figures),
       z_(machine.axis("Z")) {}
 
 void SafeWalk::find(std::uint32_t nc_line, const std::string& what) {
-  ++report_.unsafe_count;
-  if (report_.unsafe.size() < most_findings_) report_.unsafe.push_back({nc_line, what});
+  ++figures_.unsafe_count;
+  if (figures_.unsafe.size() < most_findings_) figures_.unsafe.push_back({nc_line, what});
 }
 
 bool SafeWalk::at_height(double slack_mm) const {

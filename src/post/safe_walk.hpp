@@ -12,10 +12,10 @@ namespace trunnion::post {
 /// safe height only, X and Y move there only, and the tool comes down along Z.
 class SafeWalk {
  public:
-  /// Findings go to `report`. `quantum_mm`: of the words of Z. `room_mm`: how far from the safe height X and
+  /// Findings go to `figures`. `quantum_mm`: of the words of Z. `room_mm`: how far from the safe height X and
   /// Y may move all the same (a shift of the work offset asks for room at the end of the travel).
   SafeWalk(const Machine& machine, double quantum_mm, double room_mm, std::size_t most_findings,
-           VerifyReport& report);
+           WordFigures& figures);
 
   using Known = std::array<bool, kMaxAxes>;
 
@@ -53,7 +53,7 @@ class SafeWalk {
   const Machine& machine_;
   double turn_slack_mm_, side_slack_mm_;
   std::size_t most_findings_;
-  VerifyReport& report_;
+  WordFigures& figures_;
   std::optional<AxisId> z_;
   JointVector q_;
   Known known_{};

@@ -2,6 +2,7 @@
 // off its place, held against a chain of the tests' own.
 #include <gtest/gtest.h>
 #include <random>
+#include <sstream>
 
 #include "post/own_chain.hpp"
 #include "post/posting.hpp"
@@ -261,6 +262,14 @@ TEST(Flute, ATurnOfTheAxisIsFoundAtItsEnd) {
   EXPECT_GE(v.certified_flute_deviation_mm, truth_mm - 1e-6);
   EXPECT_LE(v.certified_flute_deviation_mm, 1.06 * truth_mm);
   EXPECT_NEAR(v.worst_flute.cl_line, 4 + 6, 1);
+  // Of the program it is the line of that block, too: four of the cut's come behind it.
+  std::istringstream lines(p.nc);
+  std::string line;
+  std::uint32_t number = 0;
+  int behind = 0;
+  while (std::getline(lines, line))
+    behind += ++number > v.worst_flute.nc_line && line.find('X') != std::string::npos ? 1 : 0;
+  EXPECT_GE(behind, 4);
   EXPECT_TRUE(verified_with_flute(p.nc, turned, machine, 0.0).passed());
 }
 

@@ -144,19 +144,23 @@ struct CutFigures {
   std::vector<WorstPlace> worst;        // feed moves, worst first
 };
 
-struct VerifyReport : CutFigures {
-  std::size_t points_in = 0;   // motions of the CL file
+/// What the words of a program tell without its CL path.
+struct WordFigures {
   std::size_t points_out = 0;  // motion blocks of the NC program
   std::size_t feed_blocks = 0;
   std::size_t rapid_blocks = 0;
+  /// What is not safe on the way between the cuts: the first places of it.
+  std::vector<UnsafeMove> unsafe;
+  std::size_t unsafe_count = 0;
+};
+
+struct VerifyReport : CutFigures, WordFigures {
+  std::size_t points_in = 0;  // motions of the CL file
   /// Effects of the model that know no bound on their course: ids, each once.
   std::vector<std::string> unproved_effects;
   double max_rapid_deviation_mm = 0.0;  // of the tip in rapids, from the line between their CL points
   PlaceInFiles worst_rapid;             // where
-  /// What is not safe on the way between the cuts: the first places of it.
-  std::vector<UnsafeMove> unsafe;
-  std::size_t unsafe_count = 0;
-  std::size_t points_missed = 0;  // CL points that the program never comes to
+  std::size_t points_missed = 0;        // CL points that the program never comes to
   std::vector<BeyondLimit> beyond_limits;
   std::size_t beyond_limits_count = 0;
   std::vector<AxisTravel> travel;  // of every axis; none for a program without a block
@@ -229,16 +233,18 @@ class Verifier {
   void expect_no_length();
   /// Any piece of the NC text, in order. Blocks whose CL motions are not known yet wait.
   void text(std::string_view piece);
-  /// The motions and the text that this one is given are `other`'s too, text read once: `other`, of the same
-  /// options but for the machine's errors, is given none. It must live as long as this one is given text, and
-  /// be finished after it.
-  void share_with(Verifier& other);
+  /// The program is judged on the nominal machine, too, without its errors and its drift. Before any motion.
+  void judge_nominal_too();
+  struct Found {
+    VerifyReport report;
+    std::optional<VerifyReport> nominal;  // where that was asked for
+  };
   /// All motions and all text have been given. Fails when the text could not be read.
-  Result<VerifyReport> finish();
+  Result<Found> finish();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 /// What the verdict means for the tool above its tip, in words.
