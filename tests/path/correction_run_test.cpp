@@ -78,91 +78,112 @@ PlaceWalk place_walk(const Machine& machine, const TableKinematics& kinematics, 
   return walk;
 }
 
+// The shipped machines that are evaluated a few at a time, each with forty sets of errors and a walk:
+// `with(machine, kinematics, model, m)`, m the number of the set.
+template <class With>
+void each_machine_with_errors(std::mt19937_64& random, const With& with) {
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  constexpr int kSets = 40;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const TableKinematics kinematics(machine, machine.tool_vector());
+    if (!kinematics.side_by_side()) continue;
+    for (int m = 0; m < kSets; ++m)
+      with(machine, kinematics,
+           errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0), m);
+  }
+}
+
+// Most walks are long; some are of a few points.
+std::size_t points_of_walk(int m) {
+  return m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
+}
+
+std::vector<CorrectionRun::NominalPlace> places_of(const PlaceWalk& walk) {
+  std::vector<CorrectionRun::NominalPlace> out;
+  for (std::size_t i = 0; i < walk.nominal.size(); ++i)
+    out.push_back({&walk.nominal[i], &walk.poses[i].tip_P, &walk.poses[i].axis_P, &walk.sines[i]});
+  return out;
+}
+
 // A few at a time, two or four: what one at a time gives, but for a digit that the last nanometre turns over.
 // A motion that is said to keep does on the machine with errors, at every place of it.
 TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
   std::mt19937_64 random(20261122);
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::size_t kept = 0, kept_as_said = 0, others = 0, digits = 0, unknown = 0;
-  for (const std::string& name : test::shipped_machines()) {
-    const Machine machine = test::shipped_machine(name);
+  each_machine_with_errors(random, [&](const Machine& machine, const TableKinematics& kinematics,
+                                       const Model& model, int m) {
     const Vec3 tool = machine.tool_vector();
-    const TableKinematics kinematics(machine, tool);
-    if (!kinematics.side_by_side()) continue;
     const Rounding rounding = test::four_decimals(machine);
-    for (int m = 0; m < 40; ++m) {
-      const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0);
-      const ModelEvaluator truth(model);
-      const Compensator compensator(machine, model, tool);
-      const auto run_with = [&](bool only_two) {
-        const test::OnlyTwoLanes lanes(only_two);
-        return CorrectionRun(compensator, kinematics, rounding);
-      };
-      CorrectionRun run = run_with(m % 3 == 0);
-      CorrectionRun other = run_with(m % 3 != 0);
-      const std::size_t count = m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
-      const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
-      const double tolerance_mm = 0.0008 * std::exp(2.0 * u(random));
-      std::vector<CorrectionRun::NominalPlace> places;
-      for (std::size_t i = 0; i < count; ++i)
-        places.push_back({&walk.nominal[i], &walk.poses[i].tip_P, &walk.poses[i].axis_P, &walk.sines[i]});
-      // Every other one as if the refinement had said how far the nominal motion leaves its segment.
-      const Certifier certifier(kinematics);
-      for (std::size_t i = 1; i < count; i += 2) {
-        const Reference segment{walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P,
-                                walk.poses[i].axis_P};
-        places[i].off_mm =
-            certifier
-                .tip(station(kinematics, walk.nominal[i - 1]), station(kinematics, walk.nominal[i]), segment)
-                .upper;
+    const ModelEvaluator truth(model);
+    const Compensator compensator(machine, model, tool);
+    const auto run_with = [&](bool only_two) {
+      const test::OnlyTwoLanes lanes(only_two);
+      return CorrectionRun(compensator, kinematics, rounding);
+    };
+    CorrectionRun run = run_with(m % 3 == 0);
+    CorrectionRun other = run_with(m % 3 != 0);
+    const std::size_t count = points_of_walk(m);
+    const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
+    const double tolerance_mm = 0.0008 * std::exp(2.0 * u(random));
+    std::vector<CorrectionRun::NominalPlace> places = places_of(walk);
+    // Every other one as if the refinement had said how far the nominal motion leaves its segment.
+    const Certifier certifier(kinematics);
+    for (std::size_t i = 1; i < count; i += 2) {
+      const Reference segment{walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P,
+                              walk.poses[i].axis_P};
+      places[i].off_mm =
+          certifier
+              .tip(station(kinematics, walk.nominal[i - 1]), station(kinematics, walk.nominal[i]), segment)
+              .upper;
+    }
+    run.correct(places, tolerance_mm, 0.0);
+    other.correct(places, tolerance_mm, 0.0);
+    ASSERT_TRUE(std::ranges::equal(run.joints(), other.joints())) << machine.name << ' ' << m;
+    ASSERT_TRUE(std::ranges::equal(run.keeps(), other.keeps())) << machine.name << ' ' << m;
+    ASSERT_TRUE(std::ranges::equal(run.known(), other.known())) << machine.name << ' ' << m;
+    ASSERT_EQ(run.largest_error_mm(), other.largest_error_mm());
+    ASSERT_EQ(run.largest_correction_mm(), other.largest_correction_mm());
+    double largest_mm = 0.0;
+    std::vector<bool> known(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      MachineState state;
+      state.q = walk.nominal[i];
+      const auto one = compensator.corrected(walk.poses[i].tip_P, walk.poses[i].axis_P, state);
+      known[i] = one && !one->held;
+      if (!known[i]) {
+        ++unknown;
+        continue;
       }
-      run.correct(places, tolerance_mm, 0.0);
-      other.correct(places, tolerance_mm, 0.0);
-      ASSERT_TRUE(std::ranges::equal(run.joints(), other.joints())) << name << ' ' << m;
-      ASSERT_TRUE(std::ranges::equal(run.keeps(), other.keeps())) << name << ' ' << m;
-      ASSERT_TRUE(std::ranges::equal(run.known(), other.known())) << name << ' ' << m;
-      ASSERT_EQ(run.largest_error_mm(), other.largest_error_mm());
-      ASSERT_EQ(run.largest_correction_mm(), other.largest_correction_mm());
-      double largest_mm = 0.0;
-      std::vector<bool> known(count);
-      for (std::size_t i = 0; i < count; ++i) {
-        MachineState state;
-        state.q = walk.nominal[i];
-        const auto one = compensator.corrected(walk.poses[i].tip_P, walk.poses[i].axis_P, state);
-        known[i] = one && !one->held;
-        if (!known[i]) {
-          ++unknown;
-          continue;
-        }
-        largest_mm = std::max(largest_mm, one->before_mm);
-        for (AxisId id = 0; id < machine.axes.size(); ++id) {
-          const double expected =
-              machine.axes[id].kind == AxisKind::rotary ? one->q[id] : rounding.rounded(id, one->q[id]);
-          const double off = std::abs(run.joints()[i][id] - expected);
-          ASSERT_LT(off, 1.1 * rounding.quantum[id]) << name << ' ' << m << ' ' << i;
-          digits += off > 0.5 * rounding.quantum[id];
-        }
-      }
-      EXPECT_NEAR(run.largest_error_mm(), largest_mm, 1e-3 * largest_mm + 1e-6);
-      EXPECT_EQ(run.keeps()[0], 0);
-      for (std::size_t i = 1; i < count; ++i) {
-        if (run.keeps()[i] == 0) {
-          ++others;
-          continue;
-        }
-        ++(i % 2 == 0 ? kept : kept_as_said);
-        ASSERT_TRUE(known[i - 1] && known[i]) << name << ' ' << m << ' ' << i;
-        for (int k = 0; k <= 8; ++k) {
-          MachineState state;
-          state.q = JointVector::interpolate(run.joints()[i - 1], run.joints()[i], k / 8.0);
-          const Vec3 tip_P = tool_pose(forward(machine, state.q, tool, truth.errors(state))).tip_P -
-                             compensator.datum_shift();
-          ASSERT_LE(distance_to_segment(tip_P, walk.poses[i - 1].tip_P, walk.poses[i].tip_P), tolerance_mm)
-              << name << ' ' << m << ' ' << i;
-        }
+      largest_mm = std::max(largest_mm, one->before_mm);
+      for (AxisId id = 0; id < machine.axes.size(); ++id) {
+        const double expected =
+            machine.axes[id].kind == AxisKind::rotary ? one->q[id] : rounding.rounded(id, one->q[id]);
+        const double off = std::abs(run.joints()[i][id] - expected);
+        ASSERT_LT(off, 1.1 * rounding.quantum[id]) << machine.name << ' ' << m << ' ' << i;
+        digits += off > 0.5 * rounding.quantum[id];
       }
     }
-  }
+    EXPECT_NEAR(run.largest_error_mm(), largest_mm, 1e-3 * largest_mm + 1e-6);
+    EXPECT_EQ(run.keeps()[0], 0);
+    for (std::size_t i = 1; i < count; ++i) {
+      if (run.keeps()[i] == 0) {
+        ++others;
+        continue;
+      }
+      ++(i % 2 == 0 ? kept : kept_as_said);
+      ASSERT_TRUE(known[i - 1] && known[i]) << machine.name << ' ' << m << ' ' << i;
+      for (int k = 0; k <= 8; ++k) {
+        MachineState state;
+        state.q = JointVector::interpolate(run.joints()[i - 1], run.joints()[i], k / 8.0);
+        const Vec3 tip_P =
+            tool_pose(forward(machine, state.q, tool, truth.errors(state))).tip_P - compensator.datum_shift();
+        ASSERT_LE(distance_to_segment(tip_P, walk.poses[i - 1].tip_P, walk.poses[i].tip_P), tolerance_mm)
+            << machine.name << ' ' << m << ' ' << i;
+      }
+    }
+  });
   EXPECT_GT(kept, 1000U);
   EXPECT_GT(kept_as_said, kept);  // what is known is sharper than norms
   EXPECT_GT(others, 500U);
@@ -176,80 +197,73 @@ TEST(CorrectionRun, TurnsTheToolAndKeepsItsFlute) {
   std::mt19937_64 random(20261123);
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::size_t kept = 0, others = 0, turned = 0, upright = 0, digits = 0;
-  for (const std::string& name : test::shipped_machines()) {
-    const Machine machine = test::shipped_machine(name);
-    const Vec3 tool = machine.tool_vector();
-    const TableKinematics kinematics(machine, tool);
-    if (!kinematics.side_by_side()) continue;
-    const Rounding rounding = test::four_decimals(machine);
-    for (int m = 0; m < 40; ++m) {
-      const Model model = errors_of_the_place(machine, random, std::exp(3.0 * u(random) - 2.0), m % 2 == 0);
-      const ModelEvaluator truth(model);
-      const Compensator compensator(machine, model, tool);
-      CompensationOptions turning;
-      turning.orientation = true;
-      const Compensator turner(machine, model, tool, turning);
-      const test::OnlyTwoLanes lanes(m % 3 == 0);
-      CorrectionRun run(compensator, kinematics, rounding);
-      const std::size_t count = m % 4 == 0 ? 1 + static_cast<std::size_t>(m) / 4 : 100;
-      const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
-      const double tolerance_mm = 0.002 * std::exp(2.0 * u(random));
-      const double flute_mm = 5.0 + 95.0 * u(random);
-      std::vector<CorrectionRun::NominalPlace> places;
-      for (std::size_t i = 0; i < count; ++i)
-        places.push_back({&walk.nominal[i], &walk.poses[i].tip_P, &walk.poses[i].axis_P, &walk.sines[i]});
-      run.correct(places, tolerance_mm, flute_mm);
-      const auto actual = [&](const JointVector& q) {
-        MachineState state;
-        state.q = q;
-        ToolPose pose = tool_pose(forward(machine, q, tool, truth.errors(state)));
-        pose.tip_P -= compensator.datum_shift();
-        return pose;
-      };
-      for (std::size_t i = 0; i < count; ++i) {
-        if (run.known()[i] == 0) continue;
-        const JointVector& q = run.joints()[i];
-        MachineState state;
-        state.q = walk.nominal[i];
-        const auto one = turner.corrected(walk.poses[i].tip_P, walk.poses[i].axis_P, state);
-        ASSERT_TRUE(one) << name << ' ' << m << ' ' << i;
-        for (const AxisId id : machine.rotary_axes()) {
-          const double off = std::abs(q[id] - rounding.rounded(id, one->q[id]));
-          ASSERT_LT(off, 1.1 * rounding.quantum[id]) << name << ' ' << m << ' ' << i;
-          digits += off > 0.5 * rounding.quantum[id];
+  each_machine_with_errors(
+      random, [&](const Machine& machine, const TableKinematics& kinematics, const Model& model, int m) {
+        const Vec3 tool = machine.tool_vector();
+        const Rounding rounding = test::four_decimals(machine);
+        const ModelEvaluator truth(model);
+        const Compensator compensator(machine, model, tool);
+        CompensationOptions turning;
+        turning.orientation = true;
+        const Compensator turner(machine, model, tool, turning);
+        const test::OnlyTwoLanes lanes(m % 3 == 0);
+        CorrectionRun run(compensator, kinematics, rounding);
+        const std::size_t count = points_of_walk(m);
+        const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
+        const double tolerance_mm = 0.002 * std::exp(2.0 * u(random));
+        const double flute_mm = 5.0 + 95.0 * u(random);
+        std::vector<CorrectionRun::NominalPlace> places = places_of(walk);
+        run.correct(places, tolerance_mm, flute_mm);
+        const auto actual = [&](const JointVector& q) {
+          MachineState state;
+          state.q = q;
+          ToolPose pose = tool_pose(forward(machine, q, tool, truth.errors(state)));
+          pose.tip_P -= compensator.datum_shift();
+          return pose;
+        };
+        for (std::size_t i = 0; i < count; ++i) {
+          if (run.known()[i] == 0) continue;
+          const JointVector& q = run.joints()[i];
+          MachineState state;
+          state.q = walk.nominal[i];
+          const auto one = turner.corrected(walk.poses[i].tip_P, walk.poses[i].axis_P, state);
+          ASSERT_TRUE(one) << machine.name << ' ' << m << ' ' << i;
+          for (const AxisId id : machine.rotary_axes()) {
+            const double off = std::abs(q[id] - rounding.rounded(id, one->q[id]));
+            ASSERT_LT(off, 1.1 * rounding.quantum[id]) << machine.name << ' ' << m << ' ' << i;
+            digits += off > 0.5 * rounding.quantum[id];
+          }
+          const ToolPose at = actual(q);
+          ASSERT_LT((at.tip_P - walk.poses[i].tip_P).norm(), 1.1e-4) << machine.name << ' ' << m << ' ' << i;
+          const double sine = walk.poses[i].axis_P.cross(kinematics.direction(1)).norm();
+          if (sine < turning.min_sin_tilt) {
+            ++upright;
+            continue;
+          }
+          ++turned;
+          double half_digits = 0.0;
+          for (const AxisId id : machine.rotary_axes()) half_digits += 0.5 * rounding.quantum[id];
+          ASSERT_LT((at.axis_P - walk.poses[i].axis_P).norm(), 1.1 * half_digits)
+              << machine.name << ' ' << m << ' ' << i;
         }
-        const ToolPose at = actual(q);
-        ASSERT_LT((at.tip_P - walk.poses[i].tip_P).norm(), 1.1e-4) << name << ' ' << m << ' ' << i;
-        const double sine = walk.poses[i].axis_P.cross(kinematics.direction(1)).norm();
-        if (sine < turning.min_sin_tilt) {
-          ++upright;
-          continue;
+        for (std::size_t i = 1; i < count; ++i) {
+          if (run.keeps()[i] == 0) {
+            ++others;
+            continue;
+          }
+          ++kept;
+          const FluteSegment segment(
+              {walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P, walk.poses[i].axis_P},
+              flute_mm);
+          for (int k = 0; k <= 16; ++k) {
+            const double t = k / 16.0;
+            const ToolPose at = actual(JointVector::interpolate(run.joints()[i - 1], run.joints()[i], t));
+            const double place = segment.nearest(at.tip_P, at.axis_P, t);
+            ASSERT_LE(segment.off(at.tip_P, at.axis_P, place).largest_mm(flute_mm), tolerance_mm)
+                << machine.name << ' ' << m << ' ' << i;
+          }
         }
-        ++turned;
-        double half_digits = 0.0;
-        for (const AxisId id : machine.rotary_axes()) half_digits += 0.5 * rounding.quantum[id];
-        ASSERT_LT((at.axis_P - walk.poses[i].axis_P).norm(), 1.1 * half_digits)
-            << name << ' ' << m << ' ' << i;
-      }
-      for (std::size_t i = 1; i < count; ++i) {
-        if (run.keeps()[i] == 0) {
-          ++others;
-          continue;
-        }
-        ++kept;
-        const FluteSegment segment(
-            {walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P, walk.poses[i].axis_P},
-            flute_mm);
-        for (int k = 0; k <= 16; ++k) {
-          const double t = k / 16.0;
-          const ToolPose at = actual(JointVector::interpolate(run.joints()[i - 1], run.joints()[i], t));
-          const double place = segment.nearest(at.tip_P, at.axis_P, t);
-          ASSERT_LE(segment.off(at.tip_P, at.axis_P, place).largest_mm(flute_mm), tolerance_mm)
-              << name << ' ' << m << ' ' << i;
-        }
-      }
-    }
-  }
+      });
   EXPECT_GT(kept, 500U);
   EXPECT_GT(others, 500U);
   EXPECT_GT(turned, 4000U);

@@ -106,6 +106,44 @@ TEST(NcInput, EveryProgramIsWrittenAgainWordForWord) {
   EXPECT_GE(programs, 36u);
 }
 
+// The numbers of a line, with the place of their last digit, and the text between them.
+struct LineOfWords {
+  std::vector<double> values, digits;
+  std::string text;
+};
+
+LineOfWords line_of_words(const std::string& line) {
+  LineOfWords out;
+  for (std::size_t i = 0; i < line.size();) {
+    const std::size_t end = line.find_first_not_of("+-.0123456789", i);
+    const std::string number = line.substr(i, end - i);
+    if (number.find_first_of("0123456789") == std::string::npos) {
+      out.text += line[i++];
+      continue;
+    }
+    const std::size_t point = number.find('.');
+    const std::size_t decimals = point == std::string::npos ? 0 : number.size() - point - 1;
+    out.values.push_back(std::stod(number));
+    out.digits.push_back(std::pow(10.0, -static_cast<double>(decimals)));
+    out.text += '#';
+    i += number.size();
+  }
+  return out;
+}
+
+void expect_within_a_digit(const std::vector<std::string>& a, const std::vector<std::string>& b,
+                           const std::string& control) {
+  ASSERT_EQ(a.size(), b.size()) << control;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const LineOfWords x = line_of_words(a[i]);
+    const LineOfWords y = line_of_words(b[i]);
+    ASSERT_EQ(x.text, y.text) << control << ": " << a[i] << " | " << b[i];
+    for (std::size_t k = 0; k < x.values.size(); ++k)
+      EXPECT_NEAR(x.values[k], y.values[k], 1.001 * std::max(x.digits[k], y.digits[k]))
+          << control << ": " << a[i] << " | " << b[i];
+  }
+}
+
 TEST(NcInput, TiltedPlanesComeBackWithinADigit) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   for (const std::string& control : test::shipped_controllers()) {
@@ -117,7 +155,7 @@ TEST(NcInput, TiltedPlanesComeBackWithinADigit) {
     options.tolerance_mm = 0.03;
     const auto second = reposted(first.nc, {machine, control}, machine, options, control);
     ASSERT_TRUE(second.report) << control << ": " << second.report.error().text();
-    EXPECT_EQ(words_of(first.nc).size(), words_of(second.nc).size()) << control;
+    expect_within_a_digit(words_of(first.nc), words_of(second.nc), control);
   }
 }
 
