@@ -79,6 +79,32 @@ double largest_legendre_second(int n, double a, double b) {
   }
 }
 
+std::array<double, 4> TiltAndTurn::products(const MachineState& state) const {
+  const double t = state.q[tilt], r = state.q[turn];
+  return {std::sin(t) * std::cos(r), std::sin(t) * std::sin(r), std::cos(t) * std::cos(r),
+          std::cos(t) * std::sin(r)};
+}
+
+double TiltAndTurn::bend(double amplitude, const MachineState& from, const MachineState& to) const {
+  // No second derivative of a product of two sines of size 1 is larger than 1, mixed ones included.
+  return harmonic_bend(amplitude, std::abs(to.q[tilt] - from.q[tilt]) + std::abs(to.q[turn] - from.q[turn]));
+}
+
+std::vector<TiltAndTurn> tilts_and_turns(const Machine& machine) {
+  const auto place = [&](AxisId id) {
+    return std::find(machine.part_chain.begin(), machine.part_chain.end(), id);
+  };
+  const auto turn = machine.axis("C");
+  std::vector<TiltAndTurn> out;
+  if (!turn || place(*turn) == machine.part_chain.end()) return out;
+  for (const char* name : {"A", "B"}) {
+    const auto tilt = machine.axis(name);
+    if (!tilt || place(*tilt) == machine.part_chain.end()) continue;
+    out.push_back({*tilt, *turn, place(*turn) < place(*tilt)});
+  }
+  return out;
+}
+
 double normalised_position(const Axis& axis, double x) {
   return (2.0 * x - (axis.max + axis.min)) / (axis.max - axis.min);
 }

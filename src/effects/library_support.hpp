@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,19 @@ Parameter linear(std::string name, Unit unit, double usual);
 Parameter shape(std::string name, Unit unit, double usual, double min, double max);
 /// The time constant of a first-order lag: 300 to 15 000 s, from a spindle's bearing to a cast column.
 Parameter lag_time();
+
+/// Two rotary axes of one machine, one of which tilts (A, B) while the other turns about the machine's Z (C).
+struct TiltAndTurn {
+  AxisId tilt = 0;
+  AxisId turn = 0;
+  bool turn_below = false;  // C carries the tilting axis; else the tilting axis carries C
+
+  /// sin t cos r, sin t sin r, cos t cos r, cos t sin r at the angles t, r of this state.
+  std::array<double, 4> products(const MachineState& state) const;
+  /// Bound on how far `amplitude` times sin t or cos t times cos (r + const) leaves its chord over a motion.
+  double bend(double amplitude, const MachineState& from, const MachineState& to) const;
+};
+std::vector<TiltAndTurn> tilts_and_turns(const Machine& machine);
 
 /// The parameter of a Legendre argument: x on [min, max] of the axis mapped to [-1, 1].
 double normalised_position(const Axis& axis, double x);

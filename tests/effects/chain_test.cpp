@@ -256,6 +256,70 @@ TEST_F(ClosedForm, SagAndOverhang) {
   });
 }
 
+// A carries C here. What is carried by the table moves the other way seen from the part.
+TEST_F(ClosedForm, WeightsAndOffsets) {
+  check("weight:AC", "A_sin_sin_urad", kR,
+        [](const Vec3& tip, const MachineState& s, const Mat3&, const Mat3&) {
+          const double angle = -kR * std::sin(s.q[3]) * std::sin(s.q[4]);
+          return Vec3(about(0, angle) * (tip - kPivot) - (tip - kPivot));
+        });
+  check("weight:AC", "Y_sin_cos_um", kD, [](const Vec3&, const MachineState& s, const Mat3&, const Mat3&) {
+    return Vec3(0, -kD * std::sin(s.q[3]) * std::cos(s.q[4]), 0);
+  });
+  check("zero_offset:A", "A0A_urad", kR, [](const Vec3& tip, const MachineState&, const Mat3&, const Mat3&) {
+    return Vec3(about(0, -kR) * (tip - kPivot) - (tip - kPivot));
+  });
+  check("tool_offset", "Y0S_um", kD,
+        [](const Vec3&, const MachineState&, const Mat3&, const Mat3&) { return Vec3(0, kD, 0); });
+}
+
+TEST(Unbalance, IsTheProductOfSines) {
+  const Machine machine = test::effect_machine("trunnion_offset");
+  EffectContext context;
+  for (const auto& [component, functions] : {std::pair{"ECC", 2u}, {"EYA", 2u}, {"EAA", 4u}}) {
+    const auto effect = make_effect(machine, context, "unbalance:AC", {{"component", component}});
+    ASSERT_TRUE(effect);
+    MachineState state;
+    state.q[3] = 0.7;
+    state.q[4] = -2.3;
+    std::vector<Twist> out((*effect)->info().linear_count());
+    ASSERT_EQ(out.size(), functions);
+    (*effect)->columns(state, {}, {}, out);
+    const std::array expected = {std::sin(0.7) * std::cos(2.3), -std::sin(0.7) * std::sin(2.3),
+                                 std::cos(0.7) * std::cos(2.3), -std::cos(0.7) * std::sin(2.3)};
+    const std::string symbol = component;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      Twist unit;
+      if (symbol == "EYA") unit.trans_mm = Vec3::UnitY();
+      if (symbol == "ECC") unit.rot_rad = Vec3::UnitZ();
+      if (symbol == "EAA") unit.rot_rad = Vec3::UnitX();
+      EXPECT_LT((out[k].trans_mm - unit.trans_mm * expected[k]).norm() +
+                    (out[k].rot_rad - unit.rot_rad * expected[k]).norm(),
+                1e-15);
+    }
+    EXPECT_EQ((*effect)->link().axis, symbol.back() == 'C' ? 4u : 3u);
+  }
+}
+
+// Where C carries the axis that tilts, C's joint leans: about X and Y, and along them.
+TEST(Weight, ActsOnTheAxisBelow) {
+  Machine machine = test::effect_machine("trunnion_offset");
+  std::swap(machine.part_chain.front(), machine.part_chain.back());
+  EffectContext context;
+  const auto effect = make_effect(machine, context, "weight:AC", {});
+  ASSERT_TRUE(effect);
+  EXPECT_EQ((*effect)->link().axis, 4u);
+  MachineState state;
+  state.q[3] = 0.5;
+  state.q[4] = 1.2;
+  std::vector<Twist> out((*effect)->info().linear_count());
+  ASSERT_EQ(out.size(), 8u);
+  (*effect)->columns(state, {}, {}, out);
+  EXPECT_NEAR(out[0].rot_rad.x(), std::sin(0.5) * std::cos(1.2), 1e-15);
+  EXPECT_NEAR(out[3].rot_rad.y(), std::sin(0.5) * std::sin(1.2), 1e-15);
+  EXPECT_NEAR(out[6].trans_mm.y(), std::sin(0.5) * std::cos(1.2), 1e-15);
+}
+
 TEST_F(ClosedForm, SetUpAndHeat) {
   check("screw_heating:X", "alpha_um_per_m_K", 1e-5,
         [](const Vec3&, const MachineState& s, const Mat3&, const Mat3&) {

@@ -387,9 +387,10 @@ TEST(Library, HasEveryEffectOfTheTable) {
     for (const char* kind : {"worm:", "location:", "thermal_location:"})
       expected.insert(std::string(kind) + axis);
   }
-  expected.insert({"squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "crosstalk:XY", "crosstalk:XZ",
-                   "crosstalk:YZ", "sag:A", "overhang:Z", "spindle_growth", "ambient_drift", "time_drift",
-                   "spindle_tilt", "tool_length", "setup_tilt", "step"});
+  expected.insert({"squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "crosstalk:XY",   "crosstalk:XZ",
+                   "crosstalk:YZ",   "sag:A",          "overhang:Z",     "spindle_growth", "ambient_drift",
+                   "time_drift",     "spindle_tilt",   "tool_length",    "setup_tilt",     "step",
+                   "zero_offset:A",  "zero_offset:C",  "tool_offset",    "weight:AC",      "unbalance:AC"});
   EXPECT_EQ(ids, expected);
 }
 
