@@ -18,12 +18,15 @@ constexpr std::size_t kWideForRivals = 24;  // a short travel has many that look
 constexpr std::size_t kBeam = 4;            // sets expanded at each depth
 constexpr double kSameSpan =
     0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
-// Evidence ratio of 100 : 1 (in -2 ln): rivals within it are reported together.
-constexpr double kUndecided = 9.2;
+// Evidence ratios in -2 ln. 1000 : 1: rivals within it are reported together (two effects that differ by 5.4
+// of chi-square, which noise moves by 4.6, are within it in 19 of 20 measurements). 100 : 1: worth a look.
+constexpr double kUndecided = 13.8;
+constexpr double kWorthwhile = 9.2;
 // For one that contains what was found, 10 : 1: the smaller one that suffices is named, unless these
 // readings hardly see what the larger one has more.
 constexpr double kUndecidedNested = 4.6;
-constexpr double kSuffices = 0.005;  // p-value above which what the larger one has more is not missed
+constexpr double kSameSignal = 0.999;  // cosine from which two effects give the same signal
+constexpr double kSuffices = 0.005;    // p-value above which what the larger one has more is not missed
 // That something is missing is sure already: of a rival the evidence decides, not whether it would have been
 // found alone.
 constexpr double kRivalLevel = 0.05;
@@ -43,6 +46,11 @@ std::multiset<std::size_t> families(const std::vector<Atom>& members) {
   std::multiset<std::size_t> out;
   for (const Atom& atom : members) out.insert(atom.family);
   return out;
+}
+
+bool has_family(const EffectSet& set, std::size_t family) {
+  return std::any_of(set.members.begin(), set.members.end(),
+                     [family](const Atom& atom) { return atom.family == family; });
 }
 
 }  // namespace
@@ -106,14 +114,17 @@ double Search::rho(const Atom& a, const Atom& b) {
   return std::min(1.0, svd.s[0]);
 }
 
+bool Search::in_general(const Atom& larger, const Atom& smaller) const {
+  const auto& named = atoms_.effect(larger).info().contains;
+  return std::find(named.begin(), named.end(), atoms_.effect(smaller).info().id) != named.end();
+}
+
 bool Search::contains(const Atom& larger, const Atom& smaller) const {
   if (larger.rank() <= smaller.rank() || smaller.rank() == 0) return false;
   // Smaller in general, not because these runs excite only a part of it.
   if (atoms_.effect(larger).info().linear_count() <= atoms_.effect(smaller).info().linear_count())
     return false;
-  const auto& named = atoms_.effect(larger).info().contains;
-  const std::string& id = atoms_.effect(smaller).info().id;
-  if (std::find(named.begin(), named.end(), id) != named.end()) return true;
+  if (in_general(larger, smaller)) return true;
   const Svd svd = thin_svd(inner_products(larger.U(), smaller.U()).cast<double>());
   return svd.s.size() == smaller.rank() && svd.s[svd.s.size() - 1] > kSameSpan;
 }
@@ -285,7 +296,7 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
   std::sort(order.begin(), order.end());
   std::vector<std::vector<Atom>> next;
   for (const auto& [value, f] : order) {
-    if (next.size() >= keep || value > kUndecided) break;
+    if (next.size() >= keep || value > kWorthwhile) break;
     std::vector<Atom> members = from.members;
     members.push_back(*best[f].atom);
     if (families(members).count(f) > 1 || seen(members) != nullptr) continue;
@@ -336,6 +347,47 @@ EffectSet Search::best() {
   return out;
 }
 
+// `found` with a member exchanged for an effect of which one parameter alone gives the signal that was found:
+// that its other parameters are 0 is no evidence against it, many errors are of one parameter.
+void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) const {
+  for (const Atom& own : found.members) {
+    std::vector<Atom> rest;
+    for (const Atom& atom : found.members)
+      if (atom.family != own.family) rest.push_back(atom);
+    const Remainder given = atoms_.remainder(pointers(rest));
+    const auto beside = [&](MatrixXd columns) {
+      columns -= given.basis * (given.basis.transpose() * columns);
+      return columns;
+    };
+    const MatrixXd mine = pivoted_qr(beside(own.U().cast<double>()), kGivenRest).Q;
+    const double drop = (mine.transpose() * given.residual).squaredNorm();
+    for (const Atom& other : atoms_.all()) {
+      const EffectInfo& info = atoms_.effect(other).info();
+      const auto holds = [&](const EffectSet& set) { return has_family(set, other.family); };
+      if (other.rank() == 0 || info.shape_count() > 0 || holds(found) ||
+          std::any_of(out.begin(), out.end(), holds) || in_general(other, own) || in_general(own, other))
+        continue;
+      const MatrixXd columns = other.U().cast<double>() * other.to_columns;
+      const MatrixXd left = beside(columns);
+      for (Eigen::Index k = 0; k < left.cols(); ++k) {
+        const double length = left.col(k).norm();
+        if (length < kGivenRest * columns.col(k).norm() || length <= 0.0) continue;
+        const VectorXd along = left.col(k) / length;
+        const double size = along.dot(given.residual);
+        const double lost = (drop - size * size) / noise_.variance;
+        if ((mine.transpose() * along).norm() < kSameSignal ||
+            std::abs(size) / length > kFarFromUsual * info.parameters[static_cast<std::size_t>(k)].usual ||
+            (mine.cols() > 1 && chi2_tail(lost, static_cast<double>(mine.cols() - 1)) < kSuffices))
+          continue;
+        rest.push_back(other);
+        out.push_back(evaluate(rest));
+        rest.pop_back();
+        break;
+      }
+    }
+  }
+}
+
 std::vector<EffectSet> Search::alternatives(EffectSet& found) {
   // Beside the sets of the search: each member replaced by every other effect.
   for (std::size_t m = 0; m < found.members.size(); ++m) {
@@ -363,7 +415,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
             const double lost = (set.rss - found.rss) / noise_.variance;
             const auto columns = static_cast<double>(own.rank() - other.rank());
             no_rival = true;
-            if (chi2_tail(lost, columns) > kSuffices && set.criterion < found.criterion + kUndecided) {
+            if (chi2_tail(lost, columns) > kSuffices && set.criterion < found.criterion + kWorthwhile) {
               const EffectSet smaller = set;
               found = smaller;
               complete(found);
@@ -378,6 +430,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
       if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
     }
   }
+  add_twins(found, out);
   std::sort(out.begin(), out.end(),
             [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
   return out;

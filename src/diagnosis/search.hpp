@@ -60,6 +60,8 @@ class Search {
 
  private:
   EffectSet evaluate(std::vector<Atom> members) const;
+  bool in_general(const Atom& larger, const Atom& smaller) const;
+  void add_twins(const EffectSet& found, std::vector<EffectSet>& out) const;
   void complete(EffectSet& set) const;
   Share share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
                      const std::vector<std::size_t>& others) const;
