@@ -275,6 +275,7 @@ class Judge {
       case ConventionKind::reading_sense:
       case ConventionKind::swapped_columns:
       case ConventionKind::unit:
+      case ConventionKind::stacking_order:
         return true;
     }
     return true;

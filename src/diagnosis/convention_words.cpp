@@ -95,6 +95,10 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return "Temperatures and spindle speed in " + listed_files(data) + " come " +
              short_number(std::abs(c.by_s)) + " s too " + (c.by_s > 0.0 ? "late" : "early") +
              " in the file: two clocks, one of them is off";
+    case ConventionKind::stacking_order:
+      return b.axes[1] + " carries " + b.axes[0] + ", not " + b.axes[0] + " " + b.axes[1] +
+             ": exchange the two in `part` of [chain] in " + machine_file(machine) +
+             ". Turn each of them alone and look whether the other one's axis moves with it";
   }
   return "";
 }

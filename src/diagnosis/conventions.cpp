@@ -43,6 +43,7 @@ class Listed {
   std::vector<Convention> all() {
     senses();
     swaps();
+    stacking();
     units();
     offsets();
     clocks();
@@ -82,6 +83,11 @@ class Listed {
           }
     for (int a = 0; a < 3; ++a)
       for (int b = a + 1; b < 3; ++b) add(ConventionKind::swapped_columns).components = {a, b};
+  }
+  void stacking() {
+    const std::vector<AxisId> rotary = machine_.rotary_axes();
+    if (rotary.size() == 2 && !stands_still(data_, rotary[0]) && !stands_still(data_, rotary[1]))
+      add(ConventionKind::stacking_order).axes = rotary;
   }
   void unit(std::optional<Quantity> q, double factor, bool with_uncertainty) {
     Convention& c = add(ConventionKind::unit);
@@ -169,6 +175,8 @@ std::string_view text_of(ConventionKind kind) {
       return "ball_offset";
     case ConventionKind::time_shift:
       return "time_shift";
+    case ConventionKind::stacking_order:
+      return "stacking_order";
   }
   return "";
 }

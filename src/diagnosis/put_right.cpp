@@ -106,8 +106,7 @@ void shift_clock(Parts& parts, std::size_t runs, const Convention& c) {
 }
 
 // Effects know the machine's axes; on another machine they are others.
-void turn_in_machine(PutRight& out, AxisId a) {
-  out.machine.axes[a].direction = -out.machine.axes[a].direction;
+void read_model_again(PutRight& out) {
   Diagnostics none;  // the model's own text
   auto model = parse_model(model_text(out.model), out.model.file, out.machine, out.data.context, none);
   if (model) out.model = std::move(*model);
@@ -128,7 +127,16 @@ void scale_readings(Parts& parts, const Dataset& data, const Convention& c) {
 PutRight put_right(const Machine& machine, const Model& model, const Dataset& data, const Convention& c) {
   PutRight out{machine, model, data};
   if (c.kind == ConventionKind::axis_sense && !c.in_file) {
-    turn_in_machine(out, c.axes.front());
+    Vec3& direction = out.machine.axes[c.axes.front()].direction;
+    direction = -direction;
+    read_model_again(out);
+    return out;
+  }
+  if (c.kind == ConventionKind::stacking_order) {
+    auto& chain = out.machine.part_chain;
+    std::iter_swap(std::find(chain.begin(), chain.end(), c.axes[0]),
+                   std::find(chain.begin(), chain.end(), c.axes[1]));
+    read_model_again(out);
     return out;
   }
   Parts parts(data);
@@ -163,6 +171,8 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       break;
     case ConventionKind::time_shift:
       shift_clock(parts, data.context.runs.size(), c);
+      break;
+    case ConventionKind::stacking_order:  // in the machine alone, above
       break;
   }
   out.data = parts.joined(data);

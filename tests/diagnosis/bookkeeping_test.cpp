@@ -115,6 +115,23 @@ TEST(LongBookkeeping, SwappedColumns) {
   EXPECT_EQ(e.bookkeeping.front().components, (std::vector<std::string>{"n_x", "n_z"})) << told_by(e);
 }
 
+// C under A where the file has A under C, and the other way round.
+TEST(LongBookkeeping, TheOrderOfTwoRotaryAxes) {
+  Convention c = of_kind(ConventionKind::stacking_order);
+  for (int seed = 1; seed <= test::cases(3); ++seed) {
+    Files files(static_cast<std::uint64_t>(seed));
+    EXPECT_NE(files.said().verdict, Verdict::bookkeeping);
+    c.axes = files.machine.rotary_axes();
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    EXPECT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+    ASSERT_FALSE(d.bookkeeping.empty());
+    EXPECT_EQ(d.bookkeeping[0].convention.kind, ConventionKind::stacking_order) << told_by(d);
+    EXPECT_EQ(d.bookkeeping[0].axes, (std::vector<std::string>{"C", "A"}));
+    EXPECT_TRUE(d.effects.empty());
+  }
+}
+
 TEST(Bookkeeping, AnotherUnit) {
   for (const double wrong : {1e3, 1e-3}) {
     Files files(7);

@@ -19,14 +19,15 @@ enum class ConventionKind : std::uint8_t {
   tool_length,      // the measured point is further from, or nearer to, the spindle along the tool
   tool_offset,      // the measured point lies beside the spindle's axis, all readings show it
   ball_offset,      // the part's set-up of a run, where the model holds it fixed
-  time_shift        // temperatures and speeds were recorded by another clock
+  time_shift,       // temperatures and speeds were recorded by another clock
+  stacking_order    // of two rotary axes that carry the part the other one stands on the bed
 };
 std::string_view text_of(ConventionKind kind);
 
 /// One convention put right. What does not belong to its kind stays as it is here.
 struct Convention {
   ConventionKind kind = ConventionKind::axis_sense;
-  std::vector<AxisId> axes;        // the one that turns; the two that are swapped; positions in another unit
+  std::vector<AxisId> axes;        // the one that turns; the two that are swapped or stacked; in another unit
   std::vector<int> components;     // of n, 0 to 2: the two that are swapped
   std::optional<std::size_t> run;  // of Dataset::context; nothing: all
   std::optional<Quantity> quantity;  // nothing: both
