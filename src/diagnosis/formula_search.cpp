@@ -11,6 +11,7 @@
 #include "diagnosis/condensed.hpp"
 #include "diagnosis/fit_core.hpp"
 #include "diagnosis/formula_terms.hpp"
+#include "diagnosis/linalg.hpp"
 #include "diagnosis/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -23,7 +24,13 @@ constexpr std::size_t kLooked = 100;    // terms of which all is taken out that 
 constexpr double kLeft = 1e-4;          // part of a column's square that base and terms must leave
 constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
 constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
-constexpr double kWorthIt = 20.0;       // of the criterion: a hundred to one and more beyond the price
+constexpr int kGateRounds = 2;
+constexpr int kMostPlaces = 2000;
+constexpr std::size_t kMostEnds = 60;  // places that are tried for one end of a part
+constexpr double kEndReach = 0.15;     // of the range: how far an end is moved at once
+constexpr double kSamePart = 6.0;      // of the criterion: what two parts of their own may be worth
+constexpr double kTakenUp = 1e-4;      // of a constant's square, that set-ups leave
+constexpr double kWorthIt = 20.0;      // of the criterion: a hundred to one and more beyond the price
 
 // A component of a joint, and others that these readings do not tell from it.
 struct TwistPlace {
@@ -73,7 +80,40 @@ class FormulaSearch {
     found.resize(std::min(found.size(), kFinalists));
     oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) { complete(found[i]); });
     std::stable_sort(found.begin(), found.end(), by_criterion);
+    if (!found.empty()) refine_gates(found.front());
     return found;
+  }
+  // Where all terms act together, in the units that people read.
+  std::vector<ActingRange> acts_in(const Chosen& chosen) const {
+    if (chosen.terms.empty() || chosen.terms.front().gates.empty()) return {};
+    bool constant = true;  // where it acts
+    for (const FormulaTerm& term : chosen.terms) {
+      if (term.gates != chosen.terms.front().gates) return {};
+      constant = constant && term.ungated_text.empty();
+    }
+    const std::vector<Gate>& gates = chosen.terms.front().gates;
+    Eigen::VectorXf inside = Eigen::VectorXf::Ones(o_.size());
+    for (const Gate& gate : gates)
+      inside = inside.cwiseProduct(terms_.variables[gate.variable].values_of(gate)).eval();
+    std::vector<ActingRange> out;
+    for (const Gate& gate : gates) {
+      const Variable& v = terms_.variables[gate.variable];
+      ActingRange& range = out.emplace_back();
+      range.of = v.read_as;
+      range.unit = v.read_in;
+      const auto read = [&](double place) { return place * v.read_factor + v.read_zero; };
+      if (gate.above) range.from = read(*gate.above);
+      if (gate.below) range.to = read(*gate.below);
+    }
+    // A constant in one part and its opposite in the other are the same where set-ups take up a constant: the
+    // smaller part is meant.
+    if (out.size() == 1 && constant && inside.mean() > 0.5F && takes_up_constant(chosen.answer)) {
+      if (out[0].from && out[0].to)
+        out[0].outside = true;
+      else
+        std::swap(out[0].from, out[0].to);
+    }
+    return out;
   }
   double without() const { return criterion(core_.chi2(), 0.0); }
   const std::vector<TwistPlace>& places(const Chosen& chosen) const { return answers_[chosen.answer].places; }
@@ -190,6 +230,83 @@ class FormulaSearch {
     if (deeper.criterion < chosen.criterion) chosen = std::move(deeper);
   }
 
+  bool takes_up_constant(std::size_t answer) const {
+    const MatrixXd column = answers_[answer].values;
+    const MatrixXd before = core_.whitening->inverse_u().asDiagonal() * column;
+    return core_.projected(column).squaredNorm() < kTakenUp * before.squaredNorm();
+  }
+
+  double rss(std::size_t answer, const std::vector<FormulaTerm>& terms) const {
+    MatrixXd columns(o_.size(), static_cast<Eigen::Index>(terms.size()));
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      columns.col(static_cast<Eigen::Index>(k)) =
+          answers_[answer].values.cwiseProduct(terms[k].values.cast<double>());
+    const MatrixXd q = pivoted_qr(core_.projected(columns), kLeft).Q;
+    return core_.chi2() - (q.transpose() * core_.white).squaredNorm();
+  }
+  std::vector<FormulaTerm> exchanged(std::vector<FormulaTerm> terms, const Gate& gate, const Gate& by) const {
+    for (FormulaTerm& term : terms) {
+      std::vector<Gate> gates = term.gates;
+      std::replace(gates.begin(), gates.end(), gate, by);
+      if (gates != term.gates) term = with_gates(term, gates, terms_.variables);
+    }
+    return terms;
+  }
+  static std::vector<Gate> gates_of(const std::vector<FormulaTerm>& terms) {
+    std::vector<Gate> out;
+    for (const FormulaTerm& term : terms)
+      for (const Gate& gate : term.gates)
+        if (std::find(out.begin(), out.end(), gate) == out.end()) out.push_back(gate);
+    return out;
+  }
+
+  // Terms that act in nearly the same part act in one; its ends are moved to where the readings want them.
+  void refine_gates(Chosen& chosen) const {
+    if (gates_of(chosen.terms).empty()) return;
+    double now = rss(chosen.answer, chosen.terms);
+    const double price = chosen.criterion - criterion(now, 0.0);
+    for (int round = 0; round < kGateRounds; ++round) {
+      for (const Gate& gate : gates_of(chosen.terms)) {
+        for (const Gate& other : gates_of(chosen.terms)) {
+          if (other.variable != gate.variable || other == gate) continue;
+          auto terms = exchanged(chosen.terms, gate, other);
+          const double then = rss(chosen.answer, terms);
+          if (criterion(then, 0.0) > criterion(now, 0.0) + kSamePart) continue;
+          now = then;
+          chosen.terms = std::move(terms);
+          break;
+        }
+      }
+      for (const Gate& gate : gates_of(chosen.terms)) {
+        Gate place = gate;
+        for (const bool lower : {true, false}) move_end(chosen, place, lower, now);
+      }
+    }
+    chosen.criterion = criterion(now, 0.0) + price;
+  }
+  void move_end(Chosen& chosen, Gate& gate, bool lower, double& now) const {
+    const auto& end = lower ? gate.above : gate.below;
+    if (!end) return;
+    const Variable& v = terms_.variables[gate.variable];
+    const double reach =
+        kEndReach * (v.covariate.values.maxCoeff() - v.covariate.values.minCoeff()) / v.place_unit();
+    std::vector<double> places;
+    for (const double at : places_between(v.covariate.values, kMostPlaces))
+      if (std::abs(at / v.place_unit() - *end) < reach) places.push_back(as_written(at / v.place_unit()));
+    const std::size_t stride = 1 + places.size() / kMostEnds;
+    for (std::size_t k = 0; k < places.size(); k += stride) {
+      Gate moved = gate;
+      (lower ? moved.above : moved.below) = places[k];
+      if (moved.above && moved.below && *moved.above >= *moved.below) continue;
+      auto terms = exchanged(chosen.terms, gate, moved);
+      const double then = rss(chosen.answer, terms);
+      if (!(then < now)) continue;
+      now = then;
+      chosen.terms = std::move(terms);
+      gate = moved;
+    }
+  }
+
   const Observations& o_;
   const FitCore& core_;
   std::vector<Answer> answers_;
@@ -283,6 +400,7 @@ std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dat
   out.alone.effects = {added.model.effects.back()};
   out.words = words_of(machine, place, best.terms, out.alone.effects.front());
   out.terms = best.terms.size();
+  out.acts_in = search.acts_in(best);
   out.chi2_before = before.chi2;
   out.dof_before = before.dof;
   out.chi2_after = after.chi2;

@@ -17,6 +17,7 @@ constexpr int kKinks = 24;
 constexpr int kWindowPlaces = 16;  // of the ends of a window
 constexpr int kHarmonicsOfTurn = 6;
 constexpr double kSlowestWave = 1.5, kFastestWave = 16.0, kWaveStep = 0.5;  // cycles along the range
+constexpr std::size_t kFewestForGates = 3, kFewestForWaves = 8;             // values of a variable
 constexpr double kLeastReadings = 6.0;  // that differ from most: what fewer carry is an outlier
 
 std::string digits(double value) {
@@ -25,26 +26,15 @@ std::string digits(double value) {
                                std::chars_format::general, 4);
   return {buffer.data(), r.ptr};
 }
-// As it is written, so that the formula's value is the one that was tried.
-double written(double value) {
-  return std::stod(digits(value));
-}
-
-// A variable of formulas: its name there, and as it is read by people.
-struct Variable {
-  std::string name;
-  Covariate covariate;
-  bool rotary = false;
-  std::string in_formula;  // of a size about 1
-  double unit = 1.0;       // of `in_formula`, in the variable's own
-};
-
 class Writer {
  public:
-  explicit Writer(const Variable& v) : v_(v) {}
+  Writer(const Variable& v, std::size_t number) : v_(v), number_(number) {}
 
   FormulaTerm term(const std::string& text, const std::function<double(double)>& f) const {
-    FormulaTerm out{text, Eigen::VectorXf(v_.covariate.values.size()), v_.name, 0.0};
+    FormulaTerm out;
+    out.text = text;
+    out.values.resize(v_.covariate.values.size());
+    out.variable = v_.name;
     for (Eigen::Index i = 0; i < out.values.size(); ++i)
       out.values[i] = static_cast<float>(f(v_.covariate.values[i]));
     return out;
@@ -59,37 +49,69 @@ class Writer {
                 [n, sine](double x) { return sine ? std::sin(n * x) : std::cos(n * x); });
   }
   FormulaTerm wave(double period, bool sine) const {
-    const double p = written(period);
+    const double p = as_written(period);
     return term((sine ? "sin(2*_pi*" : "cos(2*_pi*") + v_.name + "/" + digits(p) + ")",
                 [p, sine](double x) { return sine ? std::sin(kTwoPi * x / p) : std::cos(kTwoPi * x / p); });
   }
   FormulaTerm step(double at) const {
-    const double place = written(at / place_unit());
-    return term("(" + place_text() + " > " + digits(place) + ")",
-                [this, place](double x) { return x / place_unit() > place ? 1.0 : 0.0; });
+    return gate({number_, as_written(at / v_.place_unit()), std::nullopt});
   }
   FormulaTerm window(double from, double to) const {
-    const double low = written(from / place_unit()), high = written(to / place_unit());
-    return term("(" + place_text() + " > " + digits(low) + ")*(" + place_text() + " < " + digits(high) + ")",
-                [this, low, high](double x) {
-                  return x / place_unit() > low && x / place_unit() < high ? 1.0 : 0.0;
-                });
+    return gate({number_, as_written(from / v_.place_unit()), as_written(to / v_.place_unit())});
   }
   FormulaTerm kink(double at) const {
-    const double place = written(at / place_unit());
-    return term("max(" + place_text() + " - " + digits(place) + ", 0)/100",
-                [this, place](double x) { return std::max(x / place_unit() - place, 0.0) / 100.0; });
+    const double place = as_written(at / v_.place_unit());
+    return term("max(" + v_.place_text() + " - " + digits(place) + ", 0)/100",
+                [this, place](double x) { return std::max(x / v_.place_unit() - place, 0.0) / 100.0; });
   }
 
  private:
-  // Places are read in degrees.
-  double place_unit() const { return v_.rotary ? kRadPerDegree : 1.0; }
-  std::string place_text() const {
-    const std::string half_turn_deg = digits(kPi * kDegreePerRad);
-    return v_.rotary ? v_.name + "*" + half_turn_deg + "/_pi" : v_.name;
+  FormulaTerm gate(const Gate& g) const {
+    FormulaTerm out;
+    out.text = v_.text_of(g);
+    out.values = v_.values_of(g);
+    out.variable = v_.name;
+    out.gates = {g};
+    return out;
   }
   const Variable& v_;
+  std::size_t number_;
 };
+
+Variable in_formulas(const Covariate& c, const std::string& in_formula, double unit) {
+  Variable out;
+  out.name = out.read_as = c.name;
+  out.covariate = c;
+  out.in_formula = in_formula;
+  out.unit = unit;
+  return out;
+}
+
+Variable position_of(const Observations& o, AxisId a) {
+  const Axis& axis = o.machine().axes[a];
+  const bool rotary = axis.kind == AxisKind::rotary;
+  Variable out = in_formulas(covariate(o, axis.name, [a](const MachineState& s) { return s.q[a]; }),
+                             rotary ? axis.name : "(" + axis.name + "/100)", rotary ? 1.0 : 100.0);
+  out.rotary = rotary;
+  out.read_in = rotary ? "deg" : "mm";
+  return out;
+}
+
+Variable velocity_of(const Observations& o, AxisId a, bool size) {
+  const Axis& axis = o.machine().axes[a];
+  const bool rotary = axis.kind == AxisKind::rotary;
+  const std::string name = "vel_" + axis.name;
+  const double unit = rotary ? 0.1 : 10.0;
+  Variable out = in_formulas(
+      covariate(o, size ? "abs(" + name + ")" : name,
+                [a, size](const MachineState& s) { return size ? std::abs(s.velocity[a]) : s.velocity[a]; }),
+      "(" + name + (rotary ? "/0.1)" : "/10)"), unit);
+  out.only_gates = size;
+  out.read_as = size ? "speed of " + axis.name : name;
+  out.read_in = rotary ? "deg/min" : "mm/min";
+  out.read_factor = kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0);
+  return out;
+}
 
 std::vector<Variable> variables(const Observations& o) {
   std::vector<Variable> out;
@@ -98,28 +120,31 @@ std::vector<Variable> variables(const Observations& o) {
     if (v.covariate.distinct > 1) out.push_back(std::move(v));
   };
   for (AxisId a = 0; a < axes.size(); ++a) {
-    const std::string& name = axes[a].name;
-    const bool rotary = axes[a].kind == AxisKind::rotary;
-    add({name, covariate(o, name, [a](const MachineState& s) { return s.q[a]; }), rotary,
-         rotary ? name : "(" + name + "/100)", rotary ? 1.0 : 100.0});
-    add({"dir_" + name, covariate(o, "dir_" + name, [a](const MachineState& s) { return s.direction[a]; }),
-         false, "dir_" + name, 1.0});
-    add({"vel_" + name, covariate(o, "vel_" + name, [a](const MachineState& s) { return s.velocity[a]; }),
-         false, "(vel_" + name + (rotary ? "/0.1)" : "/10)"), rotary ? 0.1 : 10.0});
+    const std::string sense = "dir_" + axes[a].name;
+    add(position_of(o, a));
+    add(in_formulas(covariate(o, sense, [a](const MachineState& s) { return s.direction[a]; }), sense, 1.0));
+    add(velocity_of(o, a, false));
+    add(velocity_of(o, a, true));
   }
-  add({"t", covariate(o, "t", [](const MachineState& s) { return s.time_s; }), false, "(t/3600)", 3600.0});
+  add(in_formulas(covariate(o, "t", [](const MachineState& s) { return s.time_s; }), "(t/3600)", 3600.0));
   const auto& names = o.data().context.names;
   for (std::size_t k = 0; k < names.temperatures.size(); ++k) {
     const std::string name = "T_" + names.temperatures[k];
-    add({name, covariate(o, name, [k](const MachineState& s) { return s.temperature(k); }), false, name,
-         1.0});
+    Variable v =
+        in_formulas(covariate(o, name, [k](const MachineState& s) { return s.temperature(k); }), name, 1.0);
+    v.read_in = "degC";
+    v.read_zero = o.machine().reference_degC;
+    add(std::move(v));
   }
   for (std::size_t k = 0; k < names.states.size(); ++k) {
     const std::string name = "s_" + names.states[k];
-    add({name, covariate(o, name, [k](const MachineState& s) { return s.free_state(k); }), false, name, 1.0});
+    add(in_formulas(covariate(o, name, [k](const MachineState& s) { return s.free_state(k); }), name, 1.0));
   }
-  add({"rpm", covariate(o, "rpm", [](const MachineState& s) { return s.spindle_rpm; }), false, "(rpm/1000)",
-       1000.0});
+  Variable speed = in_formulas(covariate(o, "rpm", [](const MachineState& s) { return s.spindle_rpm; }),
+                               "(rpm/1000)", 1000.0);
+  speed.read_as = "spindle speed";
+  speed.read_in = "1/min";
+  add(std::move(speed));
   return out;
 }
 
@@ -129,8 +154,9 @@ bool carried(const Eigen::VectorXf& step) {
   return std::min(ones, static_cast<double>(step.size()) - ones) >= kLeastReadings;
 }
 
-void add_simple(const Variable& v, std::vector<FormulaTerm>& to) {
-  const Writer w(v);
+void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+  if (v.only_gates) return;
+  const Writer w(v, number);
   const auto degree = static_cast<int>(v.covariate.distinct) - 1;
   if (v.rotary) {
     for (int n = 1; n <= 2; ++n)
@@ -140,27 +166,12 @@ void add_simple(const Variable& v, std::vector<FormulaTerm>& to) {
   for (int n = 1; n <= std::min(degree, powers); ++n) to.push_back(w.power(n));
 }
 
-void add_others(const Variable& v, std::vector<FormulaTerm>& to) {
-  const Writer w(v);
-  const auto degree = static_cast<int>(v.covariate.distinct) - 1;
-  for (int n = 3; n <= std::min(degree, 4); ++n) to.push_back(w.power(n));
-  if (v.covariate.distinct < 8) return;
-  const double range = v.covariate.values.maxCoeff() - v.covariate.values.minCoeff();
-  if (v.rotary) {
-    for (int n = 3; n <= kHarmonicsOfTurn; ++n)
-      for (const bool sine : {true, false}) to.push_back(w.harmonic(n, sine));
-  } else {
-    const double fastest = std::min(kFastestWave, static_cast<double>(v.covariate.distinct) / 3.0);
-    for (double cycles = kSlowestWave; cycles <= fastest; cycles += kWaveStep)
-      for (const bool sine : {true, false}) to.push_back(w.wave(range / cycles, sine));
-  }
+void add_gates(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+  const Writer w(v, number);
   for (const double at : places_between(v.covariate.values, kPlaces)) {
     FormulaTerm step = w.step(at);
-    if (!carried(step.values)) continue;
-    to.push_back(std::move(step));
+    if (carried(step.values)) to.push_back(std::move(step));
   }
-  for (const double at : places_between(v.covariate.values, kKinks))
-    if (carried(w.step(at).values)) to.push_back(w.kink(at));
   const std::vector<double> ends = places_between(v.covariate.values, kWindowPlaces);
   for (std::size_t i = 0; i < ends.size(); ++i)
     for (std::size_t k = i + 1; k < ends.size(); ++k) {
@@ -169,12 +180,96 @@ void add_others(const Variable& v, std::vector<FormulaTerm>& to) {
     }
 }
 
+void add_others(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+  if (v.covariate.distinct < kFewestForGates) return;
+  if (v.only_gates) return add_gates(v, number, to);
+  const Writer w(v, number);
+  const auto degree = static_cast<int>(v.covariate.distinct) - 1;
+  for (int n = 3; n <= std::min(degree, 4); ++n) to.push_back(w.power(n));
+  if (v.covariate.distinct >= kFewestForWaves) {
+    const double range = v.covariate.values.maxCoeff() - v.covariate.values.minCoeff();
+    if (v.rotary) {
+      for (int n = 3; n <= kHarmonicsOfTurn; ++n)
+        for (const bool sine : {true, false}) to.push_back(w.harmonic(n, sine));
+    } else {
+      const double fastest = std::min(kFastestWave, static_cast<double>(v.covariate.distinct) / 3.0);
+      for (double cycles = kSlowestWave; cycles <= fastest; cycles += kWaveStep)
+        for (const bool sine : {true, false}) to.push_back(w.wave(range / cycles, sine));
+    }
+    for (const double at : places_between(v.covariate.values, kKinks))
+      if (carried(w.step(at).values)) to.push_back(w.kink(at));
+  }
+  add_gates(v, number, to);
+}
+
+std::string joined(const std::string& a, const std::string& b) {
+  return a.empty() ? b : b.empty() ? a : a + "*" + b;
+}
+
 }  // namespace
+
+double Variable::place_unit() const {
+  return rotary ? kRadPerDegree : 1.0;
+}
+
+std::string Variable::place_text() const {
+  return rotary ? name + "*" + digits(kPi * kDegreePerRad) + "/_pi" : name;
+}
+
+std::string Variable::text_of(const Gate& gate) const {
+  std::string out;
+  if (gate.above) out = "(" + place_text() + " > " + digits(*gate.above) + ")";
+  if (gate.below) out = joined(out, "(" + place_text() + " < " + digits(*gate.below) + ")");
+  return out;
+}
+
+Eigen::VectorXf Variable::values_of(const Gate& gate) const {
+  Eigen::VectorXf out(covariate.values.size());
+  for (Eigen::Index i = 0; i < out.size(); ++i) {
+    const double x = covariate.values[i] / place_unit();
+    out[i] = (!gate.above || x > *gate.above) && (!gate.below || x < *gate.below) ? 1.0F : 0.0F;
+  }
+  return out;
+}
+
+FormulaTerm with_gates(const FormulaTerm& term, const std::vector<Gate>& gates,
+                       const std::vector<Variable>& variables) {
+  FormulaTerm out = term;
+  out.gates = gates;
+  out.text = term.ungated_text;
+  out.values = term.ungated.size() > 0 ? term.ungated : Eigen::VectorXf::Ones(term.values.size());
+  for (const Gate& g : gates) {
+    out.text = joined(out.text, variables[g.variable].text_of(g));
+    out.values = out.values.cwiseProduct(variables[g.variable].values_of(g)).eval();
+  }
+  return out;
+}
 
 std::optional<FormulaTerm> product(const FormulaTerm& a, const FormulaTerm& b) {
   if (a.text.find(b.text) != std::string::npos || b.text.find(a.text) != std::string::npos)
     return std::nullopt;
-  return FormulaTerm{a.text + "*" + b.text, a.values.cwiseProduct(b.values), a.variable, 0.0};
+  FormulaTerm out;
+  out.text = a.text + "*" + b.text;
+  out.values = a.values.cwiseProduct(b.values);
+  out.variable = a.variable;
+  out.gates = a.gates;
+  out.gates.insert(out.gates.end(), b.gates.begin(), b.gates.end());
+  if (out.gates.empty()) return out;
+  const auto text = [](const FormulaTerm& t) { return t.gates.empty() ? t.text : t.ungated_text; };
+  out.ungated_text = joined(text(a), text(b));
+  out.ungated = Eigen::VectorXf::Ones(out.values.size());
+  for (const FormulaTerm* t : {&a, &b}) {
+    if (t->gates.empty())
+      out.ungated = out.ungated.cwiseProduct(t->values).eval();
+    else if (t->ungated.size() > 0)
+      out.ungated = out.ungated.cwiseProduct(t->ungated).eval();
+  }
+  return out;
+}
+
+// So that the formula's value is the one that was tried.
+double as_written(double place) {
+  return std::stod(digits(place));
 }
 
 double price_among(std::size_t terms) {
@@ -183,12 +278,13 @@ double price_among(std::size_t terms) {
 
 FormulaTerms formula_terms(const Observations& o) {
   FormulaTerms out;
-  out.terms.push_back({"", Eigen::VectorXf::Ones(o.size()), "", 0.0});
-  const std::vector<Variable> all = variables(o);
+  out.terms.emplace_back().values = Eigen::VectorXf::Ones(o.size());
+  out.variables = variables(o);
+  const std::vector<Variable>& all = out.variables;
   std::vector<std::size_t> first;  // of each variable, and the end
-  for (const Variable& v : all) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
     first.push_back(out.terms.size());
-    add_simple(v, out.terms);
+    add_simple(all[k], k, out.terms);
   }
   first.push_back(out.terms.size());
   const auto price_from = [&](std::size_t begin, std::size_t count) {
@@ -196,9 +292,9 @@ FormulaTerms formula_terms(const Observations& o) {
   };
   const std::size_t simple = out.terms.size();
   price_from(0, simple);
-  for (const Variable& v : all) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
     // What happens at a moment of a run is an affair of that run.
-    if (v.name != "t") add_others(v, out.terms);
+    if (all[k].name != "t") add_others(all[k], k, out.terms);
   }
   out.of_one_variable = out.terms.size();
   price_from(simple, out.of_one_variable);

@@ -196,6 +196,25 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
   return out;
 }
 
+namespace {
+
+std::string where_it_acts(const std::vector<ActingRange>& all) {
+  std::string out;
+  for (const ActingRange& r : all) {
+    out += (out.empty() ? " It acts only where " : ", and ") + r.of + " is " + (r.outside ? "not " : "");
+    const auto value = [&](double x) { return short_number(x) + (r.unit.empty() ? "" : " " + r.unit); };
+    if (r.from && r.to)
+      out += "between " + short_number(*r.from) + " and " + value(*r.to);
+    else if (r.from)
+      out += "above " + value(*r.from);
+    else if (r.to)
+      out += "below " + value(*r.to);
+  }
+  return out.empty() ? out : out + ".";
+}
+
+}  // namespace
+
 std::string formula_text(const ProposedFormula& f) {
   std::string out = " A formula that follows it: " + f.words + "; it takes away " + percent(f.explained()) +
                     " of what is wrong";
@@ -205,8 +224,8 @@ std::string formula_text(const ProposedFormula& f) {
   };
   held_out(f.heldout_before_um, f.heldout_after_um, "um");
   held_out(f.heldout_before_urad, f.heldout_after_urad, "urad");
-  return out +
-         ". It says how the error goes, not why: `model diagnose --formula FILE` writes it, and `model add "
+  return out + "." + where_it_acts(f.acts_in) +
+         " It says how the error goes, not why: `model diagnose --formula FILE` writes it, and `model add "
          "user:leftover --also FILE` adds it.";
 }
 

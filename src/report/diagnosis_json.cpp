@@ -134,9 +134,21 @@ ordered_json effects_of(const Model& model) {
   return effects;
 }
 
+ordered_json acting_json(const std::vector<ActingRange>& all) {
+  ordered_json out = ordered_json::array();
+  for (const ActingRange& range : all)
+    out.push_back({{"of", range.of},
+                   {"unit", range.unit},
+                   {"from", optional(range.from)},
+                   {"to", optional(range.to)},
+                   {"outside", range.outside}});
+  return out;
+}
+
 ordered_json formula_json(const std::optional<ProposedFormula>& formula) {
   if (!formula) return nullptr;
   return {{"what", formula->words},
+          {"acts_in", acting_json(formula->acts_in)},
           {"model", model_text(formula->alone)},
           {"effects", effects_of(formula->alone)},
           {"explained", formula->explained()},

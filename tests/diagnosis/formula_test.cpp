@@ -86,7 +86,8 @@ TEST_P(ProposedFormulaOf, PredictsOtherReadings) {
 INSTANTIATE_TEST_SUITE_P(
     Kinds, ProposedFormulaOf,
     testing::Values(HiddenFormula{"product", "C", "EZC", "k * sin(2 * A) * cos(2 * C)", "k_um = 2.5\n"},
-                    HiddenFormula{"gravity", "Z", "EXZ", "k * sin(A) * cos(C) + h * sin(A) * sin(C)",
+                    HiddenFormula{"two turns", "Z", "EXZ",
+                                  "k * sin(A) * cos(2 * C) + h * sin(A) * sin(2 * C)",
                                   "k_um = 3.1\nh_um = -2.0\n"},
                     HiddenFormula{"part of the travel", "X", "EYX", "k * (X > 90)", "k_um = 4\n"},
                     HiddenFormula{"worn sector", "C", "EZC", "k * (C > 2.2) * (C < 3.7)", "k_um = 4\n"}));

@@ -1,11 +1,19 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "trunnion/diagnosis/measurement.hpp"
 #include "trunnion/effects/model.hpp"
 
 namespace trunnion::diagnosis {
+
+/// A part of what one variable went through, in the units that people read; open where there is no value.
+struct ActingRange {
+  std::string of, unit;  // "C", "deg"; "T_frame", "degC"; "speed of X", "mm/min"
+  std::optional<double> from, to;
+  bool outside = false;  // everywhere but there
+};
 
 /// A formula of the machine's state that explains what no effect of the library does: what to add until the
 /// cause is known. It says how the error goes, not why.
@@ -13,6 +21,8 @@ struct ProposedFormula {
   Model alone;        // a model file with it and nothing else: `user:leftover`, fitted
   std::string words;  // "-3.1 um * sin(A) * cos(C) in EY of joint Z"
   std::size_t terms = 0;
+  /// Where it acts, all of these together; empty: everywhere, or its terms in different parts.
+  std::vector<ActingRange> acts_in;
   double chi2_before = 0.0, chi2_after = 0.0;  // of all readings, fitted without and with it
   double dof_before = 0.0, dof_after = 0.0;
   /// Leave-one-run-out, one a quantity; nothing where it was not measured.
