@@ -56,4 +56,4 @@ trunnion_bundle_charts(TRUNNION_CHARTS_FILE)
 set(web ${CMAKE_SOURCE_DIR}/src/report/web)
 set_source_files_properties(${CMAKE_SOURCE_DIR}/src/report/assets.cpp PROPERTIES
   COMPILE_DEFINITIONS "TRUNNION_WEB=\"${web}\";TRUNNION_CHARTS=\"${TRUNNION_CHARTS_FILE}\""
-  OBJECT_DEPENDS "${web}/page.css;${web}/page.js;${TRUNNION_CHARTS_FILE}")
+  OBJECT_DEPENDS "${web}/page.css;${web}/page.js;${web}/story.js;${TRUNNION_CHARTS_FILE}")

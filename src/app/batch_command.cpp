@@ -182,8 +182,10 @@ ExitCode finish(const BatchCommand& command, const std::vector<post::BatchResult
   spdlog::info("{}", report::batch_table(results));
   const std::string how = command.options.no_verify ? ", not verified (--no-verify)" : "";
   if (!how.empty()) spdlog::warn("warning: not verified");
-  if (const auto code = command.result.write(report::batch_json(results), "Batch into " + command.folder,
-                                             report::batch_summary(results) + how + ".", "");
+  if (const auto code = command.result.write(
+          report::batch_json(results),
+          {"Batch into " + command.folder, report::batch_summary(results) + how + ".", {}, {}},
+          report::batch_page, "");
       code != kDone)
     return code;
   const report::BatchCounts counts = report::count(results);

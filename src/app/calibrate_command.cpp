@@ -60,8 +60,8 @@ ExitCode run(const CalibrateCommand& command) {
   if (const auto read = parse_machine(*calibrated, command.out, again); !read)
     return print_failure(again, read.error());
   if (const auto code = write_output(command.out, *calibrated); code != kDone) return code;
-  return command.result.write(report::calibration_json(*found, numbers), machine->name,
-                              "Points and directions of the rotary axes, as the measurements have them.",
+  return command.result.write(report::calibration_json(*found, numbers),
+                              {"Rotary axes of " + machine->name, {}, {}, {}}, report::calibration_page,
                               command.out == "-" ? "" : report::calibration_text(*found, numbers));
 }
 

@@ -23,6 +23,7 @@ struct Iso230Options {
 
 struct Output {
   std::string text, json;
+  report::PageOf page;
 };
 
 // Rows of all files together (run names are kept apart by the file's number when there are several).
@@ -77,7 +78,7 @@ Result<Output> positioning(const Iso230Options& options, Diagnostics& diagnostic
     if (!result) return tl::unexpected(result.error());
     axes.push_back(std::move(*result));
   }
-  return Output{report::iso230_2_text(axes), report::iso230_2_json(axes)};
+  return Output{report::iso230_2_text(axes), report::iso230_2_json(axes, *lines), report::positioning_page};
 }
 
 Result<Output> diagonals(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -87,7 +88,8 @@ Result<Output> diagonals(const Iso230Options& options, Diagnostics& diagnostics)
   if (!lines) return tl::unexpected(lines.error());
   const auto result = evaluate_diagonals(*lines);
   if (!result) return tl::unexpected(result.error());
-  return Output{report::iso230_6_text(*result), report::iso230_6_json(*result)};
+  return Output{report::iso230_6_text(*result), report::iso230_6_json(*result, *lines),
+                report::positioning_page};
 }
 
 Result<Output> circles(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -97,7 +99,7 @@ Result<Output> circles(const Iso230Options& options, Diagnostics& diagnostics) {
   if (!paths) return tl::unexpected(paths.error());
   const auto tests = evaluate_circles(*paths);
   if (!tests) return tl::unexpected(tests.error());
-  return Output{report::iso230_4_text(*tests), report::iso230_4_json(*tests)};
+  return Output{report::iso230_4_text(*tests), report::iso230_4_json(*tests, *paths), report::circles_page};
 }
 
 Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -115,7 +117,7 @@ Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) 
     if (!values) return tl::unexpected(values.error());
     evaluated.push_back({motion, *values});
   }
-  return Output{report::iso230_7_text(evaluated), report::iso230_7_json(evaluated)};
+  return Output{report::iso230_7_text(evaluated), report::iso230_7_json(evaluated), report::rotation_page};
 }
 
 using Evaluate = std::function<Result<Output>(const Iso230Options&, Diagnostics&)>;
@@ -125,8 +127,8 @@ ExitCode run(const Iso230Options& options, const Evaluate& evaluate) {
   const auto output = evaluate(options, diagnostics);
   if (!output) return print_failure(diagnostics, output.error());
   print(diagnostics);
-  return options.result.write(output->json, "ISO 230: " + options.data.front(),
-                              "Evaluated after the standard; the symbols are the standard's.", output->text);
+  return options.result.write(output->json, {"ISO 230: " + options.data.front(), {}, {}, {}}, output->page,
+                              output->text);
 }
 
 }  // namespace

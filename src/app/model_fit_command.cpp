@@ -3,6 +3,7 @@
 #include "trunnion/diagnosis/fit.hpp"
 #include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/model_inputs.hpp"
 #include "app/progress.hpp"
@@ -30,10 +31,12 @@ void add_model_fit_command(CLI::App& model, int& exit) {
     }();
     result.model.parent = files->model;
     exit = write_output(*out, model_text(written_to(result.model, *out)));
-    if (exit == kDone)
-      exit = files->result.write(report::fit_json(result, in->data), "Fit of " + files->model,
-                                 "Fitted to " + std::to_string(in->data.readings.size()) + " readings.",
-                                 *out == "-" ? "" : report::fit_text(result));
+    if (exit == kDone) {
+      const std::string json = report::fit_json(result, in->data);
+      const report::ModelPageInput page{&in->machine, &in->data, json, made_by()};
+      exit = files->result.write(
+          json, [&] { return report::fit_page(page, result); }, *out == "-" ? "" : report::fit_text(result));
+    }
   });
 }
 

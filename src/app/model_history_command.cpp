@@ -45,6 +45,7 @@ int run(const ModelHistoryOptions& options) {
     if (!data) return exit;
   }
   std::vector<diagnosis::HistoryEntry> entries;
+  std::vector<Model> shown;
   std::string text;
   for (const std::string& path : models) {
     const auto model = read_model(path, *machine, data ? data->context : EffectContext{}, exit);
@@ -61,11 +62,12 @@ int run(const ModelHistoryOptions& options) {
     if (data) text += report::error_text(entry) + "; ";
     text += effects_text(entry.effects) + "\n";
     entries.push_back(std::move(entry));
+    shown.push_back(*model);
   }
   const std::string json = report::history_json(entries);
   const report::ModelPageInput page{&*machine, data ? &*data : nullptr, json, made_by()};
   return options.result.write(
-      json, [&] { return report::history_page(page, entries); }, text);
+      json, [&] { return report::history_page(page, entries, shown); }, text);
 }
 
 }  // namespace

@@ -33,8 +33,8 @@ void add_model_plan_command(CLI::App& model, int& exit) {
       if (exit != kDone) return;
     }
     const std::string said = what_next(result);
-    exit = files->result.write(report::plan_json(result, in->machine), "The next measurement", said,
-                               *out == "-" ? "" : said + "\n");
+    exit = files->result.write(report::plan_json(result, in->machine), {"The next measurement", said, {}, {}},
+                               report::plan_page, *out == "-" ? "" : said + "\n");
   });
 }
 

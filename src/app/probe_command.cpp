@@ -112,8 +112,8 @@ ExitCode run(const ProgramCommand& command) {
     return print_error(checked.error());
   if (const auto code = write_output(command.out, program->text); code != kDone) return code;
   const std::string text = report::probe_program_text(machine, *program);
-  return command.result.write(report::probe_program_json(machine, *program), machine.name,
-                              "A program that touches one ball from many poses of the rotary axes.",
+  return command.result.write(report::probe_program_json(machine, *program),
+                              {"Touching a ball on " + machine.name, {}, {}, {}}, report::probe_program_page,
                               command.out == "-" ? "" : text);
 }
 
@@ -197,8 +197,8 @@ ExitCode run(const ReadCommand& command) {
       code != kDone)
     return code;
   return command.result.write(
-      report::probe_reading_json(machine, *strokes, *reading), "Touches of " + command.log,
-      "One sphere at each pose of the rotary axes.",
+      report::probe_reading_json(machine, *strokes, *reading), {"Touches of " + command.log, {}, {}, {}},
+      report::probe_reading_page,
       command.out == "-" ? "" : report::probe_reading_text(machine, *strokes, *reading));
 }
 

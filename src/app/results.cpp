@@ -71,4 +71,12 @@ ExitCode ResultOptions::write(const std::string& result_json, const std::string&
       result_json, [&] { return report::result_page(title, verdict, result_json, made_by()); }, text);
 }
 
+ExitCode ResultOptions::write(const std::string& result_json, report::ResultText said, report::PageOf page,
+                              const std::string& text) const {
+  said.json = result_json;
+  said.made_by = made_by();
+  return write(
+      result_json, [&] { return page(said); }, text);
+}
+
 }  // namespace trunnion::app

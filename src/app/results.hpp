@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/page.hpp"
 
 #include "app/support.hpp"
@@ -26,6 +27,9 @@ struct ResultOptions {
                  const std::string& text = "") const;
   /// The same with the page that any JSON result has (report::result_page).
   ExitCode write(const std::string& result_json, const std::string& title, const std::string& verdict,
+                 const std::string& text) const;
+  /// The same with the page of the command, made of its JSON: `said` lacks that and `made_by`.
+  ExitCode write(const std::string& result_json, report::ResultText said, report::PageOf page,
                  const std::string& text) const;
 };
 

@@ -6,6 +6,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/table_json.hpp"
 
 #include "app/command_tree.hpp"
@@ -37,6 +38,7 @@ struct TableOptions {
 // What a command has to say, for people and as JSON.
 struct Said {
   std::string text, json, title, verdict;
+  report::PageOf page = nullptr;  // nothing: the page that any result has
 };
 
 Result<Machine> table_machine(const TableOptions& options, Diagnostics& diagnostics) {
@@ -272,7 +274,7 @@ Result<Said> evaluate(const TableOptions& options, Diagnostics& diagnostics) {
   }
   return Said{report::table_choice_text(*choice, verdict) + said, report::table_choice_json(*choice, verdict),
               "Which table suits " + map->u + map->v + " of " + machine->name,
-              "Best on held-out points: " + best.name + "."};
+              "Best on held-out points: " + best.name + ".", report::table_choice_page};
 }
 
 Result<Said> study(const TableOptions& options, Diagnostics& diagnostics) {
@@ -285,11 +287,11 @@ Result<Said> study(const TableOptions& options, Diagnostics& diagnostics) {
   const auto result = study_cross_talk(*machine, *truth, plan);
   if (!result) return tl::unexpected(result.error());
   const StudiedModel& best = result->models[result->best];
-  return Said{report::cross_talk_text(*result), report::cross_talk_json(*result),
-              "Cross-talk on " + machine->name,
-              "Best by held-out data: " + best.name + " at " + std::to_string(best.nodes) +
-                  " nodes an axis, which removes " + fixed_text(100.0 * best.reduction(), 1) +
-                  " % at random points."};
+  return Said{
+      report::cross_talk_text(*result), report::cross_talk_json(*result), "Cross-talk on " + machine->name,
+      "Best by held-out data: " + best.name + " at " + std::to_string(best.nodes) +
+          " nodes an axis, which removes " + fixed_text(100.0 * best.reduction(), 1) + " % at random points.",
+      report::cross_talk_page};
 }
 
 using Work = Result<Said> (*)(const TableOptions&, Diagnostics&);
@@ -300,6 +302,8 @@ ExitCode run(const TableOptions& options, Work work) {
   const auto said = work(options, diagnostics);
   if (!said) return print_failure(diagnostics, said.error());
   print(diagnostics);
+  if (said->page != nullptr)
+    return options.result.write(said->json, {said->title, said->verdict, {}, {}}, said->page, said->text);
   return options.result.write(said->json, said->title, said->verdict, said->text);
 }
 

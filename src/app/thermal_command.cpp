@@ -63,13 +63,6 @@ Result<Prepared> prepare_for_fit(const ThermalOptions& options, Diagnostics& dia
   return out;
 }
 
-ExitCode write_result(const ThermalOptions& options, const std::string& json, const std::string& text) {
-  // A model or table on standard output stands there alone.
-  return options.result.write(json, "Thermal error: " + options.logs.front(),
-                              "Screened and fitted; the errors of fits are those of runs that were held out.",
-                              options.output == "-" ? "" : text);
-}
-
 ExitCode run_screen(const ThermalOptions& options) {
   Diagnostics diagnostics;
   const auto prepared = prepare_for_fit(options, diagnostics);
@@ -80,8 +73,9 @@ ExitCode run_screen(const ThermalOptions& options) {
     return screen(prepared->log, options.targets, every_s(options));
   }();
   if (!screens) return print_error(screens.error());
-  return write_result(options, report::thermal_screen_json(*screens, prepared->faults),
-                      report::thermal_screen_text(*screens));
+  return options.result.write(report::thermal_screen_json(*screens, prepared->faults),
+                              {"Which sensors follow the error: " + options.logs.front(), {}, {}, {}},
+                              report::thermal_screen_page, report::thermal_screen_text(*screens));
 }
 
 Result<void> set_axes(const std::vector<std::string>& axes, ThermalModel& model) {
@@ -140,8 +134,11 @@ ExitCode run_fit(const ThermalOptions& options) {
     if (const ExitCode code = write_output(*options.output, model_text(result->model)); code != kDone)
       return code;
   }
-  return write_result(options, report::thermal_fit_json(*result, fit, prepared->faults),
-                      report::thermal_fit_text(*result, fit));
+  const std::string json = report::thermal_fit_json(*result, fit, prepared->faults);
+  // A model on standard output stands there alone.
+  return options.result.write(
+      json, [&] { return report::thermal_fit_page(*result, prepared->log, json, made_by()); },
+      options.output == "-" ? "" : report::thermal_fit_text(*result, fit));
 }
 
 // One line for each run and channel whose model had to do without the speed or feed that it needs.

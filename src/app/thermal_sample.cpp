@@ -55,9 +55,12 @@ ExitCode run_assess(const AssessOptions& options) {
                                    options.per_blade ? Sending::per_blade : Sending::always, diagnostics);
   if (!blades) return print_failure(diagnostics, blades.error());
   if (const auto code = options.result.write(
-          report::thermal_assess_json(*blades, options.tolerance_mm), "Blades of " + options.truth,
-          std::to_string(blades->size()) + " blades, with " + options.offsets + " and without.",
-          report::thermal_assess_text(*blades, options.tolerance_mm));
+          report::thermal_assess_json(*blades, options.tolerance_mm),
+          {"Blades of " + options.truth,
+           std::to_string(blades->size()) + " blades, with " + options.offsets + " and without.",
+           {},
+           {}},
+          report::thermal_assess_page, report::thermal_assess_text(*blades, options.tolerance_mm));
       code != kDone)
     return code;
   const double after = share_within(*blades, &BladeResult::after_mm, options.tolerance_mm);

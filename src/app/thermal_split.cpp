@@ -93,9 +93,12 @@ ExitCode run_split(const ThermalSplitOptions& options) {
   std::string names;
   for (const auto& name : refused) names += (names.empty() ? "" : ", ") + name;
   if (const ExitCode code = options.result.write(
-          report::thermal_split_json(*split, refused), "Drift of " + machine->name,
-          refused.empty() ? "These poses tell apart what is asked for." : "Not told apart: " + names + ".",
-          report::thermal_split_text(*split));
+          report::thermal_split_json(*split, refused),
+          {"Drift of " + machine->name,
+           refused.empty() ? "These poses tell apart what is asked for." : "Not told apart: " + names + ".",
+           {},
+           {}},
+          report::thermal_split_page, report::thermal_split_text(*split));
       code != kDone)
     return code;
   if (refused.empty()) return kDone;

@@ -15,7 +15,7 @@
   extern "C" const char trunnion_##symbol##_end[]
 
 TRUNNION_EMBED(style, TRUNNION_WEB "/page.css");
-TRUNNION_EMBED(script, TRUNNION_WEB "/page.js");
+TRUNNION_EMBED(script, TRUNNION_WEB "/page.js\"\n.incbin \"" TRUNNION_WEB "/story.js");
 TRUNNION_EMBED(charts, TRUNNION_CHARTS);
 
 namespace trunnion::report {

@@ -169,7 +169,36 @@ Figure budget_figure(const Machine& machine, const diagnosis::Dataset& data, con
           std::move(plot)};
 }
 
-Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries) {
+Figure significance_figure(const Model& model) {
+  constexpr std::size_t kMost = 40;
+  std::vector<std::pair<std::string, double>> all;
+  for (const ModelEffect& effect : model.effects) {
+    const auto& info = effect.effect->info();
+    for (std::size_t i = 0; i < effect.parameters.size(); ++i) {
+      const ParameterValue& p = effect.parameters[i];
+      if (p.sigma && *p.sigma > 0.0)
+        all.emplace_back(effect.id() + " " + info.parameters[i].key(), p.value / *p.sigma);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.second) > std::abs(b.second); });
+  const bool cut = all.size() > kMost;
+  if (cut) all.resize(kMost);
+  XyPlot plot{{"", ""}, {"value over its sigma", ""}, {}, {{"2", 2.0}, {"-2", -2.0}}, {}, false};
+  Series bars = bars_of("", 0);
+  for (const auto& [name, ratio] : all) {
+    bars.x.push_back(static_cast<double>(plot.categories.size()));
+    bars.y.push_back(ratio);
+    plot.categories.push_back(name);
+  }
+  plot.series.push_back(std::move(bars));
+  return {"significance", "How sure each parameter is",
+          std::string("Within the dashed lines a parameter may as well be zero.") +
+              (cut ? " The 40 surest ones." : ""),
+          std::move(plot)};
+}
+
+Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries, std::size_t shown) {
   // Lengths where there are any: they are what a part shows.
   const bool lengths =
       std::any_of(entries.begin(), entries.end(), [](const auto& e) { return std::isfinite(e.rms_um); });
@@ -184,10 +213,11 @@ Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries) {
     const auto& e = entries[i];
     const auto x = static_cast<double>(i);
     plot.categories.push_back(e.name);
+    const double not_yet = std::nan("");
     fit.x.push_back(x);
-    fit.y.push_back(lengths ? e.rms_um : e.rms_urad);
+    fit.y.push_back(i >= shown ? not_yet : lengths ? e.rms_um : e.rms_urad);
     held.x.push_back(x);
-    held.y.push_back((lengths ? e.heldout_um : e.heldout_urad).value_or(std::nan("")));
+    held.y.push_back(i >= shown ? not_yet : (lengths ? e.heldout_um : e.heldout_urad).value_or(not_yet));
     for (const double edge : {x - 0.5, x + 0.5}) {
       noise.x.push_back(edge);
       noise.y.push_back(0.0);

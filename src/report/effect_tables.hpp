@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 
 #include "trunnion/diagnosis/diagnose.hpp"
@@ -21,7 +22,12 @@ std::optional<Figure> rivals_figure(const diagnosis::Diagnosis& d);
 /// Shapley shares of the effects of a model in the mean square of what they do to the readings.
 Figure budget_figure(const Machine& machine, const diagnosis::Dataset& data, const Model& model);
 
-/// Error by step, on the data and on held-out runs, with the noise floor as a band.
-Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries);
+/// Every fitted parameter over its own standard deviation: one scale for lengths and rotations.
+Figure significance_figure(const Model& model);
+
+/// Error by step, on the data and on held-out runs, with the noise floor as a band; of the first `shown`
+/// steps, on the scale of all.
+Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries,
+                    std::size_t shown = std::numeric_limits<std::size_t>::max());
 
 }  // namespace trunnion::report

@@ -1,6 +1,9 @@
 #include "trunnion/report/iso230_json.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 
 #include "trunnion/base/units.hpp"
@@ -24,6 +27,73 @@ ordered_json number(const std::optional<double>& value, double factor) {
 ordered_json numbers(const std::vector<double>& values, double factor) {
   ordered_json out = ordered_json::array();
   for (const double value : values) out.push_back(value * factor);
+  return out;
+}
+
+// The readings of a line: [target][run], both directions.
+void add_readings(ordered_json& out, const LineTest& test, bool rotary) {
+  const double f = factor_of(rotary);
+  for (const auto& [name, readings] :
+       {std::pair{"readings_up", &test.up}, std::pair{"readings_down", &test.down}}) {
+    if (readings->empty()) continue;
+    auto& rows = out["targets"][name] = ordered_json::array();
+    for (const auto& runs : *readings) rows.push_back(numbers(runs, f));
+  }
+}
+
+double mean_square(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v * v;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+// Squareness and scales are the second harmonic of the mean of both directions, the reversal is half of their
+// difference: the three are at right angles to each other and to what is left.
+ordered_json causes_of(const CircularTest& test, const std::vector<const CircularPath*>& paths) {
+  std::vector<double> all;
+  std::vector<double> mean[2];  // of each direction
+  for (const CircularPath* path : paths) {
+    const CircleFit fit = fit_circle(path->points, Centre::least_squares);
+    for (const RadialPoint& p : path->points)
+      all.push_back(p.radial_mm - fit.radius - fit.x * std::cos(p.angle_rad) - fit.y * std::sin(p.angle_rad));
+    double sum = 0.0;
+    for (const RadialPoint& p : path->points) sum += p.radial_mm;
+    if (!path->points.empty())
+      mean[path->counter_clockwise ? 1 : 0].push_back(sum / static_cast<double>(path->points.size()));
+  }
+  const auto middle = [](const std::vector<double>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(std::max<std::size_t>(v.size(), 1));
+  };
+  const bool both = !mean[0].empty() && !mean[1].empty();
+  const double reversal = both ? std::pow((middle(mean[0]) - middle(mean[1])) / 2.0, 2) : 0.0;
+  const double scales = std::pow(test.scale_mismatch / 2.0, 2) / 2.0;
+  const double square = std::pow(test.opening_rad * test.radius_mm / 2.0, 2) / 2.0;
+  const double shape = mean_square(all);
+  const double whole = std::max(shape + reversal, scales + square + reversal);
+  ordered_json out = ordered_json::array();
+  if (whole <= 0.0) return out;
+  const double per_cent = 100.0 / whole;
+  out.push_back({{"cause", "scales of the axes differ"}, {"per_cent", per_cent * scales}});
+  out.push_back({{"cause", "axes are not square"}, {"per_cent", per_cent * square}});
+  if (both) out.push_back({{"cause", "directions differ in radius"}, {"per_cent", per_cent * reversal}});
+  out.push_back(
+      {{"cause", "other"}, {"per_cent", per_cent * std::max(0.0, whole - scales - square - reversal)}});
+  return out;
+}
+
+ordered_json path_json(const CircularPath& path) {
+  ordered_json out = {{"sense", path.counter_clockwise ? "counter-clockwise" : "clockwise"},
+                      {"angle_deg", ordered_json::array()},
+                      {"read", ordered_json::array()},
+                      {"radial", ordered_json::array()}};
+  // Where the ball was set up is none of the machine's errors.
+  const CircleFit fit = fit_circle(path.points, Centre::least_squares);
+  for (const RadialPoint& p : path.points) {
+    out["angle_deg"].push_back(p.angle_rad * kDegreePerRad);
+    out["read"].push_back(p.radial_mm / kMmPerUm);
+    out["radial"].push_back((p.radial_mm - fit.x * std::cos(p.angle_rad) - fit.y * std::sin(p.angle_rad)) /
+                            kMmPerUm);
+  }
   return out;
 }
 
@@ -72,15 +142,18 @@ ordered_json line_json(const Positioning& line) {
 
 }  // namespace
 
-std::string iso230_2_json(const std::vector<Positioning>& axes) {
+std::string iso230_2_json(const std::vector<Positioning>& axes, const std::vector<LineTest>& lines) {
   ordered_json out;
   out["standard"] = kPositioningStandard;
   out["axes"] = ordered_json::array();
-  for (const Positioning& axis : axes) out["axes"].push_back(line_json(axis));
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    out["axes"].push_back(line_json(axes[i]));
+    if (i < lines.size()) add_readings(out["axes"].back(), lines[i], axes[i].rotary);
+  }
   return json_text(out);
 }
 
-std::string iso230_6_json(const Diagonals& diagonals) {
+std::string iso230_6_json(const Diagonals& diagonals, const std::vector<LineTest>& lines) {
   const double f = factor_of(false);
   ordered_json out;
   out["standard"] = kDiagonalStandard;
@@ -95,6 +168,7 @@ std::string iso230_6_json(const Diagonals& diagonals) {
   for (std::size_t i = 0; i < diagonals.lines.size(); ++i) {
     ordered_json line = line_json(diagonals.lines[i]);
     line["peak_to_valley"] = diagonals.peak_to_valley[i] * f;
+    if (i < lines.size()) add_readings(line, lines[i], diagonals.lines[i].rotary);
     out["diagonals"].push_back(std::move(line));
   }
   out["squareness"] = ordered_json::array();
@@ -103,7 +177,7 @@ std::string iso230_6_json(const Diagonals& diagonals) {
   return json_text(out);
 }
 
-std::string iso230_4_json(const std::vector<CircularTest>& tests) {
+std::string iso230_4_json(const std::vector<CircularTest>& tests, const std::vector<CircularPath>& paths) {
   const double f = factor_of(false);
   ordered_json out;
   out["standard"] = kCircularStandard;
@@ -126,6 +200,14 @@ std::string iso230_4_json(const std::vector<CircularTest>& tests) {
     one["D"] = number(test.D, f);
     one["scale_mismatch_um"] = test.scale_mismatch * f;
     one["opening_urad"] = test.opening_rad / kRadPerUrad;
+    std::vector<const CircularPath*> own;
+    one["paths"] = ordered_json::array();
+    for (const CircularPath& path : paths) {
+      if (path.plane != test.plane || path.radius_mm != test.radius_mm) continue;
+      own.push_back(&path);
+      one["paths"].push_back(path_json(path));
+    }
+    one["causes"] = causes_of(test, own);
     out["circles"].push_back(std::move(one));
   }
   return json_text(out);
@@ -151,6 +233,18 @@ std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions) {
          {"asynchronous", values.turns > 1 ? ordered_json(values.asynchronous * f) : ordered_json(nullptr)},
          {"residual_synchronous", number(values.residual_synchronous, f)},
          {"fundamental", values.fundamental * f}});
+    auto& paths = out["error_motions"].back()["paths"] = ordered_json::array();
+    for (std::size_t turn = 0; turn < values.turns; ++turn) {
+      ordered_json one = {{"turn", "turn " + std::to_string(turn + 1)},
+                          {"angle_deg", ordered_json::array()},
+                          {"radial", ordered_json::array()}};
+      for (std::size_t k = 0; k < motion.angle_rad.size(); ++k) {
+        if (turn >= motion.readings[k].size()) continue;
+        one["angle_deg"].push_back(motion.angle_rad[k] * kDegreePerRad);
+        one["radial"].push_back(motion.readings[k][turn] * f);
+      }
+      paths.push_back(std::move(one));
+    }
   }
   return json_text(out);
 }

@@ -144,6 +144,47 @@ std::vector<diagnosis::HistoryEntry> steps_of(const ModelPageInput& input, const
   return out;
 }
 
+// Of a story, all lists as long as the story.
+struct Story {
+  const std::vector<diagnosis::HistoryEntry>& entries;
+  const std::vector<Model>& models;
+  const std::vector<std::string>& sentences;
+};
+
+// What a model has that the one before it lacks.
+std::string added_text(const std::vector<diagnosis::HistoryEntry>& entries, std::size_t k) {
+  if (k == 0)
+    return entries[0].effects.empty() ? "Nothing is known yet."
+                                      : "It begins with " + joined(entries[0].effects, " + ") + ".";
+  std::vector<std::string> added;
+  const auto& before = entries[k - 1].effects;
+  for (const auto& effect : entries[k].effects) {
+    if (std::find(before.begin(), before.end(), effect) == before.end()) added.push_back(effect);
+  }
+  return added.empty() ? "No effect is added." : "Added: " + joined(added, " + ") + ".";
+}
+
+// One step after the other: the sentence, the residual vectors at one scale, the bar that falls.
+void add_story(Page& page, const ModelPageInput& input, const Story& story) {
+  std::optional<VectorScale> scale;
+  for (std::size_t k = 0; k < story.models.size(); ++k) {
+    const Residuals residuals =
+        residuals_of(*input.machine, *input.data, as_it_stands(input, story.models[k]));
+    if (!scale) scale = vector_scale(residuals);
+    const std::string number = std::to_string(k);
+    const std::string& name = story.entries[k].name;
+    Section section{"Step " + number + (name == "step " + number ? "" : ": " + name),
+                    {Paragraph{story.sentences[k]}},
+                    true};
+    section.items.emplace_back(
+        vectors_figure(residuals, *scale, "vectors-" + number, "What is left at this step"));
+    Figure falls = steps_figure(story.entries, k + 1);
+    falls.id += "-" + number;
+    section.items.emplace_back(std::move(falls));
+    page.sections.push_back(std::move(section));
+  }
+}
+
 // One figure a quantity, for what was measured.
 void add_size(Page& page, const std::string& id, const std::string& label, double um, double urad) {
   if (std::isfinite(um)) page.facts.push_back({id + "_um", label, um_text(um), um});
@@ -202,6 +243,46 @@ Page evaluation_page(const ModelPageInput& input, const Model& model, const diag
   return page;
 }
 
+Page fit_page(const ModelPageInput& input, const diagnosis::Fit& f) {
+  Page page = start(input, "Fit of " + f.model.name + " to " + input.machine->name, "", Tone::neutral);
+  const double ratio = f.dof > 0.0 ? f.chi2 / f.dof : std::numeric_limits<double>::quiet_NaN();
+  const std::size_t outliers = static_cast<std::size_t>(std::count(f.outlier.begin(), f.outlier.end(), true));
+  std::size_t known = 0;
+  for (const ModelEffect& effect : f.model.effects) {
+    for (const ParameterValue& p : effect.parameters)
+      if (p.sigma && std::abs(p.value) > 2.0 * *p.sigma) ++known;
+  }
+  page.tone = !f.converged ? Tone::bad : f.sigma_factor > 1.0 ? Tone::neutral : Tone::good;
+  page.verdict =
+      std::to_string(input.data->readings.size()) + " readings, " + std::to_string(f.parameter_count) +
+      " parameters: " +
+      (f.sigma_factor > 1.0
+           ? "the readings scatter " + short_number(f.sigma_factor, 3) +
+                 " times as much as their uncertainty says, so something is missing from the model "
+                 "or the uncertainty is too small"
+           : "the model meets the readings within their uncertainty") +
+      " (chi-square over degrees of freedom " + short_number(ratio, 3) + "); " + std::to_string(known) +
+      " parameters are more than two sigma from zero" + (f.converged ? "." : "; THE FIT DID NOT CONVERGE.");
+  page.facts = {
+      {"chi2", "chi-square", short_number(f.chi2, 5), f.chi2},
+      {"dof", "degrees of freedom", short_number(f.dof, 6), f.dof},
+      {"sigma_factor", "scatter over stated uncertainty", short_number(f.sigma_factor, 4), f.sigma_factor},
+      {"outliers", "outliers", std::to_string(outliers), static_cast<double>(outliers)}};
+  const Residuals residuals = residuals_of(*input.machine, *input.data, f);
+  Section first{"What was fitted", {}};
+  if (!f.model.effects.empty()) first.items.emplace_back(significance_figure(f.model));
+  first.items.emplace_back(vectors_figure(residuals, vector_scale(residuals), "vectors", "What is left"));
+  page.sections.push_back(std::move(first));
+  if (!f.model.effects.empty()) page.sections.push_back(model_section(input, f.model));
+  if (!f.null_directions.empty()) {
+    Section blind{"What no reading sees", {}};
+    for (const auto& direction : f.null_directions) blind.items.emplace_back(Paragraph{direction.words});
+    page.sections.push_back(std::move(blind));
+  }
+  add_residual_sections(page, residuals, {});
+  return page;
+}
+
 Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   const bool clear =
       d.verdict == diagnosis::Verdict::nothing_to_find || d.verdict == diagnosis::Verdict::named;
@@ -241,7 +322,8 @@ Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   return page;
 }
 
-Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries) {
+Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries,
+                  const std::vector<Model>& models) {
   Page page = start(input, "How the error of " + input.machine->name + " fell", "", Tone::neutral);
   Table table;
   table.id = "steps";
@@ -279,6 +361,9 @@ Page history_page(const ModelPageInput& input, const std::vector<diagnosis::Hist
     add_size(page, "rms", "last model: rms", last.rms_um, last.rms_urad);
     add_size(page, "noise_floor", "noise floor", last.noise_floor_um, last.noise_floor_urad);
     page.sections.push_back({"The error falls", {steps_figure(entries), std::move(table)}});
+    std::vector<std::string> added;
+    for (std::size_t k = 0; k < entries.size(); ++k) added.push_back(added_text(entries, k));
+    add_story(page, input, {entries, models, added});
   } else {
     page.verdict = std::to_string(entries.size()) + " models; without data there is no error to show.";
     page.sections.push_back({"Models", {std::move(table)}});
@@ -308,20 +393,20 @@ Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::Impr
                          short_number(100 * d.confidence, 3)});
   }
   const auto& last = steps.back();
-  Page page = history_page(input, entries);
+  Page page = history_page(input, entries, {});
   page.title = "How the model of " + input.machine->name + " was improved";
   page.verdict += " " + headline(last.diagnosis);
   const bool done = last.diagnosis.verdict == diagnosis::Verdict::nothing_to_find;
   page.tone = done ? Tone::good : Tone::neutral;
   page.sections.front().items.emplace_back(std::move(said));
-  const Residuals before =
-      residuals_of(*input.machine, *input.data, as_it_stands(input, steps.front().model));
+  std::vector<Model> models;
+  std::vector<std::string> sentences;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    models.push_back(steps[k].model);
+    sentences.push_back(added_text(entries, k) + " " + steps[k].diagnosis.paragraph);
+  }
+  add_story(page, input, {entries, models, sentences});
   const Residuals after = residuals_of(*input.machine, *input.data, as_it_stands(input, last.model));
-  const VectorScale scale = vector_scale(before);
-  page.sections.push_back(
-      {"Before and after",
-       {vectors_figure(before, scale, "vectors-before", "Residual vectors of the first step"),
-        vectors_figure(after, scale, "vectors-after", "Residual vectors of the last step")}});
   if (!last.model.effects.empty()) page.sections.push_back(model_section(input, last.model));
   add_residual_sections(page, after, names_of(last.diagnosis.depends_on));
   if (last.diagnosis.next) page.sections.push_back(next_section(last.diagnosis));

@@ -43,6 +43,18 @@ std::string html_of(const Paragraph& paragraph) {
   return "<p>" + escaped(paragraph.text) + "</p>\n";
 }
 
+// A flat figure without a neighbour takes the whole row.
+bool stands_alone(const std::vector<Item>& items, std::size_t at) {
+  const auto is_figure = [&](std::size_t i) { return std::holds_alternative<Figure>(items[i]); };
+  if (!is_figure(at)) return false;
+  std::size_t first = at;
+  while (first > 0 && is_figure(first - 1)) --first;
+  const bool last = at + 1 == items.size() || !is_figure(at + 1);
+  const auto& plot = std::get<Figure>(items[at]).plot;
+  return last && (at - first) % 2 == 0 && std::holds_alternative<XyPlot>(plot) &&
+         !std::get<XyPlot>(plot).equal_scales;
+}
+
 std::string html_of(const Figure& figure) {
   const bool space = std::holds_alternative<SpacePlot>(figure.plot);
   const bool matrix = std::holds_alternative<MatrixPlot>(figure.plot);
@@ -79,6 +91,12 @@ std::string html_of(const Table& table) {
   return out + "</tbody></table></div><figcaption>" + escaped(table.caption) + "</figcaption></figure>\n";
 }
 
+std::string html_of(const Listing& listing) {
+  return "<figure class=\"table\" id=\"" + listing.id + "\"><h3>" + escaped(listing.title) +
+         "</h3><pre class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(listing.title) +
+         "\">" + escaped(listing.text) + "</pre></figure>\n";
+}
+
 std::string html_of(const MachineView& view) {
   return "<figure id=\"machine\" class=\"needs-charts\" hidden><h3>The machine at one block</h3>"
          "<div class=\"plot\"><div class=\"live\"></div></div>"
@@ -113,14 +131,25 @@ std::string body(const Page& page) {
   std::string out = "<header><h1>" + escaped(page.title) + "</h1>\n<p id=\"verdict\" class=\"verdict " +
                     tone_class(page.tone) + "\">" + tone_sign(page.tone) + escaped(page.verdict) + "</p>\n" +
                     navigation(page) + "</header>\n<main>\n" + facts_html(page);
+  bool steps = false;  // within a story
   for (std::size_t i = 0; i < page.sections.size(); ++i) {
     const std::string id = "section-" + std::to_string(i + 1);
+    if (page.sections[i].step != steps) {
+      steps = !steps;
+      out += steps ? "<div class=\"story\">\n" : "</div>\n";
+    }
     out += "<section id=\"" + id + "\" aria-labelledby=\"" + id + "-title\"><h2 id=\"" + id + "-title\">" +
            escaped(page.sections[i].title) + "</h2>\n";
-    for (const Item& item : page.sections[i].items)
-      out += std::visit([](const auto& it) { return html_of(it); }, item);
+    const std::vector<Item>& items = page.sections[i].items;
+    for (std::size_t k = 0; k < items.size(); ++k) {
+      const bool alone = stands_alone(items, k);
+      out += alone ? "<div class=\"alone\">" : "";
+      out += std::visit([](const auto& it) { return html_of(it); }, items[k]);
+      out += alone ? "</div>\n" : "";
+    }
     out += "</section>\n";
   }
+  if (steps) out += "</div>\n";
   out += "</main>\n<footer><p>" + escaped(page.made_by) + "</p>";
   if (!has_interactive_charts())
     out += "<p>The program was built without the chart library: the plots of this page do not move.</p>";

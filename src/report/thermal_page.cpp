@@ -56,7 +56,167 @@ XyPlot prediction_plot(const thermal::RunPrediction& run, const std::vector<Esti
   return plot;
 }
 
+// What holding the last measurement would say: a step at each one that the model was given.
+Series held_last(const thermal::RunPrediction& run, const std::vector<Estimate>& estimates,
+                 const std::vector<double>& measured_mm) {
+  Series out{"hold last", Mark::line, {}, {}, {}, {}, 7};
+  const double hour_s = 60.0 * kSecondsPerMinute;
+  double zero_mm = std::nan("");
+  double held_mm = 0.0;
+  double given_s = -1.0;
+  for (std::size_t i = 0; i < run.time_s.size() && i < measured_mm.size(); ++i) {
+    if (std::isfinite(measured_mm[i])) {
+      if (std::isnan(zero_mm)) zero_mm = measured_mm[i] - estimates[i].value_mm;
+      // The model was given this measurement: its own clock begins anew.
+      if (given_s < 0.0 || estimates[i].since_measured_s <= 0.0) {
+        held_mm = measured_mm[i] - zero_mm;
+        given_s = run.time_s[i];
+      }
+    }
+    out.x.push_back((run.time_s[i] - run.time_s.front()) / hour_s);
+    out.y.push_back(micrometres(held_mm));
+  }
+  return out;
+}
+
+// The best way to use each method (open, with a bias, ...): four ways of nine methods are no picture.
+std::vector<const thermal::Score*> best_of_each(const thermal::ChannelReport& channel) {
+  std::vector<const thermal::Score*> out;
+  const auto method = [](const std::string& name) { return name.substr(0, name.find('+')); };
+  for (const thermal::Score& score : channel.models) {
+    const auto same = std::find_if(out.begin(), out.end(),
+                                   [&](const auto* s) { return method(s->name) == method(score.name); });
+    if (same == out.end())
+      out.push_back(&score);
+    else if (score.name == channel.chosen ||
+             ((*same)->name != channel.chosen && score.rmse_mm < (*same)->rmse_mm))
+      *same = &score;
+  }
+  return out;
+}
+
+Series bars(std::string name) {
+  Series out;
+  out.name = std::move(name);
+  out.mark = Mark::bars;
+  return out;
+}
+
+Figure by_method(const thermal::ChannelReport& channel) {
+  XyPlot plot{{"", ""}, {"error on held-out runs, rms", "µm"}, {}, {}, {}, false};
+  Series rms = bars("all runs");
+  Series worst = bars("worst run");
+  for (const thermal::Score* score : best_of_each(channel)) {
+    rms.x.push_back(static_cast<double>(plot.categories.size()));
+    worst.x.push_back(rms.x.back());
+    rms.y.push_back(micrometres(score->rmse_mm));
+    worst.y.push_back(micrometres(score->worst_run_rmse_mm));
+    plot.categories.push_back(score->name + (score->name == channel.chosen ? " (chosen)" : ""));
+  }
+  plot.series = {std::move(rms), std::move(worst)};
+  return {"methods-" + channel.channel, "Error by method",
+          "Each run predicted by a model that never saw it; of each method the best way to use it.",
+          std::move(plot)};
+}
+
+Figure by_run(const thermal::ChannelReport& channel) {
+  XyPlot plot{{"", ""}, {"error on held-out runs, rms", "µm"}, {}, {}, channel.runs, false};
+  std::vector<std::string> names = {channel.chosen};
+  for (const char* baseline : {"hold_last", "none"}) {
+    if (channel.chosen != baseline) names.emplace_back(baseline);
+  }
+  for (const std::string& name : names) {
+    const thermal::Score* score = channel.score(name);
+    if (score == nullptr) continue;
+    Series s = bars(name);
+    for (std::size_t r = 0; r < score->run_rmse_mm.size(); ++r) {
+      s.x.push_back(static_cast<double>(r));
+      s.y.push_back(micrometres(score->run_rmse_mm[r]));
+    }
+    plot.series.push_back(std::move(s));
+  }
+  return {"runs-" + channel.channel, "Error by run",
+          "The chosen method beside holding the last measurement and beside no correction.", std::move(plot)};
+}
+
+Table methods_table(const thermal::ChannelReport& channel) {
+  Table out;
+  out.id = "table-" + channel.channel;
+  out.title = "All methods on runs that were held out";
+  out.columns = {"method", "rms / µm", "95 % below / µm", "worst run / µm", "first hours / µm"};
+  out.numeric = {false, true, true, true, true};
+  const auto row = [&](const thermal::Score& s) {
+    const auto um = [](double mm) { return short_number(micrometres(mm), 4); };
+    out.rows.push_back({s.name, um(s.rmse_mm), um(s.p95_mm), um(s.worst_run_rmse_mm), um(s.window_rmse_mm)});
+  };
+  for (const auto& s : channel.models) row(s);
+  if (channel.nested) row(*channel.nested);
+  for (const auto& note : channel.notes) out.caption += (out.caption.empty() ? "" : " ") + note + ".";
+  return out;
+}
+
+std::string said_of(const thermal::ChannelReport& channel) {
+  const thermal::Score* chosen = channel.score(channel.chosen);
+  const thermal::Score* hold = channel.score("hold_last");
+  const thermal::Score* none = channel.score("none");
+  const auto um = [](const thermal::Score* s) {
+    return s == nullptr ? "–" : short_number(micrometres(s->rmse_mm), 3) + " µm";
+  };
+  std::string out = channel.channel + ": " + channel.chosen + " errs by " + um(chosen) +
+                    " rms on runs that it never saw; holding the last measurement by " + um(hold) +
+                    ", no correction by " + um(none);
+  if (channel.nested) out += "; with the choice itself held out " + um(&*channel.nested);
+  return out + ".";
+}
+
 }  // namespace
+
+Page thermal_fit_page(const thermal::FitResult& result, const thermal::Log& log,
+                      const std::string& result_json, const std::string& made_by) {
+  Page page;
+  page.title = "Thermal model of " + log.file;
+  page.result_json = result_json;
+  page.made_by = made_by;
+  page.tone = Tone::good;
+  for (std::size_t c = 0; c < result.channels.size(); ++c) {
+    const thermal::ChannelReport& channel = result.channels[c];
+    const thermal::ChannelModel& model = result.model.channels[c];
+    page.verdict += (page.verdict.empty() ? "" : " ") + said_of(channel);
+    if (model.heldout_rmse_mm > model.hold_last_rmse_mm) page.tone = Tone::neutral;
+    Section section{channel.channel, {by_method(channel), by_run(channel)}};
+    const auto* chosen = channel.score(channel.chosen);
+    const auto worst = chosen == nullptr || chosen->run_rmse_mm.empty()
+                           ? channel.runs.end()
+                           : channel.runs.begin() +
+                                 (std::max_element(chosen->run_rmse_mm.begin(), chosen->run_rmse_mm.end()) -
+                                  chosen->run_rmse_mm.begin());
+    const auto index = log.channel(channel.channel);
+    const auto run = worst == channel.runs.end()
+                         ? log.runs.end()
+                         : std::find_if(log.runs.begin(), log.runs.end(),
+                                        [&](const thermal::LogRun& r) { return r.id == *worst; });
+    if (index && run != log.runs.end()) {
+      const auto number = static_cast<std::size_t>(run - log.runs.begin());
+      if (const auto said = thermal::predict(result.model, log, number, thermal::UseMeasurements::yes)) {
+        MeasuredErrors unused;
+        XyPlot plot = prediction_plot(*said, said->channel[c], run->channel_mm[*index], unused);
+        plot.series.push_back(held_last(*said, said->channel[c], run->channel_mm[*index]));
+        section.items.emplace_back(Figure{
+            "follow-" + channel.channel, "Predicted and measured, run " + run->id,
+            "The run on which the method errs most, followed by the fitted model (which has seen it: its "
+            "error on runs held out stands above); band: two sigma.",
+            std::move(plot)});
+      }
+    }
+    std::string sensors;
+    for (const auto& name : model.features.sensors) sensors += (sensors.empty() ? "" : ", ") + name;
+    section.items.emplace_back(Paragraph{sensors.empty() ? "The chosen method reads no sensor."
+                                                         : "Sensors of the chosen method: " + sensors + "."});
+    section.items.emplace_back(methods_table(channel));
+    page.sections.push_back(std::move(section));
+  }
+  return page;
+}
 
 Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::Log& log,
                              const std::vector<thermal::RunPrediction>& runs, const std::string& result_json,

@@ -68,6 +68,24 @@ async function tablesShowJson(page, name) {
   return compared;
 }
 
+// The first sentence is made of the JSON's numbers: every one with a unit is one of them, rounded to the digits shown. Of these pages what is
+// said is all read from the JSON; others count or divide.
+const saidByJson = ['thermal', 'screen', 'split', 'assess', 'cross', 'table', 'iso230', 'circle', 'calibrate', 'batch'];
+async function verdictSaysJson(page, name) {
+  if (!saidByJson.includes(name)) return 0;
+  const numbers = [];
+  const collect = (v) => (typeof v === 'number' ? numbers.push(v) : v && typeof v === 'object' && Object.values(v).forEach(collect));
+  collect(JSON.parse(readFileSync(`${name}.json`, 'utf8')));
+  const said = [...(await page.textContent('#verdict')).matchAll(/(-?\d+(?:\.(\d+))?) (µm|µrad|%)/g)];
+  for (const [text, number, digits] of said) {
+    const step = 10 ** -(digits ?? '').length * (digits ? 1 : 10 ** Math.max(0, number.replace('-', '').length - 3));
+    assert.ok(numbers.some((n) => [n, 1000 * n, 100 * n].some((v) => Math.abs(v - Number(number)) <= 0.5001 * step)),
+              `${name}: the verdict says ${text}, the JSON does not`);
+  }
+  assert.ok(said.length > 0, `${name}: the verdict gives no figure`);
+  return said.length;
+}
+
 async function activateAll(page) {
   const count = await page.$$eval('figure[data-figure]', (all) => all.length);
   for (let i = 0; i < count; i++) {
@@ -117,21 +135,22 @@ if (process.env.PICTURES) {
 }
 
 const interactive = readFileSync('post.html', 'utf8').includes('globalThis.Plotly');
-const names = ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch'];
+const names = ['post', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch',
+  'screen', 'split', 'assess', 'cross', 'plan', 'calibrate', 'probe', 'circle'];
 for (const name of names) {
   // One page of each kind in the dark too: the style sheet is the same for all.
   for (const scheme of ['post', 'diagnose', 'predict'].includes(name) ? ['light', 'dark'] : ['light']) {
     const {page, troubles} = await open(name, scheme);
     const compared = await factsEqualJson(page, name);
-    assert.ok(compared >= ({compare: 0, history: 0, improve: 0, simulate: 1, iso230: 0, thermal: 0, predict: 0, study: 0, table: 0, fit: 0, machine: 0, batch: 0}[name] ?? 4), `${name}: only ${compared} facts compared`);
-    const shown = await tablesShowJson(page, name);
+    assert.ok(compared >= ({post: 4, plain: 4, verify: 4, evaluate: 4, diagnose: 4, fit: 3, batch: 4, simulate: 1, calibrate: 2, cross: 3}[name] ?? 0), `${name}: only ${compared} facts compared`);
+    const shown = await tablesShowJson(page, name) + await verdictSaysJson(page, name);
     const figures = await activateAll(page);
     assert.ok(figures + (await page.$$eval('td', (all) => all.length)) >= 1, `${name}: nothing to see`);
     const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     assert.ok(overflow <= 0, `${name}: ${overflow} px wider than the window`);
     await page.screenshot({path: `${name}-${scheme}.png`, fullPage: true, timeout: 120000});
     assert.deepEqual(troubles, [], name);
-    console.log(`${name} (${scheme}): ${figures} figures, ${compared} facts and ${shown} table cells equal to the JSON`);
+    console.log(`${name} (${scheme}): ${figures} figures, ${compared} facts and ${shown} other numbers equal to the JSON`);
     await page.close();
   }
 }
@@ -176,6 +195,22 @@ for (const name of names) {
   await page.close();
 }
 console.log(`nothing leaves the pages: ${pressed} buttons pressed on ${names.length} pages, no request, no other page`);
+
+// A story shows one step at a time, by its buttons and by the links; paper shows all.
+for (const name of ['improve', 'history']) {
+  const {page, troubles} = await open(name);
+  const steps = JSON.parse(readFileSync(`${name}.json`, 'utf8')).steps;
+  const shown = () => page.$$eval('.story > section', (all) => all.map((s) => getComputedStyle(s).display !== 'none'));
+  assert.deepEqual(await shown(), steps.map((_, i) => i === 0), `${name}: the first step`);
+  await page.getByRole('button', {name: 'next step'}).focus();
+  await page.keyboard.press('Enter');
+  assert.deepEqual(await shown(), steps.map((_, i) => i === 1), `${name}: the second step`);
+  if (name === 'improve') assert.ok((await page.textContent('.story > section:nth-of-type(2)')).includes(steps[1].paragraph), 'the sentence of the step');
+  await page.emulateMedia({media: 'print'});
+  assert.deepEqual(await shown(), steps.map(() => true), `${name}: on paper`);
+  assert.deepEqual(troubles, []);
+  await page.close();
+}
 
 if (interactive) {
   const {page, troubles} = await open('post');

@@ -15,10 +15,15 @@ struct EvaluatedMotion {
 };
 
 /// JSON text of an evaluation: the standard with its year, the unit (um, urad), every symbol; what the
-/// standard does not give for these data is null. Symbols: `_up`, `_down` are the arrows.
-std::string iso230_2_json(const std::vector<iso230::Positioning>& axes);
-std::string iso230_6_json(const iso230::Diagonals& diagonals);
-std::string iso230_4_json(const std::vector<iso230::CircularTest>& tests);
+/// standard does not give for these data is null. Symbols: `_up`, `_down` are the arrows. With the readings
+/// that were evaluated (`readings_up`: [target][run]), in the order of the results.
+std::string iso230_2_json(const std::vector<iso230::Positioning>& axes,
+                          const std::vector<iso230::LineTest>& lines);
+std::string iso230_6_json(const iso230::Diagonals& diagonals, const std::vector<iso230::LineTest>& lines);
+/// Each circle with its paths (`angle_deg`; `read`, and `radial` about the least-squares centre, in um) and
+/// what shapes it: shares of the mean square of the deviations from the least-squares circle.
+std::string iso230_4_json(const std::vector<iso230::CircularTest>& tests,
+                          const std::vector<iso230::CircularPath>& paths);
 std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions);
 
 /// The same as text for people, symbols with their arrows.

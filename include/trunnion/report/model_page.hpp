@@ -20,16 +20,22 @@ struct ModelPageInput {
 /// distribution.
 Page evaluation_page(const ModelPageInput& input, const Model& model, const diagnosis::Evaluation& result);
 
+/// `model fit`: whether the readings are met within their uncertainty, the parameters with their sigmas, what
+/// each effect does, and the residual.
+Page fit_page(const ModelPageInput& input, const diagnosis::Fit& fit);
+
 /// The verdict as a story: one sentence with the detection limits, held-out error by step, residual before
 /// and after what was named, what it depends on, the model with its error budget, the candidates and who is
 /// whose rival, the next measurement. Refits the model with the named effects.
 Page diagnosis_page(const ModelPageInput& input, const diagnosis::Diagnosis& result);
 
-/// How the error fell, model by model; `input.data` may be absent.
-Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries);
+/// How the error fell, model by model, step by step: what was added, the residual vectors, the error.
+/// `input.data` may be absent; `models` are those of the entries.
+Page history_page(const ModelPageInput& input, const std::vector<diagnosis::HistoryEntry>& entries,
+                  const std::vector<Model>& models);
 
-/// `model improve` as a story: the error by step, what was said at each, residual vectors before and after at
-/// one scale, the last model and what its residual depends on. Requires a step.
+/// `model improve` as a story, step by step: what was said, what was added, the residual vectors at one
+/// scale, the error that falls; then the last model and what its residual depends on. Requires a step.
 Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::ImproveStep>& steps);
 
 /// Virtual measurements: the readings in space, by run, against what was measured at, and which effect of

@@ -144,11 +144,20 @@ struct Fact {
   std::optional<double> value;
 };
 
-using Item = std::variant<Paragraph, Figure, Table, MachineView>;
+/// Text that keeps its lines: a program.
+struct Listing {
+  std::string id;
+  std::string title;
+  std::string text;
+};
+
+using Item = std::variant<Paragraph, Figure, Table, Listing, MachineView>;
 
 struct Section {
   std::string title;
   std::vector<Item> items;
+  /// One of several steps that follow each other: a screen shows one at a time, paper all of them.
+  bool step = false;
 };
 
 enum class Tone : std::uint8_t { good, bad, neutral };

@@ -21,6 +21,12 @@ std::string thermal_screen_json(const std::vector<thermal::ChannelScreen>& chann
 std::string thermal_predict_json(const thermal::ThermalModel& model,
                                  const std::vector<thermal::RunPrediction>& runs);
 
+/// What `thermal fit` has found: for each channel the error of every method on runs that were held out, by
+/// method and by run, the sensors of the chosen one, and the worst run as the fitted model then follows it
+/// beside holding the last measurement.
+Page thermal_fit_page(const thermal::FitResult& result, const thermal::Log& log,
+                      const std::string& result_json, const std::string& made_by);
+
 /// What `thermal predict` says, run by run: each channel over time with twice its sigma, and the measurements
 /// of the log.
 Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::Log& log,

@@ -58,6 +58,7 @@
     zerolinecolor: css('--rule'),
     linecolor: css('--soft'),
     exponentformat: 'none',
+    automargin: true,
     ...more,
   });
   const spaceAxis = (name, unit) => ({

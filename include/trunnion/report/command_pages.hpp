@@ -1,0 +1,51 @@
+#pragma once
+#include <string>
+
+#include "trunnion/report/page.hpp"
+
+/// Pages of single commands: each opens with the answer in one sentence and its picture, and shows nothing
+/// that the JSON does not hold.
+namespace trunnion::report {
+
+/// What a command has found: a title, the sentence that it has for it (may be empty), `--json`'s text.
+struct ResultText {
+  std::string title;
+  std::string verdict;
+  std::string json;
+  std::string made_by;
+};
+using PageOf = Page (*)(const ResultText&);
+
+/// `thermal screen`: which sensors follow the error, by p-value and by held-out runs, and what each choice
+/// leaves.
+Page thermal_screen_page(const ResultText& result);
+/// `thermal split`: what tool and rotary axes have moved, with sigma, and what the poses do not tell apart.
+Page thermal_split_page(const ResultText& result);
+/// `thermal assess`: blade by blade before and after, against the tolerance.
+Page thermal_assess_page(const ResultText& result);
+
+/// `table evaluate`: what each kind of table leaves at points that it never saw, and the independent lines.
+Page table_choice_page(const ResultText& result);
+/// `table study`: what is left by number of nodes, predicted beside measured on the diagonals.
+Page cross_talk_page(const ResultText& result);
+
+/// `batch`: the files that failed first, then how near each program stays to its path.
+Page batch_page(const ResultText& result);
+/// `machine calibrate`: residual before and after, each parameter from what it was to what it is.
+Page calibration_page(const ResultText& result);
+/// `model plan`: the runs with their minutes and poses, and the chance of a wrong name before and after.
+Page plan_page(const ResultText& result);
+/// `probe program`: the poses and how well each axis will be known.
+Page probe_program_page(const ResultText& result);
+/// `probe read`: where the ball stands against the machine file, pose by pose.
+Page probe_reading_page(const ResultText& result);
+
+/// `iso230 2` and `iso230 6`: single readings, means and the band of two standard deviations by target, and
+/// all symbols in one table.
+Page positioning_page(const ResultText& result);
+/// `iso230 4`: polar plots of the circles, and what shapes them in per cent.
+Page circles_page(const ResultText& result);
+/// `iso230 7`: polar plots of the error motions.
+Page rotation_page(const ResultText& result);
+
+}  // namespace trunnion::report
