@@ -107,7 +107,8 @@ void CutRecord::end_cut(const Vertex& v, std::uint32_t cl_line, bool programmed)
 void CutRecord::end_block(const Vertex& v, const Block& block, std::uint32_t cl_line, bool programmed) {
   if (!collect) return;
   report.blocks.push_back({v.q, v.tip_P, static_cast<float>(block.tip_mm), static_cast<float>(block.axis_rad),
-                           path_mm, 0.0, v.nc_line, cl_line, v.rapid, programmed, block.proved});
+                           path_mm, 0.0, v.nc_line, cl_line, v.rapid, programmed, block.proved, v.tcp,
+                           v.from_unknown, tool_length_mm});
 }
 
 DeviationMeter::Deviation CutRecord::uninteresting() const {

@@ -55,6 +55,7 @@ struct CutRecord {
   Block of_block;
   double judged_axis_rad = 0.0;  // largest of the blocks that were judged, outside the pole's cone
   double path_mm = 0.0;          // of the tip, of a program whose blocks are collected
+  double tool_length_mm = 0.0;   // gauge length of the tool in the spindle
 
  private:
   void end_block(const Vertex& v, const Block& block, std::uint32_t cl_line, bool programmed);

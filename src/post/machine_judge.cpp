@@ -167,6 +167,7 @@ void MachineJudge::step(const nc::Dwell& dwell) {
   trail_.clear();
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
+  if (!record_.report.blocks.empty()) record_.report.blocks.back().dwell_s += seconds;
   elapse(seconds);
 }
 
@@ -195,7 +196,7 @@ void MachineJudge::put_in_spindle(double length_mm) {
   const TableKinematics kinematics(judged_.machine, {0.0, 0.0, -length_mm});
   Vertex& stands = *ends_.previous;
   if (ends_.has_previous) kinematics.solve_linear(stands.station.tip_P, kinematics.sines(stands.q), stands.q);
-  tool_.length_mm = length_mm;
+  record_.tool_length_mm = tool_.length_mm = length_mm;
   tool_.meter.emplace(judged_.machine, Vec3(0.0, 0.0, -length_mm), options().truth,
                       as_run_.offsets ? &*as_run_.offsets : nullptr, options().certify,
                       options().tolerance_mm, options().axis_tolerance);

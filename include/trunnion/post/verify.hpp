@@ -75,6 +75,10 @@ struct VerifiedBlock {
   bool rapid = false;
   bool programmed = false;  // ends at a point of the CL file (the nearest block to it, within the tolerance)
   bool proved = true;       // its deviations are proved bounds, not samples
+  bool tcp = false;         // under tool-centre-point control: the tip goes straight in P, not the axes
+  bool unknown = false;     // where it begins is not known: the first one, and those behind a retract
+  double length_mm = 0.0;   // gauge length of the tool
+  double dwell_s = 0.0;     // that the control stands behind it, before the next one
 };
 
 struct WorstPlace {
