@@ -1,0 +1,252 @@
+#include "trace/delay_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trunnion::trace {
+namespace {
+
+constexpr std::size_t kRowsAside = 4;
+constexpr std::size_t kMostRows = 60000;
+constexpr std::size_t kLeastFitRows = 60;
+constexpr double kSpike_s = 0.015;
+constexpr double kMoves = 1e-3;  // scaled mm: an axis that turns round by less has not
+constexpr std::size_t kStretches = 60;
+constexpr int kIterations = 5;
+constexpr double kHuber = 2.0;
+
+Scaled across(const Scaled& v, const Scaled& tangent) {
+  return v - tangent.dot(v) * tangent;
+}
+
+// Directions of each axis by the program, at its nodes.
+class Directions {
+ public:
+  Directions(const JointPath& path) : path_(path) {}
+  // Goes on to `s`; counts for each axis when its direction changed last.
+  void go(double s, double time_s) {
+    const std::size_t to = path_.segment_at(s);
+    for (; next_ <= to; ++next_) {
+      if (!path_.segment(next_).known) continue;
+      const Scaled step = path_.node(next_ + 1) - path_.node(next_);
+      for (int c = 0; c < step.size(); ++c) {
+        if (std::abs(step[c]) < kMoves) continue;
+        const double sign = step[c] > 0.0 ? 1.0 : -1.0;
+        if (sign_[c] != 0.0 && sign != sign_[c]) {
+          reversed_s_[c] = time_s;
+          has_reversed_[c] = 1.0;
+        }
+        sign_[c] = sign;
+      }
+    }
+  }
+  Scaled sign() const { return sign_; }
+  Scaled reversed(double time_s) const {
+    Scaled out = Scaled::Zero();
+    for (int c = 0; c < out.size(); ++c) {
+      if (has_reversed_[c] == 0.0) continue;
+      const double t = (time_s - reversed_s_[c]) / kSpike_s;
+      if (t < 12.0) out[c] = sign_[c] * std::exp(-std::max(t, 0.0));
+    }
+    return out;
+  }
+
+ private:
+  const JointPath& path_;
+  std::size_t next_ = 0;
+  Scaled sign_ = Scaled::Zero(), reversed_s_ = Scaled::Zero(), has_reversed_ = Scaled::Zero();
+};
+
+}  // namespace
+
+DelayFit::DelayFit(const Followed& followed, const JointPath& path, const Machine& machine, const Plan& plan)
+    : followed_(followed), path_(path), machine_(machine), plan_(plan), row_of_(followed.x.size(), 0) {}
+
+void DelayFit::run() {
+  collect();
+  if (rows_.size() < kLeastFitRows) return;
+  choose_terms();
+  iterate();
+  judge();
+  has_run_ = true;
+}
+
+void DelayFit::collect() {
+  const auto& at = followed_.at;
+  Directions directions(path_);
+  const std::size_t every = std::max<std::size_t>(1, (at.last - at.first) / kMostRows);
+  for (std::size_t i = at.first; i <= at.last; ++i) {
+    if (std::isnan(at.s[i])) continue;
+    directions.go(at.forward[i], followed_.time_s[i]);
+    if (i % every != 0 || plan_.blocks[path_.segment(path_.segment_at(at.s[i])).block].rapid) continue;
+    Row row;
+    row.sample = i;
+    if (!motion_at(followed_, i, kRowsAside, row.v, row.a)) continue;
+    row.sign = directions.sign();
+    row.reversed = directions.reversed(followed_.time_s[i]);
+    rows_.push_back(row);
+    row_of_[i] = rows_.size();
+  }
+}
+
+void DelayFit::choose_terms() {
+  Scaled way = Scaled::Zero();
+  Scaled plus = Scaled::Zero(), minus = Scaled::Zero(), spikes = Scaled::Zero();
+  for (const Row& row : rows_) {
+    way += row.v.cwiseAbs();
+    plus += row.sign.cwiseMax(0.0);
+    minus -= row.sign.cwiseMin(0.0);
+    spikes += row.reversed.cwiseAbs();
+  }
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const bool linear = machine_.axes[id].kind == AxisKind::linear;
+    const bool reference_linear = machine_.axes[reference_].kind == AxisKind::linear;
+    if ((linear && !reference_linear) ||
+        (linear == reference_linear && way[static_cast<int>(id)] > way[static_cast<int>(reference_)]))
+      reference_ = id;
+  }
+  const double most = way.maxCoeff();
+  const auto count = static_cast<double>(rows_.size());
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const int c = static_cast<int>(id);
+    const bool moves = way[c] > 1e-4 * most && way[c] > 1e-3 * count;
+    if (moves && id != reference_) terms_.push_back({Kind::lag, id});
+    terms_.push_back({Kind::offset, id});
+    // Both senses, each for a while.
+    if (moves && std::min(plus[c], minus[c]) > 0.02 * count) terms_.push_back({Kind::backlash, id});
+    if (moves && spikes[c] > 10.0) terms_.push_back({Kind::spike, id});
+  }
+  terms_.push_back({Kind::curve, 0});
+}
+
+Scaled DelayFit::column(const Row& row, const Term& term) const {
+  Scaled out = Scaled::Zero();
+  const int c = static_cast<int>(term.axis);
+  switch (term.kind) {
+    case Kind::lag:
+      out[c] = row.v[c];
+      break;
+    case Kind::curve:
+      return row.a;
+    case Kind::offset:
+      out[c] = 1.0;
+      break;
+    case Kind::backlash:
+      out[c] = row.sign[c];
+      break;
+    case Kind::spike:
+      out[c] = row.reversed[c];
+      break;
+  }
+  return out;
+}
+
+Scaled DelayFit::added(const Row& row, bool all) const {
+  Scaled out = Scaled::Zero();
+  for (const Term& term : terms_) {
+    if (term.value == 0.0 || (!all && (term.kind == Kind::curve || term.kind == Kind::spike))) continue;
+    out += term.value * column(row, term);
+  }
+  return out;
+}
+
+Scaled DelayFit::off(const Row& row, const Scaled& by, Scaled& tangent) const {
+  const double s = followed_.at.s[row.sample];
+  const double around = 0.02 + 2.0 * by.norm() + followed_.at.distance[row.sample];
+  const Scaled c = followed_.x[row.sample] + by;
+  const auto place = path_.nearest(c, std::max(s - around, 0.0), std::min(s + around, path_.length()));
+  tangent = path_.tangent(place.segment);
+  return across(c - path_.at(place.s), tangent);
+}
+
+void DelayFit::iterate() {
+  const auto n = static_cast<Eigen::Index>(terms_.size());
+  for (int round = 0; round < kIterations; ++round) {
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+    std::vector<double> sizes;
+    Eigen::MatrixXd j(static_cast<Eigen::Index>(kMaxAxes), n);
+    if (round == 0) before2_ = 0.0;
+    for (const Row& row : rows_) {
+      Scaled tangent;
+      const Scaled r = off(row, added(row, true), tangent);
+      const double size = r.norm();
+      sizes.push_back(size);
+      if (round == 0) before2_ += size * size;
+      const double limit = kHuber * rounding_;
+      const double weight = round == 0 || size <= limit ? 1.0 : limit / size;
+      for (Eigen::Index k = 0; k < n; ++k)
+        j.col(k) = across(column(row, terms_[static_cast<std::size_t>(k)]), tangent);
+      normal += weight * j.transpose() * j;
+      right -= weight * j.transpose() * r;
+    }
+    const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
+    unit.diagonal().array() += 1e-9;
+    const Eigen::VectorXd step = scale.cwiseProduct(unit.ldlt().solve(scale.cwiseProduct(right)));
+    for (Eigen::Index k = 0; k < n; ++k) terms_[static_cast<std::size_t>(k)].value += step[k];
+    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 3 / 4),
+                     sizes.end());
+    rounding_ = std::max(sizes[sizes.size() * 3 / 4], 1e-6);
+  }
+}
+
+void DelayFit::judge() {
+  const auto n = static_cast<Eigen::Index>(terms_.size());
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n), meat = normal;
+  Eigen::MatrixXd j(static_cast<Eigen::Index>(kMaxAxes), n);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), most = sum, own2 = sum, with = sum;
+  const std::size_t stretch = std::max<std::size_t>(1, rows_.size() / kStretches);
+  Eigen::VectorXd of_stretch = sum;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Scaled tangent;
+    const Scaled r = off(rows_[i], added(rows_[i], true), tangent);
+    const double size = r.norm();
+    const double weight = size <= kHuber * rounding_ ? 1.0 : kHuber * rounding_ / size;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Term& term = terms_[static_cast<std::size_t>(k)];
+      j.col(k) = across(column(rows_[i], term), tangent);
+      const Scaled part = term.value * j.col(k);
+      own2[k] += part.squaredNorm();
+      // Squared deviation without the term less that with it.
+      with[k] += (r - part).squaredNorm() - r.squaredNorm();
+      if (part.norm() > most[k]) {
+        most[k] = part.norm();
+        term.worst = rows_[i].sample;
+      }
+    }
+    normal += weight * j.transpose() * j;
+    of_stretch += weight * j.transpose() * r;
+    if ((i + 1) % stretch == 0 || i + 1 == rows_.size()) {
+      meat += of_stretch * of_stretch.transpose();
+      of_stretch.setZero();
+    }
+  }
+  const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
+  unit.diagonal().array() += 1e-9;
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * unit.inverse() * scale.asDiagonal();
+  const Eigen::MatrixXd covariance = inverse * meat * inverse;
+  const auto count = static_cast<double>(rows_.size());
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Term& term = terms_[static_cast<std::size_t>(k)];
+    // No better than 1e-6 mm everywhere.
+    constexpr double kFloor = 1e-6;
+    term.sigma = std::sqrt(std::max(covariance(k, k), 0.0) + kFloor * kFloor * std::max(inverse(k, k), 0.0));
+    term.rms = std::sqrt(own2[k] / count);
+    term.share = before2_ > 0.0 ? with[k] / before2_ : 0.0;
+  }
+}
+
+Scaled DelayFit::left_at(std::size_t sample) const {
+  Scaled tangent;
+  if (has_run_ && row_of_[sample] > 0) {
+    const Row& row = rows_[row_of_[sample] - 1];
+    return off(row, added(row, false), tangent);
+  }
+  Row row;
+  row.sample = sample;
+  return off(row, Scaled::Zero(), tangent);
+}
+
+}  // namespace trunnion::trace

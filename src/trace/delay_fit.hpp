@@ -1,0 +1,63 @@
+#pragma once
+#include <vector>
+
+#include "trace/followed.hpp"
+
+// Private to the layer: what must be added to the positions of a trace to bring them onto the program.
+namespace trunnion::trace {
+
+/// Least squares over the rows of feed moves: c = x + sum over axes of (tau v + offset + backlash sign(v) +
+/// spike exp(-t / T) sign after a reversal) + kappa a is on the path; what is off along the path counts for
+/// nothing. Sigmas from sums over stretches of rows, so that neighbours that err alike do not count as many.
+class DelayFit {
+ public:
+  enum class Kind : std::uint8_t { lag, curve, offset, backlash, spike };
+  struct Term {
+    Kind kind = Kind::lag;
+    AxisId axis = 0;
+    double value = 0.0, sigma = 0.0;  // s; s2; scaled mm
+    double share = 0.0;               // of the squared deviation that is gone with it
+    double rms = 0.0;                 // of what it does across the path, scaled mm
+    std::size_t worst = 0;            // row where it does most
+  };
+
+  DelayFit(const Followed& followed, const JointPath& path, const Machine& machine, const Plan& plan);
+
+  void run();
+  bool has_run() const { return has_run_; }
+  const std::vector<Term>& terms() const { return terms_; }
+  AxisId reference() const { return reference_; }
+  /// Sum of squares across the path, before anything is added.
+  double before2() const { return before2_; }
+  /// What is left across the path at a row when delays of single axes, offsets and backlash are taken out.
+  Scaled left_at(std::size_t row) const;
+
+ private:
+  struct Row {
+    std::size_t sample = 0;
+    Scaled v, a;
+    Scaled reversed = Scaled::Zero();  // exp(-t / T) with the sign of the new direction
+    Scaled sign = Scaled::Zero();      // direction of the last motion
+  };
+  void collect();
+  void choose_terms();
+  Scaled column(const Row& row, const Term& term) const;
+  Scaled added(const Row& row, bool all) const;
+  Scaled off(const Row& row, const Scaled& by, Scaled& tangent) const;
+  void iterate();
+  void judge();
+
+  const Followed& followed_;
+  const JointPath& path_;
+  const Machine& machine_;
+  const Plan& plan_;
+  std::vector<Row> rows_;
+  std::vector<std::size_t> row_of_;  // of each sample: its row + 1; 0: none
+  std::vector<Term> terms_;
+  AxisId reference_ = 0;
+  double before2_ = 0.0;
+  double rounding_ = 1e-6;  // weights: what is beyond a few of it counts less
+  bool has_run_ = false;
+};
+
+}  // namespace trunnion::trace

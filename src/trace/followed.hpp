@@ -1,0 +1,28 @@
+#pragma once
+#include <vector>
+
+#include "trace/alignment.hpp"
+
+// Private to the layer: a trace in the measures of the path, found along it.
+namespace trunnion::trace {
+
+/// A trace whose rows were found along the program.
+struct Followed {
+  std::vector<Scaled> x;  // of each sample that is kept
+  std::vector<double> time_s;
+  Alignment at;
+  std::size_t left_out = 0;
+  double period_s = 0.0;  // between two samples, typically
+};
+
+/// Turns words into joint positions, leaves out rows that are no positions of a machine that moves, and finds
+/// the others along `path`.
+Result<Followed> follow_path(const Trace& trace, const Machine& machine, const Plan& plan,
+                             const JointPath& path);
+
+/// Velocity and acceleration of the sample `i` (scaled, per second) from a parabola through those around it;
+/// false where they are not `half` samples on both sides, evenly enough in time.
+bool motion_at(const Followed& followed, std::size_t i, std::size_t half, Scaled& velocity,
+               Scaled& acceleration);
+
+}  // namespace trunnion::trace

@@ -1,0 +1,212 @@
+#include "trunnion/trace/compare.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "support/machines.hpp"
+
+// A tip that goes straight in the part along X with C at zero, then turns into Y: deviations follow by hand.
+namespace trunnion::trace {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kLength_mm = 150.0;
+constexpr double kFeed_mm_s = 40.0;
+
+struct Given {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  Plan plan;
+  Trace trace;
+
+  // Corners of the tip in P, at A = C = 0, where P is M.
+  explicit Given(const std::vector<Vec3>& corners) {
+    trace.file = "t.csv";
+    std::uint32_t line = 10;
+    for (const Vec3& p : corners) {
+      PlannedBlock block;
+      for (int i = 0; i < 3; ++i) block.q[static_cast<AxisId>(i)] = p[i] + (i == 2 ? kLength_mm : 0.0);
+      block.length_mm = kLength_mm;
+      block.unknown = plan.blocks.empty();
+      if (!plan.blocks.empty()) block.seconds = (p - plan.path.back().tip_P).norm() / kFeed_mm_s;
+      block.nc_line = block.cl_line = ++line;
+      plan.blocks.push_back(block);
+      plan.path.push_back({p, Vec3::UnitZ(), 0.0, line, false});
+    }
+  }
+  // Runs the program, `period_s` apart, starting at `clock_s`; `late_s` by axis.
+  void run(double period_s, double clock_s, const std::array<double, 3>& late_s = {}) {
+    double end = 0.0;
+    for (const auto& block : plan.blocks) end += block.seconds;
+    for (double t = -0.2; t < end + 0.2; t += period_s) {
+      Sample sample;
+      sample.time_s = clock_s + t;
+      for (std::size_t i = 0; i < 3; ++i) sample.q[i] = at(t - late_s[i])[i];
+      trace.samples.push_back(sample);
+    }
+  }
+  JointVector at(double t) const {
+    for (std::size_t k = 1; k < plan.blocks.size(); ++k) {
+      const double seconds = plan.blocks[k].seconds;
+      if (t <= seconds)
+        return JointVector::interpolate(plan.blocks[k - 1].q, plan.blocks[k].q, std::max(t / seconds, 0.0));
+      t -= seconds;
+    }
+    return plan.blocks.back().q;
+  }
+};
+
+const std::vector<Vec3> kStairs = {{0, 0, 0}, {30, 0, 0}, {30, 20, 0}, {60, 20, 0}, {60, 45, 5}, {80, 60, 5}};
+
+TEST(Compare, AMachineOnItsPathIsOnIt) {
+  Given given(kStairs);
+  given.run(0.001, 5000.0);
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_LT(report->max_tip_deviation_mm, 1e-9);
+  EXPECT_LT(report->uncertainty_mm, 1e-9);
+  EXPECT_TRUE(report->coverage.complete);
+  EXPECT_NEAR(report->coverage.share, 1.0, 1e-9);
+  EXPECT_NEAR(report->duration_s, report->planned_s, 0.003);
+  EXPECT_NEAR(report->begins_s, 5000.0, 0.003);
+  EXPECT_TRUE(report->causes.empty());
+}
+
+// Y stands 0.03 mm off: 0.03 mm along X, and along the slope (20, 15) its part across.
+TEST(Compare, AnOffsetIsSeenAcrossThePath) {
+  Given given(kStairs);
+  given.run(0.001, 0.0);
+  for (Sample& sample : given.trace.samples) sample.q[1] += 0.03;
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_NEAR(report->max_tip_deviation_mm, 0.03, 1e-6);
+  EXPECT_FALSE(report->within_tolerance);
+  ASSERT_FALSE(report->causes.empty());
+  EXPECT_EQ(report->causes[0].kind, "offset");
+  EXPECT_EQ(report->causes[0].axis, "Y");
+  EXPECT_NEAR(report->causes[0].value, 0.03, 1e-4);
+}
+
+// On the way (20, 15) with 32 and 24 mm/s, Y late by 5 ms stands 0.12 mm back: 0.096 mm across.
+TEST(Compare, ADelayOfOneAxisIsNamed) {
+  Given given({{0, 0, 0}, {40, 0, 0}, {60, 15, 0}, {80, 30, 0}, {100, 30, 0}, {80, 45, 0}, {40, 75, 0}});
+  given.run(0.001, 17.0, {0.0, 0.005, 0.0});
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_NEAR(report->max_tip_deviation_mm, 0.096, 0.003);
+  ASSERT_FALSE(report->causes.empty());
+  EXPECT_EQ(report->causes[0].kind, "lag");
+  EXPECT_EQ(report->causes[0].axis, "Y");
+  EXPECT_NEAR(report->causes[0].value, 5.0, 0.3);
+}
+
+TEST(Compare, TimesAreThoseOfTheTrace) {
+  Given given(kStairs);
+  given.plan.blocks[2].dwell_s = 0.5;
+  given.run(0.001, 0.0);
+  // It stands there for 0.9 s, and takes the rest at half the speed.
+  Trace slow = given.trace;
+  slow.samples.clear();
+  double at_dwell = 0.0;
+  for (std::size_t k = 1; k <= 2; ++k) at_dwell += given.plan.blocks[k].seconds;
+  for (const Sample& sample : given.trace.samples) {
+    Sample out = sample;
+    if (sample.time_s > at_dwell) out.time_s = at_dwell + 0.9 + 2.0 * (sample.time_s - at_dwell);
+    slow.samples.push_back(out);
+  }
+  const auto report = compare(slow, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  double rest = 0.0;
+  for (std::size_t k = 3; k < given.plan.blocks.size(); ++k) rest += given.plan.blocks[k].seconds;
+  EXPECT_NEAR(report->planned_s, at_dwell + 0.5 + rest, 0.003);
+  EXPECT_NEAR(report->duration_s, at_dwell + 0.9 + 2.0 * rest, 0.01);
+}
+
+TEST(Compare, APartOfAProgramIsJudgedAsAPart) {
+  Given given(kStairs);
+  given.run(0.001, 0.0);
+  auto& samples = given.trace.samples;
+  samples.erase(samples.begin(), samples.begin() + 900);
+  samples.resize(samples.size() / 2);
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_FALSE(report->coverage.complete);
+  EXPECT_LT(report->coverage.share, 0.7);
+  EXPECT_NEAR(report->duration_s, report->planned_s, 0.003);
+  EXPECT_LT(report->max_tip_deviation_mm, 1e-9);
+}
+
+TEST(Compare, RefusesWhatIsNoTraceOfTheProgram) {
+  const auto message = [](const std::function<void(Given&)>& spoil) {
+    Given given(kStairs);
+    given.run(0.001, 0.0);
+    spoil(given);
+    const auto report = compare(given.trace, given.machine, given.plan);
+    return report ? std::string("taken") : report.error().text();
+  };
+  EXPECT_THAT(message([](Given& g) {
+                for (Sample& s : g.trace.samples)
+                  for (AxisId id = 0; id < 3; ++id) s.q[id] /= 25.4;
+              }),
+              HasSubstr("inches"));
+  EXPECT_THAT(message([](Given& g) {
+                for (Sample& s : g.trace.samples) std::swap(s.q[0], s.q[1]);
+              }),
+              HasSubstr("X and Y look as if they had been swapped"));
+  EXPECT_THAT(message([](Given& g) {
+                for (Sample& s : g.trace.samples) s.q[1] = -s.q[1];
+              }),
+              HasSubstr("Y looks as if it had the other sign"));
+  EXPECT_THAT(message([](Given& g) {
+                for (Sample& s : g.trace.samples) s.q[2] -= kLength_mm;
+              }),
+              HasSubstr("positions: words"));
+  EXPECT_THAT(message([](Given& g) {
+                for (Sample& s : g.trace.samples) s.time_s *= 1000.0;
+              }),
+              HasSubstr("in seconds"));
+  EXPECT_THAT(message([](Given& g) {
+                std::mt19937 random(1);
+                std::normal_distribution<double> noise(0.0, 0.01);
+                for (Sample& s : g.trace.samples) s.q[1] += noise(random);
+              }),
+              HasSubstr("scatter too much"));
+}
+
+// The same pass twice: who sees the second one alone cannot tell it from the first.
+TEST(Compare, DoesNotGuessBetweenTwoPassesOfOnePlace) {
+  Given given(
+      {{0, 0, 0}, {40, 0, 0}, {60, 15, 0}, {60, 15, 30}, {0, 0, 30}, {0, 0, 0}, {40, 0, 0}, {60, 15, 0}});
+  given.run(0.001, 0.0);
+  const auto whole = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(whole) << whole.error().text();
+  EXPECT_TRUE(whole->coverage.complete);
+  auto& samples = given.trace.samples;
+  samples.erase(samples.begin(), samples.end() - 1500);
+  const auto part = compare(given.trace, given.machine, given.plan);
+  ASSERT_FALSE(part);
+  EXPECT_THAT(part.error().message, HasSubstr("two parts of the program alike"));
+  given.trace.has_blocks = true;
+  for (Sample& sample : samples) sample.nc_line = 17;
+  samples.erase(samples.begin(), samples.begin() + 100);
+  given.plan.blocks.back().nc_line = given.plan.blocks[6].nc_line = 17;
+  given.plan.blocks[1].nc_line = given.plan.blocks[2].nc_line = 1;
+  const auto told = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(told) << told.error().text();
+  EXPECT_EQ(told->worst.nc_line, 17U);
+}
+
+TEST(Compare, WordsAreTurnedIntoJoints) {
+  Given given(kStairs);
+  given.run(0.001, 0.0);
+  for (Sample& s : given.trace.samples) s.q = words_of(given.machine, s.q, {0.0, 0.0, -kLength_mm});
+  given.trace.positions = Positions::words;
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_LT(report->max_tip_deviation_mm, 1e-9);
+}
+
+}  // namespace
+}  // namespace trunnion::trace
