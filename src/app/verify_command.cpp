@@ -7,19 +7,27 @@
 
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
+#include "trunnion/report/trace_json.hpp"
 
 #include "app/failed_checks.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
+#include "app/trace_plan.hpp"
 
 namespace trunnion::app {
 namespace {
+
+// While it runs.
+struct OfTheRun {
+  std::string offsets;
+  std::string trace;
+};
 
 struct VerifyCommand {
   std::string nc_file;
   std::string against;
   std::string truth;
-  std::string offsets;
+  OfTheRun of_run;
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
@@ -87,6 +95,14 @@ void print_report(const post::VerifyReport& v) {
   }
 }
 
+void print_trace(const trace::TraceReport& trace, double tolerance_mm) {
+  for (const std::string& line : report::trace_lines(trace, tolerance_mm)) spdlog::info("{}", line);
+  if (!trace.passed())
+    spdlog::error(
+        "error: the control left the CL path by more than the tolerance; farthest at NC line {}, CL line {}",
+        trace.worst.nc_line, trace.worst.cl_line);
+}
+
 // Whether the header says that errors of the machine are compensated: a comment that begins so, as none of
 // the CL file does. Of a file only: a pipe is read once.
 bool compensates_errors(const std::string& nc_file, const nc::Controller::Comments& comments) {
@@ -103,7 +119,33 @@ bool compensates_errors(const std::string& nc_file, const nc::Controller::Commen
   return head.find(begins + "errors compensated: ") != std::string::npos;
 }
 
+// What the control really did; nothing without a trace.
+Result<std::optional<trace::TraceReport>> hold_against(const VerifyCommand& command,
+                                                       const TracedProgram& program, const Machine& machine,
+                                                       Diagnostics& diagnostics) {
+  if (command.of_run.trace.empty()) return std::nullopt;
+  const auto trace = load_trace(command.of_run.trace, machine, diagnostics);
+  if (!trace) return tl::unexpected(trace.error());
+  const auto plan = plan_of(program, machine);
+  if (!plan) return tl::unexpected(plan.error());
+  const auto compared = trace::compare(*trace, machine, *plan);
+  if (!compared) return tl::unexpected(compared.error());
+  return *compared;
+}
+
+// What a trace cannot be held against.
+Result<void> may_trace(const VerifyCommand& command) {
+  if (command.of_run.trace.empty()) return {};
+  if (command.against == "-" || command.of_run.trace == "-")
+    return fail(ErrorCode::wrong_use, "--trace reads the CL file twice: neither it nor the trace may be -");
+  if (!command.of_run.offsets.empty())
+    return fail(ErrorCode::wrong_use,
+                "--trace and --offsets exclude each other: a trace has no time of the drift");
+  return {};
+}
+
 ExitCode run(const VerifyCommand& command) {
+  if (const auto may = may_trace(command); !may) return print_error(may.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
@@ -120,8 +162,8 @@ ExitCode run(const VerifyCommand& command) {
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
   std::optional<thermal::OffsetTable> offsets;
-  if (!command.offsets.empty()) {
-    auto table = thermal::load_offsets(command.offsets, diagnostics);
+  if (!command.of_run.offsets.empty()) {
+    auto table = thermal::load_offsets(command.of_run.offsets, diagnostics);
     if (!table) return print_failure(diagnostics, table.error());
     offsets = std::move(*table);
   }
@@ -139,7 +181,7 @@ ExitCode run(const VerifyCommand& command) {
   if (!smoothing) return print_error(smoothing.error());
   options.smoothing_mm = *smoothing;
   options.tools = command.tools.resolve(*tools);
-  options.collect = !command.result.report.empty();
+  options.collect = !command.result.report.empty() || !command.of_run.trace.empty();
   const cl::ReaderOptions reading = command.reading.resolve();
   auto cl = cl::open_source(command.against);
   if (!cl) return print_error(cl.error());
@@ -151,14 +193,18 @@ ExitCode run(const VerifyCommand& command) {
                         controller, reading, options, diagnostics);
   }();
   if (!report) return print_failure(diagnostics, report.error());
+  const auto traced =
+      hold_against(command, {command.against, reading, options, *report}, machine, diagnostics);
+  if (!traced) return print_failure(diagnostics, traced.error());
   print(diagnostics);
   print_report(*report);
-  const std::string json = report::verify_json(*report);
+  if (*traced) print_trace(**traced, options.tolerance_mm);
+  const std::string json = *traced ? report::verify_json(*report, **traced) : report::verify_json(*report);
   const auto page = [&] {
     return report::nc_page({command.nc_file, command.against, &machine, &*report, {}, json, made_by()});
   };
   if (const auto code = command.result.write(json, page); code != kDone) return code;
-  return report->passed() ? kDone : kCheckFailed;
+  return report->passed() && (!*traced || (*traced)->passed()) ? kDone : kCheckFailed;
 }
 
 }  // namespace
@@ -171,8 +217,12 @@ void add_verify_command(CLI::App& root, int& exit) {
   command->machine.add_to(*c, true);
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
-  c->add_option("--offsets", command->offsets,
+  c->add_option("--offsets", command->of_run.offsets,
                 "thermal offsets (CSV) that the machine has while the program runs (none: cold)");
+  c->add_option(
+      "--trace", command->of_run.trace,
+      "positions of the axes over time that the control recorded while it ran the program (CSV: time_s, "
+      "X_mm, A_deg, ...): judge what it really did, too");
   c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
       ->check(above_zero())
       ->capture_default_str();

@@ -1,0 +1,42 @@
+#include "app/trace_plan.hpp"
+
+#include "trunnion/base/files.hpp"
+#include "trunnion/post/cl_points.hpp"
+
+namespace trunnion::app {
+
+Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine) {
+  trace::Plan plan;
+  plan.tolerance_mm = program.options.tolerance_mm;
+  plan.axis_tolerance_rad = program.options.axis_tolerance.rad();
+  auto source = cl::open_source(program.cl_file);
+  if (!source) return tl::unexpected(source.error());
+  const auto points = post::cl_points(std::move(*source), program.cl_file, program.reading,
+                                      program.options.tolerance_mm, program.options.tools);
+  if (!points) return tl::unexpected(points.error());
+  for (const post::ClPoint& p : *points)
+    plan.path.push_back({p.tip_P, p.axis_P, p.flute_mm, p.line, p.rapid});
+  plan.blocks.reserve(program.report.blocks.size());
+  for (const post::VerifiedBlock& b : program.report.blocks)
+    plan.blocks.push_back(
+        {b.q, b.length_mm, b.seconds, b.dwell_s, b.nc_line, b.cl_line, b.rapid, b.tcp, b.unknown});
+  if (const ModelEvaluator* truth = program.options.truth; truth != nullptr) {
+    const Vec3 datum_P = datum_shift_P(machine, *truth);
+    plan.pose = [&machine, truth, datum_P](const JointVector& q, const Vec3& tool_mm) {
+      MachineState state;
+      state.q = q;
+      ToolPose pose = tool_pose(forward(machine, q, tool_mm, truth->errors(state)));
+      pose.tip_P -= datum_P;
+      return pose;
+    };
+  }
+  return plan;
+}
+
+Result<trace::Trace> load_trace(const std::string& file, const Machine& machine, Diagnostics& diagnostics) {
+  const auto text = read_file(file);
+  if (!text) return tl::unexpected(text.error());
+  return trace::parse_trace(*text, file, machine, diagnostics);
+}
+
+}  // namespace trunnion::app

@@ -1,0 +1,26 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "trunnion/effects/model.hpp"
+#include "trunnion/post/verify.hpp"
+#include "trunnion/trace/compare.hpp"
+
+namespace trunnion::app {
+
+/// What a trace is held against: the program as it was verified (VerifyOptions::collect), and its CL file,
+/// read again.
+struct TracedProgram {
+  std::string cl_file;
+  const cl::ReaderOptions& reading;
+  const post::VerifyOptions& options;
+  const post::VerifyReport& report;
+};
+
+/// `machine` and what the program refers to must outlive the plan.
+Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine);
+
+/// The trace of a file, in the form of `trace::parse_trace`.
+Result<trace::Trace> load_trace(const std::string& file, const Machine& machine, Diagnostics& diagnostics);
+
+}  // namespace trunnion::app
