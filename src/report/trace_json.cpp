@@ -72,7 +72,7 @@ ordered_json trace_object(const trace::TraceReport& t) {
   return out;
 }
 
-std::string um_text(double mm) {
+std::string deviation_text(double mm) {
   return fixed_text(mm / kMmPerUm, 2) + " um";
 }
 
@@ -86,11 +86,11 @@ std::string verify_json(const post::VerifyReport& report, const trace::TraceRepo
 
 std::vector<std::string> trace_lines(const trace::TraceReport& t, double tolerance_mm) {
   std::vector<std::string> out;
-  out.push_back("trace: the tip was off the CL path by " + um_text(t.max_tip_deviation_mm) +
-                " at most (RMS " + um_text(t.rms_tip_deviation_mm) + ", known within " +
-                um_text(t.uncertainty_mm) + "), tolerance " + um_text(tolerance_mm) +
+  out.push_back("trace: the tip was off the CL path by " + deviation_text(t.max_tip_deviation_mm) +
+                " at most (RMS " + deviation_text(t.rms_tip_deviation_mm) + ", known within " +
+                deviation_text(t.uncertainty_mm) + "), tolerance " + deviation_text(tolerance_mm) +
                 "; the tool axis by " + fixed_text(t.max_axis_deviation_rad * kDegreePerRad, 4) + " deg" +
-                (t.flute_mm > 0.0 ? "; the flute by " + um_text(t.max_flute_deviation_mm) : ""));
+                (t.flute_mm > 0.0 ? "; the flute by " + deviation_text(t.max_flute_deviation_mm) : ""));
   out.push_back("trace: worst at " + fixed_text(t.worst.time_s, 3) + " s, NC line " +
                 std::to_string(t.worst.nc_line) + ", CL line " + std::to_string(t.worst.cl_line));
   out.push_back("trace: " + fixed_text(t.duration_s, 3) + " s, planned " + fixed_text(t.planned_s, 3) + " s" +
