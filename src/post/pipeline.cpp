@@ -164,6 +164,39 @@ void Pipeline::moved(const JointVector& q, double seconds) {
   posting_.report.lag_step_mm = std::max(posting_.report.lag_step_mm, (now - then).norm());
 }
 
+bool Pipeline::axis_stands(const path::Point& to) const {
+  return errors_.turner != nullptr && at_.known && to.axis_P == at_.point.axis_P &&
+         same_rotary(to.q, at_.point.q);
+}
+
+// The rotary words are rounded first: the linear axes answer what that leaves at the tip. Where the tool axis
+// stands the words of the block before are kept as long as they hold the flute: a turn by a digit would free
+// the clamps in the cut.
+Result<void> Pipeline::turn_for_errors(const path::Point& point, const Vec3& tip_P, MachineState& at) {
+  constexpr double kHeld = 0.5;  // of the tolerance: a cut with a fixed axis bends by nothing else
+  const auto turn_to = [&](MachineState& state, const auto& angle) {
+    for (std::size_t k = 0; k < tool_.kinematics.rotary_count() && !planes_.in_force(); ++k) {
+      const AxisId id = tool_.kinematics.rotary(k);
+      state.q[id] = angle(id);
+    }
+    tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(state.q), state.q);
+  };
+  if (axis_stands(point)) {
+    MachineState held = at;
+    turn_to(held, [&](AxisId id) { return at_.joints[id]; });
+    const auto there = compensated(tip_P, point.axis_P, held);
+    if (there && (there->axis_P - point.axis_P).norm() * tool_.tool.flute_mm <=
+                     kHeld * modes_.tolerances.tolerance_mm()) {
+      at.q = held.q;
+      return {};
+    }
+  }
+  const auto turned = errors_.turner->corrected(tip_P, point.axis_P, at, errors_.state.lagged());
+  if (!turned) return tl::unexpected(turned.error());
+  turn_to(at, [&](AxisId id) { return axis_words_.rounded(id, turned->q[id]); });
+  return {};
+}
+
 Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds) {
   JointVector q = point.q;
   if (!errors_.compensator && !thermal_.has_offsets() && !in_part()) {
@@ -192,15 +225,8 @@ Result<JointVector> Pipeline::corrected(const path::Point& point, double seconds
       return tl::unexpected(error);
     };
     if (errors_.turner) {
-      // The rotary words are rounded first: the linear axes answer what that leaves at the tip.
-      const auto turned = errors_.turner->corrected(tip_P, point.axis_P, at, errors_.state.lagged());
-      if (!turned) return at_point(turned.error());
-      for (std::size_t k = 0; k < tool_.kinematics.rotary_count(); ++k) {
-        const AxisId id = tool_.kinematics.rotary(k);
-        if (!planes_.in_force()) q[id] = axis_words_.rounded(id, turned->q[id]);
-      }
-      tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
-      at.q = q;
+      if (auto done = turn_for_errors(point, tip_P, at); !done) return at_point(done.error());
+      q = at.q;
     }
     const auto found = compensated(tip_P, point.axis_P, at);
     if (!found) return at_point(found.error());

@@ -86,6 +86,8 @@ class Pipeline {
   Result<void> add_plain(PlainRun& run, std::size_t i);
   std::size_t add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s);
   bool goes_on(std::size_t i, double feed_mm_s) const;
+  /// Motion `i` turns the axes by its correction alone.
+  bool turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const;
   const JointVector* known_correction(std::size_t number) const;
   Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i,
                              std::size_t number);
@@ -186,6 +188,11 @@ class Pipeline {
   /// Joint positions that go out for a nominal point: compensated when there is a model, checked against the
   /// limits.
   Result<JointVector> corrected(const path::Point& point, double seconds);
+  /// The rotary axes put the tool axis right, the linear ones the tip for it: `at.q`.
+  Result<void> turn_for_errors(const path::Point& point, const Vec3& tip_P, MachineState& at);
+  /// Neither the prescribed tool axis nor the nominal rotary axes turn on the way to this point, and the
+  /// tool's direction is corrected.
+  bool axis_stands(const path::Point& to) const;
   /// The correction with the senses of motion that it leads to itself; those of `at` do not count.
   Result<path::Corrected> compensated(const Vec3& tip_P, const Vec3& axis_P, MachineState at) const;
   JointVector expected(const JointVector& nominal) const;

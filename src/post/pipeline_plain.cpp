@@ -88,6 +88,13 @@ std::size_t Pipeline::add_kept(PlainRun& run, std::size_t i, std::size_t end, do
   return i;
 }
 
+bool Pipeline::turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const {
+  if (errors_.turner == nullptr || same_rotary(from, to)) return false;
+  const Chunk& chunk = *now_.chunk;
+  const path::Point before = i > 0 ? chunk.point(i - 1) : chunk.before;
+  return chunk.motions[i].point.pose.axis_P == before.axis_P && same_rotary(chunk.joints[i], before.q);
+}
+
 // The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
 // nothing to be asked.
 std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
@@ -101,7 +108,7 @@ std::size_t Pipeline::add_known(PlainRun& run, std::size_t i, std::size_t end, d
     const JointVector* const from = &known.joints[k - 1];
     const JointVector& q = known.joints[k];
     if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) ||
-        !axis_words_.are_within_travel(q))
+        !axis_words_.are_within_travel(q) || turns_idly(i, *from, q))
       break;
     last = &q;
     ++count;
@@ -169,7 +176,8 @@ Result<void> Pipeline::add_corrected(PlainRun& run, const path::Point& to, const
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (run.count == PlainRun::kMost) done = emit_plain_run(run);
   if (!done) return done;
-  const JointVector* const known = known_correction(number);
+  const JointVector* known = known_correction(number);
+  if (known != nullptr && !same_rotary(*known, at_.joints) && axis_stands(to)) known = nullptr;
   const auto found = known != nullptr ? Result<JointVector>(*known) : corrected(to, 0.0);
   if (!found) return tl::unexpected(found.error());
   // As it was bounded beforehand.

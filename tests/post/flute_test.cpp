@@ -1,7 +1,9 @@
 // The tool above its tip: how far its axis is off that of the path where the tip is, and how far its flute is
 // off its place, held against a chain of the tests' own.
+#include <cctype>
 #include <gtest/gtest.h>
 #include <random>
+#include <set>
 #include <sstream>
 
 #include "post/own_chain.hpp"
@@ -271,6 +273,47 @@ TEST(Flute, ATurnOfTheAxisIsFoundAtItsEnd) {
     behind += ++number > v.worst_flute.nc_line && line.find('X') != std::string::npos ? 1 : 0;
   EXPECT_GE(behind, 4);
   EXPECT_TRUE(verified_with_flute(p.nc, turned, machine, 0.0).passed());
+}
+
+// A cut with a fixed tool axis on a machine that tilts the more the farther X is: while the flute is held the
+// rotary words stand still, so that the axes stay clamped; where it would not be they follow.
+TEST(Flute, RotaryAxesStandStillInACutWithAFixedAxis) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = "UNITS/MM\nLOADTL/1\nFEDRAT/250.,MMPM\n";
+  constexpr int kPoints = 200;
+  for (int i = 0; i < kPoints; ++i)
+    cl += test::point_text({-50.0 + 0.5 * i, 10.0, 5.0}, test::tilted(0.5, 0.3));
+  cl += "FINI\n";
+  // P1 is straight over the travel, of which the cut takes a twentieth.
+  const auto posted_with = [&](double P1_urad) {
+    const Model model = test::model_of(
+        "[model]\nname = \"m\"\n[[effect]]\nid = \"component:EAX\"\n"
+        "[effect.parameters]\nP1_urad = " +
+            std::to_string(P1_urad) + "\n",
+        machine);
+    PostOptions options;
+    options.tolerance_mm = 0.01;
+    options.tools.flute_mm = 30.0;
+    return test::posted(cl, machine, options, "linuxcnc", &model);
+  };
+  const auto rotary_words = [](const std::string& nc) {
+    std::set<std::string> out;
+    for (std::size_t at = nc.find(" A"); at != std::string::npos; at = nc.find(" A", at + 1))
+      if (std::isdigit(static_cast<unsigned char>(nc[at + 2])) != 0 || nc[at + 2] == '-')
+        out.insert(nc.substr(at, nc.find_first_of(" \n", at + 1) - at));
+    return out;
+  };
+  const auto held = posted_with(1500.0);
+  ASSERT_TRUE(held.report) << held.report.error().text();
+  EXPECT_TRUE(held.report->verification->passed());
+  EXPECT_GT(held.report->verification->certified_flute_deviation_mm, 0.0005);
+  const std::size_t of_approach = rotary_words(posted_with(0.0).nc).size();
+  EXPECT_EQ(rotary_words(held.nc).size(), of_approach);
+  const auto followed = posted_with(8000.0);
+  ASSERT_TRUE(followed.report) << followed.report.error().text();
+  EXPECT_TRUE(followed.report->verification->passed());
+  EXPECT_GT(rotary_words(followed.nc).size(), of_approach);
+  EXPECT_LT(rotary_words(followed.nc).size(), of_approach + 8);  // one by one they would be some fifty
 }
 
 // What arcs of the control leave their chords by counts for the flute, too: with one tool axis the tip is no
