@@ -5,6 +5,8 @@
 #include <set>
 #include <string_view>
 
+#include "trunnion/base/failure.hpp"
+
 #include "effects/formula_library.hpp"
 
 namespace trunnion::effects {
@@ -12,7 +14,9 @@ namespace {
 
 Error syntax_error(const FormulaHandle& parser, const std::string& text) {
   const FormulaLibrary& library = *parser.get_deleter().library;
-  return {ErrorCode::wrong_input,
+  // What muParser says of an exception that is none of its own: a lack of memory.
+  constexpr std::string_view kNotTheText = "Internal error";
+  return {library.message(parser.get()) == kNotTheText ? ErrorCode::io_failed : ErrorCode::wrong_input,
           "formula \"" + text + "\", character " + std::to_string(library.position(parser.get()) + 1) + ": " +
               library.message(parser.get()),
           {},
@@ -88,7 +92,7 @@ std::unique_ptr<Expression::Instance> Expression::make_instance() const {
 Result<std::shared_ptr<const Expression>> Expression::compile(const std::string& text,
                                                               const std::vector<std::string>& names) {
   const auto library = FormulaLibrary::load();
-  if (!library) return tl::unexpected(library.error());
+  if (!library) throw Failure(library.error());
   const std::shared_ptr<Expression> out(new Expression());
   out->library_ = *library;
   out->text_ = text;
@@ -96,7 +100,11 @@ Result<std::shared_ptr<const Expression>> Expression::compile(const std::string&
   auto instance = out->make_instance();
   const auto failed = [&] { return (*library)->failed(instance->parser.get()) != 0; };
   if (!failed()) (*library)->evaluate(instance->parser.get());
-  if (failed()) return tl::unexpected(syntax_error(instance->parser, text));
+  if (failed()) {
+    const Error error = syntax_error(instance->parser, text);
+    if (error.code == ErrorCode::io_failed) throw Failure(error);
+    return tl::unexpected(error);
+  }
   const std::vector<std::string> used = names_in(text);
   for (const std::string& name : names)
     out->used_.push_back(std::binary_search(used.begin(), used.end(), name));

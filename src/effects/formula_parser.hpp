@@ -14,7 +14,8 @@ namespace trunnion::effects {
 /// evaluation borrows one from a pool that grows to the number of threads.
 class Expression {
  public:
-  /// Fails (wrong_input) on a syntax error or a name that is not in `names`; as FormulaLibrary::load.
+  /// Fails (wrong_input) on a syntax error or a name that is not in `names`. Throws Failure (io_failed) where
+  /// muParser cannot be loaded or has no memory: that is no error of the text.
   static Result<std::shared_ptr<const Expression>> compile(const std::string& text,
                                                            const std::vector<std::string>& names);
   ~Expression();

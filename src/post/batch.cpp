@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <oneapi/tbb/info.h>
 #include <system_error>
 #include <thread>
@@ -19,7 +20,10 @@ namespace fs = std::filesystem;
 // Of a text that comes in pieces.
 class ContentHash {
  public:
-  ContentHash() : state_(XXH3_createState(), XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
+  ContentHash() : state_(XXH3_createState(), XXH3_freeState) {
+    if (!state_) throw std::bad_alloc();
+    XXH3_128bits_reset(state_.get());
+  }
   void take(std::string_view bytes) { XXH3_128bits_update(state_.get(), bytes.data(), bytes.size()); }
   std::string text() const {
     const XXH128_hash_t h = XXH3_128bits_digest(state_.get());
