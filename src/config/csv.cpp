@@ -51,7 +51,14 @@ std::string_view field_text(std::string_view field) {
   return field;
 }
 
-ParsedNumber number_of(std::string_view text) {
+ParsedNumber number_of(std::string_view text, bool decimal_comma) {
+  const auto comma = decimal_comma ? text.find(',') : std::string_view::npos;
+  std::string pointed;
+  if (comma != std::string_view::npos && text.find('.') == std::string_view::npos) {
+    pointed = text;
+    pointed[comma] = '.';
+    text = pointed;
+  }
   ParsedNumber out = parse_number(text);
   if (out && std::abs(out.value) > kLargestNumber) out = {0.0, NumberFault::out_of_range};
   return out;
@@ -77,8 +84,9 @@ class CsvRows::Splitter {
   Splitter& operator=(const Splitter&) = delete;
   ~Splitter() { csv_free(&parser_); }
 
-  bool split(std::string_view line, std::vector<std::string_view>& fields) {
+  bool split(std::string_view line, char separator, std::vector<std::string_view>& fields) {
     held_.clear();
+    csv_set_delim(&parser_, static_cast<unsigned char>(separator));
     const bool parsed = csv_parse(&parser_, line.data(), line.size(), on_field, nullptr, this) == line.size();
     const bool closed = csv_fini(&parser_, on_field, nullptr, this) == 0;
     fields.clear();
@@ -142,17 +150,22 @@ bool CsvRows::take_row() {
       comments_.emplace_back(line.substr(1));
       continue;
     }
+    // The header decides.
+    if (columns_.empty() && line.find(',') == std::string_view::npos &&
+        line.find(';') != std::string_view::npos)
+      separator_ = ';';
     if (line.find('"') != std::string_view::npos) {
-      if (splitter_->split(line, fields_)) return true;
+      if (splitter_->split(line, separator_, fields_)) return true;
       diagnostics_->error(file_, {line_, 1}, "quotes are not closed or stand inside a field");
       continue;
     }
     fields_.clear();
-    // Fields are short: a plain loop beats a search call for each comma.
+    // Fields are short: a plain loop beats a search call for each separator.
+    const char separator = separator_;
     const char* begin = line.data();
     const char* const end = begin + line.size();
     for (const char* p = begin; p != end; ++p) {
-      if (*p != ',') continue;
+      if (*p != separator) continue;
       fields_.push_back(field_text({begin, static_cast<std::size_t>(p - begin)}));
       begin = p + 1;
     }
@@ -174,7 +187,7 @@ bool CsvRows::next() {
 }
 
 std::optional<double> CsvRows::number(std::size_t column) {
-  const ParsedNumber number = number_of(fields_[column]);
+  const ParsedNumber number = number_of(fields_[column], decimal_comma());
   if (number) return number.value;
   report_number(fields_[column], number.fault, columns_[column], file_,
                 {line_, static_cast<std::uint32_t>(column + 1)}, *diagnostics_);
@@ -200,6 +213,7 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagn
     table.rows.push_back({rows.line(), {rows.fields().begin(), rows.fields().end()}});
   }
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  table.decimal_comma = rows.decimal_comma();
   table.header_line = rows.header_line();
   table.columns = rows.columns();
   table.comments = rows.comments();
@@ -209,7 +223,7 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& file, Diagn
 std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row, std::size_t column,
                                  Diagnostics& diagnostics) {
   const std::string& field = row.fields[column];
-  const ParsedNumber number = number_of(without_blanks(field));
+  const ParsedNumber number = number_of(without_blanks(field), table.decimal_comma);
   if (number) return number.value;
   report_number(field, number.fault, table.columns[column], table.file,
                 {row.line, static_cast<std::uint32_t>(column + 1)}, diagnostics);

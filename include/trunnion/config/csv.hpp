@@ -27,6 +27,8 @@ class CsvRows {
 
   const std::string& file() const { return file_; }
   std::uint32_t header_line() const { return header_line_; }
+  /// The header separates by semicolons: in numbers a comma is the decimal mark, as a point is.
+  bool decimal_comma() const { return separator_ == ';'; }
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<std::string>& comments() const { return comments_; }  // those read so far
   std::optional<std::size_t> column(std::string_view name) const;
@@ -49,6 +51,7 @@ class CsvRows {
   std::string file_;
   Diagnostics* diagnostics_;
   std::unique_ptr<Splitter> splitter_;
+  char separator_ = ',';
   std::uint32_t line_ = 0;
   std::uint32_t header_line_ = 0;
   std::vector<std::string> columns_;
@@ -57,7 +60,8 @@ class CsvRows {
 };
 
 /// A CSV file with a header line: RFC 4180 fields (quotes as needed), lines starting with `#` are comments,
-/// UTF-8 (a byte order mark is skipped), CRLF accepted.
+/// UTF-8 (a byte order mark is skipped), CRLF accepted. Where the header has semicolons and no commas they
+/// separate the fields, and numbers may have a decimal comma.
 struct CsvTable {
   struct Row {
     std::uint32_t line = 0;
@@ -65,6 +69,7 @@ struct CsvTable {
   };
   std::string file;
   std::uint32_t header_line = 0;
+  bool decimal_comma = false;
   std::vector<std::string> columns;
   std::vector<std::string> comments;  // without the `#`
   std::vector<Row> rows;
