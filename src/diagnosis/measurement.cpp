@@ -22,6 +22,25 @@ constexpr double kSameDirection = 1e-6;        // README, "u_common": n equal wi
 constexpr double kDirectionLengthError =
     1e-2;  // n given with two decimals, (0.71, 0.71, 0), is still a direction
 
+// To mm or rad; nothing for a unit of another quantity.
+std::optional<double> factor_of_unit(Quantity quantity, const std::string& unit) {
+  constexpr double kArcminPerDegree = 60.0, kArcsecPerDegree = 3600.0;
+  static const std::map<std::string, double> lengths = {
+      {"um", kMmPerUm}, {"\u00b5m", kMmPerUm},       {"\u03bcm", kMmPerUm},
+      {"mm", 1.0},      {"nm", kMmPerUm * kMmPerUm}, {"in", kMmPerInch}};
+  static const std::map<std::string, double> angles = {{"urad", kRadPerUrad},
+                                                       {"\u00b5rad", kRadPerUrad},
+                                                       {"\u03bcrad", kRadPerUrad},
+                                                       {"mrad", kRadPerUrad / kMmPerUm},
+                                                       {"rad", 1.0},
+                                                       {"deg", kRadPerDegree},
+                                                       {"arcmin", kRadPerDegree / kArcminPerDegree},
+                                                       {"arcsec", kRadPerDegree / kArcsecPerDegree}};
+  const auto& known = quantity == Quantity::displacement ? lengths : angles;
+  const auto it = known.find(unit);
+  return it == known.end() ? std::nullopt : std::optional(it->second);
+}
+
 // One row with its values apart, as long as several files' sensors are being joined.
 struct RawRow {
   MachineState state;
@@ -100,10 +119,14 @@ class RowReader {
     else if (!frame.empty() && frame != "machine")
       error(*columns_.frame, "frame must be 'machine' or 'part', not '" + frame + "'");
     const std::string unit = text(columns_.unit);
-    const std::string wanted = reading.quantity == Quantity::displacement ? "um" : "urad";
-    if (unit != wanted)
-      error(*columns_.unit, "the unit of a " + quantity + " must be '" + wanted + "', not '" + unit + "'");
-    const double factor = reading.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
+    const std::optional<double> known = factor_of_unit(reading.quantity, unit);
+    if (!known)
+      error(*columns_.unit, "the unit of a " + quantity + " must be " +
+                                (reading.quantity == Quantity::displacement
+                                     ? "'um' (or 'mm', 'nm', 'in')"
+                                     : "'urad' (or 'mrad', 'rad', 'arcsec', 'arcmin', 'deg')") +
+                                ", not '" + unit + "'");
+    const double factor = known.value_or(1.0);
     for (int i = 0; i < 3; ++i) reading.n[i] = number(*columns_.n[static_cast<std::size_t>(i)]);
     const double length = reading.n.norm();
     if (std::abs(length - 1.0) > kDirectionLengthError)

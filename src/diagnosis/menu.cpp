@@ -184,15 +184,17 @@ class Menu {
 
 }  // namespace
 
+std::vector<PlanRun> menu(const Machine& machine, double u_mm, double u_rad) {
+  std::vector<PlanRun> out;
+  for (PlanRun& run : Menu(machine, u_mm, u_rad).all())
+    if (expand({run}, machine)) out.push_back(std::move(run));  // a pose beyond limits: not on this machine
+  return out;
+}
+
 std::vector<PlanRun> menu(const Observations& o) {
   constexpr double kDefault_mm = 1e-3, kDefault_rad = 2e-6;  // where the data have no reading of a quantity
   const double u_mm = typical_u(o, Quantity::displacement), u_rad = typical_u(o, Quantity::rotation);
-  const Machine& machine = o.machine();
-  std::vector<PlanRun> out;
-  for (PlanRun& run :
-       Menu(machine, u_mm > 0.0 ? u_mm : kDefault_mm, u_rad > 0.0 ? u_rad : kDefault_rad).all())
-    if (expand({run}, machine)) out.push_back(std::move(run));  // a pose beyond limits: not on this machine
-  return out;
+  return menu(o.machine(), u_mm > 0.0 ? u_mm : kDefault_mm, u_rad > 0.0 ? u_rad : kDefault_rad);
 }
 
 }  // namespace trunnion::diagnosis

@@ -20,5 +20,6 @@ std::optional<NextMeasurement> next_for_open_parameters(const Observations& obse
 /// Runs that a shop can make on this machine, with their time: laser sweeps, diagonals, ball-bar, R-test,
 /// straightness and angle, warm-up, spindle ramp; noise as in the data.
 std::vector<PlanRun> menu(const Observations& observations);
+std::vector<PlanRun> menu(const Machine& machine, double u_mm, double u_rad);
 
 }  // namespace trunnion::diagnosis

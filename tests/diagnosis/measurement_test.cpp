@@ -1,6 +1,7 @@
 #include "trunnion/diagnosis/measurement.hpp"
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/diagnosis/measurement_template.hpp"
 
 #include "support/machines.hpp"
 
@@ -64,8 +65,57 @@ TEST(Measurement, ReportsEveryFaultWithItsPlace) {
   std::vector<std::string> texts;
   for (const auto& f : diagnostics.findings()) texts.push_back(f.text());
   EXPECT_EQ(texts.size(), 5u);
-  EXPECT_EQ(texts[0], "a.csv:2:14: error: the unit of a displacement must be 'um', not 'urad'");
+  EXPECT_EQ(texts[0],
+            "a.csv:2:14: error: the unit of a displacement must be 'um' (or 'mm', 'nm', 'in'), not 'urad'");
   EXPECT_EQ(texts[1].substr(0, 10), "a.csv:3:3:");
+}
+
+TEST(Measurement, TakesOtherUnitsByTheUnitColumn) {
+  Diagnostics diagnostics;
+  const auto data = read({"r1,0,0,0,0,0,0,20,displacement,1,0,0,0.002,mm,0.001,0\n"
+                          "r1,1,0,0,0,0,0,20,rotation,1,0,0,2,arcsec,0.5,0\n"
+                          "r1,2,0,0,0,0,0,20,rotation,1,0,0,0.001,deg,0.001,0\n"},
+                         diagnostics);
+  ASSERT_TRUE(data);
+  EXPECT_NEAR(data->readings[0].value, 0.002, 1e-15);
+  EXPECT_NEAR(data->readings[0].u_random, 0.001, 1e-15);
+  EXPECT_NEAR(data->readings[1].value, 9.69627362219072e-6, 1e-18);  // 2 / 206264.80624709636
+  EXPECT_NEAR(data->readings[2].value, 1.7453292519943295e-5, 1e-18);
+}
+
+// Where a comma is the decimal mark fields are separated by semicolons.
+TEST(Measurement, TakesSemicolonsAndDecimalCommas) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const char* kind : {"laser", "rtest", "ballbar", "probe"}) {
+    const auto empty = measurement_template(machine, kind);
+    ASSERT_TRUE(empty) << empty.error().text();
+    std::string filled, elsewhere;  // value 1.5 in every row
+    for (std::size_t i = 0; i < empty->size(); ++i) {
+      if (empty->compare(i, 9, ",,um,1,\n") == 0 || empty->compare(i, 6, ",,um,1") == 0) {
+        filled += ",1.5";
+        continue;
+      }
+      filled += (*empty)[i];
+    }
+    for (const char c : filled) elsewhere += c == ',' ? ';' : c == '.' ? ',' : c;
+    std::vector<Dataset> all;
+    for (const std::string& text : {filled, elsewhere}) {
+      const std::vector<NamedText> files = {{"t.csv", text}};
+      Diagnostics diagnostics;
+      const auto data = parse_measurements(files, machine, diagnostics);
+      ASSERT_TRUE(data) << kind << data.error().text();
+      all.push_back(*data);
+    }
+    ASSERT_EQ(all[0].readings.size(), all[1].readings.size()) << kind;
+    ASSERT_GT(all[0].readings.size(), 20u) << kind;
+    for (std::size_t k = 0; k < all[0].readings.size(); ++k) {
+      EXPECT_EQ(all[0].readings[k].value, 1.5e-3);
+      EXPECT_EQ(all[1].readings[k].value, 1.5e-3);
+      const auto &a = all[0].track.state(all[0].readings[k].row),
+                 &b = all[1].track.state(all[1].readings[k].row);
+      EXPECT_EQ(a.q, b.q);
+    }
+  }
 }
 
 TEST(Measurement, UnknownColumnIsAnError) {
