@@ -36,6 +36,8 @@ constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
+constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kBesideAPart = 0.7;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 
 struct Outcome {
@@ -477,9 +479,47 @@ bool is_superfluous(const Diagnosis& d, const ProposedFormula& beside, const Pro
   return alone.terms <= beside.terms && alone.chi2_after <= beside.chi2_after + 2.0 * parameters + kNoMore;
 }
 
+// Smooth functions of positions follow an error of a part of the travel well enough to be significant.
+bool could_imitate_a_part(const Diagnosis& d) {
+  return !d.additions.empty() &&
+         std::all_of(d.additions.begin(), d.additions.end(), [](const ModelEffect& e) {
+           const EffectInfo& info = e.effect->info();
+           return info.kind == EffectClass::geometric && info.parameters.size() > 1;
+         });
+}
+
+void nothing_but(Diagnosis& d, ProposedFormula formula) {
+  const std::vector<std::string> imitators = d.effects;
+  forget_effects(d);
+  d.verdict = Verdict::not_in_library;
+  d.imitators = imitators;
+  d.formula = std::move(formula);
+  d.leftover = d.depends_on;
+  d.paragraph = imitated_text(d);
+}
+
 // What follows the errors that the named effects leave, or all of them where none is named.
 void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
   const bool none = d.verdict == Verdict::not_in_library && !d.harm;
+  if (could_imitate_a_part(d)) {
+    auto part = propose_part(machine, data, d.base.model, d.additions,
+                             static_cast<double>(std::max<std::size_t>(d.ranking.size(), 1)));
+    if (part && part->ahead > kPartInstead) {
+      nothing_but(d, std::move(*part));
+      d.paragraph += formula_text(*d.formula);
+      return;
+    }
+    if (part) {
+      d.formula = std::move(part);
+      if (d.verdict == Verdict::named) d.verdict = Verdict::ambiguous;
+      d.confidence = std::min(d.confidence, kBesideAPart);
+      d.paragraph +=
+          " Or no such effect is missing, but an error that acts in a part only, and these readings "
+          "hardly tell the two apart: read more positions at the ends of that part." +
+          formula_text(*d.formula);
+      return;
+    }
+  }
   if (!none && d.verdict != Verdict::named_but_incomplete) return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
@@ -487,15 +527,7 @@ void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
   if (!d.formula) return;
   if (!none) {
     const auto alone = propose_formula(machine, data, d.base.model);
-    if (alone && is_superfluous(d, *d.formula, *alone)) {
-      const std::vector<std::string> imitators = d.effects;
-      forget_effects(d);
-      d.verdict = Verdict::not_in_library;
-      d.imitators = imitators;
-      d.formula = alone;
-      d.leftover = d.depends_on;
-      d.paragraph = imitated_text(d);
-    }
+    if (alone && is_superfluous(d, *d.formula, *alone)) nothing_but(d, *alone);
   }
   d.paragraph += formula_text(*d.formula);
 }

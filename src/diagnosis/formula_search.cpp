@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMostTerms = 4;
 constexpr std::size_t kFirstTerms = 2;  // by which the twists are compared
+constexpr std::size_t kFinalParts = 2;
 constexpr std::size_t kFinalists = 6;   // twists that are looked at whole, with products of three
 constexpr std::size_t kLooked = 100;    // terms of which all is taken out that base and terms before take
 constexpr double kLeft = 1e-4;          // part of a column's square that base and terms must leave
@@ -71,27 +72,35 @@ class FormulaSearch {
   FormulaSearch(const Observations& o, const FitCore& core)
       : o_(o), core_(core), answers_(answers(o)), terms_(formula_terms(o)) {}
 
-  std::vector<Chosen> best() const {
+  /// `parts`: only what acts in a part.
+  std::vector<Chosen> best(bool parts = false) const {
     std::vector<Chosen> found(answers_.size());
     oneapi::tbb::parallel_for(std::size_t{0}, answers_.size(),
                               [&](std::size_t i) { found[i] = terms_of(i, {}, kFirstTerms); });
     const auto by_criterion = [](const Chosen& a, const Chosen& b) { return a.criterion < b.criterion; };
     std::stable_sort(found.begin(), found.end(), by_criterion);
-    found.resize(std::min(found.size(), kFinalists));
+    if (parts)
+      found.erase(std::remove_if(found.begin(), found.end(),
+                                 [](const Chosen& c) { return gates_of(c.terms).empty(); }),
+                  found.end());
+    found.resize(std::min(found.size(), parts ? kFinalParts : kFinalists));
     oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) { complete(found[i]); });
     std::stable_sort(found.begin(), found.end(), by_criterion);
-    if (!found.empty()) refine_gates(found.front());
     return found;
   }
-  // Where all terms act together, in the units that people read.
+  // What all terms act in, in the units that people read.
   std::vector<ActingRange> acts_in(const Chosen& chosen) const {
-    if (chosen.terms.empty() || chosen.terms.front().gates.empty()) return {};
+    std::vector<Gate> gates = chosen.terms.empty() ? std::vector<Gate>{} : chosen.terms.front().gates;
     bool constant = true;  // where it acts
     for (const FormulaTerm& term : chosen.terms) {
-      if (term.gates != chosen.terms.front().gates) return {};
+      gates.erase(std::remove_if(gates.begin(), gates.end(),
+                                 [&](const Gate& g) {
+                                   return std::find(term.gates.begin(), term.gates.end(), g) ==
+                                          term.gates.end();
+                                 }),
+                  gates.end());
       constant = constant && term.ungated_text.empty();
     }
-    const std::vector<Gate>& gates = chosen.terms.front().gates;
     Eigen::VectorXf inside = Eigen::VectorXf::Ones(o_.size());
     for (const Gate& gate : gates)
       inside = inside.cwiseProduct(terms_.variables[gate.variable].values_of(gate)).eval();
@@ -107,12 +116,9 @@ class FormulaSearch {
     }
     // A constant in one part and its opposite in the other are the same where set-ups take up a constant: the
     // smaller part is meant.
-    if (out.size() == 1 && constant && inside.mean() > 0.5F && takes_up_constant(chosen.answer)) {
-      if (out[0].from && out[0].to)
-        out[0].outside = true;
-      else
-        std::swap(out[0].from, out[0].to);
-    }
+    if (out.size() == 1 && constant && out[0].from.has_value() != out[0].to.has_value() &&
+        inside.mean() > 0.5F && takes_up_constant(chosen.answer))
+      std::swap(out[0].from, out[0].to);
     return out;
   }
   double without() const { return criterion(core_.chi2(), 0.0); }
@@ -227,6 +233,8 @@ class FormulaSearch {
     if (chosen.terms.empty()) return;
     chosen = terms_of(chosen.answer, {}, kMostTerms);
     Chosen deeper = terms_of(chosen.answer, chosen.terms, kMostTerms);
+    refine_gates(chosen);
+    refine_gates(deeper);
     if (deeper.criterion < chosen.criterion) chosen = std::move(deeper);
   }
 
@@ -375,16 +383,15 @@ double ProposedFormula::explained() const {
   return wrong > 0.0 ? std::clamp(1.0 - std::max(chi2_after - dof_after, 0.0) / wrong, 0.0, 1.0) : 0.0;
 }
 
-std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
-                                               const Model& model) {
+namespace {
+
+std::shared_ptr<const Observations> few_readings(const Machine& machine, const Dataset& data) {
   const auto whole = std::make_shared<const Observations>(machine, data);
-  const auto o =
-      whole->size() > kMostSingly ? std::make_shared<const Observations>(whole, bins_of(*whole)) : whole;
-  const FitCore core = fit_core(*o, model, {.robust = false});
-  const FormulaSearch search(*o, core);
-  const std::vector<Chosen> found = search.best();
-  if (found.empty() || !(found.front().criterion + kWorthIt < search.without())) return std::nullopt;
-  const Chosen& best = found.front();
+  return whole->size() > kMostSingly ? std::make_shared<const Observations>(whole, bins_of(*whole)) : whole;
+}
+
+std::optional<ProposedFormula> proposed(const Machine& machine, const Dataset& data, const Model& model,
+                                        const FormulaSearch& search, const Chosen& best) {
   const TwistPlace place = place_of(machine, search.places(best), best.terms);
   Diagnostics diagnostics;
   const auto alone = parse_model(formula_file(machine, place, best.terms), "leftover.toml", machine,
@@ -409,6 +416,41 @@ std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dat
   out.heldout_after_um = after.heldout_um;
   out.heldout_before_urad = before.heldout_urad;
   out.heldout_after_urad = after.heldout_urad;
+  return out;
+}
+
+}  // namespace
+
+std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
+                                               const Model& model) {
+  const auto o = few_readings(machine, data);
+  const FitCore core = fit_core(*o, model, {.robust = false});
+  const FormulaSearch search(*o, core);
+  const std::vector<Chosen> found = search.best();
+  if (found.empty() || !(found.front().criterion + kWorthIt < search.without())) return std::nullopt;
+  return proposed(machine, data, model, search, found.front());
+}
+
+std::optional<ProposedFormula> propose_part(const Machine& machine, const Dataset& data, const Model& model,
+                                            const std::vector<ModelEffect>& named, double families) {
+  const auto o = few_readings(machine, data);
+  const FitCore core = fit_core(*o, model, {.robust = false});
+  Model with = model;
+  double parameters = 0.0;
+  for (const ModelEffect& effect : named) {
+    with.effects.push_back(effect);
+    parameters += static_cast<double>(effect.parameters.size());
+  }
+  const FormulaSearch search(*o, core);
+  const double dof = std::max(core.dof(), 1.0);
+  const double of_named = dof * std::log(std::max(fit_core(*o, with, {.robust = false}).chi2() / dof, 1.0)) +
+                          parameters * std::log(static_cast<double>(o->size())) +
+                          2.0 * std::log(families) * static_cast<double>(named.size());
+  const std::vector<Chosen> found = search.best(true);
+  if (found.empty() || !(found.front().criterion < of_named)) return std::nullopt;
+  auto out = proposed(machine, data, model, search, found.front());
+  if (!out || out->acts_in.empty()) return std::nullopt;
+  out->ahead = of_named - found.front().criterion;
   return out;
 }
 

@@ -107,6 +107,7 @@ Variable velocity_of(const Observations& o, AxisId a, bool size) {
                 [a, size](const MachineState& s) { return size ? std::abs(s.velocity[a]) : s.velocity[a]; }),
       "(" + name + (rotary ? "/0.1)" : "/10)"), unit);
   out.only_gates = size;
+  out.no_gates = !size;  // a range of speeds is one of either sense
   out.read_as = size ? "speed of " + axis.name : name;
   out.read_in = rotary ? "deg/min" : "mm/min";
   out.read_factor = kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0);
@@ -122,7 +123,10 @@ std::vector<Variable> variables(const Observations& o) {
   for (AxisId a = 0; a < axes.size(); ++a) {
     const std::string sense = "dir_" + axes[a].name;
     add(position_of(o, a));
-    add(in_formulas(covariate(o, sense, [a](const MachineState& s) { return s.direction[a]; }), sense, 1.0));
+    Variable last =
+        in_formulas(covariate(o, sense, [a](const MachineState& s) { return s.direction[a]; }), sense, 1.0);
+    last.no_gates = true;
+    add(std::move(last));
     add(velocity_of(o, a, false));
     add(velocity_of(o, a, true));
   }
@@ -167,6 +171,7 @@ void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>&
 }
 
 void add_gates(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+  if (v.no_gates) return;
   const Writer w(v, number);
   for (const double at : places_between(v.covariate.values, kPlaces)) {
     FormulaTerm step = w.step(at);
@@ -303,6 +308,16 @@ FormulaTerms formula_terms(const Observations& o) {
       for (std::size_t b = first[i + 1]; b < simple; ++b) {
         if (auto both = product(out.terms[a], out.terms[b])) out.terms.push_back(std::move(*both));
       }
+  // Lost motion of a part of the travel, or of a range of speed.
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].name.starts_with("dir_")) continue;
+    const std::string axis = all[i].name.substr(4);
+    for (std::size_t k = simple; k < out.of_one_variable; ++k) {
+      const FormulaTerm& part = out.terms[k];
+      if (part.gates.empty() || (part.variable != axis && part.variable != "abs(vel_" + axis + ")")) continue;
+      if (auto both = product(out.terms[first[i]], part)) out.terms.push_back(std::move(*both));
+    }
+  }
   price_from(out.of_one_variable, simple + out.terms.size() - out.of_one_variable);
   return out;
 }

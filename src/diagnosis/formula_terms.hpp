@@ -22,7 +22,7 @@ struct Variable {
   bool rotary = false;
   std::string in_formula;  // of a size about 1
   double unit = 1.0;       // of `in_formula`, in the variable's own
-  bool only_gates = false;
+  bool only_gates = false, no_gates = false;
   /// "T_frame", "degC", and what people read: place in formulas * factor + zero.
   std::string read_as, read_in;
   double read_factor = 1.0, read_zero = 0.0;

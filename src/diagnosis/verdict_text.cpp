@@ -201,7 +201,7 @@ namespace {
 std::string where_it_acts(const std::vector<ActingRange>& all) {
   std::string out;
   for (const ActingRange& r : all) {
-    out += (out.empty() ? " It acts only where " : ", and ") + r.of + " is " + (r.outside ? "not " : "");
+    out += (out.empty() ? " It acts only where " : ", and ") + r.of + " is ";
     const auto value = [&](double x) { return short_number(x) + (r.unit.empty() ? "" : " " + r.unit); };
     if (r.from && r.to)
       out += "between " + short_number(*r.from) + " and " + value(*r.to);

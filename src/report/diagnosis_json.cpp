@@ -137,11 +137,8 @@ ordered_json effects_of(const Model& model) {
 ordered_json acting_json(const std::vector<ActingRange>& all) {
   ordered_json out = ordered_json::array();
   for (const ActingRange& range : all)
-    out.push_back({{"of", range.of},
-                   {"unit", range.unit},
-                   {"from", optional(range.from)},
-                   {"to", optional(range.to)},
-                   {"outside", range.outside}});
+    out.push_back(
+        {{"of", range.of}, {"unit", range.unit}, {"from", optional(range.from)}, {"to", optional(range.to)}});
   return out;
 }
 

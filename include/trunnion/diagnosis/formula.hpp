@@ -12,7 +12,6 @@ namespace trunnion::diagnosis {
 struct ActingRange {
   std::string of, unit;  // "C", "deg"; "T_frame", "degC"; "speed of X", "mm/min"
   std::optional<double> from, to;
-  bool outside = false;  // everywhere but there
 };
 
 /// A formula of the machine's state that explains what no effect of the library does: what to add until the
@@ -23,6 +22,7 @@ struct ProposedFormula {
   std::size_t terms = 0;
   /// Where it acts, all of these together; empty: everywhere, or its terms in different parts.
   std::vector<ActingRange> acts_in;
+  double ahead = 0.0;                          // propose_part: of the named effects, in -2 ln
   double chi2_before = 0.0, chi2_after = 0.0;  // of all readings, fitted without and with it
   double dof_before = 0.0, dof_after = 0.0;
   /// Leave-one-run-out, one a quantity; nothing where it was not measured.
@@ -39,5 +39,10 @@ struct ProposedFormula {
 /// price, or where runs that were held out are predicted worse with it. Deterministic.
 std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
                                                const Model& model);
+
+/// A formula that acts in a part of a range only and does better than the effects `named` would, beside
+/// `model`, by the same criterion; `families`: the number of effects that they were chosen from.
+std::optional<ProposedFormula> propose_part(const Machine& machine, const Dataset& data, const Model& model,
+                                            const std::vector<ModelEffect>& named, double families);
 
 }  // namespace trunnion::diagnosis
