@@ -2,8 +2,11 @@
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/diagnosis/import.hpp"
+#include "trunnion/diagnosis/measurement_template.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
+#include "app/command_tree.hpp"
+#include "app/model_inputs.hpp"
 #include "app/results.hpp"
 #include "app/support.hpp"
 
@@ -32,6 +35,39 @@ int run(const MeasurementsOptions& options, const Import& import) {
                               "");
 }
 
+struct TemplateOptions {
+  std::string kind, machine, out;
+  ResultOptions result;
+};
+
+int run_template(const TemplateOptions& options) {
+  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
+  int exit = kDone;
+  const auto machine = read_machine(options.machine, exit);
+  if (!machine) return exit;
+  const auto text = diagnosis::measurement_template(*machine, options.kind);
+  if (!text) return print_error(text.error());
+  if (const auto code = write_output(options.out, *text); code != kDone) return code;
+  return options.result.write(
+      report::imported_json(options.kind, *text), "A file to fill in: " + options.kind,
+      "Poses of machine '" + machine->name + "', no readings yet: " + options.out, "");
+}
+
+void add_template(CLI::App& measurements, int& exit) {
+  auto* command = measurements.add_subcommand(
+      "template", "measurement file with the poses of a campaign, for readings to be filled in");
+  auto options = std::make_shared<TemplateOptions>();
+  command->add_option("kind", options->kind, "laser, rtest, ballbar or probe")
+      ->required()
+      ->check(CLI::IsMember(diagnosis::template_kinds()));
+  command->add_option("-m,--machine", options->machine, "machine file (TOML)")
+      ->type_name(kMachineName)
+      ->required();
+  command->add_option("-o,--output", options->out, "measurement file to write")->required();
+  options->result.add_to(*command);
+  command->callback([options, &exit] { exit = run_template(*options); });
+}
+
 void add_files(CLI::App& command, MeasurementsOptions& options) {
   command.add_option("file", options.file, "file to read")->required();
   command.add_option("-o,--output", options.out, "measurement file to write")->required();
@@ -42,8 +78,9 @@ void add_files(CLI::App& command, MeasurementsOptions& options) {
 
 void add_measurements_command(CLI::App& root, int& exit) {
   auto* measurements =
-      root.add_subcommand("measurements", "other people's measurements into the measurement format");
+      root.add_subcommand("measurements", "measurement files: a form to fill in, other people's formats");
   measurements->require_subcommand(1);
+  add_template(*measurements, exit);
   auto* import = measurements->add_subcommand("import", "read another format");
   import->require_subcommand(1);
   auto options = std::make_shared<MeasurementsOptions>();
