@@ -26,7 +26,9 @@ def cases(machine, rows, rng):
     names += ["worm:A", "worm:C", "squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "location:A", "location:C"]
     names += [f"backlash:{a}" for a in "XYZAC"] + ["sag:A", "overhang:Z", "spindle_growth", "ambient_drift"]
     names += ["time_drift", "spindle_tilt", "tool_length", "setup_tilt"]
+    names += ["zero_offset:A", "zero_offset:C", "tool_offset", "weight:AC"]
     plan = [(name, None) for name in names]
+    plan += [("unbalance:AC", {"component": f"E{w}{j}"}) for j in "AC" for w in "XYZABC"]
     for pair in ("XY", "XZ", "YZ"):
         carried = [f"E{w}{pair[0]}" for w in "XYZ"] + [f"E{w}{j}" for w in "ABC" for j in pair]
         plan += [(f"crosstalk:{pair}", {"component": c}) for c in carried]

@@ -219,7 +219,51 @@ def step(machine, rows, _subject, p, choice):
     return {"P": out}
 
 
+def zero_offset(machine, rows, subject, p, _):
+    return {subject: along(machine.axis(subject), np.full(len(rows), p[f"{subject}0{subject}_urad"] * 1e-6))}
+
+
+def tool_offset(machine, rows, _subject, p, _):
+    out = np.zeros((len(rows), 6))
+    out[:, 0], out[:, 1] = p.get("X0S_um", 0.0) * 1e-3, p.get("Y0S_um", 0.0) * 1e-3
+    return {"S": out}
+
+
+def turned_weight(rows, subject):
+    """sin a cos c, sin a sin c, cos a cos c, cos a sin c of a table that A tilts and C turns."""
+    tilt, turn = rows.q[subject[0]], rows.q[subject[1]]
+    return {"sin_cos": np.sin(tilt) * np.cos(turn), "sin_sin": np.sin(tilt) * np.sin(turn),
+            "cos_cos": np.cos(tilt) * np.cos(turn), "cos_sin": np.cos(tilt) * np.sin(turn)}
+
+
+WEIGHT = "AYZ"  # of A's joint: every machine here has C on A
+
+
+def weight(_machine, rows, subject, p, _):
+    out = np.zeros((len(rows), 6))
+    functions = turned_weight(rows, subject)
+    for which in WEIGHT:
+        unit = "um" if which in "XYZ" else "urad"
+        for f in ("sin_cos", "sin_sin"):
+            out[:, COMPONENTS[which]] += p.get(f"{which}_{f}_{unit}", 0.0) * unit_factor(which) * functions[f]
+    return {subject[0]: out}
+
+
+def unbalance_keys(choice):
+    which, joint = choice["component"][1], choice["component"][2]
+    names = ["sin_cos", "sin_sin"] + (["cos_cos", "cos_sin"] if which == joint == "A" else [])
+    return [f"{n}_{'um' if which in 'XYZ' else 'urad'}" for n in names]
+
+
+def unbalance(_machine, rows, subject, p, choice):
+    which, joint = choice["component"][1], choice["component"][2]
+    functions = turned_weight(rows, subject)
+    values = sum(p.get(k, 0.0) * functions[k.rpartition("_")[0]] for k in unbalance_keys(choice))
+    return {joint: component_twist(len(rows), which, values * unit_factor(which))}
+
+
 KINDS = {f.__name__: f for f in (
+    zero_offset, tool_offset, weight, unbalance,
     component, periodic, worm, squareness, location, backlash, crosstalk, sag, overhang, spindle_growth, screw_heating,
     thermal_location, ambient_drift, time_drift, servo_lag, spindle_tilt, tool_length, setup_tilt, step)}
 
@@ -257,10 +301,17 @@ def linear_keys(name, machine, rows, choice=None):
         return {f"{w}_{run}_urad": 50.0 for run in rows.run_names for w in "ABC"}
     if kind == "squareness":
         return {f"{subject}_urad": 30.0}
+    if kind == "zero_offset":
+        return {f"{subject}0{subject}_urad": 40.0}
+    if kind == "weight":
+        return {f"{w}_{f}_{'um' if w in 'XYZ' else 'urad'}": 5.0 if w in "XYZ" else 20.0 for w in WEIGHT for f in ("sin_cos", "sin_sin")}
+    if kind == "unbalance":
+        return {k: 5.0 if k.endswith("um") else 20.0 for k in unbalance_keys(choice)}
     return dict(FIXED_KEYS[kind])
 
 
 FIXED_KEYS = {
+    "tool_offset": {"X0S_um": 10.0, "Y0S_um": 10.0},
     "periodic": {"sin_um": 2.0, "cos_um": 2.0},
     "worm": {"sin_urad": 20.0, "cos_urad": 20.0},
     "sag": {"A_sin_urad": 20.0, "Y_sin_um": 8.0, "Z_cos_um": 8.0},

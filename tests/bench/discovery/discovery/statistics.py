@@ -52,3 +52,32 @@ def calibration_error(pairs, bins=10):
         part = pairs[start : start + size]
         error += abs(sum(c for c, _ in part) - sum(r for _, r in part))
     return error / len(pairs), sum((c - r) ** 2 for c, r in pairs) / len(pairs)
+
+
+def chi2_tail(value, dof):
+    """P(chi-square > value): the regularised incomplete gamma function by its series, or by its continued fraction (Lentz)."""
+    a, x = 0.5 * dof, 0.5 * value
+    if x <= 0.0:
+        return 1.0
+    front = math.exp(a * math.log(x) - x - math.lgamma(a))
+    if x < a + 1.0:
+        term = total = 1.0 / a
+        for k in range(1, 2000):
+            term *= x / (a + k)
+            total += term
+            if term < 1e-15 * total:
+                break
+        return max(0.0, 1.0 - front * total)
+    tiny = 1e-300
+    b = x + 1.0 - a
+    c, d = 1.0 / tiny, 1.0 / b
+    fraction = d
+    for k in range(1, 2000):
+        factor = -k * (k - a)
+        b += 2.0
+        d = 1.0 / (factor * d + b or tiny)
+        c = b + factor / c or tiny
+        fraction *= c * d
+        if abs(c * d - 1.0) < 1e-15:
+            break
+    return min(1.0, front * fraction)
