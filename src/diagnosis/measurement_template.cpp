@@ -86,10 +86,10 @@ Result<std::string> measurement_template(const Machine& machine, std::string_vie
   if (!data) return tl::unexpected(data.error());
   const std::string text = measurements_text(
       *data, machine,
-      {" " + kind->words + "; machine '" + machine.name + "'",
-       " Fill in value: actual minus nominal of the tool relative to the part, along n. Put right positions,",
-       " dir_* (+1, -1: sense of the last motion), tool_z_mm, unit (um, mm, nm; urad, arcsec, deg ...) and",
-       " u_random (standard uncertainty of one reading, same unit). Rows without a value are no readings."});
+      {kind->words + "; machine '" + machine.name + "'",
+       "Fill in value: actual minus nominal of the tool relative to the part, along n. Put right positions,",
+       "dir_* (+1, -1: sense of the last motion), tool_z_mm, unit (um, mm, nm; urad, arcsec, deg ...) and",
+       "u_random (standard uncertainty of one reading, same unit). Rows without a value are no readings."});
   Diagnostics none;  // our own text
   const auto table = config::parse_csv(text, "template", none);
   if (!table) return tl::unexpected(table.error());
