@@ -54,6 +54,7 @@ endfunction()
 
 trunnion_bundle_charts(TRUNNION_CHARTS_FILE)
 set(web ${CMAKE_SOURCE_DIR}/src/report/web)
+file(GLOB web_modules ${web}/*.js)
 set_source_files_properties(${CMAKE_SOURCE_DIR}/src/report/assets.cpp PROPERTIES
   COMPILE_DEFINITIONS "TRUNNION_WEB=\"${web}\";TRUNNION_CHARTS=\"${TRUNNION_CHARTS_FILE}\""
-  OBJECT_DEPENDS "${web}/page.css;${web}/page.js;${web}/story.js;${TRUNNION_CHARTS_FILE}")
+  OBJECT_DEPENDS "${web}/page.css;${web_modules};${TRUNNION_CHARTS_FILE}")

@@ -73,7 +73,7 @@ set(CPACK_COMPONENT_TRUNNION_DESCRIPTION "Turns a CAM system's cutter-location (
  which physical effect is missing.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtrunnion-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libexpected-dev, libtbb-dev, libcsv-dev, libsvm-dev, libxxhash-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libexpected-dev, libtbb-dev, libcsv-dev, libsvm-dev, libxxhash-dev, zlib1g-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and static libraries of trunnion: kinematics of machines whose two
  rotary axes carry the part, models of their errors, posting and verification
  of NC programs, diagnosis of measurements. Found by CMake and pkg-config.")

@@ -59,9 +59,13 @@ ExitCode run(const MachineCommand& command) {
   }
   std::string text = text_of(machine, controller);
   if (command.program.empty()) text += "\nProving program (-o FILE writes it):\n\n" + *program;
-  return command.result.write(report::machine_json(machine, controller, *program), machine.name,
-                              "What a positive command of each axis does, and how far it goes.",
-                              command.program == "-" ? "" : text);
+  const std::string json = report::machine_json(machine, controller, *program);
+  return command.result.write(
+      json,
+      [&] {
+        return report::machine_page(machine, {machine.name, {}, json, made_by()});
+      },
+      command.program == "-" ? "" : text);
 }
 
 }  // namespace

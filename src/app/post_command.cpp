@@ -169,7 +169,9 @@ std::vector<report::Fact> setup_facts(const PostCommand& command, const MachineF
   return out;
 }
 
-report::Page page_of(const PostCommand& command, const MachineFiles& files, const post::PostReport& report) {
+report::Page page_of(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome,
+                     const Model* model) {
+  const post::PostReport& report = *outcome.report;
   if (!report.verification)
     return report::result_page(command.output, "Not verified (--no-verify).", report::post_json(report),
                                made_by());
@@ -185,10 +187,14 @@ report::Page page_of(const PostCommand& command, const MachineFiles& files, cons
   for (const report::Fact& fact : setup_facts(command, files, report)) input.more_facts.push_back(fact);
   input.result_json = report::post_json(report);
   input.made_by = made_by();
+  if (outcome.written) input.nc_text = text_of_file(command.output);
+  input.cl_text = text_of_file(command.cl_file);
+  input.model = model;
   return report::nc_page(input);
 }
 
-ExitCode finish(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome) {
+ExitCode finish(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome,
+                const Model* model) {
   print_summary(*outcome.report);
   if (!outcome.passed) {
     for (const std::string& reason : failed_checks(*outcome.report->verification, command.cl_file))
@@ -200,7 +206,7 @@ ExitCode finish(const PostCommand& command, const MachineFiles& files, const pos
                     outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
     }
   }
-  const auto page = [&] { return page_of(command, files, *outcome.report); };
+  const auto page = [&] { return page_of(command, files, outcome, model); };
   if (const auto code = command.result.write(report::post_json(*outcome.report), page); code != kDone)
     return code;
   return outcome.passed ? kDone : kCheckFailed;
@@ -273,7 +279,7 @@ ExitCode run(const PostCommand& command) {
   }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, *files, outcome);
+  return finish(command, *files, outcome, job.model);
 }
 
 }  // namespace

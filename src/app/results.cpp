@@ -22,6 +22,13 @@ bool is_device(const std::string& file) {
 
 }  // namespace
 
+std::string text_of_file(const std::string& file) {
+  std::error_code ec;
+  if (file.empty() || file == "-" || !fs::is_regular_file(file, ec)) return "";
+  auto text = read_file(file);
+  return text ? std::move(*text) : "";
+}
+
 void ResultOptions::add_to(CLI::App& command) {
   command.add_option("--json", json, "write the result as JSON to this file (- is standard output)");
   command.add_option("--report", report, "write a self-contained HTML page");

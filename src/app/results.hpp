@@ -11,6 +11,9 @@
 
 namespace trunnion::app {
 
+/// The text of a file that a page shows; empty when it is no regular file, or cannot be read.
+std::string text_of_file(const std::string& file);
+
 /// `--json` and `--report` of every command.
 struct ResultOptions {
   std::string json;

@@ -201,7 +201,10 @@ ExitCode run(const VerifyCommand& command) {
   if (*traced) print_trace(**traced, options.tolerance_mm);
   const std::string json = *traced ? report::verify_json(*report, **traced) : report::verify_json(*report);
   const auto page = [&] {
-    return report::nc_page({command.nc_file, command.against, &machine, &*report, {}, json, made_by()});
+    report::NcPageInput input{command.nc_file, command.against, &machine, &*report, {}, json, made_by()};
+    input.nc_text = text_of_file(command.nc_file);
+    input.cl_text = text_of_file(command.against);
+    return report::nc_page(input);
   };
   if (const auto code = command.result.write(json, page); code != kDone) return code;
   return report->passed() && (!*traced || (*traced)->passed()) ? kDone : kCheckFailed;

@@ -15,7 +15,11 @@
   extern "C" const char trunnion_##symbol##_end[]
 
 TRUNNION_EMBED(style, TRUNNION_WEB "/page.css");
-TRUNNION_EMBED(script, TRUNNION_WEB "/page.js\"\n.incbin \"" TRUNNION_WEB "/story.js");
+// One after the other: each uses those before it.
+#define TRUNNION_MODULE(name) TRUNNION_WEB "/" name ".js\"\n.incbin \""
+TRUNNION_EMBED(script, TRUNNION_MODULE("core") TRUNNION_MODULE("figures") TRUNNION_MODULE("kinematics")
+                           TRUNNION_MODULE("surface") TRUNNION_MODULE("gl") TRUNNION_MODULE("program")
+                               TRUNNION_MODULE("scene") TRUNNION_MODULE("story") TRUNNION_WEB "/page.js");
 TRUNNION_EMBED(charts, TRUNNION_CHARTS);
 
 namespace trunnion::report {

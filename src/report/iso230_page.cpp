@@ -11,15 +11,6 @@
 namespace trunnion::report {
 namespace {
 
-Page start(const ResultText& result) {
-  Page page;
-  page.title = result.title;
-  page.verdict = result.verdict;
-  page.result_json = result.json;
-  page.made_by = result.made_by;
-  return page;
-}
-
 std::string unit_of(const ordered_json& line) {
   return text_at(line, "unit") == "urad" ? "µrad" : "µm";
 }
@@ -179,7 +170,7 @@ double circle_size(const ordered_json& paths) {
 
 Page positioning_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   const bool diagonal = json.contains("diagonals");
   const auto& lines = json[diagonal ? "diagonals" : "axes"];
   page.verdict.clear();
@@ -208,7 +199,7 @@ Page positioning_page(const ResultText& result) {
 
 Page circles_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   page.verdict.clear();
   std::size_t number = 0;
   for (const auto& circle : json["circles"]) {
@@ -275,7 +266,7 @@ Page circles_page(const ResultText& result) {
 
 Page rotation_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   const auto& motions = json["error_motions"];
   page.verdict.clear();
   Section section{"Error motions", {}};

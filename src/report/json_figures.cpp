@@ -7,6 +7,15 @@
 
 namespace trunnion::report {
 
+Page opened(const ResultText& result) {
+  Page page;
+  page.title = result.title;
+  page.verdict = result.verdict;
+  page.result_json = result.json;
+  page.made_by = result.made_by;
+  return page;
+}
+
 double number_at(const ordered_json& object, std::string_view key) {
   const auto it = object.find(key);
   return it != object.end() && it->is_number() ? it->get<double>() : kGap;
@@ -21,7 +30,7 @@ std::string cell_text(const ordered_json& value, int digits) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_float()) return short_number(value.get<double>(), digits);
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_array()) return list_text(value);
+  if (value.is_array()) return list_text(value, !value.empty() && value.front().is_array() ? "; " : ", ");
   return value.is_null() ? "–" : value.dump();
 }
 

@@ -4,12 +4,16 @@
 #include <string_view>
 #include <vector>
 
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/page.hpp"
 
 /// Figures and tables of a command's JSON result: what a page shows is what the JSON says.
 namespace trunnion::report {
 
 using nlohmann::ordered_json;
+
+/// A page with the title and the sentence of the command, and no section yet.
+Page opened(const ResultText& result);
 
 /// The number of this key; not-a-number where there is none.
 double number_at(const ordered_json& object, std::string_view key);

@@ -36,9 +36,13 @@ XyPlot model_against_truth(const Machine& machine, const post::VerifyReport& rep
 /// Index of the block nearest to a place of the worst list.
 std::size_t block_of(const post::VerifyReport& report, const post::WorstPlace& place);
 
-/// The machine at about 3000 stops, those of `wanted` blocks among them; `stop_of` gets the stop of each
-/// wanted block.
-MachineView machine_view(const Machine& machine, const post::VerifyReport& report,
-                         const std::vector<std::size_t>& wanted, std::vector<std::size_t>& stop_of);
+/// The machine of this file as solids, its axes at zero; `size_mm` is the radius of what stands on its table.
+/// Extents that the machine file does not give follow from that.
+Scene machine_solids(const Machine& machine, double size_mm);
+
+/// The same with the program: path, columns and the places of the worst blocks. `segments` are those of the
+/// report.
+Scene program_scene(const Machine& machine, const post::VerifyReport& report,
+                    const std::vector<ProgrammedSegment>& segments);
 
 }  // namespace trunnion::report

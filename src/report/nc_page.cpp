@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/kinematics.hpp"
 
 #include "report/axis_figures.hpp"
 #include "report/nc_figures.hpp"
@@ -14,10 +15,6 @@ namespace {
 
 constexpr double kLeastDrawn_um = 0.01;  // of a logarithmic scale: what is below stands at its foot
 constexpr const char* kPathFigure = "deviation";
-constexpr const char* kSpaceFigure = "path";
-// Values of the arrays that a page may hold beside what it draws: 4 bytes become 5.3 in base64, a page is to
-// stay under 8 MB.
-constexpr std::size_t kArrayValues = 700'000;
 
 // Micrometres below a millimetre, millimetres from there on.
 std::string length_text(double mm) {
@@ -105,21 +102,67 @@ Table checks_table(const post::VerifyReport& r) {
   return table;
 }
 
-Section path_section(const NcPageInput& input) {
+constexpr std::size_t kMostText = 12'000'000;  // bytes of a file that a page holds beside its blocks
+
+// Colours that need what a report does not hold.
+void add_colourings(const NcPageInput& input, Scene& scene) {
   const post::VerifyReport& r = *input.verification;
-  std::vector<std::size_t> worst_blocks;
-  for (const auto& w : r.worst) worst_blocks.push_back(block_of(r, w));
-  std::vector<std::size_t> stops;
-  MachineView view = machine_view(*input.machine, r, worst_blocks, stops);
-  view.space_figure = kSpaceFigure;
-  view.path_figure = kPathFigure;
+  const auto column = [&](std::string_view name) {
+    return std::find_if(scene.columns.begin(), scene.columns.end(),
+                        [&](const auto& c) { return c.name == name; });
+  };
+  if (r.tolerance_mm > 0.0) {
+    BlockColumn share{"share", "%", 1e-3, column("tip_um")->values};
+    for (double& v : share.values) v *= 100.0 / (r.tolerance_mm * kUmPerMm);
+    double largest = 100.0;
+    for (const double v : share.values) largest = std::max(largest, v);
+    scene.columns.push_back(std::move(share));
+    scene.colourings.push_back({"share", "share of the tolerance", "%", largest});
+  }
+  if (input.model == nullptr) return;
+  // What the machine's errors would do to the tip at each block if nothing were compensated.
+  const ModelEvaluator errors(*input.model);
+  const Machine& machine = *input.machine;
+  BlockColumn before{"machine_um", "µm", 1e-3, {}};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < scene.columns.front().values.size(); ++i) {
+    JointVector q;
+    for (AxisId id = 0; id < machine.axes.size(); ++id)
+      q[id] = column(machine.axes[id].name)->values[i] *
+              (machine.axes[id].kind == AxisKind::rotary ? kRadPerDegree : 1.0);
+    MachineState state;
+    state.q = q;
+    const Vec3 moved =
+        forward(machine, q, machine.tool_vector(), errors.errors(state)).p - forward(machine, q).p;
+    before.values.push_back(column("rapid")->values[i] > 0.0 ? 0.0 : moved.norm() * kUmPerMm);
+    largest = std::max(largest, before.values.back());
+  }
+  scene.columns.push_back(std::move(before));
+  scene.colourings.push_back({"machine_um", "machine error before compensation", "µm", largest});
+}
+
+Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegment>& segments) {
+  const post::VerifyReport& r = *input.verification;
+  Scene scene = program_scene(*input.machine, r, segments);
+  add_colourings(input, scene);
+  scene.title = "Part, machine and program";
+  scene.caption =
+      "The surface is stretched between neighbouring rows of the cut; colours are those of the blocks that "
+      "end "
+      "there. Drag or use the arrow keys to turn, + and - to come nearer; space plays, comma and full stop "
+      "step.";
+  if (scene.columns.front().values.size() < r.blocks.size())
+    scene.caption += " Drawn: " + std::to_string(scene.columns.front().values.size()) + " of " +
+                     std::to_string(r.blocks.size()) +
+                     " blocks; the smallest and the largest of every stretch are among them.";
+  scene.path_figure = kPathFigure;
+  scene.still = path_plot(r, 0.0);
+  if (input.nc_text.size() <= kMostText) scene.texts.nc = input.nc_text;
+  if (input.cl_text.size() <= kMostText / 4) scene.texts.cl = input.cl_text;
+  if (input.nc_text.size() > kMostText) scene.caption += " The program's text is too long for this page.";
+  const std::vector<std::size_t> stops = scene.worst;
   Section section{"Path", {}};
-  section.items.emplace_back(
-      Figure{kSpaceFigure, "Tool path, coloured by tip deviation",
-             "Tool tip in the part frame, feed moves; each piece in the colour of its largest distance "
-             "from the programmed path.",
-             path_plot(r, 0.0)});
-  section.items.emplace_back(std::move(view));
+  section.items.emplace_back(std::move(scene));
   if (!r.worst.empty()) section.items.emplace_back(worst_table(r, stops));
   if (!r.checks[0].about.empty()) section.items.emplace_back(checks_table(r));
   return section;
@@ -191,33 +234,6 @@ Figure inserted_figure(const post::VerifyReport& r, const std::vector<Programmed
           std::move(plot)};
 }
 
-// Per-block numbers for programs that read the page; thinned like a plot where there are too many.
-void add_arrays(Page& page, const NcPageInput& input) {
-  const auto& blocks = input.verification->blocks;
-  const Machine& machine = *input.machine;
-  const std::size_t columns = 4 + machine.axes.size();
-  std::vector<double> deviation;
-  deviation.reserve(blocks.size());
-  for (const auto& block : blocks) deviation.push_back(block.tip_deviation_mm);
-  const auto kept = thinned(deviation, std::max<std::size_t>(kArrayValues / columns, 4));
-  const auto fill = [&](const std::string& name, const auto& value) {
-    std::vector<float> out;
-    out.reserve(kept.size());
-    for (const std::size_t i : kept) out.push_back(static_cast<float>(value(blocks[i])));
-    page.arrays[name] = std::move(out);
-  };
-  fill("nc_line", [](const auto& b) { return b.nc_line; });
-  fill("cl_line", [](const auto& b) { return b.cl_line; });
-  fill("tip_deviation_um", [](const auto& b) { return b.tip_deviation_mm * kUmPerMm; });
-  fill("axis_deviation_deg",
-       [](const auto& b) { return static_cast<double>(b.axis_deviation_rad) * kDegreePerRad; });
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    const bool rotary = machine.axes[id].kind == AxisKind::rotary;
-    fill(machine.axes[id].name + (rotary ? "_deg" : "_mm"),
-         [&](const auto& b) { return b.q[id] * (rotary ? kDegreePerRad : 1.0); });
-  }
-}
-
 }  // namespace
 
 Page nc_page(const NcPageInput& input) {
@@ -232,7 +248,7 @@ Page nc_page(const NcPageInput& input) {
   page.made_by = input.made_by;
   if (r.blocks.empty()) return page;
   const auto segments = programmed_segments(*input.machine, r);
-  page.sections.push_back(path_section(input));
+  page.sections.push_back(path_section(input, segments));
   Section deviation{"Deviation", {deviation_figure(r, segments), axis_deviation_figure(r)}};
   if (!segments.empty()) {
     deviation.items.emplace_back(inserted_figure(r, segments));
@@ -248,7 +264,6 @@ Page nc_page(const NcPageInput& input) {
   }
   page.sections.push_back(std::move(deviation));
   page.sections.push_back(axes_section(*input.machine, r));
-  add_arrays(page, input);
   return page;
 }
 

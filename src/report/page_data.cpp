@@ -5,27 +5,14 @@
 
 #include "trunnion/base/printable.hpp"
 
+#include "report/packed.hpp"
+
 namespace trunnion::report {
 namespace {
 
 using nlohmann::ordered_json;
 static_assert(std::endian::native == std::endian::little,
               "base64 arrays are written as they stand in memory");
-
-std::string base64(const void* data, std::size_t bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const auto* in = static_cast<const unsigned char*>(data);
-  std::string out;
-  out.reserve((bytes + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes; i += 3) {
-    const std::size_t have = std::min<std::size_t>(3, bytes - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = (group << 8U) | (k < have ? in[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      out += k <= have ? kDigits[(group >> (18U - 6U * static_cast<unsigned>(k))) & 63U] : '=';
-  }
-  return out;
-}
 
 std::string floats(const std::vector<float>& values) {
   return base64(values.data(), values.size() * sizeof(float));
@@ -123,60 +110,68 @@ ordered_json plot_data(const MatrixPlot& plot) {
           {"z", plot.values}, {"max", plot.value_max}, {"colour", scale(plot.colour)}};
 }
 
-ordered_json machine_data(const MachineView& view) {
-  std::vector<float> pose;
-  std::vector<float> tip;
-  std::vector<float> axes;
-  std::vector<float> path;
-  std::vector<float> deviation;
-  std::vector<std::uint32_t> nc_line;
-  std::vector<std::uint32_t> cl_line;
-  for (const auto& stop : view.stops) {
-    pose.insert(pose.end(), stop.part_in_machine.begin(), stop.part_in_machine.end());
-    tip.insert(tip.end(), stop.tip_P.begin(), stop.tip_P.end());
-    axes.insert(axes.end(), stop.axes.begin(), stop.axes.end());
-    path.push_back(stop.path_mm);
-    deviation.push_back(stop.deviation_um);
-    nc_line.push_back(stop.nc_line);
-    cl_line.push_back(stop.cl_line);
-  }
-  ordered_json out = {{"axis_names", view.axis_names},
-                      {"axis_units", view.axis_units},
-                      {"tool_length", view.tool_length_mm},
-                      {"space_figure", view.space_figure},
-                      {"path_figure", view.path_figure},
-                      {"pose", floats(pose)},
-                      {"tip", floats(tip)},
-                      {"axes", floats(axes)},
-                      {"path", floats(path)},
-                      {"deviation", floats(deviation)},
-                      {"nc_line", nc_line},
-                      {"cl_line", cl_line},
-                      {"outlines", ordered_json::array()}};
-  for (const auto& outline : view.outlines) {
-    std::vector<float> points;
-    for (const auto& p : outline.points) points.insert(points.end(), p.begin(), p.end());
-    out["outlines"].push_back(
-        {{"name", outline.name}, {"moves", outline.moves_with_part}, {"points", floats(points)}});
-  }
+std::vector<float> flat(const std::vector<std::array<float, 3>>& points) {
+  std::vector<float> out;
+  for (const auto& p : points) out.insert(out.end(), p.begin(), p.end());
+  return out;
+}
+
+ordered_json scene_data(const Scene& scene) {
+  ordered_json out = {{"tool_chain", scene.tool_chain},
+                      {"part_chain", scene.part_chain},
+                      {"spindle", scene.zero.spindle_M},
+                      {"part", scene.zero.part_M},
+                      {"tool_length", scene.tool_length_mm},
+                      {"size", scene.size_mm},
+                      {"worst", scene.worst},
+                      {"path_figure", scene.path_figure},
+                      {"axes", ordered_json::array()},
+                      {"bodies", ordered_json::array()},
+                      {"columns", ordered_json::array()},
+                      {"colourings", ordered_json::array()}};
+  for (const auto& a : scene.axes)
+    out["axes"].push_back({{"name", a.name},
+                           {"rotary", a.rotary},
+                           {"direction", a.direction},
+                           {"point", a.point},
+                           {"min", a.min},
+                           {"max", a.max},
+                           {"carries_part", a.carries_part},
+                           {"motion", a.motion}});
+  for (const auto& b : scene.bodies)
+    out["bodies"].push_back({{"name", b.name},
+                             {"role", b.role},
+                             {"part_side", b.on_part_side},
+                             {"axes", b.axes},
+                             {"corners", floats(flat(b.corners))}});
+  for (const auto& c : scene.columns)
+    out["columns"].push_back({{"name", c.name},
+                              {"unit", c.unit},
+                              {"step", c.step},
+                              {"count", c.values.size()},
+                              {"values", packed(c.values, c.step)}});
+  for (const auto& c : scene.colourings)
+    out["colourings"].push_back(
+        {{"column", c.column}, {"label", c.label}, {"unit", c.unit}, {"largest", c.largest}});
+  if (!scene.texts.nc.empty()) out["nc_text"] = packed(scene.texts.nc);
+  if (!scene.texts.cl.empty()) out["cl_text"] = packed(scene.texts.cl);
   return out;
 }
 
 }  // namespace
 
 ordered_json page_data(const Page& page) {
-  ordered_json out = {{"figures", ordered_json::object()}, {"arrays", ordered_json::object()}};
+  ordered_json out = {{"figures", ordered_json::object()}};
   for (const Section& section : page.sections) {
     for (const Item& item : section.items) {
       if (const auto* figure = std::get_if<Figure>(&item))
         out["figures"][figure->id] =
             std::visit([](const auto& plot) { return plot_data(plot); }, figure->plot);
-      if (const auto* view = std::get_if<MachineView>(&item)) out["machine"] = machine_data(*view);
+      if (const auto* scene = std::get_if<Scene>(&item)) out["scene"] = scene_data(*scene);
       if (const auto* table = std::get_if<Table>(&item); table != nullptr && !table->go_to.empty())
         out["go_to"][table->id] = table->go_to;
     }
   }
-  for (const auto& [name, values] : page.arrays) out["arrays"][name] = floats(values);
   return out;
 }
 

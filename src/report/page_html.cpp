@@ -3,6 +3,7 @@
 
 #include "report/assets.hpp"
 #include "report/json_text.hpp"
+#include "report/packed.hpp"
 #include "report/page_data.hpp"
 #include "report/svg.hpp"
 
@@ -97,16 +98,14 @@ std::string html_of(const Listing& listing) {
          "\">" + escaped(listing.text) + "</pre></figure>\n";
 }
 
-std::string html_of(const MachineView& view) {
-  return "<figure id=\"machine\" class=\"needs-charts\" hidden><h3>The machine at one block</h3>"
-         "<div class=\"plot\"><div class=\"live\"></div></div>"
-         "<p class=\"slider\"><label for=\"stop\">Block</label>"
-         "<input type=\"range\" id=\"stop\" min=\"0\" max=\"" +
-         std::to_string(view.stops.empty() ? 0 : view.stops.size() - 1) +
-         "\" value=\"0\"></p><p id=\"stop-text\" aria-live=\"polite\"></p>"
-         "<figcaption>Table, part and tool in machine axes; arrow keys move by one stop, Page Up and Page "
-         "Down by a tenth. " +
-         std::to_string(view.stops.size()) + " stops.</figcaption></figure>\n";
+std::string html_of(const Scene& scene) {
+  return "<figure id=\"scene\" class=\"scene\"><h3>" + escaped(scene.title) +
+         "</h3><div class=\"stage\" hidden></div><div class=\"plot still\">" +
+         (scene.still ? svg_of(*scene.still, scene.title) : "") +
+         "</div><p class=\"why-still\">This is a still picture: nothing in space can be drawn without "
+         "scripts and "
+         "WebGL 2.</p><figcaption>" +
+         escaped(scene.caption) + "</figcaption></figure>\n";
 }
 
 std::string facts_html(const Page& page) {
@@ -185,10 +184,9 @@ std::string page_html(const Page& page) {
     out += script(json_type + "data-" + name + "\"", script_text(json_text(piece, -1)));
   };
   for (const auto& [id, figure] : data["figures"].items()) put(id, figure);
-  if (data.contains("machine")) put("machine", data["machine"]);
-  put("arrays", data["arrays"]);
+  if (data.contains("scene")) put("scene", data["scene"]);
   // Not run before the first chart is near the window.
-  if (has_interactive_charts()) out += script(" type=\"text/plain\" id=\"charts\"", chart_library());
+  if (has_interactive_charts()) out += script(" type=\"text/plain\" id=\"charts\"", packed(chart_library()));
   out += script("", page_script());
   return out + "</body>\n</html>\n";
 }

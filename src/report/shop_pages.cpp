@@ -10,15 +10,6 @@
 namespace trunnion::report {
 namespace {
 
-Page start(const ResultText& result) {
-  Page page;
-  page.title = result.title;
-  page.verdict = result.verdict;
-  page.result_json = result.json;
-  page.made_by = result.made_by;
-  return page;
-}
-
 void add_fact(Page& page, const ordered_json& json, const char* key, const char* label, const char* unit) {
   if (!json.contains(key) || json[key].is_null()) return;
   page.facts.push_back({key, label, cell_text(json[key]) + unit,
@@ -121,7 +112,7 @@ Figure batch_figure(const ordered_json& items) {
 
 Page batch_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   const bool failed = number_at(json, "failed") > 0 || number_at(json, "not_run") > 0;
   page.tone = failed ? Tone::bad : Tone::good;
   ordered_json items = json["items"];
@@ -162,7 +153,7 @@ Page batch_page(const ResultText& result) {
 
 Page calibration_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   page.tone = json["not_seen"].empty() ? Tone::good : Tone::neutral;
   page.verdict = "The new axes meet " + cell_text(json["readings"]) + " readings within " +
                  um_text(number_at(json, "rms_after_um")) + " rms; by the machine file it was " +
@@ -218,15 +209,23 @@ Page calibration_page(const ResultText& result) {
   return page;
 }
 
+namespace {
+
+std::string chance_text(double share) {
+  return share < 1e-4 ? "below 0.01 %" : short_number(100 * share, 2) + " %";
+}
+
+}  // namespace
+
 Page plan_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   if (json["runs"].empty()) return page;
   page.verdict = "Measure next: " + list_text(ordered_json(texts_of(json["runs"], "id"))) + ", " +
                  short_number(number_at(json, "minutes"), 3) +
                  " min; the chance of a wrong name falls from " +
-                 short_number(100 * number_at(json, "chance_of_wrong_name_before"), 2) + " % to " +
-                 short_number(100 * number_at(json, "chance_of_wrong_name_after"), 2) + " %.";
+                 chance_text(number_at(json, "chance_of_wrong_name_before")) + " to " +
+                 chance_text(number_at(json, "chance_of_wrong_name_after")) + ".";
   XyPlot chance = bar_plot({"chance of a wrong name", "%"}, {"with these data", "with the new runs"});
   add_bars(chance, "",
            {100 * number_at(json, "chance_of_wrong_name_before"),
@@ -272,7 +271,7 @@ Page plan_page(const ResultText& result) {
 
 Page probe_program_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   page.verdict = cell_text(ordered_json(json["poses"].size())) + " poses and " + cell_text(json["touches"]) +
                  " touches in about " + short_number(number_at(json, "seconds") / 60.0, 2) + " min";
   ordered_json rows = ordered_json::array();
@@ -303,7 +302,7 @@ Page probe_program_page(const ResultText& result) {
 
 Page probe_reading_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   ordered_json poses = json["poses"];
   std::size_t worst = 0;
   std::vector<double> length;

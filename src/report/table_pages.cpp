@@ -14,15 +14,6 @@ std::string per_cent(double share) {
   return short_number(100.0 * share, 3) + " %";
 }
 
-Page start(const ResultText& result) {
-  Page page;
-  page.title = result.title;
-  page.verdict = result.verdict;
-  page.result_json = result.json;
-  page.made_by = result.made_by;
-  return page;
-}
-
 const ordered_json* named(const ordered_json& rows, const std::string& name, double nodes = kGap) {
   for (const auto& row : rows) {
     if (text_at(row, "name") == name && (std::isnan(nodes) || number_at(row, "nodes") == nodes)) return &row;
@@ -72,7 +63,7 @@ Figure diagonals(const ordered_json& model) {
 
 Page cross_talk_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   page.tone = Tone::good;
   const auto& best = json["best"];
   const ordered_json* model = named(json["models"], text_at(best, "name"), number_at(best, "nodes"));
@@ -108,7 +99,7 @@ Page cross_talk_page(const ResultText& result) {
 
 Page table_choice_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result);
+  Page page = opened(result);
   const auto& models = json["models"];
   const std::string best = text_at(json, "chosen");
   page.tone = Tone::good;

@@ -10,16 +10,6 @@
 namespace trunnion::report {
 namespace {
 
-Page start(const ResultText& result, Tone tone) {
-  Page page;
-  page.title = result.title;
-  page.verdict = result.verdict;
-  page.tone = tone;
-  page.result_json = result.json;
-  page.made_by = result.made_by;
-  return page;
-}
-
 // The sensors of which `key` is true.
 std::vector<std::string> chosen(const ordered_json& sensors, std::string_view key) {
   std::vector<std::string> out;
@@ -82,7 +72,8 @@ Section screen_section(const std::string& channel, const ordered_json& j) {
 }  // namespace
 
 Page thermal_screen_page(const ResultText& result) {
-  Page page = start(result, Tone::neutral);
+  Page page = opened(result);
+  page.tone = Tone::neutral;
   const auto json = ordered_json::parse(result.json);
   page.verdict.clear();
   for (const auto& [channel, j] : json["channels"].items()) {
@@ -94,7 +85,8 @@ Page thermal_screen_page(const ResultText& result) {
 
 Page thermal_split_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result, json["refused"].empty() ? Tone::good : Tone::bad);
+  Page page = opened(result);
+  page.tone = json["refused"].empty() ? Tone::good : Tone::bad;
   page.verdict += " Rank " + cell_text(json["rank"]) + " of " + cell_text(json["parameters_count"]) +
                   "; the displacements are met within " + um_text(number_at(json, "rms_um")) + " rms.";
   const ordered_json rows = named_rows(json.value("parameters", ordered_json::object()));
@@ -130,7 +122,8 @@ Page thermal_split_page(const ResultText& result) {
 
 Page thermal_assess_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
-  Page page = start(result, Tone::neutral);
+  Page page = opened(result);
+  page.tone = Tone::neutral;
   const double tolerance_um = 1e3 * number_at(json, "tolerance_mm");
   page.verdict += " Within " + um_text(tolerance_um) + ": " +
                   short_number(100 * number_at(json, "share_within_after"), 3) + " % of the blades, " +

@@ -3,6 +3,7 @@
 
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
+#include "trunnion/report/command_pages.hpp"
 
 namespace trunnion::report {
 
@@ -12,5 +13,9 @@ namespace trunnion::report {
 /// "proving_program"}; the words are post::describe_axes'.
 std::string machine_json(const Machine& machine, const nc::Controller& controller,
                          const std::string& proving_program);
+
+/// `machine`: the machine as solids whose axes the reader moves, with arrows for their + directions, what a
+/// positive command does in words, program zero, and the proving program. `result.json` is machine_json's.
+Page machine_page(const Machine& machine, const ResultText& result);
 
 }  // namespace trunnion::report

@@ -19,6 +19,9 @@ struct NcPageInput {
   std::vector<Fact> more_facts;  // what a post did beside: inserted points, branch changes, ...
   std::string result_json;
   std::string made_by;
+  std::string nc_text = {};      // the program; empty: it is not at hand
+  std::string cl_text = {};      // its CL file; empty: it is not at hand
+  const Model* model = nullptr;  // the errors that were compensated or are verified against; nothing: none
 };
 
 /// The path coloured by its deviation, the machine at every place, the worst places, deviation along the path

@@ -2,7 +2,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -101,35 +100,72 @@ struct Table {
   std::vector<std::string> columns;
   std::vector<bool> numeric;  // right-aligned; empty: none
   std::vector<std::vector<std::string>> rows;
-  /// Row i moves the slider of the machine view to stop `go_to[i]`; empty: rows do nothing.
+  /// Row i moves the scene to block `go_to[i]`; empty: rows do nothing.
   std::vector<std::size_t> go_to;
 };
 
-/// The machine at chosen stops of a program: what the slider moves.
-struct MachineView {
-  struct Stop {
-    std::array<float, 12> part_in_machine{};  // X_MP row by row: rotation and translation, mm
-    std::array<float, 3> tip_P{};             // mm
-    std::vector<float> axes;                  // positions as NC words count them, mm and degrees
-    float path_mm = 0;                        // from the start of the program
-    float deviation_um = 0;
-    std::uint32_t nc_line = 0;
-    std::uint32_t cl_line = 0;
-  };
-  /// A line that is drawn with the machine: fixed in M, or carried with the part (coordinates of P).
-  struct Outline {
+/// Numbers of every block of a program: whole multiples of `step`, which is as fine as they are known.
+struct BlockColumn {
+  std::string name;
+  std::string unit;
+  double step = 1.0;
+  std::vector<double> values;
+};
+
+/// A machine as solids that its axes move, and with a program the path, the surface that it cuts and its
+/// text. Frames: all corners in M with the axes at zero, mm.
+struct Scene {
+  struct SceneAxis {
     std::string name;
-    bool moves_with_part = false;
-    std::vector<std::array<float, 3>> points;
+    bool rotary = false;
+    std::array<float, 3> direction{};  // of a positive command, as Axis::direction
+    std::array<float, 3> point{};      // on the rotary axis, mm
+    double min = 0.0, max = 0.0;       // mm, degrees; equal: none
+    bool carries_part = false;
+    std::string motion;  // what a positive command does, in words
   };
-  std::vector<std::string> axis_names;
-  std::vector<std::string> axis_units;
-  std::vector<Outline> outlines;
+  struct Body {
+    std::string name;
+    std::string
+        role;  // chooses its colour: "bed", "slide", "cradle", "table", "spindle", "holder", "tool", "flute"
+    bool on_part_side =
+        false;  // carried by the first `axes` axes of that side's chain, from the bed outwards
+    std::size_t axes = 0;
+    std::vector<std::array<float, 3>> corners;  // three a triangle, counter-clockwise from outside
+  };
+  /// A value by which the surface can be coloured: one of `columns`, and its largest value for the scale.
+  struct Colouring {
+    std::string column;
+    std::string label;
+    std::string unit;
+    double largest = 0.0;
+  };
+  /// Where things stand with the axes at zero.
+  struct Zero {
+    std::array<float, 3> spindle_M{};  // S
+    std::array<float, 3> part_M{};     // the part's origin
+  };
+  /// The files, lines as they are; empty: not at hand.
+  struct Texts {
+    std::string nc;
+    std::string cl;
+  };
+  std::string title;
+  std::string caption;
+  std::vector<SceneAxis> axes;
+  std::vector<std::size_t> tool_chain, part_chain;  // indices of `axes`, from the bed outwards
+  Zero zero;
   double tool_length_mm = 0.0;
-  std::vector<Stop> stops;
-  /// Figures whose view follows: one in space (coordinates of P) and one over path length; empty: none.
-  std::string space_figure;
-  std::string path_figure;
+  double size_mm = 100.0;  // of what is looked at: arrows and the first view
+  std::vector<Body> bodies;
+  /// Block by block: "nc_line", "cl_line", "rapid", "path_mm", the positions of the axes by their names, and
+  /// those of `colourings`. Empty: no program, the axes are moved by hand.
+  std::vector<BlockColumn> columns;
+  std::vector<Colouring> colourings;
+  std::vector<std::size_t> worst;  // blocks, worst first
+  Texts texts;
+  std::string path_figure;         // a flat figure over path length that follows
+  std::optional<SpacePlot> still;  // on paper, and where nothing in space can be drawn
 };
 
 struct Paragraph {
@@ -151,7 +187,7 @@ struct Listing {
   std::string text;
 };
 
-using Item = std::variant<Paragraph, Figure, Table, Listing, MachineView>;
+using Item = std::variant<Paragraph, Figure, Table, Listing, Scene>;
 
 struct Section {
   std::string title;
@@ -168,8 +204,6 @@ struct Page {
   Tone tone = Tone::neutral;
   std::vector<Fact> facts;
   std::vector<Section> sections;
-  /// All numbers of every block, beside what is drawn: name -> values (stored as float32).
-  std::map<std::string, std::vector<float>> arrays;
   std::string result_json;  // the result of the command as `--json` gives it; may be empty
   std::string made_by;      // program, version, command line
 };
