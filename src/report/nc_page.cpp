@@ -70,7 +70,8 @@ Table worst_table(const post::VerifyReport& r, const std::vector<std::size_t>& s
   table.id = "worst";
   table.title = "Worst places";
   table.caption =
-      "A click (or Enter) on the NC line shows the place in the path, the plot and on the machine.";
+      "A click (or Enter) on the NC line shows the place on the part, in the program and in the plot. The "
+      "deviation is the proved bound of the block where it was proved, else the largest that was found.";
   table.columns = {"NC line", "CL line", "tip deviation / µm", "tool axis / °", "X / mm", "Y / mm", "Z / mm"};
   table.numeric.assign(table.columns.size(), true);
   table.go_to = stops;
@@ -297,6 +298,14 @@ Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& m
     table.rows.push_back({p.file, text(f.mean), text(f.rms), text(f.p95), text(f.max),
                           std::to_string(p.verification.feed_blocks)});
   }
+  // Where one program hides the other a logarithmic scale shows both.
+  constexpr double kHides = 10.0;
+  if (largest > kHides * best->verification.max_tip_deviation_mm) {
+    plot.y.logarithmic = true;
+    for (Series& series : plot.series) {
+      for (double& v : series.y) v = std::isfinite(v) ? std::max(v, kLeastDrawn_um) : v;
+    }
+  }
   page.verdict =
       best->file + " stays nearest to the path: within " +
       length_text(best->verification.max_tip_deviation_mm) + "; the largest deviation of all is " +
@@ -305,7 +314,9 @@ Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& m
   page.sections.push_back(
       {"Deviation",
        {Figure{"deviation", "Deviation along the path",
-               "Largest distance of the tip from the programmed path, block by block.", std::move(plot)},
+               std::string("Largest distance of the tip from the programmed path, block by block.") +
+                   (plot.y.logarithmic ? " Logarithmic: what is below 0.01 µm stands at 0.01." : ""),
+               std::move(plot)},
         std::move(table)}});
   Section paths{"Paths, one colour scale", {}};
   for (std::size_t i = 0; i < programs.size(); ++i) {

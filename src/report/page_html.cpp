@@ -100,8 +100,7 @@ std::string html_of(const Listing& listing) {
 
 std::string html_of(const Scene& scene) {
   return "<figure id=\"scene\" class=\"scene\"><h3>" + escaped(scene.title) +
-         "</h3><div class=\"stage\" hidden></div><div class=\"plot still\">" +
-         (scene.still ? svg_of(*scene.still, scene.title) : "") +
+         "</h3><div class=\"stage\" hidden></div><div class=\"plot still\">" + svg_of(scene) +
          "</div><p class=\"why-still\">This is a still picture: nothing in space can be drawn without "
          "scripts and "
          "WebGL 2.</p><figcaption>" +
@@ -127,9 +126,10 @@ std::string navigation(const Page& page) {
 }
 
 std::string body(const Page& page) {
-  std::string out = "<header><h1>" + escaped(page.title) + "</h1>\n<p id=\"verdict\" class=\"verdict " +
+  std::string out = "<a class=\"skip\" href=\"#main\">to the results</a>\n<header><h1>" +
+                    escaped(page.title) + "</h1>\n<p id=\"verdict\" class=\"verdict " +
                     tone_class(page.tone) + "\">" + tone_sign(page.tone) + escaped(page.verdict) + "</p>\n" +
-                    navigation(page) + "</header>\n<main>\n" + facts_html(page);
+                    navigation(page) + "</header>\n<main id=\"main\" tabindex=\"-1\">\n" + facts_html(page);
   bool steps = false;  // within a story
   for (std::size_t i = 0; i < page.sections.size(); ++i) {
     const std::string id = "section-" + std::to_string(i + 1);

@@ -68,5 +68,7 @@ std::string svg_of(const XyPlot& plot, std::string_view title);
 std::string svg_of(const BoxPlot& plot, std::string_view title);
 std::string svg_of(const SpacePlot& plot, std::string_view title);
 std::string svg_of(const MatrixPlot& plot, std::string_view title);
+/// The path of a scene, or its machine with the axes at zero: triangles from the farthest to the nearest.
+std::string svg_of(const Scene& scene);
 
 }  // namespace trunnion::report

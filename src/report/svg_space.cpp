@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/vec.hpp"
 
 #include "report/svg.hpp"
 
@@ -149,6 +150,55 @@ std::string svg_of(const SpacePlot& plot, std::string_view title) {
   }
   colour_bar(svg, plot.colour, value_max);
   scale_bar(svg, project, fit, plot.unit);
+  return svg.done();
+}
+
+std::string svg_of(const Scene& scene) {
+  if (scene.still) return svg_of(*scene.still, scene.title);
+  struct Drawn {
+    std::array<std::array<double, 2>, 3> corners;
+    double away;
+    int grey;
+  };
+  const Projection project = view();
+  std::vector<Drawn> all;
+  std::vector<std::array<double, 2>> points;
+  for (const Scene::Body& body : scene.bodies) {
+    for (std::size_t i = 0; i + 2 < body.corners.size(); i += 3) {
+      Drawn one{{}, 0.0, 0};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto& c = body.corners[i + k];
+        one.corners.at(k) = project(c[0], c[1], c[2]);
+        one.away += -c[0] * project.sin_turn + c[1] * project.cos_turn - c[2] * project.sin_rise;
+      }
+      const auto& [a, b, c] = one.corners;
+      // Downwards is positive: what runs clockwise here looks to the eye.
+      const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+      if (area >= 0.0) continue;
+      const auto& p = body.corners[i];
+      const auto& q = body.corners[i + 1];
+      const auto& r = body.corners[i + 2];
+      const Vec3 normal = (Vec3(q[0], q[1], q[2]) - Vec3(p[0], p[1], p[2]))
+                              .cross(Vec3(r[0], r[1], r[2]) - Vec3(p[0], p[1], p[2]))
+                              .normalized();
+      constexpr double kDark = 90.0;
+      constexpr double kLight = 130.0;
+      one.grey = static_cast<int>(kDark + kLight * std::abs(normal.dot(Vec3(0.3, -0.5, 0.8))));
+      points.insert(points.end(), one.corners.begin(), one.corners.end());
+      all.push_back(one);
+    }
+  }
+  Svg svg(kSpaceWidth, kSpaceHeight, scene.title);
+  if (all.empty()) return svg.done();
+  std::stable_sort(all.begin(), all.end(), [](const Drawn& a, const Drawn& b) { return a.away > b.away; });
+  const Fit fit = fit_into(points, kSpaceWidth, kSpaceHeight);
+  for (const Drawn& one : all) {
+    const std::string grey = std::to_string(std::min(one.grey, 255));
+    const std::string colour = "rgb(" + grey + "," + grey + "," + grey + ")";
+    svg.polyline({fit(one.corners[0]), fit(one.corners[1]), fit(one.corners[2])},
+                 "fill=\"" + colour + "\" stroke=\"" + colour + "\" stroke-width=\"0.5\"", true);
+  }
+  scale_bar(svg, project, fit, "mm");
   return svg.done();
 }
 

@@ -142,7 +142,7 @@ Figure by_run(const thermal::ChannelReport& channel) {
 Table methods_table(const thermal::ChannelReport& channel) {
   Table out;
   out.id = "table-" + channel.channel;
-  out.title = "All methods on runs that were held out";
+  out.title = "All methods, " + channel.channel + " on runs that were held out";
   out.columns = {"method", "rms / µm", "95 % below / µm", "worst run / µm", "first hours / µm"};
   out.numeric = {false, true, true, true, true};
   const auto row = [&](const thermal::Score& s) {

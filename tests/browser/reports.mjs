@@ -134,6 +134,20 @@ if (process.env.PICTURES) {
   process.exit(0);
 }
 
+// axe-core: no serious fault of accessibility, in the light and in the dark.
+const axe = readFileSync('node_modules/axe-core/axe.min.js', 'utf8');
+async function isAccessible(page, name) {
+  await page.evaluate(() => globalThis.trunnionScene());
+  await page.evaluate(axe);  // by the driver: the page's own policy lets nothing in
+  for (const colorScheme of ['light', 'dark']) {
+    await page.emulateMedia({colorScheme});
+    await page.waitForTimeout(100);
+    const faults = await page.evaluate(async () => (await axe.run(document, {resultTypes: ['violations']})).violations
+      .filter((v) => v.impact === 'serious' || v.impact === 'critical').map((v) => `${v.id}: ${v.nodes[0].html.slice(0, 200)}`));
+    assert.deepEqual(faults, [], `${name}, ${colorScheme}`);
+  }
+}
+
 const interactive = /id="charts">./.test(readFileSync('post.html', 'utf8'));
 const names = ['post', 'compensated', 'plain', 'verify', 'compare', 'evaluate', 'diagnose', 'history', 'improve', 'simulate', 'iso230', 'thermal', 'predict', 'study', 'table', 'fit', 'machine', 'batch',
   'screen', 'split', 'assess', 'cross', 'plan', 'calibrate', 'probe', 'circle'];
@@ -155,12 +169,47 @@ for (const name of names) {
   }
 }
 
-{  // On paper the drawings stand, not the charts.
+{  // On paper the drawings stand, not the charts; of the scene the picture as it was shown.
   const {page} = await open('post');
+  const figures = await page.$$eval('figure[data-figure], figure.scene', (all) => all.length);
+  const shown = () => page.$$eval('.still, .printed', (all) => all.filter((e) => getComputedStyle(e).display !== 'none').map((e) => e.className));
+  await page.evaluate(() => trunnionScene());
   await page.emulateMedia({media: 'print'});
-  const shown = await page.$$eval('.still', (all) => all.filter((e) => getComputedStyle(e).display !== 'none').length);
-  assert.equal(shown, await page.$$eval('figure[data-figure], figure.scene', (all) => all.length));
+  await page.waitForFunction(() => document.querySelector('.has-print'));
+  assert.equal((await shown()).length, figures);
+  assert.ok((await shown()).includes('printed'));
+  assert.ok((await page.$eval('.printed', (e) => e.src.length)) > 5000, 'the picture is not empty');
+  await page.screenshot({path: 'post-print.png', fullPage: true, timeout: 120000});
   await page.close();
+}
+
+// A narrow window: nothing is wider than it, and the buttons can be pressed.
+for (const name of ['post', 'machine', 'improve', 'thermal', 'circle']) {
+  const {page, troubles} = await open(name);
+  await page.setViewportSize({width: 420, height: 800});
+  await page.evaluate(() => trunnionScene());
+  const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(overflow <= 0, `${name}: ${overflow} px wider than 420`);
+  await page.screenshot({path: `${name}-420.png`, fullPage: true, timeout: 120000});
+  assert.deepEqual(troubles, [], name);
+  await page.close();
+}
+
+{  // Without WebGL: the still picture and a sentence instead of an empty box.
+  const blind = await chromium.launch({executablePath: process.env.CHROMIUM, args: ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-3d-apis', '--disable-gpu']});
+  for (const [name, figure] of [['post', '#scene'], ['machine', '#scene'], ['diagnose', '#vectors-before']]) {
+    const page = await blind.newPage({viewport: {width: 1280, height: 720}});
+    const troubles = [];
+    page.on('pageerror', (e) => troubles.push(e.message));
+    await page.goto(`file://${resolve(`${name}.html`)}`);
+    await page.evaluate((at) => document.querySelector(at).scrollIntoView(), figure);
+    await page.waitForSelector(`${figure} .why-still`);
+    assert.match(await page.textContent(`${figure} .why-still`), /still picture/);
+    assert.ok(await page.isVisible(`${figure} .still svg`), `${name}: a still picture`);
+    assert.deepEqual(troubles, [], name);
+    await page.close();
+  }
+  await blind.close();
 }
 
 // Nothing leaves the page: of every page every button is pressed, those of the charts' toolbars among them. No request goes out, no other
@@ -175,6 +224,7 @@ for (const name of names) {
   page.on('framenavigated', (f) => opened.push(`navigation: ${f.url()}`));
   page.on('dialog', (d) => (opened.push(`dialog: ${d.message()}`), d.dismiss()));
   await activateAll(page);
+  await isAccessible(page, name);
   const titles = await page.$$eval('.modebar-btn', (all) => all.map((b) => b.dataset.title));
   assert.deepEqual(titles.filter((t) => !toolbar.includes(t)), [], `${name}: a button that is not on the list`);
   assert.deepEqual(await page.$$eval('a, area, form, iframe, object, embed', (all) => all.map((e) => e.getAttribute('href') ?? e.tagName)

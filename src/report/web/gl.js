@@ -58,9 +58,10 @@ const gl3 = (() => {
       begin(camera, aspect, paper) {
         const ratio = Math.min(devicePixelRatio, 2);
         const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
-        if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+        // On paper the canvas has no room of its own: it keeps its last size.
+        if (width && height && (canvas.width !== width || canvas.height !== height)) [canvas.width, canvas.height] = [width, height];
         gl.disable(gl.SCISSOR_TEST);
-        gl.viewport(0, 0, width, height);
+        gl.viewport(0, 0, canvas.width, canvas.height);
         gl.clearColor(...rgb(paper), 1);
         gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
         gl.uniformMatrix4fv(uniforms.camera, false, camera);

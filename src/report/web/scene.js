@@ -91,10 +91,11 @@ const scene = (() => {
       asked = true;
       requestAnimationFrame(() => { asked = false; drawNow(); });
     }
-    function drawNow() {
+    function drawNow(paper = css('--paper')) {
+      if (!canvas.clientWidth && !canvas.width) return;
       const {aspect} = look();
       gl.colours(places());
-      gl.begin(camera, aspect, css('--paper'));
+      gl.begin(camera, aspect, paper);
       const part = product(world, kinematics.part(source, state.q));
       for (const body of bodies) {
         const always = hasProgram && ['tool', 'flute', 'holder'].includes(body.role);
@@ -426,6 +427,17 @@ const scene = (() => {
     if (source.worst.length) moveTo(source.worst[0]);  // the worst place is what is asked for first
     new ResizeObserver(draw).observe(canvas);
     draw();
+    // Paper gets the picture as it stands, machine and all, on white.
+    const printed = make('img', {className: 'printed', alt: 'the scene as it was shown'});
+    stage.after(printed);
+    function picture() {
+      drawNow('#ffffff');
+      printed.src = canvas.toDataURL('image/png');
+      figure.classList.add('has-print');
+      draw();
+    }
+    addEventListener('beforeprint', picture);
+    matchMedia('print').addEventListener('change', (e) => { if (e.matches) picture(); });
     return {moveTo, redraw: () => (tell(), draw()), state, columns, points, cut, source, tipInPart: (block) => [points[3 * block], points[3 * block + 1], points[3 * block + 2]], drawNow, onScreen: (p) => onScreen(moved(product(world, kinematics.part(source, state.q)), p))};
   }
   return {start};
