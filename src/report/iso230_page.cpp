@@ -133,7 +133,7 @@ XyPlot polar(const std::string& unit, double largest) {
   XyPlot plot;
   plot.equal_scales = true;
   plot.x = {"radial deviation", unit};
-  plot.y = {"", unit};
+  plot.y = {"radial deviation", unit};
   constexpr int kSides = 180;
   Series circle{"nominal", Mark::line, {}, {}, {}, {}, 7};
   for (int i = 0; i <= kSides; ++i) {

@@ -91,8 +91,9 @@ const surface = (() => {
       }
       i = end + 1;
     }
-    // A single move without a neighbour goes to the cut or away from it.
-    for (const row of found) line(row.joined || row.blocks.length > 2 ? rows : links, row.blocks);
+    // A straight piece without a neighbour goes to the cut or away from it, where other pieces make a surface.
+    const isStraight = (row) => lengthOf(row) - distance(points, row.blocks[0], row.blocks[row.blocks.length - 1]) < 1e-3 * lengthOf(row);
+    for (const row of found) line(row.joined || !triangles.length || !isStraight(row) ? rows : links, row.blocks);
     return {triangles, rows, links};
   }
   return {of};
