@@ -47,6 +47,7 @@ ordered_json trace_object(const trace::TraceReport& t) {
                       {"within_tolerance", t.within_tolerance},
                       {"duration_s", t.duration_s},
                       {"planned_s", t.planned_s},
+                      {"elsewhere_s", t.elsewhere_s},
                       {"begins_s", t.begins_s},
                       {"complete", t.coverage.complete},
                       {"share_of_feed_path", t.coverage.share},

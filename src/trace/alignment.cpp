@@ -186,6 +186,57 @@ void place_samples(const JointPath& path, std::span<const Scaled> x, const std::
   }
 }
 
+// A machine that has come to an end of what is known of the program and goes elsewhere from there may be
+// beside its last pieces on that way; the same before a beginning.
+class EndTrimmer {
+ public:
+  EndTrimmer(const JointPath& path, double still, Alignment& out) : path_(path), still_(still), out_(out) {}
+
+  void run() {
+    for (std::size_t i = 0; i < out_.s.size();) {
+      if (std::isnan(out_.s[i])) {
+        ++i;
+        continue;
+      }
+      std::size_t end = i + 1;
+      while (end < out_.s.size() && !std::isnan(out_.s[end])) ++end;
+      trim(i, end);
+      i = end;
+    }
+  }
+
+ private:
+  void trim(std::size_t begin, std::size_t end) {
+    const auto first = out_.s.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto last = out_.s.begin() + static_cast<std::ptrdiff_t>(end);
+    const auto [low, high] = std::minmax_element(first, last);
+    const double from = *low, to = *high;
+    // What it does while it stands there is no motion along the program.
+    if (is_end(to)) {
+      std::size_t arrived = begin;
+      while (arrived + 1 < end && out_.s[arrived] < to - still_) ++arrived;
+      for (std::size_t i = arrived + 1; i < end; ++i) forget(i);
+      end = arrived + 1;
+    }
+    if (is_end(from)) {
+      std::size_t leaves = end - 1;
+      while (leaves > begin && !(out_.s[leaves] <= from + still_)) --leaves;
+      for (std::size_t i = begin; i < leaves; ++i) forget(i);
+    }
+  }
+  bool is_end(double s) const {
+    return s < out_.step || s > path_.length() - out_.step || path_.is_near_hole(s, out_.step);
+  }
+  void forget(std::size_t i) {
+    out_.s[i] = kNone;
+    out_.distance[i] = kNone;
+  }
+
+  const JointPath& path_;
+  double still_;
+  Alignment& out_;
+};
+
 void go_forward(Alignment& out) {
   out.forward = out.s;
   double most = -std::numeric_limits<double>::infinity();
@@ -284,6 +335,7 @@ Result<Alignment> align(const JointPath& path, const std::vector<PlannedBlock>& 
   const auto at = finder.find();
   if (!at) return tl::unexpected(at.error());
   place_samples(path, x, finder.anchors(), *at, out);
+  EndTrimmer(path, 1e-3 + 4.0 * scatter, out).run();
   const Fit fit = fit_of(path, x, finder.anchors(), *at, out);
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::wrong_input, "the trace is not of this program on this machine: " + why,

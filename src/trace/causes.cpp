@@ -223,13 +223,13 @@ class CornerLook {
   std::vector<Corner> corners_;
 };
 
-std::string cause_text(const Cause& cause, const std::string& reference) {
+std::string cause_text(const Cause& cause) {
   const std::string size = fixed_text(std::abs(cause.value), cause.unit == "ms" ? 2 : 4) + " " + cause.unit;
   const std::string within =
       cause.sigma > 0.0 ? " (+- " + fixed_text(cause.sigma, cause.unit == "ms" ? 2 : 4) + ")" : "";
   if (cause.kind == "lag")
-    return cause.axis + " is " + size + within + (cause.value > 0.0 ? " behind " : " ahead of ") + reference +
-           " along the path";
+    return cause.axis + " is " + size + within + (cause.value > 0.0 ? " behind" : " ahead of") +
+           " the other axes";
   if (cause.kind == "curve")
     return "curves are cut on their inside in proportion to the acceleration, as all axes do that lag by " +
            size + within;
@@ -245,7 +245,6 @@ std::string cause_text(const Cause& cause, const std::string& reference) {
 
 void add_fitted(const DelayFit& fit, const Ran& ran, Findings& out) {
   const auto& [followed, path, machine, plan, scatter] = ran;
-  const std::string reference = machine.axes[fit.reference()].name;
   for (const DelayFit::Term& term : fit.terms()) {
     const double floor = std::max(kLeast_mm, 0.3 * scatter);
     if (std::abs(term.value) < kSurely * term.sigma || term.share < kLeastShare || term.rms < floor) continue;
@@ -259,7 +258,7 @@ void add_fitted(const DelayFit& fit, const Ran& ran, Findings& out) {
         cause.sigma = term.sigma * 1e3;
         cause.unit = "ms";
         if (std::abs(term.value) > kClocks_s)
-          out.remarks.push_back(machine.axes[term.axis].name + " and " + reference + " are " +
+          out.remarks.push_back(machine.axes[term.axis].name + " and the other axes are " +
                                 fixed_text(std::abs(cause.value), 0) +
                                 " ms apart: a delay of an axis, or columns of two clocks; the rows do not "
                                 "tell which, and the deviations are right only for the first");
@@ -290,7 +289,7 @@ void add_fitted(const DelayFit& fit, const Ran& ran, Findings& out) {
       cause.sigma = own_unit(machine, term.axis, term.sigma);
       cause.unit = unit_text(machine, term.axis, "");
     }
-    cause.text = cause_text(cause, reference);
+    cause.text = cause_text(cause);
     out.causes.push_back(std::move(cause));
   }
 }
@@ -341,8 +340,7 @@ Findings find_causes(const Followed& followed, const JointPath& path, const Mach
   else
     out.remarks.push_back(
         "a delay that all axes share is no deviation and cannot be told from the clock's "
-        "own time: delays are those of an axis behind " +
-        machine.axes[fit.reference()].name);
+        "own time: the delay of an axis is that behind the others");
   return out;
 }
 

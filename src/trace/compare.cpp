@@ -27,16 +27,19 @@ ToolPose pose_of(const Plan& plan, const Machine& machine, const JointVector& q,
 }
 
 // From sample to sample: of a vector across the path, the standard deviation of one of its two coordinates.
-// The half (and nine tenths) of the lengths of such vectors, over sigma: Rayleigh's distribution.
+// Quantiles of the lengths of such vectors, over sigma: Rayleigh's distribution. The largest of them: where
+// an axis scatters at the end of a long arm, or with its speed, most rows are better than the worst.
 class Scatter {
  public:
   void add(const Vec3& before, const Vec3& at, const Vec3& after) {
     lengths_.push_back((at - 0.5 * (before + after)).norm());
   }
   double sigma() {
-    constexpr double kMedian = 1.17741, kNineTenths = 2.14597;
     const double by = std::sqrt(1.5);  // variance of a value less the mean of two others
-    return std::max(quantile(lengths_, 0.5) / kMedian, quantile(lengths_, 0.9) / kNineTenths) / by;
+    double most = 0.0;
+    for (const double share : {0.5, 0.9, 0.99})
+      most = std::max(most, quantile(lengths_, share) / std::sqrt(-2.0 * std::log(1.0 - share)));
+    return most / by;
   }
 
  private:
@@ -158,6 +161,18 @@ class Clock {
     return followed_.time_s[last];
   }
 
+  /// The moment at which it has come to `s`.
+  double comes_to(double s) const {
+    const auto& forward = followed_.at.forward;
+    std::size_t last = i_;
+    for (std::size_t i = i_; i <= followed_.at.last; ++i) {
+      if (std::isnan(forward[i])) continue;
+      if (forward[i] >= s - still_) return followed_.time_s[i];
+      last = i;
+    }
+    return followed_.time_s[last];
+  }
+
  private:
   const Followed& followed_;
   double still_;
@@ -177,44 +192,65 @@ double arrives(const Followed& followed, double still) {
   return followed.time_s[first];
 }
 
-void judge_times(const Followed& followed, const JointPath& path, const Plan& plan, double still,
-                 TraceReport& report) {
-  const auto& at = followed.at;
-  const double from = at.forward[at.first], to = at.forward[at.last];
-  Clock clock(followed, still);
-  report.begins_s = clock.leaves(from);
-  const double ends = arrives(followed, still);
-  // Half a step short of its ends it is at its ends.
-  const bool at_start = from < at.step;
-  const bool at_end = to > path.length() - at.step;
-  report.coverage.complete = at_start && at_end;
-  const double planned_from = at_start ? plan.blocks.front().dwell_s : path.leaves_s(from);
-  const double planned_to = path.planned_s(at_end ? path.length() : to);
-  report.planned_s = std::max(planned_to - planned_from, 0.0);
-  report.duration_s = std::max(ends - report.begins_s, 0.0);
-  std::vector<BlockTime> blocks;
-  double begins = report.begins_s;
-  for (std::size_t i = 0; i < path.segments();) {
-    const std::size_t block = path.segment(i).block;
-    std::size_t end = i;
-    while (end + 1 < path.segments() && path.segment(end + 1).block == block) ++end;
-    const double s = path.end_of(end);
-    const bool whole = path.begin_of(i) >= from - at.step && s <= to;
-    if (s > from && path.begin_of(i) < to) {
-      const double ends_s = s >= to - still ? ends : clock.leaves(s);
-      const double planned = path.segment(end).ends_s - path.segment(i).begins_s +
-                             (s >= to - still ? 0.0 : plan.blocks[block].dwell_s);
-      if (whole) blocks.push_back({plan.blocks[block].nc_line, planned, ends_s - begins, begins});
-      begins = ends_s;
+// The blocks of the program in the time of the trace.
+class TimeKeeper {
+ public:
+  TimeKeeper(const Followed& followed, const JointPath& path, const Plan& plan, double still)
+      : followed_(followed), path_(path), plan_(plan), still_(still), clock_(followed, still) {}
+
+  void run(TraceReport& report) {
+    const auto& at = followed_.at;
+    const double from = at.forward[at.first], to = at.forward[at.last];
+    // Half a step short of its ends it is at its ends.
+    const bool at_start = from<at.step, at_end = to> path_.length() - at.step;
+    report.coverage.complete = at_start && at_end;
+    report.begins_s = clock_.leaves(from);
+    const double ends = arrives(followed_, still_);
+    double begins = report.begins_s, holes_s = 0.0, unplanned_s = 0.0;
+    for (std::size_t i = 0; i < path_.segments();) {
+      const std::size_t block = path_.segment(i).block;
+      std::size_t end = i;
+      while (end + 1 < path_.segments() && path_.segment(end + 1).block == block) ++end;
+      const double s = path_.end_of(end);
+      const bool passed = s > from && s < to - still_;
+      if (!path_.segment(i).known && passed) {
+        const double goes_on = clock_.leaves(s);
+        holes_s += goes_on - begins;
+        unplanned_s +=
+            path_.segment(end).ends_s - path_.segment(i).begins_s + plan_.blocks[block - 1].dwell_s;
+        begins = goes_on;
+      } else if (s > from && path_.begin_of(i) < to) {
+        const bool before_hole = end + 1 < path_.segments() && !path_.segment(end + 1).known;
+        const double ends_s = !passed ? ends : before_hole ? clock_.comes_to(s) : clock_.leaves(s);
+        const double dwell_s = passed && !before_hole ? plan_.blocks[block].dwell_s : 0.0;
+        if (path_.begin_of(i) >= from - at.step && s <= to)
+          blocks_.push_back({plan_.blocks[block].nc_line,
+                             path_.segment(end).ends_s - path_.segment(i).begins_s + dwell_s, ends_s - begins,
+                             begins});
+        begins = ends_s;
+      }
+      i = end + 1;
     }
-    i = end + 1;
+    const double planned_from = at_start ? path_.leaves_s(0.0) : path_.leaves_s(from);
+    const double planned_to = path_.planned_s(at_end ? path_.length() : to);
+    report.planned_s = std::max(planned_to - planned_from - unplanned_s, 0.0);
+    report.duration_s = std::max(ends - report.begins_s - holes_s, 0.0);
+    report.elsewhere_s = holes_s;
+    std::sort(blocks_.begin(), blocks_.end(), [](const BlockTime& a, const BlockTime& b) {
+      return a.actual_s - a.planned_s > b.actual_s - b.planned_s;
+    });
+    if (blocks_.size() > kSlowBlocks) blocks_.resize(kSlowBlocks);
+    report.slow = std::move(blocks_);
   }
-  std::sort(blocks.begin(), blocks.end(), [](const BlockTime& a, const BlockTime& b) {
-    return a.actual_s - a.planned_s > b.actual_s - b.planned_s;
-  });
-  if (blocks.size() > kSlowBlocks) blocks.resize(kSlowBlocks);
-  report.slow = std::move(blocks);
-}
+
+ private:
+  const Followed& followed_;
+  const JointPath& path_;
+  const Plan& plan_;
+  double still_;
+  Clock clock_;
+  std::vector<BlockTime> blocks_;
+};
 
 void judge_coverage(const Followed& followed, const JointPath& path, const Plan& plan, TraceReport& report) {
   const auto& at = followed.at;
@@ -298,7 +334,7 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
             " um. Positions of one row that are not of one moment look so, too",
         trace.file);
   const double still = std::max(0.002, 4.0 * report.scatter_mm);
-  judge_times(*followed, path, plan, still, report);
+  TimeKeeper(*followed, path, plan, still).run(report);
   Findings found = find_causes(*followed, path, machine, plan, report.scatter_mm);
   report.causes = std::move(found.causes);
   add_remarks(*followed, report);

@@ -14,6 +14,10 @@ constexpr double kMoves = 1e-3;  // scaled mm: an axis that turns round by less 
 constexpr std::size_t kStretches = 60;
 constexpr int kIterations = 5;
 constexpr double kHuber = 2.0;
+constexpr double kRidge = 1e-9;
+constexpr double kSame = 1e-3;
+constexpr double kLeastOfLeft = 0.2;
+constexpr double kLeastOfAll = 0.002;
 
 Scaled across(const Scaled& v, const Scaled& tangent) {
   return v - tangent.dot(v) * tangent;
@@ -67,6 +71,8 @@ void DelayFit::run() {
   if (rows_.size() < kLeastFitRows) return;
   choose_terms();
   iterate();
+  select();
+  iterate();
   judge();
   has_run_ = true;
 }
@@ -98,19 +104,12 @@ void DelayFit::choose_terms() {
     minus -= row.sign.cwiseMin(0.0);
     spikes += row.reversed.cwiseAbs();
   }
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    const bool linear = machine_.axes[id].kind == AxisKind::linear;
-    const bool reference_linear = machine_.axes[reference_].kind == AxisKind::linear;
-    if ((linear && !reference_linear) ||
-        (linear == reference_linear && way[static_cast<int>(id)] > way[static_cast<int>(reference_)]))
-      reference_ = id;
-  }
   const double most = way.maxCoeff();
   const auto count = static_cast<double>(rows_.size());
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const int c = static_cast<int>(id);
     const bool moves = way[c] > 1e-4 * most && way[c] > 1e-3 * count;
-    if (moves && id != reference_) terms_.push_back({Kind::lag, id});
+    if (moves) terms_.push_back({Kind::lag, id});
     terms_.push_back({Kind::offset, id});
     // Both senses, each for a while.
     if (moves && std::min(plus[c], minus[c]) > 0.02 * count) terms_.push_back({Kind::backlash, id});
@@ -159,43 +158,107 @@ Scaled DelayFit::off(const Row& row, const Scaled& by, Scaled& tangent) const {
   return across(c - path_.at(place.s), tangent);
 }
 
-void DelayFit::iterate() {
+// Normal equations of what must be added beside what is added already. `of_nothing`: the squared deviation
+// with nothing added, on the same straight pieces.
+DelayFit::Normal DelayFit::normal_equations(bool weighted) {
   const auto n = static_cast<Eigen::Index>(terms_.size());
-  for (int round = 0; round < kIterations; ++round) {
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
-    std::vector<double> sizes;
-    Eigen::MatrixXd j(static_cast<Eigen::Index>(kMaxAxes), n);
-    if (round == 0) before2_ = 0.0;
-    for (const Row& row : rows_) {
-      Scaled tangent;
-      const Scaled r = off(row, added(row, true), tangent);
-      const double size = r.norm();
-      sizes.push_back(size);
-      if (round == 0) before2_ += size * size;
-      const double limit = kHuber * rounding_;
-      const double weight = round == 0 || size <= limit ? 1.0 : limit / size;
-      for (Eigen::Index k = 0; k < n; ++k)
-        j.col(k) = across(column(row, terms_[static_cast<std::size_t>(k)]), tangent);
-      normal += weight * j.transpose() * j;
-      right -= weight * j.transpose() * r;
-    }
-    const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
-    unit.diagonal().array() += 1e-9;
-    const Eigen::VectorXd step = scale.cwiseProduct(unit.ldlt().solve(scale.cwiseProduct(right)));
-    for (Eigen::Index k = 0; k < n; ++k) terms_[static_cast<std::size_t>(k)].value += step[k];
-    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 3 / 4),
-                     sizes.end());
-    rounding_ = std::max(sizes[sizes.size() * 3 / 4], 1e-6);
+  Normal out{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0, 0.0};
+  Eigen::VectorXd values(n);
+  for (Eigen::Index k = 0; k < n; ++k) values[k] = terms_[static_cast<std::size_t>(k)].value;
+  std::vector<double> sizes;
+  Eigen::MatrixXd j(static_cast<Eigen::Index>(kMaxAxes), n);
+  for (const Row& row : rows_) {
+    Scaled tangent;
+    const Scaled r = off(row, added(row, true), tangent);
+    const double size = r.norm();
+    sizes.push_back(size);
+    const double limit = kHuber * rounding_;
+    const double weight = !weighted || size <= limit ? 1.0 : limit / size;
+    for (Eigen::Index k = 0; k < n; ++k)
+      j.col(k) = across(column(row, terms_[static_cast<std::size_t>(k)]), tangent);
+    out.matrix += weight * j.transpose() * j;
+    out.right -= weight * j.transpose() * r;
+    out.left2 += size * size;
+    out.of_nothing += weight * (r - j * values).squaredNorm();
   }
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 3 / 4);
+  std::nth_element(sizes.begin(), at, sizes.end());
+  rounding_ = std::max(*at, 1e-6);
+  return out;
+}
+
+void DelayFit::iterate() {
+  for (int round = 0; round < kIterations && !terms_.empty(); ++round) {
+    const Normal normal = normal_equations(round > 0);
+    if (before2_ == 0.0) before2_ = normal.left2;
+    const Eigen::VectorXd scale = normal.matrix.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd unit = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
+    unit.diagonal().array() += kRidge;
+    const Eigen::VectorXd step = scale.cwiseProduct(unit.ldlt().solve(scale.cwiseProduct(normal.right)));
+    for (std::size_t k = 0; k < terms_.size(); ++k) terms_[k].value += step[static_cast<Eigen::Index>(k)];
+  }
+}
+
+// The fewest terms that account for the deviation: each the one that takes most of what is left, and a fifth
+// of it.
+void DelayFit::select() {
+  const auto n = static_cast<Eigen::Index>(terms_.size());
+  const Normal normal = normal_equations(true);
+  Eigen::VectorXd values(n);
+  for (Eigen::Index k = 0; k < n; ++k) values[k] = terms_[static_cast<std::size_t>(k)].value;
+  const Eigen::VectorXd right = normal.right + normal.matrix * values;
+  const auto left = [&](const std::vector<Eigen::Index>& with) {
+    const auto m = static_cast<Eigen::Index>(with.size());
+    Eigen::MatrixXd matrix(m, m);
+    Eigen::VectorXd b(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const Eigen::Index k = with[static_cast<std::size_t>(i)];
+      const double size = std::sqrt(std::max(normal.matrix(k, k), 1e-12));
+      b[i] = right[k] / size;
+      for (Eigen::Index l = 0; l < m; ++l) {
+        const Eigen::Index other = with[static_cast<std::size_t>(l)];
+        matrix(i, l) =
+            normal.matrix(k, other) / size / std::sqrt(std::max(normal.matrix(other, other), 1e-12));
+      }
+      matrix(i, i) += kRidge;
+    }
+    const Eigen::VectorXd solved = matrix.ldlt().solve(b);
+    return std::pair(normal.of_nothing - b.dot(solved), solved[m - 1]);
+  };
+  std::vector<Eigen::Index> chosen;
+  double now = normal.of_nothing;
+  std::vector<Term> terms;
+  while (static_cast<Eigen::Index>(chosen.size()) < n) {
+    Eigen::Index best = -1;
+    double least = now;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      if (std::find(chosen.begin(), chosen.end(), k) != chosen.end()) continue;
+      auto with = chosen;
+      with.push_back(k);
+      // Of two axes that are apart the one behind is named: both say the same.
+      const auto [e, value] = left(with);
+      const bool as_good = best >= 0 && e < least + kSame * normal.of_nothing;
+      if (e < least - kSame * normal.of_nothing || (as_good && value > 0.0)) {
+        least = std::min(e, least);
+        best = k;
+      }
+    }
+    const double gain = now - least;
+    if (best < 0 || gain < kLeastOfLeft * now || gain < kLeastOfAll * normal.of_nothing) break;
+    chosen.push_back(best);
+    terms.push_back(terms_[static_cast<std::size_t>(best)]);
+    terms.back().share = gain / normal.of_nothing;
+    terms.back().value = 0.0;
+    now = least;
+  }
+  terms_ = std::move(terms);
 }
 
 void DelayFit::judge() {
   const auto n = static_cast<Eigen::Index>(terms_.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n), meat = normal;
   Eigen::MatrixXd j(static_cast<Eigen::Index>(kMaxAxes), n);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), most = sum, own2 = sum, with = sum;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), most = sum, own2 = sum;
   const std::size_t stretch = std::max<std::size_t>(1, rows_.size() / kStretches);
   Eigen::VectorXd of_stretch = sum;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -208,8 +271,6 @@ void DelayFit::judge() {
       j.col(k) = across(column(rows_[i], term), tangent);
       const Scaled part = term.value * j.col(k);
       own2[k] += part.squaredNorm();
-      // Squared deviation without the term less that with it.
-      with[k] += (r - part).squaredNorm() - r.squaredNorm();
       if (part.norm() > most[k]) {
         most[k] = part.norm();
         term.worst = rows_[i].sample;
@@ -234,7 +295,6 @@ void DelayFit::judge() {
     constexpr double kFloor = 1e-6;
     term.sigma = std::sqrt(std::max(covariance(k, k), 0.0) + kFloor * kFloor * std::max(inverse(k, k), 0.0));
     term.rms = std::sqrt(own2[k] / count);
-    term.share = before2_ > 0.0 ? with[k] / before2_ : 0.0;
   }
 }
 

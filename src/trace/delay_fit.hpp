@@ -26,7 +26,6 @@ class DelayFit {
   void run();
   bool has_run() const { return has_run_; }
   const std::vector<Term>& terms() const { return terms_; }
-  AxisId reference() const { return reference_; }
   /// Sum of squares across the path, before anything is added.
   double before2() const { return before2_; }
   /// What is left across the path at a row when delays of single axes, offsets and backlash are taken out.
@@ -44,7 +43,14 @@ class DelayFit {
   Scaled column(const Row& row, const Term& term) const;
   Scaled added(const Row& row, bool all) const;
   Scaled off(const Row& row, const Scaled& by, Scaled& tangent) const;
+  struct Normal {
+    Eigen::MatrixXd matrix;
+    Eigen::VectorXd right;
+    double left2, of_nothing;  // sums of squares
+  };
+  Normal normal_equations(bool weighted);
   void iterate();
+  void select();
   void judge();
 
   const Followed& followed_;
@@ -54,7 +60,6 @@ class DelayFit {
   std::vector<Row> rows_;
   std::vector<std::size_t> row_of_;  // of each sample: its row + 1; 0: none
   std::vector<Term> terms_;
-  AxisId reference_ = 0;
   double before2_ = 0.0;
   double rounding_ = 1e-6;  // weights: what is beyond a few of it counts less
   bool has_run_ = false;

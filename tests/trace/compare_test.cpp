@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "trunnion/trace/measurements.hpp"
+
 #include "support/machines.hpp"
 
 // A tip that goes straight in the part along X with C at zero, then turns into Y: deviations follow by hand.
@@ -196,6 +198,27 @@ TEST(Compare, DoesNotGuessBetweenTwoPassesOfOnePlace) {
   const auto told = compare(given.trace, given.machine, given.plan);
   ASSERT_TRUE(told) << told.error().text();
   EXPECT_EQ(told->worst.nc_line, 17U);
+}
+
+// Y late by 5 ms: the reading along Y is -5 ms times its velocity, that along X nothing.
+TEST(Compare, ReadingsAreActualMinusCommanded) {
+  Given given({{0, 0, 0}, {40, 0, 0}, {60, 15, 0}, {80, 30, 0}, {100, 35, 0}, {180, 75, 0}});
+  given.run(0.001, 17.0, {0.0, 0.005, 0.0});
+  const auto samples = follow(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(samples) << samples.error().text();
+  std::size_t moving = 0;
+  for (const FollowedSample& s : *samples) {
+    // On the slope, away from its ends.
+    if (s.commanded[0] < 45.0 || s.commanded[0] > 75.0) continue;
+    ++moving;
+    EXPECT_NEAR(s.actual[1] - s.commanded[1], -0.005 * s.velocity[1], 1e-4);
+    EXPECT_NEAR(s.actual[0] - s.commanded[0], 0.0, 1e-4);
+    EXPECT_EQ(s.direction[1], 1.0);
+  }
+  EXPECT_GT(moving, 300U);
+  const auto text = measurements_of(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(text) << text.error().text();
+  EXPECT_THAT(*text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
 }
 
 TEST(Compare, WordsAreTurnedIntoJoints) {

@@ -102,9 +102,10 @@ struct TraceFigures {
 };
 
 struct TraceReport : TraceFigures {
-  double duration_s = 0.0;  // from leaving the first place of the program that is seen to coming to the last
-  double planned_s = 0.0;   // of the same blocks and dwells
-  double begins_s = 0.0;    // by the clock of the trace, when the program is at its first place seen
+  double duration_s = 0.0;   // from leaving the first place of the program that is seen to coming to the last
+  double planned_s = 0.0;    // of the same blocks and dwells
+  double elsewhere_s = 0.0;  // between them, where nobody knows the way (retracts, tool changes): in neither
+  double begins_s = 0.0;     // by the clock of the trace, when the program is at its first place seen
   Coverage coverage;
   TracePlace worst;
   std::vector<TracePlace> places;    // the worst ones of different blocks, worst first
@@ -141,7 +142,7 @@ struct FollowedSample {
   std::uint32_t nc_line = 0;
 };
 /// The same alignment for measurements. The delay that all axes share cannot be seen in a trace: it is taken
-/// out so that the axis that moves most is at its command.
+/// out so that the axes without one of their own are at their command.
 Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan);
 
 }  // namespace trunnion::trace

@@ -113,6 +113,7 @@ def run_case(program, folder, seed, k):
         moment = np.clip(np.arange(len(t)) * 1.0 + rng.uniform(-1, 1, len(t)) * spread * 1000, 0, len(t) - 1)
         moment = np.maximum.accumulate(moment)
         recorded = np.array([np.interp(moment, np.arange(len(t)), actual[:, i]) for i in range(5)]).T
+        actual = recorded.copy()  # the machine as it was at the moments that the rows are of
         keep[:] = False
         keep[:: int(rng.integers(1, 10))] = True
     if spoil == "item_jitter":
@@ -200,6 +201,9 @@ def run_case(program, folder, seed, k):
     allowed = trace["uncertainty_mm"] + 0.0005 + 0.03 * truth
     said_clocks = any("two clocks" in r for r in trace["remarks"])
     near = least - allowed <= trace["max_tip_deviation_mm"] <= truth + allowed
+    worst = int(round((trace["worst"]["time_s"] - clock) * 1000))
+    flags = cut if spoil == "cut" else np.concatenate([np.zeros(before, bool), cut, np.zeros(behind, bool)])
+    near = near or len(set(flags[max(worst - 40, 0):worst + 40])) > 1
     if spoil == "two_clocks":
         # A delay and a clock look alike; up to 20 ms nobody can tell.
         near = near or said_clocks or clocks < 25
