@@ -4,11 +4,14 @@
 #include "trunnion/diagnosis/import.hpp"
 #include "trunnion/diagnosis/measurement_template.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/trace/measurements.hpp"
 
 #include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
+#include "app/options.hpp"
 #include "app/results.hpp"
 #include "app/support.hpp"
+#include "app/trace_plan.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -19,6 +22,86 @@ struct MeasurementsOptions {
   diagnosis::LogImport log;
   ResultOptions result;
 };
+
+// A trace, and the program that ran.
+struct TraceImport {
+  std::string file, out;
+  MachineOptions machine;
+  std::string columns;
+  double period_s = 0.001;
+  std::string program, against;
+  double tolerance_mm = 0.01;
+  std::string smoothing = "off";
+  trace::AsMeasurements how;
+  ToolCliOptions tools;
+  ClCliOptions reading;
+  ResultOptions result;
+};
+
+std::vector<std::string> names_of(const std::string& list) {
+  std::vector<std::string> out;
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    out.push_back(list.substr(at, end - at));
+    at = end + 1;
+  }
+  return out;
+}
+
+// As measurements of the machine while it ran the program.
+Result<std::string> measured(const TraceImport& command, const trace::Trace& trace, const MachineFiles& files,
+                             Diagnostics& diagnostics) {
+  const auto tools = command.tools.load(diagnostics);
+  if (!tools) return tl::unexpected(tools.error());
+  const auto smoothing = smoothing_of(command.smoothing);
+  if (!smoothing) return tl::unexpected(smoothing.error());
+  post::VerifyOptions options;
+  options.tolerance_mm = command.tolerance_mm;
+  options.axis_tolerance = files.machine.axis_tolerance;
+  options.smoothing_mm = *smoothing;
+  options.tools = command.tools.resolve(*tools);
+  options.collect = true;
+  const cl::ReaderOptions reading = command.reading.resolve();
+  auto cl = cl::open_source(command.against);
+  if (!cl) return tl::unexpected(cl.error());
+  auto program = cl::open_source(command.program);
+  if (!program) return tl::unexpected(program.error());
+  const auto report = post::verify(std::move(*cl), command.against, std::move(*program), command.program,
+                                   files.machine, files.controller, reading, options, diagnostics);
+  if (!report) return tl::unexpected(report.error());
+  const auto plan = plan_of({command.against, reading, options, *report}, files.machine);
+  if (!plan) return tl::unexpected(plan.error());
+  return trace::measurements_of(trace, files.machine, *plan, command.how);
+}
+
+Result<std::string> import_trace(const TraceImport& command, Diagnostics& diagnostics) {
+  const auto files = load_with_controller(command.machine, diagnostics);
+  if (!files) return tl::unexpected(files.error());
+  const auto text = read_file(command.file);
+  if (!text) return tl::unexpected(text.error());
+  const auto trace = command.columns.empty()
+                         ? trace::parse_trace(*text, command.file, files->machine, diagnostics)
+                         : trace::parse_list(*text, command.file, files->machine,
+                                             {names_of(command.columns), command.period_s}, diagnostics);
+  if (!trace) return tl::unexpected(trace.error());
+  if (!command.program.empty()) return measured(command, *trace, *files, diagnostics);
+  return trace::trace_text(*trace, files->machine, {"trace " + command.file});
+}
+
+ExitCode run_trace(const TraceImport& command) {
+  if (command.program.empty() != command.against.empty())
+    return print_error({ErrorCode::wrong_use, "--program and --against go together", "", {}});
+  if (command.program == "-" || command.against == "-")
+    return print_error({ErrorCode::wrong_use, "--program and --against are files, not -", "", {}});
+  if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
+  Diagnostics diagnostics;
+  const auto imported = import_trace(command, diagnostics);
+  if (!imported) return print_failure(diagnostics, imported.error());
+  print(diagnostics);
+  if (const auto code = write_output(command.out, *imported); code != kDone) return code;
+  return command.result.write(report::imported_json(command.file, *imported), "Trace " + command.file,
+                              "Written to " + command.out, "");
+}
 
 template <class Import>
 int run(const MeasurementsOptions& options, const Import& import) {
@@ -95,6 +178,37 @@ void add_measurements_command(CLI::App& root, int& exit) {
       return diagnosis::import_map(text, options->file, options->map, d);
     });
   });
+
+  auto traced = std::make_shared<TraceImport>();
+  auto* trace = import->add_subcommand(
+      "trace",
+      "positions of the axes that a control recorded: as a trace for verify --trace, or as measurements");
+  trace->add_option("file", traced->file, "file to read")->required();
+  trace->add_option("-o,--output", traced->out, "trace (CSV), or measurement file with --program, to write")
+      ->required();
+  traced->machine.add_to(*trace, true);
+  trace->add_option(
+      "--columns", traced->columns,
+      "names of the fields of a list without a header, in their order, with commas: time_s, time_ms "
+      "or sample, X_mm ... C_deg, block, - for a field that is left out (default: the file is CSV with a "
+      "header)");
+  trace->add_option("--period-s", traced->period_s, "time from sample to sample where they are counted")
+      ->check(above_zero())
+      ->capture_default_str();
+  trace->add_option("--program", traced->program,
+                    "NC program that ran: readings of tip and rotation, actual minus commanded");
+  trace->add_option("--against", traced->against, "its CL file");
+  trace->add_option("--tolerance-mm", traced->tolerance_mm, "of the program")
+      ->check(above_zero())
+      ->capture_default_str();
+  add_smoothing(*trace, traced->smoothing);
+  trace->add_option("--rows", traced->how.most_rows, "most moments that are kept, evenly over the trace")
+      ->check(CLI::Range(std::size_t{10}, std::size_t{1000000}))
+      ->capture_default_str();
+  traced->tools.add_to(*trace);
+  traced->reading.add_to(*trace);
+  traced->result.add_to(*trace);
+  trace->callback([traced, &exit] { exit = run_trace(*traced); });
 
   auto* log = import->add_subcommand("log", "temperature log with a displacement channel");
   add_files(*log, *options);
