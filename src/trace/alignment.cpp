@@ -366,7 +366,7 @@ Result<Alignment> align(const JointPath& path, const std::vector<PlannedBlock>& 
   // in common with it.
   const double elsewhere = 3.0 * out.within;
   const auto ends_there = [&](double s, std::size_t row, std::size_t next) {
-    const double close = out.step + 1.5 * (x[next] - x[row]).norm();
+    const double close = out.step + std::min(1.5 * (x[next] - x[row]).norm(), 5.0 * out.within);
     return s < close || s > path.length() - close || path.is_near_hole(s, close);
   };
   if (!ends_there(high, out.last, std::min(out.last + 1, x.size() - 1)) &&

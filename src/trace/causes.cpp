@@ -297,10 +297,11 @@ void add_fitted(const DelayFit& fit, const Ran& ran, Findings& out) {
 void add_corner(const Corners& corners, double before2, const Ran& ran, std::vector<Cause>& out) {
   const auto& [followed, path, machine, plan, scatter] = ran;
   constexpr std::size_t kLeastCorners = 3;
+  constexpr double kLeastCorner_mm = 5e-4;  // digits of a trace round corners by less
   constexpr double kMostlyInside = 0.8;
   const double share = before2 > 0.0 ? corners.inside2 / before2 : 0.0;
   if (corners.corners < kLeastCorners || share < kLeastShare ||
-      corners.largest < std::max(1e-4, 5.0 * scatter) ||
+      corners.largest < std::max(kLeastCorner_mm, 5.0 * scatter) ||
       static_cast<double>(corners.inside) < kMostlyInside * static_cast<double>(corners.corners))
     return;
   Cause cause{"corner",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace trunnion::trace {
 namespace {
@@ -16,6 +17,7 @@ constexpr int kIterations = 5;
 constexpr double kHuber = 2.0;
 constexpr double kRidge = 1e-9;
 constexpr double kSame = 1e-3;
+constexpr double kApart = 0.15;  // of the largest delay: what differs by less is the same
 constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
 
@@ -251,7 +253,52 @@ void DelayFit::select() {
     terms.back().value = 0.0;
     now = least;
   }
-  terms_ = std::move(terms);
+  const std::vector<Term> all = std::exchange(terms_, std::move(terms));
+  name_fewest_lags(all);
+}
+
+// Delays are told up to one that all axes share: it is taken so that the most axes have none, and of two ways
+// that are as short the one in which axes are behind.
+void DelayFit::name_fewest_lags(const std::vector<Term>& all) {
+  iterate();
+  std::vector<Term> lags, others;
+  double share = 0.0, largest = 0.0;
+  for (const Term& term : terms_) {
+    if (term.kind == Kind::lag) share += term.share;
+    (term.kind == Kind::lag ? lags : others).push_back(term);
+  }
+  if (lags.empty()) return;
+  for (const Term& term : all) {
+    if (term.kind != Kind::lag) continue;
+    const auto same = [&](const Term& lag) { return lag.axis == term.axis; };
+    if (std::none_of(lags.begin(), lags.end(), same)) lags.push_back({Kind::lag, term.axis});
+  }
+  for (const Term& lag : lags) largest = std::max(largest, std::abs(lag.value));
+  const auto apart = [&](double value) { return std::abs(value) > kApart * largest; };
+  double best = 0.0;
+  std::size_t fewest = lags.size() + 1;
+  bool behind = false;
+  for (const Term& from : lags) {
+    std::size_t count = 0;
+    bool all_behind = true;
+    for (const Term& lag : lags) {
+      const double value = lag.value - from.value;
+      count += apart(value) ? 1U : 0U;
+      all_behind = all_behind && (!apart(value) || value > 0.0);
+    }
+    if (count > fewest || (count == fewest && (behind || !all_behind))) continue;
+    best = from.value;
+    fewest = count;
+    behind = all_behind;
+  }
+  terms_ = std::move(others);
+  for (const Term& lag : lags) {
+    if (!apart(lag.value - best)) continue;
+    Term term{Kind::lag, lag.axis};
+    term.value = lag.value - best;
+    term.share = share / static_cast<double>(fewest);
+    terms_.push_back(term);
+  }
 }
 
 void DelayFit::judge() {

@@ -51,6 +51,7 @@ class DelayFit {
   Normal normal_equations(bool weighted);
   void iterate();
   void select();
+  void name_fewest_lags(const std::vector<Term>& all);
   void judge();
 
   const Followed& followed_;

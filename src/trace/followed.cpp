@@ -53,6 +53,33 @@ std::vector<bool> impossible_rows(const std::vector<Scaled>& x, const std::vecto
   return out;
 }
 
+// Axes without limits, counted in turns as the program counts them: going on where a row jumps by a turn, the
+// middle of all rows at the turn that is nearest to the middle of the program.
+std::vector<Scaled> with_turns(std::vector<Scaled> x, const JointPath& path, const Machine& machine) {
+  constexpr double kTurn = kTwoPi * kLever_mm;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    if (!machine.axes[id].cyclic) continue;
+    const auto c = static_cast<Eigen::Index>(id);
+    double add = 0.0, last = x.front()[c], low = last, high = last;
+    for (Scaled& v : x) {
+      const double value = v[c];
+      if (std::abs(value - last) > 0.8 * kTurn) add -= std::round((value - last) / kTurn) * kTurn;
+      last = value;
+      v[c] += add;
+      low = std::min(low, v[c]);
+      high = std::max(high, v[c]);
+    }
+    double low_p = path.node(0)[c], high_p = low_p;
+    for (std::size_t i = 0; i <= path.segments(); ++i) {
+      low_p = std::min(low_p, path.node(i)[c]);
+      high_p = std::max(high_p, path.node(i)[c]);
+    }
+    const double turns = std::round(0.5 * (low_p + high_p - low - high) / kTurn);
+    for (Scaled& v : x) v[c] += turns * kTurn;
+  }
+  return x;
+}
+
 // Between two rows along the program, typically.
 double period_of(const Followed& followed) {
   std::vector<double> steps;
@@ -103,6 +130,15 @@ Result<Followed> follow_path(const Trace& trace, const Machine& machine, const P
                     " rows are no positions of a machine that moves (more than 20 g beside their neighbours)",
                 trace.file);
   auto at = align(path, plan.blocks, out.x, kept);
+  if (!at) {
+    // As a display counts the axes that turn on and on.
+    if (const auto turned = with_turns(out.x, path, machine); turned != out.x) {
+      if (auto again = align(path, plan.blocks, turned, kept); again) {
+        out.x = turned;
+        at = std::move(again);
+      }
+    }
+  }
   if (!at) {
     Error error = at.error();
     if (const std::string why = explain_mismatch(path, out.x, machine); !why.empty())

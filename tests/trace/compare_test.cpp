@@ -221,6 +221,29 @@ TEST(Compare, ReadingsAreActualMinusCommanded) {
   EXPECT_THAT(*text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
 }
 
+// A display shows C from 0 to 360 degrees while the program goes from 300 to 480.
+TEST(Compare, TurnsOfADisplayAreTheProgramsTurns) {
+  Given given(kStairs);
+  for (std::size_t k = 0; k < given.plan.blocks.size(); ++k) {
+    JointVector& q = given.plan.blocks[k].q;
+    q[4] = (300.0 + 36.0 * static_cast<double>(k)) * kRadPerDegree;
+    const ToolPose pose = tool_pose(forward(given.machine, q, {0.0, 0.0, -kLength_mm}));
+    given.plan.path[k].tip_P = pose.tip_P;
+    given.plan.path[k].axis_P = pose.axis_P;
+  }
+  given.plan.tolerance_mm = 100.0;  // of chords of a turning part
+  given.run(0.001, 0.0);
+  for (std::size_t i = 0; i < given.trace.samples.size(); ++i)
+    given.trace.samples[i].q = given.at(0.001 * static_cast<double>(i) - 0.2);
+  const auto straight = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(straight) << straight.error().text();
+  for (Sample& sample : given.trace.samples) sample.q[4] = std::fmod(sample.q[4], kTwoPi);
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_NEAR(report->max_tip_deviation_mm, straight->max_tip_deviation_mm, 1e-9);
+  EXPECT_TRUE(report->coverage.complete);
+}
+
 TEST(Compare, WordsAreTurnedIntoJoints) {
   Given given(kStairs);
   given.run(0.001, 0.0);
