@@ -82,11 +82,13 @@ Axis read_axis(Section& s) {
     read_limits(s, axis, "min_deg", "max_deg");
     read_positive(s, "rapid_deg_min", axis.rapid);
     read_positive(s, "max_feed_deg_min", axis.max_feed);
+    read_positive(s, "acceleration_deg_s2", axis.acceleration);
   } else {
     axis.point_mm = s.find_vector("point_mm").value_or(Vec3::Zero());
     read_limits(s, axis, "min_mm", "max_mm");
     read_positive(s, "rapid_mm_min", axis.rapid);
     read_positive(s, "max_feed_mm_min", axis.max_feed);
+    read_positive(s, "acceleration_mm_s2", axis.acceleration);
     read_positive(s, "screw_pitch_mm", axis.screw_pitch_mm);
     constexpr double kFinestPitch_mm = 0.01;
     if (axis.screw_pitch_mm && *axis.screw_pitch_mm < kFinestPitch_mm)

@@ -207,6 +207,8 @@ class IniReader {
     machine_.travel[letter] = {*min * unit, *max * unit, false};
     if (const auto speed = first("MAX_VELOCITY"); speed && *speed > 0.0)
       machine_.rapid[letter] = *speed * unit;  // units a second
+    if (const auto rate = first("MAX_ACCELERATION"); rate && *rate > 0.0)
+      machine_.acceleration[letter] = *rate * unit;  // units a second, a second
   }
 
   std::vector<Entry> entries_;

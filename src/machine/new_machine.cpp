@@ -62,6 +62,9 @@ std::string axis_text(const NewMachine& machine, char letter) {
   const auto rapid = machine.rapid.find(letter);
   if (rapid != machine.rapid.end())
     out += "rapid" + suffix + "_min = " + number(rapid->second / unit * kSecondsPerMinute) + "\n";
+  const auto acceleration = machine.acceleration.find(letter);
+  if (acceleration != machine.acceleration.end())
+    out += "acceleration" + suffix + "_s2 = " + number(acceleration->second / unit) + "\n";
   return out;
 }
 

@@ -94,6 +94,7 @@ MAX_LIMIT = 10
 MIN_LIMIT = -100
 MAX_LIMIT = 50
 MAX_VELOCITY = 30
+MAX_ACCELERATION = 45
 [AXIS_C]
 MIN_LIMIT = -36000
 MAX_LIMIT = 36000
@@ -112,6 +113,10 @@ TEST(MachineOfIni, TakesPinsTravelsAndSpeeds) {
   EXPECT_NEAR(m->travel.at('A').min, -100.0 * kRadPerDegree, 1e-12);  // of its joint, where no axis says it
   EXPECT_NEAR(m->rapid.at('A'), 30.0 * kRadPerDegree, 1e-12);
   EXPECT_FALSE(m->rapid.contains('Y'));
+  EXPECT_NEAR(m->acceleration.at('A'), 45.0 * kRadPerDegree, 1e-12);
+  EXPECT_FALSE(m->acceleration.contains('X'));
+  const std::string text = machine_file_text(*m, "x");
+  EXPECT_NE(text.find("acceleration_deg_s2 = 45"), std::string::npos) << text;
 }
 
 std::string message_of(std::string text, const std::string& old, const std::string& with) {

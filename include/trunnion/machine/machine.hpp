@@ -55,9 +55,10 @@ struct Axis {
                                  // (moves with it)
   double min = -std::numeric_limits<double>::infinity();  // mm, rad
   double max = std::numeric_limits<double>::infinity();
-  bool cyclic = false;             // the control may count turns for ever
-  std::optional<double> rapid;     // mm/s, rad/s
-  std::optional<double> max_feed;  // mm/s, rad/s
+  bool cyclic = false;                 // the control may count turns for ever
+  std::optional<double> rapid;         // mm/s, rad/s
+  std::optional<double> max_feed;      // mm/s, rad/s
+  std::optional<double> acceleration;  // largest, mm/s2, rad/s2
   std::optional<double> screw_pitch_mm;
   bool carries_part = false;
 

@@ -21,8 +21,9 @@ struct NewMachine {
     double max = 0.0;
     bool cyclic = false;  // then without limits
   };
-  std::map<char, Travel> travel;  // of every axis
-  std::map<char, double> rapid;   // mm/s, rad/s; may be left out
+  std::map<char, Travel> travel;        // of every axis
+  std::map<char, double> rapid;         // mm/s, rad/s; may be left out
+  std::map<char, double> acceleration;  // mm/s2, rad/s2; may be left out
   /// The CL file's zero, rotary axes at 0; nothing: the point that is given of the innermost rotary axis.
   std::optional<Vec3> part_zero_mm;
   double tool_length_mm = 0.0;  // gauge length
