@@ -2,6 +2,7 @@
 #include <optional>
 #include <vector>
 
+#include "trunnion/machine/motion_time.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/offset_tracker.hpp"
@@ -18,6 +19,9 @@ struct MachineAsRun {
                     ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
                     : std::nullopt),
         values(controller),
+        time(MotionTime::is_known(machine)
+                 ? std::optional<MotionTime>(std::in_place, machine, !o.smoothing_mm.has_value())
+                 : std::nullopt),
         state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
               o.temperatures) {}
 
@@ -31,6 +35,7 @@ struct MachineAsRun {
 
   std::optional<OffsetTracker> offsets;
   RunTimeValues values;
+  std::optional<MotionTime> time;  // where the machine file says how fast its axes accelerate
   ProgramState state;
 };
 

@@ -32,6 +32,7 @@ MachineJudge::MachineJudge(JudgedMachine judged, const WordsInForce& words, Path
       as_run_(judged_.machine, judged_.controller, options()),
       record_(options()) {
   put_in_spindle(words.tool.length_mm);
+  if (as_run_.time) record_.report.estimated_s = 0.0;
   at_once_.quiet = QuietRun(path_.limits());
 }
 
@@ -168,6 +169,7 @@ void MachineJudge::step(const nc::Dwell& dwell) {
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
   if (!record_.report.blocks.empty()) record_.report.blocks.back().dwell_s += seconds;
+  if (as_run_.time) *record_.report.estimated_s += seconds;
   elapse(seconds);
 }
 
@@ -233,6 +235,10 @@ void MachineJudge::step(const BlockEnd& end) {
     feed(v);
   }
   const double seconds = sharing_.same_block ? seconds_of_leader(v) : block_seconds(v);
+  if (as_run_.time) {
+    const bool is_known_way = ends_.has_previous && !v.from_unknown;
+    *record_.report.estimated_s += is_known_way ? as_run_.time->of(ends_.previous->q, v.q, seconds) : seconds;
+  }
   if (!record_.report.blocks.empty()) record_.report.blocks.back().seconds = seconds;
   if (!trail_.blocks.empty()) trail_.blocks.back().seconds = seconds;
   if (options().truth != nullptr && !meter().is_fixed())

@@ -96,6 +96,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["feed_blocks"] = r.feed_blocks;
   out["rapid_blocks"] = r.rapid_blocks;
   out["duration_s"] = r.duration_s;
+  out["estimated_s"] = nullptr;
+  if (r.estimated_s) out["estimated_s"] = *r.estimated_s;
   out["max_axis_speed_ratio"] = r.max_speed_ratio;
   out["axis_speeds_ok"] = r.speeds_ok();
   out["blocks_too_fast"] = r.too_fast_count;

@@ -158,7 +158,15 @@ struct WordFigures {
   std::size_t unsafe_count = 0;
 };
 
-struct VerifyReport : CutFigures, WordFigures {
+struct RunTimes {
+  double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
+  /// The same where the axes need time to get up and down (MotionTime); nothing: the machine file does not
+  /// say of every axis how fast it accelerates. Ways that nobody knows (behind a retract) count as
+  /// `duration_s` has them.
+  std::optional<double> estimated_s;
+};
+
+struct VerifyReport : CutFigures, WordFigures, RunTimes {
   std::size_t points_in = 0;  // motions of the CL file
   /// Effects of the model that know no bound on their course: ids, each once.
   std::vector<std::string> unproved_effects;
@@ -169,8 +177,7 @@ struct VerifyReport : CutFigures, WordFigures {
   std::size_t beyond_limits_count = 0;
   std::vector<AxisTravel> travel;  // of every axis; none for a program without a block
   std::vector<VerifiedBlock> blocks;
-  bool on_truth = false;    // evaluated on a machine with errors
-  double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
+  bool on_truth = false;  // evaluated on a machine with errors
   /// Largest axis velocity of a feed block over what the axis can (1 is its limit), from the words and F as
   /// the control runs them. At most 1 is asked for: beyond it a control stops, or runs slower than it says.
   double max_speed_ratio = 0.0;
