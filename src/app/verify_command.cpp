@@ -8,6 +8,7 @@
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
 #include "trunnion/report/trace_json.hpp"
+#include "trunnion/report/trace_page.hpp"
 
 #include "app/failed_checks.hpp"
 #include "app/options.hpp"
@@ -128,7 +129,9 @@ Result<std::optional<trace::TraceReport>> hold_against(const VerifyCommand& comm
   if (!trace) return tl::unexpected(trace.error());
   const auto plan = plan_of(program, machine);
   if (!plan) return tl::unexpected(plan.error());
-  const auto compared = trace::compare(*trace, machine, *plan);
+  trace::CompareOptions options;
+  options.course = !command.result.report.empty();
+  const auto compared = trace::compare(*trace, machine, *plan, options);
   if (!compared) return tl::unexpected(compared.error());
   return *compared;
 }
@@ -204,7 +207,9 @@ ExitCode run(const VerifyCommand& command) {
     report::NcPageInput input{command.nc_file, command.against, &machine, &*report, {}, json, made_by()};
     input.nc_text = text_of_file(command.nc_file);
     input.cl_text = text_of_file(command.against);
-    return report::nc_page(input);
+    report::Page out = report::nc_page(input);
+    if (*traced) out.sections.push_back(report::trace_section(**traced, options.tolerance_mm));
+    return out;
   };
   if (const auto code = command.result.write(json, page); code != kDone) return code;
   return report->passed() && (!*traced || (*traced)->passed()) ? kDone : kCheckFailed;
