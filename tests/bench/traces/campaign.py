@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """campaign.py PROGRAM FOLDER [COUNT] [--seed N] [--case K]: traces of a simulated control with hidden servos, spoiled in every way, held against the program.
 
 Each case posts a random five-axis path, runs the program on the control of control.py, spoils what it recorded (noise, dropped rows, gaps, row times that
