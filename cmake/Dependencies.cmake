@@ -36,7 +36,8 @@ trunnion_need_library(SVM_LIBRARY svm libsvm-dev)
 trunnion_need_header(XXHASH_INCLUDE xxhash.h libxxhash-dev)
 trunnion_need_library(XXHASH_LIBRARY xxhash libxxhash-dev)
 trunnion_need_header(ZLIB_INCLUDE zlib.h zlib1g-dev)
-trunnion_need_library(ZLIB_LIBRARY z zlib1g-dev)
+# Shared: a copy of zlib within the program would miss Debian's security updates (lintian: embedded-library).
+find_library(ZLIB_LIBRARY NAMES z)
 trunnion_need_header(MUPARSER_INCLUDE muParserDLL.h libmuparser-dev)
 trunnion_need_library(MUPARSER_LIBRARY muparser libmuparser-dev) # loaded when it is needed
 if(TRUNNION_TESTS)
