@@ -50,7 +50,8 @@ ExitCode run(const MachineCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
-  const auto& [machine, controller] = *files;
+  const Machine& machine = files->machine;
+  const nc::Controller& controller = files->controller;
   const auto program = post::proving_program(machine, controller);
   if (!program) return print_error(program.error());
   print(diagnostics);
