@@ -73,6 +73,7 @@ Table poses_table(const ordered_json& poses, std::vector<Column> more) {
   ordered_json rows = poses;
   std::vector<std::string> titles;
   const auto keys = poses.empty() ? std::vector<std::string>() : rotary_keys(poses.front());
+  titles.reserve(keys.size());
   for (const auto& key : keys) titles.push_back(axis_of(key) + " / °");
   std::vector<Column> columns = {{"pose", "pose"}};
   for (std::size_t i = 0; i < keys.size(); ++i) columns.push_back({keys[i].c_str(), titles[i].c_str(), 6});
