@@ -115,6 +115,7 @@ class Limits {
   void acceleration(AxisId id, const std::vector<Scaled>& a, const std::vector<std::size_t>& rows,
                     std::vector<Cause>& out) const {
     std::vector<double> size;
+    size.reserve(a.size());
     for (const Scaled& v : a) size.push_back(std::abs(v[static_cast<int>(id)]));
     if (size.size() < 200) return;
     std::vector<double> sorted = size;

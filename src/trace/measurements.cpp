@@ -24,7 +24,9 @@ Vec3 rotation_of(const Mat3& R) {
 }
 
 std::vector<Channel> channels_of(const Machine& machine) {
+  constexpr std::size_t kLinear = 3;
   std::vector<Channel> out;
+  out.reserve(kLinear + machine.rotary_axes().size());
   for (int i = 0; i < 3; ++i) out.push_back({false, Vec3::Unit(i), {}});
   for (const AxisId id : machine.rotary_axes()) out.push_back({true, machine.axes[id].direction, {}});
   return out;
@@ -80,6 +82,7 @@ Result<std::string> measurements_of(const Trace& trace, const Machine& machine, 
                                                 : channel.n.dot(d_M) / kMmPerUm);
   }
   std::vector<double> uncertainty;
+  uncertainty.reserve(channels.size());
   for (const Channel& channel : channels) uncertainty.push_back(scatter_of(channel.values));
   std::string out = "# trace " + trace.file +
                     " along its program; the delay that all axes share is not seen\n" + header(machine);
