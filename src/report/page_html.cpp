@@ -109,9 +109,12 @@ std::string html_of(const Scene& scene) {
 
 std::string facts_html(const Page& page) {
   if (page.facts.empty()) return "";
+  constexpr std::size_t kLongFact = 40;  // letters: a sentence gets a row of its own
   std::string out = "<dl class=\"facts\">";
   for (const Fact& fact : page.facts) {
-    out += "<div><dt>" + escaped(fact.label) + "</dt><dd data-fact=\"" + escaped(fact.id) + "\"" +
+    const bool is_long = fact.text.size() > kLongFact;
+    out += std::string(is_long ? "<div class=\"long\">" : "<div>") + "<dt>" + escaped(fact.label) +
+           "</dt><dd data-fact=\"" + escaped(fact.id) + "\"" +
            (fact.value ? " data-value=\"" + shortest_text(*fact.value) + "\"" : "") + ">" +
            escaped(fact.text) + "</dd></div>";
   }
