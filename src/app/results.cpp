@@ -1,10 +1,12 @@
 #include "app/results.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "trunnion/base/failure.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/printable.hpp"
 #include "trunnion/report/result_page.hpp"
@@ -23,10 +25,13 @@ bool is_device(const std::string& file) {
 }  // namespace
 
 std::string text_of_file(const std::string& file) {
+  constexpr std::uintmax_t kMost = 64'000'000;  // more than any page shows
   std::error_code ec;
-  if (file.empty() || file == "-" || !fs::is_regular_file(file, ec)) return "";
+  if (file.empty() || file == "-" || !fs::is_regular_file(file, ec) || fs::file_size(file, ec) > kMost)
+    return "";
   auto text = read_file(file);
-  return text ? std::move(*text) : "";
+  if (!text) throw Failure(text.error());
+  return std::move(*text);
 }
 
 void ResultOptions::add_to(CLI::App& command) {

@@ -11,7 +11,8 @@
 
 namespace trunnion::app {
 
-/// The text of a file that a page shows; empty when it is no regular file, or cannot be read.
+/// The text of a file that a page shows; empty when it is no regular file, or too long to be shown. Throws
+/// Failure when it cannot be read.
 std::string text_of_file(const std::string& file);
 
 /// `--json` and `--report` of every command.
