@@ -17,6 +17,22 @@ const EffectFamily* family_of(const std::vector<EffectFamily>& library, const st
   return found == library.end() ? nullptr : &*found;
 }
 
+// The effect as this variant, which may have parameters that the others lack: values go by their names.
+ModelEffect as_variant(const ModelEffect& given, const std::shared_ptr<const Effect>& variant) {
+  ModelEffect out = given;
+  out.effect = variant;
+  out.parameters = model_effect(variant).parameters;
+  const auto& names = given.effect->info().parameters;
+  for (std::size_t k = 0; k < out.parameters.size(); ++k) {
+    const auto same = std::find_if(names.begin(), names.end(), [&](const Parameter& p) {
+      return p.key() == variant->info().parameters[k].key();
+    });
+    if (same != names.end())
+      out.parameters[k] = given.parameters[static_cast<std::size_t>(same - names.begin())];
+  }
+  return out;
+}
+
 }  // namespace
 
 Model with_best_variants(const Observations& o, Model model) {
@@ -29,14 +45,15 @@ Model with_best_variants(const Observations& o, Model model) {
     const EffectFamily* family = family_of(library, model.effects[e].id());
     if (family == nullptr) continue;
     double least = std::numeric_limits<double>::max();
-    std::shared_ptr<const Effect> best = model.effects[e].effect;
+    const ModelEffect asked = model.effects[e];
+    ModelEffect best = asked;
     for (const auto& variant : family->variants) {
-      model.effects[e].effect = variant;
+      model.effects[e] = as_variant(asked, variant);
       // Of two that these readings cannot tell apart the first.
       const double chi2 = fit_core(o, model, {.robust = false}).chi2();
-      if (chi2 < least * (1.0 - kAlike)) least = chi2, best = variant;
+      if (chi2 < least * (1.0 - kAlike)) least = chi2, best = model.effects[e];
     }
-    model.effects[e].effect = best;
+    model.effects[e] = std::move(best);
     model.effects[e].variant_given = true;
   }
   return model;

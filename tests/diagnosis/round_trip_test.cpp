@@ -48,5 +48,22 @@ TEST(RoundTrip, AFitTakesTheVariantThatFitsBest) {
   EXPECT_NE(model_text(f.model).find("component = 'EC"), std::string::npos) << model_text(f.model);
 }
 
+// Variants of one effect may have parameters that others lack.
+TEST(RoundTrip, VariantsOfMoreParametersAreFittedToo) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const std::string head = "[model]\nname = \"m\"\n[[effect]]\nid = \"unbalance:AC\"\n";
+  test::Campaign campaign;
+  const Dataset data = test::measured(machine, test::plan_text(campaign),
+                                      head +
+                                          "component = \"EAA\"\n[effect.parameters]\nsin_cos_urad = 30\n"
+                                          "cos_cos_urad = -40\ncos_sin_urad = 35\n",
+                                      3);
+  const Fit f = fit(machine, data, test::model_for(machine, data, head));
+  EXPECT_LT(f.chi2, 1.3 * f.dof);
+  const std::string text = model_text(f.model);
+  EXPECT_NE(text.find("component = 'EAA'"), std::string::npos) << text;
+  EXPECT_NE(text.find("cos_sin_urad"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis
