@@ -182,12 +182,12 @@ void NcWalk::take(const nc::TiltedPlane& plane) {
 }
 
 void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
-  using Asked = cl::ReaderOptions::CutterCompensation;
-  if (keep_.cutter == Asked::tool_center) {
+  using HowAsked = cl::ReaderOptions::CutterCompensation;
+  if (keep_.cutter == HowAsked::tool_center) {
     diagnostics_.warning_once("cutter", file_, where,
                               "cutter compensation is left out: the points are those of the tool's center "
                               "(--cutter-compensation tool-center)");
-  } else if (keep_.cutter == Asked::wear) {
+  } else if (keep_.cutter == HowAsked::wear) {
     cl::CutterCompensation out;
     out.side = cutter.side == nc::CutterSide::off    ? cl::CutterCompensation::Side::off
                : cutter.side == nc::CutterSide::left ? cl::CutterCompensation::Side::left
