@@ -185,8 +185,10 @@ Result<void> Pipeline::turn_for_errors(const path::Point& point, const Vec3& tip
     MachineState held = at;
     turn_to(held, [&](AxisId id) { return at_.joints[id]; });
     const auto there = compensated(tip_P, point.axis_P, held);
-    if (there && (there->axis_P - point.axis_P).norm() * tool_.tool.flute_mm <=
-                     kHeld * modes_.tolerances.tolerance_mm()) {
+    const auto end_off_mm = [&] {
+      return (point.beside_P + tool_.tool.flute_mm * (there->axis_P - point.axis_P)).norm();
+    };
+    if (there && end_off_mm() <= kHeld * modes_.tolerances.tolerance_mm()) {
       at.q = held.q;
       return {};
     }
