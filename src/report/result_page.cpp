@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/json_figures.hpp"
 #include "report/svg.hpp"
 
 namespace trunnion::report {
@@ -44,16 +45,6 @@ bool is_named_rows(const ordered_json& value) {
   });
 }
 
-ordered_json rows_of(const ordered_json& named) {
-  ordered_json out = ordered_json::array();
-  for (const auto& [name, row] : named.items()) {
-    ordered_json one = {{"name", name}};
-    one.update(row);
-    out.push_back(std::move(one));
-  }
-  return out;
-}
-
 bool is_series(const ordered_json& value) {
   if (!value.is_array() || value.size() < 3) return false;
   return std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_number() || v.is_null(); });
@@ -69,7 +60,7 @@ class Builder {
     for (const auto& [key, item] : value.items()) {
       const std::string name = path.empty() ? key : path + ", " + key;
       if (is_table(item)) table(name, item, section);
-      if (is_named_rows(item)) table(name, rows_of(item), section);
+      if (is_named_rows(item)) table(name, named_rows(item), section);
     }
     if (!section.items.empty()) page_.sections.push_back(std::move(section));
     for (const auto& [key, item] : value.items()) {
@@ -107,7 +98,7 @@ class Builder {
     for (const auto& [key, item] : row.items()) {
       if (is_table(item)) table(title + ", " + key, item, section);
       if (is_named_rows(item))
-        table(title + ", " + key, rows_of(item), section);
+        table(title + ", " + key, named_rows(item), section);
       else if (item.is_object())
         plot(title + ", " + key, item, section);
     }
