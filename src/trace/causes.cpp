@@ -77,6 +77,17 @@ class Limits {
   }
 
  private:
+  Cause at_limit(const char* kind, AxisId id, double value, const char* per, std::size_t row) const {
+    return {kind,
+            machine_.axes[id].name,
+            value,
+            0.0,
+            unit_text(machine_, id, per),
+            0.0,
+            place_at(followed_, path_, plan_, row),
+            ""};
+  }
+
   void speed(AxisId id, const std::vector<Scaled>& v, const std::vector<std::size_t>& rows,
              std::vector<Cause>& out) const {
     const Axis& axis = machine_.axes[id];
@@ -97,14 +108,7 @@ class Limits {
       }
     }
     if (longest < kLeastAtLimit) return;
-    Cause cause{"speed_limit",
-                axis.name,
-                own_unit(machine_, id, most),
-                0.0,
-                unit_text(machine_, id, "/s"),
-                0.0,
-                place_at(followed_, path_, plan_, first),
-                ""};
+    Cause cause = at_limit("speed_limit", id, own_unit(machine_, id, most), "/s", first);
     cause.text = axis.name + " runs at its largest speed, " + fixed_text(cause.value, 2) + " " + cause.unit +
                  ", in " + std::to_string(count) + " rows of feed moves, first at NC line " +
                  std::to_string(cause.place.nc_line);
@@ -137,14 +141,7 @@ class Limits {
     }
     if (longest < kLeastAtLimit) return;
     const double level = sorted[sorted.size() - at_top / 2 - 1];
-    Cause cause{"acceleration_limit",
-                machine_.axes[id].name,
-                own_unit(machine_, id, level),
-                0.0,
-                unit_text(machine_, id, "/s2"),
-                0.0,
-                place_at(followed_, path_, plan_, first),
-                ""};
+    Cause cause = at_limit("acceleration_limit", id, own_unit(machine_, id, level), "/s2", first);
     cause.text = machine_.axes[id].name + " accelerates by " + fixed_text(cause.value, 0) + " " + cause.unit +
                  " again and again (" + std::to_string(at_top) + " rows) and never by more: a limit";
     out.push_back(std::move(cause));
