@@ -1,5 +1,6 @@
 #include "trunnion/base/files.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -133,24 +134,45 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
       target_(std::move(other.target_)),
       temporary_(std::exchange(other.temporary_, {})),
       held_(std::move(other.held_)),
+      spooled_(other.spooled_),
+      spool_(std::exchange(other.spool_, -1)),
       descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
+  if (spool_ >= 0) ::close(spool_);
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 Result<void> AtomicFile::write(std::string_view bytes) {
   if (target_.empty()) {
     held_ += bytes;
-    return {};
+    constexpr std::size_t kMostHeld = 1 << 20;
+    return held_.size() < kMostHeld ? Result<void>{} : spool();
   }
   return write_through(bytes);
 }
 
+Result<void> AtomicFile::spool() {
+  if (spool_ < 0) {
+    std::error_code ec;
+    const std::string folder = fs::temp_directory_path(ec).string();
+    spool_ = ec ? -1 : ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (spool_ < 0) return {};
+  }
+  if (auto written = write_to(spool_, held_); !written) return written;
+  spooled_ += held_.size();
+  held_.clear();
+  return {};
+}
+
 Result<void> AtomicFile::write_through(std::string_view bytes) {
+  return write_to(descriptor_, bytes);
+}
+
+Result<void> AtomicFile::write_to(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    const ssize_t n = ::write(descriptor, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return tl::unexpected(failure("write"));
     bytes.remove_prefix(static_cast<std::size_t>(n));
@@ -159,12 +181,16 @@ Result<void> AtomicFile::write_through(std::string_view bytes) {
 }
 
 Result<void> AtomicFile::overwrite(std::size_t offset, std::string_view bytes) {
+  int descriptor = descriptor_;
   if (target_.empty()) {
-    held_.replace(offset, bytes.size(), bytes);
-    return {};
+    const std::size_t in_spool = offset < spooled_ ? std::min(bytes.size(), spooled_ - offset) : 0;
+    const std::size_t in_held = offset + in_spool - spooled_;
+    if (in_spool < bytes.size()) held_.replace(in_held, bytes.size() - in_spool, bytes.substr(in_spool));
+    bytes = bytes.substr(0, in_spool);
+    descriptor = spool_;
   }
   while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t n = ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return tl::unexpected(failure("write"));
     bytes.remove_prefix(static_cast<std::size_t>(n));
@@ -174,14 +200,18 @@ Result<void> AtomicFile::overwrite(std::size_t offset, std::string_view bytes) {
 }
 
 Result<void> AtomicFile::read_back(const std::function<void(std::string_view)>& take) const {
-  if (target_.empty()) {
+  const bool is_held = target_.empty();
+  if (is_held && spool_ < 0) {
     take(held_);
     return {};
   }
   std::array<char, 1 << 16> buffer;
   for (off_t at = 0;;) {
-    const ssize_t n = ::pread(descriptor_, buffer.data(), buffer.size(), at);
-    if (n == 0) return {};
+    const ssize_t n = ::pread(is_held ? spool_ : descriptor_, buffer.data(), buffer.size(), at);
+    if (n == 0) {
+      if (is_held) take(held_);
+      return {};
+    }
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return tl::unexpected(failure("read back"));
     take({buffer.data(), static_cast<std::size_t>(n)});
@@ -190,7 +220,13 @@ Result<void> AtomicFile::read_back(const std::function<void(std::string_view)>& 
 }
 
 Result<void> AtomicFile::commit() {
-  if (target_.empty()) return write_through(held_);
+  if (target_.empty()) {
+    Result<void> out;
+    auto done = read_back([&](std::string_view piece) {
+      if (out) out = write_through(piece);
+    });
+    return done ? out : done;
+  }
   struct stat status {};
   // Keep who may read the file that is replaced; a failure is no loss of data.
   if (::stat(target_.c_str(), &status) == 0) static_cast<void>(::fchmod(descriptor_, status.st_mode & 07777));

@@ -19,7 +19,8 @@ std::string resolved_path(const std::string& path);
 /// hidden name where the file system has no unnamed files), `commit` flushes to the disk and renames into
 /// place. Destroyed or killed without commit, it leaves nothing behind; killed in the instant of replacing a
 /// file, the complete new one under a hidden name. Symbolic links at `path` are followed. For `-` (standard
-/// output), a device or a pipe the bytes are held and written at commit.
+/// output), a device or a pipe the bytes are held, from a megabyte on in an unnamed file of the folder for
+/// temporary files, and written at commit.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::string& path);
@@ -41,11 +42,16 @@ class AtomicFile {
   AtomicFile() = default;
   Result<void> open_beside();
   Result<void> write_through(std::string_view bytes);
+  Result<void> write_to(int descriptor, std::string_view bytes);
+  /// What is held goes to the unnamed file; where there is none it stays.
+  Result<void> spool();
   Error failure(const char* action) const;
   std::string path_;       // as the user wrote it, for messages
   std::string target_;     // resolved; empty when bytes are held
   std::string temporary_;  // hidden name that exists on the disk; empty while the file is unnamed
-  std::string held_;
+  std::string held_;       // behind what was spooled
+  std::size_t spooled_ = 0;
+  int spool_ = -1;
   int descriptor_ = -1;
 };
 

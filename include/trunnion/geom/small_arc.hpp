@@ -19,6 +19,8 @@ class SmallArc {
     constexpr double kSameAxis = 1e-24;
     return (chord2_ < kFarthest) & (chord2_ > kSameAxis);
   }
+  /// Angle, rad.
+  T turn() const { return lanes::sqrt(angle2_); }
   /// Unit vector at the share `t` of the way.
   lanes::Triple<T> at(const T& t) const {
     const lanes::Triple<T> v = share(1.0 - t) * u0_ + share(t) * u1_;
