@@ -31,7 +31,7 @@ struct PendingArc {
 
 /// A drilling cycle that is switched on.
 struct Cycle {
-  enum class Kind : std::uint8_t { drill, peck, feed_out };
+  enum class Kind : std::uint8_t { drill, peck, feed_out, tap };
   Kind kind = Kind::drill;
   double depth_mm = 0.0;
   double clear_mm = 0.0;

@@ -67,7 +67,7 @@ struct ArcMotion {
 
 /// A hole along the tool axis. Heights are above the point at which it begins.
 struct Hole {
-  enum class Kind : std::uint8_t { drill, peck, chip_break, feed_out };
+  enum class Kind : std::uint8_t { drill, peck, chip_break, feed_out, tap };
   Kind kind = Kind::drill;
   Vec3 top_P = Vec3::Zero();    // where it begins
   Vec3 axis_P = Vec3::UnitZ();  // unit, out of the hole
@@ -82,7 +82,7 @@ struct Hole {
 };
 
 /// The next `motions` motions (and dwells between them) are this arc or this hole
-/// (ReaderOptions::mark_shapes).
+/// (ReaderOptions::mark_shapes). A tap is always told of: its motions alone are no thread.
 struct Shape {
   std::size_t motions = 0;
   std::variant<Arc, Hole> what;

@@ -68,6 +68,8 @@ class CycleReading {
       cycle.kind = Cycle::Kind::peck;  // a hole with full retracts is the same hole
     } else if (kind == "REAM" || kind == "BORE") {
       cycle.kind = Cycle::Kind::feed_out;  // no mark of the tool's edge
+    } else if (kind == "TAP") {
+      cycle.kind = Cycle::Kind::tap;
     } else {
       return fail(field().where, std::string(kind.substr(0, 40)) +
                                      " changes the geometry and is not understood by this program");
@@ -179,6 +181,7 @@ class CycleReading {
     const double longest = std::max({cycle.depth_mm, cycle.clear_mm, cycle.return_mm});
     if (!(longest <= Context::kLongest_mm))
       fail(statement_.where, "a distance beyond " + short_text(Context::kLongest_mm) + " mm");
+    if (cycle.kind == Cycle::Kind::tap) check_tap(cycle);
     if (cycle.kind == Cycle::Kind::peck) {
       if (cycle.step_mm == 0.0) cycle.step_mm = cycle.first_step_mm;
       if (cycle.first_step_mm == 0.0) cycle.first_step_mm = cycle.step_mm;
@@ -190,6 +193,21 @@ class CycleReading {
       }
     }
     return good_;
+  }
+
+  // Its feed is the pitch, or the pitch times the speed of the spindle: that of the cuts before it is
+  // neither.
+  void check_tap(Cycle& cycle) {
+    if (!cycle.feed && context_.modal.feed.mode == FeedMode::per_revolution) cycle.feed = context_.modal.feed;
+    if (!cycle.feed)
+      fail(statement_.where,
+           "TAP without a pitch: a feed per revolution (MMPR, IPR), or per minute behind SPINDL, in the "
+           "statement");
+    if (cycle.step_mm > 0.0 || cycle.first_step_mm > 0.0)
+      fail(statement_.where, "TAP in steps is not understood by this program");
+    if (cycle.dwell_s > 0.0)
+      fail(statement_.where,
+           "TAP with a dwell is not understood by this program: the spindle is geared to the feed");
   }
 
   Context& context_;
@@ -258,7 +276,7 @@ class Drilling {
     if (came > cycle_.clear_mm) rapid_to(at(cycle_.clear_mm), axis_A_);
     drill();
     if (cycle_.dwell_s > 0.0) context_.emit(where_, Dwell{cycle_.dwell_s, std::nullopt});
-    if (cycle_.kind == Cycle::Kind::feed_out) feed_to(cycle_.clear_mm);
+    if (cycle_.kind == Cycle::Kind::feed_out || cycle_.kind == Cycle::Kind::tap) feed_to(cycle_.clear_mm);
     rapid_to(at(leave_), axis_A_);
     end_shape(across, context_.motion_count() - before);
   }
@@ -307,7 +325,7 @@ class Drilling {
   }
   // It is filled in before anybody can take the record.
   void begin_shape() {
-    if (!context_.options().mark_shapes) return;
+    if (!context_.options().mark_shapes && cycle_.kind != Cycle::Kind::tap) return;
     shape_ = std::make_shared<Shape>();
     context_.emit(where_, ShapeBegin{shape_});
   }
@@ -316,6 +334,7 @@ class Drilling {
     Hole hole;
     hole.kind = cycle_.kind == Cycle::Kind::drill      ? Hole::Kind::drill
                 : cycle_.kind == Cycle::Kind::feed_out ? Hole::Kind::feed_out
+                : cycle_.kind == Cycle::Kind::tap      ? Hole::Kind::tap
                 : cycle_.chip_break                    ? Hole::Kind::chip_break
                                                        : Hole::Kind::peck;
     hole.top_P = modal_.X_PA * tip_A_;
