@@ -1,6 +1,6 @@
 #include "effects/formula_library.hpp"
 
-#include <dlfcn.h>
+#include "trunnion/base/loaded_library.hpp"
 
 namespace trunnion::effects {
 namespace {
@@ -12,28 +12,16 @@ struct Loaded {
   std::string error;
 
   Loaded() {
-    void* const handle = ::dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-    if (handle == nullptr) {
-      take_error();
-      return;
-    }
-    const auto find = [&](auto& function, const char* name) {
-      void* const at = ::dlsym(handle, name);
-      if (at == nullptr && error.empty()) take_error();
-      function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(at);
-    };
-    find(library.create, "mupCreate");
-    find(library.release, "mupRelease");
-    find(library.define_variable, "mupDefineVar");
-    find(library.set_text, "mupSetExpr");
-    find(library.evaluate, "mupEval");
-    find(library.failed, "mupError");
-    find(library.message, "mupGetErrorMsg");
-    find(library.position, "mupGetErrorPos");
-  }
-  void take_error() {
-    const char* const said = ::dlerror();
-    error = said != nullptr ? said : kLibrary;
+    LoadedLibrary file(kLibrary);
+    file.find(library.create, "mupCreate");
+    file.find(library.release, "mupRelease");
+    file.find(library.define_variable, "mupDefineVar");
+    file.find(library.set_text, "mupSetExpr");
+    file.find(library.evaluate, "mupEval");
+    file.find(library.failed, "mupError");
+    file.find(library.message, "mupGetErrorMsg");
+    file.find(library.position, "mupGetErrorPos");
+    error = file.error();
   }
 };
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "diagnosis/campaigns.hpp"
-#include "diagnosis/fit_core.hpp"
+#include "diagnosis/fit/fit_core.hpp"
 
 // What positions at equal steps cannot tell from a smoother wave.
 namespace trunnion::diagnosis {

@@ -1,4 +1,4 @@
-#include "diagnosis/clock_shift.hpp"
+#include "diagnosis/verdict/clock_shift.hpp"
 
 #include "diagnosis/campaigns.hpp"
 #include "support/cases.hpp"

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "diagnosis/campaigns.hpp"
-#include "diagnosis/fit_core.hpp"
+#include "diagnosis/fit/fit_core.hpp"
 #include "support/cases.hpp"
 
 namespace trunnion::diagnosis {

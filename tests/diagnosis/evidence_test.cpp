@@ -4,7 +4,7 @@
 #include "trunnion/diagnosis/diagnose.hpp"
 
 #include "diagnosis/campaigns.hpp"
-#include "diagnosis/search.hpp"
+#include "diagnosis/search/search.hpp"
 
 // What an effect's evidence costs, by closed forms, and what follows from it over a short travel.
 namespace trunnion::diagnosis {

@@ -1,4 +1,4 @@
-#include "diagnosis/linalg.hpp"
+#include "diagnosis/fit/linalg.hpp"
 
 #include <Eigen/QR>
 #include <array>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "diagnosis/float_products.hpp"
+#include "diagnosis/fit/float_products.hpp"
 
 namespace trunnion::diagnosis {
 namespace {

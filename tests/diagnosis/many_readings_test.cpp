@@ -2,8 +2,8 @@
 #include <numeric>
 
 #include "diagnosis/campaigns.hpp"
-#include "diagnosis/condensed.hpp"
-#include "diagnosis/observations.hpp"
+#include "diagnosis/fit/condensed.hpp"
+#include "diagnosis/fit/observations.hpp"
 #include "support/cases.hpp"
 
 // Very many readings: what is taken together, and that nothing is lost or made up by it.

@@ -7,7 +7,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/table_models.hpp"
 
-#include "diagnosis/statistics.hpp"
+#include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {
 namespace {

@@ -11,7 +11,7 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/units.hpp"
 
-#include "diagnosis/statistics.hpp"
+#include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {
 namespace {

@@ -1,0 +1,266 @@
+#include "diagnosis/data/data_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+
+#include "diagnosis/fit/median.hpp"
+#include "diagnosis/fit/whitening.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kContradiction = 8.0;        // standard deviations of a difference; noise does not reach it
+constexpr std::size_t kFewestDuplicates = 3;  // fewer equal readings may be the instrument's resolution
+constexpr double kDuplicateShare = 0.2;
+
+std::vector<std::int64_t> row_key(const Observations& o, Eigen::Index i, bool with_run) {
+  const MachineState& s = o.state(i);
+  const Reading& r = o.reading(i);
+  std::vector<std::int64_t> key = {std::llround(s.time_s * 1e3), std::llround(s.spindle_rpm),
+                                   static_cast<std::int64_t>(r.quantity), static_cast<std::int64_t>(r.frame)};
+  if (with_run) key.push_back(static_cast<std::int64_t>(s.run));
+  for (int k = 0; k < 3; ++k) key.push_back(std::llround(r.n[k] * 1e6));
+  for (int k = 0; k < 3; ++k) key.push_back(std::llround(o.data().rows[r.row].tool_mm[k] * 1e6));
+  for (std::size_t a = 0; a < o.machine().axes.size(); ++a) {
+    key.push_back(std::llround(s.q[a] * 1e6));
+    key.push_back(s.direction[a]);
+    key.push_back(std::llround(s.velocity[a] * 1e6));
+  }
+  return key;
+}
+
+std::string place(const Observations& o, Eigen::Index i) {
+  const RowOrigin& row = o.data().rows[o.reading(i).row];
+  return o.data().files[row.file] + ":" + std::to_string(row.line);
+}
+
+std::string same_moment(const Observations& o) {
+  std::map<std::vector<std::int64_t>, Eigen::Index> first;
+  std::size_t equal = 0;
+  std::string example;
+  for (Eigen::Index i = 0; i < o.size(); ++i) {
+    const auto [it, fresh] = first.emplace(row_key(o, i, true), i);
+    if (fresh) continue;
+    const Reading& a = o.reading(it->second);
+    const Reading& b = o.reading(i);
+    const double difference = std::abs(a.value - b.value);
+    const double unit = b.quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
+    if (difference > kContradiction * std::hypot(a.u_random, b.u_random))
+      return place(o, it->second) + " and " + place(o, i) +
+             " contradict each other: the same moment and pose, " + fixed_text(a.value / unit, 3) +
+             " against " + fixed_text(b.value / unit, 3) +
+             (b.quantity == Quantity::displacement ? " um" : " urad") + " with u_random " +
+             fixed_text(b.u_random / unit, 3);
+    if (difference == 0.0 && ++equal == 1) example = place(o, it->second) + " and " + place(o, i);
+  }
+  if (equal >= kFewestDuplicates &&
+      static_cast<double>(equal) > kDuplicateShare * static_cast<double>(o.size()))
+    return std::to_string(equal) + " readings stand twice (" + example +
+           "): counted twice, they would look more certain than they are";
+  return {};
+}
+
+std::string same_runs(const Observations& o) {
+  using Signature = std::vector<std::vector<std::int64_t>>;
+  std::map<Signature, std::size_t> seen;
+  for (std::size_t run = 0; run < o.runs().size(); ++run) {
+    if (o.runs()[run].size() < kFewestDuplicates) continue;
+    Signature signature;
+    for (const Eigen::Index i : o.runs()[run]) {
+      signature.push_back(row_key(o, i, false));
+      signature.back().push_back(std::llround(o.reading(i).value * 1e12));
+    }
+    const auto [it, fresh] = seen.emplace(std::move(signature), run);
+    if (!fresh)
+      return "runs '" + o.data().context.runs[it->second].id + "' and '" + o.data().context.runs[run].id +
+             "' hold the same readings: one measurement was given twice";
+  }
+  return {};
+}
+
+constexpr std::size_t kShown = 3;  // rows of a kind; the rest is counted
+
+// Sentences of one kind, the first few of them.
+class Few {
+ public:
+  void add(std::string text) {
+    if (++count_ <= kShown) out_.push_back(std::move(text));
+  }
+  std::vector<std::string> all(const std::string& further) {
+    if (count_ > kShown) out_.back() += " (and " + std::to_string(count_ - kShown) + " more " + further + ")";
+    return std::move(out_);
+  }
+
+ private:
+  std::vector<std::string> out_;
+  std::size_t count_ = 0;
+};
+
+std::string amount(const Reading& r) {
+  const bool length = r.quantity == Quantity::displacement;
+  return fixed_text(r.value / (length ? kMmPerUm : kRadPerUrad), 3) + (length ? " um" : " urad");
+}
+
+std::vector<std::string> outside_travel(const Observations& o) {
+  constexpr double kMargin = 0.1;  // of the travel: a machine file may be narrow
+  Few out;
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    for (std::size_t a = 0; a < o.machine().axes.size(); ++a) {
+      const Axis& axis = o.machine().axes[a];
+      if (!axis.has_limits() || axis.cyclic) continue;
+      const double margin = kMargin * (axis.max - axis.min), q = o.state(i).q[a];
+      if (q >= axis.min - margin && q <= axis.max + margin) continue;
+      const bool linear = axis.kind == AxisKind::linear;
+      const double unit = linear ? 1.0 : kRadPerDegree;
+      out.add(place(o, i) + ": " + axis.name + " = " + fixed_text(q / unit, 3) + (linear ? " mm" : " deg") +
+              " is outside its travel of " + fixed_text(axis.min / unit, 3) + " to " +
+              fixed_text(axis.max / unit, 3));
+      break;
+    }
+  return out.all("rows outside the travel");
+}
+
+// One step back of more than ten minutes in a run that goes on otherwise: a clock that was set.
+std::vector<std::string> clock_set_back(const Observations& o) {
+  constexpr double kBack_s = 600.0;
+  Few out;
+  for (std::size_t run = 0; run < o.runs().size(); ++run) {
+    Eigen::Index where = -1;
+    std::size_t steps = 0;
+    const auto& rows = o.runs()[run];
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      if (o.state(rows[i]).time_s >= o.state(rows[i - 1]).time_s) continue;
+      ++steps;
+      if (o.state(rows[i - 1]).time_s - o.state(rows[i]).time_s > kBack_s) where = rows[i];
+    }
+    if (steps == 1 && where >= 0)
+      out.add(place(o, where) + ": the time of run '" + o.data().context.runs[run].id + "' jumps back to " +
+              fixed_text(o.state(where).time_s, 0) + " s");
+  }
+  return out.all("jumps");
+}
+
+bool same_position(const Observations& o, Eigen::Index a, Eigen::Index b) {
+  for (std::size_t k = 0; k < o.machine().axes.size(); ++k)
+    if (std::abs(o.state(a).q[k] - o.state(b).q[k]) > 1e-6) return false;
+  return true;
+}
+
+// The step of the readings of each quantity: all readings have to be looked at for it.
+struct Steps {
+  double displacement, rotation;
+  explicit Steps(const Observations& o)
+      : displacement(resolution(o, Quantity::displacement)), rotation(resolution(o, Quantity::rotation)) {}
+  double of(Quantity q) const { return q == Quantity::displacement ? displacement : rotation; }
+};
+
+// Equal readings, one after the other, while the machine moves: a beam that is interrupted.
+std::vector<std::string> stuck(const Observations& o) {
+  constexpr std::size_t kFewest = 8;
+  constexpr double kChance = 1e-9;
+  const Steps steps(o);
+  Few out;
+  for (const auto& group : o.groups()) {
+    // What chance gives: as often as neighbours are equal elsewhere in the group, at least once. Repeats at
+    // one place neither count nor break a run of equal readings.
+    std::size_t equal = 0, longest = 1, length = 1, begin = 0, from = 0, end = 0;
+    for (std::size_t i = 1; i < group.size(); ++i) {
+      const double value = o.values()[group[i]];
+      if (value != o.values()[group[i - 1]] || value == 0.0) {
+        length = 1;
+        begin = i;
+        continue;
+      }
+      if (same_position(o, group[i], group[i - 1])) continue;
+      ++equal;
+      if (++length > longest) {
+        longest = length;
+        from = begin;
+        end = i;
+      }
+    }
+    if (longest < kFewest) continue;
+    const double elsewhere = static_cast<double>(equal - (longest - 1)) + 1.0;
+    const double seen = elsewhere / static_cast<double>(std::max<std::size_t>(group.size() - longest, 2));
+    // Of two readings with this noise and this step of the display, where the error does not change.
+    const Reading& reading = o.reading(group[from]);
+    const double by_step = steps.of(reading.quantity) / (2.0 * std::sqrt(kPi) * reading.u_random);
+    const double chance = std::max(seen, by_step);
+    if (chance >= 1.0 || std::pow(chance, static_cast<double>(longest - 1)) > kChance) continue;
+    out.add(place(o, group[from]) + " to " + place(o, group[end]) + ": the reading stands still at " +
+            amount(o.reading(group[end])) + " while the machine moves: the beam or the probe had no signal");
+  }
+  return out.all("readings that stand still");
+}
+
+// Of the readings of one group, those far from all others; their middle and scatter.
+struct FarOff {
+  std::vector<Eigen::Index> readings;
+  double middle = 0.0, scatter = 0.0;
+};
+FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group, const Steps& steps) {
+  constexpr std::size_t kFewest = 8;
+  constexpr double kFar = 50.0, kMostShare = 0.05, kMad = 1.4826;
+  FarOff out;
+  if (group.size() < kFewest) return out;
+  std::vector<double> values, distances;
+  for (const Eigen::Index i : group) values.push_back(o.values()[i]);
+  out.middle = median(values);
+  for (const double v : values) distances.push_back(std::abs(v - out.middle));
+  out.scatter = kMad * median(distances);
+  const double step = steps.of(o.reading(group.front()).quantity);
+  for (const Eigen::Index i : group)
+    if (std::abs(o.values()[i] - out.middle) >
+        kFar * (out.scatter + 3.0 * std::max(o.reading(i).u_random, step)))
+      out.readings.push_back(i);
+  if (static_cast<double>(out.readings.size()) > kMostShare * static_cast<double>(group.size()) + 1.0)
+    out.readings.clear();
+  return out;
+}
+
+// A false touch, another unit.
+std::vector<std::string> far_off(const Observations& o) {
+  Few out;
+  const Steps steps(o);
+  for (const auto& group : o.groups()) {
+    const FarOff far = far_off_in(o, group, steps);
+    for (const Eigen::Index i : far.readings) {
+      const double unit = o.reading(i).quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad;
+      const double ratio = std::abs(o.values()[i]) / std::max(std::abs(far.middle), far.scatter);
+      out.add(place(o, i) + ": " + amount(o.reading(i)) +
+              " where the others of its run and direction are within " + fixed_text(far.scatter / unit, 3) +
+              " of " + fixed_text(far.middle / unit, 3) +
+              (ratio > 300.0 && ratio < 3000.0 ? ": a value in another unit, or a false touch"
+                                               : ": a false touch, or a reading of something else"));
+    }
+  }
+  return out.all("single readings far off");
+}
+
+}  // namespace
+
+std::string contradiction(const Observations& o) {
+  const std::string twice = same_runs(o);
+  return twice.empty() ? same_moment(o) : twice;
+}
+
+std::vector<bool> far_readings(const Observations& o) {
+  std::vector<bool> out(static_cast<std::size_t>(o.size()), false);
+  const Steps steps(o);
+  for (const auto& group : o.groups())
+    for (const Eigen::Index i : far_off_in(o, group, steps).readings) out[static_cast<std::size_t>(i)] = true;
+  return out;
+}
+
+std::vector<std::string> row_problems(const Observations& o) {
+  std::vector<std::string> out;
+  for (auto& kind : {outside_travel(o), clock_set_back(o), stuck(o), far_off(o)})
+    out.insert(out.end(), kind.begin(), kind.end());
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/fit/linalg.hpp"
+#include "diagnosis/fit/twist_bank.hpp"
+#include "diagnosis/search/neighbours.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kChance = 0.05;   // that a good reading does, or the next outlier
+constexpr double kAsSure = 3e-5;   // as kInCompany
+constexpr double kSameSide = 2.0;  // of the noise: a neighbour that stands out too (2 % of good readings do)
+
+// Whitened residual beside the function of the state that explains most; the residual itself where none
+// explains enough of it to be what the readings have in common.
+VectorXd beside_common_cause(const Observations& o, const FitCore& all) {
+  TwistBank twists(o);
+  const auto cause = twists.common_cause(all);
+  if (!cause) return all.white;
+  MatrixXd columns = all.projected(twists.columns(*cause));
+  for (auto column : columns.colwise()) column.stableNormalize();
+  const MatrixXd span = pivoted_qr(columns, 1e-3).Q;
+  return all.white - span * (span.transpose() * all.white);
+}
+
+// Whether so many companions stand out that chance does not explain it: a few that do so together are not
+// lost among many that do not.
+bool together(const std::vector<bool>& outliers, const std::vector<double>& shares) {
+  const auto n = static_cast<int>(std::count(outliers.begin(), outliers.end(), true));
+  const auto m = static_cast<int>(
+      std::count_if(shares.begin(), shares.end(), [](double share) { return share > kSameSide; }));
+  double tail = 0.0;  // of the binomial distribution
+  for (int k = m; k <= n; ++k)
+    tail += std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
+                     k * std::log(kChance) + (n - k) * std::log1p(-kChance));
+  return tail < kAsSure;
+}
+
+}  // namespace
+
+std::vector<bool> isolated_outliers(const Observations& o, const FitCore& all, std::vector<bool> outliers) {
+  const auto far = std::count(outliers.begin(), outliers.end(), true);
+  if (far < 2) return outliers;
+  const auto shares = companions(o, outliers, all.white);
+  if (company(o, outliers, all.white) > kInCompany || together(outliers, shares)) {
+    for (std::size_t i = 0; i < outliers.size(); ++i) outliers[i] = outliers[i] && !(shares[i] > kSameSide);
+    return outliers;
+  }
+  if (far < kFewestTogether) return outliers;
+  const VectorXd beside = beside_common_cause(o, all);
+  for (std::size_t i = 0; i < outliers.size(); ++i)
+    outliers[i] = outliers[i] && std::abs(beside[static_cast<Eigen::Index>(i)]) > kOutlier;
+  return outliers;
+}
+
+}  // namespace trunnion::diagnosis

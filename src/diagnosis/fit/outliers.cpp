@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/linalg.hpp"
+#include "diagnosis/fit/median.hpp"
+#include "diagnosis/search/structure.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr Eigen::Index kMostOutlierColumns = 90;  // columns; time goes with their square
+
+constexpr double kHuber = 1.5;             // 96 % efficiency at the Gaussian
+constexpr double kFewestForMixture = 4.0;  // outliers whose width says something
+constexpr double kNearestOutlier = 3.0;    // 0.3 % of good readings lie beyond: no test feels their loss
+constexpr double kMostOutliers = 0.15;     // more than this are no outliers but a model that fails
+
+double robust_sigma(const VectorXd& r, const std::vector<bool>& used) {
+  std::vector<double> size;
+  for (Eigen::Index i = 0; i < r.size(); ++i)
+    if (used[static_cast<std::size_t>(i)]) size.push_back(std::abs(r[i]));
+  if (size.empty()) return 1.0;
+  std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
+  return kMadToSigma * size[size.size() / 2];
+}
+
+// Where outliers are many, those below kOutlier are many too, and a few of them side by side look like an
+// effect. A mixture of the noise and a wide Gaussian, its share and width taken from the readings beyond
+// kOutlier: the limit is where a reading is as likely one as the other.
+double outlier_limit(const VectorXd& r, const std::vector<bool>& used) {
+  double far = 0.0, squares = 0.0, all = 0.0;
+  for (Eigen::Index k = 0; k < r.size(); ++k) {
+    if (!used[static_cast<std::size_t>(k)]) {
+      // Left out in an earlier round: an outlier at least as far as the limit.
+      far += 1.0;
+      squares += std::max(r[k] * r[k], kOutlier * kOutlier);
+    } else if (std::abs(r[k]) > kOutlier) {
+      far += 1.0;
+      squares += r[k] * r[k];
+    }
+    all += 1.0;
+  }
+  if (far < kFewestForMixture) return kOutlier;
+  const double share = far / all, width = std::sqrt(squares / far);
+  // share / width exp(-t^2 / 2 width^2) = (1 - share) exp(-t^2 / 2)
+  const double t2 = 2.0 * std::log((1.0 - share) * width / share) / (1.0 - 1.0 / (width * width));
+  return std::clamp(std::sqrt(std::max(t2, 0.0)), kNearestOutlier, kOutlier);
+}
+
+}  // namespace
+
+std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
+  const Eigen::Index n = o.size();
+  const auto& used = fit.whitening->noise().used;
+  const Eigen::Index rank = fit.basis.cols();
+  const MatrixXd surrogate =
+      fit.projected(smooth_surrogate(o, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostOutlierColumns)))
+          .topRows(n);
+  MatrixXd z(n, rank + surrogate.cols());
+  z << fit.basis.topRows(n), surrogate;
+  for (Eigen::Index k = 0; k < z.cols(); ++k)
+    if (const double norm = z.col(k).norm(); norm > 0.0) z.col(k) /= norm;
+  const VectorXd y = fit.white.head(n);
+  VectorXd r = y, weight = VectorXd::Ones(n);
+  double sigma = 1.0;
+  for (int i = 0; i < 6; ++i) {
+    const MatrixXd weighted = weight.asDiagonal() * z;
+    MatrixXd normal = z.transpose() * weighted;
+    normal.diagonal().array() += 1e-9 * static_cast<double>(n);  // directions that are not there
+    r = y - z * solve_positive(normal, weighted.transpose() * y);
+    sigma = std::max(0.3, robust_sigma(r, used));  // quantised or repeated readings may have a median of 0
+    for (Eigen::Index k = 0; k < n; ++k)
+      weight[k] = std::min(1.0, kHuber * sigma / std::max(std::abs(r[k]), 1e-12));
+  }
+  const double left = static_cast<double>(n) / std::max(1.0, static_cast<double>(n - z.cols()));
+  r /= sigma * std::sqrt(left);
+  const double limit = outlier_limit(r, used);
+  std::vector<bool> out(static_cast<std::size_t>(n));
+  Eigen::Index count = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    out[static_cast<std::size_t>(k)] = std::abs(r[k]) > limit || !used[static_cast<std::size_t>(k)];
+    count += out[static_cast<std::size_t>(k)] ? 1 : 0;
+  }
+  if (static_cast<double>(count) > kMostOutliers * static_cast<double>(n))
+    out.assign(static_cast<std::size_t>(n), false);
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,467 @@
+#include "diagnosis/search/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <oneapi/tbb/parallel_for.h>
+#include <set>
+
+#include "diagnosis/fit/float_products.hpp"
+#include "diagnosis/fit/linalg.hpp"
+#include "diagnosis/fit/statistics.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr std::size_t kWide = 8;            // sets kept from one expansion
+constexpr std::size_t kWideForRivals = 24;  // a short travel has many that look alike
+constexpr std::size_t kBeam = 4;            // sets expanded at each depth
+constexpr double kSameSpan =
+    0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
+// Evidence ratios in -2 ln. 1000 : 1: rivals within it are reported together (two effects that differ by 5.4
+// of chi-square, which noise moves by 4.6, are within it in 19 of 20 measurements). 100 : 1: worth a look.
+constexpr double kUndecided = 13.8;
+constexpr double kWorthwhile = 9.2;
+// For one that contains what was found, 10 : 1: the smaller one that suffices is named, unless these
+// readings hardly see what the larger one has more.
+constexpr double kUndecidedNested = 4.6;
+constexpr double kSameSignal = 0.999;  // cosine from which two effects give the same signal
+constexpr double kSuffices = 0.005;    // p-value above which what the larger one has more is not missed
+// That something is missing is sure already: of a rival the evidence decides, not whether it would have been
+// found alone.
+constexpr double kRivalLevel = 0.05;
+constexpr double kKnownPeriod =
+    6.0;  // chi-square that a known period may be worse than the best one and still be meant
+constexpr double kUndetermined = 1e-10;  // square of a singular value of columns of length 1
+constexpr double kGivenRest = 0.03;  // part of a direction (its length) that the others must leave a member
+constexpr double kRounding =
+    1e-10;                       // of a member's best seen parameter: what is seen less is not seen at all
+constexpr double kTiny = 1e-12;  // stands for a usual magnitude of 0
+constexpr double kNarrowest = 0.01;   // width of a prior that the readings do not feel
+constexpr double kWeakest = 1e-8;     // share of the best seen direction's square below which none is weighed
+constexpr double kSureAnyhow = 1e-6;  // p-value below which a few readings cannot be the reason
+constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
+
+std::multiset<std::size_t> families(const std::vector<Atom>& members) {
+  std::multiset<std::size_t> out;
+  for (const Atom& atom : members) out.insert(atom.family);
+  return out;
+}
+
+bool has_family(const EffectSet& set, std::size_t family) {
+  return std::any_of(set.members.begin(), set.members.end(),
+                     [family](const Atom& atom) { return atom.family == family; });
+}
+
+}  // namespace
+
+double occam(double s, double k) {
+  return k <= 0.0 ? 0.0 : s > k ? k * (1.0 + std::log(s / k)) : s;
+}
+
+double occam(const Share& share, const VectorXd& usual, double variance) {
+  const Svd svd = thin_svd(share.to_columns * usual.asDiagonal());
+  const VectorXd along = (svd.U.transpose() * share.along).cwiseAbs2() / variance;
+  const VectorXd seen = svd.s.cwiseAbs2() / variance;
+  if (along.size() == 0 || !(seen[0] > 0.0)) return 0.0;
+  // The price as a function of the logarithm of the width may have several hollows: a fine grid from where
+  // the prior does nothing to where it is as wide as the readings want the hardest seen direction.
+  constexpr double kStep = 0.2;
+  double least = along.sum();
+  const double end = std::log((1.0 + along.maxCoeff()) / std::max(seen.minCoeff(), kWeakest * seen[0]));
+  for (double u = std::log(kNarrowest / seen[0]); u < end + kStep; u += kStep) {
+    double price = 0.0;
+    for (Eigen::Index k = 0; k < along.size(); ++k) {
+      const double wide = 1.0 + std::exp(u) * seen[k];
+      price += std::log(wide) + along[k] / wide;
+    }
+    price += 2.0 * std::log1p(std::exp(u) / (kFarFromUsual * kFarFromUsual));
+    least = std::min(least, price);
+  }
+  return least;
+}
+
+std::vector<std::string> EffectSet::ids(const Atoms& atoms) const {
+  std::vector<std::string> out;
+  for (const Atom& atom : members) out.push_back(atoms.library()[atom.family].id());
+  return out;
+}
+
+Eigen::Index EffectSet::columns() const {
+  Eigen::Index sum = 0;
+  for (const Eigen::Index k : rank) sum += k;
+  return sum;
+}
+
+bool EffectSet::significant(double alpha) const {
+  return std::all_of(p.begin(), p.end(), [alpha](double v) { return v < alpha; });
+}
+
+Search::Search(const Atoms& atoms, const Atoms::Multiplicity& multiplicity, const NoiseScale& noise,
+               double alpha, std::size_t depth)
+    : atoms_(atoms), multiplicity_(multiplicity), noise_(noise), alpha_(alpha), depth_(depth) {}
+
+double Search::global_p(std::size_t family, double drop, Eigen::Index rank) const {
+  if (rank == 0) return 1.0;
+  const auto k = static_cast<double>(rank);
+  const double p = f_tail(drop / k, k, noise_.test_dof());
+  return smallest_of(smallest_of(p, multiplicity_.shapes[family]), multiplicity_.families);
+}
+
+double Search::rho(const Atom& a, const Atom& b) {
+  if (a.rank() == 0 || b.rank() == 0) return 0.0;
+  const Svd svd = thin_svd(inner_products(a.U(), b.U()).cast<double>());
+  return std::min(1.0, svd.s[0]);
+}
+
+bool Search::in_general(const Atom& larger, const Atom& smaller) const {
+  const auto& named = atoms_.effect(larger).info().contains;
+  return std::find(named.begin(), named.end(), atoms_.effect(smaller).info().id) != named.end();
+}
+
+bool Search::contains(const Atom& larger, const Atom& smaller) const {
+  if (larger.rank() <= smaller.rank() || smaller.rank() == 0) return false;
+  // Smaller in general, not because these runs excite only a part of it.
+  if (atoms_.effect(larger).info().linear_count() <= atoms_.effect(smaller).info().linear_count())
+    return false;
+  if (in_general(larger, smaller)) return true;
+  const Svd svd = thin_svd(inner_products(larger.U(), smaller.U()).cast<double>());
+  return svd.s.size() == smaller.rank() && svd.s[svd.s.size() - 1] > kSameSpan;
+}
+
+namespace {
+
+std::vector<const Atom*> pointers(const std::vector<Atom>& members) {
+  std::vector<const Atom*> out;
+  out.reserve(members.size());
+  for (const Atom& atom : members) out.push_back(&atom);
+  return out;
+}
+
+std::vector<Eigen::Index> columns_of(const Products& products, const std::vector<std::size_t>& members) {
+  std::vector<Eigen::Index> out;
+  for (const std::size_t m : members)
+    for (Eigen::Index k = products.first[m]; k < products.first[m + 1]; ++k) out.push_back(k);
+  return out;
+}
+
+std::vector<std::size_t> all_but(std::size_t count, std::size_t member) {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < count; ++k)
+    if (k != member) out.push_back(k);
+  return out;
+}
+
+// Of an atom whose columns have these inner products, and these with the residual, once the others' part of
+// both is taken out.
+Share share_of(const Atom& atom, const MatrixXd& gram, const VectorXd& moments) {
+  const PivotedCholesky factor = pivoted_cholesky(gram, kGivenRest * kGivenRest);
+  Share out{MatrixXd(factor.rank, gram.cols()), VectorXd(factor.rank)};
+  for (Eigen::Index k = 0; k < factor.rank; ++k) {
+    const auto before = factor.lower.row(k).head(k);
+    const Eigen::Index own = factor.order[k];
+    out.along[k] = (moments[own] - before.dot(out.along.head(k))) / factor.lower(k, k);
+    out.to_columns.row(k) = (gram.row(own) - before * out.to_columns.topRows(k)) / factor.lower(k, k);
+  }
+  out.to_columns *= atom.to_columns;
+  return out;
+}
+
+Share share_of(const Atom& atom, const Remainder& given) {
+  const VectorXd moments = inner_products(atom.U(), given.residual.cast<float>()).cast<double>();
+  MatrixXd gram = MatrixXd::Identity(atom.rank(), atom.rank());
+  if (given.basis.cols() > 0) {
+    const MatrixXd m = inner_products(atom.U(), given.basis.cast<float>()).cast<double>();
+    gram -= m * m.transpose();
+  }
+  return share_of(atom, gram, moments);
+}
+
+VectorXd usual_magnitudes(const EffectInfo& info) {
+  VectorXd out(static_cast<Eigen::Index>(info.linear_count()));
+  for (std::size_t k = 0; k < info.linear_count(); ++k)
+    out[static_cast<Eigen::Index>(k)] = std::max(std::abs(info.parameters[k].usual), kTiny);
+  return out;
+}
+
+}  // namespace
+
+double Search::price(const Atom& atom, const Share& share) const {
+  return occam(share, usual_magnitudes(atoms_.effect(atom).info()), noise_.variance) +
+         2.0 * std::log(multiplicity_.shapes[atom.family]) + 2.0 * std::log(multiplicity_.families);
+}
+
+// Everything from inner products of the members; only correlated noise and the bounded tests of rough data
+// need the columns themselves.
+Share Search::share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
+                           const std::vector<std::size_t>& others) const {
+  const auto own = columns_of(products, {member}), rest = columns_of(products, others);
+  MatrixXd gram = products.gram(own, own);
+  VectorXd moments = products.moments(own);
+  if (!rest.empty()) {
+    const MatrixXd across = products.gram(own, rest);
+    const MatrixXd through = across * inverse_above(products.gram(rest, rest), Atoms::kTaken * Atoms::kTaken);
+    gram -= through * across.transpose();
+    moments -= through * products.moments(rest);
+  }
+  return share_of(members[member], gram, moments);
+}
+
+// Each member beside those before it, in the order that costs least: what two of them share is paid for once,
+// but it is paid for.
+double Search::price(const std::vector<Atom>& members, const Products& products,
+                     const std::vector<double>& corrections) const {
+  std::vector<std::size_t> order(members.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  double least = INFINITY;
+  do {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const std::vector<std::size_t> before(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(k));
+      Share share = share_beside(products, members, order[k], before);
+      share.along *= corrections[order[k]];
+      sum += price(members[order[k]], share);
+    }
+    least = std::min(least, sum);
+  } while (std::next_permutation(order.begin(), order.end()));
+  return least;
+}
+
+EffectSet Search::evaluate(std::vector<Atom> members) const {
+  EffectSet out;
+  out.members = std::move(members);
+  const std::vector<const Atom*> all = pointers(out.members);
+  const Products products = atoms_.products(all);
+  out.rss =
+      atoms_.base().white.squaredNorm() -
+      products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) * products.moments);
+  out.criterion = out.rss / noise_.variance;
+  std::vector<double> corrections;  // of lengths, for the noise's correlation
+  for (std::size_t k = 0; k < out.members.size(); ++k) {
+    const Share share = share_beside(products, out.members, k, all_but(out.members.size(), k));
+    Eigen::Index rank = share.along.size();
+    const double plain = share.along.squaredNorm() / noise_.variance;
+    double drop = plain;
+    double p = global_p(out.members[k].family, drop, rank);
+    const bool bound = atoms_.rough() && p > kSureAnyhow;
+    if (noise_.phi > 0.0 || bound) {
+      std::vector<const Atom*> rest = all;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      const Remainder given = atoms_.remainder(rest);
+      MatrixXd u = out.members[k].U().cast<double>();
+      u -= given.basis * (given.basis.transpose() * u);
+      u = pivoted_qr(u, kGivenRest).Q;
+      rank = u.cols();
+      drop = corrected_drop(u, given.residual, noise_);
+      p = global_p(out.members[k].family, drop, rank);
+      if (atoms_.rough() && p > kSureAnyhow) {
+        const double bounded = corrected_drop(u, atoms_.bounded(given, noise_.variance).residual, noise_);
+        p = std::max(p, global_p(out.members[k].family, bounded, rank));
+      }
+    }
+    out.drop.push_back(drop);
+    out.rank.push_back(rank);
+    out.p.push_back(p);
+    corrections.push_back(plain > 0.0 ? std::sqrt(drop / plain) : 1.0);
+  }
+  out.criterion += price(out.members, products, corrections);
+  return out;
+}
+
+void Search::complete(EffectSet& set) const {
+  if (set.remainder.residual.size() == 0) set.remainder = atoms_.remainder(pointers(set.members));
+}
+
+EffectSet Search::evaluated(std::vector<Atom> members) const {
+  EffectSet out = evaluate(std::move(members));
+  complete(out);
+  return out;
+}
+
+const EffectSet* Search::seen(const std::vector<Atom>& members) const {
+  const auto key = families(members);
+  for (const EffectSet& set : tried_)
+    if (families(set.members) == key) return &set;
+  return nullptr;
+}
+
+void Search::expand(const EffectSet& from, std::size_t keep) {
+  const auto best = atoms_.best_of_each(pointers(from.members), noise_.variance);
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t f = 0; f < best.size(); ++f) {
+    if (best[f].atom == nullptr) continue;
+    const Share share = share_of(*best[f].atom, from.remainder);
+    order.emplace_back(price(*best[f].atom, share) - share.along.squaredNorm() / noise_.variance, f);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::vector<Atom>> next;
+  for (const auto& [value, f] : order) {
+    if (next.size() >= keep || value > kWorthwhile) break;
+    std::vector<Atom> members = from.members;
+    members.push_back(*best[f].atom);
+    if (families(members).count(f) > 1 || seen(members) != nullptr) continue;
+    next.push_back(std::move(members));
+  }
+  std::vector<EffectSet> sets(next.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, next.size(), [&](std::size_t i) {
+    Atom& added = next[i].back();
+    added = known_shape(atoms_.refined(added, from.remainder), from.remainder);
+    sets[i] = evaluate(std::move(next[i]));
+  });
+  for (EffectSet& set : sets) tried_.push_back(std::move(set));
+}
+
+// A period next to a known one (the screw's pitch and its parts) is that one.
+Atom Search::known_shape(Atom atom, const Remainder& given) const {
+  const auto& info = atoms_.effect(atom).info();
+  if (info.shape_count() != 1) return atom;
+  double best = atoms_.score(atom, given).drop - kKnownPeriod * noise_.variance;
+  for (const double value : info.parameters.back().candidates) {
+    Atom trial = atoms_.make_atom(atom.family, atom.variant, {value});
+    if (const double drop = atoms_.score(trial, given).drop; drop > best)
+      best = drop, atom = std::move(trial);
+  }
+  return atom;
+}
+
+EffectSet Search::best() {
+  tried_.clear();
+  tried_.push_back(evaluate({}));
+  for (std::size_t depth = 0; depth < depth_; ++depth) {
+    std::vector<std::size_t> level;
+    for (std::size_t i = 0; i < tried_.size(); ++i)
+      if (tried_[i].members.size() == depth) level.push_back(i);
+    std::sort(level.begin(), level.end(),
+              [&](std::size_t a, std::size_t b) { return tried_[a].criterion < tried_[b].criterion; });
+    if (level.size() > kBeam) level.resize(kBeam);
+    for (const std::size_t i : level) {
+      complete(tried_[i]);
+      expand(EffectSet(tried_[i]), kWide);
+    }
+  }
+  const EffectSet* best = &tried_.front();
+  for (const EffectSet& set : tried_)
+    if (set.significant(alpha_) && set.criterion < best->criterion) best = &set;
+  EffectSet out = *best;
+  complete(out);
+  return out;
+}
+
+// `found` with a member exchanged for an effect of which one parameter alone gives the signal that was found:
+// that its other parameters are 0 is no evidence against it, many errors are of one parameter.
+void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) const {
+  for (const Atom& own : found.members) {
+    std::vector<Atom> rest;
+    for (const Atom& atom : found.members)
+      if (atom.family != own.family) rest.push_back(atom);
+    const Remainder given = atoms_.remainder(pointers(rest));
+    const auto beside = [&](MatrixXd columns) {
+      columns -= given.basis * (given.basis.transpose() * columns);
+      return columns;
+    };
+    const MatrixXd mine = pivoted_qr(beside(own.U().cast<double>()), kGivenRest).Q;
+    const double drop = (mine.transpose() * given.residual).squaredNorm();
+    for (const Atom& other : atoms_.all()) {
+      const EffectInfo& info = atoms_.effect(other).info();
+      const auto holds = [&](const EffectSet& set) { return has_family(set, other.family); };
+      if (other.rank() == 0 || info.shape_count() > 0 || holds(found) ||
+          std::any_of(out.begin(), out.end(), holds) || in_general(other, own) || in_general(own, other))
+        continue;
+      const MatrixXd columns = other.U().cast<double>() * other.to_columns;
+      const MatrixXd left = beside(columns);
+      for (Eigen::Index k = 0; k < left.cols(); ++k) {
+        const double length = left.col(k).norm();
+        if (length < kGivenRest * columns.col(k).norm() || length <= 0.0) continue;
+        const VectorXd along = left.col(k) / length;
+        const double size = along.dot(given.residual);
+        const double lost = (drop - size * size) / noise_.variance;
+        if ((mine.transpose() * along).norm() < kSameSignal ||
+            std::abs(size) / length > kFarFromUsual * info.parameters[static_cast<std::size_t>(k)].usual ||
+            (mine.cols() > 1 && chi2_tail(lost, static_cast<double>(mine.cols() - 1)) < kSuffices))
+          continue;
+        rest.push_back(other);
+        out.push_back(evaluate(rest));
+        rest.pop_back();
+        break;
+      }
+    }
+  }
+}
+
+std::vector<EffectSet> Search::alternatives(EffectSet& found) {
+  // Beside the sets of the search: each member replaced by every other effect.
+  for (std::size_t m = 0; m < found.members.size(); ++m) {
+    std::vector<Atom> rest = found.members;
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(m));
+    const EffectSet without = evaluated(rest);
+    expand(without, kWideForRivals);
+  }
+  std::vector<EffectSet> out;
+  bool swapped = true;
+  for (int round = 0; swapped && round < 3; ++round) {
+    swapped = false;
+    out.clear();
+    for (const EffectSet& set : tried_) {
+      if (set.members.empty() || set.members.size() > found.members.size() || !set.significant(kRivalLevel))
+        continue;
+      const auto mine = families(found.members), other_ones = families(set.members);
+      if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
+      // Nested spans: the smaller that suffices is named, the other is no rival.
+      bool no_rival = false, nested = false;
+      for (const Atom& other : set.members)
+        for (const Atom& own : found.members) {
+          if (other.family == own.family) continue;
+          if (set.members.size() == found.members.size() && contains(own, other)) {
+            const double lost = (set.rss - found.rss) / noise_.variance;
+            const auto columns = static_cast<double>(own.rank() - other.rank());
+            no_rival = true;
+            if (chi2_tail(lost, columns) > kSuffices && set.criterion < found.criterion + kWorthwhile) {
+              const EffectSet smaller = set;
+              found = smaller;
+              complete(found);
+              swapped = true;
+            }
+            break;
+          }
+          nested = nested || contains(other, own);
+        }
+      if (swapped) break;
+      const double margin = nested ? kUndecidedNested : kUndecided;
+      if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
+    }
+  }
+  add_twins(found, out);
+  std::sort(out.begin(), out.end(),
+            [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
+  return out;
+}
+
+SetEstimate estimate(const Atoms& atoms, const std::vector<Atom>& members) {
+  return estimate(members, atoms.products(pointers(members)));
+}
+
+SetEstimate estimate(const std::vector<Atom>& members, const Products& products) {
+  const MatrixXd inverse = inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken);
+  const VectorXd along = inverse * products.moments;
+  SetEstimate out;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const Eigen::Index at = products.first[m], rank = members[m].rank();
+    const MatrixXd& to = members[m].to_columns;
+    // The shortest parameters, in units of what each contributes, that give these columns.
+    VectorXd unit = to.colwise().norm().transpose();
+    const double rounding = kRounding * unit.maxCoeff();
+    for (double& u : unit) u = u > rounding ? 1.0 / u : 0.0;
+    const MatrixXd scaled = to * unit.asDiagonal();
+    const MatrixXd back =
+        unit.asDiagonal() * scaled.transpose() * inverse_above(scaled * scaled.transpose(), kUndetermined);
+    const VectorXd value = back * along.segment(at, rank);
+    const MatrixXd covariance = back * inverse.block(at, at, rank, rank) * back.transpose();
+    out.values.emplace_back(value.begin(), value.end());
+    out.sigmas.emplace_back();
+    for (Eigen::Index k = 0; k < value.size(); ++k)
+      out.sigmas.back().push_back(std::sqrt(std::max(covariance(k, k), 0.0)));
+  }
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,567 @@
+#include "diagnosis/verdict/bookkeeping.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <oneapi/tbb/parallel_for.h>
+
+#include "trunnion/base/units.hpp"
+
+#include "diagnosis/data/data_check.hpp"
+#include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/search/atoms.hpp"
+#include "diagnosis/verdict/bookkeeping_figures.hpp"
+#include "diagnosis/verdict/clock_shift.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+// README, "Conventions"; calibrated in tests/bench/discovery (run --conventions).
+constexpr double kSuspicious = 1.5;   // chi-square per degree: below, nothing is the wrong way round
+constexpr double kFarTooSmall = 0.1;  // the same of readings in too large a unit
+constexpr double kShare = 0.7;       // of what is wrong, that the convention explains beside the same effects
+constexpr double kMuchBetter = 2.0;  // chi-square per degree of the best effects over that of the convention
+constexpr double kOverwhelming = 20.0;  // the same where the rest is no noise
+constexpr double kNearlyNoise = 3.0;    // chi-square per degree that is still "fits"
+constexpr double kLeastNoise = 0.5;     // the same: less is no scatter that a measurement has
+constexpr double kNoise = 1.4;          // chi-square per degree of a rest that is noise
+constexpr double kNearlyAll = 0.9;      // share where effects explain the readings too, with more parameters
+constexpr double kAbsurd = 50.0;        // usual magnitudes: no effect is as large
+constexpr double kEvidence = 30.0;      // in -2 ln
+constexpr double kAsGood = 30.0;        // of a further convention beside the best
+constexpr std::size_t kMostReadings = 2500;           // a convention concerns all: more only take time
+constexpr std::size_t kSearched = 5;                  // conventions beside which effects are searched
+constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
+constexpr double kMostOutliers = 0.05;
+constexpr double kMostOffset_mm = 500.0;
+constexpr double kLeastLever_mm = 1.0, kLeastOffset_mm = 0.5, kLeastShift_s = 30.0;
+constexpr double kOfLost =
+    2.0;  // in chi-square: of a reading that a shift of the clock leaves without a state
+constexpr int kNewtonSteps = 5, kClockRefinements = 12;
+
+Model as_it_is(Model model) {
+  for (ModelEffect& effect : model.effects)
+    for (ParameterValue& p : effect.parameters) p.fixed = true;
+  return model;
+}
+
+bool has_values(const Model& model) {
+  return std::any_of(model.effects.begin(), model.effects.end(), [](const ModelEffect& e) {
+    return std::any_of(e.parameters.begin(),
+                       e.parameters.begin() + static_cast<std::ptrdiff_t>(e.effect->info().linear_count()),
+                       [](const ParameterValue& p) { return !p.fixed && p.given && p.value != 0.0; });
+  });
+}
+
+// The rows that readings were taken in, and those in which the spindle's speed or a free state changes: what
+// has a memory needs them.
+Dataset without_idle_rows(Dataset data) {
+  std::vector<bool> kept(data.track.size(), false);
+  for (const Reading& r : data.readings) kept[r.row] = true;
+  std::vector<std::size_t> last(data.context.runs.size(), data.track.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const MachineState s = data.track.state(i);
+    std::size_t& before = last[s.run];
+    if (before == data.track.size()) {
+      kept[i] = true;
+    } else {
+      const MachineState b = data.track.state(before);
+      kept[i] = kept[i] || s.spindle_rpm != b.spindle_rpm ||
+                !std::equal(s.state.begin(), s.state.end(), b.state.begin(), b.state.end());
+    }
+    before = i;
+  }
+  std::vector<MachineState> states;
+  std::vector<RowOrigin> rows;
+  std::vector<std::size_t> to(kept.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    to[i] = states.size();
+    if (!kept[i]) continue;
+    states.push_back(data.track.state(i));
+    rows.push_back(data.rows[i]);
+  }
+  for (Reading& r : data.readings) r.row = to[r.row];
+  Dataset out = make_dataset(data.context, states, std::move(rows), std::move(data.readings));
+  out.files = std::move(data.files);
+  return out;
+}
+
+// Every k-th reading, without single ones that cannot be right.
+Dataset thinned_out(const Machine& machine, Dataset data) {
+  const std::vector<bool> far = far_readings(Observations(machine, data));
+  std::vector<Reading> near;
+  for (std::size_t i = 0; i < data.readings.size(); ++i)
+    if (!far[i]) near.push_back(data.readings[i]);
+  data.readings = std::move(near);
+  const std::size_t step = (data.readings.size() + kMostReadings - 1) / kMostReadings;
+  if (step < 2) return data;
+  std::vector<Reading> kept;
+  for (std::size_t i = 0; i < data.readings.size(); i += step) kept.push_back(data.readings[i]);
+  data.readings = std::move(kept);
+  return without_idle_rows(std::move(data));
+}
+
+// Of one quantity, readings that do not show even their own scatter.
+bool small_readings(const Dataset& data) {
+  for (const Quantity q : {Quantity::displacement, Quantity::rotation}) {
+    double sum = 0.0, count = 0.0;
+    for (const Reading& r : data.readings) {
+      if (r.quantity != q) continue;
+      sum += std::pow(r.value / r.u_random, 2);
+      count += 1.0;
+    }
+    if (count > 0.0 && sum < kFarTooSmall * count) return true;
+  }
+  return false;
+}
+
+// Readings that another unit would put far below their own noise: it would explain anything away.
+bool scales_to_nothing(const Convention& c, const Dataset& data) {
+  if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0 || c.with_uncertainty)
+    return false;
+  double sum = 0.0, count = 0.0;
+  for (const Reading& r : data.readings) {
+    if (c.quantity && r.quantity != *c.quantity) continue;
+    sum += std::pow(c.factor * r.value / r.u_random, 2);
+    count += 1.0;
+  }
+  return sum < kFarTooSmall * count;
+}
+
+struct Trial {
+  Convention what;
+  Figures base, with_found;  // the model as given, and with the effects that were found, both fitted
+  double best = INFINITY;    // smaller deviance of the two, each with its price
+  double excess =
+      INFINITY;  // of chi-square of the model as given over what noise leaves; of a shift of the clock
+};
+
+class Judge {
+ public:
+  Judge(const Machine& machine, const Dataset& data, const Model& model, const Diagnosis& said,
+        const EffectSearch& search)
+      : machine_(machine), data_(thinned_out(machine, data)), model_(model), search_(search) {
+    found_ = with(model_, said.additions);
+    found_columns_ = columns_of(said.additions);
+    said_ = said.verdict;
+    absurd_ = absurd(said.additions);
+    small_readings_ = small_readings(data_);
+  }
+
+  std::vector<Bookkeeping> run() {
+    as_given_ = fitted(machine_, data_, model_, {});
+    found_as_given_ = found_columns_ > 0.0 ? fitted(machine_, data_, found_, {}) : as_given_;
+    std::vector<Bookkeeping> out;
+    if (has_values(model_)) out = as_it_stands();
+    if (out.empty()) out = taken_up_by_the_model();
+    const double reduced = as_given_.reduced();
+    if (!out.empty() || as_given_.dof < 5.0 || (reduced < kSuspicious && reduced > kFarTooSmall)) return out;
+    return fitted_conventions();
+  }
+
+ private:
+  static Model with(Model model, const std::vector<ModelEffect>& effects) {
+    model.effects.insert(model.effects.end(), effects.begin(), effects.end());
+    return model;
+  }
+  static double columns_of(const std::vector<ModelEffect>& effects) {
+    double out = 0.0;
+    for (const ModelEffect& e : effects) out += static_cast<double>(e.parameters.size());
+    return out;
+  }
+  static FitCore core_of(const Observations& o, const Model& model, const std::vector<bool>& flags) {
+    return fit_core(o, model, {.robust = false}, flags);
+  }
+  Figures fitted(const Machine& machine, const Dataset& data, const Model& model,
+                 const std::vector<bool>& flags, double scale = 0.0) const {
+    const Observations o(machine, data);
+    return figures(o, core_of(o, model, flags), scale);
+  }
+  Figures under(const Convention& c, const Model& model) const {
+    const PutRight right = put_right(machine_, model, with_known_state(data_, c), c);
+    return fitted(right.machine, right.data, right.model, {}, of_scale(c, data_));
+  }
+
+  double price(const Convention& c) const {
+    double free = 0.0;
+    if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset) free = 3.0;
+    if (c.kind == ConventionKind::tool_length || c.kind == ConventionKind::time_shift) free = 1.0;
+    free += static_cast<double>(runs_with_lost_speeds(data_, c).size());
+    return free * std::log(static_cast<double>(data_.readings.size()));
+  }
+
+  // Offsets by Newton's method, shifts of the clock between the steps of the list.
+  Convention estimated(Convention c, const Model& model) const {
+    if (c.kind == ConventionKind::time_shift) return with_lost_speeds(std::move(c), model);
+    const bool offset = c.kind == ConventionKind::tool_length || c.kind == ConventionKind::tool_offset ||
+                        c.kind == ConventionKind::ball_offset;
+    if (!offset) return c;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+      const Vec3 by = newton_step(c, model);
+      c.by_mm += by;
+      if (!c.by_mm.allFinite() || by.norm() < 1e-4 || c.by_mm.norm() > 2.0 * kMostOffset_mm) break;
+    }
+    return c;
+  }
+  // Before the first speed that is recorded the spindle turned at the one that fits best: what of it goes on
+  // to act is one number a run.
+  Convention with_lost_speeds(Convention c, const Model& model) const {
+    constexpr int kSteps = 2;
+    constexpr double kStep_rpm = 1000.0;
+    const auto runs = runs_with_lost_speeds(data_, c);
+    c.speed_before_rpm.clear();
+    if (runs.empty()) return c;
+    const Dataset known = with_known_state(data_, c);
+    c.speed_before_rpm.resize(data_.context.runs.size());
+    for (const std::size_t run : runs) c.speed_before_rpm[run] = 0.0;
+    for (int step = 0; step < kSteps; ++step) {
+      const PutRight at = put_right(machine_, model, known, c);
+      const Observations here(at.machine, at.data);
+      const FitCore core = core_of(here, at.model, {});
+      MatrixXd slope(here.size(), static_cast<Eigen::Index>(runs.size()));
+      for (std::size_t k = 0; k < runs.size(); ++k) {
+        Convention beside = c;
+        *beside.speed_before_rpm[runs[k]] += kStep_rpm;
+        const PutRight moved = put_right(machine_, model, known, beside);
+        slope.col(static_cast<Eigen::Index>(k)) =
+            (Observations(moved.machine, moved.data).predicted(core.model) - here.predicted(core.model)) /
+            kStep_rpm;
+      }
+      const MatrixXd g = core.projected(slope);
+      const MatrixXd normal = g.transpose() * g;
+      const VectorXd by = inverse_above(normal, 1e-9 * normal.trace()) * (g.transpose() * core.white);
+      if (!by.allFinite()) break;
+      for (std::size_t k = 0; k < runs.size(); ++k)
+        *c.speed_before_rpm[runs[k]] += by[static_cast<Eigen::Index>(k)];
+    }
+    return c;
+  }
+  Vec3 newton_step(const Convention& c, const Model& model) const {
+    constexpr double kStep_mm = 0.5;
+    const PutRight at = put_right(machine_, model, data_, c);
+    const Observations here(at.machine, at.data);
+    const FitCore core = core_of(here, at.model, {});
+    std::vector<int> along = {0, 1, 2};
+    if (c.kind == ConventionKind::tool_length) along = {2};
+    MatrixXd slope(here.size(), static_cast<Eigen::Index>(along.size()));
+    for (std::size_t k = 0; k < along.size(); ++k) {
+      Convention beside = c;
+      beside.by_mm[along[k]] += kStep_mm;
+      const PutRight moved = put_right(machine_, model, data_, beside);
+      const Observations there(moved.machine, moved.data);
+      slope.col(static_cast<Eigen::Index>(k)) =
+          ((here.values() - here.predicted(core.model)) - (there.values() - there.predicted(core.model))) /
+          kStep_mm;
+    }
+    const MatrixXd g = core.projected(slope);
+    const MatrixXd normal = g.transpose() * g;
+    const VectorXd found = inverse_above(normal, 1e-9 * normal.trace()) * (g.transpose() * core.white);
+    Vec3 out = Vec3::Zero();
+    for (std::size_t k = 0; k < along.size(); ++k) out[along[k]] = found[static_cast<Eigen::Index>(k)];
+    return out;
+  }
+
+  // Smaller ones are what effects are made for.
+  static bool large_enough(const Convention& c) {
+    switch (c.kind) {
+      case ConventionKind::tool_length:
+        return c.by_mm.norm() >= (c.in_readings ? kLeastOffset_mm : kLeastLever_mm) &&
+               c.by_mm.norm() <= kMostOffset_mm;
+      case ConventionKind::tool_offset:
+      case ConventionKind::ball_offset:
+        return c.by_mm.norm() >= kLeastOffset_mm && c.by_mm.norm() <= kMostOffset_mm;
+      case ConventionKind::time_shift:
+        return std::abs(c.by_s) >= kLeastShift_s;
+      case ConventionKind::axis_sense:
+      case ConventionKind::reading_sense:
+      case ConventionKind::swapped_columns:
+      case ConventionKind::unit:
+      case ConventionKind::stacking_order:
+        return true;
+    }
+    return true;
+  }
+
+  // Readings that a shift of the clock leaves without a state.
+  double of_lost(const Convention& c) const {
+    return static_cast<double>(data_.readings.size() - with_known_state(data_, c).readings.size());
+  }
+  // The figures as if they were of all readings: a lost one is no better explained than by a parameter of its
+  // own.
+  Figures with_lost(Figures f, double lost) const {
+    if (lost == 0.0) return f;
+    double logarithms = 0.0;  // of the noise of one reading
+    for (const Reading& r : data_.readings) logarithms += 2.0 * std::log(r.u_random);
+    const double each = 1.0 + logarithms / static_cast<double>(data_.readings.size());
+    f.deviance += (each + kOfLost) * lost;
+    f.floor += (each + kOfLost) * lost;
+    return f;
+  }
+
+  Trial tried(const Convention& given) const {
+    Trial out;
+    out.what = estimated(given, model_);
+    if (!large_enough(out.what)) return out;
+    out.base = under(out.what, model_);
+    out.with_found = found_columns_ > 0.0 ? under(out.what, found_) : out.base;
+    const double lost = of_lost(out.what);
+    for (Figures* f : {&out.base, &out.with_found}) *f = with_lost(*f, lost);
+    out.excess = out.base.chi2 - out.base.dof + kOfLost * lost;
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    out.best = std::min(out.base.deviance, out.with_found.deviance + found_columns_ * n) + price(out.what);
+    return out;
+  }
+
+  // Each kind of clock shift once, at its best moment. Effects found beside the wrong clock suit it, so the
+  // model as given decides, and a reading that is left without a state is no better explained than by a
+  // parameter of its own.
+  void refine_clock(std::vector<Trial>& trials) const {
+    std::vector<Trial> shifts;
+    for (const double sense : {1.0, -1.0}) {  // between the steps of the list the wrong one may look better
+      const Trial* best = nullptr;
+      for (const Trial& t : trials)
+        if (t.what.kind == ConventionKind::time_shift && t.what.by_s * sense > 0.0 &&
+            (best == nullptr || t.excess < best->excess))
+          best = &t;
+      if (best != nullptr) shifts.push_back(*best);
+    }
+    if (shifts.empty()) return;
+    std::erase_if(trials, [](const Trial& t) { return t.what.kind == ConventionKind::time_shift; });
+    oneapi::tbb::parallel_for(std::size_t{0}, shifts.size(), [&](std::size_t i) { refine(shifts[i]); });
+    trials.push_back(std::move(*std::min_element(
+        shifts.begin(), shifts.end(), [](const Trial& a, const Trial& b) { return a.excess < b.excess; })));
+  }
+  void refine(Trial& shift) const {
+    double step = 0.4 * std::abs(shift.what.by_s);
+    for (int k = 0; k < kClockRefinements; ++k, step *= 0.6)
+      for (const double by : {step, -step}) {
+        Convention c = shift.what;
+        c.by_s += by;
+        if (Trial t = tried(c); t.excess < shift.excess) shift = std::move(t);
+      }
+  }
+
+  std::vector<Trial> trials() const {
+    const auto list = conventions(machine_, data_, model_);
+    std::vector<Trial> out(list.size());
+    oneapi::tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t i) { out[i] = tried(list[i]); });
+    refine_clock(out);
+    std::erase_if(out, [](const Trial& t) { return !std::isfinite(t.best); });
+    std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.best < b.best; });
+    return out;
+  }
+
+  // The best of each kind, positions and readings in another unit apart, and of these the best few: one kind
+  // must not crowd out the others.
+  void best_of_each_kind(std::vector<Trial>& all) const {
+    std::vector<Trial> kept;
+    for (Trial& t : all) {
+      const bool readings = t.what.kind == ConventionKind::unit && t.what.axes.empty();
+      const auto same = [&](const Trial& k) {
+        return k.what.kind == t.what.kind && k.what.axes.empty() == t.what.axes.empty();
+      };
+      // Of one quantity, the other, or both: effects must be searched to tell.
+      if (std::count_if(kept.begin(), kept.end(), same) < (readings && small_readings_ ? 3 : 1))
+        kept.push_back(std::move(t));
+    }
+    if (kept.size() > kSearched) kept.resize(kSearched);
+    all = std::move(kept);
+  }
+
+  std::vector<Bookkeeping> fitted_conventions() {
+    auto all = trials();
+    tried_ = static_cast<double>(all.size());
+    const Figures& found = found_as_given_;
+    // What does not even bring the model or the effects that were found nearer to the readings explains
+    // nothing; but readings that are too small are near to everything.
+    const bool open = !clean(said_);
+    const auto falls = [](const Figures& from, const Figures& to, double share) {
+      const double by = from.deviance - to.deviance;
+      return by > kEvidence && by > share * (from.deviance - from.floor);
+    };
+    std::erase_if(all, [&](const Trial& t) { return scales_to_nothing(t.what, data_); });
+    std::erase_if(all, [&](const Trial& t) {
+      return !falls(as_given_, t.base, kHelps) && !(open && falls(found, t.with_found, kHelpsEffects)) &&
+             !(t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
+               small_readings_);
+    });
+    // Nor does what noise alone would leave too much of.
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    const double to_beat = absurd_ ? as_given_.deviance : found.deviance + found_columns_ * n;
+    std::erase_if(all, [&](const Trial& t) { return t.base.floor + price(t.what) > to_beat - kEvidence; });
+    best_of_each_kind(all);
+    struct Accepted {
+      Bookkeeping said;
+      double deviance = 0.0;
+    };
+    std::vector<Accepted> accepted;
+    for (const Trial& t : all) {
+      auto said = judged(t);
+      if (!said) continue;
+      accepted.push_back({std::move(said->first), said->second});
+      // With the model alone only noise is left: no other does better by so much.
+      if (t.base.reduced() < kNoise) break;
+    }
+    std::stable_sort(accepted.begin(), accepted.end(),
+                     [](const Accepted& a, const Accepted& b) { return a.deviance < b.deviance; });
+    std::vector<Bookkeeping> out;
+    for (Accepted& a : accepted)
+      if (a.deviance < accepted.front().deviance + kAsGood) add(out, std::move(a.said));
+    return out;
+  }
+
+  // Effects are searched once more beside the convention; both sides then have the best that they can.
+  std::optional<std::pair<Bookkeeping, double>> judged(const Trial& t) const {
+    const Dataset known = with_known_state(data_, t.what);
+    const PutRight right = put_right(machine_, model_, known, t.what);
+    const Diagnosis beside = search_(right.machine, right.data, right.model);
+    std::vector<bool> flags = beside.base.outlier;
+    if (static_cast<double>(std::count(flags.begin(), flags.end(), true)) >
+        kMostOutliers * static_cast<double>(flags.size()))
+      flags.clear();
+    const Model needed = with(right.model, beside.additions), without = with(model_, beside.additions);
+    const Figures after = fitted(right.machine, right.data, needed, flags, of_scale(t.what, data_));
+    const Figures before = fitted(machine_, known, without, flags);
+    // Effects far beyond their usual size are no explanation.
+    Figures best = fitted(machine_, known, absurd_ ? model_ : found_, flags);
+    double best_columns = absurd_ ? 0.0 : found_columns_;
+    const double columns = columns_of(beside.additions),
+                 n = std::log(static_cast<double>(data_.readings.size()));
+    if (!absurd(beside.additions) && before.deviance + columns * n < best.deviance + best_columns * n) {
+      best = before;
+      best_columns = columns;
+    }
+    const double scale = std::max(1.0, after.reduced());
+    const double share = (before.deviance - after.deviance) / (before.deviance - after.floor);
+    const double evidence = (best.deviance - after.deviance) / scale + (best_columns - columns) * n -
+                            price(t.what) - 2.0 * std::log(tried_);
+    const double better = off_by(best) / off_by(after);
+    if (after.reduced() < kLeastNoise) return std::nullopt;
+    if (!(share >= kShare) || !(evidence >= kEvidence)) return std::nullopt;
+    const bool noise_now = clean(beside.verdict) && after.reduced() < kNoise;
+    const bool noise_only_now = noise_now && (!clean(said_) || share > kNearlyAll);
+    // A state that was recorded now and then changes at moments that are not known: some structure stays.
+    const bool steps_stay = t.what.kind == ConventionKind::time_shift && !clean(said_) &&
+                            share > kNearlyAll && after.reduced() < kNoise;
+    const bool far_nearer =
+        better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
+    if (!noise_only_now && !steps_stay && !far_nearer) return std::nullopt;
+    // Against other conventions, which explain all readings.
+    return std::pair{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
+  }
+  // What is left is noise.
+  static bool clean(Verdict v) {
+    return v == Verdict::nothing_to_find || v == Verdict::named || v == Verdict::ambiguous;
+  }
+  static bool absurd(const std::vector<ModelEffect>& effects) {
+    return std::any_of(effects.begin(), effects.end(), [](const ModelEffect& e) {
+      const auto& info = e.effect->info();
+      for (std::size_t k = 0; k < info.linear_count(); ++k)
+        if (info.parameters[k].usual > 0.0 &&
+            std::abs(e.parameters[k].value) > kAbsurd * info.parameters[k].usual)
+          return true;
+      return false;
+    });
+  }
+  // How far from noise, whichever way.
+  static double off_by(const Figures& f) {
+    const double r = std::max(f.reduced(), 1e-12);
+    return std::max(r, 1.0 / r);
+  }
+
+  // The model's own values: they tell the sign of all readings, which fitted ones would follow.
+  std::vector<Bookkeeping> as_it_stands() const {
+    const Model held = as_it_is(model_);
+    const Figures before = fitted(machine_, data_, held, {});
+    if (before.reduced() < kSuspicious) return {};
+    const auto list = conventions(machine_, data_, model_);
+    std::vector<std::pair<double, Bookkeeping>> good;
+    for (const Convention& given : list) {
+      const Convention c = estimated(given, held);
+      if (!large_enough(c) || scales_to_nothing(c, data_)) continue;
+      const Figures after = under(c, held);
+      if (after.reduced() > kNearlyNoise / 1.5 || before.reduced() < kOverwhelming * after.reduced() ||
+          after.reduced() < 1.0 / kNearlyNoise)
+        continue;
+      good.emplace_back(after.deviance + price(c), said(c, before, after, true));
+    }
+    std::stable_sort(good.begin(), good.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<Bookkeeping> out;
+    for (auto& [deviance, b] : good)
+      if (deviance < good.front().first + kAsGood) add(out, std::move(b));
+    return out;
+  }
+
+  // An offset of the tool that the model's own parameters take up: then one of them is far beyond its usual
+  // size.
+  std::vector<Bookkeeping> taken_up_by_the_model() const {
+    const auto core = [](const PutRight& at) {
+      const Observations o(at.machine, at.data);
+      const FitCore fit = core_of(o, at.model, {});
+      return std::pair{figures(o, fit, 0.0), absurd(fit.model.effects)};
+    };
+    const auto [before, far_beyond] = core({machine_, model_, data_});
+    if (!far_beyond) return {};
+    std::vector<Bookkeeping> out;
+    for (const ConventionKind kind : {ConventionKind::tool_length, ConventionKind::tool_offset}) {
+      Convention c;
+      c.kind = kind;
+      c.in_readings = true;
+      c = estimated(c, as_it_is(model_));
+      if (!large_enough(c) || scales_to_nothing(c, data_)) continue;
+      const auto [after, still] = core(put_right(machine_, model_, data_, c));
+      if (!still && after.deviance < before.deviance + kEvidence) {
+        add(out, said(c, before, after, false));
+        break;  // a length is simpler than an offset
+      }
+    }
+    return out;
+  }
+
+  static void add(std::vector<Bookkeeping>& out, Bookkeeping b) {
+    const bool known = std::any_of(out.begin(), out.end(), [&](const Bookkeeping& o) {
+      return o.convention.kind == b.convention.kind && o.axis == b.axis && o.run == b.run &&
+             o.axes == b.axes && o.components == b.components && o.quantity == b.quantity;
+    });
+    if (!known) out.push_back(std::move(b));
+  }
+
+  Bookkeeping said(const Convention& c, const Figures& before, const Figures& after, bool own_values) const {
+    Bookkeeping out;
+    out.convention = c;
+    const auto name = [&](AxisId a) { return machine_.axes[a].name; };
+    if (c.kind == ConventionKind::axis_sense) out.axis = name(c.axes.front());
+    if (c.kind != ConventionKind::axis_sense)
+      for (const AxisId a : c.axes) out.axes.push_back(name(a));
+    for (const int k : c.components) out.components.push_back(std::string("n_") + "xyz"[k]);
+    if (c.run) out.run = data_.context.runs[*c.run].id;
+    if (c.quantity) out.quantity = *c.quantity == Quantity::displacement ? "displacement" : "rotation";
+    out.chi2_before = before.chi2;
+    out.chi2_after = after.chi2;
+    out.dof = after.dof;
+    out.as_it_stands = own_values;
+    out.words = words_of(out, machine_, data_);
+    return out;
+  }
+
+  const Machine& machine_;
+  Dataset data_;
+  const Model& model_;
+  const EffectSearch& search_;
+  Model found_;
+  double found_columns_ = 0.0;
+  Figures as_given_, found_as_given_;  // of the files as they are: the model, and what was found beside it
+  double tried_ = 1.0;
+  Verdict said_ = Verdict::nothing_to_find;
+  bool absurd_ = false;
+  bool small_readings_ = false;  // of a quantity: nearly all are below their uncertainty
+};
+
+}  // namespace
+
+std::vector<Bookkeeping> wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
+                                           const Diagnosis& said, const EffectSearch& search) {
+  return Judge(machine, data, model, said, search).run();
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,58 @@
+#include "diagnosis/verdict/bookkeeping_figures.hpp"
+
+#include <cmath>
+
+namespace trunnion::diagnosis {
+namespace {
+
+// ln |C| of the readings with weight. Not the restricted one: a set-up in another unit is no evidence.
+double log_determinant(const Observations& o, const NoiseModel& noise) {
+  double out = 0.0;
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    if (noise.used[static_cast<std::size_t>(i)]) out += 2.0 * std::log(noise.u[i]);
+  for (const auto& group : o.groups()) {
+    double shared = 0.0;
+    for (const Eigen::Index i : group)
+      if (noise.used[static_cast<std::size_t>(i)]) shared += std::pow(noise.common[i] / noise.u[i], 2);
+    out += std::log1p(shared);
+  }
+  return out;
+}
+
+// -2 ln of a long-tailed prior of the parameters (Cauchy's, ten usual sizes). Displacements that are 1000
+// times too large fit as well as rotations that are 1000 times too small; but then every parameter is 1000
+// times its usual size.
+double of_sizes(const FitCore& core) {
+  constexpr double kFarFromUsual = 10.0;
+  double out = 0.0;
+  for (const FreeParameter& f : core.free) {
+    const ModelEffect& effect = core.model.effects[f.effect];
+    const Parameter& p = effect.effect->info().parameters[f.index];
+    if (p.role == ParameterRole::linear && p.usual > 0.0)
+      out += 2.0 * std::log1p(std::pow(effect.parameters[f.index].value / (kFarFromUsual * p.usual), 2));
+  }
+  return out;
+}
+
+}  // namespace
+
+double of_scale(const Convention& c, const Dataset& data) {
+  if (c.kind != ConventionKind::unit || !c.axes.empty()) return 0.0;
+  double count = 0.0;
+  for (const Reading& r : data.readings)
+    if ((!c.quantity || r.quantity == *c.quantity)) count += 1.0;
+  return -2.0 * count * std::log(c.factor);
+}
+
+Figures figures(const Observations& o, const FitCore& core, double scale) {
+  Figures out;
+  out.chi2 = core.chi2();
+  out.dof = core.dof();
+  const double fixed = log_determinant(o, core.whitening->noise()) + scale;
+  // Readings that scatter less than stated are no better explained.
+  out.deviance = std::max(out.chi2, out.dof) + fixed + of_sizes(core);
+  out.floor = out.dof + fixed;
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,23 @@
+#pragma once
+#include <algorithm>
+
+#include "trunnion/diagnosis/bookkeeping.hpp"
+
+#include "diagnosis/fit/fit_core.hpp"
+
+namespace trunnion::diagnosis {
+
+/// A fit's figures. `deviance` is -2 ln of the likelihood and of a long-tailed prior of the parameters;
+/// `floor` what noise alone would leave of it.
+struct Figures {
+  double deviance = 0.0, floor = 0.0, chi2 = 0.0, dof = 0.0;
+  double reduced() const { return chi2 / std::max(dof, 1.0); }
+};
+
+/// `scale`: -2 ln of the density of the readings as they stand over that of those fitted.
+Figures figures(const Observations& observations, const FitCore& fit, double scale);
+
+/// That quotient for a convention that scales readings, else 0.
+double of_scale(const Convention& convention, const Dataset& data);
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,114 @@
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "diagnosis/verdict/bookkeeping.hpp"
+#include "diagnosis/verdict/verdict_text.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+std::string listed_files(const Dataset& data) {
+  std::string out;
+  for (const std::string& file : data.files) {
+    if (!out.empty()) out += ", ";
+    out += file;
+  }
+  return out.empty() ? "the measurement file" : out;
+}
+
+std::string column(const Machine& machine, const std::string& axis) {
+  const auto id = machine.axis(axis);
+  const bool linear = id && machine.axes[*id].kind == AxisKind::linear;
+  return axis + (linear ? "_mm" : "_deg");
+}
+
+std::string machine_file(const Machine& machine) {
+  return machine.file.empty() ? "the machine file" : machine.file;
+}
+
+std::string signed_mm(const Vec3& v) {
+  return "(" + fixed_text(v.x(), 3) + ", " + fixed_text(v.y(), 3) + ", " + fixed_text(v.z(), 3) + ") mm";
+}
+
+std::string joined_columns(const Machine& machine, const std::vector<std::string>& axes) {
+  std::string out;
+  for (const std::string& axis : axes) {
+    if (!out.empty()) out += " and ";
+    out += column(machine, axis);
+  }
+  return out;
+}
+
+std::string unit_words(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
+  const double f = b.convention.factor;
+  const std::string times =
+      f >= 1.0 ? short_number(f) + " times too small" : short_number(1.0 / f) + " times too large";
+  if (!b.axes.empty())
+    return "The positions in " + joined_columns(machine, b.axes) + " of " + listed_files(data) + " are " +
+           times + ": they are in another unit than the column says";
+  const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
+  return what + " in " + listed_files(data) + " are " + times +
+         (b.convention.with_uncertainty ? ", with their uncertainties" : " (`value`, against u_random)") +
+         ": they are in another unit than `unit` says";
+}
+
+std::string sense_words(const Bookkeeping& b, const Dataset& data) {
+  std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
+  if (!b.run.empty()) what = "The readings of run '" + b.run + "'";
+  return what + " in " + listed_files(data) +
+         " have the wrong sign: `value` is actual minus nominal, of the tool relative to the part, along n";
+}
+
+std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
+  const Convention& c = b.convention;
+  switch (c.kind) {
+    case ConventionKind::axis_sense:
+      return "Axis " + b.axis + " goes the other way than these files say: turn round `direction` of axis " +
+             b.axis + " in " + machine_file(machine) + ", or the sign of " + column(machine, b.axis) +
+             " in " + listed_files(data) + ". Command a small positive step of " + b.axis +
+             " and look which way it goes";
+    case ConventionKind::reading_sense:
+      return sense_words(b, data);
+    case ConventionKind::swapped_columns:
+      return (b.axes.empty()
+                  ? "The columns " + b.components[0] + " and " + b.components[1]
+                  : "The columns " + column(machine, b.axes[0]) + " and " + column(machine, b.axes[1])) +
+             " of " + listed_files(data) + " are exchanged";
+    case ConventionKind::unit:
+      return unit_words(b, machine, data);
+    case ConventionKind::tool_length:
+      return "The tool is " + fixed_text(std::abs(c.by_mm.z()), 3) + " mm " +
+             (c.by_mm.z() < 0.0 ? "longer" : "shorter") + " than given: put right tool_z_mm in " +
+             listed_files(data) + ", or where that column is missing `length_mm` of [tool] in " +
+             machine_file(machine);
+    case ConventionKind::tool_offset:
+      return "The measured point lies " + signed_mm(c.by_mm) +
+             " from where tool_x_mm, tool_y_mm, tool_z_mm say, and the readings of " + listed_files(data) +
+             " show it: put these columns right, or take the offset out of the readings";
+    case ConventionKind::ball_offset:
+      return "The part (or the ball) of run '" + b.run + "' stands " + signed_mm(c.by_mm) +
+             " from where the files say, in the part's axes: put it right, or leave out `translation = "
+             "\"fixed\"` in "
+             "[setup] of the model file";
+    case ConventionKind::time_shift:
+      return "Temperatures and spindle speed in " + listed_files(data) + " come " +
+             short_number(std::abs(c.by_s)) + " s too " + (c.by_s > 0.0 ? "late" : "early") +
+             " in the file: two clocks, one of them is off";
+    case ConventionKind::stacking_order:
+      return b.axes[1] + " carries " + b.axes[0] + ", not " + b.axes[0] + " " + b.axes[1] +
+             ": exchange the two in `part` of [chain] in " + machine_file(machine) +
+             ". Turn each of them alone and look whether the other one's axis moves with it";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
+  return told(b, machine, data) + ". With that put right chi-square falls from " +
+         short_number(b.chi2_before) + " to " + short_number(b.chi2_after) + " for " + short_number(b.dof) +
+         " degrees of freedom" + (b.as_it_stands ? ", the model's values as they stand." : ".");
+}
+
+}  // namespace trunnion::diagnosis

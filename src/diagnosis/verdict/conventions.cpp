@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trunnion/base/units.hpp"
+
+#include "diagnosis/verdict/bookkeeping.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kArcsecond_urad = 4.84813681109536;
+constexpr std::array kClockSteps = {120.0,  180.0,  300.0,  450.0,  600.0,  900.0, 1200.0,
+                                    1500.0, 1800.0, 2400.0, 3600.0, 5400.0, 7200.0};  // s
+
+template <class F>
+bool varies(const Dataset& data, const F& value) {
+  if (data.readings.empty()) return false;
+  const double first = value(data.track.state(data.readings.front().row));
+  return std::any_of(data.readings.begin(), data.readings.end(), [&](const Reading& r) {
+    return std::abs(value(data.track.state(r.row)) - first) > 1e-9;
+  });
+}
+
+bool stands_still(const Dataset& data, AxisId a) {
+  return std::none_of(data.readings.begin(), data.readings.end(),
+                      [&](const Reading& r) { return data.track.state(r.row).q[a] != 0.0; });
+}
+
+bool measured(const Dataset& data, Quantity q) {
+  return std::any_of(data.readings.begin(), data.readings.end(),
+                     [q](const Reading& r) { return r.quantity == q; });
+}
+
+class Listed {
+ public:
+  Listed(const Machine& machine, const Dataset& data, const Model& model)
+      : machine_(machine),
+        data_(data),
+        model_(model),
+        both_(measured(data, Quantity::displacement) && measured(data, Quantity::rotation)) {}
+
+  std::vector<Convention> all() {
+    senses();
+    swaps();
+    stacking();
+    units();
+    offsets();
+    clocks();
+    return std::move(out_);
+  }
+
+ private:
+  Convention& add(ConventionKind kind) {
+    out_.emplace_back().kind = kind;
+    return out_.back();
+  }
+  void senses() {
+    for (AxisId a = 0; a < machine_.axes.size(); ++a) {
+      if (stands_still(data_, a)) continue;
+      add(ConventionKind::axis_sense).axes = {a};
+      Convention& c = add(ConventionKind::axis_sense);
+      c.axes = {a};
+      c.in_file = true;
+    }
+    add(ConventionKind::reading_sense);
+    if (both_)
+      for (const Quantity q : {Quantity::displacement, Quantity::rotation})
+        add(ConventionKind::reading_sense).quantity = q;
+    if (data_.context.runs.size() > 1)
+      for (std::size_t run = 0; run < data_.context.runs.size(); ++run)
+        add(ConventionKind::reading_sense).run = run;
+  }
+  void swaps() {
+    for (AxisId a = 0; a < machine_.axes.size(); ++a)
+      for (AxisId b = a + 1; b < machine_.axes.size(); ++b)
+        if (machine_.axes[a].kind == machine_.axes[b].kind &&
+            !(stands_still(data_, a) && stands_still(data_, b)))
+          for (const bool positions_only : {false, true}) {
+            Convention& c = add(ConventionKind::swapped_columns);
+            c.axes = {a, b};
+            c.in_file = positions_only;
+          }
+    for (int a = 0; a < 3; ++a)
+      for (int b = a + 1; b < 3; ++b) add(ConventionKind::swapped_columns).components = {a, b};
+  }
+  void stacking() {
+    const std::vector<AxisId> rotary = machine_.rotary_axes();
+    if (rotary.size() == 2 && !stands_still(data_, rotary[0]) && !stands_still(data_, rotary[1]))
+      add(ConventionKind::stacking_order).axes = rotary;
+  }
+  void unit(std::optional<Quantity> q, double factor, bool with_uncertainty) {
+    Convention& c = add(ConventionKind::unit);
+    c.quantity = q;
+    c.factor = factor;
+    c.with_uncertainty = with_uncertainty;
+  }
+  void units() {
+    std::vector<std::optional<Quantity>> of;
+    for (const Quantity q : {Quantity::displacement, Quantity::rotation})
+      if (measured(data_, q)) of.emplace_back(q);
+    if (both_) of.emplace_back(std::nullopt);
+    for (const auto& q : of) {
+      for (const double factor : {1e3, 1e-3}) {
+        unit(q, factor, false);
+        unit(q, factor, true);
+      }
+      if (q == Quantity::displacement)
+        for (const double factor : {kMmPerInch, 1.0 / kMmPerInch}) unit(q, factor, true);
+      if (q == Quantity::rotation)
+        for (const double factor : {kArcsecond_urad, 1.0 / kArcsecond_urad, kDegreePerRad, kRadPerDegree})
+          unit(q, factor, true);
+    }
+    Convention rotary, linear;
+    for (AxisId a = 0; a < machine_.axes.size(); ++a)
+      if (!stands_still(data_, a))
+        (machine_.axes[a].kind == AxisKind::rotary ? rotary : linear).axes.push_back(a);
+    for (auto& [c, factors] : {std::pair{rotary, std::vector{kDegreePerRad}},
+                               std::pair{linear, std::vector{1e3, 1e-3, kMmPerInch, 1.0 / kMmPerInch}}}) {
+      if (c.axes.empty()) continue;
+      for (const double factor : factors) {
+        out_.push_back(c);
+        out_.back().kind = ConventionKind::unit;
+        out_.back().factor = factor;
+      }
+    }
+  }
+  void offsets() {
+    add(ConventionKind::tool_length);
+    add(ConventionKind::tool_length).in_readings = true;
+    add(ConventionKind::tool_offset).in_readings = true;
+    if (model_.setup_translation != SetupTranslation::fixed) return;
+    for (std::size_t run = 0; run < data_.context.runs.size(); ++run)
+      add(ConventionKind::ball_offset).run = run;
+  }
+  void clocks() {
+    bool recorded = varies(data_, [](const MachineState& s) { return s.spindle_rpm; });
+    for (std::size_t k = 0; k < data_.context.names.temperatures.size(); ++k)
+      recorded = recorded || varies(data_, [k](const MachineState& s) { return s.temperature_K[k]; });
+    for (std::size_t k = 0; k < data_.context.names.states.size(); ++k)
+      recorded = recorded || varies(data_, [k](const MachineState& s) { return s.state[k]; });
+    if (!recorded) return;
+    for (const double step : kClockSteps)
+      for (const double by : {step, -step}) add(ConventionKind::time_shift).by_s = by;
+  }
+
+  const Machine& machine_;
+  const Dataset& data_;
+  const Model& model_;
+  bool both_;
+  std::vector<Convention> out_;
+};
+
+}  // namespace
+
+std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model) {
+  return Listed(machine, data, model).all();
+}
+
+std::string_view text_of(ConventionKind kind) {
+  switch (kind) {
+    case ConventionKind::axis_sense:
+      return "axis_sense";
+    case ConventionKind::reading_sense:
+      return "reading_sense";
+    case ConventionKind::swapped_columns:
+      return "swapped_columns";
+    case ConventionKind::unit:
+      return "unit";
+    case ConventionKind::tool_length:
+      return "tool_length";
+    case ConventionKind::tool_offset:
+      return "tool_offset";
+    case ConventionKind::ball_offset:
+      return "ball_offset";
+    case ConventionKind::time_shift:
+      return "time_shift";
+    case ConventionKind::stacking_order:
+      return "stacking_order";
+  }
+  return "";
+}
+
+}  // namespace trunnion::diagnosis

@@ -1,0 +1,565 @@
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/base/units.hpp"
+
+#include "diagnosis/data/data_check.hpp"
+#include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/heldout.hpp"
+#include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/fit/usual_size.hpp"
+#include "diagnosis/search/leftover.hpp"
+#include "diagnosis/search/neighbours.hpp"
+#include "diagnosis/search/ranking.hpp"
+#include "diagnosis/verdict/bookkeeping.hpp"
+#include "diagnosis/verdict/next_measurement.hpp"
+#include "diagnosis/verdict/verdict_text.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kLowChi2 = 0.8, kHighChi2 = 1.25, kChi2Level = 1e-4;  // README, "data_problem"
+constexpr double kLooseAlpha = 0.05;      // of the set beside which the noise is judged
+constexpr double kMostlyExplained = 0.7;  // below, the best match of the library is no name but a likeness
+constexpr double kUneasy = 20.0;  // 1 % of sums of squares, beside tests that are corrected for their number
+constexpr double kFewestDof = 5.0;
+constexpr double kSimulatedNumbers =
+    2e8;  // products per simulation round: keeps 10 000 readings within seconds
+constexpr std::size_t kFewestSimulations = 40;
+constexpr int kMostRounds = 3;  // of the judgement of outliers
+// Of the level of false alarms, once for effects and once for structure. The other half of it is what their
+// numbers of independent tests, judged by medians, understate in the tails, and what a noise that had to be
+// estimated adds.
+constexpr double kShareOfLevel = 0.25;
+constexpr double kAmongSets =
+    0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
+constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
+constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kBesideAPart = 0.7;
+constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
+
+struct Outcome {
+  EffectSet found;
+  std::vector<EffectSet> rivals;
+  NoiseScale noise;
+  Leftover before, after;
+};
+
+class Engine {
+ public:
+  Engine(const Machine& machine, const Dataset& data, const Model& model, const DiagnoseOptions& options,
+         std::vector<EffectFamily> library)
+      : whole_(std::make_shared<const Observations>(machine, data)),
+        condensed_(whole_->size() > kMostSingly
+                       ? std::make_shared<const Observations>(whole_, bins_of(*whole_))
+                       : whole_),
+        o_(*condensed_),
+        model_(model),
+        options_(options),
+        library_(std::move(library)),
+        structures_(o_) {}
+
+  Diagnosis run() {
+    FitCore base = fit_core(o_, model_, {});
+    Diagnosis d;
+    // Outliers are judged beside what was found; a second round with them settles the verdict.
+    for (int round = 0;; ++round) {
+      const Atoms atoms(o_, base, library_);
+      structures_.fit_to(base);
+      const Outcome outcome = search(atoms);
+      if (round < kMostRounds) {
+        std::vector<bool> now = base.whitening->noise().used;
+        now.flip();
+        auto flags = now;
+        if (!keep_all_) {
+          if (!outcome.found.members.empty()) flags = outliers_beside(atoms, outcome.found);
+          keep_all_ = structured(atoms, outcome.found, flags);
+          if (keep_all_) flags.assign(flags.size(), false);
+        }
+        if (flags != now) {
+          base = fit_core(o_, model_, {.robust = false}, flags);
+          continue;
+        }
+      }
+      fill(d, atoms, outcome);
+      return d;
+    }
+  }
+
+ private:
+  double level() const { return kShareOfLevel * options_.alpha; }
+
+  Outcome search(const Atoms& atoms) {
+    Outcome out;
+    double width = 0.0;
+    for (const Atom& atom : atoms.all()) width += static_cast<double>(atom.rank());
+    const double affordable =
+        kSimulatedNumbers / std::max(1.0, width * static_cast<double>(o_.size()) / 10.0);
+    multiplicity_ = atoms.multiplicity(std::clamp(static_cast<std::size_t>(affordable), kFewestSimulations,
+                                                  std::max(kFewestSimulations, options_.simulations)),
+                                       options_.seed);
+    const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
+    const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(structures_.blocks, o_.size(), room));
+    const Remainder nothing = atoms.remainder({});
+    const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
+    const auto [first, judged] = beside_what(atoms, of_base, surrogate);
+    noise_ = out.noise = judged.noise;
+    search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, level(), options_.max_effects);
+    out.found = search_->best();
+    if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
+    out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0
+                     ? rescaled(of_base.left, of_base.noise, noise_)
+                     : leftover(atoms, nothing, structures_, noise_);
+    const bool same = out.found.ids(atoms) == first.ids(atoms);
+    if (out.found.members.empty())
+      out.after = out.before;
+    else
+      out.after = same ? judged.left : leftover(atoms, out.found.remainder, structures_, noise_);
+    return out;
+  }
+
+  struct Beside {
+    EffectSet set;
+    Judgement judged;
+  };
+  // The set beside which the noise is judged. What the surrogate cannot follow looks like scatter that is
+  // large and correlated in time, and against such scatter nothing is significant. So where the scatter is
+  // not as stated, the sets that are clear against the stated uncertainty are an explanation too: the
+  // likelier of the two stands.
+  Beside beside_what(const Atoms& atoms, const Judgement& of_base, const MatrixXd& surrogate) {
+    const auto by = [&](const NoiseScale& noise) {
+      Beside out{Search(atoms, multiplicity_, noise, kLooseAlpha, options_.max_effects).best(), of_base};
+      if (!out.set.members.empty())
+        out.judged = judge(atoms, out.set.remainder, structures_, surrogate, options_.seed);
+      return out;
+    };
+    Beside by_scatter = by(of_base.noise);
+    if (as_stated(by_scatter.judged.noise)) return by_scatter;
+    NoiseScale stated;
+    stated.dof = kStatedDof;
+    Beside by_statement = by(stated);
+    const auto cost = [&](const Beside& b) {
+      return surprise(b.judged.noise, atoms.base().dof()) +
+             2.0 * std::log(multiplicity_.families) * static_cast<double>(b.set.members.size());
+    };
+    return cost(by_statement) + kAsSimple < cost(by_scatter) ? by_statement : by_scatter;
+  }
+  static bool as_stated(const NoiseScale& noise) {
+    return noise.phi == 0.0 && noise.raw_variance <= kHighChi2;
+  }
+  // Bayesian information criterion of readings whose noise is AR(1) of this variance and correlation, beside
+  // as many columns as it has lost degrees of freedom. Scatter below the stated uncertainty is no merit.
+  static double surprise(const NoiseScale& noise, double dof) {
+    double steps = 0.0;
+    for (const auto& s : noise.sequences) steps += s.empty() ? 0.0 : static_cast<double>(s.size() - 1);
+    return dof * std::log(std::max(noise.raw_variance, 1.0)) +
+           std::min(steps, dof) * std::log(1.0 - noise.phi * noise.phi) + (dof - noise.dof) * std::log(dof);
+  }
+
+  Model with(const Atoms& atoms, const EffectSet& set) const {
+    Model out = model_;
+    for (const Atom& atom : set.members) {
+      ModelEffect effect = model_effect(atoms.library()[atom.family].variants[atom.variant]);
+      // Linear ones start at 0: where the runs leave a combination open, the score's estimate of it is far
+      // out.
+      const std::size_t linear = effect.effect->info().linear_count();
+      for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+        effect.parameters[k].value = k < linear ? 0.0 : atom.shape[k - linear];
+        effect.parameters[k].given = true;
+      }
+      out.effects.push_back(std::move(effect));
+    }
+    return out;
+  }
+  std::vector<bool> outliers_beside(const Atoms& atoms, const EffectSet& set) const {
+    return find_outliers(o_, fit_core(o_, with(atoms, set), {.robust = false}));
+  }
+
+  // Readings that stand out together are no outliers: they are neighbours and stand out to the same side, or
+  // one function of the state explains most of what they are off by.
+  bool structured(const Atoms& atoms, const EffectSet& set, const std::vector<bool>& flags) {
+    const auto far = std::count(flags.begin(), flags.end(), true);
+    if (far < 2) return false;
+    const FitCore all = fit_core(o_, with(atoms, set), {.robust = false});
+    if (company(o_, flags, all.white) > kInCompany) return true;
+    if (far < kFewestTogether) return false;
+    return structures_.twists.common_cause(all).has_value();
+  }
+
+  void fill(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
+    const FitCore& base = atoms.base();
+    d.chi2 = base.chi2();
+    d.dof = base.dof();
+    d.autocorrelation = x.noise.phi;
+    d.noise_factor = std::sqrt(x.noise.raw_variance);
+    d.null_directions = open_directions(o_, base);
+    d.base = fit(o_.machine(), o_.data(), model_);
+    sizes(d, base, x.noise);
+    d.depends_on = dependences(x.before);
+    d.leftover = dependences(x.after);
+    d.ranking = ranking(atoms, *search_, noise_, x.found, level());
+    decide(d, atoms, x);
+    d.rows.problems = row_problems(*whole_);
+    std::optional<FitCore> whole;
+    if (!d.effects.empty()) whole = refit(d, atoms, x.found);
+    if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
+      d.next = next_measurement(atoms, x.found, x.rivals, noise_);
+    if (options_.plan && !d.next && d.verdict != Verdict::data_problem &&
+        d.verdict != Verdict::not_in_library && !d.null_directions.empty())
+      d.next = next_for_open_parameters(o_, whole ? *whole : base);
+    if (d.paragraph.empty()) d.paragraph = paragraph(d, atoms, x.found);
+  }
+
+  // Each covariate once, with its smallest p-value.
+  std::vector<Dependence> dependences(const Leftover& tests) const {
+    constexpr std::size_t kMost = 8;
+    std::vector<Dependence> out;
+    for (const auto& t : tests.tests) {
+      if (!(t.p < options_.alpha) || out.size() == kMost) break;
+      if (std::none_of(out.begin(), out.end(),
+                       [&](const Dependence& e) { return e.covariate == t.covariate; }))
+        out.push_back({t.covariate, t.p});
+    }
+    return out;
+  }
+
+  // Of single readings, also where they were taken together.
+  void sizes(Diagnosis& d, const FitCore& base, const NoiseScale& noise) const {
+    std::vector<bool> used = base.whitening->noise().used;
+    VectorXd residual, u;
+    if (condensed_ == whole_) {
+      residual = plain_residual(o_, base);
+      u = base.whitening->noise().u;
+    } else {
+      used = d.base.outlier;
+      used.flip();
+      residual = Eigen::Map<const VectorXd>(d.base.residual.data(), whole_->size());
+      u = stated_noise(*whole_, 0.0, 0.0).u;
+      d.chi2 = d.base.chi2;
+      d.dof = d.base.dof;
+    }
+    d.outliers = static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
+    const SizeByQuantity rms = size_by_quantity(o_.data(), residual, used);
+    const SizeByQuantity floor = size_by_quantity(o_.data(), u, used);
+    d.rms_um = rms.um;
+    d.rms_urad = rms.urad;
+    d.noise_floor_um = floor.um * std::sqrt(noise.variance);
+    d.noise_floor_urad = floor.urad * std::sqrt(noise.variance);
+  }
+
+  static double chi2_p(double chi2, double dof) {
+    const double tail = chi2_tail(chi2, dof);
+    return 2.0 * std::min(tail, 1.0 - tail);
+  }
+  bool chi2_is_off(double chi2, double dof) const {
+    if (dof < 1.0) return false;
+    const double reduced = chi2 / dof;
+    if (reduced >= kLowChi2 && reduced <= kHighChi2) return false;
+    return chi2_p(chi2, dof) < kChi2Level;
+  }
+
+  // Whether any effect of the machine's geometry or motion can be seen at all; those of time and set-up
+  // always can.
+  bool testable(const Diagnosis& d) const {
+    if (d.dof < kFewestDof) return false;
+    for (const RankedEffect& r : d.ranking) {
+      const auto family = std::find_if(library_.begin(), library_.end(),
+                                       [&](const EffectFamily& f) { return f.id() == r.id; });
+      if (family == library_.end()) continue;
+      const EffectClass kind = family->info().kind;
+      if (r.excited && (kind == EffectClass::geometric || kind == EffectClass::dynamic)) return true;
+    }
+    return false;
+  }
+
+  // A period that is none of the known ones of the screw is sure, but what turns with it is not known.
+  bool unknown_period(const Atoms& atoms, const EffectSet& set) const {
+    return std::any_of(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+      const auto& info = atoms.effect(atom).info();
+      if (!info.id.starts_with("periodic:")) return false;
+      const auto& known = info.parameters.back().candidates;
+      return !known.empty() && std::none_of(known.begin(), known.end(),
+                                            [&](double c) { return std::abs(c - atom.shape[0]) < 1e-9 * c; });
+    });
+  }
+
+  // Rounding is the same wherever a position is measured again, and looks like structure: where no more than
+  // that is left, these readings show nothing.
+  bool only_rounding(const Diagnosis& d) const {
+    constexpr double kNoMore = 1.2;
+    const auto rounded = [&](Quantity quantity, double rms) {
+      const double step =
+          resolution(*whole_, quantity) / (quantity == Quantity::displacement ? kMmPerUm : kRadPerUrad);
+      return std::isnan(rms) || rms <= kNoMore * step / std::sqrt(12.0);
+    };
+    return rounded(Quantity::displacement, d.rms_um) && rounded(Quantity::rotation, d.rms_urad);
+  }
+
+  void decide(Diagnosis& d, const Atoms& atoms, const Outcome& x) {
+    if (const std::string wrong = contradiction(*whole_); !wrong.empty()) {
+      d.verdict = Verdict::data_problem;
+      d.confidence = 0.99;
+      d.rows.contradicted = true;
+      d.paragraph = "The rows contradict themselves: " + wrong + ". Correct the file first.";
+      return;
+    }
+    if (only_rounding(d)) {
+      d.verdict = testable(d) ? Verdict::nothing_to_find : Verdict::not_testable;
+      d.only_rounding = true;
+      d.confidence = kOfRounding;
+      return;
+    }
+    const double gained = (base_rss(atoms) - x.found.remainder.rss()) / noise_.variance;
+    double left = 0.0;
+    for (const auto& t : x.after.tests)
+      if (t.p < level()) left = std::max(left, t.drop - static_cast<double>(t.rank));
+    d.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
+    if (x.found.members.empty()) return decide_without_effect(d, x);
+    const double after_dof = atoms.base().dof() - static_cast<double>(x.found.remainder.basis.cols());
+    const bool rest = x.after.found(level()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
+                                                 chi2_is_off(x.found.remainder.rss(), after_dof));
+    if (rest && d.explained < kMostlyExplained) {
+      d.verdict = Verdict::not_in_library;
+      d.confidence = 0.97;
+      return;
+    }
+    if (simpler_than(x, atoms)) {
+      d.verdict = Verdict::not_in_library;
+      d.imitators = x.found.ids(atoms);
+      d.confidence = 0.97;
+      return;
+    }
+    d.effects = x.found.ids(atoms);
+    d.sets = {d.effects};
+    d.confidence = posterior(x);
+    for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
+    if (rest || (x.rivals.empty() && unknown_period(atoms, x.found))) {
+      d.verdict = Verdict::named_but_incomplete;
+      d.confidence = x.rivals.empty() ? std::min(d.confidence, 0.97) : kAmongSets;
+    } else if (!x.rivals.empty()) {
+      d.verdict = Verdict::ambiguous;
+      d.confidence = kAmongSets;
+    } else {
+      d.verdict = Verdict::named;
+      if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
+    }
+    if (x.rivals.empty()) refuse_harm(d, atoms, x, after_dof);
+  }
+
+  // What one run says of the set must not be wrong in another.
+  void refuse_harm(Diagnosis& d, const Atoms& atoms, const Outcome& x, double after_dof) const {
+    const double scatter = x.found.remainder.rss() / std::max(after_dof, 1.0);
+    const auto harm = held_out_harm(atoms, x.found.members, std::max({1.0, noise_.variance, scatter}));
+    if (!harm) return;
+    d.harm =
+        HeldOutHarm{o_.data().context.runs[harm->run].id, d.effects, harm->chi2_before, harm->chi2_after};
+    d.verdict = Verdict::not_in_library;
+    d.confidence = kOfHarm;
+    d.effects.clear();
+    d.sets.clear();
+  }
+
+  // One function of the state that does what two or three effects are needed for: they imitate it.
+  bool simpler_than(const Outcome& x, const Atoms& atoms) const {
+    if (x.found.members.size() < 2) return false;
+    double best = INFINITY;
+    for (const auto& t : x.before.tests) {
+      if (t.neighbours || t.rank == 0) continue;
+      best = std::min(best, occam(t.drop, static_cast<double>(t.rank)) - t.drop);
+    }
+    best += base_rss(atoms) / noise_.variance + 2.0 * std::log(x.before.tried);
+    return best < x.found.criterion + kAsSimple;
+  }
+
+  void decide_without_effect(Diagnosis& d, const Outcome& x) const {
+    if (x.before.found(level())) {
+      d.verdict = Verdict::not_in_library;
+      d.confidence = x.before.p < 1e-4 ? 0.98 : 0.85;
+    } else if (chi2_is_off(d.chi2, d.dof)) {
+      d.verdict = Verdict::data_problem;
+      d.confidence = 0.97;
+    } else if (!testable(d)) {
+      d.verdict = Verdict::not_testable;
+      d.confidence = 0.95;
+    } else {
+      d.verdict = Verdict::nothing_to_find;
+      double smallest = x.before.p;
+      for (const RankedEffect& r : d.ranking) smallest = std::min(smallest, r.p_value);
+      // A residual that is hardly the stated noise is one more test.
+      smallest = std::min(smallest, kUneasy * chi2_p(d.chi2, d.dof));
+      d.confidence = smallest > 0.2 ? 0.985 : smallest > 0.05 ? 0.95 : 0.85;
+    }
+  }
+
+  static double base_rss(const Atoms& atoms) { return atoms.base().white.squaredNorm(); }
+  double posterior(const Outcome& x) const {
+    double others = 0.0;
+    for (const EffectSet& set : x.rivals) others += std::exp(-0.5 * (set.criterion - x.found.criterion));
+    double wrong = 0.0;
+    for (const double p : x.found.p) wrong += p;
+    return std::clamp(0.985 / (1.0 + others) * (1.0 - std::min(wrong, 0.5)), 0.01, 0.99);
+  }
+
+  // Parameters of the exact model, with everything free, into `d`; what the readings alone say of them.
+  FitCore refit(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
+    std::vector<bool> flags = atoms.base().whitening->noise().used;
+    flags.flip();
+    const Model start = with(atoms, found);
+    FitCore own = fit_core(o_, start, {.robust = false}, flags);
+    d.null_directions = open_directions(o_, own);
+    const SizedFit sized = with_usual_sizes(o_, start, own);
+    const FitCore& all = sized.core;
+    for (std::size_t m = 0; m < found.members.size(); ++m) {
+      const std::size_t e = model_.effects.size() + m;
+      ModelEffect effect = all.model.effects[e];
+      for (std::size_t k = 0; k < all.free.size(); ++k) {
+        if (all.free[k].effect != e) continue;
+        const auto i = static_cast<Eigen::Index>(k);
+        ParameterValue& p = effect.parameters[all.free[k].index];
+        p.prior = false;
+        p.sigma = own.determined[k] ? std::optional(std::sqrt(all.covariance(i, i)) * sized.sigma_factor)
+                                    : std::nullopt;
+      }
+      for (std::size_t k = 0; m < d.ranking.size() && k < d.ranking[m].parameters.size(); ++k) {
+        const double unit = unit_factor(effect.effect->info().parameters[k].unit);
+        d.ranking[m].parameters[k].value = effect.parameters[k].value / unit;
+        const auto& sigma = effect.parameters[k].sigma;
+        d.ranking[m].parameters[k].sigma = sigma ? std::optional(*sigma / unit) : std::nullopt;
+      }
+      d.additions.push_back(std::move(effect));
+    }
+    return own;
+  }
+
+  std::shared_ptr<const Observations> whole_, condensed_;  // the same where readings are few
+  const Observations& o_;
+  const Model& model_;
+  DiagnoseOptions options_;
+  std::vector<EffectFamily> library_;
+  Structures structures_;
+  Atoms::Multiplicity multiplicity_;
+  NoiseScale noise_;
+  std::unique_ptr<Search> search_;
+  bool keep_all_ = false;  // no reading is an outlier
+};
+
+}  // namespace
+
+namespace {
+
+void forget_effects(Diagnosis& d) {
+  d.effects.clear();
+  d.sets.clear();
+  d.additions.clear();
+  d.imitators.clear();
+  d.harm.reset();
+  d.next.reset();
+}
+
+// Rows that cannot be right: nothing is said of the machine before they are.
+void blame_rows(Diagnosis& d) {
+  forget_effects(d);
+  d.verdict = Verdict::data_problem;
+  d.confidence = kOfConvention;
+  d.paragraph = "Rows of the measurement file cannot be right: ";
+  for (std::size_t k = 0; k < d.rows.problems.size(); ++k) {
+    if (k > 0) d.paragraph += "; ";
+    d.paragraph += d.rows.problems[k];
+  }
+  d.paragraph += ". Correct or leave out these rows, then diagnose again.";
+}
+
+// A formula does as much without the effects as beside them: it is not they that are missing.
+bool is_superfluous(const Diagnosis& d, const ProposedFormula& beside, const ProposedFormula& alone) {
+  constexpr double kNoMore = 10.0;  // of chi-square, beyond what their parameters pay
+  double parameters = 0.0;
+  for (const ModelEffect& effect : d.additions) parameters += static_cast<double>(effect.parameters.size());
+  return alone.terms <= beside.terms && alone.chi2_after <= beside.chi2_after + 2.0 * parameters + kNoMore;
+}
+
+// Smooth functions of positions follow an error of a part of the travel well enough to be significant.
+bool could_imitate_a_part(const Diagnosis& d) {
+  return !d.additions.empty() &&
+         std::all_of(d.additions.begin(), d.additions.end(), [](const ModelEffect& e) {
+           const EffectInfo& info = e.effect->info();
+           return info.kind == EffectClass::geometric && info.parameters.size() > 1;
+         });
+}
+
+void nothing_but(Diagnosis& d, ProposedFormula formula) {
+  const std::vector<std::string> imitators = d.effects;
+  forget_effects(d);
+  d.verdict = Verdict::not_in_library;
+  d.imitators = imitators;
+  d.formula = std::move(formula);
+  d.leftover = d.depends_on;
+  d.paragraph = imitated_text(d);
+}
+
+// What follows the errors that the named effects leave, or all of them where none is named.
+void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
+  const bool none = d.verdict == Verdict::not_in_library && !d.harm;
+  if (could_imitate_a_part(d)) {
+    auto part = propose_part(machine, data, d.base.model, d.additions,
+                             static_cast<double>(std::max<std::size_t>(d.ranking.size(), 1)));
+    if (part && part->ahead > kPartInstead) {
+      nothing_but(d, std::move(*part));
+      d.paragraph += formula_text(*d.formula);
+      return;
+    }
+    if (part) {
+      d.formula = std::move(part);
+      if (d.verdict == Verdict::named) d.verdict = Verdict::ambiguous;
+      d.confidence = std::min(d.confidence, kBesideAPart);
+      d.paragraph +=
+          " Or no such effect is missing, but an error that acts in a part only, and these readings "
+          "hardly tell the two apart: read more positions at the ends of that part." +
+          formula_text(*d.formula);
+      return;
+    }
+  }
+  if (!none && d.verdict != Verdict::named_but_incomplete) return;
+  Model known = d.base.model;
+  known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
+  d.formula = propose_formula(machine, data, known);
+  if (!d.formula) return;
+  if (!none) {
+    const auto alone = propose_formula(machine, data, d.base.model);
+    if (alone && is_superfluous(d, *d.formula, *alone)) nothing_but(d, *alone);
+  }
+  d.paragraph += formula_text(*d.formula);
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
+                   const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
+  const auto effects_of = [&](const Machine& m, const Dataset& d, const Model& known,
+                              const DiagnoseOptions& how) {
+    std::vector<EffectFamily> library = effect_library(m, d.context);
+    library.insert(library.end(), extra.begin(), extra.end());
+    return Engine(m, d, known, how, std::move(library)).run();
+  };
+  const Model model = with_best_variants(Observations(machine, data), given);
+  Diagnosis out = effects_of(machine, data, model, options);
+  if (!options.conventions || out.rows.contradicted) return out;
+  DiagnoseOptions quick = options;
+  quick.plan = quick.formula = false;
+  out.bookkeeping = wrong_conventions(
+      machine, data, model, out,
+      [&](const Machine& m, const Dataset& d, const Model& known) { return effects_of(m, d, known, quick); });
+  if (out.bookkeeping.empty()) {
+    if (!out.rows.problems.empty()) blame_rows(out);
+    if (options.formula) propose(machine, data, out);
+    return out;
+  }
+  out.verdict = Verdict::bookkeeping;
+  out.confidence = out.bookkeeping.size() == 1 ? kOfConvention : kAmongSets;
+  forget_effects(out);
+  out.paragraph = bookkeeping_text(out.bookkeeping);
+  return out;
+}
+
+}  // namespace trunnion::diagnosis

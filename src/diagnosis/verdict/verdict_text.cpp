@@ -1,0 +1,279 @@
+#include "diagnosis/verdict/verdict_text.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace trunnion::diagnosis {
+namespace {
+
+std::string percent(double share) {
+  return short_number(100.0 * share) + " %";
+}
+
+std::string listed(const std::vector<std::string>& items, const std::string& last) {
+  std::string out;
+  for (std::size_t i = 0; i < items.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == items.size() ? last : ", ") + items[i];
+  return out;
+}
+
+std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* ranked) {
+  const EffectInfo& info = atoms.effect(atom).info();
+  std::string out = info.id;
+  for (const auto& [key, value] : info.variant) out += " (" + key + " " + value + ")";
+  out += ": " + info.what + ". What causes it: " + info.cause + ". ";
+  if (ranked != nullptr) {
+    std::string values;
+    std::size_t shown = 0;
+    for (const auto& p : ranked->parameters) {
+      if (++shown > 6) break;
+      values += (values.empty() ? "" : ", ") + p.key + " = " + short_number(p.value) +
+                (p.sigma ? " +/- " + short_number(*p.sigma) : "");
+    }
+    out += "The data show " + values + "; chi-square falls by " + short_number(ranked->chi2_drop) + " with " +
+           short_number(ranked->dof) + " parameter(s). ";
+    if (ranked->heldout_before_um || ranked->heldout_before_urad)
+      out +=
+          "Runs that were held out: " + sizes_text(ranked->heldout_before_um, ranked->heldout_before_urad) +
+          " without it, " + sizes_text(ranked->heldout_after_um, ranked->heldout_after_urad) + " with it. ";
+  }
+  return out + "What to do: " + info.remedy + ".";
+}
+
+std::string effects_text(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
+  std::string out;
+  for (std::size_t i = 0; i < found.members.size(); ++i) {
+    const RankedEffect* ranked = i < d.ranking.size() ? &d.ranking[i] : nullptr;
+    out += " " + described(atoms, found.members[i], ranked);
+  }
+  return out;
+}
+
+std::string limits(const Diagnosis& d) {
+  double best = INFINITY, worst = 0.0;
+  std::size_t blind = 0;
+  for (const auto& r : d.ranking) {
+    if (!r.detectable_um)
+      ++blind;
+    else
+      best = std::min(best, *r.detectable_um), worst = std::max(worst, *r.detectable_um);
+  }
+  std::string out;
+  if (worst > 0.0)
+    out += "These data would show most effects from " + short_number(best) + " um RMS on (the worst from " +
+           short_number(worst) + " um on)";
+  if (blind > 0)
+    out += (out.empty() ? "" : "; ") + std::to_string(blind) +
+           " effects of the library are not excited by these runs at all";
+  return out.empty() ? out : out + ".";
+}
+
+// What fits and is not named.
+std::string harm_text(const Diagnosis& d) {
+  return "The model misses something real: the residual of " + sizes_text(d.rms_um, d.rms_urad) +
+         ". It can be fitted with " + listed(d.harm->effects, " and ") +
+         ", but the other runs then predict run '" + d.harm->run + "' worse than without (chi-square " +
+         short_number(d.harm->chi2_before) + " to " + short_number(d.harm->chi2_after) +
+         "): it is no effect that all runs share, and nothing is added. Either it is none of the effects "
+         "known "
+         "here, or that run was measured otherwise than its columns say (set-up, sign, tool, time), or there "
+         "are "
+         "too few runs to tell: measure that run once more.";
+}
+
+std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
+  std::vector<std::string> names;
+  for (const auto& t : tests) {
+    if (names.size() == most || t.p_value > 0.01) break;
+    names.push_back(t.covariate);
+  }
+  return names.empty() ? "no single covariate" : listed(names, " and ");
+}
+
+}  // namespace
+
+std::string sizes_text(std::optional<double> um, std::optional<double> urad) {
+  std::string out;
+  if (um && std::isfinite(*um)) out = short_number(*um) + " um";
+  if (urad && std::isfinite(*urad)) out += (out.empty() ? "" : " and ") + short_number(*urad) + " urad";
+  return out.empty() ? "nothing" : out + " RMS";
+}
+
+std::string short_number(double value) {
+  std::array<char, 40> buffer;
+  const auto r = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value == 0.0 ? 0.0 : value,
+                               std::chars_format::general, 3);
+  return {buffer.data(), r.ptr};
+}
+
+std::string imitated_text(const Diagnosis& d) {
+  return "The model misses something real that is none of the effects known here: the residual of " +
+         sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) + ". " +
+         listed(d.imitators, " and ") + (d.imitators.size() > 1 ? " together can" : " can") +
+         " imitate it, but one function of " + where(d.depends_on, 1) +
+         " does so with fewer parameters. Look at the residual against it, and write the effect as a formula "
+         "in "
+         "the model file.";
+}
+
+std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
+  std::string out;
+  switch (d.verdict) {
+    case Verdict::nothing_to_find:
+      out = "Nothing is missing that these data could show: the residual of " +
+            sizes_text(d.rms_um, d.rms_urad) + " is the noise of the readings (chi-square " +
+            short_number(d.chi2) + " for " + short_number(d.dof) +
+            " degrees of freedom), and it depends on nothing that was tried. This is no proof that an effect "
+            "is absent. " +
+            limits(d);
+      break;
+    case Verdict::named:
+      out = "Missing in the model: " + listed(d.effects, " and ") +
+            (d.effects.size() > 1 ? ". With them" : ". With it") + " the rest is noise." +
+            effects_text(d, atoms, found);
+      break;
+    case Verdict::named_but_incomplete:
+      out = "Missing in the model: " + listed(d.effects, " and ") +
+            (d.effects.size() > 1 ? ", but that is not all: they explain "
+                                  : ", but that is not all: it explains ") +
+            percent(d.explained) +
+            " of what is wrong, and no effect of the library explains the rest, which depends on " +
+            where(d.leftover) + "." + effects_text(d, atoms, found);
+      break;
+    case Verdict::ambiguous: {
+      std::vector<std::string> sets;
+      for (const auto& set : d.sets) sets.push_back(listed(set, " with "));
+      out = "Something is missing, and these data cannot tell which: " + listed(sets, " or ") +
+            ". All of them fit the readings about equally well; do not compensate before the next "
+            "measurement." +
+            effects_text(d, atoms, found);
+      break;
+    }
+    case Verdict::not_in_library:
+      if (d.harm) {
+        out = harm_text(d);
+        break;
+      }
+      if (!d.imitators.empty()) {
+        out = imitated_text(d);
+        break;
+      }
+      out = "The model misses something real that is none of the effects known here: the residual of " +
+            sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) +
+            ", and the best match of the library explains only " + percent(d.explained) +
+            " of it. Look at the residual against " + where(d.leftover.empty() ? d.depends_on : d.leftover) +
+            ", and write the effect as a formula in the model file.";
+      break;
+    case Verdict::not_testable:
+      out =
+          "These runs cannot answer the question: they excite no effect of the machine beyond what the model "
+          "and the set-ups take up. " +
+          limits(d);
+      break;
+    case Verdict::data_problem:
+      out = "The readings do not fit their own uncertainty: chi-square is " + short_number(d.chi2) + " for " +
+            short_number(d.dof) +
+            " degrees of freedom, and no smooth structure explains it. The scatter suggests an uncertainty " +
+            short_number(d.noise_factor) +
+            " times the stated one. Check u_random, the repeatability of the instrument, and rows that were "
+            "entered twice.";
+      break;
+    case Verdict::bookkeeping:
+      return bookkeeping_text(d.bookkeeping);
+  }
+  if (d.only_rounding)
+    out +=
+        " What is left is the rounding of the readings to the steps of the display or the file; smaller "
+        "errors "
+        "do not show.";
+  if (d.outliers > 0)
+    out += " " + std::to_string(d.outliers) + " reading(s) stand far out and were left out.";
+  if (d.autocorrelation > 0.0)
+    out += " Successive readings are correlated (" + short_number(d.autocorrelation) +
+           "): the tests allow for it.";
+  if (d.verdict != Verdict::data_problem && !d.only_rounding &&
+      (d.noise_factor > 1.12 || d.noise_factor < 0.88))
+    out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
+  if (d.next) out += " Next measurement: " + d.next->why;
+  return out;
+}
+
+namespace {
+
+std::string where_it_acts(const std::vector<ActingRange>& all) {
+  std::string out;
+  for (const ActingRange& r : all) {
+    out += (out.empty() ? " It acts only where " : ", and ") + r.of + " is ";
+    const auto value = [&](double x) { return short_number(x) + (r.unit.empty() ? "" : " " + r.unit); };
+    if (r.from && r.to)
+      out += "between " + short_number(*r.from) + " and " + value(*r.to);
+    else if (r.from)
+      out += "above " + value(*r.from);
+    else if (r.to)
+      out += "below " + value(*r.to);
+  }
+  return out.empty() ? out : out + ".";
+}
+
+}  // namespace
+
+std::string formula_text(const ProposedFormula& f) {
+  std::string out = " A formula that follows it: " + f.words + "; it takes away " + percent(f.explained()) +
+                    " of what is wrong";
+  const auto held_out = [&](const auto& before, const auto& after, const std::string& unit) {
+    if (before && after)
+      out += ", held-out runs " + short_number(*before) + " -> " + short_number(*after) + " " + unit;
+  };
+  held_out(f.heldout_before_um, f.heldout_after_um, "um");
+  held_out(f.heldout_before_urad, f.heldout_after_urad, "urad");
+  return out + "." + where_it_acts(f.acts_in) +
+         " It says how the error goes, not why: `model diagnose --formula FILE` writes it, and `model add "
+         "user:leftover --also FILE` adds it.";
+}
+
+std::string bookkeeping_text(const std::vector<Bookkeeping>& all) {
+  std::string out =
+      "No effect of the machine is missing as far as this goes: a convention is wrong in the files. ";
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (k > 0) out += " Or, and these readings cannot tell the two apart: ";
+    out += all[k].words;
+  }
+  return out + " Put that right and diagnose again before anything is compensated.";
+}
+
+std::string what_next(const Diagnosis& d) {
+  if (d.next) return d.next->why;
+  if (d.verdict == Verdict::bookkeeping)
+    return "No measurement yet: put the files right first. " + bookkeeping_text(d.bookkeeping);
+  if (d.harm)
+    return "Measure run '" + d.harm->run +
+           "' once more, with a set-up of its own: what the other runs say does not hold in it.";
+  if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
+    return "No run of the menu helps here: " + d.paragraph;
+  return "No further measurement is needed for the verdict '" + std::string(text_of(d.verdict)) + "'.";
+}
+
+std::string_view text_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::nothing_to_find:
+      return "nothing_to_find";
+    case Verdict::named:
+      return "named";
+    case Verdict::named_but_incomplete:
+      return "named_but_incomplete";
+    case Verdict::ambiguous:
+      return "ambiguous";
+    case Verdict::not_in_library:
+      return "not_in_library";
+    case Verdict::not_testable:
+      return "not_testable";
+    case Verdict::data_problem:
+      return "data_problem";
+    case Verdict::bookkeeping:
+      return "bookkeeping";
+  }
+  return "";
+}
+
+}  // namespace trunnion::diagnosis

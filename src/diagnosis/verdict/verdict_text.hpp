@@ -1,0 +1,26 @@
+#pragma once
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/search/search.hpp"
+
+namespace trunnion::diagnosis {
+
+/// What a person should know and do, for the verdict that `d` holds.
+std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found);
+
+/// "1.2 um and 3.4 urad RMS": what was measured.
+std::string sizes_text(std::optional<double> um, std::optional<double> urad);
+
+/// 3 significant digits.
+std::string short_number(double value);
+
+/// Of effects that imitate what one function of the state does: not_in_library.
+std::string imitated_text(const Diagnosis& d);
+
+/// The formula that goes with it, and how it is added; begins with a space.
+std::string formula_text(const ProposedFormula& formula);
+
+/// What to put right, of the verdict `bookkeeping`.
+std::string bookkeeping_text(const std::vector<Bookkeeping>& all);
+
+}  // namespace trunnion::diagnosis
