@@ -88,11 +88,16 @@ struct Describe {
            std::to_string(b.feed);
   }
   std::string operator()(const Hole& b) const {
-    static constexpr std::array kKinds = {"drill", "peck", "chip break", "feed out"};
+    static constexpr std::array kKinds = {"drill", "peck", "chip break", "feed out", "tap"};
+    static constexpr std::array kHands = {"as the spindle", "right", "left"};
     return std::string(kKinds[static_cast<std::size_t>(b.kind)]) + text_of(b.words) + " | clear " +
            std::to_string(b.clear) + " bottom " + std::to_string(b.bottom) + " step " +
            std::to_string(b.step) + " dwell ms " + std::to_string(b.dwell_ms) + " | per min " +
-           std::to_string(b.feed);
+           std::to_string(b.feed) +
+           (b.kind == Hole::Kind::tap
+                ? " | pitch " + std::to_string(b.thread.pitch) + " rpm " + std::to_string(b.thread.rpm) +
+                      " hand " + kHands[static_cast<std::size_t>(b.thread.hand)]
+                : "");
   }
   std::string operator()(const AllowedWord& b) const { return "allowed " + b.text; }
   std::string operator()(const CutterCompensation& b) const {
@@ -100,10 +105,11 @@ struct Describe {
     return std::string("cutter ") + kSides[static_cast<std::size_t>(b.side)] + " " + std::to_string(b.number);
   }
   std::string operator()(const Probe& b) const {
-    return "probe" + text_of(b.words) + " | per min " + std::to_string(b.feed);
+    return std::string(b.guards ? "guarded" : "probe") + text_of(b.words) + " | per min " +
+           std::to_string(b.feed);
   }
   std::string operator()(const ProbeLog& b) const {
-    static constexpr std::array kKinds = {"open", "record", "close"};
+    static constexpr std::array kKinds = {"declare", "open", "record", "close"};
     return std::string("probe log ") + kKinds[static_cast<std::size_t>(b.kind)] + " " + b.name;
   }
   std::string operator()(const ToolSelect& b) const { return "select tool " + std::to_string(b.tool); }

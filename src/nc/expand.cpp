@@ -96,6 +96,7 @@ std::vector<Stroke> strokes_of(const Hole& hole, const Controller::Cycles& cycle
   go(false, bottom);
   out.back().dwell_s = static_cast<double>(hole.dwell_ms) / 1000.0;
   const double back = mm(format, hole.words[AxisLetter::Z]);
+  if (hole.kind == Hole::Kind::tap) go(false, clear);
   if (hole.kind == Hole::Kind::feed_out)
     go(false, cycles.dwell_feeds_to_return && hole.dwell_ms > 0 ? back : clear);
   go(true, back);

@@ -19,7 +19,7 @@ struct ModalState {
 
   // Each gives false where the control knows that already.
   bool turn_spindle(const Spindle& now) {
-    if (now.turn == spindle.turn && now.rpm == spindle.rpm) return false;
+    if (spindle && now.turn == spindle->turn && now.rpm == spindle->rpm) return false;
     spindle = now;
     return true;
   }
@@ -65,7 +65,7 @@ struct ModalState {
   /// The control stops the spindle for it, on some machines the coolant, may move any axis, and knows no
   /// length then.
   void change_tool() {
-    spindle = {};
+    spindle = Spindle{};
     if (coolant != 0) coolant.reset();
     length = kUnknown;
     position.forget(kAllAxes);
@@ -80,7 +80,8 @@ struct ModalState {
   AxisWords position;
   std::optional<MotionKind> motion_kind;
   FeedMode feed_mode = FeedMode::per_minute;
-  Spindle spindle;
+  /// Nothing behind a tap, whose cycle leaves it stopped on most controls: to be said again.
+  std::optional<Spindle> spindle = Spindle{};
   std::optional<std::uint8_t> coolant = 0;  // bit per kind; not known where a tool change may have ended it
   std::uint16_t clamped = 0;                // rotary axes, bits of AxisWords
   std::int64_t length = 0;  // number; below 0: not known before the program says it, and after a tool change

@@ -220,8 +220,11 @@ TEST(Shapes, AControllerFileWithHalfOfTheirWordsIsRefused) {
             "'drill' needs {clear}, and {bottom} or {depth}");
   EXPECT_EQ(finding_of("[cycles]\npeck = \"G83 X{x} Y{y} Z{bottom} R{clear} Q{step} F{feed}\"\n"),
             "'back_mm' must be above 0 for cycles with steps");
-  EXPECT_EQ(finding_of("[cycles]\ndrill = \"G81 X{x} Y{y} Z{bottom} R{clear} F{feed}\"\noff = \"G80\"\n"),
+  EXPECT_EQ(finding_of("[cycles]\ndrill = \"G81 X{x} Y{y} Z{bottom} R{clear} F{feed}\"\nto_clear = []\n"),
             "[cycles] 'off' needs 'to_clear' and 'to_initial' too");
+  EXPECT_EQ(finding_of("[cycles]\ntap = \"G84 X{x} Y{y} Z{bottom} R{clear}\"\n"),
+            "'tap' needs {bottom} or {depth}, and one of {feed}, {pitch} and {lead}");
+  EXPECT_EQ(finding_of("[cycles]\ntap = []\n"), "'tap_left' needs 'tap' too");
   EXPECT_EQ(finding_of("[post]\narcs = \"sometimes\"\n"),
             "'arcs' must be one of \"native\", \"moves\", not \"sometimes\"");
 }

@@ -49,6 +49,18 @@ struct Arc {
   SourceRef source;
 };
 
+/// How a tap is geared to the spindle.
+struct Thread {
+  /// Which the words ask for; as_spindle: they leave it to the sense in which the spindle turns.
+  enum class Hand : std::uint8_t { as_spindle, right, left };
+  std::int64_t pitch = 0;  // that the tap goes down in one turn, 10^-kPitchDecimals mm, > 0
+  std::int64_t rpm = 0;    // with which it goes down, > 0
+  Hand hand = Hand::as_spindle;
+  bool operator==(const Thread&) const = default;
+};
+inline constexpr int kPitchDecimals = 8;  // 25.4 mm over any number of threads to an inch
+inline constexpr double kPitchUnit_mm = 1e-8;
+
 /// One hole of a drilling cycle. The control goes at rapid rate to X and Y of the hole (not below `clear`),
 /// down to `clear`, drills as its kind says, and leaves along Z.
 struct Hole {
@@ -57,6 +69,7 @@ struct Hole {
     peck,        // out to `clear` behind every step
     chip_break,  // back a little behind every step
     feed_out,    // out to `clear` at the feed
+    tap,         // feed and spindle as `thread` has them, both turned round at the bottom, out to `clear`
   };
   Kind kind = Kind::drill;
   std::int64_t feed = 0;    // per minute, > 0
@@ -64,6 +77,7 @@ struct Hole {
   std::int64_t clear = 0;   // Z at which the feed begins
   std::int64_t step = 0;    // of `peck` and `chip_break`, > 0, counted from `clear`
   std::int64_t dwell_ms = 0;
+  Thread thread;  // of `tap`, whose feed is its pitch times its speed
   /// X and Y of the hole, Z that the control returns to: `clear`, or the one it came from. Read: every axis
   /// that is known at the end.
   AxisWords words;
@@ -217,16 +231,18 @@ struct Stop {
 /// they stand behind it is not known.
 struct Probe {
   std::int64_t feed = 0;  // per minute, > 0
+  /// A motion of which nobody expects a touch: where there is one, the program stops.
+  bool guards = false;
   AxisWords words;  // written: X, Y and Z. Read: every axis that is known, at the end that is not reached
   AxisWords from;   // read: where it begins, as far as it is known
   SourceRef source;
 };
-/// The control's own file of touches: opened, the last touch put into it (on controls that do so by
-/// themselves without words), closed.
+/// The control's own file of touches: what must be declared for it, opened, the last touch put into it (on
+/// controls that do so by themselves without words), closed.
 struct ProbeLog {
-  enum class Kind : std::uint8_t { open, record, close };
+  enum class Kind : std::uint8_t { declare, open, record, close };
   Kind kind = Kind::open;
-  std::string name;  // of `open`: letters, digits, - and .
+  std::string name;  // letters, digits, - and .; read: where the words have it
 };
 
 /// A word that the controller file lets pass by its name (Controller::allowed).

@@ -238,21 +238,35 @@ struct Controller {
   /// {rise} to it from {clear}, {step}, {seconds} or {milliseconds}, {feed} (without it: the F in force). No
   /// words for a kind: such holes go out as moves.
   struct Cycles {
-    std::array<Template, 4> plain;       // by Hole::Kind
-    std::array<Template, 4> dwell;       // with a dwell at the bottom
+    std::array<Template, 4> plain;  // by Hole::Kind
+    std::array<Template, 4> dwell;  // with a dwell at the bottom
+    /// Taps: {rpm}, and {feed} or {pitch} or {lead} (the pitch, below 0 for a left-hand thread). Without
+    /// {clear} they begin and end where the tool stands. `tap_left`: empty where `tap` cuts both hands.
+    Template tap, tap_left;
+    int pitch_decimals = 6;              // of {pitch} and {lead}
     Template to_clear, to_initial;       // which Z the tool returns to, in front of the cycle's words
     Template off;                        // empty: a cycle is one hole; else it holds until this
     bool dwell_feeds_to_return = false;  // feed_out with a dwell feeds as far as the tool returns
     double back_mm = 0.0;  // above the last bottom: where a peck's feed begins, how far chip breaking backs
     const Template& words(const Hole& hole) const {
+      if (hole.kind == Hole::Kind::tap)
+        return hole.thread.hand == Thread::Hand::left && !tap_left.empty() ? tap_left : tap;
       return (hole.dwell_ms > 0 ? dwell : plain)[static_cast<std::size_t>(hole.kind)];
     }
     bool modal() const { return !off.empty(); }
   } cycles;
   /// Touches of a probe, and the control's file of them. No words: the control cannot be given such programs.
   struct Probing {
-    Template touch;                // {x} {y} {z} {feed}: a motion that ends where the probe is touched
-    Template open, record, close;  // the first with {name} where the file has one; `record` may be empty
+    /// A motion that ends where the probe is touched: {feed}, and {x} {y} {z} its end or {dx} {dy} {dz} the
+    /// way to it, {distance} how long that is.
+    Template touch;
+    /// {x} {y} {z} {feed}: a straight motion that stops where the probe is touched, and the program with it.
+    /// Empty: a control that watches the probe in any motion, or one that has no words for it.
+    Template guarded;
+    Template declare;              // at the very beginning of a program
+    Template open, record, close;  // with {name} where it is said there; any of them may be empty
+    std::string suffix = ".txt";   // of the file of touches, where nobody names it
+    bool confirmed = false;        // somebody has run these words on the control
   } probing;
   /// What the control's own numbers for the lines of two rotary axes are called: lines with placeholders of
   /// layer probe (control_numbers.hpp), by the letters of the axes from the bed outwards ("AC"), or "any".
@@ -268,6 +282,8 @@ struct Controller {
     bool arc_radius = false;                           // R is the radius of a circle, below 0 the long way
     std::string centers_absolute, centers_from_start;  // what I, J, K are from there on
     Template skipped;                                  // lines that begin so say nothing of the path
+    Template silent;                                   // words that say nothing of it
+    std::string tool_name;                             // what stands before the name of a tool in quotes
     Template reference;                                // the axes of the line go to a reference point
     std::string machine_position;                      // the axes of the line go to a place of the machine
   } input;

@@ -1,0 +1,359 @@
+#include "nc/reading/other_words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/units.hpp"
+
+#include "nc/digits.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+// Inches to mm in whole numbers: 25.4 is 254 tenths.
+constexpr std::int64_t kMmPerTenInches = 254;
+constexpr std::int64_t kTen = 10;
+static_assert(kMmPerInch * kTen == kMmPerTenInches);
+// mm, inches or degrees: far beyond any machine, and what is made of them fits in 64 bits.
+constexpr double kFarthest = 1e7;
+constexpr std::int64_t kMostQuanta = std::numeric_limits<std::int64_t>::max() / (2 * kMmPerTenInches);
+
+constexpr const char* kBeyond = ": beyond 10000000 mm, inches or degrees";
+
+}  // namespace
+
+bool OtherWords::is_beyond(std::int64_t quanta) const {
+  return std::abs(static_cast<double>(quanta)) * format_.quantum(AxisLetter::X) > kFarthest;
+}
+
+std::optional<OtherWords::Code> OtherWords::code_of(const std::string& word) {
+  if (word.empty()) return std::nullopt;
+  Code out;
+  out.letter = word.front();
+  const char* p = word.data() + 1;
+  const char* const end = word.data() + word.size();
+  if (!is_letter(out.letter) || !scan_number(p, end, out.number) || p != end) return std::nullopt;
+  return out;
+}
+
+void OtherWords::note(const std::string& word, Mode mode) {
+  if (const auto code = code_of(word)) modes_.emplace_back(*code, mode);
+}
+
+OtherWords::OtherWords(const Controller& controller, const AxisFormat& format)
+    : c_(controller), format_(format) {
+  for (const std::string& word : c_.input.inch) note(word, Mode::inches);
+  for (const std::string& word : c_.input.millimetre) note(word, Mode::millimetres);
+  note(c_.incremental.on, Mode::increments);
+  note(c_.incremental.off, Mode::absolute);
+  if (c_.input.planes.size() == 3) {
+    note(c_.input.planes[0], Mode::plane_xy);
+    note(c_.input.planes[1], Mode::plane_zx);
+    note(c_.input.planes[2], Mode::plane_yz);
+  }
+  note(c_.input.centers_absolute, Mode::centers_absolute);
+  note(c_.input.centers_from_start, Mode::centers_from_start);
+}
+
+bool OtherWords::claims(char letter, const Number& number) const {
+  return std::any_of(modes_.begin(), modes_.end(), [&](const auto& mode) {
+    return mode.first.letter == letter && equal(mode.first.number, number);
+  });
+}
+
+void OtherWords::set(Mode mode) {
+  switch (mode) {
+    case Mode::inches:
+    case Mode::millimetres:
+      inches_ = mode == Mode::inches;
+      unit_known_ = true;
+      break;
+    case Mode::increments:
+    case Mode::absolute:
+      increments_ = mode == Mode::increments;
+      break;
+    case Mode::plane_xy:
+    case Mode::plane_zx:
+    case Mode::plane_yz:
+      plane_ = static_cast<std::uint8_t>(static_cast<int>(mode) - static_cast<int>(Mode::plane_xy));
+      break;
+    case Mode::centers_absolute:
+    case Mode::centers_from_start:
+      centers_absolute_ = mode == Mode::centers_absolute;
+      break;
+  }
+}
+
+bool OtherWords::fail(std::uint32_t column, const std::string& message) {
+  error = message;
+  error_column = column;
+  return false;
+}
+
+bool OtherWords::take_modes(ParsedLine& line) {
+  error.clear();
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    Word& word = line.words[i];
+    for (const auto& [code, mode] : modes_) {
+      if (!code.is(word)) continue;
+      set(mode);
+      word.used = true;
+    }
+  }
+  return true;
+}
+
+bool OtherWords::wants_unit() {
+  return !std::exchange(unit_known_, true) && !c_.input.inch.empty();
+}
+
+std::int64_t OtherWords::length(std::int64_t quanta) const {
+  if (!inches_) return quanta;
+  const std::int64_t tenths = std::clamp(quanta, -kMostQuanta, kMostQuanta) * kMmPerTenInches;
+  return (tenths + (tenths < 0 ? -kTen / 2 : kTen / 2)) / kTen;
+}
+
+bool OtherWords::resolve(AxisWords& words, const AxisWords& position, std::uint32_t column) {
+  error.clear();
+  for (const AxisLetter letter : kAllAxisLetters) {
+    if (!words.has(letter)) continue;
+    if (is_beyond(words[letter])) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
+    std::int64_t value = is_rotary(letter) ? words[letter] : length(words[letter]);
+    if (increments_) {
+      if (!position.has(letter)) {
+        return fail(column, std::string("an increment of ") + letter_of(letter) + " ('" + c_.incremental.on +
+                                "') from a place that is not known");
+      }
+      value += position[letter];
+      if (is_beyond(value)) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
+    }
+    words.set(letter, value);
+  }
+  return true;
+}
+
+bool OtherWords::is_code(const Word& word, const std::string& text) const {
+  const auto code = code_of(text);
+  return code && code->is(word);
+}
+
+bool OtherWords::quanta_of(const Word& word, std::int64_t& out) {
+  if (!to_quanta(word.number, format_.decimals(AxisLetter::X), out))
+    return fail(word.column, std::string("'") + word.letter + "' has too many decimals, or is too large");
+  if (c_.numbers.point_required && !word.number.has_point && out != 0) {
+    return fail(word.column,
+                std::string("'") + word.letter +
+                    "' has no decimal point: the control would take it for a number of increments");
+  }
+  if (is_beyond(out)) return fail(word.column, std::string(1, word.letter) + kBeyond);
+  out = length(out);
+  return true;
+}
+
+std::optional<FoundEvent> OtherWords::take_shape(ParsedLine& line, const PatternSet& patterns,
+                                                 const AxisWords& position, bool in_cycle) {
+  error.clear();
+  if (auto circle = take_circle(line, position)) return circle;
+  if (!error.empty()) return std::nullopt;
+  return take_cycle(line, patterns, in_cycle);
+}
+
+std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWords& position) {
+  std::optional<bool> clockwise = circle_;
+  FoundEvent found;
+  bool goes_on = false;
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    Word& word = line.words[i];
+    if (word.used) continue;
+    const bool is_clockwise = is_code(word, c_.input.clockwise);
+    if (is_clockwise || is_code(word, c_.input.counterclockwise)) {
+      circle_ = clockwise = is_clockwise;
+      found.column = word.column;
+      word.used = true;
+    } else if (is_code(word, c_.motion.rapid) || is_code(word, c_.motion.linear)) {
+      circle_.reset();
+      return std::nullopt;
+    } else if (word.letter == 'X' || word.letter == 'Y' || word.letter == 'Z') {
+      goes_on = true;
+    }
+  }
+  if (!clockwise || (found.column == 0 && !goes_on)) return std::nullopt;
+  // Rotary axes do not turn with a circle; whoever does not know these words says so.
+  arc_ = {};
+  arc_.clockwise = *clockwise;
+  arc_.plane = plane_;
+  arc_.words = position;
+  if ((position.mask & kXyz) != kXyz) {
+    fail(found.column, "an arc from a place that is not known");
+    return std::nullopt;
+  }
+  const auto [first, second, third] = plane_axes(plane_);
+  std::optional<std::int64_t> radius;
+  std::array<std::optional<std::int64_t>, 3> center;  // of X, Y, Z
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    Word& word = line.words[i];
+    if (word.used) continue;
+    std::int64_t value = 0;
+    if (word.letter >= 'X' && word.letter <= 'Z') {
+      if (!quanta_of(word, value)) return std::nullopt;
+      const auto letter = static_cast<AxisLetter>(word.letter - 'X');
+      arc_.words.set(letter, value + (increments_ ? position[letter] : 0));
+    } else if (word.letter >= 'I' && word.letter <= 'K') {
+      if (!quanta_of(word, value)) return std::nullopt;
+      center[static_cast<std::size_t>(word.letter - 'I')] = value;
+    } else if (word.letter == 'R' && c_.input.arc_radius) {
+      if (!quanta_of(word, value)) return std::nullopt;
+      radius = value;
+    } else {
+      continue;
+    }
+    if (found.column == 0) found.column = word.column;
+    word.used = true;
+  }
+  found.event = {EventKind::arc, *clockwise ? 1 : 0};
+  if (radius) return place_center(position, *radius, found.column) ? std::optional(found) : std::nullopt;
+  const std::array<AxisLetter, 2> in_plane = {first, second};
+  if (center[index(third)] || (!center[index(first)] && !center[index(second)])) {
+    fail(found.column, center[index(third)] ? "an arc whose centre is given across its plane"
+                                            : "an arc without its centre or its radius");
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    const bool absolute = centers_absolute_ || c_.arcs.center_absolute;
+    if (absolute && !center[index(in_plane[i])]) {
+      fail(found.column, "an arc whose centre is not given in both directions of its plane");
+      return std::nullopt;
+    }
+    arc_.center[i] = center[index(in_plane[i])].value_or(0) + (absolute ? 0 : position[in_plane[i]]);
+  }
+  return found;
+}
+
+// Left of the way from start to end where the circle turns left and goes less than half way round.
+bool OtherWords::place_center(const AxisWords& position, std::int64_t radius, std::uint32_t column) {
+  const auto [first, second, third] = plane_axes(plane_);
+  const double mm[2] = {format_.internal(first, arc_.words[first] - position[first]),
+                        format_.internal(second, arc_.words[second] - position[second])};
+  const double chord = std::hypot(mm[0], mm[1]);
+  const double r = format_.internal(first, radius);
+  if (chord == 0.0 || r == 0.0) return fail(column, "an arc by its radius that ends where it begins");
+  const double beyond = 0.5 * chord - std::abs(r);
+  if (beyond > c_.arc_radii_may_differ_mm()) {
+    return fail(column, "an arc whose ends are " + std::to_string(chord) + " mm apart and whose radius is " +
+                            std::to_string(r) + " mm");
+  }
+  const double height = std::sqrt(std::max(0.0, r * r - 0.25 * chord * chord));
+  const double side = (arc_.clockwise ? -1.0 : 1.0) * (r < 0.0 ? -1.0 : 1.0);
+  const double center[2] = {0.5 * mm[0] - side * height * mm[1] / chord,
+                            0.5 * mm[1] + side * height * mm[0] / chord};
+  arc_.center = {position[first] + format_.quanta(first, center[0]),
+                 position[second] + format_.quanta(second, center[1])};
+  return true;
+}
+
+std::pair<std::int64_t, bool> OtherWords::number_of(const std::string& tool) {
+  constexpr std::int64_t kFirst = 1001;  // beyond the numbers that magazines have
+  const auto it = std::find(tools_.begin(), tools_.end(), tool);
+  const std::int64_t number = kFirst + (it - tools_.begin());
+  const bool is_new = it == tools_.end();
+  if (is_new) tools_.push_back(tool);
+  return {number, is_new};
+}
+
+std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const PatternSet& patterns,
+                                                 bool in_cycle) {
+  for (const Pattern& pattern : patterns.words) {
+    if (pattern.event.kind != EventKind::cycle) continue;
+    Word* code = nullptr;
+    for (const PatternWord& wanted : pattern.words) {
+      for (std::size_t i = 0; wanted.is_fixed && i < line.word_count; ++i) {
+        Word& word = line.words[i];
+        if (!word.used && word.letter == wanted.letter && equal(word.number, wanted.number)) code = &word;
+      }
+    }
+    if (code == nullptr) continue;
+    FoundEvent found;
+    found.event = pattern.event;
+    found.column = code->column;
+    found.pattern = &pattern;
+    if (plane_ != 0) {
+      fail(code->column,
+           "a drilling cycle across another plane than X Y ('" + c_.input.planes[plane_] + "') is not read");
+      return std::nullopt;
+    }
+    if (increments_) {
+      fail(code->column, "a drilling cycle in increments ('" + c_.incremental.on + "') is not read");
+      return std::nullopt;
+    }
+    code->used = true;
+    for (const PatternWord& wanted : pattern.words) {
+      if (wanted.is_fixed) continue;
+      const auto word = std::find_if(line.words.begin(), line.words.begin() + line.word_count,
+                                     [&](const Word& w) { return !w.used && w.letter == wanted.letter; });
+      if (word != line.words.begin() + line.word_count) {
+        word->used = true;
+        found.captures.set(wanted.placeholder, word->number);
+        continue;
+      }
+      const bool may_stand_before = wanted.placeholder == Placeholder::x ||
+                                    wanted.placeholder == Placeholder::y ||
+                                    wanted.placeholder == Placeholder::feed;
+      if (may_stand_before) continue;
+      if (!in_cycle || !cycle_.has(wanted.placeholder)) {
+        fail(code->column, std::string("a drilling cycle without its ") + wanted.letter + " word");
+        return std::nullopt;
+      }
+      found.captures.set(wanted.placeholder, cycle_[wanted.placeholder]);
+    }
+    cycle_ = found.captures;
+    circle_.reset();
+    return found;
+  }
+  return std::nullopt;
+}
+
+bool OtherWords::is_rapid(const ParsedLine& line, bool so_far) const {
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    if (is_code(line.words[i], c_.motion.rapid)) return true;
+    if (is_code(line.words[i], c_.motion.linear)) return false;
+  }
+  return so_far;
+}
+
+std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedLine& line) {
+  error.clear();
+  MachineMotion out;
+  bool reference = false;
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    Word& word = line.words[i];
+    if (word.used) continue;
+    const bool home = std::any_of(c_.input.reference.begin(), c_.input.reference.end(),
+                                  [&](const std::string& text) { return is_code(word, text); });
+    if (!home && !is_code(word, c_.input.machine_position)) continue;
+    reference = home;
+    out.to_position = !home;
+    out.column = word.column;
+    word.used = true;
+  }
+  if (out.column == 0) return std::nullopt;
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    Word& word = line.words[i];
+    const auto letter = axis_letter(std::string(1, word.letter));
+    if (word.used || !letter) continue;
+    std::int64_t value = 0;
+    if (is_rotary(*letter)) {
+      if (!to_quanta(word.number, format_.decimals(*letter), value)) value = 0;
+    } else if (!quanta_of(word, value)) {
+      return std::nullopt;
+    }
+    out.axes.set(*letter, value);
+    word.used = true;
+  }
+  // Without axes all of them go.
+  if (reference && out.axes.mask == 0) out.axes.mask = kAllAxes;
+  circle_.reset();
+  return out;
+}
+
+}  // namespace trunnion::nc

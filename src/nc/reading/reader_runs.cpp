@@ -1,0 +1,249 @@
+// Motions that need not come one by one.
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "nc/reading/plain_number.hpp"
+#include "nc/reading/reader_state.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+// A number as nearly every word has it, one to four digits before the point and four behind it, in units of
+// its last one. Null for any other. Sixteen characters can be read.
+inline const char* take_four_decimals(const char* p, std::int32_t& out) {
+  if constexpr (std::endian::native != std::endian::little) return nullptr;
+  const bool negative = *p == '-';
+  p += negative ? 1 : 0;
+  std::uint64_t v = 0;
+  std::memcpy(&v, p, sizeof(v));
+  v ^= 0x3030303030303030;  // of digits 0 to 9; the first character is the lowest byte
+  const std::uint64_t others = ((v + 0x7676767676767676) | v) & 0x8080808080808080;
+  const auto whole = static_cast<unsigned>(std::countr_zero(others)) / 8;  // of no other: 8
+  constexpr std::uint64_t kPoint = '.' ^ '0';
+  if (whole - 1 > 3 || ((v >> (8 * whole)) & 0xff) != kPoint) return nullptr;
+  std::uint32_t fraction = 0;
+  std::memcpy(&fraction, p + whole + 1, sizeof(fraction));
+  fraction ^= 0x30303030;
+  if ((((fraction + 0x76767676) | fraction) & 0x80808080) != 0) return nullptr;
+  // Eight digits, zeros in front of those before the point.
+  std::uint64_t digits =
+      (std::uint64_t{fraction} << 32) | (static_cast<std::uint32_t>(v) << (32 - 8 * whole));
+  digits = 10 * digits + (digits >> 8);
+  constexpr std::uint64_t kPairs = 0x000000ff000000ff;
+  const std::uint64_t value = ((digits & kPairs) * (100 + (std::uint64_t{1000000} << 32)) +
+                               ((digits >> 16) & kPairs) * (1 + (std::uint64_t{10000} << 32))) >>
+                              32;
+  const auto magnitude = static_cast<std::int32_t>(value);
+  out = negative ? -magnitude : magnitude;
+  return p + whole + 5;
+}
+
+constexpr int kRunDecimals = 4;  // of take_four_decimals
+constexpr auto kLineReads = static_cast<std::ptrdiff_t>(RunLayout::kReads);
+
+bool fits(std::int64_t quanta) {
+  return quanta >= std::numeric_limits<std::int32_t>::min() &&
+         quanta <= std::numeric_limits<std::int32_t>::max();
+}
+
+}  // namespace
+
+bool Reader::State::may_run() const {
+  if (!runs || !program.started || program.ended || findings.given_up || modal.cycle || modal.clamped != 0 ||
+      program.increments_since != 0 || !options.raw_lines.empty())
+    return false;
+  if (program.frame && (program.frame->is_head() || program.frame->is_open())) return false;
+  if (modal.motion_kind != MotionKind::feed || !c.motion.modal || c.block_numbers.prefix.size() > 1)
+    return false;
+  return std::all_of(kAllAxisLetters.begin(), kAllAxisLetters.end(), [this](AxisLetter letter) {
+    return !modal.position.has(letter) || fits(modal.position[letter]);
+  });
+}
+
+// Behind the block number; null where that is not one.
+const char* Reader::State::skip_run_number(const char* p) const {
+  const std::string& prefix = c.block_numbers.prefix;
+  if (!prefix.empty()) {
+    if (*p != prefix.front()) return p;
+    if (!is_digit(*++p)) return nullptr;
+  }
+  while (is_digit(*p)) ++p;
+  return *p == ' ' ? p + 1 : p;
+}
+
+// Nearly every line has the letters of the one before it.
+const char* Reader::State::take_same_words(const char* const begin, const char* const end) {
+  constexpr std::ptrdiff_t kReadAtOnce = 18;  // for one word, its letter, a sign and a blank among it
+  RunLine& l = at_once.line;
+  const char* p = skip_run_number(begin);
+  if (p == nullptr || !at_once.four_decimals || end - p < kReadAtOnce * static_cast<std::ptrdiff_t>(l.count))
+    return nullptr;
+  const auto column = static_cast<std::uint32_t>(p - begin) + 1;
+  for (std::size_t k = 0; k < l.count; ++k) {
+    if (*p != l.letter[k]) return nullptr;
+    p = take_four_decimals(p + 1, l.value[k]);
+    if (p == nullptr) return nullptr;
+    p += *p == ' ' ? 1 : 0;
+  }
+  if (*p != '\n') return nullptr;
+  if (l.feed_at < l.count) l.feed = l.value[l.feed_at];
+  return put_run_line(column) ? p + 1 : nullptr;
+}
+
+const char* Reader::State::take_run_line(const char* const begin, const char* const end) {
+  using Kind = SimpleWords::Letter::Kind;
+  RunLine& l = at_once.line;
+  l = {};
+  l.feed = modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
+  const char* p = skip_run_number(begin);
+  if (p == nullptr) return nullptr;
+  std::uint32_t column = 0;
+  at_once.four_decimals = false;
+  bool all_four = true;
+  Number number;
+  while (*p != '\n') {
+    const SimpleWords::Letter word = language.simple.letters[static_cast<unsigned char>(*p)];
+    const bool is_axis = word.kind == Kind::axis;
+    if (!is_axis && (word.kind != Kind::feed || l.feed_at < kRunWords)) return nullptr;
+    const char* const behind = take_number(p + 1, end, number);
+    if (behind == nullptr) return nullptr;
+    std::int64_t quanta = 0;
+    const int decimals = is_axis ? word.decimals : c.numbers.feed.decimals(modal.feed_mode);
+    if (is_axis) {
+      if ((l.mask & AxisWords::bit(word.axis)) != 0) return nullptr;
+      if (!to_quanta(number, decimals, quanta) || !fits(quanta)) return nullptr;
+      if (c.numbers.point_required && !number.has_point && quanta != 0) return nullptr;
+      l.mask = static_cast<std::uint16_t>(l.mask | AxisWords::bit(word.axis));
+      l.value[l.count] = static_cast<std::int32_t>(quanta);
+      if (column == 0) column = static_cast<std::uint32_t>(p - begin) + 1;
+    } else {
+      if (!to_rounded_quanta(number, decimals, l.feed)) return nullptr;
+      l.feed_at = l.count;
+    }
+    all_four = all_four && decimals == kRunDecimals;
+    l.decimals[l.count] = static_cast<std::int8_t>(decimals);
+    l.axis[l.count] = word.axis;
+    l.letter[l.count++] = *p;
+    p = behind;
+    while (*p == ' ') ++p;
+    if (*p == '\r' && p[1] == '\n') ++p;
+  }
+  if (!put_run_line(column)) return nullptr;
+  at_once.four_decimals = all_four && l.feed_at != 0;  // else no pattern for the lines that follow
+  return p + 1;
+}
+
+bool Reader::State::put_run_line(std::uint32_t column) {
+  MotionRun& r = *at_once.run;
+  RunLine& l = at_once.line;
+  const std::size_t n = r.count;
+  const auto mask = static_cast<std::uint16_t>(modal.position.mask | l.mask);
+  if (l.mask == 0 || l.feed <= 0 || (n > 0 && mask != r.mask)) return false;
+  if (c.rotary.modulo_axes != 0 && !unwrap_run_line()) return false;
+  for (std::size_t k = 0; k < l.count; ++k) {
+    if (k != l.feed_at) r.quanta[index(l.axis[k])][n] = l.value[k];
+  }
+  for (unsigned rest = static_cast<unsigned>(mask & ~l.mask); rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    r.quanta[i][n] = n > 0 ? r.quanta[i][n - 1] : static_cast<std::int32_t>(modal.position.quanta[i]);
+  }
+  modal.position.mask = mask;
+  r.mask = mask;
+  feed = l.feed;
+  r.feed[r.count] = l.feed;
+  r.source[r.count] = {++findings.line, column};
+  ++r.count;
+  return true;
+}
+
+// The way of a modulo axis begins where the line before it ended.
+bool Reader::State::unwrap_run_line() {
+  RunLine& l = at_once.line;
+  for (std::size_t k = 0; k < l.count; ++k) {
+    if (k == l.feed_at || !c.rotary.is_modulo(l.axis[k])) continue;
+    const std::int64_t turned = unwrapped(l.axis[k], l.value[k]);
+    if (!fits(turned)) return false;
+    l.value[k] = static_cast<std::int32_t>(turned);
+  }
+  for (std::size_t k = 0; k < l.count; ++k) {
+    if (k != l.feed_at) modal.position.quanta[index(l.axis[k])] = l.value[k];
+  }
+  return true;
+}
+
+const char* Reader::State::take_laid_out(const char* p, const char* end) {
+  if (!at_once.has_layouts || at_once.run->count == 0 || end - p < kLineReads) return p;
+  if (const char* const behind = take_of_layout(at_once.layouts[at_once.last], p, end); behind != p)
+    return behind;
+  const char* const words = skip_run_number(p);
+  if (words == nullptr || end - words < kLineReads) return p;
+  const std::uint64_t digits = RunLayout::digits_at(words);
+  for (std::size_t i = 0; i < at_once.layouts.size(); ++i) {
+    if (i == at_once.last || !at_once.layouts[i].may_be(digits)) continue;
+    const char* const behind = take_of_layout(at_once.layouts[i], p, end);
+    if (behind == p) continue;
+    at_once.last = i;
+    return behind;
+  }
+  return p;
+}
+
+const char* Reader::State::take_of_layout(const RunLayout& layout, const char* p, const char* end) {
+  MotionRun& r = *at_once.run;
+  if ((layout.mask() & ~r.mask) != 0) return p;
+  const std::size_t first = r.count;
+  const std::string& prefix = c.block_numbers.prefix;
+  const char* const behind = layout.read(p, end, prefix.empty() ? '\0' : prefix.front(), findings.line, r);
+  if (behind == p) return p;
+  const auto repeat = [&](auto& column) {
+    std::fill(column.begin() + static_cast<std::ptrdiff_t>(first),
+              column.begin() + static_cast<std::ptrdiff_t>(r.count), column[first - 1]);
+  };
+  for (unsigned rest = static_cast<unsigned>(r.mask & ~layout.mask()); rest != 0; rest &= rest - 1)
+    repeat(r.quanta[static_cast<std::size_t>(std::countr_zero(rest))]);
+  if (!layout.has_feed()) repeat(r.feed);
+  feed = r.feed[r.count - 1];
+  return behind;
+}
+
+void Reader::State::learn_layout(const char* p, const char* behind, const char* end) {
+  const bool keeps_feed = !(modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block);
+  const char* const words = p + (at_once.run->source[at_once.run->count - 1].column - 1);
+  if (!at_once.has_layouts || end - words < kLineReads || (at_once.line.feed_at == kRunWords && !keeps_feed))
+    return;
+  at_once.next = (at_once.next + 1) % at_once.layouts.size();
+  if (at_once.layouts[at_once.next].learn(words, behind, at_once.line)) at_once.last = at_once.next;
+}
+
+std::size_t Reader::State::read_run(std::string_view text) {
+  if (!may_run()) return 0;
+  const std::size_t last = text.rfind('\n');
+  if (last == std::string_view::npos) return 0;
+  at_once.run->count = 0;
+  at_once.run->feed_mode = modal.feed_mode;
+  at_once.four_decimals = false;
+  const char* p = text.data();
+  const char* const end = p + last + 1;
+  while (at_once.run->count < MotionRun::kMost && p != end) {
+    if (const char* const behind = take_laid_out(p, end); behind != p) {
+      p = behind;
+      continue;
+    }
+    const char* behind = take_same_words(p, end);
+    if (behind == nullptr) behind = take_run_line(p, end);
+    if (behind == nullptr) break;
+    learn_layout(p, behind, end);
+    p = behind;
+  }
+  if (at_once.run->count == 0) return 0;
+  for (unsigned rest = at_once.run->mask; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+    modal.position.quanta[i] = at_once.run->quanta[i][at_once.run->count - 1];
+  }
+  runs(*at_once.run);
+  return static_cast<std::size_t>(p - text.data());
+}
+
+}  // namespace trunnion::nc

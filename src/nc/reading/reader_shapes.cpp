@@ -1,0 +1,287 @@
+// Arcs, drilling cycles and touches of a probe.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trunnion/base/units.hpp"
+
+#include "nc/digits.hpp"
+#include "nc/reading/reader_state.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+constexpr double kFarthestCenter_mm = 1e7;  // far beyond any machine
+
+}  // namespace
+
+namespace {
+
+AxisWords xyz_of(const AxisWords& position) {
+  AxisWords out = position;
+  out.mask &= kXyz;
+  return out;
+}
+
+}  // namespace
+
+bool Reader::State::shape_may_begin(const FoundEvent& found) {
+  if (!may_move(found.column)) return false;
+  const char* what = found.event.kind == EventKind::arc     ? "an arc"
+                     : found.event.kind == EventKind::probe ? "a touch"
+                                                            : "a drilling cycle";
+  if ((modal.position.mask & kXyz) != kXyz) {
+    error(found.column, std::string(what) + " from a place that is not known");
+    return false;
+  }
+  if (modal.feed_mode != FeedMode::per_minute) {
+    error(found.column, std::string(what) + " under inverse time is not read");
+    return false;
+  }
+  return true;
+}
+
+// The words of [input] have been resolved already.
+void Reader::State::run_arc_of_others(const FoundEvent& found) {
+  Arc arc = language.others->arc();
+  arc.feed = feed;
+  arc.from = xyz_of(modal.position);
+  arc.source = {findings.line, found.column};
+  std::array<double, 2> radius{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const AxisLetter letter = plane_axes(arc.plane)[i];
+    const auto mm = [&](std::int64_t quanta) { return language.format.internal(letter, quanta); };
+    if (std::abs(mm(arc.center[i])) > kFarthestCenter_mm)
+      return error(found.column,
+                   "an arc whose centre is beyond " + std::to_string(kFarthestCenter_mm) + " mm");
+    radius[0] = std::hypot(radius[0], mm(arc.from[letter] - arc.center[i]));
+    radius[1] = std::hypot(radius[1], mm(arc.words[letter] - arc.center[i]));
+  }
+  if (std::abs(radius[0] - radius[1]) > c.arc_radii_may_differ_mm() || radius[0] == 0.0) {
+    return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
+                                   " mm and to the end " + std::to_string(radius[1]) + " mm");
+  }
+  modal.position = arc.words;
+  emit(arc);
+}
+
+void Reader::State::run_arc(const FoundEvent& found) {
+  modal.motion_kind.reset();
+  if (!shape_may_begin(found)) return;
+  if (feed <= 0) return error(found.column, "an arc without feed");
+  if (language.others && found.pattern == nullptr) return run_arc_of_others(found);
+  const int decimals = language.format.decimals(AxisLetter::X);
+  Arc arc;
+  arc.clockwise = found.event.argument == 1;
+  arc.feed = feed;
+  arc.from = xyz_of(modal.position);
+  arc.source = {findings.line, found.column};
+  const std::int64_t center[2] = {scaled(found, Placeholder::i, decimals),
+                                  scaled(found, Placeholder::j, decimals)};
+  const std::int64_t end[2] = {scaled(found, Placeholder::x, decimals),
+                               scaled(found, Placeholder::y, decimals)};
+  std::array<double, 2> radius{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto letter = static_cast<AxisLetter>(i);
+    // Its chords are counted: the centre of a mistyped number would ask for more than there is memory.
+    if (const double at_mm = language.format.internal(letter, center[i]);
+        std::abs(at_mm) > kFarthestCenter_mm) {
+      return error(found.column, "an arc whose centre is " + std::to_string(at_mm) + " mm away in " +
+                                     letter_of(letter) + ", more than " + std::to_string(kFarthestCenter_mm) +
+                                     " mm");
+    }
+    arc.center[i] = center[i] + (c.arcs.center_absolute ? 0 : modal.position[letter]);
+    radius[0] =
+        std::hypot(radius[0], language.format.internal(letter, modal.position[letter] - arc.center[i]));
+    radius[1] = std::hypot(radius[1], language.format.internal(letter, end[i] - arc.center[i]));
+  }
+  if (std::abs(radius[0] - radius[1]) > c.arcs.radius_tolerance_mm + 1e-9 || radius[0] == 0.0) {
+    return error(found.column, "an arc whose radius to the start is " + std::to_string(radius[0]) +
+                                   " mm and to the end " + std::to_string(radius[1]) + " mm");
+  }
+  modal.position.set(AxisLetter::X, end[0]);
+  modal.position.set(AxisLetter::Y, end[1]);
+  if (found.captures.has(Placeholder::z))
+    modal.position.set(AxisLetter::Z, scaled(found, Placeholder::z, decimals));
+  arc.words = modal.position;
+  emit(arc);
+}
+
+const Template& Reader::State::words_of_cycle(int argument) const {
+  if (argument == kTapLeft) return c.cycles.tap_left;
+  if (argument == static_cast<int>(Hole::Kind::tap)) return c.cycles.tap;
+  return c.cycles.plain[static_cast<std::size_t>(argument)];
+}
+
+// The words have the feed or the pitch: one follows from the other and the speed that was said last.
+bool Reader::State::gear(const FoundEvent& found, const Template& words, Hole& hole) {
+  const auto refuse = [&](const char* why) {
+    error(found.column, why);
+    return false;
+  };
+  Thread& thread = hole.thread;
+  thread.rpm = whole(found, Placeholder::rpm, 0);
+  if (thread.rpm <= 0)
+    return refuse("a tapping cycle, and the program has not said how fast the spindle turns");
+  const auto rpm = static_cast<double>(thread.rpm);
+  const FeedFormat& feeds = c.numbers.feed;
+  const bool is_left = found.event.argument == kTapLeft;
+  if (is_left || !c.cycles.tap_left.empty()) thread.hand = is_left ? Thread::Hand::left : Thread::Hand::right;
+  if (holds(words, Placeholder::feed)) {
+    if (hole.feed <= 0)
+      return refuse("a tapping cycle without its feed: that of the cuts before it is no pitch");
+    const double pitch_mm = feeds.internal(FeedMode::per_minute, hole.feed) * kSecondsPerMinute / rpm;
+    thread.pitch = std::llround(pitch_mm / kPitchUnit_mm);
+  } else {
+    const bool is_lead = holds(words, Placeholder::lead);
+    const Placeholder p = is_lead ? Placeholder::lead : Placeholder::pitch;
+    const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+    if (number == nullptr || !to_rounded_quanta(*number, kPitchDecimals, thread.pitch)) thread.pitch = 0;
+    if (language.others) thread.pitch = language.others->length(thread.pitch);
+    if (is_lead) thread.hand = thread.pitch < 0 ? Thread::Hand::left : Thread::Hand::right;
+    if (is_lead) thread.pitch = std::abs(thread.pitch);
+    const double rate = static_cast<double>(thread.pitch) * kPitchUnit_mm * rpm / kSecondsPerMinute;
+    hole.feed = feeds.quanta(FeedMode::per_minute, rate);
+  }
+  if (thread.pitch <= 0 || hole.feed <= 0) return refuse("a tapping cycle without a pitch above 0");
+  return true;
+}
+
+void Reader::State::run_cycle(const FoundEvent& found) {
+  modal.motion_kind.reset();
+  if (!shape_may_begin(found)) return;
+  const int decimals = language.format.decimals(AxisLetter::X);
+  // A value on a line before counts only where the cycle's own words have it there.
+  const bool is_tap = found.event.argument >= static_cast<int>(Hole::Kind::tap);
+  const Template& words = words_of_cycle(found.event.argument);
+  const auto given = [&](Placeholder p) {
+    if (found.captures.has(p)) return true;
+    const bool dwells = !is_tap && holds(c.cycles.dwell[static_cast<std::size_t>(found.event.argument)], p);
+    return kept.has(p) && (holds(words, p) || dwells);
+  };
+  Hole hole;
+  hole.kind = is_tap ? Hole::Kind::tap : static_cast<Hole::Kind>(found.event.argument);
+  const bool stands_there = !holds(words, Placeholder::clear);  // of a tap
+  hole.clear = stands_there ? modal.position[AxisLetter::Z] : scaled(found, Placeholder::clear, decimals);
+  hole.bottom = given(Placeholder::bottom) ? scaled(found, Placeholder::bottom, decimals)
+                                           : hole.clear + scaled(found, Placeholder::depth, decimals);
+  if (given(Placeholder::step)) hole.step = scaled(found, Placeholder::step, decimals);
+  if (!is_tap)
+    hole.dwell_ms = given(Placeholder::milliseconds) ? whole(found, Placeholder::milliseconds, 0)
+                                                     : scaled(found, Placeholder::seconds, 3);
+  if (given(Placeholder::feed)) {
+    const Number& number = (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
+    if (!to_rounded_quanta(number, c.numbers.feed.decimals(modal.feed_mode), hole.feed)) hole.feed = 0;
+    if (language.others) hole.feed = language.others->length(hole.feed);
+    if (c.cycles.modal()) feed = hole.feed;  // an F word as any other
+  } else if (!is_tap) {
+    hole.feed = feed;
+  }
+  if (is_tap && !gear(found, words, hole)) return;
+  if (hole.feed <= 0) return error(found.column, "a drilling cycle without feed");
+  if (!(hole.bottom < hole.clear))
+    return error(found.column, "a drilling cycle whose bottom is not below its clearance");
+  const bool steps = hole.kind == Hole::Kind::peck || hole.kind == Hole::Kind::chip_break;
+  const bool has_step = steps || given(Placeholder::step);
+  if (has_step && hole.step == 0) return error(found.column, "a drilling cycle with a step of nothing");
+  if (has_step && hole.step < 0) return error(found.column, "a drilling cycle with a step below 0");
+  constexpr std::int64_t kMostSteps = 10000;
+  if (has_step && (hole.clear - hole.bottom) / hole.step > kMostSteps)
+    return error(found.column, "a drilling cycle of more than " + std::to_string(kMostSteps) + " steps");
+  // A step of the whole depth is none.
+  if (given(Placeholder::step) && (steps || hole.kind == Hole::Kind::drill)) {
+    const bool whole_depth = hole.step >= hole.clear - hole.bottom;
+    if (whole_depth) hole.step = 0;
+    hole.kind = whole_depth                      ? Hole::Kind::drill
+                : hole.kind == Hole::Kind::drill ? Hole::Kind::peck
+                                                 : hole.kind;
+  }
+  if (!modal.cycle) cycle_return.initial = modal.position[AxisLetter::Z];
+  std::int64_t back =
+      cycle_return.to_clear || stands_there ? hole.clear : std::max(cycle_return.initial, hole.clear);
+  if (given(Placeholder::back)) back = scaled(found, Placeholder::back, decimals);
+  if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
+  if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");
+  hole.words.set(AxisLetter::Z, back);
+  const auto place = [&](Placeholder p, AxisLetter letter) {
+    return found.captures.has(p) ? scaled(found, p, decimals) : modal.position[letter];
+  };
+  modal.cycle = hole;
+  run_hole(place(Placeholder::x, AxisLetter::X), place(Placeholder::y, AxisLetter::Y), found.column);
+  if (!c.cycles.modal() || stands_there) modal.cycle.reset();
+}
+
+bool Reader::State::run_next_hole(const LineMotion& m) {
+  if (m.named) {
+    modal.cycle.reset();
+    return false;
+  }
+  if (language.others && language.others->in_other_plane()) {
+    error(m.column, "a drilling cycle goes on in another plane");
+    return true;
+  }
+  if ((m.words.mask & ~kPlaneWords) != 0) {
+    error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
+    return true;
+  }
+  const auto place = [&](AxisLetter letter) {
+    return m.words.has(letter) ? m.words[letter] : modal.position[letter];
+  };
+  run_hole(place(AxisLetter::X), place(AxisLetter::Y), m.column);
+  return true;
+}
+
+void Reader::State::run_probe(const FoundEvent& found) {
+  modal.motion_kind.reset();
+  modal.cycle.reset();
+  if (!shape_may_begin(found)) return;
+  std::int64_t own = 0;
+  const Captures& said = found.captures.has(Placeholder::feed) ? found.captures : kept;
+  if (!said.has(Placeholder::feed) ||
+      !to_rounded_quanta(said[Placeholder::feed], c.numbers.feed.per_minute_decimals, own) || own <= 0)
+    return error(found.column, "a touch without feed");
+  feed = own;
+  const int decimals = language.format.decimals(AxisLetter::X);
+  Probe probe;
+  probe.feed = own;
+  probe.guards = found.event.argument == 1;
+  probe.from = modal.position;
+  probe.words = modal.position;
+  static constexpr std::array kEnd = {Placeholder::x, Placeholder::y, Placeholder::z};
+  static constexpr std::array kWay = {Placeholder::dx, Placeholder::dy, Placeholder::dz};
+  const bool says_way = !probe.guards && holds(c.probing.touch, Placeholder::dx);
+  double square = 0.0;
+  for (std::size_t i = 0; i < kEnd.size(); ++i) {
+    const AxisLetter letter = kAllAxisLetters[i];
+    const std::int64_t value = scaled(found, says_way ? kWay[i] : kEnd[i], decimals);
+    probe.words.set(letter, says_way ? modal.position[letter] + value : value);
+    square += static_cast<double>(value) * static_cast<double>(value);
+  }
+  if (says_way && holds(c.probing.touch, Placeholder::distance)) {
+    const auto distance = static_cast<double>(scaled(found, Placeholder::distance, decimals));
+    if (std::abs(distance - std::sqrt(square)) > 1.0)
+      return error(found.column, "the length of the touch is not that of its way in X, Y and Z");
+  }
+  probe.source = {findings.line, found.column};
+  if (probe.guards) {
+    for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z})
+      modal.position.set(letter, probe.words[letter]);
+  } else {
+    modal.position.forget(kLinearAxes);
+  }
+  emit(probe);
+}
+
+void Reader::State::run_hole(std::int64_t x, std::int64_t y, std::uint32_t column) {
+  Hole hole = *modal.cycle;
+  hole.from = xyz_of(modal.position);
+  hole.source = {findings.line, column};
+  modal.position.set(AxisLetter::X, x);
+  modal.position.set(AxisLetter::Y, y);
+  modal.position.set(AxisLetter::Z, modal.cycle->words[AxisLetter::Z]);
+  hole.words = modal.position;
+  if (hole.kind == Hole::Kind::tap) modal.spindle.reset();
+  emit(hole);
+}
+
+}  // namespace trunnion::nc

@@ -1,0 +1,86 @@
+#include "nc/reading/whole_program.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace trunnion::nc {
+
+WholeProgram::WholeProgram(const Controller& controller, const PatternSet& patterns)
+    : controller_(controller) {
+  for (const std::string& line : controller.program.setup) {
+    for (const std::string& word : setup_words(line)) setup_[pattern_key(word)].text = word;
+  }
+  for (const auto* list : {&patterns.words, &patterns.phrases}) {
+    for (const Pattern& pattern : *list) {
+      for (const Pattern::Others& others : pattern.others) {
+        lines_.insert(others.before.begin(), others.before.end());
+        lines_.insert(others.after.begin(), others.after.end());
+      }
+    }
+  }
+}
+
+std::string WholeProgram::missing() {
+  std::string out;
+  if (!open_.empty()) out = open_.front().place + " is not followed by the other lines of its template";
+  if (out.empty() && !expected_.empty()) out = expected_by_ + ": not all lines of the template follow";
+  open_.clear();
+  expected_.clear();
+  return out;
+}
+
+std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
+  const bool is_event = pattern.event.kind != EventKind::silent && pattern.event.kind != EventKind::tape &&
+                        pattern.event.kind != EventKind::remember &&
+                        pattern.event.kind != EventKind::cycle_name;
+  const std::string place =
+      "'" + pattern.origin + "' (" + controller_.file + ") of line " + std::to_string(line);
+  if (!is_event) {
+    if (!lines_.contains(pattern.key)) return {};
+    said_.insert(pattern.key);
+    if (expected_.erase(pattern.key) == 0 && pattern.is_part) open_.push_back({pattern.key, place});
+    return {};
+  }
+  // The lines before it are its own, or nothing may stand open.
+  if (pattern.others.empty()) {
+    said_.clear();
+    if (lines_.contains(pattern.key)) said_.insert(pattern.key);
+    return missing();
+  }
+  const auto said = std::exchange(said_, {});
+  const auto is_said = [&](const Pattern::Others& others) {
+    return std::all_of(others.before.begin(), others.before.end(),
+                       [&](const std::string& key) { return said.contains(key); });
+  };
+  const auto of_one = std::find_if(pattern.others.begin(), pattern.others.end(), is_said);
+  if (of_one == pattern.others.end()) {
+    open_.clear();
+    if (std::string behind = missing(); !behind.empty()) return behind;
+    // The tool that is made ready stays so, whatever stands between.
+    if (pattern.event.kind == EventKind::tool) return {};
+    return place + ": lines of its template are missing before it";
+  }
+  // One of each is its own; what else stands open is somebody's who never came.
+  for (const std::string& key : of_one->before) {
+    const auto own =
+        std::find_if(open_.rbegin(), open_.rend(), [&](const OpenLine& open) { return open.key == key; });
+    if (own != open_.rend()) open_.erase(std::next(own).base());
+  }
+  if (std::string left = missing(); !left.empty()) return left;
+  expected_ = {of_one->after.begin(), of_one->after.end()};
+  expected_by_ = place;
+  return {};
+}
+
+std::string WholeProgram::moves() {
+  if (!std::exchange(is_head_, false)) return missing();
+  for (const auto& [key, word] : setup_) {
+    if (!word.said)
+      return "the program moves and has not said '" + word.text + "' ([program] setup of " +
+             controller_.file + ")";
+  }
+  return missing();
+}
+
+}  // namespace trunnion::nc

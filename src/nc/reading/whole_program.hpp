@@ -1,0 +1,52 @@
+#pragma once
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "trunnion/nc/controller.hpp"
+
+#include "nc/control/patterns.hpp"
+
+namespace trunnion::nc {
+
+/// What must stand in a program for its lines to mean what their templates say: before the first motion all
+/// words of [program] setup, and of each template of several lines all of them, one after the other. Messages
+/// are empty where nothing is wrong.
+class WholeProgram {
+ public:
+  WholeProgram(const Controller& controller, const PatternSet& patterns);
+
+  /// Before the first motion: a word, or a line that is none.
+  void head(const std::string& key) {
+    if (const auto it = setup_.find(key); it != setup_.end()) it->second.said = true;
+  }
+  bool is_head() const { return is_head_; }
+  /// A line, or a word of one, that was understood.
+  std::string take(const Pattern& pattern, std::uint32_t line);
+  /// The line at hand moves the machine.
+  std::string moves();
+  /// Lines of a template are missing so far.
+  bool is_open() const { return !open_.empty() || !expected_.empty(); }
+
+ private:
+  struct SetupWord {
+    std::string text;
+    bool said = false;
+  };
+  std::string missing();
+
+  const Controller& controller_;
+  std::map<std::string, SetupWord> setup_;  // by key
+  std::set<std::string> lines_;             // keys of all lines beside the one that means an event
+  std::set<std::string> said_;              // of those, since the last such one
+  struct OpenLine {
+    std::string key, place;
+  };
+  std::vector<OpenLine> open_;      // lines of templates whose last one has not come
+  std::set<std::string> expected_;  // behind the last event
+  std::string expected_by_;
+  bool is_head_ = true;
+};
+
+}  // namespace trunnion::nc
