@@ -55,6 +55,31 @@ void expect_same(const Point& a, const Point& b) {
   EXPECT_EQ(a.beside_P, b.beside_P);
 }
 
+// Sampled: how far the tool leaves its place on the segment from `from` to the last of `pieces`, up to
+// `flute_mm`; the place is the nearest of many.
+double farthest_tool_mm(const TableKinematics& kinematics, const Point& from,
+                        const std::vector<Point>& pieces, double flute_mm) {
+  constexpr int kPlaces = 400;
+  const Point& to = pieces.back();
+  double out = 0.0;
+  JointVector before = from.q;
+  for (const Point& piece : pieces) {
+    for (int k = 0; k <= 8; ++k) {
+      const ToolPose tool = kinematics.pose(JointVector::interpolate(before, piece.q, k / 8.0));
+      double least = std::numeric_limits<double>::infinity();
+      for (int i = 0; i <= kPlaces; ++i) {
+        const double t = static_cast<double>(i) / kPlaces;
+        const Vec3 tip = tool.tip_P - from.tip_P - t * (to.tip_P - from.tip_P);
+        const Vec3 end = tip + flute_mm * (tool.axis_P - slerp(from.axis_P, to.axis_P, t));
+        least = std::min(least, std::max(tip.norm(), end.norm()));
+      }
+      out = std::max(out, least);
+    }
+    before = piece.q;
+  }
+  return out;
+}
+
 // Sampled: how far the tip leaves the segment from `from` to the last of `pieces`.
 double farthest_off_mm(const TableKinematics& kinematics, const Point& from,
                        const std::vector<Point>& pieces) {
@@ -71,7 +96,7 @@ double farthest_off_mm(const TableKinematics& kinematics, const Point& from,
 }
 
 // What is settled side by side is what Refiner::decide makes of the segment alone: the bits of its points.
-void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& options,
+void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& options, double flute_mm,
                               std::mt19937_64& random, std::array<std::size_t, 4>& settled_with) {
   const TableKinematics kinematics(machine, machine.tool_vector());
   if (!kinematics.side_by_side()) return;
@@ -81,7 +106,7 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
   Refiner refiner(machine, machine.tool_vector(), rounding, options);
   for (const auto& [tip_mm, known_mm] :
        {std::pair{0.0002, 0.5}, std::pair{0.002, 0.5}, std::pair{0.0005, 0.001}}) {
-    const Tolerance tolerance{tip_mm, Angle::degrees(0.05)};
+    const Tolerance tolerance{tip_mm, Angle::degrees(0.05), {flute_mm, tip_mm}};
     for (const std::size_t count : {2U, 3U, 38U, 500U}) {
       const PlacedWalk walk = placed_walk(kinematics, rounding, random, count);
       even.clear();
@@ -115,8 +140,16 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
         for (std::size_t k = 0; k < alone.size(); ++k) expect_same(points[of.first + k], alone[k]);
         EXPECT_LE(of.off_mm, tip_mm);
         alone.push_back(point_of(walk, of.number));
-        EXPECT_LE(farthest_off_mm(kinematics, point_of(walk, of.number - 1), alone), of.off_mm)
-            << machine.name << ' ' << of.number;
+        const Point before = point_of(walk, of.number - 1);
+        EXPECT_LE(farthest_off_mm(kinematics, before, alone), of.off_mm) << machine.name << ' ' << of.number;
+        // Between two of the places that are looked at the tool goes so far.
+        const double between_mm = ((alone.back().tip_P - before.tip_P).norm() +
+                                   flute_mm * (alone.back().axis_P - before.axis_P).norm()) /
+                                  400.0;
+        if (flute_mm > 0.0 && of.number % 50 == 0) {
+          EXPECT_LE(farthest_tool_mm(kinematics, before, alone, flute_mm), of.off_mm + between_mm)
+              << machine.name << ' ' << of.number;
+        }
         ++settled_with[std::min<std::size_t>(of.inserted, 3)];
       }
     }
@@ -149,7 +182,21 @@ TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
     for (const NonlinearOptions& options : settling_options()) {
       std::array<std::size_t, 4> settled_with{};
       for (const std::string& name : test::shipped_machines())
-        settles_as_one_at_a_time(test::shipped_machine(name), options, random, settled_with);
+        settles_as_one_at_a_time(test::shipped_machine(name), options, 0.0, random, settled_with);
+      for (const std::size_t count : settled_with) EXPECT_GT(count, 50U);
+    }
+  }
+}
+
+TEST(EvenRun, SettlesSegmentsWithAFluteAsOneAtATimeIsDecided) {
+  for (const bool only_two : {false, true}) {
+    const test::OnlyTwoLanes lanes(only_two);
+    std::mt19937_64 random(20261123);
+    for (const NonlinearOptions& options : settling_options()) {
+      std::array<std::size_t, 4> settled_with{};
+      for (const std::string& name : test::shipped_machines())
+        for (const double flute_mm : {10.0, 60.0})
+          settles_as_one_at_a_time(test::shipped_machine(name), options, flute_mm, random, settled_with);
       for (const std::size_t count : settled_with) EXPECT_GT(count, 50U);
     }
   }

@@ -1,4 +1,4 @@
-#include "path/global_choice.hpp"
+#include "path/choice/global_choice.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

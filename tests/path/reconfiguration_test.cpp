@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "path/rotary_connection.hpp"
+#include "path/choice/rotary_connection.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {

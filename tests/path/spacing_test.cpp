@@ -1,11 +1,11 @@
-#include "path/spacing.hpp"
+#include "path/insertion/spacing.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
-#include "path/even_pieces.hpp"
+#include "path/insertion/even_pieces.hpp"
 
 namespace trunnion::path {
 namespace {

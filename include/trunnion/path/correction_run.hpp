@@ -35,10 +35,12 @@ class CorrectionRun {
     const Vec3* tip_P;     // prescribed, and beside it for inserted points
     const Vec3* axis_P;
     const RotarySines* sines;  // of q
-    /// By which the nominal motion to it, from the place before, leaves its segment at most, mm. Where it is
-    /// not known that is the motion's own chord, and its bow is asked.
+    /// By which the nominal motion to it, from the place before, leaves its segment at most, mm; of the whole
+    /// tool where the flute counts. Where it is not known that is the motion's own chord, and its bow is
+    /// asked.
     double off_mm = kUnknown;
-    /// By how much the tool, up to its flute length, is off the place of the path here, mm.
+    /// By how much the tool, up to its flute length, is off the place of the path here, mm; asked where
+    /// `off_mm` is not known.
     double beside_mm = 0.0;
     static constexpr double kUnknown = -1.0;
   };
@@ -87,6 +89,7 @@ class CorrectionRun {
   void put(std::size_t i, const JointVector& q);
   void bound(std::span<const NominalPlace> places);
   double carried_mm(std::span<const NominalPlace> places, std::size_t i) const;
+  double turned_mm(std::span<const NominalPlace> places, std::size_t i) const;
   double up_the_flute_mm(std::span<const NominalPlace> places, std::size_t i) const;
   template <class T>
   void bend();

@@ -34,7 +34,7 @@ class EvenRun {
   };
   /// What came of a segment: `inserted` points from `first` on, of those that `settle` appends; the report's
   /// `midpoint_mm` and `predicted_mm` (0 where that is at most `known_mm` and no more is known); and by how
-  /// much the tip leaves the segment at most, on the nominal machine.
+  /// much the tip, or where it counts the whole tool, leaves the segment at most, on the nominal machine.
   struct Settled {
     std::size_t number;
     std::uint32_t first, inserted;

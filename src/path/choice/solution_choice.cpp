@@ -1,0 +1,178 @@
+#include "trunnion/path/solution_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "trunnion/machine/rotary_solver.hpp"
+#include "trunnion/machine/table_kinematics.hpp"
+
+#include "path/choice/choice_account.hpp"
+#include "path/choice/global_choice.hpp"
+#include "path/choice/pole_settler.hpp"
+#include "path/choice/rotary_connection.hpp"
+#include "path/choice/turns.hpp"
+
+namespace trunnion::path {
+namespace {
+
+struct LocalCandidate {
+  JointVector q;
+  std::uint8_t branch = 0;
+  bool singular = false;
+};
+
+struct LocalCandidates {
+  std::array<LocalCandidate, 2> at;
+  std::size_t count = 0;
+};
+
+class Chooser {
+ public:
+  Chooser(const Machine& machine, const ChoiceOptions& options)
+      : machine_(machine),
+        options_(options),
+        rotary_(machine.rotary_axes()),
+        kinematics_(machine, options.tool_mm),
+        solver_(machine) {
+    if (const auto id = machine.axis(options.axis)) named_axis_ = *id;
+  }
+
+  double local_measure(const JointVector& a, const JointVector& b) const {
+    double squares = 0.0;
+    double largest = 0.0;
+    double sum = 0.0;
+    for (const AxisId id : rotary_) {
+      const double d = std::abs(b[id] - a[id]);
+      squares += d * d;
+      largest = std::max(largest, d);
+      sum += d;
+    }
+    // The other measures break ties, so that the choice does not hang on rounding.
+    constexpr double kTie = 1e-9;
+    switch (options_.method) {
+      case ChoiceMethod::combined:
+        return std::sqrt(squares) + kTie * sum;
+      case ChoiceMethod::largest:
+        return largest + kTie * sum;
+      case ChoiceMethod::axis:
+        return std::abs(b[named_axis_] - a[named_axis_]) + kTie * sum;
+      default:
+        return sum + kTie * largest;
+    }
+  }
+
+  // Of both branches at `pose` the turns nearest to `seed`: no other does better by any local measure. C at
+  // the pole follows `seed`.
+  void candidates(const ToolPose& pose, const JointVector& seed, LocalCandidates& out) const {
+    out.count = 0;
+    const double seed_inner = rotary_.empty() ? 0.0 : seed[rotary_.back()];
+    const RotarySolutions solutions = solver_.solve_within_limits(pose.axis_P, seed_inner, options_.inverse);
+    for (std::size_t i = 0; i < solutions.count; ++i) {
+      const RotarySolution& solution = solutions.at[i];
+      LocalCandidate c{seed, solution.branch, solution.singular};
+      bool within = true;
+      for (std::size_t k = 0; k < rotary_.size(); ++k) {
+        const auto turn = nearest_turn(machine_.axes[rotary_[k]], solution.angle[k], seed[rotary_[k]]);
+        within = within && turn.has_value();
+        if (turn) c.q[rotary_[k]] = *turn;
+      }
+      if (!within) continue;
+      kinematics_.solve_linear(pose.tip_P, kinematics_.sines(c.q), c.q);
+      out.at[out.count++] = c;
+    }
+  }
+
+  const std::vector<AxisId>& rotary() const { return rotary_; }
+  const TableKinematics& kinematics() const { return kinematics_; }
+
+ private:
+  const Machine& machine_;
+  const ChoiceOptions& options_;
+  std::vector<AxisId> rotary_;
+  TableKinematics kinematics_;
+  RotarySolver solver_;
+  AxisId named_axis_ = 0;
+};
+
+struct Run {
+  const Machine& machine;
+  const Chooser& chooser;
+  const ChoiceOptions& options;
+  const std::string& cl_file;
+};
+
+Result<void> choose_global(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
+                           std::vector<ChosenPoint>& out) {
+  GlobalChoice choice(run.machine, run.options);
+  if (const ChoicePoint* lost = choice.choose(points, seed, out))
+    return tl::unexpected(unreachable(run.machine, *lost, run.options, run.cl_file));
+  return {};
+}
+
+Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
+                          std::vector<ChosenPoint>& out) {
+  JointVector q = seed;
+  Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
+  const RotaryConnection connection(run.chooser.kinematics(), run.options.axis_tolerance);
+  LocalCandidates layer;
+  out.clear();
+  for (const ChoicePoint& point : points) {
+    run.chooser.candidates(point.pose, q, layer);
+    if (layer.count == 0) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < layer.count; ++c) {
+      const double measure = run.chooser.local_measure(q, layer.at[c].q);
+      if (measure < least) {
+        least = measure;
+        best = c;
+      }
+    }
+    const LocalCandidate& c = layer.at[best];
+    const bool leave = !point.rapid && !connection.connects(q, axis_before, c.q, point.pose.axis_P);
+    out.push_back({c.q, c.branch, c.singular, leave, c.q, {}});
+    q = c.q;
+    axis_before = point.pose.axis_P;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoint> points,
+                              const JointVector& seed, const ChoiceOptions& options,
+                              const std::string& cl_file, std::vector<ChosenPoint>& out,
+                              ChoiceSummary& summary) {
+  const Chooser chooser(machine, options);
+  const Run run{machine, chooser, options, cl_file};
+  auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
+                                                       : choose_local(run, points, seed, out);
+  if (!chosen) return chosen;
+  PoleSettler(machine, chooser.kinematics()).settle(points, out, summary, [] {
+    return PoleSettler::Ahead{};
+  });
+  const std::uint8_t first = out.empty() ? std::uint8_t{0} : out.front().branch;
+  ChoiceAccount(machine, seed, summary.goes_on ? summary.last_branch : first).add(out, summary);
+  return {};
+}
+
+bool settles_choice(const Machine& machine, const RotarySolver& solver, const ToolPose& pose,
+                    const ChoiceOptions& options) {
+  if (solver.surely_on_both(pose.axis_P)) return false;
+  const RotarySolutions solutions = solver.solve_within_limits(pose.axis_P, 0.0, options.inverse);
+  if (solutions.count > 1) return false;  // each has a turn, or is only just beyond a limit
+  const std::vector<AxisId> rotary = machine.rotary_axes();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < solutions.count; ++i) {
+    if (solutions.at[i].singular) return false;
+    std::size_t turns = 1;
+    for (std::size_t k = 0; k < rotary.size(); ++k)
+      turns *= Turns(machine.axes[rotary[k]], solutions.at[i].angle[k], 0.0, 2).count();
+    count += turns;
+  }
+  return count == 1;
+}
+
+}  // namespace trunnion::path
