@@ -2,10 +2,10 @@
 #include <memory>
 #include <vector>
 
-#include "post/compensators.hpp"
-#include "post/posting.hpp"
+#include "post/making/posting.hpp"
+#include "post/prepare/compensators.hpp"
 #include "post/program_state.hpp"
-#include "post/spindle_tool.hpp"
+#include "post/tools/spindle_tool.hpp"
 
 namespace trunnion::post {
 

@@ -9,8 +9,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
-#include "post/nc_source.hpp"
-#include "post/preparer.hpp"
+#include "post/intake/path_source.hpp"
+#include "post/prepare/preparer.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -36,22 +36,11 @@ bool turns_alike(const Machine& a, const Machine& b) {
   return all(a, b) && all(b, a);
 }
 
-std::unique_ptr<cl::RecordSource> records_of(std::unique_ptr<cl::TextSource> source, const PostJob& job,
-                                             const PostOptions& options, Diagnostics& diagnostics) {
-  const cl::ReaderOptions reading = reading_of(job, options);
-  if (job.from == nullptr)
-    return std::make_unique<cl::Reader>(std::move(source), job.cl_file, reading, diagnostics);
-  constexpr double kShare = 0.1;  // as of arcs, for the course of the tool axis
-  const Angle axis =
-      Angle::radians(kShare * options.axis_tolerance.value_or(job.machine->axis_tolerance).rad());
-  const NcWalk::Keep keep{reading.arc_tolerance_mm,
-                          axis,
-                          reading.mark_shapes,
-                          turns_alike(*job.from->machine, *job.machine),
-                          reading.cutter_compensation,
-                          reading.units,
-                          &options.tools};
-  return std::make_unique<NcSource>(std::move(source), job.cl_file, *job.from, keep, diagnostics);
+std::unique_ptr<cl::RecordSource> path_of(std::unique_ptr<cl::TextSource> source, const PostJob& job,
+                                          const PostOptions& options, Diagnostics& diagnostics) {
+  const PathReading with{&options.tools, options.axis_tolerance.value_or(job.machine->axis_tolerance),
+                         job.from != nullptr && turns_alike(*job.from->machine, *job.machine)};
+  return records_of({std::move(source), job.cl_file, reading_of(job, options), job.from}, with, diagnostics);
 }
 
 // The preparer of the tool that the chunk at hand is made with.
@@ -89,7 +78,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       pipeline_(job, options),
       read_back_(job, options, sink, pipeline_.errors()),
       intake_(job, options, pipeline_.quantum(), store_),
-      records_(records_of(std::move(source), job, options, diagnostics)) {}
+      records_(path_of(std::move(source), job, options, diagnostics)) {}
 
 double Program::half_a_digit(AxisKind kind) const {
   double least = 0.0;

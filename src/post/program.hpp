@@ -6,9 +6,9 @@
 #include "trunnion/cl/reader.hpp"
 #include "trunnion/post/post.hpp"
 
-#include "post/intake.hpp"
-#include "post/pipeline.hpp"
-#include "post/read_back.hpp"
+#include "post/intake/intake.hpp"
+#include "post/judging/read_back.hpp"
+#include "post/making/pipeline.hpp"
 
 namespace trunnion::post {
 

@@ -7,8 +7,8 @@
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/post/plane_frame.hpp"
 
-#include "post/deviation_meter.hpp"
-#include "post/spindle_tool.hpp"
+#include "post/judging/deviation_meter.hpp"
+#include "post/tools/spindle_tool.hpp"
 #include "post/work_shift.hpp"
 
 // Private to the verifier: from the words of a program that is read back to where the axes stand.

@@ -108,9 +108,9 @@ TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
     options.tolerance_mm = 0.01;
     cl::ReaderOptions reading;
     reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
-    static_cast<void>(post::verify(std::make_unique<test::TextOf>(cl), "part.cls",
-                                   std::make_unique<test::TextOf>(text), "part.nc", machine, c, reading,
-                                   options, d));
+    static_cast<void>(post::verify({std::make_unique<test::TextOf>(cl), "part.cls", reading},
+                                   {std::make_unique<test::TextOf>(text), "part.nc"}, machine, c, options,
+                                   d));
     return d.error_count();
   };
   EXPECT_EQ(verify(p.nc), 0U);

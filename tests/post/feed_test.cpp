@@ -8,7 +8,7 @@
 #include "trunnion/base/number_text.hpp"
 
 #include "post/axis_speeds.hpp"
-#include "post/feed_plan.hpp"
+#include "post/feeds/feed_plan.hpp"
 #include "post/posting.hpp"
 #include "support/controllers.hpp"
 

@@ -127,8 +127,8 @@ VerifyReport verified_with_flute(const std::string& nc, const std::string& cl, c
   options.tolerance_mm = kFluteTolerance_mm;
   options.tools.flute_mm = flute_mm;
   Diagnostics d;
-  auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
-                       "part.nc", machine, c, {}, options, d);
+  auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                       {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d);
   if (!report) throw std::runtime_error(report.error().text());
   return *report;
 }
@@ -168,6 +168,40 @@ TEST(Flute, ProgramsHoldTheirFlute) {
     }
   }
   EXPECT_GT(beyond_mm, 1.5 * kFluteTolerance_mm);
+}
+
+// A blade's pass with its points close together.
+std::vector<PlacedTool> dense_blade(double twist) {
+  constexpr int kPoints = 200;
+  std::vector<PlacedTool> path;
+  for (int i = 0; i < kPoints; ++i) {
+    const double x = static_cast<double>(i) / (kPoints - 1);
+    const Vec3 tip(30.0 + 30.0 * x, 20.0 * std::sin(2.0 * x), -20.0 * x);
+    path.push_back({(1e4 * tip).array().round() / 1e4,
+                    test::tilted(0.5 + 0.5 * x + 0.1 * std::sin(9.0 * x), 3.0 * twist * x)});
+  }
+  return path;
+}
+
+// Where points are dropped a block may be nearer to one segment before a CL point and to the next behind it:
+// a bound that straddles the tolerance is decided, and no program refused for it.
+TEST(Flute, ThinnedBladesAreNotRefused) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < test::cases(24); ++i) {
+    const std::string cl = flute_cl(dense_blade(std::uniform_real_distribution<double>(0.3, 1.2)(random)));
+    for (const std::string& name : test::shipped_machines()) {
+      PostOptions options;
+      options.tolerance_mm = kFluteTolerance_mm;
+      options.axis_tolerance = Angle::degrees(2.0);
+      options.tools.flute_mm = i % 2 == 0 ? 30.0 : 50.0;
+      options.nonlinear.thin = true;
+      const auto p = test::posted(cl, test::shipped_machine(name), options);
+      ASSERT_TRUE(p.report) << name << " " << i << ": " << p.report.error().text();
+      ASSERT_TRUE(p.report->verification);
+      EXPECT_TRUE(p.report->verification->passed())
+          << name << " " << i << ": " << p.report->verification->certified_flute_deviation_mm;
+    }
+  }
 }
 
 // Rotary axes that are tilted by 100 urad: with a flute length the direction of the tool is corrected, too.

@@ -315,6 +315,78 @@ TEST(NcInput, WhatIsNotUnderstoodIsRefusedByItsLine) {
   }
 }
 
+std::size_t count_of(const std::string& text, const std::string& what) {
+  std::size_t out = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++out;
+  return out;
+}
+
+// Where tool-centre-point control ends, no position is known, and the retract behind it is one all the same;
+// nor does a tool go straight to where axes lead that are said one after the other.
+TEST(NcInput, ARetractBehindToolCentrePointControlIsKept) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string haas =
+      "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nG54\nT1 M6\nS1000 M3\nG53 G0 Z700.\nG0 A30. C0.\nG234 H1 X10. Y0. "
+      "Z80.\n"
+      "G0 Z50.\nG1 Z40. F500.\nX20.\nG49\nG53 G0 Z700.\nG0 A30.01 C0.\nG234 H1 X20.5 Y0. Z80.\nG0 Z50.\nG1 "
+      "Z40.\nX25.\n"
+      "G49\nG53 G0 Z700.\nM30\n%\n";
+  const auto p = reposted(haas, {machine, "haas_ngc"}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(count_of(p.nc, "G53 G0 Z"), 4u) << p.nc;
+  const std::string linuxcnc =
+      "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nM428\nG0 A30 C0\nG0 X10 Y0 Z80\nG0 Z50\nG1 Z40 "
+      "F500\nX20\nM429\n"
+      "G0 Z100\nG0 X-60 Y0\nG0 Z90\nG1 Z85\nG0 Z150\nM2\n";
+  const auto q = reposted(linuxcnc, {machine}, machine);
+  ASSERT_TRUE(q.report) << q.report.error().text();
+  EXPECT_EQ(count_of(q.nc, "G53 G0 Z"), 4u) << q.nc;
+}
+
+// As our own programs begin where the CL file has no rapid: straight down from the retract, at a feed.
+TEST(NcInput, ACutStraightDownFromARetractBeginsAPath) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto program = [](const std::string& retract, const std::string& before, const std::string& cut) {
+    return "G21 G90 G94 G17\nG54\nT1 M6\nG43 H1\n" + retract + "G0 A30 C10\nG0 X10 Y5\n" + before + "G1 " +
+           cut + "F500\nX20\nG53 G0 Z700\nM2\n";
+  };
+  const std::string retract = "G53 G0 Z700\n";
+  const auto p = reposted(program(retract, "S1000 M3\n", "Z40 "), {machine}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(count_of(p.nc, "X10.0000 Y5.0000\nG1 Z40.0000 F500.000"), 1u) << p.nc;
+  for (const auto& refused : {program("", "", "Z40 "), program(retract, "", "X11 Z40 "),
+                              program(retract, "", "A31 Z40 "), program(retract, "G55\n", "Z40 "),
+                              program(retract, "", "Z40 G93 "), program(retract, "G49\nG43 H2\n", "Z40 ")}) {
+    const auto q = reposted(refused, {machine}, machine);
+    EXPECT_FALSE(q.report) << refused;
+  }
+}
+
+TEST(NcInput, ToolsMayHaveNames) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto program = [](const std::string& lines) {
+    return "N10 G17 G90 G40 G94 G710\nT=\"FR 10\" ; T=\"A\"\nM6\nD1\nS5000 "
+           "M3\nG54\nCYCLE832(0.01,_FINISH,1)\nMSG(\"X5\")\nCOMPCAD\n"
+           "G0 A30 C=DC(90)\nG0 X10 Y10\nG0 Z60\nG1 Z50 F500\n" +
+           lines +
+           "G0 Z100\nSUPA G0 Z700 D0\nT=\"FR 12\"\nM6\nD1\nS500 M3\nG0 A30 C=DC(90)\nG0 X10 Y10\nG0 Z60\nG1 "
+           "Z50\nG0 Z100\nM30\n";
+  };
+  const auto p = reposted(program(""), {machine, "siemens_840d_sl"}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_EQ(count_of(p.nc, "T1001 M6"), 1u);
+  EXPECT_EQ(count_of(p.nc, "T1002 M6"), 1u);
+  std::size_t warned = 0;
+  for (const auto& f : p.diagnostics.findings())
+    warned += f.text().find("has no number: it is T100") != std::string::npos;
+  EXPECT_EQ(warned, 2u);
+  for (const char* lines : {"CYCLE832(0.01) X5\n", "MSG(\"a\") G1 X5\n", "CYCLE832(0.01\n", "AROT X5\n",
+                            "G1 X=IC(5)\n", "T=\"A\n"}) {
+    const auto refused = reposted(program(lines), {machine, "siemens_840d_sl"}, machine);
+    EXPECT_FALSE(refused.report) << lines;
+  }
+}
+
 TEST(NcInput, ARemarkIsKeptAndMarked) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const auto p = reposted(

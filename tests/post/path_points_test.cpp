@@ -1,10 +1,10 @@
 // The points of a CL path stand in columns as each of them does alone, however they come and go.
-#include "post/path_points.hpp"
+#include "post/judging/path_points.hpp"
 
 #include <gtest/gtest.h>
 #include <random>
 
-#include "post/path_place.hpp"
+#include "post/judging/path_place.hpp"
 #include "support/lanes.hpp"
 
 namespace trunnion::post {

@@ -89,9 +89,9 @@ class Poster {
   VerifyReport verify(const Placed& posted, const std::vector<ClPoint>& points, VerifyOptions options) const {
     options.tools.tool = 1;
     Diagnostics d;
-    auto report = post::verify(std::make_unique<test::TextOf>(cl_text(points)), "part.cls",
-                               std::make_unique<test::TextOf>(posted.nc), "part.nc", machine_, controller_,
-                               {}, options, d);
+    auto report = post::verify({std::make_unique<test::TextOf>(cl_text(points)), "part.cls"},
+                               {std::make_unique<test::TextOf>(posted.nc), "part.nc"}, machine_, controller_,
+                               options, d);
     if (!report) throw std::runtime_error(report.error().text());
     return *report;
   }

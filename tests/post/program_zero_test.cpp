@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
+#include "post/making/program_name.hpp"
 #include "post/posting.hpp"
-#include "post/program_name.hpp"
 
 namespace trunnion::post {
 namespace {

@@ -15,6 +15,7 @@ namespace trunnion::post {
 namespace {
 
 constexpr double kQuietTolerance_mm = 0.004;
+constexpr double kQuietFlute_mm = 40.0;
 
 Model standing_errors(const Machine& machine) {
   Diagnostics d;
@@ -34,8 +35,8 @@ void expect_same_figures(const std::string& nc, const std::string& cl, const Mac
   const auto verify_with = [&](bool collect) {
     Diagnostics d;
     options.collect = collect;
-    auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
-                         "part.nc", machine, c, {}, options, d);
+    auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                         {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d);
     if (!report) throw std::runtime_error(report.error().text());
     return *report;
   };
@@ -54,6 +55,9 @@ void expect_same_figures(const std::string& nc, const std::string& cl, const Mac
   EXPECT_LE(quiet.certified_tip_deviation_mm, every.certified_tip_deviation_mm + kRounding) << what;
   EXPECT_GE(1.06 * quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad()) << what;
   EXPECT_LE(quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad() + kRounding) << what;
+  EXPECT_GE(quiet.certified_flute_deviation_mm, every.max_flute_deviation_mm - kRounding) << what;
+  EXPECT_LE(quiet.certified_flute_deviation_mm, 1.06 * every.certified_flute_deviation_mm + kRounding)
+      << what;
   ASSERT_EQ(quiet.worst.size(), every.worst.size()) << what;
   for (std::size_t i = 0; i < quiet.worst.size(); ++i) {
     EXPECT_LE(quiet.worst[i].tip_mm, every.worst[i].tip_mm + kRounding) << what;
@@ -68,11 +72,12 @@ TEST_P(QuietBlocks, ChangeNoFigure) {
   const Model model = standing_errors(machine);
   const ModelEvaluator truth(model);
   std::mt19937_64 random(21);
-  for (int i = 0; i < test::cases(4); ++i) {
-    const std::string cl = test::sample_path(static_cast<unsigned>(40 + i), 400 << i % 2);
+  for (int i = 0; i < test::cases(8); ++i) {
+    const std::string cl = test::sample_path(static_cast<unsigned>(40 + i % 4), 400 << i % 2);
     PostOptions options;
     options.tolerance_mm = kQuietTolerance_mm;
     options.nonlinear.thin = i % 4 == 3;  // CL points in the middle of blocks
+    if (i % 8 >= 4) options.tools.flute_mm = kQuietFlute_mm;
     const test::Posted corrected = test::posted(cl, machine, options, "linuxcnc", &model);
     ASSERT_TRUE(corrected.report) << corrected.report.error().text();
     const test::Posted plain = test::posted(cl, machine, options);
@@ -84,6 +89,7 @@ TEST_P(QuietBlocks, ChangeNoFigure) {
           VerifyOptions v;
           v.tolerance_mm = kQuietTolerance_mm;
           v.truth = errors;
+          v.tools = options.tools;
           // With one place in the list a single wrong word makes all that comes behind it quiet.
           v.worst_count = share > 1.0 ? 1 : 10;
           expect_same_figures(text, cl, machine, v,
@@ -140,23 +146,25 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
   const Model model = standing_errors(machine);
   const ModelEvaluator truth(model);
   std::mt19937_64 random(33);
-  for (unsigned i = 0; i < 4; ++i) {
-    const std::string cl = test::sample_path(60 + i, 700);
+  for (unsigned i = 0; i < 8; ++i) {
+    const std::string cl = test::sample_path(60 + i / 2, 700);
     PostOptions options;
     options.tolerance_mm = kQuietTolerance_mm;
-    const test::Posted p = test::posted(cl, machine, options, "linuxcnc", i % 2 == 0 ? &model : nullptr);
+    options.tools.flute_mm = i % 2 == 0 ? 0.0 : kQuietFlute_mm;
+    const test::Posted p = test::posted(cl, machine, options, "linuxcnc", i < 4 ? &model : nullptr);
     ASSERT_TRUE(p.report) << p.report.error().text();
-    const std::string nc = i < 2 ? p.nc : test::with_changed_word(p.nc, random, kQuietTolerance_mm);
+    const std::string nc = i % 4 < 2 ? p.nc : test::with_changed_word(p.nc, random, kQuietTolerance_mm);
     for (const ModelEvaluator* errors : {static_cast<const ModelEvaluator*>(nullptr), &truth}) {
       const auto verify_with = [&](bool only_two) {
         Diagnostics d;
         VerifyOptions v;
         v.tolerance_mm = kQuietTolerance_mm;
         v.truth = errors;
+        v.tools = options.tools;
         const test::OnlyTwoLanes lanes(only_two);
-        auto report =
-            verify(std::make_unique<test::TextOf>(cl), "part.cls", std::make_unique<test::TextOf>(nc),
-                   "part.nc", machine, test::shipped_controller("linuxcnc"), {}, v, d);
+        auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                             {std::make_unique<test::TextOf>(nc), "part.nc"}, machine,
+                             test::shipped_controller("linuxcnc"), v, d);
         if (!report) throw std::runtime_error(report.error().text());
         return *report;
       };
@@ -166,6 +174,7 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
       EXPECT_EQ(two.max_tip_deviation_mm, four.max_tip_deviation_mm);
       EXPECT_EQ(two.max_point_deviation_mm, four.max_point_deviation_mm);
       EXPECT_EQ(two.max_axis_deviation, four.max_axis_deviation);
+      EXPECT_EQ(two.certified_flute_deviation_mm, four.certified_flute_deviation_mm);
       EXPECT_EQ(two.max_speed_ratio, four.max_speed_ratio);
       EXPECT_EQ(two.duration_s, four.duration_s);
       EXPECT_EQ(two.points_missed, four.points_missed);

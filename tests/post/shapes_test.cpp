@@ -216,8 +216,8 @@ TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
 bool passes(const std::string& text, const std::string& cl, const Machine& machine, const nc::Controller& c) {
   VerifyOptions options;
   Diagnostics d;
-  const auto report = verify(std::make_unique<test::TextOf>(cl), "part.cls",
-                             std::make_unique<test::TextOf>(text), "part.nc", machine, c, {}, options, d);
+  const auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                             {std::make_unique<test::TextOf>(text), "part.nc"}, machine, c, options, d);
   return report && report->passed() && !d.has_errors();
 }
 

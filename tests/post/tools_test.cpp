@@ -133,8 +133,8 @@ TEST(GaugeLength, WordsOfTheGaugePointAreThoseOfEachTool) {
     verify_options.tools.table = &other;
     Diagnostics d;
     const auto report =
-        verify(std::make_unique<test::TextOf>(kTwoTools), "part.cls",
-               std::make_unique<test::TextOf>(posted.nc), "part.nc", machine, control, {}, verify_options, d);
+        verify({std::make_unique<test::TextOf>(kTwoTools), "part.cls"},
+               {std::make_unique<test::TextOf>(posted.nc), "part.nc"}, machine, control, verify_options, d);
     ASSERT_TRUE(report);
     EXPECT_FALSE(report->passed());
     EXPECT_NEAR(report->max_tip_deviation_mm, 70.0, 1.0) << wrong;
@@ -187,8 +187,8 @@ TEST(GaugeLength, ErrorsAreCorrectedForTheToolInTheSpindle) {
     verify_options.tolerance_mm = 0.005;
     verify_options.truth = &truth;
     Diagnostics d;
-    return verify(std::make_unique<test::TextOf>(path), "part.cls", std::make_unique<test::TextOf>(one.nc),
-                  "part.nc", machine, control, {}, verify_options, d)
+    return verify({std::make_unique<test::TextOf>(path), "part.cls"},
+                  {std::make_unique<test::TextOf>(one.nc), "part.nc"}, machine, control, verify_options, d)
         .value()
         .certified_tip_deviation_mm;
   };

@@ -1,9 +1,7 @@
 #pragma once
-#include <memory>
-#include <string>
 #include <vector>
 
-#include "trunnion/cl/reader.hpp"
+#include "trunnion/post/path_text.hpp"
 #include "trunnion/post/tools.hpp"
 
 namespace trunnion::post {
@@ -17,10 +15,15 @@ struct ClPoint {
   bool rapid = false;
 };
 
-/// All motions of a CL file, arcs as chords within a tenth of `tolerance_mm`. What the file has to say beside
+/// What the verification of a path was told of it.
+struct PathTolerance {
+  double mm = 0.0;
+  Angle axis;
+};
+
+/// All motions of a path, arcs as chords within a tenth of the tolerance. What its text has to say beside
 /// them was said when it was verified: nothing is reported twice.
-Result<std::vector<ClPoint>> cl_points(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
-                                       const cl::ReaderOptions& reading, double tolerance_mm,
+Result<std::vector<ClPoint>> cl_points(PathText path, const PathTolerance& tolerance,
                                        const ToolOptions& tools);
 
 }  // namespace trunnion::post

@@ -17,6 +17,7 @@
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/path/pole.hpp"
 #include "trunnion/post/checks.hpp"
+#include "trunnion/post/path_text.hpp"
 #include "trunnion/post/tools.hpp"
 #include "trunnion/thermal/offsets.hpp"
 
@@ -265,12 +266,10 @@ std::string flute_text(const VerifyReport& report);
 /// most.
 cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm);
 
-/// Verifies a whole program against a whole CL file: `nc` is read piece by piece, so that memory holds the CL
-/// motions only.
-Result<VerifyReport> verify(std::unique_ptr<cl::TextSource> cl, const std::string& cl_file,
-                            std::unique_ptr<cl::TextSource> nc, const std::string& nc_file,
-                            const Machine& machine, const nc::Controller& controller,
-                            const cl::ReaderOptions& reading, const VerifyOptions& options,
+/// Verifies a whole program against a whole path: the program is read piece by piece, so that memory holds
+/// the motions of the path only.
+Result<VerifyReport> verify(PathText path, ProgramText program, const Machine& machine,
+                            const nc::Controller& controller, const VerifyOptions& options,
                             Diagnostics& diagnostics);
 
 }  // namespace trunnion::post

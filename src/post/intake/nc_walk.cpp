@@ -1,0 +1,535 @@
+#include "post/intake/nc_walk.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/making/post_words.hpp"
+
+namespace trunnion::post {
+namespace {
+
+SpindleTool tool_at_start(const NcOrigin& origin, const ToolOptions& tools) {
+  // --tool: as if its change and its length stood in front of the program.
+  return {tools.length_mm.value_or(origin.machine->tool_length_mm),
+          origin.controller->length.automatic || tools.tool.has_value(), 0.0};
+}
+
+cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
+  switch (kind) {
+    case nc::CoolantKind::off:
+      return cl::Coolant::Kind::off;
+    case nc::CoolantKind::flood:
+      return cl::Coolant::Kind::flood;
+    case nc::CoolantKind::mist:
+      return cl::Coolant::Kind::mist;
+    case nc::CoolantKind::through_tool:
+      return cl::Coolant::Kind::through;
+    case nc::CoolantKind::air:
+      break;
+  }
+  return cl::Coolant::Kind::air;
+}
+
+}  // namespace
+
+NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file, Diagnostics& diagnostics)
+    : origin_(origin),
+      keep_(keep),
+      file_(file),
+      diagnostics_(diagnostics),
+      axis_words_(*origin.machine, origin.controller->numbers.axes),
+      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, *keep.tools)),
+      planner_(*origin.machine, *origin.controller, FeedOutput::inverse) {}
+
+void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
+  if (told_.insert(kind).second) diagnostics_.error(file_, where, message);
+}
+
+// Its own height the program had from its machine; who comes from another one comes down the same line.
+bool NcWalk::is_straight_down(const cl::Motion& motion) const {
+  constexpr double kBeside_mm = 0.01;  // digits of the words
+  constexpr double kSameAxis = 1e-6;
+  const auto& above = std::get<cl::Motion>(approach_->data);
+  const Vec3 way = motion.tip_P - above.tip_P;
+  const double down_mm = -way.dot(motion.axis_P);
+  return motion.rapid && (motion.axis_P - above.axis_P).norm() < kSameAxis && down_mm > 0.0 &&
+         (way + down_mm * motion.axis_P).norm() < kBeside_mm;
+}
+
+void NcWalk::put_approach() {
+  if (approach_) records_.push_back(*std::exchange(approach_, {}));
+}
+
+void NcWalk::put_tool() {
+  if (!change_.tool) return;
+  records_.push_back(*std::exchange(change_.tool, {}));
+  records_.insert(records_.end(), change_.behind.begin(), change_.behind.end());
+  change_.behind.clear();
+}
+
+void NcWalk::put(SourceRef where, const cl::Motion& motion) {
+  put_tool();
+  moved_.ever = moved_.low = true;
+  if (approach_ && !is_straight_down(motion)) put_approach();
+  approach_.reset();
+  records_.push_back({where, motion});
+}
+
+void NcWalk::take(const nc::Block& block, SourceRef where) {
+  if (const auto* motion = std::get_if<nc::Motion>(&block)) return take(*motion);
+  if (const auto* arc = std::get_if<nc::Arc>(&block)) return take(*arc);
+  if (const auto* hole = std::get_if<nc::Hole>(&block)) return take(*hole);
+  const bool keeps_place =
+      std::holds_alternative<nc::Spindle>(block) || std::holds_alternative<nc::Coolant>(block) ||
+      std::holds_alternative<nc::Comment>(block) || std::holds_alternative<nc::Dwell>(block);
+  if (!keeps_place) moved_.over.reset();
+  take_setting(block, where);
+  take_process(block, where);
+}
+
+// What decides about where the words lead.
+void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
+  if (const auto* call = std::get_if<nc::ToolCall>(&block)) return take(*call, where);
+  if (const auto* retract = std::get_if<nc::Retract>(&block)) return take(*retract, where);
+  if (const auto* plane = std::get_if<nc::TiltedPlane>(&block)) return take(*plane);
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) return take(*cutter, where);
+  const auto use_register = [&](std::int64_t number) {
+    if (change_.tool && number > 0)
+      std::get<cl::ToolChange>(change_.tool->data).length_register = static_cast<std::uint32_t>(number);
+  };
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) {
+    if (!origin_.controller->length.on.empty() && length->number > 1) use_register(length->number);
+    in_force_.add_length(length->number > 0);
+  }
+  if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
+    if (control->on) use_register(control->length_offset);
+    in_force_.tcp = control->on;
+    if (origin_.controller->tcp.replaces_length) in_force_.add_length(false);
+    at_.reset();
+  }
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) {
+    in_force_.shift.read(*offset);
+    put(where, cl::WorkOffset{static_cast<std::uint32_t>(offset->index)});
+  }
+  if (const auto* shift = std::get_if<nc::OffsetShift>(&block)) in_force_.shift.read(*shift);
+  if (std::holds_alternative<nc::VariableMotion>(block) || std::holds_alternative<nc::LatchValues>(block) ||
+      std::holds_alternative<nc::RunTimeStep>(block)) {
+    refuse(where, "variables",
+           "words that hang on values of the control at run time: where they lead the program does not say");
+  }
+}
+
+void NcWalk::take_process(const nc::Block& block, SourceRef where) {
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) {
+    spindle_ = *spindle;
+    cl::Spindle out;
+    out.state = spindle->turn == nc::SpindleTurn::off ? cl::Spindle::State::off : cl::Spindle::State::on;
+    if (spindle->rpm > 0) out.speed_rpm = static_cast<double>(spindle->rpm);
+    out.counterclockwise = spindle->turn == nc::SpindleTurn::counterclockwise;
+    put(where, out);
+  }
+  if (const auto* coolant = std::get_if<nc::Coolant>(&block))
+    put(where, cl::Coolant{coolant_of(coolant->kind)});
+  if (const auto* dwell = std::get_if<nc::Dwell>(&block))
+    put(where, cl::Dwell{static_cast<double>(dwell->milliseconds) / 1000.0, {}});
+  if (const auto* stop = std::get_if<nc::Stop>(&block)) put(where, cl::Stop{stop->optional});
+  // Those of the head are about the program that is read.
+  if (const auto* comment = std::get_if<nc::Comment>(&block); comment != nullptr && moved_.ever)
+    put(where, cl::Text{cl::Text::Kind::print, comment->text});
+  if (const auto* word = std::get_if<nc::AllowedWord>(&block)) {
+    diagnostics_.warning_once(word->text, file_, where,
+                              "'" + word->text +
+                                  "' is allowed by the controller file ([read] allowed) and "
+                                  "left out: what it does is not known");
+  }
+  if (std::holds_alternative<nc::ProgramEnd>(block)) {
+    put_tool();
+    put(where, cl::End{});
+  }
+}
+
+void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
+  put_tool();
+  const auto number = static_cast<std::uint32_t>(call.tool);
+  cl::ToolChange change;
+  change.number = number;
+  if (call.length_offset != call.tool)
+    change.length_register = static_cast<std::uint32_t>(call.length_offset);
+  change_.tool = cl::Record{where, change};
+  moved_.low = false;
+  moved_.above = false;
+  spindle_ = {};
+  double length_mm = keep_.tools->length_mm.value_or(origin_.machine->tool_length_mm);
+  if (keep_.tools->table != nullptr) {
+    if (const auto known = keep_.tools->table->find(number); known != keep_.tools->table->end())
+      length_mm = known->second.length_mm;
+  }
+  in_force_.set_length(length_mm);
+  in_force_.add_length(origin_.controller->length.automatic);
+  at_.reset();
+}
+
+void NcWalk::come_from_above(SourceRef where) {
+  if (std::exchange(moved_.low, false)) put(where, cl::PostWord{"RETRCT", {}});
+}
+
+// Whoever posts the path has a safe height of its own, and comes from there.
+void NcWalk::take(const nc::Retract& retract, SourceRef where) {
+  if ((retract.axes & nc::AxisWords::bit(nc::AxisLetter::Z)) != 0) {
+    come_from_above(where);
+    moved_.above = true;
+  }
+  at_.reset();
+}
+
+bool NcWalk::comes_down(const nc::Motion& motion, const JointVector& words) const {
+  if (at_ || !moved_.over || in_force_.in_part() || motion.feed_mode != nc::FeedMode::per_minute)
+    return false;
+  for (AxisId id = 0; id < axis_words_.count; ++id) {
+    if (axis_words_.letters[id] != nc::AxisLetter::Z && words[id] != (*moved_.over)[id]) return false;
+  }
+  return true;
+}
+
+// The rotary axes stand where the program had them before, if the plane's rounded angles mean that place.
+void NcWalk::take(const nc::TiltedPlane& plane) {
+  constexpr double kRounded = 5e-5;  // of angles with three decimals
+  at_.reset();
+  if (!in_force_.enter(plane)) return;
+  const auto& k = in_force_.kinematics;
+  if ((k.axis_P(k.sines(in_force_.rotary)) - in_force_.plane->X_PF.R.col(2)).norm() < kRounded)
+    in_force_.plane_q = in_force_.rotary;
+}
+
+void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
+  using HowAsked = cl::ReaderOptions::CutterCompensation;
+  if (keep_.cutter == HowAsked::tool_center) {
+    diagnostics_.warning_once("cutter", file_, where,
+                              "cutter compensation is left out: the points are those of the tool's center "
+                              "(--cutter-compensation tool-center)");
+  } else if (keep_.cutter == HowAsked::wear) {
+    cl::CutterCompensation out;
+    out.side = cutter.side == nc::CutterSide::off    ? cl::CutterCompensation::Side::off
+               : cutter.side == nc::CutterSide::left ? cl::CutterCompensation::Side::left
+                                                     : cl::CutterCompensation::Side::right;
+    if (cutter.number > 0) out.wear_register = static_cast<std::uint32_t>(cutter.number);
+    put(where, out);
+  } else if (cutter.side != nc::CutterSide::off) {
+    refuse(where, "cutter",
+           "cutter compensation changes the geometry by what stands in a register: "
+           "--cutter-compensation tool-center or wear, where the words are the path of the tool's center");
+  }
+}
+
+bool NcWalk::may_cut(SourceRef where) {
+  const bool needs_length = in_force_.in_part() ? !origin_.controller->tcp.replaces_length || in_force_.plane
+                                                : origin_.machine->output_point == OutputPoint::tip;
+  if (needs_length && !in_force_.tool.control_adds_length && !keep_.tools->length_mm) {
+    refuse(where, "length",
+           "a cut without tool length compensation, and the words of this machine are those of the tip "
+           "([output] point of " +
+               origin_.machine->file +
+               "; --tool N, as if its change and its length stood in front of the program, or "
+               "--tool-length-mm L for "
+               "words of the spindle's gauge point)");
+    return false;
+  }
+  return true;
+}
+
+bool NcWalk::stands_in_plane(const ToolPose& pose, SourceRef where) {
+  constexpr double kAlong = 5e-5;
+  if (!in_force_.plane || (pose.axis_P - in_force_.plane->X_PF.R.col(2)).norm() < kAlong) return true;
+  refuse(where, "plane",
+         "the machine that the program was made for cannot stand along Z of the tilted plane");
+  return false;
+}
+
+ToolPose NcWalk::pose_of(const BlockEnd& end) const {
+  return in_force_.kinematics.pose(end.q);
+}
+
+cl::Feed NcWalk::feed_of(std::int64_t per_minute) const {
+  return {cl::FeedMode::per_minute,
+          origin_.controller->numbers.feed.internal(nc::FeedMode::per_minute, per_minute)};
+}
+
+// That of a tap is its pitch.
+cl::Feed NcWalk::feed_of(const nc::Hole& hole) const {
+  if (hole.kind != nc::Hole::Kind::tap) return feed_of(hole.feed);
+  return {cl::FeedMode::per_revolution, nc::kPitchUnit_mm * static_cast<double>(hole.thread.pitch)};
+}
+
+// What the control makes of F: the speed of the tip where that is what it measures, else the duration.
+cl::Feed NcWalk::feed_of(const BlockEnd& end, const nc::Motion& motion) const {
+  const BlockEnd& from = *at_;
+  bool turns = false;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    turns = turns || (!axis_words_.is_linear(id) && from.q[id] != end.q[id]);
+  const bool under_tcp = from.tcp && end.tcp;
+  const double tcp_way_mm = under_tcp ? (end.word_tip_P - from.word_tip_P).norm() : 0.0;
+  if (motion.feed_mode == nc::FeedMode::per_minute && (!turns || tcp_way_mm > 0.0))
+    return feed_of(motion.feed);
+  const double seconds = planner_.seconds_of(
+      from.q, end.q, under_tcp ? std::optional(tcp_way_mm) : std::nullopt, motion.feed_mode, motion.feed);
+  return {cl::FeedMode::inverse, 1.0 / seconds};
+}
+
+// On joints that move linearly the second derivative of the tip is at most
+//     Omega^2 (|w| + |b|) + 2 Omega (|w'| + |b'|)     (TableKinematics)
+// and a chord over 1/n of the block is off by at most an eighth of it over n^2.
+std::size_t NcWalk::pieces_to(const BlockEnd& end) const {
+  if (origin_.path == FromPath::points) return 1;
+  const TableKinematics& k = in_force_.kinematics;
+  double turn = 0.0;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (!axis_words_.is_linear(id)) turn += std::abs(end.q[id] - at_->q[id]);
+  double bends_mm = 0.0;
+  if (!(end.tcp && at_->tcp)) {
+    const double far_mm =
+        std::max(k.w(at_->q).norm(), k.w(end.q).norm()) + std::max(k.b(at_->q).norm(), k.b(end.q).norm());
+    const double way_mm = (k.w(end.q) - k.w(at_->q)).norm() + (k.b(end.q) - k.b(at_->q)).norm();
+    bends_mm = turn * (turn * far_mm + 2.0 * way_mm);
+  }
+  constexpr double kChord = 8.0;
+  const double n2 = std::max(bends_mm / (kChord * keep_.arc_mm), turn * turn / (kChord * keep_.axis.rad()));
+  return static_cast<std::size_t>(std::max(1.0, std::ceil(std::sqrt(n2))));
+}
+
+void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where) {
+  const std::size_t pieces = pieces_to(end);
+  constexpr std::size_t kMostPieces = 100000;
+  if (pieces > kMostPieces)
+    return refuse(where, "pieces",
+                  "the way of this block needs " + std::to_string(pieces) + " points, more than " +
+                      std::to_string(kMostPieces) + " (--from-path points)");
+  cl::Feed each = feed;
+  if (each.mode == cl::FeedMode::inverse) each.value *= static_cast<double>(pieces);
+  for (std::size_t i = 1; i < pieces; ++i) {
+    const double t = static_cast<double>(i) / static_cast<double>(pieces);
+    JointVector q = JointVector::interpolate(at_->q, end.q, t);
+    if (end.tcp && at_->tcp) {
+      in_force_.kinematics.solve_linear(at_->word_tip_P + t * (end.word_tip_P - at_->word_tip_P),
+                                        in_force_.kinematics.sines(q), q);
+    }
+    const ToolPose on_way = in_force_.kinematics.pose(q);
+    put(where, cl::Motion{on_way.tip_P, on_way.axis_P, each, false, false});
+  }
+  put(where, cl::Motion{pose.tip_P, pose.axis_P, each, false, false});
+}
+
+void NcWalk::put_rotary(const BlockEnd& end, SourceRef where) {
+  if (!keep_.stands) return;
+  cl::PostWord word{kStands, {}};
+  bool turns = false;
+  for (AxisId id = 0; id < axis_words_.count; ++id) {
+    if (axis_words_.is_linear(id)) continue;
+    turns = turns || end.q[id] != rotary_[id];
+    word.fields.emplace_back(1, letter_of(axis_words_.letters[id]));
+    word.fields.push_back(shortest_text(end.q[id] * kDegreePerRad));
+  }
+  if (turns) put(where, word);
+  rotary_ = end.q;
+}
+
+void NcWalk::take(const nc::Motion& motion) {
+  const bool rapid = motion.kind == nc::MotionKind::rapid;
+  const JointVector words = axis_words_.internal(motion.words);
+  in_force_.take_rotary(motion.words, words);
+  const auto missing = static_cast<std::uint16_t>(in_force_.wanted() & ~motion.words.mask);
+  const bool leaves = in_force_.leaves_plane(motion.words);
+  if ((motion.words.mask & ~axis_words_.all) != 0) {
+    for (const nc::AxisLetter letter : nc::kAllAxisLetters) {
+      if (!motion.words.has(letter) || (nc::AxisWords::bit(letter) & axis_words_.all) != 0) continue;
+      refuse(motion.source, std::string("axis ") + letter_of(letter),
+             std::string("axis ") + letter_of(letter) + ": the machine '" + origin_.machine->name + "' (" +
+                 origin_.machine->file +
+                 ") has none (--from-machine: the machine that the program was made for)");
+    }
+    return;
+  }
+  // Axes that are said one after the other, or anew: the tool need not go straight to where they lead.
+  if (rapid && (missing != 0 || leaves || !at_)) come_from_above(motion.source);
+  const bool down = !rapid && comes_down(motion, words);
+  const auto z = nc::AxisWords::bit(nc::AxisLetter::Z);
+  moved_.above = moved_.above && (missing & z) != 0;
+  moved_.over.reset();
+  if (moved_.above && rapid && missing == z && !leaves) moved_.over = words;
+  if (missing != 0 || leaves || (!rapid && !at_ && !down)) {
+    at_.reset();
+    // On its way to the part the program may say one axis after the other.
+    if (rapid && (missing != 0 || leaves)) return;
+    std::string names;
+    for (AxisId id = 0; id < axis_words_.count; ++id) {
+      if ((missing & nc::AxisWords::bit(axis_words_.letters[id])) != 0)
+        names += std::string(names.empty() ? "" : ", ") + letter_of(axis_words_.letters[id]);
+    }
+    return refuse(motion.source, "unknown",
+                  names.empty()
+                      ? "a cut from a place that is not known: no rapid to all of its axes stands before it"
+                      : "a cut, and the program has not said where these axes stand: " + names);
+  }
+  const BlockEnd end = [&] {
+    BlockEnd out = in_force_.end_at(words);
+    out.rapid = rapid;
+    return out;
+  }();
+  const ToolPose pose = pose_of(end);
+  if (!stands_in_plane(pose, motion.source)) return;
+  if (!rapid && !may_cut(motion.source)) return;
+  if (at_ && at_->q == end.q) return;
+  if (rapid) {
+    put_rotary(end, motion.source);
+    const cl::Motion out{pose.tip_P, pose.axis_P, {}, true, false};
+    // Under tool-centre-point control it says X, Y and Z together where it is over the part.
+    if (at_ || !end.tcp) {
+      put(motion.source, out);
+    } else {
+      put_tool();
+      put_approach();
+      moved_.ever = true;
+      approach_ = cl::Record{motion.source, out};
+    }
+  } else {
+    if (down)
+      put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, feed_of(motion.feed), false, false});
+    else
+      put_motion(end, pose, feed_of(end, motion), motion.source);
+    rotary_ = end.q;
+  }
+  at_ = end;
+}
+
+void NcWalk::take(const nc::Arc& arc) {
+  const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~arc.words.mask);
+  if (missing != 0 || !at_)
+    return refuse(arc.source, "unknown",
+                  "an arc from a place that is not known: not all axes have been said");
+  if (!may_cut(arc.source)) return;
+  const nc::AxisFormat& format = origin_.controller->numbers.axes;
+  const JointVector words = axis_words_.internal(arc.words);
+  const auto course = nc::course_of(arc, format, keep_.arc_mm);
+  const cl::Feed feed = feed_of(arc.feed);
+  BlockEnd end = in_force_.end_at(words);
+  const ToolPose last = pose_of(end);
+  if (!stands_in_plane(last, arc.source)) return;
+  if (keep_.shapes) {
+    const auto axes = nc::plane_axes(arc.plane);
+    const auto at = [&](double along, double across, double up) {
+      std::array<double, 3> xyz{};
+      xyz[nc::index(axes[0])] = along;
+      xyz[nc::index(axes[1])] = across;
+      xyz[nc::index(axes[2])] = up;
+      return pose_at(axis_words_.with_xyz(words, xyz)).tip_P;
+    };
+    const auto mm = [&](std::int64_t quanta) { return format.internal(nc::AxisLetter::X, quanta); };
+    const double z = mm(arc.from[axes[2]]);
+    const double center[2] = {mm(arc.center[0]), mm(arc.center[1])};
+    cl::Arc out;
+    out.start_P = pose_of(*at_).tip_P;
+    out.end_P = last.tip_P;
+    out.center_P = at(center[0], center[1], z);
+    out.normal_P = (at(center[0], center[1], z + (arc.clockwise ? -1.0 : 1.0)) - out.center_P).normalized();
+    out.axis_P = last.axis_P;
+    out.sweep = Angle::radians(course.sweep_rad);
+    out.feed = feed;
+    put_tool();
+    put(arc.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{course.xyz_mm.size(), out})});
+  }
+  for (const auto& xyz : course.xyz_mm)
+    put(arc.source,
+        cl::Motion{pose_at(axis_words_.with_xyz(words, xyz)).tip_P, last.axis_P, feed, false, false});
+  at_ = end;
+}
+
+void NcWalk::put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
+                        SourceRef where) {
+  const ToolPose pose = pose_at(axis_words_.with_xyz(words, stroke.xyz_mm));
+  put(where, cl::Motion{pose.tip_P, pose.axis_P, stroke.rapid ? cl::Feed{} : feed, stroke.rapid, step});
+  if (stroke.dwell_s > 0.0) put(where, cl::Dwell{stroke.dwell_s, {}});
+}
+
+// A control that starts the spindle for its cycle by itself needs no word for it before.
+bool NcWalk::put_spindle_of(const nc::Hole& tap) {
+  using Hand = nc::Thread::Hand;
+  nc::Spindle now{spindle_.turn, tap.thread.rpm};
+  if (now.turn == nc::SpindleTurn::off && tap.thread.hand != Hand::as_spindle)
+    now.turn = tap.thread.hand == Hand::left ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
+  const Hand hand = now.turn == nc::SpindleTurn::counterclockwise ? Hand::left : Hand::right;
+  if (now.turn == nc::SpindleTurn::off || (tap.thread.hand != Hand::as_spindle && tap.thread.hand != hand)) {
+    refuse(tap.source, "tap",
+           now.turn == nc::SpindleTurn::off ? "a tapping cycle, and the spindle does not turn"
+                                            : "a tapping cycle of the other hand than the spindle turns");
+    return false;
+  }
+  if (now.turn == spindle_.turn && now.rpm == spindle_.rpm) return true;
+  take_process(now, tap.source);
+  return true;
+}
+
+// It begins where the feed does.
+void NcWalk::put_shape(const nc::Hole& hole, const JointVector& words, bool across, std::size_t motions) {
+  const auto z_mm = [&](std::int64_t quanta) {
+    return origin_.controller->numbers.axes.internal(nc::AxisLetter::Z, quanta);
+  };
+  std::array<double, 3> xyz{};
+  for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y})
+    xyz[nc::index(letter)] = origin_.controller->numbers.axes.internal(letter, hole.words[letter]);
+  xyz[2] = z_mm(hole.clear);
+  const ToolPose top = pose_at(axis_words_.with_xyz(words, xyz));
+  cl::Hole out;
+  out.kind = static_cast<cl::Hole::Kind>(hole.kind);
+  out.top_P = top.tip_P;
+  out.axis_P = top.axis_P;
+  out.depth_mm = z_mm(hole.clear - hole.bottom);
+  out.leave_mm = z_mm(hole.words[nc::AxisLetter::Z] - hole.clear);
+  out.step_mm = out.first_step_mm = z_mm(hole.step);
+  out.dwell_s = static_cast<double>(hole.dwell_ms) / 1000.0;
+  out.feed = feed_of(hole);
+  out.across = across;
+  put_tool();
+  put(hole.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{motions, out})});
+}
+
+void NcWalk::take(const nc::Hole& hole) {
+  const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~hole.words.mask);
+  if (missing != 0 || !at_)
+    return refuse(hole.source, "unknown",
+                  "a hole from a place that is not known: not all axes have been said");
+  if (!may_cut(hole.source)) return;
+  const bool is_tap = hole.kind == nc::Hole::Kind::tap;
+  if (is_tap && !put_spindle_of(hole)) return;
+  const JointVector words = axis_words_.internal(hole.words);
+  const cl::Feed feed = feed_of(hole);
+  if (!stands_in_plane(pose_at(words), hole.source)) return;
+  const auto strokes = nc::strokes_of(hole, origin_.controller->cycles, origin_.controller->numbers.axes);
+  const double bottom_mm = origin_.controller->numbers.axes.internal(nc::AxisLetter::Z, hole.bottom);
+  const auto deepest = std::find_if(strokes.begin(), strokes.end(),
+                                    [&](const nc::Stroke& stroke) { return stroke.xyz_mm[2] == bottom_mm; });
+  auto stroke = strokes.begin();
+  // Up to the clearance is no part of a hole.
+  const auto mm = [&](const nc::AxisWords& of, nc::AxisLetter letter) {
+    return origin_.controller->numbers.axes.internal(letter, of[letter]);
+  };
+  const auto is_above = [&](const nc::Stroke& s) {
+    return s.xyz_mm[0] == mm(hole.words, nc::AxisLetter::X) &&
+           s.xyz_mm[1] == mm(hole.words, nc::AxisLetter::Y);
+  };
+  const bool across =
+      std::any_of(strokes.begin(), deepest, [&](const auto& s) { return !is_above(s); }) ||
+      !is_above({true, {mm(hole.from, nc::AxisLetter::X), mm(hole.from, nc::AxisLetter::Y), 0.0}, 0.0});
+  for (; stroke != deepest && !is_above(*stroke); ++stroke)
+    put_stroke(*stroke, words, {}, false, hole.source);
+  if (keep_.shapes || is_tap)
+    put_shape(hole, words, across, static_cast<std::size_t>(strokes.end() - stroke));
+  // Steps begin with the first feed.
+  const auto begins = std::find_if(stroke, strokes.end(), [](const nc::Stroke& s) { return !s.rapid; });
+  for (; stroke != strokes.end(); ++stroke)
+    put_stroke(*stroke, words, feed, hole.step > 0 && stroke >= begins && stroke < deepest, hole.source);
+  at_ = in_force_.end_at(words);
+}
+
+}  // namespace trunnion::post

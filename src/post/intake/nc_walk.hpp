@@ -1,0 +1,115 @@
+#pragma once
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "trunnion/cl/reader.hpp"
+#include "trunnion/nc/expand.hpp"
+#include "trunnion/post/nc_origin.hpp"
+#include "trunnion/post/post.hpp"
+
+#include "post/feeds/feed_plan.hpp"
+#include "post/words_in_force.hpp"
+
+namespace trunnion::post {
+
+/// What an NC program does on the machine that it was made for, as records of a CL path: blocks in, records
+/// out. Where the tool is and what it points to is in P; the program's own way to and from the part is its
+/// machine's business and is left out but for its ends: whoever posts the path makes a way of its own.
+///
+/// What changes where the tool goes and has no record is an error by its line.
+class NcWalk {
+ public:
+  /// What the records are to keep to.
+  struct Keep {
+    double arc_mm = 0.001;  // chords of arcs, and of FromPath::motion
+    Angle axis;             // the same of the tool axis
+    bool shapes = false;    // ShapeBegin before the motions of arcs and holes
+    bool stands = false;    // STANDS before rapids in which rotary axes turn
+    cl::ReaderOptions::CutterCompensation cutter = cl::ReaderOptions::CutterCompensation::refuse;
+    std::optional<cl::ReaderOptions::Units> units{};  // of a program that says none
+    const ToolOptions* tools = nullptr;               // never null
+  };
+  /// `origin` with the controller as it is read: its digits are those of the blocks. References must outlive
+  /// the object.
+  NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file, Diagnostics& diagnostics);
+
+  /// The next block; `where` of those that do not know their place.
+  void take(const nc::Block& block, SourceRef where);
+  /// What has been made and not taken away.
+  std::vector<cl::Record>& records() { return records_; }
+  /// A motion was among them.
+  bool has_moved() const { return moved_.ever; }
+
+ private:
+  void take(const nc::Motion& motion);
+  void take(const nc::Arc& arc);
+  void take(const nc::Hole& hole);
+  void take(const nc::ToolCall& call, SourceRef where);
+  void take(const nc::Retract& retract, SourceRef where);
+  void take(const nc::TiltedPlane& plane);
+  void take(const nc::CutterCompensation& cutter, SourceRef where);
+  void take_setting(const nc::Block& block, SourceRef where);
+  void take_process(const nc::Block& block, SourceRef where);
+
+  /// False, with a message: the tip of a cut hangs on what the program has not said.
+  bool may_cut(SourceRef where);
+  bool stands_in_plane(const ToolPose& pose, SourceRef where);
+  ToolPose pose_of(const BlockEnd& end) const;
+  ToolPose pose_at(const JointVector& words) const { return pose_of(in_force_.end_at(words)); }
+  cl::Feed feed_of(const BlockEnd& end, const nc::Motion& motion) const;
+  cl::Feed feed_of(std::int64_t per_minute) const;
+  cl::Feed feed_of(const nc::Hole& hole) const;
+  std::size_t pieces_to(const BlockEnd& end) const;
+  void put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where);
+  void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
+                  SourceRef where);
+  /// The spindle as a tapping cycle turns it; false, with a message, where it contradicts what was said.
+  bool put_spindle_of(const nc::Hole& tap);
+  void put_shape(const nc::Hole& hole, const JointVector& words, bool across, std::size_t motions);
+  void put(SourceRef where, const cl::Motion& motion);
+  /// Behind the tool that is being changed to.
+  template <class T>
+  void put(SourceRef where, const T& data) {
+    if (!change_.tool) put_approach();
+    (change_.tool ? change_.behind : records_).push_back({where, data});
+  }
+  void put_tool();
+  bool is_straight_down(const cl::Motion& motion) const;
+  void put_approach();
+  /// A cut straight down from where a retract left the tool, as programs begin whose CL file has no rapid.
+  bool comes_down(const nc::Motion& motion, const JointVector& words) const;
+  /// What follows comes from the safe height: how the program gets there its blocks have not said.
+  void come_from_above(SourceRef where);
+  void put_rotary(const BlockEnd& end, SourceRef where);
+  /// Each kind of fault once.
+  void refuse(SourceRef where, const std::string& kind, const std::string& message);
+
+  const NcOrigin& origin_;
+  Keep keep_;
+  std::string file_;
+  Diagnostics& diagnostics_;
+  AxisWordsOf axis_words_;
+  WordsInForce in_force_;
+  FeedPlanner planner_;
+  std::vector<cl::Record> records_;
+  std::optional<cl::Record> approach_;  // the rapid that came from an unknown place, if it was the last
+  /// What stands behind the change waits for the tool's register.
+  struct Change {
+    std::optional<cl::Record> tool;
+    std::vector<cl::Record> behind;
+  } change_;
+  nc::Spindle spindle_;
+  JointVector rotary_;          // as STANDS had them, or the motions since
+  std::optional<BlockEnd> at_;  // where the tool is, as far as all axes are known
+  std::set<std::string> told_;
+  struct Moved {
+    bool ever = false;
+    bool low = false;                 // since it came from the safe height last
+    bool above = false;               // a retract took Z to its height, and nothing has said Z since
+    std::optional<JointVector> over;  // and there rapids have said all other axes: the words, Z left out
+  } moved_;
+};
+
+}  // namespace trunnion::post

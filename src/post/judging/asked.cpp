@@ -1,0 +1,109 @@
+#include "post/judging/asked.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "post/making/post_words.hpp"
+
+namespace trunnion::post {
+
+nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
+  switch (kind) {
+    case cl::Coolant::Kind::off:
+      return nc::CoolantKind::off;
+    case cl::Coolant::Kind::mist:
+      return nc::CoolantKind::mist;
+    case cl::Coolant::Kind::through:
+      return nc::CoolantKind::through_tool;
+    case cl::Coolant::Kind::air:
+      return nc::CoolantKind::air;
+    default:
+      return nc::CoolantKind::flood;
+  }
+}
+
+void Asked::note(SourceRef where) {
+  changed_ = false;
+  now_.line = where.line;
+  states_.push_back({motions_, now_});
+}
+
+void Asked::take_spindle(const cl::Spindle& s) {
+  if (s.state == cl::Spindle::State::off) {
+    now_.spindle = {};
+    return;
+  }
+  if (s.state == cl::Spindle::State::orient) return;
+  if (s.speed_rpm) now_.rpm = *s.speed_rpm;
+  if (s.surface_speed_mm_s && diameter_mm_ > 0.0)
+    now_.rpm = *s.surface_speed_mm_s / (kPi * diameter_mm_) * kSecondsPerMinute;
+  if (s.max_rpm) now_.rpm = std::min(now_.rpm, *s.max_rpm);
+  if (!(now_.rpm > 0.0)) return;
+  now_.spindle.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
+  now_.spindle.rpm = std::llround(now_.rpm);
+}
+
+// The pitch is its feed over the speed of the spindle.
+void Asked::take_shape(const cl::Shape& shape) {
+  const auto* hole = std::get_if<cl::Hole>(&shape.what);
+  if (hole == nullptr || hole->kind != cl::Hole::Kind::tap) return;
+  const bool per_turn = hole->feed.mode == cl::FeedMode::per_revolution;
+  now_.pitch_mm = per_turn ? hole->feed.value : hole->feed.value * kSecondsPerMinute / now_.rpm;
+  taps_left_ = shape.motions;
+  changed_ = true;
+}
+
+void Asked::take(const cl::Record& record) {
+  const auto is = [&](const auto* what) { return changed_ = changed_ || what != nullptr, what != nullptr; };
+  if (const auto* spindle = std::get_if<cl::Spindle>(&record.data); is(spindle)) take_spindle(*spindle);
+  if (const auto* coolant = std::get_if<cl::Coolant>(&record.data); is(coolant)) {
+    const nc::CoolantKind kind = coolant_kind(coolant->kind);
+    now_.coolant = kind == nc::CoolantKind::off ? 0U : now_.coolant | (1U << static_cast<unsigned>(kind));
+  }
+  if (const auto* change = std::get_if<cl::ToolChange>(&record.data); is(change)) {
+    now_.tool = change->number;
+    now_.length_register = change->length_register.value_or(change->number);
+  }
+  if (const auto* offset = std::get_if<cl::WorkOffset>(&record.data); offset != nullptr && !work_offset_)
+    work_offset_ = offset->index;
+  if (const auto* geometry = std::get_if<cl::ToolGeometry>(&record.data))
+    diameter_mm_ = geometry->diameter_mm.value_or(diameter_mm_);
+  if (const auto* cutter = std::get_if<cl::CutterCompensation>(&record.data); is(cutter)) {
+    const auto side = static_cast<nc::CutterSide>(cutter->side);
+    const std::int64_t number = cutter->wear_register ? *cutter->wear_register : now_.length_register;
+    now_.cutter = {side, side == nc::CutterSide::off ? 0 : number};
+  }
+  if (const auto* word = std::get_if<cl::PostWord>(&record.data);
+      word != nullptr && word->word == "MAXDPM" && is(word))
+    now_.rotary_rad_s = rotary_limit_rad_s(*word).value_or(now_.rotary_rad_s);
+  if (const auto* shape = std::get_if<cl::ShapeBegin>(&record.data)) take_shape(*shape->shape);
+  if (const auto* dwell = std::get_if<cl::Dwell>(&record.data)) {
+    const double seconds = dwell->revolutions && now_.rpm > 0.0
+                               ? *dwell->revolutions / now_.rpm * kSecondsPerMinute
+                               : dwell->seconds;
+    if (const auto milliseconds = std::llround(seconds * 1000.0); milliseconds > 0)
+      pauses_.push_back({motions_, AskedPause::Kind::dwell, milliseconds, record.where.line});
+  }
+  if (const auto* stop = std::get_if<cl::Stop>(&record.data)) {
+    const auto kind = stop->optional ? AskedPause::Kind::optional_stop : AskedPause::Kind::stop;
+    pauses_.push_back({motions_, kind, 0, record.where.line});
+  }
+}
+
+const AskedState& Asked::at(std::size_t motion) const {
+  const auto behind = std::upper_bound(states_.begin(), states_.end(), motion,
+                                       [](std::size_t m, const From& from) { return m < from.motion; });
+  return behind == states_.begin() ? now_ : std::prev(behind)->state;
+}
+
+std::size_t Asked::next_change(std::size_t motion) const {
+  const auto behind = std::upper_bound(states_.begin(), states_.end(), motion,
+                                       [](std::size_t m, const From& from) { return m < from.motion; });
+  return behind == states_.end() ? kNever : behind->motion;
+}
+
+void Asked::forget(std::size_t motion) {
+  while (states_.size() > 1 && states_[1].motion <= motion) states_.pop_front();
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,87 @@
+#pragma once
+#include <deque>
+#include <optional>
+
+#include "trunnion/cl/record.hpp"
+#include "trunnion/nc/blocks.hpp"
+
+// Private to the verifier: what a CL file asks for besides its path.
+namespace trunnion::post {
+
+nc::CoolantKind coolant_kind(cl::Coolant::Kind kind);
+
+/// What holds while a motion of the CL file is cut.
+struct AskedState {
+  cl::Feed feed;
+  double rpm = 0.0;           // last speed that was given: feeds per revolution count by it
+  double pitch_mm = 0.0;      // of a thread that is tapped; 0: none
+  double rotary_rad_s = 0.0;  // MAXDPM; 0: none
+  std::optional<std::int64_t> tool;
+  std::int64_t length_register = 0;  // of the tool
+  nc::Spindle spindle;
+  unsigned coolant = 0;  // bit per kind
+  nc::CutterCompensation cutter;
+  std::uint32_t line = 0;  // of the CL file, from which on
+};
+
+/// DELAY, STOP and OPSTOP: what takes place before motion number `before`.
+struct AskedPause {
+  enum class Kind : std::uint8_t { dwell, stop, optional_stop };
+  std::size_t before = 0;
+  Kind kind = Kind::dwell;
+  std::int64_t milliseconds = 0;  // of a dwell
+  std::uint32_t line = 0;
+};
+
+/// The records of a CL file in their order, as the states in which its motions are cut. Motions count from 0
+/// on.
+class Asked {
+ public:
+  static constexpr std::size_t kNever = static_cast<std::size_t>(-1);
+
+  /// A record that is no motion; a tool change with register filled in.
+  void take(const cl::Record& record);
+  void take(const cl::Motion& motion, SourceRef where) {
+    if (!motion.rapid && !(motion.feed == now_.feed)) {
+      now_.feed = motion.feed;
+      changed_ = true;
+    }
+    if (changed_) note(where);
+    ++motions_;
+    if (taps_left_ > 0 && --taps_left_ == 0) {
+      now_.pitch_mm = 0.0;
+      changed_ = true;
+    }
+  }
+
+  /// The state at a motion that was taken.
+  const AskedState& at(std::size_t motion) const;
+  /// The first motion behind this one that has another state.
+  std::size_t next_change(std::size_t motion) const;
+  /// SET/OFSETL: the first that is called, since a program has one zero.
+  const std::optional<std::int64_t>& work_offset() const { return work_offset_; }
+  /// What has not been met yet, in order.
+  std::deque<AskedPause>& pauses() { return pauses_; }
+  /// States that only motions before this one have.
+  void forget(std::size_t motion);
+
+ private:
+  struct From {
+    std::size_t motion = 0;
+    AskedState state;
+  };
+  void note(SourceRef where);
+  void take_spindle(const cl::Spindle& spindle);
+  void take_shape(const cl::Shape& shape);
+
+  AskedState now_;
+  bool changed_ = true;
+  std::size_t taps_left_ = 0;  // motions of a tap that are to come
+  double diameter_mm_ = 0.0;   // of the tool
+  std::optional<std::int64_t> work_offset_;
+  std::size_t motions_ = 0;
+  std::deque<From> states_;
+  std::deque<AskedPause> pauses_;
+};
+
+}  // namespace trunnion::post

@@ -1,0 +1,427 @@
+#include "post/judging/program_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/nc/axis_words.hpp"
+
+#include "post/feeds/feed_plan.hpp"
+
+namespace trunnion::post {
+namespace {
+
+std::string number_or(const std::optional<std::int64_t>& number, const std::string& none) {
+  return number ? std::to_string(*number) : none;
+}
+
+std::string spindle_text(const nc::Spindle& spindle) {
+  if (spindle.turn == nc::SpindleTurn::off) return "off";
+  return std::to_string(spindle.rpm) +
+         (spindle.turn == nc::SpindleTurn::clockwise ? " rpm clockwise" : " rpm counterclockwise");
+}
+
+std::string coolant_text(unsigned kinds) {
+  static constexpr std::array kNames = {"off", "flood", "mist", "through the tool", "air"};
+  std::string out;
+  for (std::size_t i = 1; i < kNames.size(); ++i) {
+    if ((kinds & (1U << i)) == 0) continue;
+    out.append(out.empty() ? "" : " and ").append(kNames[i]);
+  }
+  return out.empty() ? kNames[0] : out;
+}
+
+bool same_spindle(const nc::Spindle& a, const nc::Spindle& b) {
+  return a.turn == b.turn && (a.turn == nc::SpindleTurn::off || a.rpm == b.rpm);
+}
+
+std::string name_of(AskedPause::Kind kind) {
+  static constexpr std::array kNames = {"dwell", "stop", "optional stop"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+bool names_register(const nc::Template& words) {
+  return std::any_of(words.begin(), words.end(), [](const std::string& line) {
+    return line.find("{length_offset}") != std::string::npos;
+  });
+}
+
+}  // namespace
+
+std::string cl_line(std::uint32_t line) {
+  return " (CL line " + std::to_string(line) + ")";
+}
+
+const char* name_of(CheckOf check) {
+  static constexpr std::array kNames = {"path",    "feeds",   "rapids", "tools",
+                                        "offsets", "spindle", "order",  "end"};
+  return kNames[static_cast<std::size_t>(check)];
+}
+
+const char* name_of(Check::State state) {
+  static constexpr std::array kNames = {"passed", "failed", "not known to this control file"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+ProgramJudge::ProgramJudge(const Machine& machine, const nc::Controller& controller,
+                           const VerifyOptions& options, const PathPoints& points)
+    : controller_(controller),
+      options_(options),
+      points_(points),
+      told_(controller),
+      work_offset_(machine.work_offset),
+      adds_length_(machine.output_point == OutputPoint::tip) {
+  for (const Axis& axis : machine.axes) {
+    if (axis.kind == AxisKind::linear && axis.rapid)
+      slowest_axis_mm_s_ = std::min(slowest_axis_mm_s_, *axis.rapid);
+    axes_ = static_cast<std::uint16_t>(axes_ | nc::AxisWords::bit(*nc::axis_letter(axis.name)));
+  }
+}
+
+void ProgramJudge::find_axis(std::uint16_t mask, std::uint32_t nc_line) {
+  std::string names;
+  for (const nc::AxisLetter letter : nc::kAllAxisLetters) {
+    if ((mask & ~axes_ & nc::AxisWords::bit(letter)) == 0) continue;
+    names.append(names.empty() ? "" : ", ").append(1, nc::letter_of(letter));
+  }
+  find(CheckOf::path, nc_line, [&] { return "the machine has no axis " + names; });
+}
+
+void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t nc_line) {
+  told_.take(block);
+  if (const auto* word = std::get_if<nc::AllowedWord>(&block)) {
+    const auto it = std::find_if(allowed_.begin(), allowed_.end(),
+                                 [&](const AllowedUse& use) { return use.word == word->text; });
+    if (it == allowed_.end())
+      allowed_.push_back({word->text, 1, nc_line});
+    else
+      ++it->count;
+    return;
+  }
+  if (std::holds_alternative<nc::Probe>(block)) {
+    find(CheckOf::path, nc_line, [] { return "a touch of a probe: where it ends is not known beforehand"; });
+    return;
+  }
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
+    return check_register(*length, at, nc_line);
+  if (const auto* motion = std::get_if<nc::Motion>(&block)) return take_partly(*motion, nc_line);
+  if (const auto* dwell = std::get_if<nc::Dwell>(&block))
+    return take_pause(at, {0, AskedPause::Kind::dwell, dwell->milliseconds, 0}, nc_line);
+  if (const auto* stop = std::get_if<nc::Stop>(&block)) {
+    const auto kind = stop->optional ? AskedPause::Kind::optional_stop : AskedPause::Kind::stop;
+    return take_pause(at, {0, kind, 0, 0}, nc_line);
+  }
+  if (std::holds_alternative<nc::OffsetShift>(block) && options_.offsets == nullptr) {
+    find(CheckOf::offsets, nc_line,
+         [] { return std::string("a shift of the coordinates that nothing asks for (--offsets)"); });
+  }
+}
+
+// The register of another tool: on some controls Z moves at once. Asked for is that of the CL motions here.
+void ProgramJudge::check_register(const nc::LengthCompensation& length, const Place& at,
+                                  std::uint32_t nc_line) {
+  if (length.number <= 0 || !adds_length_ || !names_register(controller_.length.on)) return;
+  std::optional<std::int64_t> other;
+  for (std::size_t point = at.segment; point <= at.segment + 1 && point < points_.size(); ++point) {
+    const AskedState& asked = asked_.at(number(point));
+    if (!asked.tool || asked.tool != told_.tool()) continue;
+    if (asked.length_register == length.number) return;
+    other = asked.length_register;
+  }
+  if (!other) return;
+  find(CheckOf::tools, nc_line, [&] {
+    return "the control adds the length in register " + std::to_string(length.number) +
+           ", asked for is register " + std::to_string(*other);
+  });
+}
+
+void ProgramJudge::take_partly(const nc::Motion& motion, std::uint32_t nc_line) {
+  check_offset(nc_line);
+  if (told_.length() || !motion.words.has(nc::AxisLetter::Z)) return;
+  find(CheckOf::tools, nc_line,
+       [] { return std::string("Z moves, and whether the control adds a tool's length is not known"); });
+}
+
+// In the order of the CL file, where it has them.
+void ProgramJudge::take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line) {
+  const auto text = [&] {
+    if (told.kind != AskedPause::Kind::dwell)
+      return (told.kind == AskedPause::Kind::stop ? "a " : "an ") + name_of(told.kind);
+    return "a dwell of " + fixed_text(static_cast<double>(told.milliseconds) / 1000.0, 3) + " s";
+  };
+  auto& pauses = asked_.pauses();
+  const auto is_it = [&](const AskedPause& asked) {
+    double step_ms = 1.0;
+    for (int i = controller_.dwell_decimals; i < 3; ++i) step_ms *= 10.0;
+    if (asked.kind != told.kind ||
+        std::abs(static_cast<double>(asked.milliseconds - told.milliseconds)) > step_ms)
+      return false;
+    // Between the CL point before it and the place where the program is there is no way.
+    const std::size_t before = asked.before - std::min(asked.before, points_.gone());
+    if (before > points_.size()) return false;
+    const std::size_t point = before > 0 ? before - 1 : 0;
+    for (std::size_t j = at.segment + 1; j <= point; ++j) {
+      if (!is_rounding(j, j == at.segment + 1 ? 1.0 - at.t : 1.0)) return false;
+    }
+    for (std::size_t j = point + 1; j <= at.segment; ++j) {
+      if (!is_rounding(j, 1.0)) return false;
+    }
+    return at.segment < point || at.t == 0.0 || is_rounding(at.segment + 1, at.t);
+  };
+  if (!pauses.empty() && is_it(pauses.front())) return pauses.pop_front();
+  find(CheckOf::order, nc_line, [&] { return text() + " that the CL file does not ask for here"; });
+}
+
+bool ProgramJudge::is_rounding(std::size_t point, double share) const {
+  if (point >= points_.size()) return true;
+  const Target& target = points_[point];
+  return share * target.way_mm <= kNearEnds * options_.tolerance_mm + kNearEnd_mm &&
+         share * target.turn <= kNearEnds * options_.axis_tolerance.rad();
+}
+
+ProgramJudge::Covered ProgramJudge::covered(const Cut& cut) const {
+  Covered out;
+  if (cut.from.segment + 1 >= points_.size()) return out;
+  out.first = cut.from.segment + 1;
+  out.last = std::clamp(cut.to.segment + 1, out.first, points_.size() - 1);
+  double begins = cut.from.t;
+  double ends = cut.to.segment + 1 >= points_.size() ? 1.0 : cut.to.t;
+  while (out.first < out.last && is_rounding(out.last, ends)) {
+    --out.last;
+    ends = 1.0;
+  }
+  while (out.first < out.last && is_rounding(out.first, 1.0 - begins)) {
+    ++out.first;
+    begins = 0.0;
+  }
+  out.any = cut.outside || out.first < out.last || !is_rounding(out.first, ends - begins);
+  return out;
+}
+
+void ProgramJudge::check_states(const Cut& cut, const Covered& covered, std::uint32_t nc_line) {
+  if (!covered.any && !cut.outside) return;
+  check_pauses(covered.first, nc_line);
+  for (std::size_t j = number(covered.first); j <= number(covered.last); j = asked_.next_change(j)) {
+    const AskedState& asked = asked_.at(j);
+    check_place(asked, nc_line);
+    check_cut(asked, nc_line);
+  }
+  if (cut.outside) return;
+  for (std::size_t j = covered.first; j <= covered.last; ++j) {
+    if (!points_[j].rapid) continue;
+    find(CheckOf::rapids, nc_line,
+         [&] { return "a feed where the CL file has a rapid" + cl_line(points_[j].line); });
+  }
+}
+
+void ProgramJudge::rapid_to(std::size_t point, std::uint32_t nc_line) {
+  check_pauses(point, nc_line);
+  const AskedState& asked = asked_.at(number(point));
+  check_place(asked, nc_line);
+  if (told_.cutter().side != nc::CutterSide::off && asked.cutter.side == nc::CutterSide::off)
+    find_cutter(asked, nc_line);
+}
+
+void ProgramJudge::find_cutter(const AskedState& asked, std::uint32_t nc_line) {
+  find(CheckOf::path, nc_line, [&] {
+    return "compensation of the cutter's radius is " +
+           std::string(told_.cutter().side == nc::CutterSide::off ? "off" : "on") +
+           ", and not as CUTCOM asks for it" + cl_line(asked.line);
+  });
+}
+
+void ProgramJudge::check_pauses(std::size_t point, std::uint32_t nc_line) {
+  auto& pauses = asked_.pauses();
+  for (; !pauses.empty() && pauses.front().before <= number(point); pauses.pop_front()) {
+    const AskedPause& pause = pauses.front();
+    find(CheckOf::order, nc_line,
+         [&] { return "the " + name_of(pause.kind) + " before it is missing" + cl_line(pause.line); });
+  }
+}
+
+void ProgramJudge::check_place(const AskedState& asked, std::uint32_t nc_line) {
+  if (asked.tool != told_.tool()) {
+    find(CheckOf::tools, nc_line, [&] {
+      return "the program moves with " + number_or(told_.tool(), "no tool that it called") +
+             ", the CL file asks for tool " + number_or(asked.tool, "none") + cl_line(asked.line);
+    });
+  }
+  check_length(asked, nc_line);
+  check_offset(nc_line);
+}
+
+void ProgramJudge::check_offset(std::uint32_t nc_line) {
+  const std::int64_t offset = options_.work_offset.value_or(asked_.work_offset().value_or(work_offset_));
+  if (!controller_.work_offsets.empty() && told_.work_offset() != offset) {
+    find(CheckOf::offsets, nc_line, [&] {
+      return "the program moves in work offset " + number_or(told_.work_offset(), "that it has not called") +
+             ", asked for is " + std::to_string(offset) +
+             " (--work-offset, SET/OFSETL, [output] work_offset)";
+    });
+  }
+}
+
+void ProgramJudge::check_length(const AskedState& asked, std::uint32_t nc_line) {
+  if (controller_.length.automatic) return;
+  const auto& length = told_.length();
+  if (!adds_length_) {
+    if (length && *length == 0) return;
+    if (!length && controller_.length.off.empty()) return;  // there are no words to say so
+    find(CheckOf::tools, nc_line, [&] {
+      return std::string(length
+                             ? "the control adds a tool length, and the words are those of the spindle's "
+                               "gauge point"
+                             : "whether the control adds a tool length is not known: it is not said again");
+    });
+    return;
+  }
+  const bool has_register = names_register(controller_.length.on) || names_register(controller_.tcp.on);
+  if (!length) {
+    find(CheckOf::tools, nc_line, [] {
+      return std::string("whether the control adds the tool's length is not known: it is not said again");
+    });
+  } else if (has_register && asked.tool ? *length != asked.length_register : *length == 0) {
+    find(CheckOf::tools, nc_line, [&] {
+      return *length == 0 ? std::string("the control does not add the tool's length")
+                          : "the control adds the length in register " + std::to_string(*length) +
+                                ", asked for is register " + std::to_string(asked.length_register) +
+                                cl_line(asked.line);
+    });
+  }
+}
+
+// The feed of a tap alone says nothing of its thread.
+void ProgramJudge::check_thread(const AskedState& asked, std::uint32_t nc_line) {
+  constexpr double kPitch = 5e-4;  // digits of F and of the pitch's word
+  const auto mm = [](double pitch_mm) { return fixed_text(pitch_mm, 5) + " mm"; };
+  const auto& told = told_.thread();
+  if (!told && !(asked.pitch_mm > 0.0)) {
+    if (!told_.spindle_is_open()) return;
+    return find(CheckOf::spindle, nc_line, [&] {
+      return "whether the spindle turns behind the tapping cycle is not known: it is not said again" +
+             cl_line(asked.line);
+    });
+  }
+  if (!told || !(asked.pitch_mm > 0.0)) {
+    return find(CheckOf::feeds, nc_line, [&] {
+      return (told ? "a tapping cycle that the CL file does not ask for"
+                   : "the CL file asks for a thread of " + mm(asked.pitch_mm) +
+                         ", and this is no tapping cycle") +
+             cl_line(asked.line);
+    });
+  }
+  const double pitch_mm = static_cast<double>(told->pitch) * nc::kPitchUnit_mm;
+  if (std::abs(pitch_mm - asked.pitch_mm) > kPitch * asked.pitch_mm) {
+    find(CheckOf::feeds, nc_line, [&] {
+      return "the tapping cycle has a pitch of " + mm(pitch_mm) + ", the CL file asks for " +
+             mm(asked.pitch_mm) + cl_line(asked.line);
+    });
+  }
+  using Hand = nc::Thread::Hand;
+  const Hand hand = asked.spindle.turn == nc::SpindleTurn::counterclockwise ? Hand::left : Hand::right;
+  if (told->rpm == asked.spindle.rpm && (told->hand == hand || told->hand == Hand::as_spindle)) return;
+  find(CheckOf::spindle, nc_line, [&] {
+    return "the tapping cycle turns at " + std::to_string(told->rpm) + " rpm for a " +
+           (told->hand == Hand::left ? "left" : "right") + "-hand thread, the CL file asks for " +
+           spindle_text(asked.spindle) + cl_line(asked.line);
+  });
+}
+
+void ProgramJudge::check_cut(const AskedState& asked, std::uint32_t nc_line) {
+  check_thread(asked, nc_line);
+  if (!same_spindle(told_.spindle(), asked.spindle)) {
+    find(CheckOf::spindle, nc_line, [&] {
+      return "the spindle is " + spindle_text(told_.spindle()) + ", the CL file asks for " +
+             spindle_text(asked.spindle) + cl_line(asked.line);
+    });
+  }
+  if (told_.coolant() != asked.coolant) {
+    find(CheckOf::spindle, nc_line, [&] {
+      return "the coolant is " +
+             (told_.coolant() ? coolant_text(*told_.coolant()) : "not said again after the tool change") +
+             ", the CL file asks for " + coolant_text(asked.coolant) + cl_line(asked.line);
+    });
+  }
+  if (told_.cutter().side != asked.cutter.side || told_.cutter().number != asked.cutter.number)
+    find_cutter(asked, nc_line);
+  const auto& mode = told_.path_mode();
+  const auto& wanted = controller_.default_path_mode;
+  const auto& smoothing = options_.smoothing_mm;
+  const bool kept =
+      smoothing ? mode && mode->kind == nc::PathModeKind::continuous &&
+                      mode->tolerance == controller_.numbers.axes.quanta(nc::AxisLetter::X, *smoothing)
+      : wanted ? mode && mode->kind == *wanted && mode->tolerance == 0
+               : !mode || mode->kind != nc::PathModeKind::continuous;
+  if (!kept) {
+    find(CheckOf::path, nc_line, [&] {
+      return mode ? std::string(
+                        "the control may leave the path: its path mode is not the one that is asked for "
+                        "([path_mode] default, "
+                        "--smoothing)")
+                  : std::string("the path mode is not said");
+    });
+  }
+}
+
+std::size_t ProgramJudge::next_change(std::size_t point) const {
+  const std::size_t change = asked_.next_change(number(point));
+  return change == Asked::kNever ? Asked::kNever : change - points_.gone();
+}
+
+ProgramJudge::Found ProgramJudge::found() const {
+  Found out;
+  for (std::size_t i = 0; i < kChecks; ++i) {
+    out.count[i] = checks_[i].count;
+    out.places[i] = checks_[i].places.size();
+  }
+  return out;
+}
+
+void ProgramJudge::go_back_to(const Found& found) {
+  for (std::size_t i = 0; i < kChecks; ++i) {
+    checks_[i].count = found.count[i];
+    checks_[i].places.resize(std::min(checks_[i].places.size(), found.places[i]));
+  }
+}
+
+void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
+  const auto row = [&](CheckOf of) -> Check& { return checks_[static_cast<std::size_t>(of)]; };
+  if (told_.cutter().side != nc::CutterSide::off)
+    find(CheckOf::path, nc_line,
+         [] { return std::string("the program ends while the cutter's radius is compensated"); });
+  for (const AskedPause& pause : asked_.pauses()) {
+    find(CheckOf::order, nc_line,
+         [&] { return "the " + name_of(pause.kind) + " is missing" + cl_line(pause.line); });
+  }
+  static constexpr std::array kAbout = {
+      "tip, tool axis and travel; path mode, compensation of the cutter's radius, axes",
+      "each cut as fast as FEDRAT, or as its slowest axis",
+      "rapids on their lines and where the CL file has them; what moves outside the cuts",
+      "tool and length register at every cut",
+      "work offset at every cut, shifts",
+      "sense and speed of the spindle, coolant at every cut",
+      "every CL motion, in order; dwells and stops",
+      "the end of the program is reached, and nothing stands behind it"};
+  for (std::size_t i = 0; i < kChecks; ++i) checks_[i].about = kAbout[i];
+  if (controller_.work_offsets.empty()) {
+    row(CheckOf::offsets).state = Check::State::not_known;
+    row(CheckOf::offsets).about = "the controller file has no words for work offsets ([work_offset])";
+  }
+  if (controller_.length.on.empty() && !controller_.length.automatic && controller_.tcp.on.empty()) {
+    row(CheckOf::tools).state = Check::State::not_known;
+    row(CheckOf::tools).about = "the controller file has no words for tool length compensation ([length])";
+  }
+  const auto fail = [&](CheckOf of, bool failed) {
+    if (failed || row(of).count > 0) row(of).state = Check::State::failed;
+  };
+  fail(CheckOf::path, !report.cuts_within_tolerance() || !report.limits_ok());
+  fail(CheckOf::feeds, !report.speeds_ok());
+  fail(CheckOf::rapids, report.unsafe_count > 0 || report.max_rapid_deviation_mm > report.rapid_tolerance_mm);
+  fail(CheckOf::order, report.points_missed > 0);
+  for (const CheckOf of : {CheckOf::tools, CheckOf::offsets, CheckOf::spindle, CheckOf::end}) fail(of, false);
+  report.checks = checks_;
+  report.allowed = allowed_;
+}
+
+}  // namespace trunnion::post

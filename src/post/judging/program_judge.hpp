@@ -1,0 +1,192 @@
+#pragma once
+#include <array>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "trunnion/machine/machine.hpp"
+#include "trunnion/post/checks.hpp"
+#include "trunnion/post/verify.hpp"
+
+#include "post/judging/asked.hpp"
+#include "post/judging/path_place.hpp"
+#include "post/judging/path_points.hpp"
+#include "post/judging/told.hpp"
+
+// Private to the verifier: the program beside its path.
+namespace trunnion::post {
+
+/// Where a block ends is known but for rounding and what it is off its place, that in tolerances.
+inline constexpr double kNearEnd_mm = 2e-3;
+inline constexpr double kNearEnds = 3.0;
+
+/// " (CL line 7)", behind a finding.
+std::string cl_line(std::uint32_t line);
+
+/// How long a block lasts, and what that must do for.
+struct Pace {
+  double way_mm = 0.0;     // of the tip, words taken as they are
+  double turn_rad = 0.0;   // largest turn of a rotary axis
+  double seconds = 0.0;    // 0: from where it goes is not known
+  double slowest_s = 0.0;  // that its slowest axis needs
+  nc::FeedMode mode = nc::FeedMode::per_minute;
+  std::int64_t feed = 0;  // quanta
+};
+
+/// Holds what the words of a program set against what its CL file and the job ask for, at every cut. It is
+/// told of the program's words and motions in their order, and of a motion where on the CL path it is; of
+/// geometry it knows nothing more. What it finds goes into the table of the report.
+class ProgramJudge {
+ public:
+  /// References must outlive the judge; the points are those of the CL path.
+  ProgramJudge(const Machine& machine, const nc::Controller& controller, const VerifyOptions& options,
+               const PathPoints& points);
+
+  /// The CL file: motions, and records that are none.
+  Asked& asked() { return asked_; }
+  /// No length is to be added where no tool is loaded.
+  void expect_no_length() { adds_length_ = false; }
+
+  /// Words that are no motion, and motions at whose end not all axes are known.
+  /// @param at  where the program is on the path
+  void take(const nc::Block& block, const Place& at, std::uint32_t nc_line);
+  /// Any motion.
+  void check_offset(std::uint32_t nc_line);
+  /// The axes of a motion.
+  void take_axes(std::uint16_t mask, std::uint32_t nc_line) {
+    if ((mask & ~axes_) != 0) find_axis(mask, nc_line);
+  }
+
+  /// The block at hand is a feed from one place of the path to another. `lasts` must follow.
+  void cut(const Place& from, const Place& to) { cut_ = {from, to, false}; }
+  /// It comes to a place of the path from outside: the motion to this CL point is the next to be cut.
+  void comes_to(std::size_t point) { cut_ = {{point - 1}, {point - 1, 1.0}, true}; }
+  /// How long the block at hand lasts: what it is told about is judged.
+  void lasts(const Pace& pace, std::uint32_t nc_line);
+  /// Feeds one after the other, from one place of the path to another: `pace(i)` of each, `lines[i]` its
+  /// line.
+  template <class PaceOf, class LineOf>
+  void cut(const Place& from, const Place& to, std::size_t count, const PaceOf& pace, const LineOf& line) {
+    if (count == 0) return;
+    const Cut all{from, to, false};
+    const Covered motions = covered(all);
+    check_states(all, motions, line(count - 1));
+    const Rates rates = rates_of(motions);
+    if (!rates.known) return check_inverse(all, motions, together(count, pace), line(count - 1));
+    double seconds = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Pace block = pace(i);
+      seconds += block.seconds;
+      check_pace(block, rates, motions.last, true, line(i));
+    }
+    check_progress(all, seconds, rates, line(count - 1));
+  }
+  /// A rapid that ends at this CL point.
+  void rapid_to(std::size_t point, std::uint32_t nc_line);
+  template <class What>
+  void find(CheckOf of, std::uint32_t nc_line, const What& what) {
+    Check& check = checks_[static_cast<std::size_t>(of)];
+    ++check.count;
+    if (check.places.size() >= options_.worst_count) return;
+    std::string text = what();
+    if (!check.places.empty() && check.places.back().what == text) return;
+    check.places.push_back({nc_line, std::move(text)});
+  }
+
+  /// Motion number `point` of those that are known now, or later ones: the first with another state than it.
+  std::size_t next_change(std::size_t point) const;
+
+  /// What was found so far, to go back to.
+  struct Found {
+    std::array<std::size_t, kChecks> count{}, places{};
+  };
+  Found found() const;
+  void go_back_to(const Found& found);
+
+  /// The program has been read to its end. The rest of the report is there.
+  void finish(VerifyReport& report, std::uint32_t nc_line);
+
+ private:
+  /// The motions of the CL file, by the points at which they end, of which a block cuts more than rounding.
+  struct Cut {
+    Place from, to;
+    bool outside = false;
+  };
+  struct Covered {
+    std::size_t first = 0, last = 0;
+    bool any = false;
+  };
+  /// Feeds of the CL file, mm/s.
+  struct Rates {
+    double least = 0.0, most = 0.0;
+    double rotary_rad_s = 0.0;  // MAXDPM; 0: none
+    double slack_mm = 0.0;      // by which the way of one block may be longer
+    bool known = false;
+  };
+
+  std::size_t number(std::size_t point) const { return point + points_.gone(); }
+  void check_feed_word(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
+  bool is_rounding(std::size_t point, double share) const;
+  Covered covered(const Cut& cut) const;
+  Rates rates_of(const Covered& covered) const;
+  double rate_of(const AskedState& asked) const;
+  /// What FEDRAT/INVERS asks of blocks together, and how far they go.
+  struct InverseShare {
+    double seconds = 0.0;
+    double way_mm = 0.0, turn_rad = 0.0;
+  };
+  struct InverseSum {
+    InverseShare asked;
+    double seconds = 0.0, slowest_s = 0.0;
+  };
+  InverseShare inverse_share(const Cut& cut, const Covered& covered) const;
+  void check_inverse(const Cut& cut, const Covered& covered, const Pace& pace, std::uint32_t nc_line);
+  template <class PaceOf>
+  static Pace together(std::size_t count, const PaceOf& pace) {
+    Pace out = pace(0);
+    for (std::size_t i = 1; i < count; ++i) {
+      const Pace block = pace(i);
+      out.seconds += block.seconds;
+      out.slowest_s += block.slowest_s;
+    }
+    return out;
+  }
+  void find_axis(std::uint16_t mask, std::uint32_t nc_line);
+  void check_states(const Cut& cut, const Covered& covered, std::uint32_t nc_line);
+  void check_place(const AskedState& asked, std::uint32_t nc_line);
+  void check_length(const AskedState& asked, std::uint32_t nc_line);
+  void check_cut(const AskedState& asked, std::uint32_t nc_line);
+  void check_thread(const AskedState& asked, std::uint32_t nc_line);
+  void check_pauses(std::size_t point, std::uint32_t nc_line);
+  void check_pace(const Pace& pace, const Rates& rates, std::size_t point, bool may_not_be_slow,
+                  std::uint32_t nc_line) {
+    if (!keeps_pace(pace, rates, may_not_be_slow)) find_pace(pace, rates, point, nc_line);
+  }
+  bool keeps_pace(const Pace& pace, const Rates& rates, bool may_not_be_slow) const;
+  double pace_slack_mm() const;
+  void check_progress(const Cut& cut, double seconds, const Rates& rates, std::uint32_t nc_line);
+  void find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
+  /// A motion at whose end not all axes are known.
+  void take_partly(const nc::Motion& motion, std::uint32_t nc_line);
+  void check_register(const nc::LengthCompensation& length, const Place& at, std::uint32_t nc_line);
+  void find_cutter(const AskedState& asked, std::uint32_t nc_line);
+  void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
+
+  const nc::Controller& controller_;
+  const VerifyOptions& options_;
+  const PathPoints& points_;
+  Asked asked_;
+  Told told_;
+  std::int64_t work_offset_;  // of the machine file
+  bool adds_length_;
+  std::uint16_t axes_ = 0;  // bits of the words that the machine has
+  InverseSum inverse_;      // since the last CL point
+  double slowest_axis_mm_s_ = std::numeric_limits<double>::infinity();  // of X Y Z
+  std::optional<Cut> cut_;                                              // at hand
+  Checks checks_;
+  std::vector<AllowedUse> allowed_;
+};
+
+}  // namespace trunnion::post

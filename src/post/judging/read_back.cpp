@@ -1,0 +1,78 @@
+#include "post/judging/read_back.hpp"
+
+#include <utility>
+
+namespace trunnion::post {
+namespace {
+
+VerifyOptions verify_options(const PostJob& job, const PostOptions& options, const ModelEvaluator* errors) {
+  VerifyOptions v;
+  v.tolerance_mm = options.tolerance_mm;
+  v.rapid_tolerance_mm = options.rapid_tolerance_mm;
+  v.axis_tolerance = options.axis_tolerance.value_or(job.machine->axis_tolerance);
+  v.pole = options.pole;
+  v.certify = options.nonlinear.certify;
+  v.truth = errors;
+  v.temperatures = job.temperatures;
+  v.offsets = job.offsets;
+  v.offset_limits = job.offset_limits;
+  if (job.run_time_drift != nullptr) v.run_time_temperatures = &job.run_time_drift->history;
+  v.tools = options.tools;
+  v.work_offset = options.work_offset;
+  v.smoothing_mm = options.smoothing_mm;
+  v.default_feed_mm_s = options.default_feed_mm_s;
+  v.collect = options.collect;
+  return v;
+}
+
+}  // namespace
+
+ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSink& sink,
+                   const ModelEvaluator* errors)
+    : sink_(sink) {
+  if (!options.verify) return;
+  const std::string nc_file = "<program>";
+  verifier_ = std::make_unique<Verifier>(*job.machine, *job.controller, verify_options(job, options, errors),
+                                         nc_file, diagnostics_);
+  if (errors != nullptr || job.offsets != nullptr) verifier_->judge_nominal_too();
+}
+
+void ReadBack::expect(const Chunk& chunk) {
+  if (!verifier_) return;
+  for (const Event& event : chunk.events) {
+    if (const auto* change = std::get_if<cl::ToolChange>(&event.record.data))
+      verifier_->expect_tool(change->number, *change->gauge_length_mm);
+  }
+  if (!chunk.tool.control_adds_length) verifier_->expect_no_length();
+  std::size_t event = 0;
+  for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
+    for (; event < chunk.events.size() && chunk.events[event].before == i; ++event)
+      verifier_->expect(chunk.events[event].record);
+    if (i == chunk.motions.size()) break;
+    const Pending& p = chunk.motions[i];
+    verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
+                      p.point.where);
+  }
+  verifier_->text(unread_);
+  unread_.clear();
+}
+
+Result<void> ReadBack::pass_on(Chunk& chunk) {
+  expect(chunk);
+  if (chunk.text.empty()) return {};
+  auto done = sink_(chunk.text);
+  if (verifier_) unread_.swap(chunk.text);
+  return done;
+}
+
+Result<void> ReadBack::finish(PostReport& report) {
+  if (!verifier_) return {};
+  verifier_->text(unread_);
+  auto found = verifier_->finish();
+  if (!found) return tl::unexpected(found.error());
+  report.verification = std::move(found->report);
+  report.nominal_verification = std::move(found->nominal);
+  return {};
+}
+
+}  // namespace trunnion::post

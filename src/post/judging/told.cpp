@@ -1,0 +1,44 @@
+#include "post/judging/told.hpp"
+
+namespace trunnion::post {
+
+void Told::take(const nc::Block& block) {
+  if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) work_offset_ = offset->index;
+  if (const auto* call = std::get_if<nc::ToolCall>(&block)) {
+    tool_ = call->tool;
+    spindle_ = {};
+    spindle_is_open_ = false;
+    // Whether the change of a tool ends the coolant is for the machine's builder to say.
+    if (coolant_ != 0U) coolant_.reset();
+    length_.reset();
+    if (controller_.length.automatic) length_ = call->tool;
+  }
+  if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) length_ = length->number;
+  if (const auto* control = std::get_if<nc::TcpControl>(&block)) take_tcp(*control);
+  if (std::holds_alternative<nc::Retract>(block) && controller_.retract_ends_length &&
+      !controller_.length.automatic && length_ != 0)
+    length_.reset();
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) {
+    spindle_ = *spindle;
+    spindle_is_open_ = false;
+  }
+  if (const auto* hole = std::get_if<nc::Hole>(&block)) {
+    thread_.reset();
+    if (hole->kind == nc::Hole::Kind::tap) thread_ = hole->thread;
+    spindle_is_open_ = spindle_is_open_ || thread_;
+  }
+  if (const auto* coolant = std::get_if<nc::Coolant>(&block))
+    coolant_ = coolant->kind == nc::CoolantKind::off
+                   ? 0U
+                   : coolant_.value_or(0U) | (1U << static_cast<unsigned>(coolant->kind));
+  if (const auto* mode = std::get_if<nc::PathMode>(&block)) path_mode_ = *mode;
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) cutter_ = *cutter;
+}
+
+// Where it takes the place of length compensation the register of its words counts.
+void Told::take_tcp(const nc::TcpControl& control) {
+  if (!controller_.tcp.replaces_length || controller_.length.automatic) return;
+  length_ = control.on ? control.length_offset : 0;
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,206 @@
+#include "post/making/post_words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "trunnion/base/number_text.hpp"
+
+#include "post/making/pipeline.hpp"
+
+namespace trunnion::post {
+namespace {
+
+using Fields = std::vector<std::string>;
+
+std::optional<double> number_in(const Fields& fields, std::size_t i) {
+  if (i >= fields.size()) return std::nullopt;
+  const auto number = parse_number(fields[i]);
+  return number ? std::optional(number.value) : std::nullopt;
+}
+
+bool has(const Fields& fields, std::string_view word) {
+  return std::find(fields.begin(), fields.end(), word) != fields.end();
+}
+
+// "AAXIS" and such; the number of a rotary axis counts from the bed.
+std::optional<AxisId> axis_of_word(const Machine& machine, const std::string& word) {
+  if (word.size() != 5 || word.compare(1, 4, "AXIS") != 0) return std::nullopt;
+  return machine.axis(word.substr(0, 1));
+}
+
+std::optional<AxisId> rotary_axis(const Machine& machine, const Fields& fields) {
+  const auto rotary = machine.rotary_axes();
+  if (rotary.empty()) return std::nullopt;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (const auto id = axis_of_word(machine, fields[i])) return id;
+    if (fields[i] != "AXIS") continue;
+    const auto number = number_in(fields, i + 1);
+    if (number && *number >= 1.0 && *number <= static_cast<double>(rotary.size()))
+      return rotary[static_cast<std::size_t>(*number) - 1];
+    return std::nullopt;
+  }
+  return rotary.back();  // TABLE, or nothing said: the one that carries the part
+}
+
+}  // namespace
+
+bool take_limits(const cl::PostWord& word, const Machine& given, Machine& machine, std::string& cut) {
+  const Fields& f = word.fields;
+  if (f.size() == 1 && f[0] == "OFF") {
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      machine.axes[id].min = given.axes[id].min;
+      machine.axes[id].max = given.axes[id].max;
+    }
+    return true;
+  }
+  if (f.empty() || f.size() % 3 != 0) return false;
+  Machine limited = machine;
+  for (std::size_t i = 0; i < f.size(); i += 3) {
+    const auto id = axis_of_word(machine, f[i]);
+    const auto min = number_in(f, i + 1);
+    const auto max = number_in(f, i + 2);
+    if (!id || !min || !max || !(*min < *max)) return false;
+    const Axis& own = given.axes[*id];
+    const double factor = own.kind == AxisKind::rotary ? kRadPerDegree : 1.0;
+    if (*min * factor < own.min || *max * factor > own.max) cut = own.name;
+    limited.axes[*id].min = std::max(own.min, *min * factor);
+    limited.axes[*id].max = std::min(own.max, *max * factor);
+  }
+  machine = limited;
+  return true;
+}
+
+std::optional<double> rotary_limit_rad_s(const cl::PostWord& word) {
+  const auto limit = number_in(word.fields, 0);
+  if (!limit || word.fields.size() != 1 || !(*limit > 0.0)) return std::nullopt;
+  return *limit * kRadPerDegree / kSecondsPerMinute;
+}
+
+std::optional<ClearPlane> clear_plane_of(const cl::PostWord& word) {
+  const Fields& f = word.fields;
+  if (f.size() == 2) {
+    const auto distance = number_in(f, 1);
+    if (!distance) return std::nullopt;
+    if (f[0] == "XYPLAN") return ClearPlane{Vec3::UnitZ(), *distance};
+    if (f[0] == "YZPLAN") return ClearPlane{Vec3::UnitX(), *distance};
+    if (f[0] == "ZXPLAN") return ClearPlane{Vec3::UnitY(), *distance};
+    return std::nullopt;
+  }
+  const auto a = number_in(f, 0);
+  const auto b = number_in(f, 1);
+  const auto c = number_in(f, 2);
+  const auto d = number_in(f, 3);
+  if (f.size() != 4 || !a || !b || !c || !d) return std::nullopt;
+  const Vec3 normal(*a, *b, *c);
+  if (!(normal.norm() > 1e-6)) return std::nullopt;
+  return ClearPlane{normal.normalized(), *d / normal.norm()};
+}
+
+std::optional<Measure> measure_of(const cl::PostWord& word, const Machine& machine) {
+  const Fields& f = word.fields;
+  if (word.word != "ROTABL" || f.size() < 2 || f[0] != "SHORT") return std::nullopt;
+  if (f.size() == 2 && f[1] == "COMBIN") return Measure{path::ChoiceMethod::combined, ""};
+  if (f.size() == 2 && f[1] == "LARGE") return Measure{path::ChoiceMethod::largest, ""};
+  if (f.size() == 2 && f[1] == "PLUS") return Measure{path::ChoiceMethod::sum, ""};
+  if (f.size() != 3 || f[1] != "AXIS") return std::nullopt;
+  const auto id = rotary_axis(machine, f);
+  if (!id) return std::nullopt;
+  return Measure{path::ChoiceMethod::axis, machine.axes[*id].name};
+}
+
+std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& machine,
+                                       const JointVector& from) {
+  const Fields& f = word.fields;
+  if ((word.word != "ROTABL" && word.word != "ROTATE") || has(f, "SHORT")) return std::nullopt;
+  const auto id = rotary_axis(machine, f);
+  const auto at = std::find(f.begin(), f.end(), "ATANGL");
+  const auto degrees =
+      at != f.end() ? number_in(f, static_cast<std::size_t>(at - f.begin()) + 1) : number_in(f, 0);
+  const auto known = [](const std::string& text) {
+    constexpr std::array<std::string_view, 10> kWords = {"AXIS", "ATANGL", "CLW",  "CCLW",  "INCR",
+                                                         "NOW",  "NEXT",   "SAME", "TABLE", ""};
+    return parse_number(text) || (text.size() == 5 && text.compare(1, 4, "AXIS") == 0) ||
+           std::find(kWords.begin(), kWords.end(), text) != kWords.end();
+  };
+  if (!id || !degrees || !std::all_of(f.begin(), f.end(), known)) return std::nullopt;
+  const double now = from[*id];
+  double angle = *degrees * kRadPerDegree;
+  if (has(f, "INCR")) {
+    angle += now;
+  } else if (!machine.axes[*id].has_limits() || has(f, "CLW") || has(f, "CCLW")) {
+    angle = now + std::remainder(angle - now, kTwoPi);
+    if (has(f, "CLW") && angle < now - 1e-12) angle += kTwoPi;
+    if (has(f, "CCLW") && angle > now + 1e-12) angle -= kTwoPi;
+  }
+  return TableTurn{*id, angle, !has(f, "NEXT")};
+}
+
+bool stands_at(const cl::PostWord& word, const Machine& machine, JointVector& q) {
+  if (word.word != kStands) return false;
+  for (std::size_t i = 0; i + 1 < word.fields.size(); i += 2) {
+    const auto id = machine.axis(word.fields[i]);
+    const ParsedNumber angle_deg = parse_number(word.fields[i + 1]);
+    if (id && angle_deg) q[*id] = Angle::degrees(angle_deg.value).rad();
+  }
+  return true;
+}
+
+// The chunk of motions before the word is written; the intake has acted on it for those behind it.
+Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where) {
+  std::string cut;
+  if (word.word == "LIMITS" && take_limits(word, *posting_.job.machine, posting_.machine, cut)) {
+    axis_words_.take_travel();
+    if (!cut.empty()) {
+      posting_.diagnostics.warning(posting_.job.cl_file, where,
+                                   "LIMITS: axis " + cut + " has less travel than that; its own limits stay");
+    }
+    return {};
+  }
+  if (const auto limit = rotary_limit_rad_s(word); limit && word.word == "MAXDPM") {
+    planner_.limit_rotary(*limit);
+    return {};
+  }
+  if (word.word == "CLEARP") {
+    modes_.clear_plane = clear_plane_of(word);
+    if (modes_.clear_plane || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
+  }
+  if (measure_of(word, posting_.machine) || word.word == kStands) return {};
+  if (word.word == "RETRCT" && word.fields.empty()) return leave_part(where);
+  if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
+    const Axis& axis = posting_.machine.axes[turn->axis];
+    if (axis.within_limits(turn->angle)) return turn_table(turn->axis, turn->angle, turn->now, where);
+    return fail(ErrorCode::check_failed,
+                word.word + ": axis " + axis.name + " would stand at " +
+                    fixed_text(turn->angle * kDegreePerRad, 4) + " deg, beyond its limits",
+                posting_.job.cl_file, where);
+  }
+  std::string text = word.word;
+  for (std::size_t i = 0; i < word.fields.size(); ++i) {
+    text += i == 0 ? '/' : ',';
+    text += word.fields[i];
+  }
+  text += " is not acted on";
+  posting_.diagnostics.warning_once("post word " + text, posting_.job.cl_file, where, text);
+  return {};
+}
+
+Result<void> Pipeline::leave_part(SourceRef where) {
+  if (!at_.known || at_.up) return {};
+  at_.approaches = true;
+  return emit_retract(where);
+}
+
+Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {
+  const double rounded = axis_words_.rounded(id, angle);
+  if (std::abs(at_.point.q[id] - rounded) < 1e-12) return {};
+  at_.point.q[id] = rounded;
+  at_.approaches = true;  // what follows comes from the safe height
+  if (!now || !at_.known) return {};
+  if (auto r = emit_retract(where); !r) return r;
+  at_.joints[id] = rounded;
+  return emit_motion(at_.joints, nc::MotionKind::rapid, {}, where, nc::AxisWords::bit(posting_.letters[id]));
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,102 @@
+#include "post/making/program_head.hpp"
+
+#include <filesystem>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/post/program_zero.hpp"
+
+#include "post/making/program_name.hpp"
+
+namespace trunnion::post {
+
+// A program has one zero: what the CL file says before its first motion counts, where no option says it.
+std::int64_t ProgramHead::work_offset_of(const Chunk& chunk) const {
+  if (posting_.options.work_offset) return *posting_.options.work_offset;
+  for (const Event& event : chunk.events) {
+    const auto* offset = std::get_if<cl::WorkOffset>(&event.record.data);
+    if (event.before == 0 && offset != nullptr) return offset->index;
+  }
+  return posting_.machine.work_offset;
+}
+
+Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
+  if (offset.index == posting_.report.work_offset) return {};
+  if (posting_.options.work_offset) {
+    posting_.diagnostics.warning_once("work offset", posting_.job.cl_file, where,
+                                      "the CL file calls work offset " + std::to_string(offset.index) +
+                                          ", the option " + std::to_string(*posting_.options.work_offset) +
+                                          ": that holds");
+    return {};
+  }
+  return fail(
+      ErrorCode::wrong_input,
+      "work offset " + std::to_string(offset.index) + " is called behind offset " +
+          std::to_string(posting_.report.work_offset) +
+          ": one program has one zero, since where the table carries a second part is not known. Post "
+          "the operations one by one",
+      posting_.job.cl_file, where);
+}
+
+Result<void> ProgramHead::write(const Chunk& chunk) {
+  is_written_ = true;
+  nc::ProgramStart start;
+  std::string name = posting_.options.program_name.value_or("");
+  for (const Event& event : chunk.events) {
+    const auto* text = std::get_if<cl::Text>(&event.record.data);
+    if (name.empty() && text != nullptr && text->kind == cl::Text::Kind::part_name) name = text->text;
+  }
+  start.name = name_for_control(name);
+  if (start.name.empty())
+    start.name = name_for_control(std::filesystem::path(posting_.job.output).stem().string());
+  start.number = posting_.options.program_number.value_or(number_in_name(start.name));
+  if (auto r = posting_.write(start); !r) return r;
+  const std::int64_t index = work_offset_of(chunk);
+  posting_.report.work_offset = index;
+  const bool adds_length =
+      posting_.machine.output_point == OutputPoint::tip && chunk.tool.control_adds_length;
+  const auto zero = program_zero(posting_.machine, posting_.controller, index,
+                                 posting_.options.rtcp ? WordsOf::part
+                                 : adds_length         ? WordsOf::tip
+                                                       : WordsOf::spindle);
+  std::vector<std::string> lines = posting_.job.header;
+  lines.push_back(tools_placeholder());
+  for (const std::string& line : zero_lines(zero)) lines.push_back(line);
+  if (const auto height_mm = posting_.machine.safe.z_mm())
+    lines.push_back("Retracts to machine Z" + fixed_text(*height_mm, 3));
+  if (posting_.options.smoothing_mm) {
+    const std::string by = *posting_.options.smoothing_mm > 0.0
+                               ? "by " + shortest_text(*posting_.options.smoothing_mm) + " mm"
+                               : "as it is set";
+    lines.push_back("Path smoothing: the control rounds corners " + by + ", beside the tolerance");
+  }
+  if (!posting_.controller.motion.straight_rapids_need.empty())
+    lines.push_back("Needs straight rapids: " + posting_.controller.motion.straight_rapids_need);
+  lines.push_back(verdict_placeholder());
+  for (const std::string& line : lines) {
+    if (auto r = posting_.write(nc::Comment{line}); !r) return r;
+  }
+  // Which kinematics are active is for the program to say.
+  if (posting_.controller.tcp.unknown_at_start) {
+    if (auto r = posting_.write(nc::TcpControl{}); !r) return r;
+  }
+  warn_of_zero(posting_.machine, zero, chunk.tool.length_mm, posting_.diagnostics);
+  if (posting_.options.smoothing_mm) {
+    const auto within =
+        posting_.controller.numbers.axes.quanta(nc::AxisLetter::X, *posting_.options.smoothing_mm);
+    if (*posting_.options.smoothing_mm > 0.0 && within < 1) {
+      return fail(ErrorCode::wrong_use, "path smoothing within " +
+                                            shortest_text(*posting_.options.smoothing_mm) +
+                                            " mm is less than the last digit of the control's words");
+    }
+    if (auto r = posting_.write(nc::PathMode{nc::PathModeKind::continuous, within}); !r) return r;
+  }
+  // One that somebody asked for must be called; a control without words for any has but one.
+  if (!posting_.controller.work_offsets.empty() || index != 1) {
+    if (auto r = posting_.write(nc::WorkOffset{index}); !r) return r;
+  }
+  // The length of the tool that ran before may still be on.
+  const bool must_be_off = zero.words == WordsOf::spindle && !posting_.controller.length.off.empty();
+  return must_be_off ? posting_.write(nc::LengthCompensation{0}) : Result<void>{};
+}
+
+}  // namespace trunnion::post

@@ -1,0 +1,79 @@
+#include "post/making/spindle_and_coolant.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trunnion/base/number_text.hpp"
+
+namespace trunnion::post {
+
+Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, SourceRef where) {
+  const auto refuse = [&](const std::string& why) {
+    return fail(ErrorCode::wrong_input, why, posting_.job.cl_file, where);
+  };
+  const auto leave_out = [&](const char* key, const std::string& why) {
+    posting_.diagnostics.warning_once(key, posting_.job.cl_file, where, why);
+    return std::optional<nc::Spindle>();
+  };
+  is_said_ = true;
+  if (s.state == cl::Spindle::State::off) {
+    spindle_ = {};
+    return spindle_;
+  }
+  if (s.state == cl::Spindle::State::orient) return leave_out("orient", "SPINDL/ORIENT is not acted on");
+  if (s.speed_rpm) rpm_ = *s.speed_rpm;
+  if (s.surface_speed_mm_s) {
+    if (diameter_mm_ <= 0.0) return refuse("SPINDL gives a surface speed and no CUTTER or TLDATA a diameter");
+    rpm_ = *s.surface_speed_mm_s / (kPi * diameter_mm_) * kSecondsPerMinute;
+  }
+  if (s.max_rpm) rpm_ = std::min(rpm_, *s.max_rpm);
+  if (rpm_ <= 0.0) return leave_out("no speed", "SPINDL gives no speed, and none was given before: left out");
+  constexpr double kFastest_rpm = 1e6;
+  if (std::llround(std::min(rpm_, 2.0 * kFastest_rpm)) < 1 || rpm_ > kFastest_rpm) {
+    return refuse("SPINDL: " + shortest_text(rpm_) + " rpm is not between 1 and " +
+                  shortest_text(kFastest_rpm) + " rpm");
+  }
+  spindle_.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
+  spindle_.rpm = std::llround(rpm_);
+  return spindle_;
+}
+
+void SpindleAndCoolant::ask(nc::CoolantKind kind) {
+  coolant_ = kind == nc::CoolantKind::off ? 0U : coolant_ | (1U << static_cast<unsigned>(kind));
+}
+
+void SpindleAndCoolant::tool_called() {
+  tool_called_ = true;
+  tapped_ = false;
+  is_said_ = false;
+  resumes_ = true;
+}
+
+void SpindleAndCoolant::warn_before_cut(SourceRef where) {
+  if (std::exchange(is_said_, true)) return;
+  const std::string& file = posting_.job.cl_file;
+  if (spindle_.turn == nc::SpindleTurn::off) {
+    posting_.diagnostics.warning(file, where, "no SPINDL before this cut: the spindle does not turn");
+  } else {
+    posting_.diagnostics.warning(file, where,
+                                 "no SPINDL since the tool was loaded: it turns at the " +
+                                     std::to_string(spindle_.rpm) + " rpm of the tool before");
+  }
+}
+
+Result<void> SpindleAndCoolant::resume() {
+  if (!std::exchange(resumes_, false)) return {};
+  tapped_ = false;
+  if (spindle_.turn != nc::SpindleTurn::off) {
+    if (auto r = posting_.write(spindle_); !r) return r;
+  }
+  for (const nc::CoolantKind kind :
+       {nc::CoolantKind::flood, nc::CoolantKind::mist, nc::CoolantKind::through_tool, nc::CoolantKind::air}) {
+    if ((coolant_ & (1U << static_cast<unsigned>(kind))) == 0) continue;
+    if (auto r = posting_.write(nc::Coolant{kind}); !r) return r;
+  }
+  return {};
+}
+
+}  // namespace trunnion::post

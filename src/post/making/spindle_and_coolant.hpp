@@ -1,0 +1,48 @@
+#pragma once
+#include <optional>
+
+#include "trunnion/cl/record.hpp"
+
+#include "post/making/posting.hpp"
+
+namespace trunnion::post {
+
+/// Spindle and coolant as the CL file asks for them, and when the program has to say so again.
+class SpindleAndCoolant {
+ public:
+  explicit SpindleAndCoolant(Posting& posting) : posting_(posting) {}
+
+  /// Of the tool, for surface speeds.
+  void set_diameter(double mm) { diameter_mm_ = mm; }
+  /// The speed that was given last, 0 before the first one.
+  double rpm() const { return rpm_; }
+  /// What is asked of the spindle now.
+  const nc::Spindle& spindle() const { return spindle_; }
+  /// A tapping cycle leaves the spindle stopped on most controls: it is said again before anything but a tap.
+  void tapped() { tapped_ = resumes_ = true; }
+  bool has_tapped() const { return tapped_; }
+  /// What a record asks of the spindle, if it is anything; stopping it among that.
+  Result<std::optional<nc::Spindle>> ask(const cl::Spindle& spindle, SourceRef where);
+  void ask(nc::CoolantKind kind);
+  /// Not with the tool of the program before: nothing goes on before this one's own is called or moves.
+  bool go_on_at_once(bool tool_has_moved) const { return tool_called_ || tool_has_moved; }
+  /// A tool change stops both; what was asked for holds for the next tool.
+  void tool_called();
+  /// Before a cut: warns where the CL file has said nothing of the spindle since the tool was loaded.
+  void warn_before_cut(SourceRef where);
+  /// Before the next motion: what was asked for, where a tool change has ended it or none was said yet.
+  Result<void> resume();
+
+ private:
+  Posting& posting_;
+  double rpm_ = 0.0;
+  double diameter_mm_ = 0.0;
+  nc::Spindle spindle_;
+  unsigned coolant_ = 0;  // bit per kind
+  bool tool_called_ = false;
+  bool is_said_ = false;  // of the spindle, for the tool at hand, or it was warned of
+  bool resumes_ = true;
+  bool tapped_ = false;
+};
+
+}  // namespace trunnion::post
