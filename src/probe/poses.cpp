@@ -15,6 +15,9 @@ using Matrix = Eigen::MatrixXd;
 
 constexpr std::size_t kFewest = 4;
 constexpr double kStep = 15.0 * kRadPerDegree;  // of the grid over the rotary axes
+// That a pose stays within the travel of a rotary axis: the sums of a control may end a little beyond a word
+// (LinuxCNC stops behind a touch at a limit of -30 deg, where it finds itself at -30.000000000000004).
+constexpr double kInside = 0.01 * kRadPerDegree;
 // Where one axis alone turns a part, one that turns for ever is taken from here to there.
 constexpr double kTurn = kTwoPi;
 
@@ -52,29 +55,46 @@ struct Candidate {
   Matrix rows;  // lengths as they are, angles by their arm
 };
 
+// All combinations of the rotary axes' stations.
+std::vector<JointVector> grid_of(const Machine& machine, const std::vector<AxisId>& axes) {
+  const auto outer = stations(machine.axes[axes.front()], kStep);
+  const auto inner =
+      axes.size() > 1 ? stations(machine.axes[axes.back()], 2.0 * kStep) : std::vector<double>{0.0};
+  std::vector<JointVector> out;
+  out.reserve(outer.size() * inner.size());
+  for (const double a : outer) {
+    for (const double c : inner) {
+      JointVector q;
+      q[axes.front()] = a;
+      if (axes.size() > 1) q[axes.back()] = c;
+      out.push_back(q);
+    }
+  }
+  return out;
+}
+
 std::vector<Candidate> candidates_of(const Machine& machine, const PoseChoice& choice,
                                      const AxisLines& lines) {
   // Angles count by what they do 100 mm away, so that the determinant has one unit; it shifts no choice.
   constexpr double kArm_mm = 100.0;
   std::vector<Candidate> out;
   const auto& axes = lines.axes();
-  const auto outer = stations(machine.axes[axes.front()], kStep);
-  const auto inner =
-      axes.size() > 1 ? stations(machine.axes[axes.back()], 2.0 * kStep) : std::vector<double>{0.0};
-  for (const double a : outer) {
-    for (const double c : inner) {
-      JointVector q;
-      q[axes.front()] = choice.rounded(axes.front(), a);
-      if (axes.size() > 1) q[axes.back()] = choice.rounded(axes.back(), c);
-      const Vec3 up = part_in_machine(machine, q).R.col(2);
-      if (angle_between(up, Vec3::UnitZ()) > choice.largest_tilt + Angle::degrees(1e-6)) continue;
-      if (!choice.reachable(q)) continue;
-      Candidate one{q, sensitivity(machine, lines, choice.ball_P, q)};
-      for (Eigen::Index i = 0; i < lines.count(); ++i) {
-        if (i % AxisLines::kEach >= 2) one.rows.col(i) /= kArm_mm;
-      }
-      out.push_back(std::move(one));
+  for (const JointVector& asked : choice.planned.empty() ? grid_of(machine, axes) : choice.planned) {
+    JointVector q;
+    for (const AxisId id : axes) {
+      const Axis& axis = machine.axes[id];
+      const bool ends = axis.has_limits() && axis.max - axis.min > 2.0 * kInside;
+      q[id] = choice.rounded(
+          id, ends ? std::clamp(asked[id], axis.min + kInside, axis.max - kInside) : asked[id]);
     }
+    const Vec3 up = part_in_machine(machine, q).R.col(2);
+    if (angle_between(up, Vec3::UnitZ()) > choice.largest_tilt + Angle::degrees(1e-6)) continue;
+    if (!choice.reachable(q)) continue;
+    Candidate one{q, sensitivity(machine, lines, choice.ball_P, q)};
+    for (Eigen::Index i = 0; i < lines.count(); ++i) {
+      if (i % AxisLines::kEach >= 2) one.rows.col(i) /= kArm_mm;
+    }
+    out.push_back(std::move(one));
   }
   return out;
 }
@@ -135,7 +155,8 @@ ChosenPoses choose_poses(const Machine& machine, const PoseChoice& choice) {
   out.candidates = candidates.size();
   if (candidates.size() < kFewest) return out;
   const auto size = lines.count() + 3;
-  const std::size_t count = std::min(choice.count, candidates.size());
+  const std::size_t count =
+      choice.planned.empty() ? std::min(choice.count, candidates.size()) : candidates.size();
   // The smallest of weights keeps the determinant above zero while there are too few poses.
   constexpr double kWeight = 1e-9;
   Matrix normal = kWeight * Matrix::Identity(size, size);

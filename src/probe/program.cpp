@@ -70,6 +70,7 @@ class ProgramMaker {
     PoseChoice choice;
     choice.ball_P = options_.ball.place_P;
     choice.count = options_.poses;
+    choice.planned = options_.planned;
     choice.largest_tilt = options_.largest_tilt;
     choice.rounded = [this](AxisId id, double angle) {
       return controller_.numbers.axes.rounded(letter(id), angle);
@@ -134,6 +135,7 @@ class ProgramMaker {
 
   void begin() {
     take(writer_.write(nc::ProgramStart{"PROBE", 1}));
+    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::declare, {}}));
     for (const std::string& line : head_lines(options_.ball)) say(line);
     say("tool " + std::to_string(options_.tool) +
         " is the stylus, its length goes to the centre of its ball");
@@ -141,6 +143,7 @@ class ProgramMaker {
         fixed_text(options_.ball.apart_mm() + options_.ball.stylus_radius_mm, 1) +
         " mm must be free but for its stem");
     for (const std::string& line : options_.head) say(line);
+    if (!controller_.probing.confirmed) say("nobody has run these probing words on such a control yet");
     say(std::to_string(out_.chosen.poses.size()) + " poses; touches go to " + options_.log);
     if (controller_.tcp.unknown_at_start) take(writer_.write(nc::TcpControl{}));
     take(writer_.write(nc::WorkOffset{machine_.work_offset}));
@@ -172,6 +175,34 @@ class ProgramMaker {
     return out;
   }
 
+  // On the way back from a touch the stylus is still pressed: no control may stop for that.
+  void go_back(const JointVector& q) { move(q, nc::MotionKind::feed); }
+
+  // Where nobody expects a touch; guarded on controls that have words for it.
+  void go(const JointVector& q) {
+    if (controller_.probing.guarded.empty()) return move(q, nc::MotionKind::feed);
+    // A measuring block that goes nowhere measures nothing, and says what the one before it said.
+    constexpr double kNowhere_mm = 1e-4;
+    if ((linear(q) - at_).norm() < kNowhere_mm) return;
+    nc::Probe guarded;
+    guarded.guards = true;
+    guarded.feed = feed(options_.move_mm_s);
+    guarded.words = words(q);
+    guarded.words.forget(static_cast<std::uint16_t>(~nc::kXyz));
+    take(writer_.write(guarded));
+    note(q, true);
+  }
+
+  Vec3 linear(const JointVector& q) const {
+    return {q[*machine_.axis("X")], q[*machine_.axis("Y")], q[*machine_.axis("Z")]};
+  }
+
+  void note(const JointVector& q, bool at_feed) {
+    const Vec3 to = linear(q);
+    if (at_feed) out_.seconds += (to - at_).norm() / options_.move_mm_s;
+    at_ = to;
+  }
+
   void move(const JointVector& q, nc::MotionKind kind, std::uint16_t axes = nc::kAllAxes) {
     nc::Motion motion;
     motion.kind = kind;
@@ -179,9 +210,7 @@ class ProgramMaker {
     motion.words.forget(static_cast<std::uint16_t>(~axes));
     if (kind == nc::MotionKind::feed) motion.feed = feed(options_.move_mm_s);
     take(writer_.write(motion));
-    const Vec3 to(q[*machine_.axis("X")], q[*machine_.axis("Y")], q[*machine_.axis("Z")]);
-    if (kind == nc::MotionKind::feed) out_.seconds += (to - at_).norm() / options_.move_mm_s;
-    at_ = to;
+    note(q, kind == nc::MotionKind::feed);
   }
 
   std::int64_t feed(double mm_s) const {
@@ -195,10 +224,10 @@ class ProgramMaker {
     probe.words = words(to);
     probe.words.forget(static_cast<std::uint16_t>(~nc::kXyz));
     take(writer_.write(probe));
-    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::record, {}}));
+    take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::record, options_.log}));
     ++out_.touches;
     out_.seconds += (options_.ball.within_mm + options_.ball.clearance_mm) / mm_s;
-    move(from, nc::MotionKind::feed);
+    go_back(from);
   }
 
   void measure(const JointVector& pose, std::size_t number) {
@@ -226,17 +255,17 @@ class ProgramMaker {
       up[z] = away * (safe - high) > 0.0 ? high : safe;
       move(up, nc::MotionKind::rapid);
     }
-    move(first, nc::MotionKind::feed);
+    go(first);
     for (std::size_t i = 0; i < strokes.lines.size(); ++i) {
       const Line& line = strokes.lines[i];
       const JointVector over = joints_at(pose, line.over);
       const JointVector from = joints_at(pose, line.from);
       const JointVector to = joints_at(pose, line.to);
-      move(over, nc::MotionKind::feed);
-      move(from, nc::MotionKind::feed);
+      go(over);
+      go(from);
       touch(from, to, options_.fast_mm_s);
       touch(from, to, options_.slow_mm_s);
-      move(over, nc::MotionKind::feed);
+      go(over);
     }
   }
 

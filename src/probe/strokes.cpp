@@ -74,24 +74,27 @@ class StrokeReader {
     return out;
   }
 
-  void take(const nc::Motion& motion) {
+  void take(const nc::Motion& motion) { take_move(motion.words, motion.source.line); }
+
+  void take_move(const nc::AxisWords& words, std::uint32_t line) {
     Move move;
-    move.line = motion.source.line;
-    move.to = values(motion.words);
-    move.knows_to = (motion.words.mask & needed_) == needed_;
+    move.line = line;
+    move.to = values(words);
+    move.knows_to = (words.mask & needed_) == needed_;
     move.from = at_;
     move.knows_from = knows_;
     move.behind_touch = std::exchange(behind_touch_, -1);
     move.turns = !same_rotary(machine_, at_, move.to) || !knows_rotary_;
     knows_rotary_ = true;
-    move.at_safe_height = at_safe_height_ && !motion.words.has(nc::AxisLetter::Z);
-    if (motion.words.has(nc::AxisLetter::Z)) at_safe_height_ = false;
+    move.at_safe_height = at_safe_height_ && !words.has(nc::AxisLetter::Z);
+    if (words.has(nc::AxisLetter::Z)) at_safe_height_ = false;
     at_ = move.to;
     knows_ = move.knows_to;
     out_.moves.push_back(move);
   }
 
   void take(const nc::Probe& probe) {
+    if (probe.guards) return take_move(probe.words, probe.source.line);
     Touch touch;
     touch.line = probe.source.line;
     touch.feed = probe.feed;

@@ -43,6 +43,7 @@ double internal(nc::AxisLetter letter, double value) {
 // Why it is no line of a log; empty where it is one.
 std::string read_line(std::string_view text, LogLine& out) {
   const auto words = pieces_of(text);
+  if (words.empty()) return "has no number";
   const bool lettered = nc::axis_letter(words.front()).has_value();
   if (!lettered && words.size() > nc::kAxisLetters)
     return "has " + std::to_string(words.size()) + " numbers, more than there are axes";

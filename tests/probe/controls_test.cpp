@@ -4,9 +4,11 @@
 
 #include "trunnion/probe/control_numbers.hpp"
 #include "trunnion/probe/program.hpp"
+#include "trunnion/probe/reading.hpp"
 #include "trunnion/probe/strokes.hpp"
 
 #include "probe/given.hpp"
+#include "probe/other_words.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -20,6 +22,7 @@ TEST(ProbeControls, ProgramsAreReadBackWithoutAFault) {
     const auto program = make_program(given.machine, given.control, given.options());
     ASSERT_TRUE(program) << name << ": " << program.error().text();
     EXPECT_THAT(program->text, HasSubstr("POPEN")) << name;
+    EXPECT_THAT(program->text, HasSubstr("NOBODY HAS RUN THESE PROBING WORDS")) << name;
     EXPECT_THAT(program->text, HasSubstr("G31 X68.544 Y40. Z34.71 F60.")) << name;
     Diagnostics diagnostics;
     const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
@@ -35,8 +38,62 @@ TEST(ProbeControls, ProgramsAreReadBackWithoutAFault) {
   }
 }
 
+// The words of a control, run on a machine behind it by a runner that was written apart, its log as it writes
+// it, and that log read.
+struct OtherWords {
+  const char* control;
+  std::string (*for_runner)(const std::string&);
+  const char* log;
+  const char* touch;  // the second touch of the first pose
+};
+
+TEST(ProbeControls, TouchTheBallInTheirOwnWordsAndTheirLogsAreRead) {
+  const OtherWords all[] = {{"siemens_840d_sl", test::siemens_for_runner, "X%.4f Y%.4f Z%.4f\n",
+                             "MEAS=1 G1 X68.5437 Y40 Z34.71 F60\n"},
+                            {"heidenhain_tnc640", test::klartext_for_runner, "X=%9.4f Y=%9.4f Z=%9.4f\n",
+                             "TCH PROBE 4.2 IX-13.8663 IY+0 IZ+0\n"}};
+  for (const OtherWords& one : all) {
+    const Given given("trunnion_offset", one.control);
+    ProgramOptions options = given.options();
+    options.log = "TOUCHES";
+    const auto program = make_program(given.machine, given.control, options);
+    ASSERT_TRUE(program) << one.control << ": " << program.error().text();
+    EXPECT_THAT(program->text, HasSubstr(one.touch));
+    Diagnostics diagnostics;
+    const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+    ASSERT_TRUE(strokes) << one.control << ": " << strokes.error().text();
+    EXPECT_EQ(strokes->touches.size(), program->touches) << one.control;
+    EXPECT_THAT(faults_of(given.machine, *strokes), testing::IsEmpty()) << one.control;
+    auto hidden = given.hidden(options.ball);
+    hidden.ball[0] += 1.5;
+    hidden.c_point[1] += 1.0;
+    hidden.noise_mm = 0.0005;
+    const auto run = test::run_probing(one.for_runner(program->text), hidden, 1);
+    EXPECT_EQ(run.touches, program->touches) << one.control;
+    EXPECT_GT(run.nearest_mm, 1.0) << one.control;
+    const auto reading =
+        read_touches(given.machine, *strokes, test::log_as(run.log, one.log), "touches.txt", {});
+    ASSERT_TRUE(reading) << one.control << ": " << reading.error().text();
+    EXPECT_NEAR(reading->radius_mm, 15.7, 0.001);
+  }
+}
+
+// A touch that says its way, not its end, must say the same length twice.
+TEST(ProbeControls, AWayThatIsNotAsLongAsItSaysIsAnError) {
+  const Given given("trunnion_offset", "heidenhain_tnc640");
+  auto program = make_program(given.machine, given.control, given.options());
+  ASSERT_TRUE(program);
+  const auto at = program->text.find("ABST+13.8663");
+  ASSERT_NE(at, std::string::npos);
+  program->text.replace(at, 12, "ABST+23.8663");
+  Diagnostics diagnostics;
+  const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+  ASSERT_FALSE(strokes);
+  EXPECT_THAT(diagnostics.findings().front().message, HasSubstr("length of the touch"));
+}
+
 TEST(ProbeControls, WithoutWordsForTouchesAreRefused) {
-  for (const char* name : {"iso", "siemens_840d_sl", "heidenhain_tnc640", "hnc_8"}) {
+  for (const char* name : {"iso", "hnc_8"}) {
     const Given given("trunnion_offset", name);
     const auto program = make_program(given.machine, given.control, given.options());
     ASSERT_FALSE(program) << name;
@@ -77,7 +134,8 @@ TEST(ControlNumbers, AreThoseOfAWorkedExample) {
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR20[1]=66.0000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR7[1]=1.000000000\n"));
   EXPECT_THAT(numbers_of("heidenhain_tnc640"), HasSubstr("translation X 0.5000 Y 1.0000 Z -66.0000 mm"));
-  EXPECT_THAT(numbers_of("haas_ngc"), HasSubstr("MRZP Y OFFSET = 1.0000"));
+  EXPECT_THAT(numbers_of("haas_ngc"),
+              HasSubstr("the first axis passes through X 0.5000 Y 1.0000 Z -66.0000 mm"));
   EXPECT_THAT(numbers_of("iso"), HasSubstr("no lines for the rotary axes AC"));
 }
 

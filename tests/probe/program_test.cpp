@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "trunnion/probe/planned.hpp"
 #include "trunnion/probe/strokes.hpp"
 
 #include "probe/given.hpp"
@@ -74,7 +75,8 @@ TEST(ProbeProgram, SaysWhatIsWrongWithAnEditedText) {
               testing::HasSubstr("the centres of stylus and ball"));
   EXPECT_THAT(faults("G1 X82.4100 Y40.0000 Z34.7100", "G1 X82.4100 Y40.0000 Z52.4100"),
               testing::HasSubstr("does not go back"));
-  EXPECT_THAT(faults("G53 G0 Z700.0000\nG0 A-30", "G0 A-30"), testing::HasSubstr("below the safe height"));
+  EXPECT_THAT(faults("G53 G0 Z700.0000\nG0 A-29.99", "G0 A-29.99"),
+              testing::HasSubstr("below the safe height"));
   EXPECT_THAT(faults("G38.2 X68.5437 Y40.0000 Z34.7100", "G38.2 X68.5437 Y70.0000 Z34.7100"),
               testing::HasSubstr("passes the ball"));
   EXPECT_THAT(faults("X60.0000 Y40.0000\nZ549", "X600.0000 Y40.0000\nZ549"),
@@ -93,6 +95,54 @@ TEST(ProbeProgram, RefusesWhatCannotBeReached) {
   const auto below = make_program(given.machine, given.control, given.options());
   ASSERT_FALSE(below);
   EXPECT_THAT(below.error().message, testing::HasSubstr("below the table's top"));
+}
+
+// A plan's run as the ball and the poses of a program; what cannot be reached is left out.
+TEST(PlannedBall, IsTouchedAtThePosesOfThePlan) {
+  const Given given("trunnion_offset");
+  Diagnostics diagnostics;
+  const auto plan = diagnosis::parse_plan(R"([[run]]
+id = "ball"
+quantity = "displacement"
+n = [[1, 0, 0], [0, 0, 1]]
+tool_z_mm = -150
+u_random = 1
+both_directions = true
+ball_mm = [60, 40, 30]
+[run.grid]
+A_deg = [-30, 0, 45, 120]
+C_deg = [0, 90, 180]
+[[run]]
+id = "laser"
+quantity = "displacement"
+n = [[1, 0, 0]]
+tool_z_mm = -150
+u_random = 1
+[run.sweep]
+axis = "X"
+from_mm = -100
+to_mm = 100
+points = 5
+)",
+                                          "plan.toml", given.machine, diagnostics);
+  ASSERT_TRUE(plan) << plan.error().text();
+  const auto ball = planned_ball(plan->runs[0], given.machine, "plan.toml");
+  ASSERT_TRUE(ball) << ball.error().text();
+  EXPECT_NEAR((ball->place_P - Vec3(60, 40, 30)).norm(), 0.0, 1e-9);
+  EXPECT_EQ(ball->poses.size(), 12U);
+  EXPECT_TRUE(ball->both_directions);
+  EXPECT_NEAR(ball->stylus_length_mm, 150.0, 1e-12);
+  ProgramOptions options = given.options();
+  options.planned = ball->poses;
+  const auto program = make_program(given.machine, given.control, options);
+  ASSERT_TRUE(program) << program.error().text();
+  // The table leans by more than 60 deg at A120, and A-30 stays a little within the travel.
+  EXPECT_EQ(program->chosen.poses.size(), 9U);
+  EXPECT_NE(program->text.find("A-29.99"), std::string::npos);
+  EXPECT_EQ(program->text.find("A-30"), std::string::npos);
+  const auto laser = planned_ball(plan->runs[1], given.machine, "plan.toml");
+  ASSERT_FALSE(laser);
+  EXPECT_NE(laser.error().message.find("'laser' is no ball"), std::string::npos);
 }
 
 }  // namespace

@@ -227,8 +227,8 @@ TEST(ProbeReading, RefusesALogOfAnotherBallAltogether) {
 
 TEST(ProbeReading, RefusesAnEmptyLogAndAnyOtherText) {
   const Campaign campaign(8);
-  for (const std::string text : {"", "\n\n", "hello\n", "1 2\n", "nan nan nan 0 0 0 0 0 0\n", "1,2,3;x\n",
-                                 "X1 Y2 Z\n", "X1 X2 Z3\n", "1e308 1e308 1e308 0 0 0 0 0 0\n"}) {
+  for (const std::string text : {"", "\n\n", "hello\n", "1 2\n", ",\n", "= ;,\n", "nan nan nan 0 0 0 0 0 0\n",
+                                 "1,2,3;x\n", "X1 Y2 Z\n", "X1 X2 Z3\n", "1e308 1e308 1e308 0 0 0 0 0 0\n"}) {
     const auto reading = campaign.read(text);
     ASSERT_FALSE(reading) << text;
     EXPECT_EQ(pose_named(reading.error()), 1U) << reading.error().text();

@@ -12,6 +12,9 @@ struct PoseChoice {
   std::size_t count = 12;
   /// Largest angle between the table's normal and the spindle.
   Angle largest_tilt = Angle::degrees(60.0);
+  /// Rotary positions that somebody else has planned: those of them that can be reached are taken, all, and
+  /// `count` does not matter. Empty: of a grid.
+  std::vector<JointVector> planned;
   /// Half a quantum of a rotary word decides what the control is told: rounds a rotary position.
   std::function<double(AxisId, double)> rounded;
   /// The ball can be touched with the rotary axes there: within the travel of the linear axes, clear of the

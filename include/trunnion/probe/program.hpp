@@ -29,6 +29,7 @@ struct Ball {
 struct ProgramOptions {
   Ball ball;
   std::size_t poses = 12;
+  std::vector<JointVector> planned;  // rotary positions to touch the ball at, in place of `poses` of a grid
   Angle largest_tilt = Angle::degrees(60.0);
   std::int64_t tool = 99;           // the stylus
   std::string log = "touches.txt";  // file of the control
