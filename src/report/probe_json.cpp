@@ -64,8 +64,13 @@ std::string probe_program_text(const Machine& machine, const probe::MadeProgram&
   const auto axes = machine.rotary_axes();
   for (std::size_t k = 0; k < axes.size(); ++k) {
     const std::size_t at = 4 * k;
-    out += "where a centre errs by 1 um, axis " + machine.axes[axes[k]].name + " is known to " +
-           figure(s[at], kMmPerUm, 1) + " and " + figure(s[at + 1], kMmPerUm, 1) + " um, its direction to " +
+    const std::string& name = machine.axes[axes[k]].name;
+    if (std::none_of(&s[at], &s[at] + 4, [](double v) { return std::isfinite(v); })) {
+      out += "these poses do not tell where axis " + name + " lies: it stands still, or nearly\n";
+      continue;
+    }
+    out += "where a centre errs by 1 um, axis " + name + " is known to " + figure(s[at], kMmPerUm, 1) +
+           " and " + figure(s[at + 1], kMmPerUm, 1) + " um, its direction to " +
            figure(s[at + 2], kRadPerUrad, 1) + " and " + figure(s[at + 3], kRadPerUrad, 1) + " urad\n";
   }
   return out;

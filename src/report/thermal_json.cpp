@@ -67,6 +67,7 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
     j["sigma_per_change"] = model.sigma.per_change;
     j["sigma_per_move_um"] = in_um(model.sigma.per_move_mm);
     j["sigma_per_krpm_um"] = in_um(model.sigma.per_krpm_mm);
+    j["sigma_restless_um"] = in_um(model.sigma.restless_mm);
     j["sigma_prior_measurements"] = model.sigma.prior_measurements;
     j["sigma_coverage_factor"] = model.sigma.coverage_factor;
     j["coverage_95"] = ordered_json::object();

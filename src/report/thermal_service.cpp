@@ -17,6 +17,12 @@ namespace trunnion::report {
 using nlohmann::ordered_json;
 using namespace thermal;
 
+// What a restart begins anew.
+struct ThermalService::Live {
+  double silent_s = 0.0;  // since a reading was accepted, by the service's own clock
+  std::size_t lines_rejected = 0;
+};
+
 struct ThermalService::Answer {
   bool started = false;
   double time_s = 0.0;
@@ -26,6 +32,7 @@ struct ThermalService::Answer {
   double sigma_mm = 0.0;
   bool outside_training = false;
   bool stale = false;
+  std::optional<Live> live;  // where it was asked for
   bool enabled = true;
   double clamp_mm = 0.0;
   bool clamped = false;
@@ -92,6 +99,10 @@ std::string answer_json(const Answer& a) {
   out["slew_limited"] = a.slew_limited;
   out["outside_training"] = a.outside_training;
   out["stale"] = a.stale;
+  if (a.live) {
+    out["silent_s"] = a.live->silent_s;
+    out["lines_rejected"] = a.live->lines_rejected;
+  }
   for (const auto& [name, e] : a.channel) {
     out["channels"][name] = {{"value_um", e.value_mm / kMmPerUm},
                              {"sigma_um", e.sigma_mm / kMmPerUm},
@@ -158,6 +169,7 @@ Result<ThermalService::Message> ThermalService::parse_json(const std::string& li
       (key == "T_degC" ? out.temperature_degC : out.measured_um) = std::move(*numbers);
     } else if (key == "query") {
       out.query = true;
+      out.live = value == "live";
     } else if (key == "run") {
       out.new_run = true;
     } else if (key == "enabled" && value.is_boolean()) {
@@ -314,6 +326,7 @@ Result<ThermalService::Answer> ThermalService::act(const Message& message) {
     changed_ = true;
   }
   if (reading) take_reading(message, answer);
+  if (message.live) answer.live = Live{std::max(0.0, now_s_ - heard_s_), rejected_};
   if (auto filled = fill(answer); !filled) return tl::unexpected(filled.error());
   return answer;
 }
@@ -326,11 +339,16 @@ std::string ThermalService::handle(const std::string& line, double now_s) {
   const auto message = xml ? parse_xml(line) : parse_json(line);
   const auto answer = message ? act(*message) : Result<Answer>(tl::unexpected(message.error()));
   if (answer) return xml ? xml_text(*answer) : answer_json(*answer);
+  if (!xml) return refuse(answer.error().message);
   ++rejected_;
-  if (xml) return "<error>" + xml_escaped(answer.error().message) + "</error>";
+  return "<error>" + xml_escaped(answer.error().message) + "</error>";
+}
+
+std::string ThermalService::refuse(const std::string& why) {
+  ++rejected_;
   // Bytes that are no UTF-8 must not throw here.
-  return ordered_json{{"ok", false}, {"error", answer.error().message}}.dump(
-      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return ordered_json{{"ok", false}, {"error", why}}.dump(-1, ' ', false,
+                                                          nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace trunnion::report

@@ -41,7 +41,7 @@ double Follower::unknown_effect_mm(const FeatureVector& x) const {
 void Follower::measure(const FeatureVector& x, double value_mm, bool drifted) {
   if (drifted && fitted_.regressor) {
     if (anchor_.values.size() == 0)
-      anchor_ = {VectorXd::Zero(x.values.size()), VectorXd::Zero(x.values.size()), 0.0};
+      anchor_ = {VectorXd::Zero(x.values.size()), VectorXd::Zero(x.values.size())};
     // What was said without its inputs is no word that was kept or broken.
     if (unknown_effect_mm(x) <= fitted_.typical_change_mm) {
       record_.add(fitted_.guard.scaled(x.values - anchor_.values),
@@ -66,6 +66,7 @@ Said Follower::say(const FeatureVector& x, bool stale) const {
   const VectorXd since = x.values - from;
   out.distance = fitted_.guard.distance(incremental() ? since : x.values);
   out.causes.unsettled = std::hypot(x.unsettled, anchor_.unsettled);
+  out.causes.restless = std::hypot(x.restless, anchor_.restless);
   out.causes.unknown_mm = unknown_effect_mm(x);
   out.causes.held = out.causes.unknown_mm > fitted_.typical_change_mm;
   if (out.causes.held) return out;

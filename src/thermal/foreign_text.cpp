@@ -12,13 +12,14 @@
 #include "trunnion/config/csv.hpp"
 
 namespace trunnion::thermal {
-namespace {
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0) text.remove_prefix(1);
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
   return text;
 }
+
+namespace {
 
 std::vector<std::string> split(std::string_view line, char delimiter) {
   std::vector<std::string> out(1);

@@ -6,6 +6,9 @@
 
 namespace trunnion::thermal {
 
+/// Without blanks at both ends.
+std::string_view trimmed(std::string_view text);
+
 /// Another program's table as plain CSV: the same lines, commas between the fields, points in the numbers,
 /// nothing where a logger writes that it has no value, dates and times as seconds since 1970.
 struct ForeignText {

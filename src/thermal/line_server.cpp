@@ -67,7 +67,7 @@ LineServer::~LineServer() {
   if (listener_ >= 0) ::close(listener_);
 }
 
-bool LineServer::step(int timeout_ms) {
+bool LineServer::step(int timeout_ms, std::span<const int> others) {
   // A listener that cannot be answered would be ready without end; poll passes over a negative descriptor.
   std::vector<pollfd> waiting = {{no_descriptor_ ? -1 : listener_, POLLIN, 0}};
   for (const auto& [descriptor, client] : clients_) {
@@ -76,11 +76,13 @@ bool LineServer::step(int timeout_ms) {
     if (!client.out.empty()) events = static_cast<short>(events | POLLOUT);
     waiting.push_back({descriptor, events, 0});
   }
+  const std::size_t own = waiting.size();
+  for (const int other : others) waiting.push_back({other, POLLIN, 0});
   if (::poll(waiting.data(), waiting.size(), timeout_ms) <= 0) {
     no_descriptor_ = false;
     return false;
   }
-  for (std::size_t i = 1; i < waiting.size(); ++i) {
+  for (std::size_t i = 1; i < own; ++i) {
     if (waiting[i].revents == 0) continue;
     Client& client = clients_.at(waiting[i].fd);
     if ((waiting[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0 && !client.closed)
@@ -150,7 +152,10 @@ void LineServer::take_lines(Client& client) {
 }
 
 void LineServer::take_line(const std::string& line, Client& client) {
-  if (const std::string answer = handler_(line); !answer.empty()) client.out.append(answer).append("\n");
+  const Answer answer = handler_(line);
+  const bool many = client.out.size() > kUnreadAnswers / 2;
+  if (answer.text.empty() || (many && !answer.needed)) return;
+  client.out.append(answer.text).append("\n");
 }
 
 bool LineServer::send(int descriptor, Client& client) {

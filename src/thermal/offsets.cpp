@@ -43,11 +43,15 @@ OffsetColumns find_columns(const config::CsvRows& rows, Diagnostics& diagnostics
                         "the table holds several runs; a program has one: predict it with --run");
       continue;
     }
+    if (std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end()) continue;
+    const SourceRef where{rows.header_line(), static_cast<std::uint32_t>(i + 1)};
     // A channel without an axis (`thermal predict` writes those too) moves nothing.
-    if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
-      diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
-                          "column '" + name + "' is no offset and is not used");
-    }
+    if (name.ends_with("_um"))
+      diagnostics.warning(rows.file(), where, "column '" + name + "' is no offset and is not used");
+    else
+      diagnostics.error(
+          rows.file(), where,
+          "column '" + name + "' is none of time_s, operation, dx_um, dy_um, dz_um, sigma_um, frame");
   }
   return out;
 }

@@ -83,8 +83,9 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
 
 FeatureVector Predictor::relative(const Channel& channel) const {
   const VectorXd& now = channel.state.values();
-  if (!channel.reference) return {VectorXd::Zero(now.size()), VectorXd::Zero(now.size()), 0.0};
-  return {now - *channel.reference, channel.state.unknown(), channel.state.unsettled()};
+  if (!channel.reference) return {VectorXd::Zero(now.size()), VectorXd::Zero(now.size())};
+  return {now - *channel.reference, channel.state.unknown(), channel.state.unsettled(),
+          channel.state.restless()};
 }
 
 void Predictor::measure(std::size_t index, double value_mm) {

@@ -11,10 +11,11 @@ namespace {
 constexpr double kTwoSided95 = 1.959964;  // quantile of the normal distribution
 constexpr double kCovered = 0.95;
 
-using Terms = std::array<double, 5>;
+using Terms = std::array<double, 6>;
 
 Terms terms_of(const Causes& c) {
-  return {1.0, c.age_s, c.change_mm * c.change_mm, c.moved, c.unsettled * c.unsettled};
+  return {
+      1.0, c.age_s, c.change_mm * c.change_mm, c.moved, c.unsettled * c.unsettled, c.restless * c.restless};
 }
 
 SigmaModel model_of(const Terms& variance) {
@@ -24,6 +25,7 @@ SigmaModel model_of(const Terms& variance) {
   out.per_change = std::sqrt(variance[2]);
   out.per_move_mm = std::sqrt(variance[3]);
   out.per_krpm_mm = std::sqrt(variance[4]);
+  out.restless_mm = std::sqrt(variance[5]);
   return out;
 }
 
