@@ -15,6 +15,11 @@ namespace {
 
 constexpr std::size_t kLeastTraceRows = 10;
 constexpr double kLargestLine = 4e9;
+constexpr double kLargestPosition = 1e9;  // mm, degrees: beyond any axis
+constexpr double kLargestTime_s = 1e11;   // seconds of the year 5138
+// Written with nine places: nearer times are the same moment.
+constexpr int kTimePlaces = 9;
+constexpr double kSameMoment_s = 1e-9;
 
 std::string column_of(const Axis& axis) {
   return axis.name + (axis.kind == AxisKind::linear ? "_mm" : "_deg");
@@ -82,9 +87,11 @@ class SampleTaker {
     if (!time) return;
     sample.time_s = *time * (fields_.time ? fields_.time_unit : period_s);
     bool whole = std::isfinite(*time);
+    if (std::abs(sample.time_s) > kLargestTime_s) return beyond(line, *time, "any clock");
     for (AxisId id = 0; id < machine_.axes.size(); ++id) {
       const auto value = number(*fields_.axes[id]);
       if (!value) return;
+      if (std::abs(*value) > kLargestPosition) return beyond(line, *value, "any axis");
       whole = whole && std::isfinite(*value);
       sample.q[id] = *value * unit_of(machine_.axes[id]);
     }
@@ -106,6 +113,9 @@ class SampleTaker {
   }
 
  private:
+  void beyond(std::uint32_t line, double value, const char* what) {
+    diagnostics_.error(out_.file, {line, 0}, shortest_text(value) + " is beyond " + what);
+  }
   void add(const Sample& sample) {
     if (!out_.samples.empty()) {
       const Sample& last = out_.samples.back();
@@ -119,7 +129,7 @@ class SampleTaker {
         return;
       }
       // The same moment twice: the recorder repeated itself.
-      if (sample.time_s == last.time_s) {
+      if (sample.time_s - last.time_s < kSameMoment_s) {
         ++out_.incomplete;
         return;
       }
@@ -269,7 +279,7 @@ std::string trace_text(const Trace& trace, const Machine& machine, const std::ve
   if (trace.has_blocks) out += ",block";
   out += "\n";
   for (const Sample& sample : trace.samples) {
-    out += fixed_text(sample.time_s, kPlaces);
+    out += fixed_text(sample.time_s, kTimePlaces);
     for (AxisId id = 0; id < machine.axes.size(); ++id)
       out += "," + fixed_text(sample.q[id] / unit_of(machine.axes[id]), kPlaces);
     if (trace.has_blocks) out += "," + std::to_string(sample.nc_line);

@@ -67,6 +67,10 @@ TEST(TraceFile, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message(kHead + rows(12) + "0.001,1,2,3,4,5\n"), HasSubstr("the time goes back"));
   EXPECT_THAT(message(kHead + rows(12) + "1,1,2,x,4,5\n"), HasSubstr("t.csv:15:4"));
   EXPECT_THAT(message(kHead + rows(9)), HasSubstr("9 complete rows"));
+  EXPECT_THAT(message(kHead + rows(12) + "1,1,2,3,4,1e12\n"),
+              HasSubstr("t.csv:15: error: 1e+12 is beyond any axis"));
+  EXPECT_THAT(message(kHead + rows(12) + "1e13,1,2,3,4,5\n"),
+              HasSubstr("t.csv:15: error: 1e+13 is beyond any clock"));
   EXPECT_THAT(message("# positions: there\n" + (kHead + rows(12))), HasSubstr("'there'"));
 }
 
