@@ -3,6 +3,7 @@
 #include "trunnion/report/compare.hpp"
 #include "trunnion/report/nc_page.hpp"
 
+#include "app/against_options.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 
@@ -11,38 +12,38 @@ namespace {
 
 struct CompareCommand {
   std::vector<std::string> programs;
-  std::string against;
+  AgainstOptions against;
   std::string truth;
   MachineOptions machine;
   ResultOptions result;
   double tolerance_mm = 0.01;
   ToolCliOptions tools;
-  ClCliOptions reading;
 };
 
 Result<report::ComparedProgram> evaluate(const CompareCommand& command, const std::string& program,
                                          const Machine& machine, const nc::Controller& controller,
                                          const post::VerifyOptions& options, Diagnostics& diagnostics) {
-  auto cl = cl::open_source(command.against);
-  if (!cl) return tl::unexpected(cl.error());
+  auto path = command.against.open();
+  if (!path) return tl::unexpected(path.error());
   auto nc = cl::open_source(program);
   if (!nc) return tl::unexpected(nc.error());
-  const cl::ReaderOptions reading = command.reading.resolve();
   auto report = [&] {
     const Activity activity("verifying");
-    return post::verify(std::move(*cl), command.against, std::move(*nc), program, machine, controller,
-                        reading, options, diagnostics);
+    return post::verify(std::move(*path), {std::move(*nc), program}, machine, controller, options,
+                        diagnostics);
   }();
   if (!report) return tl::unexpected(report.error());
   return report::ComparedProgram{program, std::move(*report)};
 }
 
-ExitCode run(const CompareCommand& command) {
+ExitCode run(CompareCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
   const Machine& machine = files->machine;
   const nc::Controller& controller = files->controller;
+  if (const auto loaded = command.against.load(command.machine, diagnostics); !loaded)
+    return print_failure(diagnostics, loaded.error());
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
   const auto tools = command.tools.load(diagnostics);
@@ -62,7 +63,7 @@ ExitCode run(const CompareCommand& command) {
   print(diagnostics);
   const std::string json = report::compare_json(programs);
   return command.result.write(
-      json, [&] { return report::compare_page(programs, machine, command.against, json, made_by()); },
+      json, [&] { return report::compare_page(programs, machine, command.against.file, json, made_by()); },
       report::compare_table(programs));
 }
 
@@ -73,7 +74,7 @@ void add_compare_command(CLI::App& root, int& exit) {
   CLI::App* c = root.add_subcommand(
       "compare", "NC programs of one part side by side, on the nominal machine or one with errors");
   c->add_option("programs", command->programs, "NC files")->required();
-  c->add_option("--against", command->against, "CL file")->required();
+  command->against.add_to(*c)->required();
   command->machine.add_to(*c, true);
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
@@ -81,7 +82,6 @@ void add_compare_command(CLI::App& root, int& exit) {
       ->check(above_zero())
       ->capture_default_str();
   command->tools.add_to(*c);
-  command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

@@ -30,7 +30,7 @@ struct Explained {
   const char* heading;
   const char* title;
 };
-constexpr std::array<Explained, 8> kExplained = {{
+constexpr std::array<Explained, 11> kExplained = {{
     {"machine", "README.md", "## Machine files", "machine file of trunnion"},
     {"controller", "README.md", "# Machine and controller files", "controller file of trunnion"},
     {"model", "files.md", "## Models of a machine's errors", "model of a machine's errors for trunnion"},
@@ -39,6 +39,9 @@ constexpr std::array<Explained, 8> kExplained = {{
     {"batch", "files.md", "## Manifests of batches", "manifest of trunnion batch"},
     {"measurements", "files.md", "## Measurement files", "measurement file of trunnion"},
     {"tools", "files.md", "## Tool files", "tool file of trunnion"},
+    {"trace", "files.md", "## Traces", "trace of a machine's axes for trunnion"},
+    {"temperatures", "files.md", "## Temperature logs", "temperature log for trunnion"},
+    {"offsets", "files.md", "## Thermal offsets", "thermal offsets for trunnion"},
 }};
 
 const Explained& explained(const std::string& kind) {

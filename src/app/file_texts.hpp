@@ -15,7 +15,7 @@ Result<std::string> file_schema(const std::string& kind);
 /// trunnion-machine(5) and the like: every key with its type, unit and meaning.
 Result<std::string> file_page(const std::string& kind);
 
-/// trunnion-measurements(5) and trunnion-tools(5): every column of a CSV file.
+/// trunnion-measurements(5), trunnion-tools(5) and the like: every column of a CSV file.
 Result<std::string> column_page(const std::string& kind);
 
 /// Keys that the reader takes and no table of keys explains, and keys that a table explains and the reader

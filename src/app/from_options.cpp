@@ -2,10 +2,12 @@
 
 namespace trunnion::app {
 
-void FromOptions::add_to(CLI::App& c) {
+void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
+  input = input_is;
   c.add_option("--from", controller,
-               "the input is an NC program, for this control: controller file, or the name of one in "
-               "postconfigs/controllers");
+               input +
+                   " is an NC program, for this control: controller file, or the name of one in "
+                   "postconfigs/controllers");
   c.add_option("--from-machine", machine,
                "the machine that it was made for (default: that of -m). Of a program under "
                "tool-centre-point control only the directions of the rotary axes count");
@@ -22,8 +24,8 @@ Result<std::optional<MachineFiles>> FromOptions::load(const MachineOptions& targ
   if (!is_asked()) {
     if (machine.empty() && path == "points") return std::optional<MachineFiles>{};
     return fail(ErrorCode::wrong_use,
-                "--from-machine and --from-path are about an NC program: --from CONTROLLER "
-                "says that the input is one");
+                "--from-machine and --from-path are about an NC program: --from CONTROLLER says that " +
+                    input + " is one");
   }
   MachineOptions origin;
   origin.machine = machine.empty() ? target.machine : machine;

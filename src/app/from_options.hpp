@@ -14,8 +14,10 @@ struct FromOptions {
   std::string controller;
   std::string machine;
   std::string path = "points";
+  std::string input;
 
-  void add_to(CLI::App& command);
+  /// `input`: what is an NC program then, for the help.
+  void add_to(CLI::App& command, const std::string& input = "the input");
   bool is_asked() const { return !controller.empty(); }
   /// What the program was made for: without `--from-machine` the machine that is posted for. Nothing without
   /// `--from`. Fails with wrong_use where the other two stand without it.

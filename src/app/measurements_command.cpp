@@ -6,6 +6,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/trace/measurements.hpp"
 
+#include "app/against_options.hpp"
 #include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 #include "app/options.hpp"
@@ -29,12 +30,12 @@ struct TraceImport {
   MachineOptions machine;
   std::string columns;
   double period_s = 0.001;
-  std::string program, against;
+  std::string program;
+  AgainstOptions against;
   double tolerance_mm = 0.01;
   std::string smoothing = "off";
   trace::AsMeasurements how;
   ToolCliOptions tools;
-  ClCliOptions reading;
   ResultOptions result;
 };
 
@@ -49,7 +50,7 @@ std::vector<std::string> names_of(const std::string& list) {
 }
 
 // As measurements of the machine while it ran the program.
-Result<std::string> measured(const TraceImport& command, const trace::Trace& trace, const MachineFiles& files,
+Result<std::string> measured(TraceImport& command, const trace::Trace& trace, const MachineFiles& files,
                              Diagnostics& diagnostics) {
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return tl::unexpected(tools.error());
@@ -61,20 +62,21 @@ Result<std::string> measured(const TraceImport& command, const trace::Trace& tra
   options.smoothing_mm = *smoothing;
   options.tools = command.tools.resolve(*tools);
   options.collect = true;
-  const cl::ReaderOptions reading = command.reading.resolve();
-  auto cl = cl::open_source(command.against);
-  if (!cl) return tl::unexpected(cl.error());
+  if (const auto loaded = command.against.load(command.machine, diagnostics); !loaded)
+    return tl::unexpected(loaded.error());
+  auto path = command.against.open();
+  if (!path) return tl::unexpected(path.error());
   auto program = cl::open_source(command.program);
   if (!program) return tl::unexpected(program.error());
-  const auto report = post::verify(std::move(*cl), command.against, std::move(*program), command.program,
-                                   files.machine, files.controller, reading, options, diagnostics);
+  const auto report = post::verify(std::move(*path), {std::move(*program), command.program}, files.machine,
+                                   files.controller, options, diagnostics);
   if (!report) return tl::unexpected(report.error());
-  const auto plan = plan_of({command.against, reading, options, *report}, files.machine);
+  const auto plan = plan_of({command.against, options, *report}, files.machine);
   if (!plan) return tl::unexpected(plan.error());
   return trace::measurements_of(trace, files.machine, *plan, command.how);
 }
 
-Result<std::string> import_trace(const TraceImport& command, Diagnostics& diagnostics) {
+Result<std::string> import_trace(TraceImport& command, Diagnostics& diagnostics) {
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return tl::unexpected(files.error());
   const auto text = read_file(command.file);
@@ -88,10 +90,10 @@ Result<std::string> import_trace(const TraceImport& command, Diagnostics& diagno
   return trace::trace_text(*trace, files->machine, {"trace " + command.file});
 }
 
-ExitCode run_trace(const TraceImport& command) {
-  if (command.program.empty() != command.against.empty())
+ExitCode run_trace(TraceImport& command) {
+  if (command.program.empty() != command.against.file.empty())
     return print_error({ErrorCode::wrong_use, "--program and --against go together", "", {}});
-  if (command.program == "-" || command.against == "-")
+  if (command.program == "-" || command.against.file == "-")
     return print_error({ErrorCode::wrong_use, "--program and --against are files, not -", "", {}});
   if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
@@ -197,7 +199,7 @@ void add_measurements_command(CLI::App& root, int& exit) {
       ->capture_default_str();
   trace->add_option("--program", traced->program,
                     "NC program that ran: readings of tip and rotation, actual minus commanded");
-  trace->add_option("--against", traced->against, "its CL file");
+  traced->against.add_to(*trace);
   trace->add_option("--tolerance-mm", traced->tolerance_mm, "of the program")
       ->check(above_zero())
       ->capture_default_str();
@@ -206,7 +208,6 @@ void add_measurements_command(CLI::App& root, int& exit) {
       ->check(CLI::Range(std::size_t{10}, std::size_t{1000000}))
       ->capture_default_str();
   traced->tools.add_to(*trace);
-  traced->reading.add_to(*trace);
   traced->result.add_to(*trace);
   trace->callback([traced, &exit] { exit = run_trace(*traced); });
 

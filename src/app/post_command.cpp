@@ -103,7 +103,8 @@ void print_summary(const post::PostReport& r) {
     spdlog::info("{} blocks turn the rotary axes alone: digits of X Y Z that rounding put there are left out",
                  r.blocks_held);
   }
-  if (r.choice.branch_changes > 0) spdlog::info("{} branch changes", r.choice.branch_changes);
+  if (r.choice.branch_changes > 0)
+    spdlog::info("changes of the branch of the rotary axes: {}", r.choice.branch_changes);
   if (r.rewinds_at_rapids > 0) spdlog::info("{} rewinds at rapids", r.rewinds_at_rapids);
   if (r.choice.reconfigurations > 0)
     spdlog::info("{} times the tool leaves the part to turn", r.choice.reconfigurations);
@@ -116,8 +117,8 @@ void print_summary(const post::PostReport& r) {
         "{} arcs and {} holes in the control's own words, {} as moves, since those could not hold them",
         r.arcs, r.holes, r.shapes_as_moves);
   }
-  if (r.tilted_planes > 0) spdlog::info("{} tilted planes", r.tilted_planes);
-  if (r.choice.pole_points > 0) spdlog::info("{} points at the pole", r.choice.pole_points);
+  if (r.tilted_planes > 0) spdlog::info("tilted planes: {}", r.tilted_planes);
+  if (r.choice.pole_points > 0) spdlog::info("points at the pole: {}", r.choice.pole_points);
   if (r.largest_error_mm > 0.0) {
     spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
   }

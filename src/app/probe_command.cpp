@@ -7,6 +7,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/program_zero.hpp"
+#include "trunnion/probe/planned.hpp"
 #include "trunnion/probe/program.hpp"
 #include "trunnion/probe/reading.hpp"
 #include "trunnion/probe/strokes.hpp"
@@ -17,12 +18,21 @@
 namespace trunnion::app {
 namespace {
 
+constexpr double kOtherLength_mm = 1.0;
+
 struct ProgramCommand {
   MachineOptions machine;
   std::string out, log, ball;
+  // A measuring plan that says ball and poses.
+  struct FromPlan {
+    std::string file, run;
+  } plan;
   double ball_radius_mm = 0.0, stylus_radius_mm = 0.0;
   std::optional<double> stylus_length_mm, within_mm;
-  double clearance_mm = 2.0, slow_mm_min = 60.0, fast_mm_min = 200.0, largest_tilt_deg = 60.0;
+  double clearance_mm = 2.0, largest_tilt_deg = 60.0;
+  struct Feeds {
+    double slow_mm_min = 60.0, fast_mm_min = 200.0;
+  } feeds;
   std::int64_t poses = 12, tool = 99;
   ResultOptions result;
 };
@@ -43,23 +53,56 @@ Result<Vec3> place_of(const std::string& text) {
 
 // What the control's log is called where nobody says: the program's own name, of characters that any control
 // takes.
-std::string log_name(const std::string& program) {
+std::string log_name(const std::string& program, const std::string& suffix) {
   std::string name = program == "-" ? "" : std::filesystem::path(program).stem().string();
   std::erase_if(name, [](char ch) {
-    return !((ch >= 'a' && ch <= 'z') || (ch >= 'A' && ch <= 'Z') || (ch >= '0' && ch <= '9') || ch == '-');
+    return !((ch >= 'a' && ch <= 'z') || (ch >= 'A' && ch <= 'Z') || (ch >= '0' && ch <= '9'));
   });
-  return (name.empty() ? "touches" : name) + ".txt";
+  return (name.empty() ? "touches" : name) + suffix;
+}
+
+// The run of the plan that is asked for; without a name the first that is a ball.
+Result<probe::PlannedBall> planned_of(const ProgramCommand& command, const Machine& machine,
+                                      Diagnostics& diagnostics) {
+  const auto plan = diagnosis::load_plan(command.plan.file, machine, diagnostics);
+  if (!plan) return tl::unexpected(plan.error());
+  std::string ids;
+  std::optional<Error> why;
+  for (const diagnosis::PlanRun& run : plan->runs) {
+    ids += (ids.empty() ? "'" : ", '") + run.id + "'";
+    if (!command.plan.run.empty() && run.id != command.plan.run) continue;
+    auto ball = probe::planned_ball(run, machine, command.plan.file);
+    if (ball || !command.plan.run.empty()) return ball;
+    if (!why) why = ball.error();
+  }
+  if (why) return tl::unexpected(*why);
+  return fail(ErrorCode::wrong_use, "--run: the plan has no run '" + command.plan.run + "'; it has " + ids);
 }
 
 Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Machine& machine,
-                                         const nc::Controller& controller) {
+                                         const nc::Controller& controller, Diagnostics& diagnostics) {
   probe::ProgramOptions out;
-  const auto place = place_of(command.ball);
-  if (!place) return tl::unexpected(place.error());
-  out.ball.place_P = *place;
+  std::optional<probe::PlannedBall> planned;
+  if (!command.plan.file.empty()) {
+    auto ball = planned_of(command, machine, diagnostics);
+    if (!ball) return tl::unexpected(ball.error());
+    planned = std::move(*ball);
+    out.ball.place_P = planned->place_P;
+    out.planned = planned->poses;
+    if (planned->both_directions)
+      spdlog::warn("the plan has each pose from both senses of the rotary axes; the program has it once");
+  }
+  if (!command.ball.empty()) {
+    const auto place = place_of(command.ball);
+    if (!place) return tl::unexpected(place.error());
+    out.ball.place_P = *place;
+  }
   out.ball.radius_mm = command.ball_radius_mm;
   out.ball.stylus_radius_mm = command.stylus_radius_mm;
   out.ball.stylus_length_mm = command.stylus_length_mm.value_or(machine.tool_length_mm);
+  if (planned && std::abs(planned->stylus_length_mm - out.ball.stylus_length_mm) > kOtherLength_mm)
+    spdlog::warn("the plan has a stylus of {} mm, the program one of {} mm: it may tell other things",
+                 shortest_text(planned->stylus_length_mm), shortest_text(out.ball.stylus_length_mm));
   out.ball.clearance_mm = command.clearance_mm;
   constexpr double kUsualShare = 0.45;
   constexpr double kUsualMost_mm = 8.0;
@@ -70,13 +113,13 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
                                           shortest_text(out.ball.within_mm) +
                                           " mm from its place can be missed; with this ball and stylus " +
                                           fixed_text(most, 3) + " mm are the most");
-  if (command.slow_mm_min >= command.fast_mm_min)
+  if (command.feeds.slow_mm_min >= command.feeds.fast_mm_min)
     return fail(ErrorCode::wrong_use, "--slow-mm-min must be below --fast-mm-min");
   out.poses = static_cast<std::size_t>(command.poses);
   out.tool = command.tool;
-  out.log = command.log.empty() ? log_name(command.out) : command.log;
-  out.slow_mm_s = command.slow_mm_min / kSecondsPerMinute;
-  out.fast_mm_s = command.fast_mm_min / kSecondsPerMinute;
+  out.log = command.log.empty() ? log_name(command.out, controller.probing.suffix) : command.log;
+  out.slow_mm_s = command.feeds.slow_mm_min / kSecondsPerMinute;
+  out.fast_mm_s = command.feeds.fast_mm_min / kSecondsPerMinute;
   out.first_mm_s = std::max(out.first_mm_s, out.fast_mm_s);
   out.largest_tilt = Angle::degrees(command.largest_tilt_deg);
   const auto words = machine.output_point == OutputPoint::tip ? post::WordsOf::tip : post::WordsOf::spindle;
@@ -102,12 +145,24 @@ ExitCode run(const ProgramCommand& command) {
   if (!files) return print_failure(diagnostics, files.error());
   const auto& [machine, controller] = *files;
   print(diagnostics);
-  const auto options = options_of(command, machine, controller);
-  if (!options) return print_error(options.error());
+  const auto options = options_of(command, machine, controller, diagnostics);
+  if (!options) return print_failure(diagnostics, options.error());
   if (!machine.safe.table)
     spdlog::warn("the machine file gives no [table]: nothing is known of what stands around the ball");
+  if (!controller.probing.confirmed)
+    spdlog::warn(
+        "nobody has run the probing words of {} on such a control yet ([probing] in {}): read them, and make "
+        "the first touch in single block with a finger on the feed hold",
+        controller.name, controller.file);
   const auto program = probe::make_program(machine, controller, *options);
   if (!program) return print_error(program.error());
+  if (const std::size_t left =
+          options->planned.size() - std::min(options->planned.size(), program->chosen.poses.size());
+      left > 0)
+    spdlog::warn(
+        "{} of the plan's {} poses cannot be reached with the stylus on all sides of the ball; they are left "
+        "out",
+        left, options->planned.size());
   if (const auto checked = read_back(machine, controller, program->text); !checked)
     return print_error(checked.error());
   if (const auto code = write_output(command.out, program->text); code != kDone) return code;
@@ -122,8 +177,12 @@ void add_program(CLI::App& probe, int& exit) {
   CLI::App* c =
       probe.add_subcommand("program", "NC program that touches a ball on the table from many poses");
   command->machine.add_to(*c, true);
-  c->add_option("--ball-mm", command->ball, "X,Y,Z of the ball's centre in the part frame, roughly")
-      ->required();
+  auto* ball =
+      c->add_option("--ball-mm", command->ball, "X,Y,Z of the ball's centre in the part frame, roughly");
+  auto* plan = c->add_option("--plan", command->plan.file,
+                             "measuring plan, as 'trunnion model plan -o' writes it: ball and poses of its "
+                             "run; --ball-mm says where the ball really stands");
+  c->add_option("--run", command->plan.run, "run of the plan (the first that is a ball)")->needs(plan);
   c->add_option("--ball-radius-mm", command->ball_radius_mm, "radius of the ball")
       ->required()
       ->check(between(0.5, 200.0));
@@ -136,7 +195,8 @@ void add_program(CLI::App& probe, int& exit) {
       ->check(between(1.0, 2000.0));
   c->add_option("--poses", command->poses, "how many poses of the rotary axes")
       ->check(CLI::Range(std::int64_t{4}, std::int64_t{200}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(plan);
   c->add_option(
        "--ball-uncertainty-mm", command->within_mm,
        "at every pose the ball is within this of where the machine file has it (0.45 times the sum of the "
@@ -150,10 +210,10 @@ void add_program(CLI::App& probe, int& exit) {
                 "largest angle of the table's normal to the spindle")
       ->check(between(0.0, 90.0))
       ->capture_default_str();
-  c->add_option("--slow-mm-min", command->slow_mm_min, "feed of the touches that measure")
+  c->add_option("--slow-mm-min", command->feeds.slow_mm_min, "feed of the touches that measure")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
-  c->add_option("--fast-mm-min", command->fast_mm_min, "feed of the touches before them")
+  c->add_option("--fast-mm-min", command->feeds.fast_mm_min, "feed of the touches before them")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
   c->add_option("--tool", command->tool, "number of the stylus, and of its length")
@@ -163,7 +223,10 @@ void add_program(CLI::App& probe, int& exit) {
                 "file of the control that gets the touches (the program's name, .txt)");
   c->add_option("-o,--output", command->out, "NC program to write")->required();
   command->result.add_to(*c);
-  c->callback([command, &exit] { exit = run(*command); });
+  c->callback([command, ball, plan, &exit] {
+    if (ball->count() == 0 && plan->count() == 0) throw CLI::RequiredError("--ball-mm or --plan");
+    exit = run(*command);
+  });
 }
 
 struct ReadCommand {

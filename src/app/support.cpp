@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <set>
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/files.hpp"
@@ -60,7 +61,10 @@ ExitCode exit_code(ErrorCode code) {
 }
 
 void print(const Diagnostics& diagnostics) {
+  // A file that is read for each of several programs has the same findings each time.
+  std::set<std::string> said;
   for (const Finding& finding : diagnostics.findings()) {
+    if (!said.insert(finding.text()).second) continue;
     const auto level = finding.severity == Severity::error     ? spdlog::level::err
                        : finding.severity == Severity::warning ? spdlog::level::warn
                                                                : spdlog::level::info;

@@ -39,7 +39,7 @@ ExitCode write_share(const CLI::App& root, const std::string& folder) {
     if (!page) return print_error(page.error());
     files.emplace("man/man5/trunnion-" + kind + ".5", std::move(*page));
   }
-  for (const char* kind : {"measurements", "tools"}) {
+  for (const char* kind : {"measurements", "tools", "trace", "temperatures", "offsets"}) {
     auto page = column_page(kind);
     if (!page) return print_error(page.error());
     files.emplace("man/man5/trunnion-" + std::string(kind) + ".5", std::move(*page));

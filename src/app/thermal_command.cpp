@@ -3,10 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
 #include "trunnion/thermal/location.hpp"
+#include "trunnion/thermal/swapped.hpp"
 
 #include "app/progress.hpp"
 #include "app/results.hpp"
@@ -175,6 +177,14 @@ ExitCode run_predict(const ThermalOptions& options) {
     auto run = predict(*model, *log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
     if (!run) return print_failure(diagnostics, run.error());
     tell_unknown_inputs(*model, *run, log->file, diagnostics);
+    if (const auto swapped = find_swapped(*model, *log, log->runs[i])) {
+      diagnostics.warning(log->file, {},
+                          "run '" + run->run + "': are sensors '" + swapped->one + "' and '" +
+                              swapped->other + "' exchanged? As it is the run moves " +
+                              fixed_text(swapped->distance, 1) +
+                              " times as far as any of the training, with the two exchanged " +
+                              fixed_text(swapped->exchanged, 1) + " times");
+    }
     runs.push_back(std::move(*run));
   }
   print(diagnostics);

@@ -9,10 +9,11 @@ Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine
   trace::Plan plan;
   plan.tolerance_mm = program.options.tolerance_mm;
   plan.axis_tolerance_rad = program.options.axis_tolerance.rad();
-  auto source = cl::open_source(program.cl_file);
-  if (!source) return tl::unexpected(source.error());
-  const auto points = post::cl_points(std::move(*source), program.cl_file, program.reading,
-                                      program.options.tolerance_mm, program.options.tools);
+  auto path = program.against.open();
+  if (!path) return tl::unexpected(path.error());
+  const auto points =
+      post::cl_points(std::move(*path), {program.options.tolerance_mm, program.options.axis_tolerance},
+                      program.options.tools);
   if (!points) return tl::unexpected(points.error());
   for (const post::ClPoint& p : *points)
     plan.path.push_back({p.tip_P, p.axis_P, p.flute_mm, p.line, p.rapid});

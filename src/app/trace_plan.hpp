@@ -6,13 +6,14 @@
 #include "trunnion/post/verify.hpp"
 #include "trunnion/trace/compare.hpp"
 
+#include "app/against_options.hpp"
+
 namespace trunnion::app {
 
-/// What a trace is held against: the program as it was verified (VerifyOptions::collect), and its CL file,
-/// read again.
+/// What a trace is held against: the program as it was verified (VerifyOptions::collect), and its path, read
+/// again.
 struct TracedProgram {
-  std::string cl_file;
-  const cl::ReaderOptions& reading;
+  const AgainstOptions& against;
   const post::VerifyOptions& options;
   const post::VerifyReport& report;
 };

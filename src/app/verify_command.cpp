@@ -10,6 +10,7 @@
 #include "trunnion/report/trace_json.hpp"
 #include "trunnion/report/trace_page.hpp"
 
+#include "app/against_options.hpp"
 #include "app/failed_checks.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
@@ -26,7 +27,7 @@ struct OfTheRun {
 
 struct VerifyCommand {
   std::string nc_file;
-  std::string against;
+  AgainstOptions against;
   std::string truth;
   OfTheRun of_run;
   MachineOptions machine;
@@ -39,7 +40,6 @@ struct VerifyCommand {
   std::string smoothing = "off";
   PoleCliOptions pole;
   ToolCliOptions tools;
-  ClCliOptions reading;
 };
 
 void print_report(const post::VerifyReport& v) {
@@ -139,15 +139,16 @@ Result<std::optional<trace::TraceReport>> hold_against(const VerifyCommand& comm
 // What a trace cannot be held against.
 Result<void> may_trace(const VerifyCommand& command) {
   if (command.of_run.trace.empty()) return {};
-  if (command.against == "-" || command.of_run.trace == "-")
-    return fail(ErrorCode::wrong_use, "--trace reads the CL file twice: neither it nor the trace may be -");
+  if (command.against.file == "-" || command.of_run.trace == "-")
+    return fail(ErrorCode::wrong_use,
+                "--trace reads the file of --against twice: neither it nor the trace may be -");
   if (!command.of_run.offsets.empty())
     return fail(ErrorCode::wrong_use,
                 "--trace and --offsets exclude each other: a trace has no time of the drift");
   return {};
 }
 
-ExitCode run(const VerifyCommand& command) {
+ExitCode run(VerifyCommand& command) {
   if (const auto may = may_trace(command); !may) return print_error(may.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
@@ -160,6 +161,8 @@ ExitCode run(const VerifyCommand& command) {
         "its header names a model of the machine's errors; without --truth it is evaluated on "
         "the nominal machine");
   }
+  if (const auto loaded = command.against.load(command.machine, diagnostics); !loaded)
+    return print_failure(diagnostics, loaded.error());
   const auto truth = load_truth(command.truth, machine, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
   const auto tools = command.tools.load(diagnostics);
@@ -185,28 +188,26 @@ ExitCode run(const VerifyCommand& command) {
   options.smoothing_mm = *smoothing;
   options.tools = command.tools.resolve(*tools);
   options.collect = !command.result.report.empty() || !command.of_run.trace.empty();
-  const cl::ReaderOptions reading = command.reading.resolve();
-  auto cl = cl::open_source(command.against);
-  if (!cl) return print_error(cl.error());
+  auto path = command.against.open();
+  if (!path) return print_error(path.error());
   auto program = cl::open_source(command.nc_file);
   if (!program) return print_error(program.error());
   const auto report = [&] {
     const Activity activity("verifying", command.nc_file);
-    return post::verify(std::move(*cl), command.against, std::move(*program), command.nc_file, machine,
-                        controller, reading, options, diagnostics);
+    return post::verify(std::move(*path), {std::move(*program), command.nc_file}, machine, controller,
+                        options, diagnostics);
   }();
   if (!report) return print_failure(diagnostics, report.error());
-  const auto traced =
-      hold_against(command, {command.against, reading, options, *report}, machine, diagnostics);
+  const auto traced = hold_against(command, {command.against, options, *report}, machine, diagnostics);
   if (!traced) return print_failure(diagnostics, traced.error());
   print(diagnostics);
   print_report(*report);
   if (*traced) print_trace(**traced, options.tolerance_mm);
   const std::string json = *traced ? report::verify_json(*report, **traced) : report::verify_json(*report);
   const auto page = [&] {
-    report::NcPageInput input{command.nc_file, command.against, &machine, &*report, {}, json, made_by()};
+    report::NcPageInput input{command.nc_file, command.against.file, &machine, &*report, {}, json, made_by()};
     input.nc_text = text_of_file(command.nc_file);
-    input.cl_text = text_of_file(command.against);
+    input.cl_text = text_of_file(command.against.file);
     report::Page out = report::nc_page(input);
     if (*traced) out.sections.push_back(report::trace_section(**traced, options.tolerance_mm));
     return out;
@@ -219,9 +220,10 @@ ExitCode run(const VerifyCommand& command) {
 
 void add_verify_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<VerifyCommand>();
-  CLI::App* c = root.add_subcommand("verify", "evaluate an NC program against its CL file");
+  CLI::App* c = root.add_subcommand(
+      "verify", "evaluate an NC program against its CL file, or another program (--from)");
   c->add_option("program", command->nc_file, "NC file (- is standard input)")->required();
-  c->add_option("--against", command->against, "CL file")->required();
+  command->against.add_to(*c)->required();
   command->machine.add_to(*c, true);
   c->add_option("--truth", command->truth,
                 "model of the errors of the machine to evaluate on (none: nominal)");
@@ -248,7 +250,6 @@ void add_verify_command(CLI::App& root, int& exit) {
   add_smoothing(*c, command->smoothing);
   command->pole.add_to(*c);
   command->tools.add_to(*c);
-  command->reading.add_to(*c);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }
