@@ -133,5 +133,32 @@ TEST_F(Files, MissingFolderAndFolderAreNamed) {
   EXPECT_EQ(read_file(path("missing.cls")).error().message, "cannot open: No such file or directory");
 }
 
+// Beyond a megabyte the text waits outside memory: it comes back as it was written, and changed where it was.
+TEST(AtomicFile, ALargeTextForADeviceIsHeldWhole) {
+  auto file = AtomicFile::create("/dev/null");
+  ASSERT_TRUE(file);
+  std::string wanted;
+  for (int i = 0; i < 60; ++i) {
+    const std::string piece(50021, static_cast<char>('a' + i % 26));
+    ASSERT_TRUE(file->write(piece));
+    wanted += piece;
+  }
+  for (const std::size_t at : {std::size_t{7}, std::size_t{(1 << 20) - 3}, std::size_t{1050400},
+                               std::size_t{2100870}, wanted.size() - 9}) {
+    const std::string mark = "[" + std::to_string(at % 1000) + "]";
+    ASSERT_TRUE(file->overwrite(at, mark));
+    wanted.replace(at, mark.size(), mark);
+  }
+  // Across every place where what is spooled may end.
+  for (std::size_t at = 50021; at + 50021 < wanted.size(); at += 50021) {
+    ASSERT_TRUE(file->overwrite(at - 2, "12345"));
+    wanted.replace(at - 2, 5, "12345");
+  }
+  std::string got;
+  ASSERT_TRUE(file->read_back([&](std::string_view piece) { got += piece; }));
+  EXPECT_TRUE(got == wanted);
+  EXPECT_TRUE(file->commit());
+}
+
 }  // namespace
 }  // namespace trunnion

@@ -8,7 +8,7 @@
 #include "trunnion/path/certificate.hpp"
 #include "trunnion/path/study.hpp"
 
-#include "path/closed_forms.hpp"
+#include "path/bounds/closed_forms.hpp"
 
 namespace {
 

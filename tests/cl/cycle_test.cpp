@@ -117,12 +117,43 @@ TEST(Cycle, ValuesByPlaceAreRefusedInFilesOfFusion) {
             "2:31: error: CYCLE: RAPTO behind a clearance without a word\n");
 }
 
+// In at its pitch, out at its pitch, and always told of as what it is.
+TEST(Cycle, AThreadIsCutInAndOut) {
+  for (const std::string cycle : {"CYCLE/TAP,RAPTO,3.0,FEDTO,-12.5,RTRCTO,10.0,MMPR,1.25",
+                                  "CYCLE / TAP, DEPTH, 12.5, MMPR, 1.25, CLEAR, 3.0, RETURN, 10.0",
+                                  "FEDRAT/MMPR,1.25\nCYCLE/TAP,DEPTH,12.5,CLEAR,3,RETURN,10,DWELL,0"}) {
+    const auto reading = read("GOTO/0,0,50,0,0,1\n" + cycle + "\nGOTO/5,0,0\nCYCLE/OFF\n");
+    ASSERT_EQ(joined(reading.findings), "") << cycle;
+    EXPECT_EQ(steps(reading, 1),
+              (std::vector<Step>{{50, true}, {3, true}, {-12.5, false}, {3, false}, {10, true}}))
+        << cycle;
+    EXPECT_EQ(reading.motions()[3].feed, (Feed{FeedMode::per_revolution, 1.25}));
+    std::size_t shapes = 0;
+    for (const Record& record : reading.records) {
+      const auto* begin = std::get_if<ShapeBegin>(&record.data);
+      if (begin == nullptr) continue;
+      ++shapes;
+      EXPECT_EQ(begin->shape->motions, 5u);
+      EXPECT_EQ(std::get<Hole>(begin->shape->what).kind, Hole::Kind::tap);
+    }
+    EXPECT_EQ(shapes, 1u) << cycle;
+  }
+}
+
 TEST(Cycle, WhatAControlAloneCanDoIsRefused) {
   const auto error_of = [](const std::string& cycle) {
     return joined(read("GOTO/0,0,9\n" + cycle + "\nGOTO/0,0,0\n").findings);
   };
-  EXPECT_EQ(error_of("CYCLE/TAP,DEPTH,5,IPR,.1,CLEAR,1"),
-            "2:7: error: CYCLE: TAP changes the geometry and is not understood by this program\n");
+  EXPECT_EQ(error_of("CYCLE/MILL,DEPTH,5,IPR,.1,CLEAR,1"),
+            "2:7: error: CYCLE: MILL changes the geometry and is not understood by this program\n");
+  EXPECT_EQ(error_of("FEDRAT/MMPM,500\nCYCLE/TAP,DEPTH,5,CLEAR,1").substr(0, 39),
+            "3:1: error: CYCLE: TAP without a pitch:");
+  EXPECT_EQ(error_of("CYCLE/TAP,DEPTH,5,MMPR,1,CLEAR,1,STEP,2"),
+            "2:1: error: CYCLE: TAP in steps is not understood by this program\n");
+  EXPECT_EQ(error_of("CYCLE/TAP,DEPTH,5,MMPR,1,CLEAR,1,DWELL,2").substr(0, 36),
+            "2:1: error: CYCLE: TAP with a dwell ");
+  EXPECT_EQ(error_of("CYCLE/TAP,DEEP,DEPTH,5,MMPR,1,CLEAR,1"),
+            "2:11: error: CYCLE: 'DEEP' is not understood\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,MMPM,100"), "2:1: error: CYCLE: no depth (DEPTH or FEDTO)\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,FOO,1"), "2:21: error: CYCLE: 'FOO' is not understood\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,CLEAR,-1"),

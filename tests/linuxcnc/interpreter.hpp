@@ -33,6 +33,7 @@ struct Interpreted {
   int exit_code = -1;
   std::string messages;
   std::vector<Straight> motions;
+  std::vector<std::string> taps;  // pitch and end of each thread, as it prints them
   std::vector<std::string> made;  // files that the program itself has made
 };
 
@@ -66,6 +67,10 @@ inline Interpreted parse(const std::string& calls) {
   for (std::string line; std::getline(lines, line);) {
     if (const auto at = line.find("SET_FEED_RATE("); at != std::string::npos) {
       feed_rate = std::stod(line.substr(at + 14));
+    }
+    for (const std::string call : {"START_SPEED_FEED_SYNC(", "RIGID_TAP("}) {
+      const auto at = line.find(call);
+      if (at != std::string::npos) out.taps.push_back(line.substr(at + call.size()));
     }
     take_offset(line, "SET_G5X_OFFSET(1,", work_offset);
     take_offset(line, "SET_G92_OFFSET(", added);

@@ -134,6 +134,49 @@ std::vector<std::string> theirs(const test::Interpreted& run) {
   return out;
 }
 
+// Feed geared to the spindle by the pitch of our words, down to their bottom.
+TEST(Rs274, TapsAsOurWordsSay) {
+  if (!test::has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
+  const auto controller = test::shipped_controller("linuxcnc");
+  nc::AxisWords at;
+  for (const auto letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::A, AxisLetter::C})
+    at.set(letter, 0);
+  at.set(AxisLetter::X, 50000);
+  at.set(AxisLetter::Z, 40000);
+  nc::Motion above;
+  above.words = at;
+  std::vector<nc::Block> blocks = {nc::ProgramStart{}, nc::Spindle{nc::SpindleTurn::clockwise, 500}, above};
+  const std::vector<std::pair<std::int64_t, const char*>> pitches = {
+      {125000000, "1.250000"}, {127000000, "1.270000"}, {105833333, "1.058333"}};
+  for (const auto& [pitch, text] : pitches) {
+    nc::Hole hole;
+    hole.kind = nc::Hole::Kind::tap;
+    hole.clear = 40000;
+    hole.bottom = -123456;
+    hole.thread = {pitch, 500, nc::Thread::Hand::right};
+    hole.feed = 625000;
+    hole.words = at;
+    blocks.emplace_back(hole);
+  }
+  blocks.emplace_back(nc::ProgramEnd{});
+  const std::string text = test::nc_text(controller, blocks);
+  const auto run = test::interpret(text);
+  ASSERT_EQ(run.exit_code, 0) << run.messages << text;
+  ASSERT_EQ(run.taps.size(), 6u) << text;
+  const auto back = test::nc_blocks(controller, text);
+  std::vector<nc::Hole> read;
+  for (const nc::Block& block : back) {
+    if (const auto* hole = std::get_if<nc::Hole>(&block)) read.push_back(*hole);
+  }
+  ASSERT_EQ(read.size(), 3u) << text;
+  for (std::size_t i = 0; i < pitches.size(); ++i) {
+    EXPECT_EQ(run.taps[2 * i].substr(0, 8), pitches[i].second);
+    EXPECT_EQ(run.taps[2 * i + 1], "5.0000, 0.0000, -12.3456)");
+    EXPECT_NEAR(static_cast<double>(read[i].thread.pitch), static_cast<double>(pitches[i].first), 50.0);
+    EXPECT_EQ(read[i].thread.rpm, 500);
+  }
+}
+
 TEST(Rs274, MakesTheSameOfArcsAndDrillingCycles) {
   if (!test::has_interpreter()) GTEST_SKIP() << "rs274 (linuxcnc-uspace) is not installed";
   const auto controller = test::shipped_controller("linuxcnc");

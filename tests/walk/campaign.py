@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""campaign.py PROGRAM FOLDER [COUNT] [--seed N] [--keep]: random CL files on five kinds of machine and seven controls, posted by PROGRAM and
+"""campaign.py PROGRAM FOLDER [COUNT] [--seed N] [--again|--identity]: random CL files on five kinds of machine and seven controls, posted by PROGRAM and
 walked by a control that was written apart from it (control.py, chain.py). Whatever moves below the safe height must be on the CL path: feeds
 within their tolerance on what is to be cut, rapids within theirs on what is to be a rapid; or go straight along Z to or from a point of the path.
 """
@@ -281,7 +281,45 @@ def again(program, base, rng, given):
     return label, m, control_for(to_control, m, tools).run(out.read_text()), None
 
 
-def one(program, folder, rng, number, extra, twice):
+def differences(first, second):
+    """Two programs, as their controls run them: axis positions, tool, feed, spindle, coolant, offset and length of every motion."""
+    if len(first) != len(second):
+        return [f"{len(first)} motions become {len(second)}"]
+    out = []
+    for a, b in zip(first, second):
+        off = max(((abs(a.end[n] - b.end[n]), n) for n in a.end if a.end[n] is not None and b.end[n] is not None), default=(0.0, ""))
+        if off[0] > 1e-9 or any((a.end[n] is None) != (b.end[n] is None) for n in a.end):
+            out.append(f"NC line {a.line} and {b.line}: {off[1]} differs by {off[0]:.6f}")
+        elif (a.rapid, a.tcp, a.tool, a.state) != (b.rapid, b.tcp, b.tool, b.state):
+            out.append(f"NC line {a.line} and {b.line}: {(a.rapid, a.tcp, a.tool, a.state)} becomes {(b.rapid, b.tcp, b.tool, b.state)}")
+    return out
+
+
+def same_again(program, base, given, motions):
+    """The program that was made, read as a path for its own machine and control: the same motions, to the digit. Points that were inserted may lie on
+    both sides of the path: nothing is put between them at four times the tolerance. (A rapid that went over the safe height because of its line may go
+    straight at three times the tolerance of rapids: then it is asked for again at once that.)"""
+    control, tools, rtcp, tolerance = given
+    out = base.with_suffix(".2.nc")
+    out.unlink(missing_ok=True)
+    lengths = base.with_suffix(".csv")
+    lengths.write_text("tool,length_mm\n" + "".join(f"{t},{mm}\n" for t, mm in tools.items()))
+    findings = []
+    for rapid in (3 * RAPID_MM, RAPID_MM):
+        done = subprocess.run([program, "-q", "post", str(base.with_suffix(".nc")), "--from", control, "-m", str(base.with_suffix(".toml")), "-c", control,
+                               "-o", str(out), "--tolerance-mm", str(round(4 * tolerance, 6)), "--rapid-tolerance-mm", str(rapid), "--axis-tolerance-deg", "4",
+                               "--tools", str(lengths)] + (["--rtcp"] if rtcp else []), capture_output=True, text=True)
+        if done.returncode != 0:
+            assert not out.exists(), f"{base}: exit code {done.returncode} and there is a program"
+            return None, done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "no message"
+        m = Machine(base.with_suffix(".toml").read_text())
+        findings = differences(motions, control_for(control, m, tools).run(out.read_text()))
+        if not findings:
+            break
+    return findings, None
+
+
+def one(program, folder, rng, number, extra, mode):
     control = rng.choice(CONTROLS)
     kinds = machines(rng)
     # A TOOL CALL adds the length by itself: words of the spindle's point are nothing for that control.
@@ -310,7 +348,12 @@ def one(program, folder, rng, number, extra, twice):
         walker = control_for(control, m, tools)
         motions = walker.run(nc.read_text())
         findings = judge(m, motions, path, tolerance)
-        if twice and not findings:
+        if mode == "identity" and not findings:
+            findings, refused = same_again(program, base, (control, tools, rtcp, tolerance), motions)
+            label += " and the same again"
+            if refused:
+                return label, "refused", [refused]
+        if mode == "again" and not findings:
             more, m, motions, refused = again(program, base, rng, (control, kind, kinds, tools, rtcp, tolerance))
             label += more
             if refused:
@@ -329,14 +372,17 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--most-refused", type=float, default=0.02, help="share of files that may be refused")
-    parser.add_argument("--again", action="store_true", help="each program is read as a path, posted for another control or machine, and walked, too")
+    parser.add_argument("--again", action="store_const", const="again", dest="mode",
+                        help="each program is read as a path, posted for another control or machine, and walked, too")
+    parser.add_argument("--identity", action="store_const", const="identity", dest="mode",
+                        help="each program is read as a path for its own machine and control: the same motions must come out")
     args, extra = parser.parse_known_args()
     folder = Path(args.folder)
     folder.mkdir(parents=True, exist_ok=True)
     count = {"right": 0, "wrong": 0, "refused": 0}
     shown = 0
     for number in range(args.first, args.first + args.count):
-        label, result, texts = one(args.program, folder, random.Random(f"{args.seed}/{number}"), number, extra, args.again)
+        label, result, texts = one(args.program, folder, random.Random(f"{args.seed}/{number}"), number, extra, args.mode)
         count[result] += 1
         if result != "right" and shown < 40:
             shown += 1

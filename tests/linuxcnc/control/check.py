@@ -15,6 +15,8 @@ from pathlib import Path
 here = Path(__file__).resolve().parent
 sys.path.insert(0, str(here.parent.parent / "walk"))
 from chain import Machine, add, dot, length, scale, sub  # noqa: E402
+sys.path.insert(0, str(here))
+from on_control import ran  # noqa: E402
 
 RAPID_MM = 1.0
 
@@ -143,15 +145,7 @@ def run(program, folder, name):
     machine = Machine(machine_file.read_text())
     offset = header_offset(nc.read_text())
     assert offset is not None, f"{name}: the header does not say where G54 must stand"
-    done = subprocess.run(["/usr/bin/python3", str(here / "run.py"), str(nc), str(machine_file), str(folder / "tools.json"), "--folder",
-                           str(folder / "run"), "--seconds", str(seconds), "--offset", ",".join(str(v) for v in offset)] + (["--trt"] if trt else []),
-                          capture_output=True, text=True)
-    if done.returncode == 77:
-        print(done.stdout.strip())
-        sys.exit(77)
-    assert done.returncode == 0, f"{name}: {done.stdout} {done.stderr}"
-    result = json.loads(done.stdout)
-    assert result["ended"] and not result["messages"], f"{name}: {result}"
+    result = ran(name, nc, machine_file, folder, seconds, "--offset", ",".join(str(v) for v in offset), *(["--trt"] if trt else []))
     names = list(machine.axes)
     worst, findings = follow(machine, names, lengths, points, (folder / "run/trace.txt").read_text(), tolerance + CORRECTED_MM.get(name, 0.0))
     print(f"{name}: {result['seconds']:.1f} s, tip within {1000 * worst['cut']:.2f} um where it cuts, {worst['rapid']:.3f} mm at rapids")

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""run.py PROGRAM.nc MACHINE.toml TOOLS.json [--offset X,Y,Z] [--folder F] [--trt] [--truth T.json] [--seconds N]: LinuxCNC itself, headless, runs an NC program.
+"""run.py PROGRAM.nc MACHINE.toml TOOLS.json [--offset X,Y,Z] [--folder F] [--trt] [--truth T.json] [--hal H] [--seconds N]: LinuxCNC itself, headless, runs an NC program.
 
 Task, planner, motion and HAL of the installed LinuxCNC on a machine with the travel of the machine file; tool table and G54 as given (TOOLS: {"4":
 140.0}, mm). Prints as JSON how it ended, the messages of the control and its seconds. FOLDER/trace.txt has a line a millisecond: its number, whether the
 control is in position, the joints (mm, degrees), the tool.
-With --truth a machine stands behind the control that the machine file does not have (truth.py): it says when the stylus touches the ball.
+--hal: more lines of HAL, before the program begins; X, Y and Z then take external offsets (a tenth of their speed).
+With --truth a machine stands behind the control that the machine file does not have (truth.py, hidden.py): it says when the stylus touches the ball.
 Exit code 77: LinuxCNC is not installed. Only one at a time on a machine: a lock keeps others waiting.
 """
 import argparse
@@ -65,7 +66,7 @@ json.dump({"ended": bool(ok), "messages": messages, "seconds": seconds, "tool": 
 '''
 
 
-def ini_of(machine, trt, folder):
+def ini_of(machine, trt, folder, offsets=False):
     axes = [a["name"] for a in machine["axis"]]
     letters = "".join(axes)
     kinematics = f"xyzac-trt-kins coordinates={letters}" if trt else f"trivkins coordinates={letters}"
@@ -80,13 +81,14 @@ def ini_of(machine, trt, folder):
     for i, a in enumerate(machine["axis"]):
         rotary = a["type"] == "rotary"
         unit = "deg" if rotary else "mm"
-        low, high = (-1e9, 1e9) if a.get("cyclic") else (a[f"min_{unit}"], a[f"max_{unit}"])
+        # Its own sums end up to 4e-15 beyond a limit that a word names.
+        low, high = (-1e9, 1e9) if a.get("cyclic") else (a[f"min_{unit}"] - 1e-6, a[f"max_{unit}"] + 1e-6)
         speed = a.get(f"rapid_{unit}_min", 10000) / 60.0
         home = min(max(0.0, low), high)
         limits = [f"MIN_LIMIT = {low}", f"MAX_LIMIT = {high}", f"MAX_VELOCITY = {speed}", f"MAX_ACCELERATION = {speed * 8}"]
         # Of an axis letter: what tool-centre-point kinematics make of its words need not be the joint's travel.
         wide = [f"MIN_LIMIT = {-1e9 if trt else low}", f"MAX_LIMIT = {1e9 if trt else high}", *limits[2:]]
-        lines += [f"[AXIS_{a['name']}]", *wide]
+        lines += [f"[AXIS_{a['name']}]", *wide] + (["OFFSET_AV_RATIO = 0.1"] if offsets and not rotary else [])
         lines += [f"[JOINT_{i}]", f"TYPE = {'ANGULAR' if rotary else 'LINEAR'}", *limits, f"HOME = {home}", f"HOME_OFFSET = {home}", "HOME_SEQUENCE = 0",
                   "FERROR = 1000", "MIN_FERROR = 100"]
     return "\n".join(lines) + "\n"
@@ -133,6 +135,7 @@ def main():
     parser.add_argument("--folder")
     parser.add_argument("--trt", action="store_true", help="its xyzac-trt kinematics with M428 and M429, not trivkins")
     parser.add_argument("--truth", help="the machine behind the control (JSON), for probing programs")
+    parser.add_argument("--hal", help="a file of more HAL lines")
     parser.add_argument("--seconds", type=float, default=60)
     args = parser.parse_args()
     if not shutil.which("linuxcnc") or not shutil.which("halrun"):
@@ -146,11 +149,12 @@ def main():
     (folder / "ui.py").write_text(UI)
     (folder / "ui.py").chmod(0o755)
     (folder / "seconds").write_text(str(args.seconds))
-    (folder / "machine.ini").write_text(ini_of(machine, args.trt, folder))
-    (folder / "machine.hal").write_text(hal_of(machine, args.trt, bool(args.truth)))
+    (folder / "machine.ini").write_text(ini_of(machine, args.trt, folder, bool(args.hal)))
+    (folder / "machine.hal").write_text(hal_of(machine, args.trt, bool(args.truth)) + (Path(args.hal).read_text() if args.hal else ""))
     if args.truth:
         shutil.copy(args.truth, folder / "truth.json")
-        shutil.copy(Path(__file__).resolve().parent / "truth.py", folder / "truth.py")
+        for name in ("truth.py", "hidden.py"):
+            shutil.copy(Path(__file__).resolve().parent / name, folder / name)
         (folder / "truth.py").chmod(0o755)
     for name, text in REMAPS.items():
         (folder / name).write_text(text)

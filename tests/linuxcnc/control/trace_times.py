@@ -13,6 +13,9 @@ import sys
 from pathlib import Path
 
 here = Path(__file__).resolve().parent
+sys.path.insert(0, str(here))
+from on_control import ran  # noqa: E402
+
 root = here.parent.parent.parent
 TOLERANCE_MM = 0.01
 LENGTHS = {4: 80.0, 7: 91.0, 1: 100.0}
@@ -49,14 +52,7 @@ def run(program, folder, name, cl, smoothing):
     (folder / "tools.json").write_text(json.dumps({str(t): v for t, v in LENGTHS.items()}))
     common = ["-m", str(machine), "-c", "linuxcnc", "--tolerance-mm", str(TOLERANCE_MM), "--tools", str(tools)] + (["--smoothing", smoothing] if smoothing else [])
     subprocess.run([program, "-q", "post", str(cl), "-o", str(nc), *common], check=True)
-    done = subprocess.run(["/usr/bin/python3", str(here / "run.py"), str(nc), str(machine), str(folder / "tools.json"), "--folder", str(folder / "run"),
-                           "--seconds", "400"], capture_output=True, text=True)
-    if done.returncode == 77:
-        print(done.stdout.strip())
-        sys.exit(77)
-    assert done.returncode == 0, f"{name}: {done.stdout} {done.stderr}"
-    result = json.loads(done.stdout)
-    assert result["ended"] and not result["messages"], f"{name}: {result}"
+    ran(name, nc, machine, folder, 400)
     subprocess.run([program, "-q", "measurements", "import", "trace", str(folder / "run/trace.txt"), "-o", str(csv), "-m", str(machine), "--columns",
                     "sample,-,X_mm,Y_mm,Z_mm,A_deg,C_deg,-"], check=True)
     done = subprocess.run([program, "-q", "verify", str(nc), "--against", str(cl), *common, "--trace", str(csv), "--json", str(folder / "out.json")],
