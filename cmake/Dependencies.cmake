@@ -38,6 +38,7 @@ trunnion_need_library(XXHASH_LIBRARY xxhash libxxhash-dev)
 trunnion_need_header(ZLIB_INCLUDE zlib.h zlib1g-dev)
 # Shared: a copy of zlib within the program would miss Debian's security updates (lintian: embedded-library).
 find_library(ZLIB_LIBRARY NAMES z)
+trunnion_need_header(MOSQUITTO_INCLUDE mosquitto.h libmosquitto-dev) # the library is loaded when it is needed
 trunnion_need_header(MUPARSER_INCLUDE muParserDLL.h libmuparser-dev)
 trunnion_need_library(MUPARSER_LIBRARY muparser libmuparser-dev) # loaded when it is needed
 if(TRUNNION_TESTS)

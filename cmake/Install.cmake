@@ -63,8 +63,8 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_TRUNNION_PACKAGE_NAME trunnion)
 set(CPACK_DEBIAN_TRUNNION_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_TRUNNION_PACKAGE_SHLIBDEPS ON)
-# Loaded at run time, for effects that are formulas.
-set(CPACK_DEBIAN_TRUNNION_PACKAGE_RECOMMENDS libmuparser2v5)
+# Loaded at run time: for effects that are formulas, for the broker of `thermal serve`.
+set(CPACK_DEBIAN_TRUNNION_PACKAGE_RECOMMENDS "libmuparser2v5, libmosquitto1")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "five-axis post-processor for dual-turntable machines")
 set(CPACK_COMPONENT_TRUNNION_DESCRIPTION "Turns a CAM system's cutter-location (CL) file into NC code, keeps the
  nonlinear error of the moving tool inside a proved tolerance, corrects the
