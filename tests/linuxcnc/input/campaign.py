@@ -16,6 +16,8 @@ from pathlib import Path
 
 NEAR_MM = 0.016  # words of four decimals of an inch on rs274's side, a tolerance of 0.01 mm on ours
 WAY = 5e-4       # share of the length of all cuts
+HOME_INCH = 20   # where G28 leads: above every part, as on a machine (rs274 counts its own parameters in inches)
+ABOVE_MM = 150   # only retracts stand as high
 
 
 class Maker:
@@ -213,6 +215,9 @@ class Path_:
         if not cuts or at is None:
             return
         if not cutting:
+            # A cut straight down from a retract: how long it is says the machine's retract, not the program.
+            if at[2] > ABOVE_MM and (*at[:2], *at[3:]) == (*to[:2], *to[3:]):
+                at = to
             self.runs.append([at])
         if to != at:
             self.way += math.dist(at, to)
@@ -279,8 +284,8 @@ def differs(given, made):
 
 
 def interpret(folder, name):
-    for leftover in ("new.var", "out.txt"):
-        (folder / leftover).unlink(missing_ok=True)
+    (folder / "out.txt").unlink(missing_ok=True)
+    (folder / "new.var").write_text(f"5163\t{HOME_INCH}\n")
     (folder / "tool.tbl").write_text("".join(f"T{t} P{t} Z{t} D1\n" for t in range(1, 60)))
     done = subprocess.run(["rs274", "-g", "-n", "2", "-t", "tool.tbl", "-v", "new.var", name, "out.txt"], cwd=folder, capture_output=True, text=True,
                           env={**os.environ, "HOME": str(folder)}, timeout=60, check=False)
