@@ -72,9 +72,9 @@ bool names_a_table(std::string_view line) {
 }
 
 // What must not come to the parser, outside quotes and comments: a character that is not ASCII (TOML has none
-// there, and what the parser does with some of them is undefined), a table's head without a name (the parser
-// takes it for granted), a brace that closes where a value of an array must stand (likewise), and keys or
-// brackets deeper than their tables can be taken down again.
+// there, and what the parser does with some of them is undefined), a quote behind a value, a table's head
+// without a name (the parser takes it for granted), a brace that closes where a value of an array must stand
+// (likewise), and keys or brackets deeper than their tables can be taken down again.
 std::optional<Fault> fault_before_parsing(std::string_view text) {
   SourceRef at{1, 0};
   std::size_t parts = 0;    // of the key, as far as it was read
@@ -83,7 +83,9 @@ std::optional<Fault> fault_before_parsing(std::string_view text) {
   std::string_view quotes;  // that close the string; empty outside
   bool comment = false;
   char before = 0;  // the last character that is no blank, outside comments
-  for (std::size_t i = 0; i < text.size();) {
+  // The byte order mark is no character of the first line.
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  for (std::size_t i = text.starts_with(kMark) ? kMark.size() : 0; i < text.size();) {
     const char c = text[i];
     std::size_t length = 1;
     if (c == '\n') {
@@ -99,8 +101,11 @@ std::optional<Fault> fault_before_parsing(std::string_view text) {
         length = 2;
       }
     } else if (!comment) {
-      if (static_cast<unsigned char>(c) >= 0x80 && !(i < 3 && text.starts_with("\xEF\xBB\xBF")))
+      if (static_cast<unsigned char>(c) >= 0x80)
         return Fault{{at.line, at.column + 1}, "a character that is not ASCII stands outside quotes"};
+      // Behind a value the parser looks for its end, through the quotes.
+      if ((c == '"' || c == '\'') && !blank && std::string_view("=,[{.").find(before) == std::string_view::npos)
+        return Fault{{at.line, at.column + 1}, "a quote stands where no text may begin"};
       if (std::string_view("=,[{#").find(c) != std::string_view::npos) parts = 0;
       if (c == '[' && blank && open == 0 && !names_a_table(text.substr(i, text.find('\n', i) - i)))
         return Fault{{at.line, at.column + 1}, "the head of a table without a name"};

@@ -94,5 +94,30 @@ TEST(TomlLimits, NoBraceClosesWhereAValueOfAnArrayMustStand) {
   EXPECT_TRUE(parse_toml("a = [{}]\nb = {}\nc = [\"[}\", { d = [] }]\n# [}", "m.toml"));
 }
 
+// The parser's own checks of these are assertions, which no release build has.
+TEST(TomlLimits, NoTableIsWithoutANameBehindTheByteOrderMark) {
+  for (const std::string& text : {std::string("\xef\xbb\xbf[\0x]", 6), std::string("\xef\xbb\xbf[=]")}) {
+    const auto value = parse_toml(text, "m.toml");
+    ASSERT_FALSE(value);
+    EXPECT_EQ(value.error().text(), "m.toml:1:1: error: the head of a table without a name");
+  }
+  EXPECT_TRUE(parse_toml("\xef\xbb\xbf[a]\nb = 1", "m.toml"));
+}
+
+TEST(TomlLimits, NoQuoteStandsBehindAValue) {
+  for (const auto& [text, place] :
+       std::vector<std::pair<std::string, std::string>>{{"a = 0'\xc3\x92'", "m.toml:1:6"},
+                                                        {"a = 1 \"x\"", "m.toml:1:7"},
+                                                        {"a = [1 'x']", "m.toml:1:8"},
+                                                        {"a'b' = 1", "m.toml:1:2"}}) {
+    const auto value = parse_toml(text, "m.toml");
+    ASSERT_FALSE(value) << text;
+    EXPECT_EQ(value.error().text(), place + ": error: a quote stands where no text may begin");
+  }
+  EXPECT_TRUE(parse_toml(
+      "'a'.\"b\" = ['x', \"y\"]\nc = { 'd' = '', e = \"\" }\nf = [\n'g',\n  'h' ]\n['i']\n[[\"j\"]]",
+      "m.toml"));
+}
+
 }  // namespace
 }  // namespace trunnion::config
