@@ -448,6 +448,42 @@ TEST(ControlTables, FaultsNameTheirPlace) {
   EXPECT_EQ(fault("etalon", "[EXX]\nGridpoints = {\n0 0\n0 1\n}\n"), "f:4:1: error: positions must ascend");
 }
 
+std::string heidenhain_rows(const std::string& rows) {
+  return "BEGIN X.COM MM\nNR AXISPOS BACKLASH X\n" + rows + "[END]\n";
+}
+
+// Whatever the format: positions rise, corrections are numbers, axes are the machine's.
+TEST(ControlTables, RefusesTablesThatNobodyCouldInterpolate) {
+  const Machine machine = machine_of(false);
+  const auto fault = [&](const char* format, const std::string& text) {
+    Diagnostics diagnostics;
+    const auto r = table_format(format)->read(text, "f", machine, {}, diagnostics);
+    return r ? std::string("accepted") : r.error().text();
+  };
+  EXPECT_EQ(fault("heidenhain", heidenhain_rows("0 -100 0 0\n1 0 0 1\n2 0 0 2\n")),
+            "f: error: positions over X must rise: number 3 does not");
+  EXPECT_EQ(fault("heidenhain", heidenhain_rows("0 -100 0 0\n1 0 0 1\n2 1 0 2\n")), "accepted");
+  const std::string table =
+      "$AN_CEC[0,0]=1\n$AN_CEC[0,1]=2\n$AN_CEC_INPUT_AXIS[0]=(AX1)\n$AN_CEC_OUTPUT_AXIS[0]=(AX2)\n";
+  EXPECT_EQ(fault("siemens", table + "$AN_CEC_STEP[0]=10\n"), "accepted");
+  EXPECT_EQ(fault("siemens", table + "$AN_CEC_STEP[0]=1e-9\n$AN_CEC_MIN[0]=100000000\n"),
+            "f: error: positions over X must rise: number 2 does not");
+  EXPECT_EQ(fault("siemens", table + "$AN_CEC_STEP[0]=10\n$AN_CEC_MULT_BY_TABLE[0]=2\n$AN_CEC[1,0]=1\n"),
+            "f:7:1: error: the table lacks its axes");
+  const auto plate = [&](const std::string& head) {
+    return fault("aerotech",
+                 ":START2D " + head + "\n:START2D POSUNIT=METRIC CORUNIT=METRIC/1000\n0 1\n2 3\n:END\n");
+  };
+  EXPECT_EQ(plate("1 2 3 10 10 2"), "accepted");
+  EXPECT_EQ(plate("1 2 3 10 0 2"), "f: error: positions over Y must rise: number 2 does not");
+  EXPECT_EQ(plate("1 2 3 10 10 1002000001"),
+            "f: error: the table has 2 rows of 1002000001 columns: 2 and more, at most 1000000, expected");
+  EXPECT_EQ(plate("1 2 3 10 10 -2"),
+            "f: error: the table has 2 rows of -2 columns: 2 and more, at most 1000000, expected");
+  EXPECT_EQ(plate("1 2 3.5 10 10 2"),
+            "f: error: an axis number of the file is no axis of this machine: give --axes");
+}
+
 // A real stage: its map of deviations and the control's table that was made from it.
 TEST(ControlTablesReal, StageTableIsMinusItsMapFromTheFirstCorner) {
   const char* folder = std::getenv("TRUNNION_REFERENCE_DATA");

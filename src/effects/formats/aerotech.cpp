@@ -2,6 +2,8 @@
 // OFFSETROW, OFFSETCOL, lines of groups (out1 out2), :END. Axis numbers count from 1. The table begins at
 // minus the offset. Values are corrections added to the commanded position (the real pair of a stage's map
 // and its table shows it: the table is the start value minus the map). Held outside.
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "effects/formats/format_support.hpp"
@@ -82,20 +84,37 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
   if (outputs == 0)
     return fail(ErrorCode::wrong_input, "no :START2D line with axes, steps and columns", file);
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
-  const auto columns = static_cast<std::size_t>(header.numbers.back());
+  constexpr double kMostColumns = 1e6;
+  const double count = header.numbers.back();
+  if (!(count >= 2.0 && count <= kMostColumns) || count != std::floor(count) || rows.size() < 2)
+    return fail(ErrorCode::wrong_input,
+                "the table has " + std::to_string(rows.size()) + " rows of " + plain(count) +
+                    " columns: 2 and more, at most 1000000, expected",
+                file);
+  const auto columns = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].size() != columns * outputs)
+      return fail(ErrorCode::wrong_input,
+                  "row " + std::to_string(i + 1) + " of the table has " + std::to_string(rows[i].size()) +
+                      " values, expected " + std::to_string(columns * outputs),
+                  file);
+  }
   const auto names = axis_numbers(machine, options);
   const auto axis = [&](double number) {
-    const auto k = static_cast<std::size_t>(number);
-    return k >= 1 && k <= names.size() && machine.axis(names[k - 1]) ? names[k - 1] : std::string();
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      if (number == static_cast<double>(k + 1) && machine.axis(names[k])) return names[k];
+    }
+    return std::string();
   };
   CorrectionMap map;
   // Rows of the file go along its row axis: the second argument here runs fastest, as in the file.
   map.inputs = {axis(header.numbers[0]), axis(header.numbers[1])};
   for (std::size_t k = 0; k < outputs; ++k) map.outputs.push_back({axis(header.numbers[2 + k]), {}, {}});
-  for (const auto& name : {map.inputs[0], map.inputs[1], map.outputs.front().axis, map.outputs.back().axis})
-    if (name.empty())
-      return fail(ErrorCode::wrong_input,
-                  "an axis number of the file is no axis of this machine: give --axes", file);
+  const auto unknown = [](const CorrectionMap::Output& output) { return output.axis.empty(); };
+  if (map.inputs[0].empty() || map.inputs[1].empty() ||
+      std::any_of(map.outputs.begin(), map.outputs.end(), unknown))
+    return fail(ErrorCode::wrong_input, "an axis number of the file is no axis of this machine: give --axes",
+                file);
   map.nodes.resize(2);
   for (std::size_t i = 0; i < rows.size(); ++i)
     map.nodes[0].push_back((static_cast<double>(i) * header.numbers[2 + outputs] - header.offset[0]) *
@@ -104,17 +123,10 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
     map.nodes[1].push_back((static_cast<double>(j) * header.numbers[3 + outputs] - header.offset[1]) *
                            header.unit);
   const double unit = header.correction_unit * (options.negate ? -1.0 : 1.0);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].size() != columns * outputs)
-      return fail(ErrorCode::wrong_input,
-                  "row " + std::to_string(i + 1) + " of the table has " + std::to_string(rows[i].size()) +
-                      " values, expected " + std::to_string(columns * outputs),
-                  file);
+  for (const std::vector<double>& row : rows) {
     for (std::size_t j = 0; j < columns; ++j)
-      for (std::size_t k = 0; k < outputs; ++k) map.outputs[k].up.push_back(unit * rows[i][j * outputs + k]);
+      for (std::size_t k = 0; k < outputs; ++k) map.outputs[k].up.push_back(unit * row[j * outputs + k]);
   }
-  if (map.nodes[0].size() < 2 || columns < 2)
-    return fail(ErrorCode::wrong_input, "the table is too small", file);
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
 }
 

@@ -1,6 +1,7 @@
 #include "effects/formats/format_support.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace trunnion {
 namespace formats {
@@ -106,11 +107,58 @@ double CorrectionMap::value(const std::vector<double>& values, double u, double 
   return row(i) + s * (row(i + 1) - row(i));
 }
 
+namespace {
+
+// What every user of a table takes for granted: at least two nodes that rise, and numbers.
+Result<void> rising(const std::vector<double>& nodes, const std::string& input, const std::string& file) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!std::isfinite(nodes[i]) || (i > 0 && nodes[i] <= nodes[i - 1]))
+      return fail(ErrorCode::wrong_input,
+                  "positions over " + input + " must rise: number " + std::to_string(i + 1) + " does not",
+                  file);
+  }
+  if (nodes.size() < 2)
+    return fail(ErrorCode::wrong_input, "a table over " + input + " with fewer than two positions", file);
+  return {};
+}
+
+Result<ControlTables> sound(ControlTables tables, const std::string& file) {
+  const auto numbers = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  };
+  for (const CorrectionMap& map : tables.corrections) {
+    for (std::size_t k = 0; k < map.inputs.size(); ++k) {
+      if (auto ok = rising(map.nodes[k], map.inputs[k], file); !ok) return tl::unexpected(ok.error());
+    }
+    for (const CorrectionMap::Output& output : map.outputs) {
+      if (!numbers(output.up) || !numbers(output.down))
+        return fail(ErrorCode::wrong_input, "a correction of " + output.axis + " is beyond all numbers",
+                    file);
+    }
+  }
+  return tables;
+}
+
+TableFormat with_sound_tables(TableFormat format) {
+  format.read = [read = std::move(format.read)](std::string_view text, const std::string& file,
+                                                const Machine& machine, const FormatOptions& options,
+                                                Diagnostics& diagnostics) -> Result<ControlTables> {
+    auto out = read(text, file, machine, options, diagnostics);
+    return out ? sound(std::move(*out), file) : out;
+  };
+  return format;
+}
+
+}  // namespace
+
 const std::vector<TableFormat>& table_formats() {
   using namespace formats;
-  static const std::vector<TableFormat> all = {isg_format(),      etalon_format(),     siemens_format(),
-                                               linuxcnc_format(), heidenhain_format(), fanuc_format(),
-                                               aerotech_format()};
+  static const std::vector<TableFormat> all = [] {
+    std::vector<TableFormat> out{isg_format(),        etalon_format(), siemens_format(), linuxcnc_format(),
+                                 heidenhain_format(), fanuc_format(),  aerotech_format()};
+    for (TableFormat& format : out) format = with_sound_tables(std::move(format));
+    return out;
+  }();
   return all;
 }
 

@@ -97,7 +97,9 @@ class Reader {
                                  std::to_string(table.times - 1) + ", which is not there");
           continue;
         }
-        if (const auto two = map_of(it->second)) out.corrections.push_back(product(*one, *two));
+        const auto two = map_of(it->second);
+        if (!two) continue;
+        out.corrections.push_back(product(*one, *two));
       }
       for (auto& output : out.corrections.back().outputs)
         for (auto* values : {&output.up, &output.down})
