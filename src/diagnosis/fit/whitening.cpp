@@ -116,6 +116,7 @@ void Whitening::mix(Eigen::Ref<MatrixXd> x) const {
 
 // NOLINTNEXTLINE(performance-unnecessary-value-param): a Ref by value is how Eigen passes what is written to
 void Whitening::apply(Eigen::Ref<MatrixXd> x) const {
+  if (x.cols() == 0) return;  // a model without parameters: there is no row to look at
   whiten(x);
   take_setups(x);
 }
