@@ -281,8 +281,8 @@ cl::Feed NcWalk::feed_of(const BlockEnd& end, const nc::Motion& motion) const {
 // On joints that move linearly the second derivative of the tip is at most
 //     Omega^2 (|w| + |b|) + 2 Omega (|w'| + |b'|)     (TableKinematics)
 // and a chord over 1/n of the block is off by at most an eighth of it over n^2.
-std::size_t NcWalk::pieces_to(const BlockEnd& end) const {
-  if (origin_.path == FromPath::points) return 1;
+double NcWalk::pieces_to(const BlockEnd& end) const {
+  if (origin_.path == FromPath::points) return 1.0;
   const TableKinematics& k = in_force_.kinematics;
   double turn = 0.0;
   for (AxisId id = 0; id < axis_words_.count; ++id)
@@ -296,16 +296,17 @@ std::size_t NcWalk::pieces_to(const BlockEnd& end) const {
   }
   constexpr double kChord = 8.0;
   const double n2 = std::max(bends_mm / (kChord * keep_.arc_mm), turn * turn / (kChord * keep_.axis.rad()));
-  return static_cast<std::size_t>(std::max(1.0, std::ceil(std::sqrt(n2))));
+  return std::max(1.0, std::ceil(std::sqrt(n2)));
 }
 
 void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where) {
-  const std::size_t pieces = pieces_to(end);
+  const double wanted = pieces_to(end);
   constexpr std::size_t kMostPieces = 100000;
-  if (pieces > kMostPieces)
+  if (!(wanted <= kMostPieces))
     return refuse(where, "pieces",
-                  "the way of this block needs " + std::to_string(pieces) + " points, more than " +
+                  "the way of this block needs " + shortest_text(wanted) + " points, more than " +
                       std::to_string(kMostPieces) + " (--from-path points)");
+  const auto pieces = static_cast<std::size_t>(wanted);
   cl::Feed each = feed;
   if (each.mode == cl::FeedMode::inverse) each.value *= static_cast<double>(pieces);
   for (std::size_t i = 1; i < pieces; ++i) {

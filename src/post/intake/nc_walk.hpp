@@ -61,7 +61,7 @@ class NcWalk {
   cl::Feed feed_of(const BlockEnd& end, const nc::Motion& motion) const;
   cl::Feed feed_of(std::int64_t per_minute) const;
   cl::Feed feed_of(const nc::Hole& hole) const;
-  std::size_t pieces_to(const BlockEnd& end) const;
+  double pieces_to(const BlockEnd& end) const;
   void put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where);
   void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
                   SourceRef where);
