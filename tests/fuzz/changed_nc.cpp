@@ -15,36 +15,49 @@ constexpr double kTolerance_mm = 0.01;
 // the chain knows no such axis.
 constexpr const char* kControls[] = {"linuxcnc", "fanuc_30i", "haas_ngc", "iso"};
 
-std::vector<Vec3> tips() {
+// A short path of far points, and one of many near points, which is written and judged in runs of blocks.
+struct Part {
+  int count;
+  double step;
+};
+constexpr Part kParts[] = {{12, 1.0}, {160, 0.07}};
+
+std::vector<Vec3> tips(const Part& part) {
   std::vector<Vec3> out;
-  for (int i = 0; i < 12; ++i) out.emplace_back(-15.0 + 3.0 * i, 0.2 * i * i - 8.0, 20.0 + std::sin(0.7 * i));
+  for (int i = 0; i < part.count; ++i) {
+    const double t = part.step * i;
+    out.emplace_back(-15.0 + 3.0 * t, 0.2 * t * t - 8.0, 20.0 + std::sin(0.7 * t));
+  }
   return out;
 }
 
-std::string cl_text() {
-  const auto axis = [](int i) { return test::tilted(0.25 + 0.02 * i, 0.1 * i); };
-  const auto path = tips();
+std::string cl_text(const Part& part) {
+  const auto axis = [&](int i) { return test::tilted(0.25 + 0.02 * part.step * i, 0.1 * part.step * i); };
+  const auto path = tips(part);
   std::string out = "PARTNO/FUZZ\nUNITS/MM\nLOADTL/1\nSPINDL/RPM,5000,CLW\nFEDRAT/MMPM,600\nRAPID\n";
   out += test::point_text(path.front() + 60.0 * axis(0), axis(0));
-  for (int i = 0; i < 12; ++i) out += test::point_text(path[static_cast<std::size_t>(i)], axis(i));
-  return out + "RAPID\n" + test::point_text(path.back() + 60.0 * axis(11), axis(11)) + "FINI\n";
+  for (int i = 0; i < part.count; ++i) out += test::point_text(path[static_cast<std::size_t>(i)], axis(i));
+  const int last = part.count - 1;
+  return out + "RAPID\n" + test::point_text(path.back() + 60.0 * axis(last), axis(last)) + "FINI\n";
 }
 
-const std::string& program(std::size_t control) {
+const std::string& program(std::size_t part, std::size_t control) {
   static const std::vector<std::string> all = [] {
     std::vector<std::string> out;
-    for (const char* name : kControls) {
-      post::PostOptions options;
-      options.tolerance_mm = kTolerance_mm;
-      options.axis_tolerance = Angle::degrees(1.0);
-      const test::Posted posted = test::posted(cl_text(), fuzz::machine(), options, name);
-      if (!posted.report || !posted.report->verification->passed())
-        fuzz::broken(std::string("no program for ") + name);
-      out.push_back(posted.nc);
+    for (const Part& each : kParts) {
+      for (const char* name : kControls) {
+        post::PostOptions options;
+        options.tolerance_mm = kTolerance_mm;
+        options.axis_tolerance = Angle::degrees(1.0);
+        const test::Posted posted = test::posted(cl_text(each), fuzz::machine(), options, name);
+        if (!posted.report || !posted.report->verification->passed())
+          fuzz::broken(std::string("no program for ") + name);
+        out.push_back(posted.nc);
+      }
     }
     return out;
   }();
-  return all[control];
+  return all[part * std::size(kControls) + control];
 }
 
 // Where numbers stand: behind a letter, each with its sign and point.
@@ -91,8 +104,12 @@ std::vector<std::string> lines_of(const std::string& nc) {
 
 void change_lines(std::string& nc, fuzz::Bytes& bytes) {
   std::vector<std::string> lines = lines_of(nc);
-  const std::size_t from = bytes.byte() % lines.size();
-  const std::size_t to = bytes.byte() % lines.size();
+  const auto line_number = [&] {
+    const std::size_t high = bytes.byte();
+    return (high * 256 + bytes.byte()) % lines.size();
+  };
+  const std::size_t from = line_number();
+  const std::size_t to = line_number();
   const std::size_t how = bytes.choice(4);
   if (how == 0) lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(from));
   if (how == 1) std::swap(lines[from], lines[to]);
@@ -118,11 +135,13 @@ double off_path(const Vec3& tip, const std::vector<Vec3>& path) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::string cl = cl_text();
-  static const std::vector<Vec3> path = tips();
+  static const std::string texts[] = {cl_text(kParts[0]), cl_text(kParts[1])};
+  static const std::vector<Vec3> paths[] = {tips(kParts[0]), tips(kParts[1])};
   fuzz::Bytes bytes(data, size);
   const std::size_t control = bytes.choice(std::size(kControls));
-  std::string nc = program(control);
+  // The long part takes ten times the time.
+  const std::size_t part = bytes.choice(4) == 0 ? 1 : 0;
+  std::string nc = program(part, control);
   const std::size_t changes = 1 + bytes.choice(3);
   for (std::size_t i = 0; i < changes; ++i) {
     if (bytes.choice(4) == 0)
@@ -130,12 +149,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     else
       change_word(nc, bytes);
   }
-  const auto report = test::verified(nc, cl, fuzz::machine(), kTolerance_mm, kControls[control]);
+  const auto report = test::verified(nc, texts[part], fuzz::machine(), kTolerance_mm, kControls[control]);
   if (!report || !report->passed()) return 0;
   const test::Cut cut = test::cut_of(nc);
   if (cut.ends.empty()) fuzz::broken("passed, and it cuts nothing\n" + nc);
   double worst = 0.0;
-  for (const test::PlacedTool& tool : test::tool_of(cut)) worst = std::max(worst, off_path(tool.tip, path));
+  for (const test::PlacedTool& tool : test::tool_of(cut))
+    worst = std::max(worst, off_path(tool.tip, paths[part]));
   constexpr double kMore = 1.02;
   fuzz::hold(worst <= kMore * kTolerance_mm + 0.001,
              "passed, and off its path by " + shortest_text(worst) + "\n" + nc);

@@ -1,4 +1,4 @@
-// NC text, read with each controller.
+// NC text, read with each controller: as blocks or in runs, ours, another's, a whole program.
 #include "trunnion/nc/reader.hpp"
 
 #include "fuzz/fuzz.hpp"
@@ -21,9 +21,16 @@ const nc::Controller& controller(std::size_t i) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
   const nc::Controller& control = controller(bytes.byte());
-  Diagnostics diagnostics;
+  const std::size_t flags = bytes.byte();
+  nc::ReaderOptions options;
+  options.others = (flags & 1U) != 0;
+  options.whole_program = !options.others && (flags & 2U) != 0;
+  nc::Reader::RunSink runs;
   std::size_t blocks = 0;
-  nc::Reader reader(control, "input", diagnostics, [&](const nc::Block&) { ++blocks; });
+  if ((flags & 4U) != 0) runs = [&](const nc::MotionRun& run) { blocks += run.count; };
+  Diagnostics diagnostics;
+  nc::Reader reader(
+      control, "input", diagnostics, [&](const nc::Block&) { ++blocks; }, options, runs);
   reader.feed(bytes.rest());
   static_cast<void>(reader.finish());
   return 0;
