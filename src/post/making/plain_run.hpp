@@ -3,12 +3,11 @@
 #include <cstddef>
 
 #include "post/feeds/feed_plan.hpp"
-#include "post/making/pipeline.hpp"
 
 namespace trunnion::post {
 
 /// Blocks that wait to go out together.
-struct Pipeline::PlainRun {
+struct PlainRun {
   static constexpr std::size_t kMost = RunFeeds::kMost;
   static constexpr std::size_t kFewest = 4;
   /// Where the run begins, and the ends of the blocks. The tip is that of a point of the chunk.

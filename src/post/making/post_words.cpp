@@ -7,8 +7,6 @@
 
 #include "trunnion/base/number_text.hpp"
 
-#include "post/making/pipeline.hpp"
-
 namespace trunnion::post {
 namespace {
 
@@ -145,62 +143,6 @@ bool stands_at(const cl::PostWord& word, const Machine& machine, JointVector& q)
     if (id && angle_deg) q[*id] = Angle::degrees(angle_deg.value).rad();
   }
   return true;
-}
-
-// The chunk of motions before the word is written; the intake has acted on it for those behind it.
-Result<void> Pipeline::take_post_word(const cl::PostWord& word, SourceRef where) {
-  std::string cut;
-  if (word.word == "LIMITS" && take_limits(word, *posting_.job.machine, posting_.machine, cut)) {
-    axis_words_.take_travel();
-    if (!cut.empty()) {
-      posting_.diagnostics.warning(posting_.job.cl_file, where,
-                                   "LIMITS: axis " + cut + " has less travel than that; its own limits stay");
-    }
-    return {};
-  }
-  if (const auto limit = rotary_limit_rad_s(word); limit && word.word == "MAXDPM") {
-    planner_.limit_rotary(*limit);
-    return {};
-  }
-  if (word.word == "CLEARP") {
-    modes_.clear_plane = clear_plane_of(word);
-    if (modes_.clear_plane || (word.fields.size() == 1 && word.fields[0] == "OFF")) return {};
-  }
-  if (measure_of(word, posting_.machine) || word.word == kStands) return {};
-  if (word.word == "RETRCT" && word.fields.empty()) return leave_part(where);
-  if (const auto turn = table_turn_of(word, posting_.machine, at_.point.q)) {
-    const Axis& axis = posting_.machine.axes[turn->axis];
-    if (axis.within_limits(turn->angle)) return turn_table(turn->axis, turn->angle, turn->now, where);
-    return fail(ErrorCode::check_failed,
-                word.word + ": axis " + axis.name + " would stand at " +
-                    fixed_text(turn->angle * kDegreePerRad, 4) + " deg, beyond its limits",
-                posting_.job.cl_file, where);
-  }
-  std::string text = word.word;
-  for (std::size_t i = 0; i < word.fields.size(); ++i) {
-    text += i == 0 ? '/' : ',';
-    text += word.fields[i];
-  }
-  text += " is not acted on";
-  posting_.diagnostics.warning_once("post word " + text, posting_.job.cl_file, where, text);
-  return {};
-}
-
-Result<void> Pipeline::leave_part(SourceRef where) {
-  if (!at_.known || at_.up) return {};
-  at_.approaches = true;
-  return emit_retract(where);
-}
-
-Result<void> Pipeline::turn_table(AxisId id, double angle, bool now, SourceRef where) {
-  const double rounded = axis_words_.rounded(id, angle);
-  if (std::abs(at_.point.q[id] - rounded) < 1e-12) return {};
-  at_.point.q[id] = rounded;
-  at_.approaches = true;  // what follows comes from the safe height
-  if (!now || !at_.known) return {};
-  if (auto r = emit_retract(where); !r) return r;
-  at_.joints[id] = rounded;
-  return emit_motion(at_.joints, nc::MotionKind::rapid, {}, where, nc::AxisWords::bit(posting_.letters[id]));
 }
 
 }  // namespace trunnion::post

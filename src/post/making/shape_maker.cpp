@@ -1,4 +1,5 @@
-// Arcs and drilling cycles in the control's own words.
+#include "post/making/shape_maker.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,8 +7,6 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/nc/expand.hpp"
-
-#include "post/making/pipeline.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -50,192 +49,145 @@ std::array<std::int64_t, 2> best_center(const nc::AxisFormat& format, const nc::
 
 }  // namespace
 
-// X, Y and Z words, not rounded, of the tip at `tip_P` with the rotary axes of `at`.
-Vec3 Pipeline::word_xyz(const Vec3& tip_P, const JointVector& at) const {
-  JointVector q = at;
-  tool_.kinematics.solve_linear(tip_P, tool_.kinematics.sines(q), q);
-  return xyz_of(words(q));
-}
-
-Vec3 Pipeline::xyz_of(const JointVector& words) const {
-  Vec3 out = Vec3::Zero();
-  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    if (posting_.machine.axes[id].kind == AxisKind::linear && nc::index(posting_.letters[id]) < 3)
-      out[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = words[id];
-  }
-  return out;
-}
-
-nc::AxisWords Pipeline::quanta_of(const Vec3& xyz_mm) const {
-  nc::AxisWords out;
-  for (const nc::AxisLetter letter : {nc::AxisLetter::X, nc::AxisLetter::Y, nc::AxisLetter::Z})
-    out.set(letter, posting_.controller.numbers.axes.quanta(
-                        letter, xyz_mm[static_cast<Eigen::Index>(nc::index(letter))]));
-  return out;
-}
-
-// Where the axes stand for these words, the rotary axes as in `at`.
-JointVector Pipeline::joints_of_xyz(const nc::AxisWords& words, const JointVector& at) const {
-  JointVector q = at;
-  Vec3 tip = Vec3::Zero();
-  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    if (posting_.machine.axes[id].kind != AxisKind::linear) continue;
-    const double word =
-        posting_.controller.numbers.axes.internal(posting_.letters[id], words[posting_.letters[id]]);
-    tip[static_cast<Eigen::Index>(nc::index(posting_.letters[id]))] = word;
-    q[id] = word - axis_words_.offset(id);
-  }
-  if (in_part())
-    tool_.kinematics.solve_linear(planes_.in_force() ? planes_.in_force()->X_PF * tip : tip,
-                                  tool_.kinematics.sines(q), q);
-  return q;
-}
-
-bool Pipeline::same_rotary(const JointVector& a, const JointVector& b) const {
-  for (AxisId id = 0; id < posting_.machine.axes.size(); ++id) {
-    if (posting_.machine.axes[id].kind == AxisKind::rotary && a[id] != b[id]) return false;
-  }
-  return true;
-}
-
-Result<bool> Pipeline::emit_shape(const cl::Shape& shape, std::size_t i) {
+Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
   const auto* arc = std::get_if<cl::Arc>(&shape.what);
   const auto* tap = std::get_if<cl::Hole>(&shape.what);
   if (tap != nullptr && tap->kind != cl::Hole::Kind::tap) tap = nullptr;
-  const bool asked = tap != nullptr ? true
-                     : arc != nullptr
-                         ? posting_.options.native_arcs.value_or(posting_.controller.native_arcs)
-                         : posting_.options.native_cycles.value_or(posting_.controller.native_cycles);
+  const bool asked =
+      tap != nullptr   ? true
+      : arc != nullptr ? work_.posting.options.native_arcs.value_or(work_.posting.controller.native_arcs)
+                       : work_.posting.options.native_cycles.value_or(work_.posting.controller.native_cycles);
   if (!asked) return false;
-  if (tap == nullptr || !spindle_.has_tapped()) {
-    if (auto done = spindle_.resume(); !done) return tl::unexpected(done.error());
+  if (tap == nullptr || !work_.spindle.has_tapped()) {
+    if (auto done = work_.spindle.resume(); !done) return tl::unexpected(done.error());
   }
   Result<bool> taken = false;
-  if (may_be_shape(i, shape.motions)) {
-    taken = arc != nullptr ? emit_arc(*arc, i, shape.motions)
-                           : emit_hole(std::get<cl::Hole>(shape.what), i, shape.motions);
+  if (may_make(i, shape.motions)) {
+    taken = arc != nullptr ? make_arc(*arc, i, shape.motions)
+                           : make_hole(std::get<cl::Hole>(shape.what), i, shape.motions);
   }
   if (taken && !*taken && tap != nullptr)
-    return fail(ErrorCode::wrong_input, no_tap(*tap), posting_.job.cl_file,
-                now_.chunk->motions[i].point.where);
-  if (taken && !*taken) ++posting_.report.shapes_as_moves;
+    return fail(ErrorCode::wrong_input, no_tap(*tap), work_.posting.job.cl_file,
+                work_.now.chunk->motions[i].point.where);
+  if (taken && !*taken) ++work_.posting.report.shapes_as_moves;
   return taken;
 }
 
 // The rotary axes stand still, and nothing bends the path.
-bool Pipeline::may_be_shape(std::size_t i, std::size_t count) const {
-  if (at_.turn_due || at_.returns || cutter_.changes || errors_.compensator || thermal_.has_offsets() ||
-      count == 0 || i + count > now_.chunk->motions.size())
+bool ShapeMaker::may_make(std::size_t i, std::size_t count) const {
+  if (work_.at.turn_due || work_.at.returns || work_.cutter.changes || work_.errors.compensator ||
+      work_.thermal.has_offsets() || count == 0 || i + count > work_.now.chunk->motions.size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {
-    const path::ChosenPoint& chosen = now_.chunk->chosen[k];
+    const path::ChosenPoint& chosen = work_.now.chunk->chosen[k];
     if (chosen.reconfigure || !(chosen.q_leave == chosen.q)) return false;
-    if (!same_rotary(now_.chunk->joints[k], now_.chunk->joints[i])) return false;
-    if ((now_.chunk->motions[k].programmed_axis_P - now_.chunk->motions[k].point.pose.axis_P).norm() > 0.0)
+    if (!work_.same_rotary(work_.now.chunk->joints[k], work_.now.chunk->joints[i])) return false;
+    if ((work_.now.chunk->motions[k].programmed_axis_P - work_.now.chunk->motions[k].point.pose.axis_P)
+            .norm() > 0.0)
       return false;
   }
   return true;
 }
 
-Result<bool> Pipeline::emit_arc(const cl::Arc& arc, std::size_t i, std::size_t count) {
-  const SourceRef where = now_.chunk->motions[i].point.where;
-  const path::Point end = now_.chunk->point(i + count - 1);
+Result<bool> ShapeMaker::make_arc(const cl::Arc& arc, std::size_t i, std::size_t count) {
+  const SourceRef where = work_.now.chunk->motions[i].point.where;
+  const path::Point end = work_.now.chunk->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
-  if (!at_.known || at_.approaches || arc.feed.mode == cl::FeedMode::inverse ||
-      posting_.controller.arcs.clockwise.empty() || !same_rotary(at_.point.q, end.q) ||
-      (at_.point.tip_P - arc.start_P).norm() > kSamePlace_mm)
+  if (!work_.at.known || work_.at.approaches || arc.feed.mode == cl::FeedMode::inverse ||
+      work_.posting.controller.arcs.clockwise.empty() || !work_.same_rotary(work_.at.point.q, end.q) ||
+      (work_.at.point.tip_P - arc.start_P).norm() > kSamePlace_mm)
     return false;
   // Words are an affine map of the tip while the rotary axes stand: is the arc one in X and Y there?
-  const double tolerance_mm = posting_.options.tolerance_mm;
+  const double tolerance_mm = work_.posting.options.tolerance_mm;
   const Vec3 from_center_P = arc.start_P - arc.center_P;
   const Vec3 radial_P = from_center_P - arc.normal_P * arc.normal_P.dot(from_center_P);
   const double radius_mm = radial_P.norm();
   const Vec3 along_P = arc.normal_P.cross(radial_P);
-  const Vec3 center = word_xyz(arc.center_P, end.q);
-  const Vec3 u = (word_xyz(arc.center_P + radial_P, end.q) - center) / radius_mm;
-  const Vec3 v = (word_xyz(arc.center_P + along_P, end.q) - center) / radius_mm;
+  const Vec3 center = words_.xyz(arc.center_P, end.q);
+  const Vec3 u = (words_.xyz(arc.center_P + radial_P, end.q) - center) / radius_mm;
+  const Vec3 v = (words_.xyz(arc.center_P + along_P, end.q) - center) / radius_mm;
   const double skew = std::max({std::abs(u.norm() - 1.0), std::abs(v.norm() - 1.0), std::abs(u.dot(v)),
                                 std::abs(u.z()), std::abs(v.z())});
   if (radius_mm * skew > kSkewShare * tolerance_mm) return false;
 
   nc::Arc block;
   block.clockwise = u.cross(v).z() < 0.0;
-  block.from = quanta_of(xyz_of(words(at_.joints)));
+  block.from = words_.quanta_of(words_.xyz_of(words_.of(work_.at.joints)));
   block.source = where;
   JointVector q = end.q;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits, all the way
-    const auto found = corrected(now_.chunk->point(k), 0.0);
+    const auto found = places_.of(work_.now.chunk->point(k), 0.0);
     if (!found) return tl::unexpected(found.error());
     q = *found;
   }
-  nc::AxisWords target = quanta_of(xyz_of(words(q)));
+  nc::AxisWords target = words_.quanta_of(words_.xyz_of(words_.of(q)));
   const double rise_mm = (arc.end_P - arc.start_P).dot(arc.normal_P);
-  const double digit_mm = posting_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
+  const double digit_mm = work_.posting.controller.numbers.axes.quantum(nc::AxisLetter::Z);
   double flattened_mm = 0.0;
   if (std::abs(rise_mm) < digit_mm && target[nc::AxisLetter::Z] != block.from[nc::AxisLetter::Z]) {
     // Rounding, here or in the CL file, makes no helix of an arc.
     target.set(nc::AxisLetter::Z, block.from[nc::AxisLetter::Z]);
-    q = joints_of_xyz(target, end.q);
-    flattened_mm = word_xyz(arc.end_P, end.q).z() -
-                   posting_.controller.numbers.axes.internal(nc::AxisLetter::Z, target[nc::AxisLetter::Z]);
+    q = words_.joints_of(target, end.q);
+    flattened_mm = words_.xyz(arc.end_P, end.q).z() - work_.posting.controller.numbers.axes.internal(
+                                                          nc::AxisLetter::Z, target[nc::AxisLetter::Z]);
   }
   block.words = target;
   double off_mm = 0.0;
   double radii_mm = 0.0;
-  block.center =
-      best_center(posting_.controller.numbers.axes, block.from, target, center, radius_mm, off_mm, radii_mm);
+  block.center = best_center(work_.posting.controller.numbers.axes, block.from, target, center, radius_mm,
+                             off_mm, radii_mm);
   if (std::hypot(off_mm, flattened_mm) > kRoundingShare * tolerance_mm ||
-      radii_mm > posting_.controller.arcs.radius_tolerance_mm)
+      radii_mm > work_.posting.controller.arcs.radius_tolerance_mm)
     return false;
 
   const bool closes = arc.sweep.rad() > kTwoPi - 1e-9;
   const auto turns = closes ? std::llround(arc.sweep.rad() / kTwoPi) : 1;
   const std::int64_t rise = target[nc::AxisLetter::Z] - block.from[nc::AxisLetter::Z];
-  if (posting_.controller.arcs.words(block.clockwise, rise != 0).empty()) return false;
+  if (work_.posting.controller.arcs.words(block.clockwise, rise != 0).empty()) return false;
   // An end that rounding has put on the start or behind it would make a whole turn of it, and the other way
   // round.
-  const double turned = nc::course_of(block, posting_.controller.numbers.axes, tolerance_mm).sweep_rad;
+  const double turned = nc::course_of(block, work_.posting.controller.numbers.axes, tolerance_mm).sweep_rad;
   const double meant = closes ? kTwoPi : arc.sweep.rad();
   if (std::abs(turned - meant) * radius_mm > 2.0 * tolerance_mm) return false;
   const double length_mm =
-      std::hypot(radius_mm * arc.sweep.rad(), (end.tip_P - at_.point.tip_P).dot(arc.normal_P));
+      std::hypot(radius_mm * arc.sweep.rad(), (end.tip_P - work_.at.point.tip_P).dot(arc.normal_P));
 
-  const auto rate = feed_rate(arc.feed, length_mm, where);
+  const auto rate = blocks_.rate_of(arc.feed, length_mm, where);
   if (!rate) return tl::unexpected(rate.error());
-  const double seconds = emit_rate(*rate, length_mm, block.feed);
+  const double seconds = feed_word(*rate, length_mm, block.feed);
   for (std::int64_t turn = 1; turn <= turns; ++turn) {
     block.words.set(nc::AxisLetter::Z, block.from[nc::AxisLetter::Z] + rise * turn / turns);
-    if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
+    if (auto done = work_.posting.write(block); !done) return tl::unexpected(done.error());
   }
-  moved(q, seconds);
-  at_.point = end;
-  at_.joints = q;
-  course_.leave_segment();
-  ++posting_.report.arcs;
+  work_.moved(q, seconds);
+  work_.at.point = end;
+  work_.at.joints = q;
+  work_.course.leave_segment();
+  ++work_.posting.report.arcs;
   return true;
 }
 
 // F of a motion of the linear axes alone at `rate_mm_s`, or as fast as they can; the time that it takes.
-double Pipeline::emit_rate(double rate_mm_s, double length_mm, std::int64_t& feed) {
-  const nc::FeedFormat& format = posting_.controller.numbers.feed;
-  const double most = std::min(rate_mm_s, planner_.linear_rate_mm_s());
+double ShapeMaker::feed_word(double rate_mm_s, double length_mm, std::int64_t& feed) {
+  const nc::FeedFormat& format = work_.posting.controller.numbers.feed;
+  const double most = std::min(rate_mm_s, work_.planner.linear_rate_mm_s());
   feed = format.quanta(nc::FeedMode::per_minute, most);
-  if (format.internal(nc::FeedMode::per_minute, feed) > planner_.linear_rate_mm_s() && feed > 1) --feed;
-  posting_.report.feed_time_lost_s += length_mm / most - length_mm / rate_mm_s;
+  if (format.internal(nc::FeedMode::per_minute, feed) > work_.planner.linear_rate_mm_s() && feed > 1) --feed;
+  work_.posting.report.feed_time_lost_s += length_mm / most - length_mm / rate_mm_s;
   return length_mm / format.internal(nc::FeedMode::per_minute, feed);
 }
 
 // Its motions alone are no thread.
-std::string Pipeline::no_tap(const cl::Hole& hole) const {
+std::string ShapeMaker::no_tap(const cl::Hole& hole) const {
   nc::Hole block;
   block.kind = nc::Hole::Kind::tap;
   std::string why = "the rotary axes must stand, and the tool along Z of the words";
-  if (posting_.controller.cycles.words(block).empty()) {
-    why = "the control '" + posting_.controller.name + "' has no words for it ([cycles] tap in " +
-          posting_.controller.file + ")";
-  } else if (posting_.options.rtcp) {
+  if (work_.posting.controller.cycles.words(block).empty()) {
+    why = "the control '" + work_.posting.controller.name + "' has no words for it ([cycles] tap in " +
+          work_.posting.controller.file + ")";
+  } else if (work_.posting.options.rtcp) {
     why = "controls have no cycles under tool-centre-point control (--rtcp)";
-  } else if (errors_.compensator || thermal_.has_offsets()) {
+  } else if (work_.errors.compensator || work_.thermal.has_offsets()) {
     why = "its axes cannot follow the machine's errors (--no-geometric, --no-thermal)";
   } else if (hole.feed.mode == cl::FeedMode::inverse || hole.feed.mode == cl::FeedMode::none) {
     why = "it has no pitch";
@@ -243,13 +195,13 @@ std::string Pipeline::no_tap(const cl::Hole& hole) const {
   return "CYCLE/TAP goes out in a tapping cycle of the control, and here it cannot: " + why;
 }
 
-Result<nc::Thread> Pipeline::thread_of(const cl::Hole& hole, SourceRef where) {
+Result<nc::Thread> ShapeMaker::thread_of(const cl::Hole& hole, SourceRef where) {
   const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::wrong_input, "CYCLE/TAP: " + why, posting_.job.cl_file, where);
+    return fail(ErrorCode::wrong_input, "CYCLE/TAP: " + why, work_.posting.job.cl_file, where);
   };
-  const nc::Spindle& spindle = spindle_.spindle();
+  const nc::Spindle& spindle = work_.spindle.spindle();
   if (spindle.turn == nc::SpindleTurn::off) return refuse("the spindle does not turn (SPINDL before it)");
-  const double turns_s = spindle_.rpm() / kSecondsPerMinute;
+  const double turns_s = work_.spindle.rpm() / kSecondsPerMinute;
   const bool per_turn = hole.feed.mode == cl::FeedMode::per_revolution;
   const double pitch_mm = per_turn ? hole.feed.value : hole.feed.value / turns_s;
   // Taps are made from M1 (0.25 mm) to trapezoidal threads.
@@ -257,7 +209,7 @@ Result<nc::Thread> Pipeline::thread_of(const cl::Hole& hole, SourceRef where) {
   if (pitch_mm < kFinest_mm || pitch_mm > kCoarsest_mm)
     return refuse("feed over speed is a pitch of " + fixed_text(pitch_mm, 4) + " mm: no tap has that");
   const double rate_mm_s = pitch_mm * static_cast<double>(spindle.rpm) / kSecondsPerMinute;
-  if (rate_mm_s > planner_.linear_rate_mm_s())
+  if (rate_mm_s > work_.planner.linear_rate_mm_s())
     return refuse("a pitch of " + fixed_text(pitch_mm, 4) + " mm at " + std::to_string(spindle.rpm) +
                   " rpm is faster than the linear axes go");
   nc::Thread out;
@@ -267,19 +219,19 @@ Result<nc::Thread> Pipeline::thread_of(const cl::Hole& hole, SourceRef where) {
   return out;
 }
 
-Result<nc::AxisWords> Pipeline::rise_over(const cl::Hole& hole, double height_mm, const path::Point& end) {
+Result<nc::AxisWords> ShapeMaker::rise_over(const cl::Hole& hole, double height_mm, const path::Point& end) {
   path::Point above = end;
   above.tip_P = hole.top_P + hole.axis_P * height_mm;
-  path::round_to_words(tool_.kinematics, axis_words_.rounding(), above.tip_P, above.q);
-  if (auto done = emit_rapid(above); !done) return tl::unexpected(done.error());
-  at_.point = above;
-  return quanta_of(xyz_of(words(at_.joints)));
+  path::round_to_words(work_.tool.kinematics, work_.axis_words.rounding(), above.tip_P, above.q);
+  if (auto done = blocks_.rapid_to(above); !done) return tl::unexpected(done.error());
+  work_.at.point = above;
+  return words_.quanta_of(words_.xyz_of(words_.of(work_.at.joints)));
 }
 
-Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_t count) {
-  const SourceRef where = now_.chunk->motions[i].point.where;
+Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::size_t count) {
+  const SourceRef where = work_.now.chunk->motions[i].point.where;
   const bool is_tap = hole.kind == cl::Hole::Kind::tap;
-  const path::Point end = now_.chunk->point(i + count - 1);
+  const path::Point end = work_.now.chunk->point(i + count - 1);
   nc::Hole block;
   block.kind = static_cast<nc::Hole::Kind>(hole.kind);
   block.dwell_ms = std::llround(hole.dwell_s * 1000.0);
@@ -289,23 +241,23 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
     if (!thread) return tl::unexpected(thread.error());
     block.thread = *thread;
   }
-  const nc::Template& words_of_cycle = posting_.controller.cycles.words(block);
+  const nc::Template& words_of_cycle = work_.posting.controller.cycles.words(block);
   const bool steps = hole.kind == cl::Hole::Kind::peck || hole.kind == cl::Hole::Kind::chip_break;
   // Controls have no drilling cycles under tool-centre-point control.
-  if (words_of_cycle.empty() || posting_.options.rtcp || count > kMostMotions ||
+  if (words_of_cycle.empty() || work_.posting.options.rtcp || count > kMostMotions ||
       hole.feed.mode == cl::FeedMode::inverse || (steps && hole.first_step_mm != hole.step_mm) ||
-      (!hole.across && (at_.approaches || !at_.known)))
+      (!hole.across && (work_.at.approaches || !work_.at.known)))
     return false;
   if (hole.across) {
     // What is not at the height of the hole's motions is positioned for first; rotary axes never turn in a
     // cycle.
-    if (auto done = emit_across(hole, i, holds_word(words_of_cycle, "{x}")); !done)
+    if (auto done = go_across(hole, i, holds_word(words_of_cycle, "{x}")); !done)
       return tl::unexpected(done.error());
   }
-  if (!same_rotary(at_.joints, end.q) && !planes_.in_force()) return false;
+  if (!work_.same_rotary(work_.at.joints, end.q) && !work_.planes.in_force()) return false;
 
-  const double tolerance_mm = posting_.options.tolerance_mm;
-  const auto at = [&](double height) { return word_xyz(hole.top_P + hole.axis_P * height, end.q); };
+  const double tolerance_mm = work_.posting.options.tolerance_mm;
+  const auto at = [&](double height) { return words_.xyz(hole.top_P + hole.axis_P * height, end.q); };
   const Vec3 middle = at(0.5 * (hole.clear_mm - hole.depth_mm));
   const Vec3 bottom = at(-hole.depth_mm);
   const Vec3 clear = at(hole.clear_mm);
@@ -315,9 +267,10 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
       std::abs(way.z() - length_mm) > kSkewShare * tolerance_mm)
     return false;
   for (std::size_t k = i; k < i + count; ++k) {  // within the limits
-    if (const auto found = corrected(now_.chunk->point(k), 0.0); !found) return tl::unexpected(found.error());
+    if (const auto found = places_.of(work_.now.chunk->point(k), 0.0); !found)
+      return tl::unexpected(found.error());
   }
-  const nc::AxisFormat& format = posting_.controller.numbers.axes;
+  const nc::AxisFormat& format = work_.posting.controller.numbers.axes;
   const nc::AxisLetter z = nc::AxisLetter::Z;
   block.bottom = format.quanta(z, bottom.z());
   block.clear = format.quanta(z, clear.z());
@@ -328,9 +281,9 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
   const bool to_clear =
       hole.leave_mm == hole.clear_mm || hole.kind == cl::Hole::Kind::feed_out || stands_there;
   const std::int64_t back = to_clear ? block.clear : format.quanta(z, at(hole.leave_mm).z());
-  block.words = quanta_of(middle);
+  block.words = words_.quanta_of(middle);
   block.words.set(z, back);
-  block.from = quanta_of(xyz_of(words(at_.joints)));
+  block.from = words_.quanta_of(words_.xyz_of(words_.of(work_.at.joints)));
   if (!to_clear && block.from[z] != back) {
     // A cycle returns to where it was switched on.
     const auto there = rise_over(hole, hole.leave_mm, end);
@@ -344,67 +297,67 @@ Result<bool> Pipeline::emit_hole(const cl::Hole& hole, std::size_t i, std::size_
     block.from = *there;
     if (block.from[z] != block.clear) return false;
   }
-  const auto rate = feed_rate(hole.feed, length_mm, where);
+  const auto rate = blocks_.rate_of(hole.feed, length_mm, where);
   if (!rate) return tl::unexpected(rate.error());
   if (is_tap) {
     const double turns_s = static_cast<double>(block.thread.rpm) / kSecondsPerMinute;
-    block.feed = posting_.controller.numbers.feed.quanta(
+    block.feed = work_.posting.controller.numbers.feed.quanta(
         nc::FeedMode::per_minute, nc::kPitchUnit_mm * static_cast<double>(block.thread.pitch) * turns_s);
   } else {
-    static_cast<void>(emit_rate(*rate, length_mm, block.feed));
+    static_cast<void>(feed_word(*rate, length_mm, block.feed));
   }
   if (!holds_word(words_of_cycle, "{x}")) {
     // Called where the tool stands.
-    const Vec3 stands = xyz_of(words(at_.joints));
+    const Vec3 stands = words_.xyz_of(words_.of(work_.at.joints));
     if (std::hypot(stands.x() - middle.x(), stands.y() - middle.y()) > kRoundingShare * tolerance_mm)
       return false;
     block.words.set(nc::AxisLetter::X, block.from[nc::AxisLetter::X]);
     block.words.set(nc::AxisLetter::Y, block.from[nc::AxisLetter::Y]);
   }
-  if (auto done = posting_.write(block); !done) return tl::unexpected(done.error());
-  const JointVector q = joints_of_xyz(block.words, end.q);
-  moved(q, seconds_of(block, end.q));
-  at_.point = end;
-  at_.joints = q;
-  course_.leave_segment();
-  ++posting_.report.holes;
-  if (is_tap) spindle_.tapped();
+  if (auto done = work_.posting.write(block); !done) return tl::unexpected(done.error());
+  const JointVector q = words_.joints_of(block.words, end.q);
+  work_.moved(q, seconds_of(block, end.q));
+  work_.at.point = end;
+  work_.at.joints = q;
+  work_.course.leave_segment();
+  ++work_.posting.report.holes;
+  if (is_tap) work_.spindle.tapped();
   if (to_clear && hole.leave_mm > hole.clear_mm) {
-    if (auto done = emit_rapid(end); !done) return tl::unexpected(done.error());
+    if (auto done = blocks_.rapid_to(end); !done) return tl::unexpected(done.error());
   }
   return true;
 }
 
 // The rapid to above the hole; none where the cycle itself goes there, at the height at which the tool is.
-Result<void> Pipeline::emit_across(const cl::Hole& hole, std::size_t i, bool cycle_goes) {
-  const path::Point to = now_.chunk->point(i);
-  if (cycle_goes && at_.known && !at_.approaches && same_rotary(at_.joints, to.q)) {
-    const std::int64_t now = quanta_of(xyz_of(words(at_.joints)))[nc::AxisLetter::Z];
-    const std::int64_t there = quanta_of(word_xyz(to.tip_P, to.q))[nc::AxisLetter::Z];
+Result<void> ShapeMaker::go_across(const cl::Hole& hole, std::size_t i, bool cycle_goes) {
+  const path::Point to = work_.now.chunk->point(i);
+  if (cycle_goes && work_.at.known && !work_.at.approaches && work_.same_rotary(work_.at.joints, to.q)) {
+    const std::int64_t now = words_.quanta_of(words_.xyz_of(words_.of(work_.at.joints)))[nc::AxisLetter::Z];
+    const std::int64_t there = words_.quanta_of(words_.xyz(to.tip_P, to.q))[nc::AxisLetter::Z];
     const std::int64_t leave =
-        quanta_of(word_xyz(hole.top_P + hole.axis_P * hole.leave_mm, to.q))[nc::AxisLetter::Z];
+        words_.quanta_of(words_.xyz(hole.top_P + hole.axis_P * hole.leave_mm, to.q))[nc::AxisLetter::Z];
     const bool to_clear = hole.leave_mm == hole.clear_mm || hole.kind == cl::Hole::Kind::feed_out;
     if (now == there && (to_clear || now == leave)) return {};
   }
-  return emit_segment(to, now_.chunk->motions[i], prepared(i));
+  return segments_.make(to, work_.now.chunk->motions[i], segments_.prepared(i));
 }
 
-bool Pipeline::holds_word(const nc::Template& words, const char* word) {
+bool ShapeMaker::holds_word(const nc::Template& words, const char* word) {
   return std::any_of(words.begin(), words.end(),
                      [&](const std::string& line) { return line.find(word) != std::string::npos; });
 }
 
-double Pipeline::seconds_of(const nc::Hole& hole, const JointVector& at) const {
-  const double rate = posting_.controller.numbers.feed.internal(nc::FeedMode::per_minute, hole.feed);
+double ShapeMaker::seconds_of(const nc::Hole& hole, const JointVector& at) const {
+  const double rate = work_.posting.controller.numbers.feed.internal(nc::FeedMode::per_minute, hole.feed);
   double seconds = 0.0;
-  JointVector q = at_.joints;
-  Vec3 before = xyz_of(words(at_.joints));
+  JointVector q = work_.at.joints;
+  Vec3 before = words_.xyz_of(words_.of(work_.at.joints));
   for (const nc::Stroke& stroke :
-       nc::strokes_of(hole, posting_.controller.cycles, posting_.controller.numbers.axes)) {
+       nc::strokes_of(hole, work_.posting.controller.cycles, work_.posting.controller.numbers.axes)) {
     const Vec3 to(stroke.xyz_mm[0], stroke.xyz_mm[1], stroke.xyz_mm[2]);
-    const JointVector next = joints_of_xyz(quanta_of(to), at);
+    const JointVector next = words_.joints_of(words_.quanta_of(to), at);
     seconds +=
-        (stroke.rapid ? planner_.rapid_seconds(q, next) : (to - before).norm() / rate) + stroke.dwell_s;
+        (stroke.rapid ? work_.planner.rapid_seconds(q, next) : (to - before).norm() / rate) + stroke.dwell_s;
     before = to;
     q = next;
   }
