@@ -30,6 +30,13 @@ std::vector<std::string> failed_checks(const post::VerifyReport& v, const std::s
         "worst at {}:{}",
         v.certified_flute_deviation_mm, v.flute_mm, v.tolerance_mm, cl_file, v.worst_flute.cl_line));
   }
+  if (v.certified_pole_flute_deviation_mm > v.pole_flute_tolerance_mm) {
+    out.push_back(fmt::format(
+        "the tool deviates by {:.6f} mm between its tip and {} mm up near the pole, the tolerance there is "
+        "{:.6f} mm, worst at {}:{}",
+        v.certified_pole_flute_deviation_mm, v.flute_mm, v.pole_flute_tolerance_mm, cl_file,
+        v.worst_pole_flute.cl_line));
+  }
   if (v.max_axis_deviation > v.axis_tolerance) {
     out.push_back(fmt::format("the tool axis deviates by {}, the tolerance is {}",
                               degrees(v.max_axis_deviation), degrees(v.axis_tolerance)));

@@ -80,6 +80,8 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["flute_length_mm"] = r.flute_mm;
   out["max_flute_deviation_mm"] = r.max_flute_deviation_mm;
   out["certified_flute_deviation_mm"] = r.certified_flute_deviation_mm;
+  out["certified_pole_flute_deviation_mm"] = r.certified_pole_flute_deviation_mm;
+  out["pole_flute_tolerance_mm"] = r.pole_flute_tolerance_mm;
   out["max_point_deviation_mm"] = r.max_point_deviation_mm;
   out["max_rapid_deviation_mm"] = r.max_rapid_deviation_mm;
   out["rapid_tolerance_mm"] = r.rapid_tolerance_mm;

@@ -21,6 +21,7 @@ class Draw {
  public:
   explicit Draw(unsigned seed) : random_(seed) {}
   double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
+  double sign() { return uniform(0, 1) < 0.5 ? -1.0 : 1.0; }
   double normal() { return std::normal_distribution<double>(0.0, 1.0)(random_); }
   Vec3 vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
 
@@ -393,15 +394,29 @@ TEST(Compensation, BeginsFromItsNeighbour) {
   EXPECT_GT(one_step, 900);
 }
 
-TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
+// Away from the pole whole; near to it what lies in the plane in which A tilts the tool, and of the rest as
+// much as C takes out with a turn by the sine of the tilt.
+TEST(Compensation, OrientationIsCorrectedAsFarAsTheRotaryAxesReach) {
   Draw draw(11);
-  for (int m = 0; m < 5; ++m) {
+  int near_the_pole = 0;
+  for (int m = 0; m < 10; ++m) {
     const RandomCase at(draw, 100, 0.150);
     const Machine& machine = at.machine;
     const ModelEvaluator truth(at.model);
-    const CompensationOptions options{.orientation = true, .min_sin_tilt = 0.1};
+    const CompensationOptions options{.orientation = true};
     const Compensator compensator(machine, at.model, machine.tool_vector(), options);
+    const AxisId A = *machine.axis("A");
+    const AxisId C = *machine.axis("C");
+    std::vector<Pose5> poses = at.poses;
+    // The same with A nearer to its zero, down to it.
     for (const Pose5& p : at.poses) {
+      Pose5 near = p;
+      near.state.q[A] = poses.size() % 10 == 0 ? 0.0 : std::pow(10.0, draw.uniform(-6.0, -1.0)) * draw.sign();
+      solve_linear(machine, near.tip_P, machine.tool_vector(), near.state.q);
+      near.axis_P = tool_pose(forward(machine, near.state.q)).axis_P;
+      poses.push_back(near);
+    }
+    for (const Pose5& p : poses) {
       const auto c = compensator.corrected(p.tip_P, p.axis_P, p.state);
       ASSERT_TRUE(c) << c.error().message;
       MachineState state = p.state;
@@ -410,18 +425,23 @@ TEST(Compensation, OrientationIsCorrectedAwayFromThePole) {
       EXPECT_LT((actual.tip_P - p.tip_P).norm(), 2e-6);
       const double left = angle_between(actual.axis_P, p.axis_P).rad();
       EXPECT_NEAR(left, angle_between(c->axis_P, p.axis_P).rad(), 1e-12);
-      const double sin_tilt = p.axis_P.cross(machine.axes[*machine.axis("C")].direction).norm();
-      if (sin_tilt > 0.11) {
-        EXPECT_LT(left, 1e-9) << sin_tilt;
-      }
-      if (sin_tilt < 0.09) {
-        for (const AxisId id : machine.rotary_axes()) {
-          EXPECT_EQ(c->q[id], p.state.q[id]);
-        }
-        EXPECT_GT(left, 1e-6);
-      }
+      // Across the plane of the tilt: the way that A's axis points in P.
+      const double sin_tilt = std::abs(std::sin(p.state.q[A]));
+      const Vec3 across_P =
+          Eigen::AngleAxisd(-p.state.q[C], machine.axes[C].direction) * machine.axes[A].direction;
+      // What the errors do where the machine then stands.
+      const Vec3 error_P = actual.axis_P - tool_pose(forward(machine, c->q)).axis_P;
+      const double across = std::abs(error_P.dot(across_P));
+      const double stays = std::max(0.0, across - sin_tilt * sin_tilt);
+      near_the_pole += stays > 0.0;
+      // The turn of C turns that way, too.
+      EXPECT_NEAR(left, stays, stays > 0.0 ? error_P.norm() * (sin_tilt + 1e-3) : 1e-9) << sin_tilt;
+      EXPECT_LE(std::abs(c->q[C] - p.state.q[C]), sin_tilt * (1.0 + 1e-9)) << sin_tilt;
+      const Vec3 left_P = actual.axis_P - p.axis_P;
+      EXPECT_LT((left_P - left_P.dot(across_P) * across_P).norm(), 1e-3 * across + 1e-9) << sin_tilt;
     }
   }
+  EXPECT_GT(near_the_pole, 50);
 }
 
 TEST(Compensation, TheProbedDatumIsNotCorrectedTwice) {

@@ -234,6 +234,104 @@ TEST(Flute, TiltedAxesAreCorrected) {
   }
 }
 
+// Tilts of the tables near the pole, cuts with a fixed axis: what lies in the plane of A's tilt is taken out
+// at the pole, too, the rest from a tilt of the root of it on. What no rotary axis can put right is said, and
+// judged.
+TEST(Flute, TiltedAxesAreCorrectedNearThePole) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  constexpr double kFlute_mm = 50.0;
+  struct Case {
+    double A0C_urad, B0A_urad;
+    double tilt_deg;
+    bool holds;
+  };
+  // The root of 200 urad is 0.81 deg.
+  for (const Case& c :
+       {Case{-200.0, 0.0, 0.0, true}, Case{-200.0, 0.0, 0.3, true}, Case{0.0, 200.0, 0.0, false},
+        Case{0.0, 200.0, 0.3, false}, Case{0.0, 200.0, 0.9, true}, Case{-200.0, 200.0, 1.5, true},
+        Case{-200.0, 200.0, 5.0, true}, Case{150.0, 60.0, 0.0, true}}) {
+    const Model model = test::model_of(
+        "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nB0A_urad = " + fixed_text(c.B0A_urad, 1) +
+            "\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nA0C_urad = " +
+            fixed_text(c.A0C_urad, 1) + "\n",
+        machine);
+    test::OwnChain chain = test::own_chain("trunnion_offset");
+    chain.tilt = {Vec3(0.0, 1e-6 * c.B0A_urad, 0.0), Vec3(1e-6 * c.A0C_urad, 0.0, 0.0)};
+    std::vector<PlacedTool> path;
+    for (int i = 0; i < 40; ++i) {
+      const Vec3 tip(-20.0 + i, 10.0 + 2.0 * std::sin(0.2 * i), 5.0);
+      path.push_back({(1e4 * tip).array().round() / 1e4, test::tilted(c.tilt_deg * kRadPerDegree, 0.3)});
+    }
+    PostOptions options;
+    options.tolerance_mm = kFluteTolerance_mm;
+    options.tools.flute_mm = kFlute_mm;
+    const auto p = test::posted(flute_cl(path), machine, options, "linuxcnc", &model);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    const VerifyReport& v = *p.report->verification;
+    EXPECT_EQ(v.passed(), c.holds) << c.tilt_deg << " " << v.certified_flute_deviation_mm;
+    EXPECT_EQ(p.report->points_inserted, 0U) << c.tilt_deg;
+    const double truth_mm =
+        sampled(test::tool_of(test::cut_of(p.nc, chain), chain), path, kFlute_mm).best_flute_mm;
+    EXPECT_LE(truth_mm, v.certified_flute_deviation_mm + 1e-6) << c.tilt_deg;
+    EXPECT_LE(v.certified_flute_deviation_mm, 1.05 * truth_mm + 1e-4) << c.tilt_deg;
+    // In the tilt's plane the words take it out but for their digits, across it nothing of it at the pole.
+    if (c.holds && c.B0A_urad != 60.0) {
+      EXPECT_LE(truth_mm, 1.3e-4) << c.tilt_deg;
+    }
+    if (c.tilt_deg == 0.0) {
+      EXPECT_NEAR(truth_mm, 1e-6 * std::abs(c.B0A_urad) * kFlute_mm, 1.3e-4);
+    }
+    bool said = false;
+    for (const auto& finding : p.diagnostics.findings())
+      said = said || finding.text().find("the rotary axes cannot take out") != std::string::npos;
+    EXPECT_EQ(said, !c.holds) << c.tilt_deg;
+  }
+}
+
+// In the pole's cone the tool may be tilted on purpose: its flute has what that moves its end by, and no
+// more.
+TEST(Flute, TheConeHasAToleranceOfItsOwn) {
+  constexpr double kFlute_mm = 50.0;
+  std::vector<PlacedTool> path;
+  for (int k = -30; k <= 30; ++k) {
+    const double j = std::sin(0.2 * kRadPerDegree);
+    path.push_back({{30.0 + 0.4 * k, 40.0, 0.0}, Vec3(0.003 * k, j, std::sqrt(1.0 - 9e-6 * k * k - j * j))});
+  }
+  const std::string cl = flute_cl(path);
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const test::OwnChain chain = test::own_chain(name);
+    PostOptions options;
+    options.tolerance_mm = kFluteTolerance_mm;
+    options.tools.flute_mm = kFlute_mm;
+    options.pole.tolerance = Angle::degrees(0.25);
+    const auto p = test::posted(cl, machine, options);
+    ASSERT_TRUE(p.report) << name << p.report.error().text();
+    const VerifyReport& v = *p.report->verification;
+    EXPECT_TRUE(v.passed()) << name << flute_text(v);
+    EXPECT_EQ(p.report->pole_stretches, 1U) << name;
+    EXPECT_NEAR(v.pole_flute_tolerance_mm, kFluteTolerance_mm + kFlute_mm * 0.25 * kRadPerDegree, 1e-6);
+    const double truth_mm =
+        sampled(test::tool_of(test::cut_of(p.nc, chain), chain), path, kFlute_mm).best_flute_mm;
+    EXPECT_GT(truth_mm, 0.5 * kFlute_mm * 0.2 * kRadPerDegree) << name;
+    EXPECT_GE(v.certified_pole_flute_deviation_mm, truth_mm - 1e-6) << name;
+    EXPECT_LE(v.certified_pole_flute_deviation_mm, 1.05 * truth_mm + 1e-4) << name;
+    // The same program where less is allowed.
+    const nc::Controller c = post::with_axes_of(machine, test::shipped_controller("linuxcnc"));
+    VerifyOptions less;
+    less.tolerance_mm = kFluteTolerance_mm;
+    less.tools.flute_mm = kFlute_mm;
+    less.axis_tolerance = Angle::degrees(1.0);
+    less.pole.tolerance = Angle::degrees(0.1);
+    Diagnostics d;
+    const auto stricter = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                                 {std::make_unique<test::TextOf>(p.nc), "part.nc"}, machine, c, less, d);
+    ASSERT_TRUE(stricter) << name;
+    EXPECT_FALSE(stricter->cuts_within_tolerance()) << name;
+    EXPECT_GT(stricter->certified_pole_flute_deviation_mm, stricter->pole_flute_tolerance_mm) << name;
+  }
+}
+
 TEST(Flute, BoundsHoldAndAreNearToSamples) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const int seeds = test::cases(12, "TRUNNION_CASES");

@@ -5,7 +5,6 @@
 #include "trunnion/base/result.hpp"
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/error_kinematics.hpp"
-#include "trunnion/machine/rotary_solver.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 #include "trunnion/path/error_course.hpp"
 
@@ -16,11 +15,11 @@ struct CompensationOptions {
   /// finest NC word).
   double converged_mm = 1e-6;
   int max_steps = 10;
-  /// Correct the rotary axes too. A tilt error of d rad needs dC = d / sin(A): near A = 0 the tool axis is
-  /// left as it is.
+  /// Correct the rotary axes too, where there are two. The outer one takes out what lies in the plane in
+  /// which it tilts the tool; what lies across it takes dC = d / sin(tilt) of the inner one, which turns by
+  /// no more than the sine of the tilt: nearer to the pole than the root of d a part of it stays
+  /// (Corrected::axis_P), at the pole all.
   bool orientation = false;
-  /// sin(tilt) below which the rotary axes are not corrected; the tool axis' deviation is reported.
-  double min_sin_tilt = 0.1;
 };
 
 /// What to command so that the erroneous machine does what the CL file prescribes.
@@ -80,13 +79,12 @@ class Compensator {
   const Vec3& datum_shift() const { return datum_shift_P_; }
 
  private:
-  bool turn_rotaries(const Vec3& axis_P, JointVector& q) const;
+  struct ToolTurn;
   ToolPose actual(const MachineState& at, const RotarySines& sines, std::span<const double> lagged) const;
   Machine machine_;
   ModelEvaluator evaluator_;
   CompensationOptions options_;
   TableKinematics kinematics_;
-  RotarySolver solver_;
   ErrorKinematics with_errors_;
   ErrorCourse course_;
   Vec3 datum_shift_P_;

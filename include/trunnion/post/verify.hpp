@@ -144,7 +144,13 @@ struct CutFigures {
   /// bound.
   double max_flute_deviation_mm = 0.0;
   double certified_flute_deviation_mm = 0.0;
-  PlaceInFiles worst_flute;             // where that is
+  PlaceInFiles worst_flute;  // where that is
+  /// Inside the cone, where a tolerance for it was given: the bound, against the path as it is programmed,
+  /// and the tolerance there, which is that of the tip and what the tilt moves the flute's end by; of the
+  /// place that takes the largest share of it.
+  double certified_pole_flute_deviation_mm = 0.0;
+  double pole_flute_tolerance_mm = 0.0;
+  PlaceInFiles worst_pole_flute;
   double max_point_deviation_mm = 0.0;  // largest distance of a CL point from the path
   std::vector<WorstPlace> worst;        // feed moves, worst first
 };

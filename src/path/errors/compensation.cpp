@@ -1,9 +1,10 @@
 #include "trunnion/path/compensation.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "trunnion/base/number_text.hpp"
+
+#include "path/errors/tool_turn.hpp"
 
 namespace trunnion::path {
 
@@ -13,7 +14,6 @@ Compensator::Compensator(const Machine& machine, const Model& model, const Vec3&
       evaluator_(model),
       options_(options),
       kinematics_(machine, tool_mm),
-      solver_(machine),
       with_errors_(machine, tool_mm),
       course_(machine, tool_mm, evaluator_),
       datum_shift_P_(datum_shift_P(machine, evaluator_)) {
@@ -31,33 +31,25 @@ ToolPose Compensator::actual(const MachineState& at, const RotarySines& sines,
   return pose;
 }
 
-// Rotary positions for the wanted axis, of the branch and turn nearest to q; false where C has too little
-// hold.
-bool Compensator::turn_rotaries(const Vec3& axis_P, JointVector& q) const {
-  const std::size_t count = kinematics_.rotary_count();
-  if (count < 2) return false;
-  const AxisId outer = kinematics_.rotary(0);
-  const AxisId inner = kinematics_.rotary(1);
-  if (axis_P.cross(kinematics_.direction(1)).norm() < options_.min_sin_tilt) return false;
-  const RotarySolutions solutions = solver_.solve(axis_P, q[inner]);
-  double nearest = std::numeric_limits<double>::infinity();
-  JointVector best = q;
-  for (std::size_t i = 0; i < solutions.count; ++i) {
-    const auto& s = solutions.at[i];
-    const double A = q[outer] + std::remainder(s.angle[0] - q[outer], kTwoPi);
-    const double C = q[inner] + std::remainder(s.angle[1] - q[inner], kTwoPi);
-    const double distance = std::abs(A - q[outer]) + std::abs(C - q[inner]);
-    if (distance >= nearest) continue;
-    nearest = distance;
-    best[outer] = A;
-    best[inner] = C;
+// The tool axis, and the rotary axes in P where they stand at `sines`.
+struct Compensator::ToolTurn {
+  lanes::Triple<double> axis_P, outer_P, inner_P;
+
+  ToolTurn(const TableKinematics& kinematics, const Vec3& axis, const RotarySines& sines)
+      : axis_P(triple(axis)), inner_P(triple(kinematics.direction(1))) {
+    outer_P = kinematics.turned_back(1, triple(kinematics.direction(0)),
+                                     TableKinematics::SinesOf<double>{sines.sin, sines.cos});
   }
-  // Where the branches meet (the axis only just in reach) a small error may have no near solution.
-  constexpr double kFar = 0.01;  // rad; errors of an axis are 1e-4, divided by min_sin_tilt
-  if (nearest > kFar) return false;
-  q = best;
-  return true;
-}
+  static lanes::Triple<double> triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+  std::array<double, 2> towards(const Vec3& off) const {
+    return turns_towards(triple(off), axis_P, outer_P, inner_P);
+  }
+  Vec3 moved_by(const std::array<double, 2>& turns) const {
+    const auto by = turns[0] * lanes::cross(axis_P, outer_P) + turns[1] * lanes::cross(axis_P, inner_P);
+    return {by.x, by.y, by.z};
+  }
+};
 
 Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, const MachineState& at,
                                          std::span<const double> lagged, const Vec3& near) const {
@@ -67,9 +59,10 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
   Corrected out;
   out.held = range.verdict == RangeCheck::Verdict::held;
   Vec3 target_P = tip_P + near;
-  Vec3 target_axis_P = axis_P;
-  bool turns = options_.orientation;
+  const bool turns_tool = options_.orientation && kinematics_.rotary_count() == 2;
   TableKinematics::Sines sines = kinematics_.sines(state.q);
+  const ToolTurn turn(kinematics_, axis_P, sines);
+  std::array<double, 2> turned{0.0, 0.0};
   kinematics_.solve_linear(target_P, sines, state.q);
   for (;;) {
     const ToolPose actual_pose = actual(state, sines, lagged);
@@ -78,7 +71,14 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
     out.axis_P = actual_pose.axis_P;
     if (out.steps == 0) out.before_mm = (actual_pose.tip_P - target_P).norm();
     constexpr double kAxisConverged = 1e-10;  // rad: 0.1 nm at 1 m
-    const bool axis_done = !turns || angle_between(actual_pose.axis_P, axis_P).rad() < kAxisConverged;
+    std::array<double, 2> step{0.0, 0.0};
+    if (turns_tool) {
+      // What the errors do there, less what the rotary axes have turned the tool by: to the first order of
+      // a turn, the rest goes into the next step.
+      const auto wanted = turn.towards(turn.moved_by(turned) - (actual_pose.axis_P - axis_P));
+      for (std::size_t k = 0; k < 2; ++k) step[k] = wanted[k] - turned[k];
+    }
+    const bool axis_done = turn.moved_by(step).norm() < kAxisConverged;
     if (out.left_mm < options_.converged_mm && axis_done) break;
     if (out.steps == options_.max_steps) {
       return fail(ErrorCode::check_failed, "the correction does not converge: after " +
@@ -88,13 +88,15 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
     ++out.steps;
     target_P -= error_P;
     if (!axis_done) {
-      target_axis_P = (target_axis_P - (actual_pose.axis_P - axis_P)).normalized();
-      turns = turn_rotaries(target_axis_P, state.q);
+      for (std::size_t k = 0; k < 2; ++k) {
+        turned[k] += step[k];
+        state.q[kinematics_.rotary(k)] = at.q[kinematics_.rotary(k)] + turned[k];
+      }
       sines = kinematics_.sines(state.q);
     }
     const JointVector before = state.q;
     kinematics_.solve_linear(target_P, sines, state.q);
-    if (options_.orientation) continue;
+    if (turns_tool) continue;
     // The step takes off all but what the errors change on it.
     if (const auto left = course_.change_at_most(before, state.q); left && *left < options_.converged_mm) {
       out.left_mm = *left;

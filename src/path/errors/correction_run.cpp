@@ -3,6 +3,7 @@
 #include "trunnion/effects/course_errors.hpp"
 
 #include "path/bounds/side_by_side.hpp"
+#include "path/errors/tool_turn.hpp"
 
 namespace trunnion::path {
 namespace {
@@ -216,12 +217,12 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
 
 // The rotary axes take the tool's direction where it is prescribed, to first order in the errors: u(A, C) is
 // moved by da = -(n_A x u) dA and dc = -(n_C x u) dC. The words are rounded, and the linear axes put the tip
-// right for them; near the pole the axes stay as they are, as Compensator has it. Not known: a step so large
-// that its square counts.
+// right for them. Not known: a step so large that its square counts.
 template <class T>
 lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
                                    TableKinematics::SinesOf<T>& sines, Of<T>& of) const {
   constexpr double kFirstOrder_rad = 3e-4;  // half its square is a twentieth of the finest angle word
+  constexpr double kLeverTurn_rad = 2e-7;   // of the inner axis, a tenth of a usual one
   const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
   const auto axis_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
   const auto solve = [&](const lanes::Triple<T>& target_P) {
@@ -236,27 +237,17 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
   const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.at(q) : ask_each(few, q, of, known);
   const auto poses = compensator_.with_errors().poses(q, sines, errors);
   const lanes::Triple<T> off = axis_P - poses.axis_P;
-  const auto dot = [](const lanes::Triple<T>& a, const lanes::Triple<T>& b) -> T {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-  };
   const lanes::Triple<T> outer_P = kinematics_.turned_back(1, of.chain.axis[0], sines);
-  const lanes::Triple<T> a = lanes::cross(axis_P, outer_P);
-  const lanes::Triple<T> c = lanes::cross(axis_P, of.chain.axis[1]);
-  const T aa = dot(a, a);
-  const T ac = dot(a, c);
-  const T cc = dot(c, c);
-  const T toward_a = dot(off, a);
-  const T toward_c = dot(off, c);
-  const T det = aa * cc - ac * ac;
-  const double least_sine = compensator_.options().min_sin_tilt;
-  const auto turns = cc >= least_sine * least_sine;
-  const std::array<T, 2> by{lanes::select(turns, T((toward_a * cc - toward_c * ac) / det), T{}),
-                            lanes::select(turns, T((toward_c * aa - toward_a * ac) / det), T{})};
-  known &= poses.known & (lanes::abs(by[0]) + lanes::abs(by[1]) <= kFirstOrder_rad);
+  const std::array<T, 2> by = turns_towards(off, axis_P, outer_P, of.chain.axis[1]);
+  // The turn of one changes what the other does: against that the inner one has its lever only.
+  const T each = by[0] * by[1];
+  const T lever2 = lanes::squared(lanes::cross(axis_P, of.chain.axis[1]));
+  known &= poses.known & (lanes::abs(by[0]) + lanes::abs(by[1]) <= kFirstOrder_rad) &
+           (each * each <= kLeverTurn_rad * kLeverTurn_rad * lever2);
   for (std::size_t k = 0; k < 2; ++k) {
     const AxisId id = kinematics_.rotary(k);
     const T before = q[id];
-    q[id] = lanes::select(turns, of.grid.rounded(id, T(before + by[k])), before);
+    q[id] = of.grid.rounded(id, T(before + by[k]));
     turn_on(sines.sin[k], sines.cos[k], T(q[id] - before));
   }
   solve(tip_P);

@@ -96,8 +96,8 @@ bool CutJudge::judge(const CutBlock& block) const {
 void CutJudge::take_beside(const Piece& piece) const {
   const Target& a = path_.points()[piece.segment];
   const Target& b = path_.points()[piece.segment + 1];
-  if (PathFollower::near_pole(a, b)) return;
   VerifyReport& report = record_.report;
+  if (PathFollower::near_pole(a, b)) return take_flute_in_cone(piece);
   DeviationMeter::Beside known;
   known.axis_rad.upper = report.max_axis_deviation_at_tip.rad();
   // What a block is off its chord comes on top: then the figure itself is needed.
@@ -108,9 +108,25 @@ void CutJudge::take_beside(const Piece& piece) const {
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
   if (beside.flute_mm.upper > report.tolerance_mm)
-    beside.flute_mm =
-        FluteAbout(meter_, path_, program_).of(piece.from, piece.to, piece.segment, known.flute_mm.upper);
+    beside.flute_mm = FluteAbout(meter_, path_, program_, report.tolerance_mm, false)
+                          .of(piece.from, piece.to, piece.segment, known.flute_mm.upper);
   record_.take_flute(beside, b, piece.to.nc_line);
+}
+
+// Where the tool may be tilted on purpose its flute has that much more.
+void CutJudge::take_flute_in_cone(const Piece& piece) const {
+  const Target& a = path_.points()[piece.segment];
+  const Target& b = path_.points()[piece.segment + 1];
+  if (b.flute_mm == 0.0) return;
+  DeviationMeter::Beside known;
+  known.axis_rad.upper = kPi;  // not asked for
+  known.flute_mm.upper = record_.known_in_cone_mm(b.flute_mm);
+  auto beside = meter_.beside(piece.from, piece.to, a, b, piece.t0, piece.t1, program_, known);
+  const double limit_mm = record_.cone_limit_mm(b.flute_mm);
+  if (beside.flute_mm.upper > limit_mm)
+    beside.flute_mm = FluteAbout(meter_, path_, program_, limit_mm, true)
+                          .of(piece.from, piece.to, piece.segment, known.flute_mm.upper);
+  record_.take_flute(beside, b, piece.to.nc_line, true);
 }
 
 bool CutJudge::mark_nearer(const CutBlock& block, const Target& target) const {

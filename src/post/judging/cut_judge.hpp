@@ -46,6 +46,7 @@ class CutJudge {
   bool keeps_tool(const QuietBlock& quiet, const CutBlock& block, const KnownFigures& known) const;
   /// What the tool is off beside the tip's place.
   void take_beside(const Piece& piece) const;
+  void take_flute_in_cone(const Piece& piece) const;
   /// A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
   /// compensation, tolerance or the machine's errors explain. True when it is the last one.
   bool mark_nearer(const CutBlock& block, const Target& target) const;

@@ -18,6 +18,7 @@ bool VerifyReport::cuts_within_tolerance() const {
   return certified_tip_deviation_mm <= tolerance_mm + kRounding_mm &&
          max_point_deviation_mm <= tolerance_mm + kRounding_mm &&
          (flute_mm == 0.0 || certified_flute_deviation_mm <= tolerance_mm + kRounding_mm) &&
+         certified_pole_flute_deviation_mm <= pole_flute_tolerance_mm + kRounding_mm &&
          max_axis_deviation.rad() <= axis_tolerance.rad() + kRounding_rad &&
          max_pole_axis_deviation.rad() <= axis_tolerance.rad() + pole_tolerance.rad() + kRounding_rad;
 }
@@ -30,7 +31,11 @@ std::string flute_text(const VerifyReport& report) {
   if (report.flute_mm > 0.0)
     return "from its tip to " + shortest_text(report.flute_mm) + " mm up the tool stays within " +
            fixed_text(report.certified_flute_deviation_mm, 6) + " mm of its place" +
-           (report.pole_tolerance > Angle{} ? " outside the pole's cone, where it may be tilted" : "");
+           (report.pole_flute_tolerance_mm > 0.0
+                ? "; in the pole's cone, where it may be tilted, within " +
+                      fixed_text(report.certified_pole_flute_deviation_mm, 6) + " mm (tolerance " +
+                      fixed_text(report.pole_flute_tolerance_mm, 6) + " mm)"
+                : "");
   constexpr double kUp_mm = 10.0;
   return shortest_text(kUp_mm) + " mm up the tool the axis tolerance allows " +
          fixed_text(kUp_mm * 2.0 * std::sin(0.5 * report.axis_tolerance.rad()), 4) + " mm more";
@@ -62,14 +67,32 @@ void CutRecord::take_deviation(const DeviationMeter::Deviation& d, bool in_cone)
   largest = std::max(largest, Angle::radians(d.axis_rad.upper));
 }
 
-void CutRecord::take_flute(const DeviationMeter::Beside& beside, const Target& to, std::uint32_t nc_line) {
+void CutRecord::take_flute(const DeviationMeter::Beside& beside, const Target& to, std::uint32_t nc_line,
+                           bool in_cone) {
   if (to.flute_mm == 0.0) return;
+  if (in_cone) {
+    of_block.proved = of_block.proved && beside.proved;
+    if (!(beside.flute_mm.upper > known_in_cone_mm(to.flute_mm))) return;
+    report.certified_pole_flute_deviation_mm = beside.flute_mm.upper;
+    report.pole_flute_tolerance_mm = cone_limit_mm(to.flute_mm);
+    report.worst_pole_flute = {nc_line, to.line};
+    return;
+  }
   of_block.flute_mm = std::max(of_block.flute_mm, beside.flute_mm.upper);
   of_block.proved = of_block.proved && beside.proved;
   report.max_flute_deviation_mm = std::max(report.max_flute_deviation_mm, beside.flute_mm.lower);
   if (!(beside.flute_mm.upper > report.certified_flute_deviation_mm)) return;
   report.certified_flute_deviation_mm = beside.flute_mm.upper;
   report.worst_flute = {nc_line, to.line};
+}
+
+double CutRecord::cone_limit_mm(double flute_mm) const {
+  return report.tolerance_mm + flute_mm * 2.0 * std::sin(0.5 * report.pole_tolerance.rad());
+}
+
+double CutRecord::known_in_cone_mm(double flute_mm) const {
+  if (report.pole_flute_tolerance_mm == 0.0) return 0.0;
+  return report.certified_pole_flute_deviation_mm / report.pole_flute_tolerance_mm * cone_limit_mm(flute_mm);
 }
 
 void CutRecord::take_axis(double axis, double at_tip, const KnownFigures& known) {

@@ -27,7 +27,11 @@ struct CutRecord {
   }
   void take_deviation(const DeviationMeter::Deviation& d, bool in_cone = false);
   /// Of a block that ends in line `nc_line` of the program, on the way to `to`.
-  void take_flute(const DeviationMeter::Beside& beside, const Target& to, std::uint32_t nc_line);
+  void take_flute(const DeviationMeter::Beside& beside, const Target& to, std::uint32_t nc_line,
+                  bool in_cone = false);
+  /// What is allowed of a flute in the pole's cone, and what of it is less than what is known there, mm.
+  double cone_limit_mm(double flute_mm) const;
+  double known_in_cone_mm(double flute_mm) const;
   /// By sines of angles that are above those of the report.
   void take_axis(double axis, double at_tip, const KnownFigures& known);
   /// A block that is not straight itself leaves its chord by so much more. `has_flute`: of the tools.

@@ -8,6 +8,13 @@
 
 namespace trunnion::post {
 
+bool FluteAbout::counts(std::size_t j, std::size_t segment) const {
+  const PathPoints& points = path_.points();
+  const Target& b = points[j + 1];
+  return !b.rapid && b.flute_mm == points[segment + 1].flute_mm &&
+         (in_cone_ || !PathFollower::near_pole(points[j], b));
+}
+
 bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment, double limit_mm,
                        int halvings) const {
   constexpr int kMostHalvings = 14;
@@ -17,7 +24,7 @@ bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment,
   for (std::size_t j = first; j <= last; ++j) {
     const Target& a = points[j];
     const Target& b = points[j + 1];
-    if (b.rapid || b.flute_mm != points[segment + 1].flute_mm || PathFollower::near_pole(a, b)) continue;
+    if (!counts(j, segment)) continue;
     if (meter_.keeps_flute({from, v, 0.0, 1.0}, a, b, limit_mm)) return true;
   }
   if (halvings == kMostHalvings) return false;
@@ -43,7 +50,7 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
   for (std::size_t j = first; j <= last; ++j) {
     const Target& a = points[j];
     const Target& b = points[j + 1];
-    if (b.rapid || b.flute_mm != flute_mm || PathFollower::near_pole(a, b)) continue;
+    if (!counts(j, segment)) continue;
     const auto beside = meter_.beside(from, v, a, b, 0.0, 1.0, program_, known);
     if (beside.flute_mm.upper < least.upper) least = beside.flute_mm;
     const path::FluteSegment path({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, flute_mm);
@@ -55,7 +62,7 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
   }
   const double found_mm = std::max(at_end_mm[0], at_end_mm[1]);
   least.lower = std::min(found_mm, least.upper);
-  const bool is_sharp = least.upper <= std::max({path_.limits().tolerance_mm, known_mm, kSharp * found_mm});
+  const bool is_sharp = least.upper <= std::max({limit_mm_, known_mm, kSharp * found_mm});
   if (is_sharp || halvings == kMostHalvings) return least;
   const Vertex middle = meter_.middle_of(from, v, program_);
   const auto before = of(from, middle, segment, known_mm, halvings + 1);

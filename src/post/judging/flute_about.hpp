@@ -9,8 +9,10 @@ namespace trunnion::post {
 /// one of each. References must outlive the object.
 class FluteAbout {
  public:
-  FluteAbout(const DeviationMeter& meter, const PathFollower& path, const ProgramState& program)
-      : meter_(meter), path_(path), program_(program) {}
+  /// `limit_mm`: what is allowed there. `in_cone`: places in the pole's cone count, too.
+  FluteAbout(const DeviationMeter& meter, const PathFollower& path, const ProgramState& program,
+             double limit_mm, bool in_cone)
+      : meter_(meter), path_(path), program_(program), limit_mm_(limit_mm), in_cone_(in_cone) {}
 
   /// The block from `from` to `v`, whose tip is on `segment`, off the nearest places about it. What is proved
   /// to be no more than `known_mm` is left out.
@@ -18,14 +20,15 @@ class FluteAbout {
                               double known_mm) const {
     if (keeps(from, v, segment, known_mm, 0)) return {};
     DeviationMeter::Interval out = of(from, v, segment, known_mm, 0);
-    // A bound that straddles the tolerance is decided.
-    const double tolerance_mm = path_.limits().tolerance_mm;
-    if (out.lower <= tolerance_mm && out.upper > tolerance_mm && keeps(from, v, segment, tolerance_mm, 0))
-      out.upper = tolerance_mm;
+    // A bound that straddles the limit is decided.
+    if (out.lower <= limit_mm_ && out.upper > limit_mm_ && keeps(from, v, segment, limit_mm_, 0))
+      out.upper = limit_mm_;
     return out;
   }
 
  private:
+  /// The tool of the block on `segment` may be there.
+  bool counts(std::size_t j, std::size_t segment) const;
   /// Each part of the block is proved to keep to one of the segments.
   bool keeps(const Vertex& from, const Vertex& v, std::size_t segment, double limit_mm, int halvings) const;
   DeviationMeter::Interval of(const Vertex& from, const Vertex& v, std::size_t segment, double known_mm,
@@ -34,6 +37,8 @@ class FluteAbout {
   const DeviationMeter& meter_;
   const PathFollower& path_;
   const ProgramState& program_;
+  double limit_mm_;
+  bool in_cone_;
 };
 
 }  // namespace trunnion::post

@@ -498,7 +498,7 @@ void MachineJudge::feed_beyond_end(const Vertex& v) {
   const Target& last = points().back();
   record_.take_deviation(meter().of(*ends_.previous, v, last, last, as_run_.state, {}), last.in_cone);
   record_.take_flute(meter().beside(*ends_.previous, v, last, last, 0.0, 0.0, as_run_.state, {}), last,
-                     v.nc_line);
+                     v.nc_line, last.in_cone);
   record_.end_cut(v, last.line, false);
 }
 

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/path/correction_run.hpp"
 #include "trunnion/path/known_place.hpp"
+#include "trunnion/path/pole.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -39,9 +41,16 @@ bool BlockBend::leaves_path(const path::Point& to, const JointVector& q, bool bo
   const double limit_mm = work_.modes.tolerances.cutting().tip_mm;
   if (work_.errors.turner) {
     const double flute_limit_mm = work_.modes.tolerances.tolerance_mm();
-    if (work_.course.flute_mm(work_.at.joints, q, work_.posting.options.rtcp, work_.errors.state,
-                              flute_limit_mm) > flute_limit_mm)
-      return true;
+    const auto off_mm = [&](const JointVector& from, const JointVector& last) {
+      return work_.course.flute_mm(from, last, work_.posting.options.rtcp, work_.errors.state,
+                                   flute_limit_mm);
+    };
+    if (off_mm(work_.at.joints, q) > flute_limit_mm) {
+      // Where the rotary axes cannot put the tool right at an end no point between helps.
+      const double end_mm = std::max(off_mm(work_.at.joints, work_.at.joints), off_mm(q, q));
+      if (end_mm <= flute_limit_mm) return true;
+      say_what_stays(to, end_mm);
+    }
   }
   const bool is_cheap = work_.course.is_fixed_and_proved();
   if (is_cheap && stays_surely(to, q, path::kBentWithErrors * limit_mm, bounded)) return false;
@@ -59,6 +68,16 @@ bool BlockBend::leaves_path(const path::Point& to, const JointVector& q, bool bo
       work_.course.deviation(work_.at.joints, q, work_.posting.options.rtcp, work_.errors.state, enough);
   return found.tip_mm.upper >
          (found.proved && !found.unbounded ? limit_mm : path::kBentWithErrors * limit_mm);
+}
+
+void BlockBend::say_what_stays(const path::Point& to, double off_mm) {
+  work_.posting.diagnostics.warning_once(
+      "direction stays", work_.posting.job.cl_file, to.where,
+      "the rotary axes cannot take out what the machine's errors turn the tool by here, " +
+          fixed_text(path::tilt_from_pole(work_.posting.machine, to.axis_P).deg(), 3) +
+          " deg from the axis about which the table turns: " + fixed_text(off_mm, 6) + " mm stay " +
+          shortest_text(work_.tool.tool.flute_mm) +
+          " mm up the tool. Near that axis they tilt it in one plane only");
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of

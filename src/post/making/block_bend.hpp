@@ -24,6 +24,8 @@ class BlockBend {
 
  private:
   bool stays_surely(const path::Point& to, const JointVector& q, double limit_mm, bool bounded);
+  /// Once, where the rotary axes leave the flute's end off by so much.
+  void say_what_stays(const path::Point& to, double off_mm);
   bool span_leaves_path(const path::Point& to, const JointVector& q) const;
   double strays_mm(const path::Point& to, const JointVector& q, double t) const;
   /// With the machine's errors, at the fraction t of the block to `q`.
