@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "path/random_segments.hpp"
 #include "support/cases.hpp"
@@ -159,6 +160,73 @@ TEST_P(FluteOf, BoundIsWithinFivePercentOfTheTruth) {
     EXPECT_LE(bound.upper, 1.06 * truth) << "case " << i << " of " << GetParam();
   }
   RecordProperty("worst", std::to_string(worst));
+}
+
+// Across the equator of A a turn of both axes leaves the great circle on one side before it and on the other
+// behind: nothing in the middle, and nothing at the ends. The tip stands where the path has it, or goes its
+// own way. Beside a path that is off to one side only what a bound adds for third derivatives tells of it.
+TEST_P(FluteOf, BoundHoldsWhereTheAxisIsOffOnBothSidesOfItsArc) {
+  const Machine machine = test::shipped_machine(GetParam());
+  const TableKinematics kinematics(machine, machine.tool_vector());
+  const FluteCertifier straight(kinematics, FluteCertifier::Tip::straight);
+  std::mt19937_64 random(31);
+  const auto any = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  // The equator: the tool axis is farthest from the axis of C.
+  const AxisId outer = kinematics.rotary(0);
+  double equator = 0.0;
+  double least = 1.0;
+  for (int i = 0; i < 3600; ++i) {
+    JointVector q;
+    q[outer] = i * kTwoPi / 3600.0;
+    const double cosine = std::abs(kinematics.axis_P(kinematics.sines(q)).dot(kinematics.direction(1)));
+    if (cosine >= least) continue;
+    least = cosine;
+    equator = q[outer];
+  }
+  int told = 0;
+  for (int i = 0; i < test::cases(100); ++i) {
+    JointVector q0;
+    JointVector q1;
+    const double tilt = any(0.05, 0.3);
+    const double turn = any(0.2, 0.8);
+    q0[outer] = equator - tilt;
+    q1[outer] = equator + tilt;
+    q0[kinematics.rotary(1)] = -turn;
+    q1[kinematics.rotary(1)] = turn;
+    const Vec3 tip(any(-50.0, 50.0), any(-50.0, 50.0), any(-50.0, 50.0));
+    const Vec3 way = Vec3(any(-1.0, 1.0), any(-1.0, 1.0), any(-1.0, 1.0));
+    kinematics.solve_linear(tip, kinematics.sines(q0), q0);
+    kinematics.solve_linear(tip + way, kinematics.sines(q1), q1);
+    const Station a = station(kinematics, q0);
+    const Station b = station(kinematics, q1);
+    const double flute_mm = any(20.0, 100.0);
+    const Vec3 across = a.axis_P.cross(b.axis_P).normalized();
+    // As far off as the course itself leaves its arc, or a few times that.
+    const double beside = any(0.0, 0.03);
+    const Reference r{a.tip_P, b.tip_P, (a.axis_P - beside * across).normalized(),
+                      (b.axis_P - beside * across).normalized()};
+    const FluteSegment segment(r, flute_mm);
+    const Bound bound = straight.deviation(a, b, segment);
+    double truth = 0.0;
+    double of_three = 0.0;
+    for (int k = 0; k <= 64; ++k) {
+      const double t = k / 64.0;
+      const Vec3 axis_P = kinematics.axis_P(kinematics.sines(JointVector::interpolate(q0, q1, t)));
+      const double off = least_off_mm({tip + t * way, axis_P}, r, flute_mm);
+      truth = std::max(truth, off);
+      if (k % 32 == 0) of_three = std::max(of_three, off);
+    }
+    told += truth > 1.1 * of_three;
+    EXPECT_GE(bound.upper, truth - kSearched_mm) << GetParam() << " " << i << " " << of_three;
+    EXPECT_LE(bound.upper, 1.06 * truth) << GetParam() << " " << i;
+    EXPECT_EQ(straight.within(a, b, segment, 0.98 * truth), Within::no) << GetParam() << " " << i;
+    EXPECT_EQ(straight.within(a, b, segment, 1.06 * truth), Within::yes) << GetParam() << " " << i;
+  }
+  // Where the outer axis is not square to the inner one the axis turns back there.
+  const bool is_square = std::abs(kinematics.direction(0).dot(kinematics.direction(1))) < 1e-9;
+  EXPECT_TRUE(told > test::cases(100) / 10 || !is_square) << told;
 }
 
 // What the decision says is what the bound says.

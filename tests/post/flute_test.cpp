@@ -1,10 +1,13 @@
 // The tool above its tip: how far its axis is off that of the path where the tip is, and how far its flute is
 // off its place, held against a chain of the tests' own.
 #include <cctype>
+#include <cstdio>
 #include <gtest/gtest.h>
+#include <map>
 #include <random>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "post/own_chain.hpp"
 #include "post/posting.hpp"
@@ -133,6 +136,14 @@ VerifyReport verified_with_flute(const std::string& nc, const std::string& cl, c
   return *report;
 }
 
+// Of all paths on one machine.
+struct EdgeFigures {
+  double before_mm = 0.0;
+  double after_mm = 0.0;
+  std::size_t points_before = 0;
+  std::size_t points = 0;
+};
+
 // Round leading edges on four machines, words of four decimals in degrees: what is posted for a flute holds
 // for it, and for its tip, judged by the tests' own chain; without a flute it does not.
 TEST(Flute, ProgramsHoldTheirFlute) {
@@ -141,6 +152,7 @@ TEST(Flute, ProgramsHoldTheirFlute) {
   for (const std::string& name : test::shipped_machines()) {
     const Machine machine = test::shipped_machine(name);
     const test::OwnChain chain = test::own_chain(name);
+    std::map<double, EdgeFigures> figures;
     for (int seed = 0; seed < seeds; ++seed) {
       std::mt19937_64 random(static_cast<unsigned>(seed) + 71);
       const auto path = leading_edge(random, std::uniform_real_distribution<double>(0.4, 1.5)(random));
@@ -161,10 +173,20 @@ TEST(Flute, ProgramsHoldTheirFlute) {
         options.tools.flute_mm = 0.0;
         const auto tip = test::posted(cl, machine, options);
         ASSERT_TRUE(tip.report);
-        beyond_mm = std::max(
-            beyond_mm,
-            sampled(test::tool_of(test::cut_of(tip.nc, chain), chain), path, flute_mm).best_flute_mm);
+        const double before_mm =
+            sampled(test::tool_of(test::cut_of(tip.nc, chain), chain), path, flute_mm).best_flute_mm;
+        beyond_mm = std::max(beyond_mm, before_mm);
+        EdgeFigures& f = figures[flute_mm];
+        f.before_mm = std::max(f.before_mm, before_mm);
+        f.after_mm = std::max(f.after_mm, truth.best_flute_mm);
+        f.points += p.report->points_inserted;
+        f.points_before += tip.report->points_inserted;
       }
+    }
+    for (const auto& [flute_mm, f] : figures) {
+      std::printf(
+          "[ figures  ] %s, %.0f mm up: %.2f um off before, %.2f um with the flute; %zu points before, %zu\n",
+          name.c_str(), flute_mm, 1e3 * f.before_mm, 1e3 * f.after_mm, f.points_before, f.points);
     }
   }
   EXPECT_GT(beyond_mm, 1.5 * kFluteTolerance_mm);
@@ -330,6 +352,126 @@ TEST(Flute, TheConeHasAToleranceOfItsOwn) {
     EXPECT_FALSE(stricter->cuts_within_tolerance()) << name;
     EXPECT_GT(stricter->certified_pole_flute_deviation_mm, stricter->pole_flute_tolerance_mm) << name;
   }
+}
+
+// The same tilts, cuts with a fixed axis so that nothing else is in the figure: before, where the tip alone
+// is corrected, the tilts; after it the digits of the words.
+TEST(Flute, TiltedAxesLeaveTheDigitsOfTheWords) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Model model = test::model_of(
+      "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nB0A_urad = 100.0\nC0A_urad = -100.0\n"
+      "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nA0C_urad = -100.0\nB0C_urad = 100.0\n",
+      machine);
+  test::OwnChain chain = test::own_chain("trunnion_offset");
+  chain.tilt = {Vec3(0.0, 100e-6, -100e-6), Vec3(-100e-6, 100e-6, 0.0)};
+  constexpr double kFlute_mm = 50.0;
+  for (const auto& [control, digit_deg, digit_mm] :
+       {std::tuple("linuxcnc", 1e-4, 1e-4), std::tuple("fanuc_30i", 1e-3, 1e-3)}) {
+    double before_mm = 0.0;
+    double after_mm = 0.0;
+    for (int seed = 0; seed < 20; ++seed) {
+      std::mt19937_64 random(static_cast<unsigned>(seed) + 900);
+      const auto any = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+      };
+      const Vec3 axis = test::tilted(any(5.0, 85.0) * kRadPerDegree, any(0.0, kTwoPi));
+      const Vec3 from(any(-60.0, 60.0), any(-60.0, 60.0), any(0.0, 40.0));
+      std::vector<PlacedTool> path;
+      for (int i = 0; i < 20; ++i) {
+        const Vec3 tip = from + Vec3(i, 0.3 * i, -0.2 * i);
+        path.push_back({(1e4 * tip).array().round() / 1e4, axis});
+      }
+      const auto truth = [&](double flute_mm) {
+        PostOptions options;
+        options.tolerance_mm = kFluteTolerance_mm;
+        options.tools.flute_mm = flute_mm;
+        const auto p = test::posted(flute_cl(path), machine, options, control, &model);
+        EXPECT_TRUE(p.report && p.report->verification && p.report->verification->passed()) << seed;
+        return sampled(test::tool_of(test::cut_of(p.nc, chain), chain), path, kFlute_mm).best_flute_mm;
+      };
+      before_mm = std::max(before_mm, truth(0.0));
+      after_mm = std::max(after_mm, truth(kFlute_mm));
+    }
+    std::printf(
+        "[ figures  ] tilts of 100 urad, words of %g deg and %g mm: %.2f um off at %.0f mm before, "
+        "%.3f um after\n",
+        digit_deg, digit_mm, 1e3 * before_mm, kFlute_mm, 1e3 * after_mm);
+    // Half a digit of each axis.
+    EXPECT_LE(after_mm, kFlute_mm * std::sqrt(0.5) * digit_deg * kRadPerDegree + std::sqrt(0.75) * digit_mm);
+    EXPECT_GT(before_mm, 100e-6 * kFlute_mm);
+  }
+}
+
+// The words of the machine's linear axes that put the tip at `tip` with the rotary words of `w`.
+test::FiveWords with_tip(test::FiveWords w, Vec3 tip, const test::OwnChain& chain) {
+  for (std::size_t k = 2; k-- > 0;)
+    tip = test::turned(tip - chain.point[k], chain.axis[k], w[3 + k] * kRadPerDegree) + chain.point[k];
+  for (Eigen::Index i = 0; i < 3; ++i) w[static_cast<std::size_t>(i)] = tip[i];
+  return w;
+}
+
+// One word of the outer rotary axis wrong by 0.02 deg, alone or with words that leave the tip where it was:
+// 17 micrometres at the end of the flute, of which a point on the other side of the path may take 5.
+TEST(Flute, AChangedRotaryWordIsFoundEveryTime) {
+  std::mt19937_64 random(77);
+  int changed = 0;
+  int found = 0;
+  int found_by_tip = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    const Machine machine = test::shipped_machine(name);
+    const test::OwnChain chain = test::own_chain(name);
+    const auto path = dense_blade(0.8);
+    const std::string cl = flute_cl(path);
+    PostOptions options;
+    options.tolerance_mm = kFluteTolerance_mm;
+    options.tools.flute_mm = 50.0;
+    const auto p = test::posted(cl, machine, options);
+    ASSERT_TRUE(p.report && p.report->verification->passed()) << name;
+    std::vector<std::string> lines;
+    std::istringstream text(p.nc);
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    const test::Cut cut = test::cut_of(p.nc, chain);
+    const auto place_of = [](const std::string& line, char letter) { return line.find(letter); };
+    const auto has_all = [&](const std::string& line) {
+      return std::all_of(chain.letters.begin(), chain.letters.end(),
+                         [&](char letter) { return place_of(line, letter) != std::string::npos; });
+    };
+    for (int i = 0; i < test::cases(60); ++i) {
+      const auto at = std::uniform_int_distribution<std::size_t>(5, cut.ends.size() - 5)(random);
+      // What the next block does not say would stand where this one ends.
+      if (!has_all(lines[cut.line[at]]) || !has_all(lines[cut.line[at + 1]])) continue;
+      test::FiveWords words = cut.ends[at];
+      const Vec3 tip = test::in_part(words, chain).tip;
+      words[3] += i % 2 == 0 ? 0.02 : -0.02;
+      const bool tip_stays = i % 4 < 2;
+      if (tip_stays) words = with_tip(words, tip, chain);
+      std::vector<std::string> wrong = lines;
+      std::string& line = wrong[cut.line[at]];
+      for (std::size_t k = 0; k < words.size(); ++k) {
+        const std::size_t begin = place_of(line, chain.letters[k]) + 1;
+        line.replace(begin, line.find_first_of(" \n", begin) - begin, fixed_text(words[k], 4));
+      }
+      std::string nc;
+      for (const std::string& one : wrong) nc += one + "\n";
+      ++changed;
+      const VerifyReport v = verified_with_flute(nc, cl, machine, 50.0);
+      const bool is_found = !v.cuts_within_tolerance();
+      found += is_found;
+      // An axis at 45 degrees turns the tool by less, and along the path: there it may stay within.
+      if (name != "nutating_45") {
+        EXPECT_TRUE(is_found) << name << " " << i << " " << line;
+      } else if (!is_found) {
+        EXPECT_LE(sampled(test::tool_of(test::cut_of(nc, chain), chain), path, 50.0).best_flute_mm,
+                  kFluteTolerance_mm + 1e-6)
+            << line;
+      }
+      found_by_tip += tip_stays && !verified_with_flute(nc, cl, machine, 0.0).cuts_within_tolerance();
+    }
+  }
+  std::printf(
+      "[ figures  ] %d words changed by 0.02 deg, %d found; of those that leave the tip %d without a flute\n",
+      changed, found, found_by_tip);
+  EXPECT_GT(changed, test::cases(100));
 }
 
 TEST(Flute, BoundsHoldAndAreNearToSamples) {
