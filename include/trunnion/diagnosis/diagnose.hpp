@@ -103,7 +103,8 @@ struct Diagnosis {
   bool only_rounding = false;       // what is left is no larger than the step of the readings makes it
   std::optional<HeldOutHarm> harm;  // why what fits is not named
   BadRows rows;
-  std::vector<Bookkeeping> bookkeeping;  // best first; empty unless that is the verdict
+  /// Best first: of the verdict `bookkeeping`; of `ambiguous` where effects do about as well; else empty.
+  std::vector<Bookkeeping> bookkeeping;
   std::optional<NextMeasurement> next;
   std::optional<ProposedFormula> formula;  // of what `effects` leave
   std::vector<NullDirection> null_directions;

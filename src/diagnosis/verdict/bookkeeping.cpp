@@ -25,11 +25,13 @@ constexpr double kNearlyNoise = 3.0;    // chi-square per degree that is still "
 constexpr double kLeastNoise = 0.5;     // the same: less is no scatter that a measurement has
 constexpr double kNoise = 1.4;          // chi-square per degree of a rest that is noise
 constexpr double kNearlyAll = 0.9;      // share where effects explain the readings too, with more parameters
-constexpr double kAbsurd = 50.0;        // usual magnitudes: no effect is as large
-constexpr double kEvidence = 30.0;      // in -2 ln
-constexpr double kAsGood = 30.0;        // of a further convention beside the best
-constexpr std::size_t kMostReadings = 2500;           // a convention concerns all: more only take time
-constexpr std::size_t kSearched = 5;                  // conventions beside which effects are searched
+constexpr double kAbsurd = 50.0;        // usual magnitudes: no tool was set as badly; of the model's own too
+constexpr double kAbsurdOfMachine = 500.0;   // no error of a machine that moves is as large
+constexpr double kEvidence = 30.0;           // in -2 ln
+constexpr double kRival = 13.8;              // 1000 : 1, as between effects: what is nearer stays open
+constexpr double kAsGood = 30.0;             // of a further convention beside the best
+constexpr std::size_t kMostReadings = 2500;  // a convention concerns all: more only take time
+constexpr std::size_t kSearched = 5;         // conventions beside which effects are searched
 constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
 constexpr double kMostOutliers = 0.05;
 constexpr double kMostOffset_mm = 500.0;
@@ -135,6 +137,12 @@ struct Trial {
       INFINITY;  // of chi-square of the model as given over what noise leaves; of a shift of the clock
 };
 
+struct Accepted {
+  Bookkeeping said;
+  double deviance = 0.0;
+  bool sure = false;  // no effect does about as well
+};
+
 class Judge {
  public:
   Judge(const Machine& machine, const Dataset& data, const Model& model, const Diagnosis& said,
@@ -147,14 +155,15 @@ class Judge {
     small_readings_ = small_readings(data_);
   }
 
-  std::vector<Bookkeeping> run() {
+  WrongConventions run() {
     as_given_ = fitted(machine_, data_, model_, {});
     found_as_given_ = found_columns_ > 0.0 ? fitted(machine_, data_, found_, {}) : as_given_;
-    std::vector<Bookkeeping> out;
-    if (has_values(model_)) out = as_it_stands();
-    if (out.empty()) out = taken_up_by_the_model();
+    WrongConventions out;
+    if (has_values(model_)) out.likely = as_it_stands();
+    if (out.likely.empty()) out.likely = taken_up_by_the_model();
     const double reduced = as_given_.reduced();
-    if (!out.empty() || as_given_.dof < 5.0 || (reduced < kSuspicious && reduced > kFarTooSmall)) return out;
+    if (!out.likely.empty() || as_given_.dof < 5.0 || (reduced < kSuspicious && reduced > kFarTooSmall))
+      return out;
     return fitted_conventions();
   }
 
@@ -174,7 +183,7 @@ class Judge {
   Figures fitted(const Machine& machine, const Dataset& data, const Model& model,
                  const std::vector<bool>& flags, double scale = 0.0) const {
     const Observations o(machine, data);
-    return figures(o, core_of(o, model, flags), scale);
+    return figures(o, model, core_of(o, model, flags), scale);
   }
   Figures under(const Convention& c, const Model& model) const {
     const PutRight right = put_right(machine_, model, with_known_state(data_, c), c);
@@ -367,7 +376,7 @@ class Judge {
     all = std::move(kept);
   }
 
-  std::vector<Bookkeeping> fitted_conventions() {
+  WrongConventions fitted_conventions() {
     auto all = trials();
     tried_ = static_cast<double>(all.size());
     const Figures& found = found_as_given_;
@@ -386,31 +395,31 @@ class Judge {
     });
     // Nor does what noise alone would leave too much of.
     const double n = std::log(static_cast<double>(data_.readings.size()));
-    const double to_beat = absurd_ ? as_given_.deviance : found.deviance + found_columns_ * n;
-    std::erase_if(all, [&](const Trial& t) { return t.base.floor + price(t.what) > to_beat - kEvidence; });
+    const Figures& known = absurd_ ? as_given_ : found;
+    const double to_beat = known.deviance + known.parameters * n;
+    std::erase_if(all, [&](const Trial& t) {
+      return t.base.floor + t.base.parameters * n + price(t.what) > to_beat + kRival;
+    });
     best_of_each_kind(all);
-    struct Accepted {
-      Bookkeeping said;
-      double deviance = 0.0;
-    };
     std::vector<Accepted> accepted;
     for (const Trial& t : all) {
       auto said = judged(t);
       if (!said) continue;
-      accepted.push_back({std::move(said->first), said->second});
+      accepted.push_back(std::move(*said));
       // With the model alone only noise is left: no other does better by so much.
       if (t.base.reduced() < kNoise) break;
     }
     std::stable_sort(accepted.begin(), accepted.end(),
                      [](const Accepted& a, const Accepted& b) { return a.deviance < b.deviance; });
-    std::vector<Bookkeeping> out;
+    WrongConventions out;
+    out.sure = std::any_of(accepted.begin(), accepted.end(), [](const Accepted& a) { return a.sure; });
     for (Accepted& a : accepted)
-      if (a.deviance < accepted.front().deviance + kAsGood) add(out, std::move(a.said));
+      if (a.deviance < accepted.front().deviance + kAsGood) add(out.likely, std::move(a.said));
     return out;
   }
 
   // Effects are searched once more beside the convention; both sides then have the best that they can.
-  std::optional<std::pair<Bookkeeping, double>> judged(const Trial& t) const {
+  std::optional<Accepted> judged(const Trial& t) const {
     const Dataset known = with_known_state(data_, t.what);
     const PutRight right = put_right(machine_, model_, known, t.what);
     const Diagnosis beside = search_(right.machine, right.data, right.model);
@@ -423,20 +432,17 @@ class Judge {
     const Figures before = fitted(machine_, known, without, flags);
     // Effects far beyond their usual size are no explanation.
     Figures best = fitted(machine_, known, absurd_ ? model_ : found_, flags);
-    double best_columns = absurd_ ? 0.0 : found_columns_;
-    const double columns = columns_of(beside.additions),
-                 n = std::log(static_cast<double>(data_.readings.size()));
-    if (!absurd(beside.additions) && before.deviance + columns * n < best.deviance + best_columns * n) {
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    if (!absurd(beside.additions) &&
+        before.deviance + before.parameters * n < best.deviance + best.parameters * n)
       best = before;
-      best_columns = columns;
-    }
     const double scale = std::max(1.0, after.reduced());
-    const double share = (before.deviance - after.deviance) / (before.deviance - after.floor);
-    const double evidence = (best.deviance - after.deviance) / scale + (best_columns - columns) * n -
-                            price(t.what) - 2.0 * std::log(tried_);
+    const double share = (before.of_readings() - after.of_readings()) / (before.of_readings() - after.floor);
+    const double evidence = (best.deviance - after.deviance) / scale +
+                            (best.parameters - after.parameters) * n - price(t.what) - 2.0 * std::log(tried_);
     const double better = off_by(best) / off_by(after);
-    if (after.reduced() < kLeastNoise) return std::nullopt;
-    if (!(share >= kShare) || !(evidence >= kEvidence)) return std::nullopt;
+    if (after.reduced() < kLeastNoise || absurd(beside.additions)) return std::nullopt;
+    if (!(share >= kShare) || before.of_readings() - after.of_readings() < kEvidence) return std::nullopt;
     const bool noise_now = clean(beside.verdict) && after.reduced() < kNoise;
     const bool noise_only_now = noise_now && (!clean(said_) || share > kNearlyAll);
     // A state that was recorded now and then changes at moments that are not known: some structure stays.
@@ -444,20 +450,33 @@ class Judge {
                             share > kNearlyAll && after.reduced() < kNoise;
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
-    if (!noise_only_now && !steps_stay && !far_nearer) return std::nullopt;
-    // Against other conventions, which explain all readings.
-    return std::pair{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
+    Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
+    out.sure = evidence >= kEvidence && (noise_only_now || steps_stay || far_nearer);
+    if (out.sure) return out;
+    // Effects do about as well: nobody can tell from these readings.
+    const bool rival = found_columns_ > 0.0 && clean(said_) && noise_only_now && evidence > -kRival;
+    return rival ? std::optional(out) : std::nullopt;
   }
   // What is left is noise.
   static bool clean(Verdict v) {
     return v == Verdict::nothing_to_find || v == Verdict::named || v == Verdict::ambiguous;
   }
+  // Of effects that were found. A length that somebody typed in is wrong sooner than a machine is.
   static bool absurd(const std::vector<ModelEffect>& effects) {
-    return std::any_of(effects.begin(), effects.end(), [](const ModelEffect& e) {
+    const auto of_tool = [](const ModelEffect& e) {
+      return e.id() == "tool_length" || e.id() == "tool_offset";
+    };
+    std::vector<ModelEffect> tool, machine;
+    std::partition_copy(effects.begin(), effects.end(), std::back_inserter(tool), std::back_inserter(machine),
+                        of_tool);
+    return beyond(tool, kAbsurd) || beyond(machine, kAbsurdOfMachine);
+  }
+  static bool beyond(const std::vector<ModelEffect>& effects, double usual_sizes) {
+    return std::any_of(effects.begin(), effects.end(), [&](const ModelEffect& e) {
       const auto& info = e.effect->info();
       for (std::size_t k = 0; k < info.linear_count(); ++k)
         if (info.parameters[k].usual > 0.0 &&
-            std::abs(e.parameters[k].value) > kAbsurd * info.parameters[k].usual)
+            std::abs(e.parameters[k].value) > usual_sizes * info.parameters[k].usual)
           return true;
       return false;
     });
@@ -498,7 +517,7 @@ class Judge {
     const auto core = [](const PutRight& at) {
       const Observations o(at.machine, at.data);
       const FitCore fit = core_of(o, at.model, {});
-      return std::pair{figures(o, fit, 0.0), absurd(fit.model.effects)};
+      return std::pair{figures(o, at.model, fit, 0.0), beyond(fit.model.effects, kAbsurd)};
     };
     const auto [before, far_beyond] = core({machine_, model_, data_});
     if (!far_beyond) return {};
@@ -559,8 +578,8 @@ class Judge {
 
 }  // namespace
 
-std::vector<Bookkeeping> wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
-                                           const Diagnosis& said, const EffectSearch& search) {
+WrongConventions wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
+                                   const Diagnosis& said, const EffectSearch& search) {
   return Judge(machine, data, model, said, search).run();
 }
 

@@ -8,10 +8,15 @@ namespace trunnion::diagnosis {
 /// Names what is missing in `model`, conventions left alone.
 using EffectSearch = std::function<Diagnosis(const Machine&, const Dataset&, const Model&)>;
 
-/// Conventions of the files that explain what effects would have to, best first; mostly none (README of this
-/// layer, "Conventions"). `said`: what the effects explain.
-std::vector<Bookkeeping> wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
-                                           const Diagnosis& said, const EffectSearch& search);
+/// Conventions of the files that explain what effects would have to, best first; mostly none.
+struct WrongConventions {
+  std::vector<Bookkeeping> likely;
+  bool sure = true;  // else the effects that were found do about as well
+};
+
+/// README of this layer, "Conventions". `said`: what the effects explain.
+WrongConventions wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
+                                   const Diagnosis& said, const EffectSearch& search);
 
 /// All conventions that these files could have wrong; offsets and shifts with their starting values.
 std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "diagnosis/fit/usual_size.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -44,13 +46,19 @@ double of_scale(const Convention& c, const Dataset& data) {
   return -2.0 * count * std::log(c.factor);
 }
 
-Figures figures(const Observations& o, const FitCore& core, double scale) {
+Figures figures(const Observations& o, const Model& start, const FitCore& core, double scale) {
+  // Where the readings leave combinations open, the plain fit runs away along them: sizes are those of the
+  // smallest parameters that do as well, and what is hardly seen is no parameter that was paid for.
+  const SizedFit sized = with_usual_sizes(o, start, core, {.robust = false});
+  const Whitening& whitening = *core.whitening;
   Figures out;
   out.chi2 = core.chi2();
   out.dof = core.dof();
-  const double fixed = log_determinant(o, core.whitening->noise()) + scale;
+  out.parameters = static_cast<double>(whitening.noise().used_count() - whitening.setup_rank()) - sized.dof;
+  out.sizes = of_sizes(sized.core);
+  const double fixed = log_determinant(o, whitening.noise()) + scale;
   // Readings that scatter less than stated are no better explained.
-  out.deviance = std::max(out.chi2, out.dof) + fixed + of_sizes(core);
+  out.deviance = std::max(out.chi2, out.dof) + fixed + out.sizes;
   out.floor = out.dof + fixed;
   return out;
 }

@@ -7,15 +7,18 @@
 
 namespace trunnion::diagnosis {
 
-/// A fit's figures. `deviance` is -2 ln of the likelihood and of a long-tailed prior of the parameters;
-/// `floor` what noise alone would leave of it.
+/// A fit's figures. `deviance` is -2 ln of the likelihood and of a long-tailed prior of the parameters
+/// (`sizes` of it); `floor` what noise alone would leave of it.
 struct Figures {
-  double deviance = 0.0, floor = 0.0, chi2 = 0.0, dof = 0.0;
+  double deviance = 0.0, floor = 0.0, sizes = 0.0, chi2 = 0.0, dof = 0.0;
+  double parameters = 0.0;  // that the readings pay: what they hardly see of an effect counts little
   double reduced() const { return chi2 / std::max(dof, 1.0); }
+  double of_readings() const { return deviance - sizes; }
 };
 
-/// `scale`: -2 ln of the density of the readings as they stand over that of those fitted.
-Figures figures(const Observations& observations, const FitCore& fit, double scale);
+/// `start`: the model before the fit; `scale`: -2 ln of the density of the readings as they stand over that
+/// of those fitted.
+Figures figures(const Observations& observations, const Model& start, const FitCore& fit, double scale);
 
 /// That quotient for a convention that scales readings, else 0.
 double of_scale(const Convention& convention, const Dataset& data);

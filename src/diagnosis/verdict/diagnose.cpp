@@ -547,9 +547,17 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
   quick.plan = quick.formula = false;
-  out.bookkeeping = wrong_conventions(
+  WrongConventions wrong = wrong_conventions(
       machine, data, model, out,
       [&](const Machine& m, const Dataset& d, const Model& known) { return effects_of(m, d, known, quick); });
+  out.bookkeeping = std::move(wrong.likely);
+  if (!out.bookkeeping.empty() && !wrong.sure) {
+    // Neither is compensated before somebody has looked.
+    out.verdict = Verdict::ambiguous;
+    out.confidence = kAmongSets;
+    out.paragraph = either_text(out) + " " + out.paragraph;
+    return out;
+  }
   if (out.bookkeeping.empty()) {
     if (!out.rows.problems.empty()) blame_rows(out);
     if (options.formula) propose(machine, data, out);

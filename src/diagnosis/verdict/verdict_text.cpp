@@ -7,6 +7,15 @@
 namespace trunnion::diagnosis {
 namespace {
 
+std::string conventions_text(const std::vector<Bookkeeping>& all) {
+  std::string out;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (k > 0) out += " Or, and these readings cannot tell the two apart: ";
+    out += all[k].words;
+  }
+  return out;
+}
+
 std::string percent(double share) {
   return short_number(100.0 * share) + " %";
 }
@@ -233,16 +242,21 @@ std::string formula_text(const ProposedFormula& f) {
 }
 
 std::string bookkeeping_text(const std::vector<Bookkeeping>& all) {
-  std::string out =
-      "No effect of the machine is missing as far as this goes: a convention is wrong in the files. ";
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    if (k > 0) out += " Or, and these readings cannot tell the two apart: ";
-    out += all[k].words;
-  }
-  return out + " Put that right and diagnose again before anything is compensated.";
+  return "No effect of the machine is missing as far as this goes: a convention is wrong in the files. " +
+         conventions_text(all) + " Put that right and diagnose again before anything is compensated.";
+}
+
+std::string either_text(const Diagnosis& d) {
+  return "Either a convention is wrong in the files, or an effect is missing: these readings do not tell "
+         "which. "
+         "Check the files first. " +
+         conventions_text(d.bookkeeping) +
+         " If the files are right, then it is an effect. Compensate nothing before that is known.";
 }
 
 std::string what_next(const Diagnosis& d) {
+  if (d.verdict == Verdict::ambiguous && !d.bookkeeping.empty())
+    return either_text(d) + (d.next ? " " + d.next->why : "");
   if (d.next) return d.next->why;
   if (d.verdict == Verdict::bookkeeping)
     return "No measurement yet: put the files right first. " + bookkeeping_text(d.bookkeeping);

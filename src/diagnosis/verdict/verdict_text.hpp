@@ -23,4 +23,7 @@ std::string formula_text(const ProposedFormula& formula);
 /// What to put right, of the verdict `bookkeeping`.
 std::string bookkeeping_text(const std::vector<Bookkeeping>& all);
 
+/// That a convention or the effects that were found are wrong, and how to see which.
+std::string either_text(const Diagnosis& d);
+
 }  // namespace trunnion::diagnosis
