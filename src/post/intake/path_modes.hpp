@@ -3,7 +3,7 @@
 
 #include "trunnion/path/point.hpp"
 
-#include "post/intake/intake.hpp"
+#include "post/intake/path_tolerances.hpp"
 #include "post/making/post_words.hpp"
 #include "post/making/posting.hpp"
 
