@@ -16,4 +16,10 @@ inline int cases(int usual, const char* variable = nullptr) {
 #endif
 }
 
+/// Where random cases begin: TRUNNION_SEED (for long runs in parts), `usual` otherwise.
+inline unsigned seed(unsigned usual) {
+  const char* const asked = std::getenv("TRUNNION_SEED");
+  return asked != nullptr ? static_cast<unsigned>(std::strtoul(asked, nullptr, 10)) : usual;
+}
+
 }  // namespace trunnion::test
