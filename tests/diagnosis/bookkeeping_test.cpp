@@ -207,6 +207,37 @@ TEST(LongBookkeeping, TrueEffectsTenTimesAsLargeAsUsualAreEffects) {
   }
 }
 
+// One ball, A and C known to lie elsewhere. An error that a crash leaves, 60 to 75 times its usual size, is
+// no wrong convention: B0Z was "C carries A" with each of these seeds, EXX "X and Z exchanged" with the
+// first.
+TEST(Bookkeeping, ALargeErrorOnOneBallIsNoConvention) {
+  const std::string plan =
+      "[[run]]\nid = \"ball\"\nminutes = 15\nquantity = \"displacement\"\n"
+      "n = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\ntool_z_mm = -150\nu_random = 0.7\nball_mm = [60, 40, 30]\n"
+      "grid = { A_deg = [-25, 0, 25, 50], C_deg = [0, 60, 120, 180, 240, 300] }\n";
+  const std::string where =
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 14\nZ0A_um = "
+      "-9\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 16\nB0C_urad = -27\n[[effect]]\n";
+  const std::vector<std::pair<std::string, std::string>> effects = {{"squareness:B0Z", "B0Z_urad = 1500\n"},
+                                                                    {"component:EXX", "P1_um = 300\n"}};
+  for (const auto& [id, values] : effects)
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      Files files(1);
+      files.known =
+          "[model]\nname = \"m\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid = \"location:C\"\n";
+      files.data = test::measured(files.machine, plan,
+                                  where + "id = \"" + id + "\"\n[effect.parameters]\n" + values, seed);
+      const Diagnosis d = files.said();
+      EXPECT_NE(d.verdict, Verdict::bookkeeping) << id << told_by(d);
+      // Where a convention does about as well it stands beside the effect, and nothing is added.
+      EXPECT_EQ(d.effects, std::vector<std::string>{id}) << told_by(d);
+      if (!d.bookkeeping.empty()) {
+        EXPECT_EQ(d.verdict, Verdict::ambiguous);
+        EXPECT_NE(what_next(d).find("Check the files first"), std::string::npos) << what_next(d);
+      }
+    }
+}
+
 TEST(Bookkeeping, NullsAreNone) {
   for (int seed = 1; seed <= test::cases(3); ++seed) {
     const Diagnosis d = Files(static_cast<std::uint64_t>(seed)).said();

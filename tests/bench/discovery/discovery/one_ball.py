@@ -14,7 +14,6 @@ from .trial import diagnosed
 EFFECTS = [f"component:E{w}{j}" for j in "XYZAC" for w in "XYZABC"] + ["squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "location:A", "location:C"]
 SIZES = (1, 5, 20, 100)
 WHERE = ["location:A", "location:C"]  # what a shop has in its model before anything else
-BUILT_ON = 4  # the first cases of each kind were looked at while the program was made
 
 
 def machine_and_campaign(rng):
