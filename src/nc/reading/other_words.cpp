@@ -54,6 +54,7 @@ OtherWords::OtherWords(const Controller& controller, const AxisFormat& format)
   }
   note(c_.input.centers_absolute, Mode::centers_absolute);
   note(c_.input.centers_from_start, Mode::centers_from_start);
+  note(c_.input.per_revolution, Mode::per_revolution);
 }
 
 bool OtherWords::claims(char letter, const Number& number) const {
@@ -66,21 +67,24 @@ void OtherWords::set(Mode mode) {
   switch (mode) {
     case Mode::inches:
     case Mode::millimetres:
-      inches_ = mode == Mode::inches;
-      unit_known_ = true;
+      said_.inches = mode == Mode::inches;
+      said_.unit_known = true;
       break;
     case Mode::increments:
     case Mode::absolute:
-      increments_ = mode == Mode::increments;
+      said_.increments = mode == Mode::increments;
       break;
     case Mode::plane_xy:
     case Mode::plane_zx:
     case Mode::plane_yz:
-      plane_ = static_cast<std::uint8_t>(static_cast<int>(mode) - static_cast<int>(Mode::plane_xy));
+      said_.plane = static_cast<std::uint8_t>(static_cast<int>(mode) - static_cast<int>(Mode::plane_xy));
       break;
     case Mode::centers_absolute:
     case Mode::centers_from_start:
-      centers_absolute_ = mode == Mode::centers_absolute;
+      said_.centers_absolute = mode == Mode::centers_absolute;
+      break;
+    case Mode::per_revolution:
+      said_.per_revolution = true;
       break;
   }
 }
@@ -105,31 +109,47 @@ bool OtherWords::take_modes(ParsedLine& line) {
 }
 
 bool OtherWords::wants_unit() {
-  return !std::exchange(unit_known_, true) && !c_.input.inch.empty();
+  return !std::exchange(said_.unit_known, true) && !c_.input.inch.empty();
 }
 
 std::int64_t OtherWords::length(std::int64_t quanta) const {
-  if (!inches_) return quanta;
+  if (!said_.inches) return quanta;
   const std::int64_t tenths = std::clamp(quanta, -kMostQuanta, kMostQuanta) * kMmPerTenInches;
   return (tenths + (tenths < 0 ? -kTen / 2 : kTen / 2)) / kTen;
 }
 
-bool OtherWords::resolve(AxisWords& words, const AxisWords& position, std::uint32_t column) {
+bool OtherWords::resolve(AxisWords& words, Means means, const AxisWords& position, std::uint32_t column) {
   error.clear();
+  const AxisWords from = frame_.is_idle() ? position : frame_.program_of(position);
   for (const AxisLetter letter : kAllAxisLetters) {
     if (!words.has(letter)) continue;
+    const std::uint16_t bit = AxisWords::bit(letter);
     if (is_beyond(words[letter])) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
     std::int64_t value = is_rotary(letter) ? words[letter] : length(words[letter]);
-    if (increments_) {
-      if (!position.has(letter)) {
-        return fail(column, std::string("an increment of ") + letter_of(letter) + " ('" + c_.incremental.on +
-                                "') from a place that is not known");
+    if ((means.ways & bit) != 0 || (said_.increments && (means.places & bit) == 0)) {
+      if (!from.has(letter) || (said_.stale_places & bit) != 0) {
+        return fail(column, std::string("an increment of ") + letter_of(letter) + " ('" +
+                                (c_.incremental.on.empty() ? c_.input.increment_prefix : c_.incremental.on) +
+                                "') from a place that is not known" +
+                                (from.has(letter) ? ": say a place in these coordinates first" : ""));
       }
-      value += position[letter];
+      value += from[letter];
       if (is_beyond(value)) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
+    } else {
+      said_.stale_places &= static_cast<std::uint16_t>(~bit);
     }
     words.set(letter, value);
   }
+  if (frame_.is_idle()) return true;
+  if (frame_.turns() && (words.mask & kPlaneWords) != 0) {
+    for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
+      if (words.has(letter)) continue;
+      if (!from.has(letter))
+        return fail(column, "X or Y alone in coordinates that are turned, from a place that is not known");
+      words.set(letter, from[letter]);
+    }
+  }
+  words = frame_.position_of(words);
   return true;
 }
 
@@ -159,7 +179,7 @@ std::optional<FoundEvent> OtherWords::take_shape(ParsedLine& line, const Pattern
   return take_cycle(line, patterns, in_cycle);
 }
 
-std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWords& position) {
+std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWords& place) {
   std::optional<bool> clockwise = circle_;
   FoundEvent found;
   bool goes_on = false;
@@ -182,14 +202,20 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
   // Rotary axes do not turn with a circle; whoever does not know these words says so.
   arc_ = {};
   arc_.clockwise = *clockwise;
-  arc_.plane = plane_;
+  arc_.plane = said_.plane;
+  const AxisWords position = frame_.program_of(place);
   arc_.words = position;
   if ((position.mask & kXyz) != kXyz) {
     fail(found.column, "an arc from a place that is not known");
     return std::nullopt;
   }
-  const auto [first, second, third] = plane_axes(plane_);
+  if (frame_.turns() && said_.plane != 0) {
+    fail(found.column, "an arc across another plane than X Y in coordinates that are turned");
+    return std::nullopt;
+  }
+  const auto [first, second, third] = plane_axes(said_.plane);
   std::optional<std::int64_t> radius;
+  std::uint16_t absolute_centers = 0;
   std::array<std::optional<std::int64_t>, 3> center;  // of X, Y, Z
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
@@ -198,11 +224,20 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     if (word.letter >= 'X' && word.letter <= 'Z') {
       if (!quanta_of(word, value)) return std::nullopt;
       const auto letter = static_cast<AxisLetter>(word.letter - 'X');
-      arc_.words.set(letter, value + (increments_ ? position[letter] : 0));
+      if (is_relative(word) && (said_.stale_places & AxisWords::bit(letter)) != 0) {
+        fail(word.column, "an increment behind a shift: say a place in these coordinates first");
+        return std::nullopt;
+      }
+      if (!is_relative(word)) said_.stale_places &= static_cast<std::uint16_t>(~AxisWords::bit(letter));
+      arc_.words.set(letter, value + (is_relative(word) ? position[letter] : 0));
     } else if (word.letter >= 'I' && word.letter <= 'K') {
       if (!quanta_of(word, value)) return std::nullopt;
       center[static_cast<std::size_t>(word.letter - 'I')] = value;
-    } else if (word.letter == 'R' && c_.input.arc_radius) {
+      const bool is_place =
+          word.means == Word::Means::place ||
+          (word.means == Word::Means::as_in_force && (said_.centers_absolute || c_.arcs.center_absolute));
+      if (is_place) absolute_centers |= static_cast<std::uint16_t>(1U << (word.letter - 'I'));
+    } else if (word.letter == 'R' && c_.input.arc_radius && word.by_name == !c_.input.radius_name.empty()) {
       if (!quanta_of(word, value)) return std::nullopt;
       radius = value;
     } else {
@@ -212,7 +247,16 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     word.used = true;
   }
   found.event = {EventKind::arc, *clockwise ? 1 : 0};
-  if (radius) return place_center(position, *radius, found.column) ? std::optional(found) : std::nullopt;
+  const auto placed = [&] {
+    arc_.words = frame_.position_of(arc_.words);
+    AxisWords center_at = position;
+    center_at.set(first, arc_.center[0]);
+    center_at.set(second, arc_.center[1]);
+    center_at = frame_.position_of(center_at);
+    arc_.center = {center_at[first], center_at[second]};
+    return found;
+  };
+  if (radius) return place_center(position, *radius, found.column) ? std::optional(placed()) : std::nullopt;
   const std::array<AxisLetter, 2> in_plane = {first, second};
   if (center[index(third)] || (!center[index(first)] && !center[index(second)])) {
     fail(found.column, center[index(third)] ? "an arc whose centre is given across its plane"
@@ -220,19 +264,20 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     return std::nullopt;
   }
   for (std::size_t i = 0; i < 2; ++i) {
-    const bool absolute = centers_absolute_ || c_.arcs.center_absolute;
-    if (absolute && !center[index(in_plane[i])]) {
+    const bool is_said = center[index(in_plane[i])].has_value();
+    const bool absolute = (absolute_centers & AxisWords::bit(in_plane[i])) != 0;
+    if (!is_said && (said_.centers_absolute || c_.arcs.center_absolute)) {
       fail(found.column, "an arc whose centre is not given in both directions of its plane");
       return std::nullopt;
     }
     arc_.center[i] = center[index(in_plane[i])].value_or(0) + (absolute ? 0 : position[in_plane[i]]);
   }
-  return found;
+  return placed();
 }
 
 // Left of the way from start to end where the circle turns left and goes less than half way round.
 bool OtherWords::place_center(const AxisWords& position, std::int64_t radius, std::uint32_t column) {
-  const auto [first, second, third] = plane_axes(plane_);
+  const auto [first, second, third] = plane_axes(said_.plane);
   const double mm[2] = {format_.internal(first, arc_.words[first] - position[first]),
                         format_.internal(second, arc_.words[second] - position[second])};
   const double chord = std::hypot(mm[0], mm[1]);
@@ -277,20 +322,21 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
     found.event = pattern.event;
     found.column = code->column;
     found.pattern = &pattern;
-    if (plane_ != 0) {
-      fail(code->column,
-           "a drilling cycle across another plane than X Y ('" + c_.input.planes[plane_] + "') is not read");
+    if (said_.plane != 0) {
+      fail(code->column, "a drilling cycle across another plane than X Y ('" + c_.input.planes[said_.plane] +
+                             "') is not read");
       return std::nullopt;
     }
-    if (increments_) {
+    if (said_.increments) {
       fail(code->column, "a drilling cycle in increments ('" + c_.incremental.on + "') is not read");
       return std::nullopt;
     }
     code->used = true;
     for (const PatternWord& wanted : pattern.words) {
       if (wanted.is_fixed) continue;
-      const auto word = std::find_if(line.words.begin(), line.words.begin() + line.word_count,
-                                     [&](const Word& w) { return !w.used && w.letter == wanted.letter; });
+      const auto word = std::find_if(
+          line.words.begin(), line.words.begin() + line.word_count,
+          [&](const Word& w) { return !w.used && w.letter == wanted.letter && w.means != Word::Means::way; });
       if (word != line.words.begin() + line.word_count) {
         word->used = true;
         found.captures.set(wanted.placeholder, word->number);
@@ -341,6 +387,10 @@ std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedL
     Word& word = line.words[i];
     const auto letter = axis_letter(std::string(1, word.letter));
     if (word.used || !letter) continue;
+    if (word.means == Word::Means::way) {
+      fail(word.column, "a way in the line of a place of the machine");
+      return std::nullopt;
+    }
     std::int64_t value = 0;
     if (is_rotary(*letter)) {
       if (!to_quanta(word.number, format_.decimals(*letter), value)) value = 0;

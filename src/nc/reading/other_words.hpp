@@ -5,6 +5,7 @@
 #include <string>
 
 #include "nc/control/patterns.hpp"
+#include "nc/reading/program_frame.hpp"
 #include "nc/reading/reader_line.hpp"
 
 namespace trunnion::nc {
@@ -37,13 +38,28 @@ class OtherWords {
   /// A motion in this line is a rapid; `so_far`: that of the line before was.
   bool is_rapid(const ParsedLine& line, bool so_far) const;
   /// Arcs run and holes are drilled in another plane than X Y.
-  bool in_other_plane() const { return plane_ != 0; }
+  bool in_other_plane() const { return said_.plane != 0; }
+  /// Axes whose words are places, or ways, whatever is in force: bits.
+  struct Means {
+    std::uint16_t places = 0, ways = 0;
+  };
   /// The words of a motion as absolute positions in mm. False, with `error`: an increment from nowhere.
-  bool resolve(AxisWords& words, const AxisWords& position, std::uint32_t column);
+  bool resolve(AxisWords& words, Means means, const AxisWords& position, std::uint32_t column);
+  /// A shift or a turn of the program's coordinates in this line: its words are used. `why_not`: what is in
+  /// force and forbids it, or null. False, with `error`, where it cannot be followed.
+  bool take_frame(ParsedLine& line, const AxisWords& position, const char* why_not);
+  /// The same where a name begins the line: which of [input] frames, or nothing.
+  std::optional<std::size_t> frame_named(std::string_view text) const;
+  bool take_named_frame(ParsedLine& line, std::size_t name, std::optional<Number> turn_in_plane,
+                        const char* why_not);
+  const ProgramFrame& frame() const { return frame_; }
+  /// F is mm in a turn of the spindle.
+  bool per_revolution() const { return said_.per_revolution; }
+  void end_per_revolution() { said_.per_revolution = false; }
   /// A length that stands in the text, in quanta.
   std::int64_t length(std::int64_t quanta) const;
-  bool in_inches() const { return inches_; }
-  void set_inches(bool inches) { inches_ = inches; }
+  bool in_inches() const { return said_.inches; }
+  void set_inches(bool inches) { said_.inches = inches; }
   /// Of a tool that has a name, and whether it was not met before.
   std::pair<std::int64_t, bool> number_of(const std::string& tool);
   /// The unit was neither said nor told of before.
@@ -71,7 +87,8 @@ class OtherWords {
     plane_zx,
     plane_yz,
     centers_absolute,
-    centers_from_start
+    centers_from_start,
+    per_revolution
   };
   static std::optional<Code> code_of(const std::string& word);
   void note(const std::string& word, Mode mode);
@@ -81,17 +98,28 @@ class OtherWords {
   bool is_beyond(std::int64_t quanta) const;
   bool quanta_of(const Word& word, std::int64_t& out);
   std::optional<FoundEvent> take_circle(ParsedLine& line, const AxisWords& position);
+  bool is_relative(const Word& word) const {
+    return word.means == Word::Means::way || (said_.increments && word.means != Word::Means::place);
+  }
+  bool take_shift(ParsedLine& line, const AxisWords& position, bool sets_position);
+  bool take_turn(ParsedLine& line);
+  bool angle_of(const Word& word, double& rad);
   bool place_center(const AxisWords& position, std::int64_t radius, std::uint32_t column);
   std::optional<FoundEvent> take_cycle(ParsedLine& line, const PatternSet& patterns, bool in_cycle);
 
   const Controller& c_;
   const AxisFormat& format_;
   std::vector<std::pair<Code, Mode>> modes_;
-  bool inches_ = false, unit_known_ = false;
-  bool increments_ = false;
-  bool centers_absolute_ = false;
-  std::uint8_t plane_ = 0;      // Arc::plane
-  std::optional<bool> circle_;  // in force; clockwise
+  struct Said {
+    bool inches = false, unit_known = false;
+    bool increments = false;
+    bool centers_absolute = false;
+    bool per_revolution = false;
+    std::uint8_t plane = 0;          // Arc::plane
+    std::uint16_t stale_places = 0;  // axes of which no place was said since the frame moved
+  } said_;
+  ProgramFrame frame_, below_turn_;  // below G68: what G69 comes back to
+  std::optional<bool> circle_;       // in force; clockwise
   Arc arc_;
   Captures cycle_;  // of the cycle in force
   std::vector<std::string> tools_;

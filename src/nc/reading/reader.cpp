@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -16,6 +17,7 @@ namespace trunnion::nc {
 namespace {
 
 constexpr std::uint8_t kNoAxis = 0xff;
+constexpr int kTurnDecimals = 9;  // of a feed per revolution, mm
 
 // Axis number of each capital letter.
 constexpr auto kAxisOfLetter = [] {
@@ -51,7 +53,7 @@ ControlLanguage::ControlLanguage(const Controller& c, const ReaderOptions& optio
     : format(options.format.value_or(c.numbers.axes)),
       turn(format.turn()),
       patterns(compile_patterns(c, diagnostics)),
-      scanner(c, patterns) {
+      scanner(c, patterns, options.others) {
   if (options.others) others.emplace(c, format);
   for (const auto& p : patterns.words) {
     if (p.words.size() == 1) note_simple(p, options.whole_program);
@@ -77,6 +79,19 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
   if (options.whole_program) {
     program.frame.emplace(c, language.patterns);
     modal.length = -1;
+  }
+  if (options.others) {
+    unfolder.emplace(
+        c,
+        [this](std::string_view line, std::uint32_t number) {
+          findings.line = number - 1;
+          read_line(line);
+          return !program.ended;
+        },
+        [this](std::uint32_t number, const std::string& message) {
+          findings.line = number;
+          error(1, message);
+        });
   }
   if (runs) at_once.run = std::make_unique<MotionRun>();
   at_once.has_layouts = lanes::four_at_a_time() && c.rotary.modulo_axes == 0;
@@ -161,6 +176,8 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
     return false;
   }
   m.words.set(letter, quanta);
+  if (word.means == Word::Means::place) m.means.places |= AxisWords::bit(letter);
+  if (word.means == Word::Means::way) m.means.ways |= AxisWords::bit(letter);
   if (m.column == 0) m.column = word.column;
   word.used = true;
   return true;
@@ -208,7 +225,16 @@ void Reader::State::set_feed_mode(FeedMode mode) {
 
 void Reader::State::take_modes(LineMotion& m) {
   if (m.kind) modal.motion_kind = m.kind;
+  if (m.mode && language.others && language.others->per_revolution()) {
+    language.others->end_per_revolution();
+    feed = 0;
+  }
   if (m.mode) set_feed_mode(*m.mode);
+  if (language.others && language.others->per_revolution()) {
+    if (m.has_feed && !to_rounded_quanta(m.feed, kTurnDecimals, feed_of_turn)) feed_of_turn = 0;
+    if (m.has_feed) feed_of_turn = language.others->length(feed_of_turn);
+    return;
+  }
   if (!m.has_feed) {
     if (modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block) feed = 0;
     return;
@@ -218,6 +244,17 @@ void Reader::State::take_modes(LineMotion& m) {
   const bool turns_only = m.words.mask != 0 && (m.words.mask & kLinearAxes) == 0;
   if (language.others && modal.feed_mode == FeedMode::per_minute && !turns_only)
     feed = language.others->length(feed);
+}
+
+void Reader::State::follow_spindle(std::int64_t rpm) {
+  constexpr double kFastest = 1e9;  // mm/min: beyond any machine
+  const double mm_min = static_cast<double>(feed_of_turn) /
+                        static_cast<double>(kPowersOfTen[static_cast<std::size_t>(kTurnDecimals)]) *
+                        static_cast<double>(rpm);
+  const int decimals = c.numbers.feed.per_minute_decimals;
+  feed = mm_min > 0.0 && mm_min < kFastest
+             ? std::llround(mm_min * static_cast<double>(kPowersOfTen[static_cast<std::size_t>(decimals)]))
+             : 0;
 }
 
 std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) const {
@@ -235,8 +272,9 @@ void Reader::State::run_motion(LineMotion& m) {
   if (language.others) {
     note_unit();
     if (m.named) language.others->end_circle();
-    if (!language.others->resolve(m.words, modal.position, m.column))
+    if (!language.others->resolve(m.words, m.means, modal.position, m.column))
       return error(m.column, language.others->error);
+    if (language.others->per_revolution()) follow_spindle();
   }
   if (!may_move(m.column)) return;
   if (!modal.tcp_known && kinematics_unknown(m.column)) return;
@@ -249,6 +287,9 @@ void Reader::State::run_motion(LineMotion& m) {
   motion.kind = m.rapid ? MotionKind::rapid : *modal.motion_kind;
   if (motion.kind == MotionKind::feed) {
     if (feed <= 0) {
+      if (language.others && language.others->per_revolution())
+        return error(m.column, "a feed per revolution ('" + c.input.per_revolution +
+                                   "') without F, or the spindle does not turn");
       return error(m.column, modal.feed_mode == FeedMode::inverse_time
                                  ? "feed move without F, which inverse time needs in every block"
                                  : "feed move without feed");
@@ -285,6 +326,10 @@ void Reader::State::read_line(std::string_view text) {
   }
   if (language.others && (program.ended || is_no_block_of_others({p, static_cast<std::size_t>(end - p)})))
     return;
+  if (const auto frame = language.others
+                             ? language.others->frame_named({p, static_cast<std::size_t>(end - p)})
+                             : std::nullopt)
+    return run_frame_line({p, static_cast<std::size_t>(end - p)}, *frame);
   if (std::string numbered; language.others && number_tool({p, static_cast<std::size_t>(end - p)}, numbered))
     return read_words(numbered.data(), numbered.data(), numbered.data() + numbered.size());
   read_words(begin, p, end);
@@ -388,7 +433,16 @@ void Reader::State::run_line_of_others() {
     error(std::max(others.error_column, 1U), others.error);
     return true;
   };
+  const bool per_revolution = others.per_revolution();
   others.take_modes(parsed);
+  if (others.per_revolution() && !per_revolution) {
+    set_feed_mode(FeedMode::per_minute);
+    feed = feed_of_turn = 0;
+  }
+  if (!others.take_frame(parsed, modal.position, against_frame(false))) {
+    refused();
+    return;
+  }
   const auto home = others.take_machine_motion(parsed);
   if (refused()) return;
   if (home && home->to_position && !others.is_rapid(parsed, modal.motion_kind == MotionKind::rapid))
@@ -408,6 +462,38 @@ void Reader::State::run_line_of_others() {
   if (!take_words(m)) return;
   if (events.empty()) return run_motion(m);
   run_events(events, m);
+}
+
+const char* Reader::State::against_frame(bool turns) const {
+  if (modal.cycle) return "under a drilling cycle is not read: end that first";
+  if (modal.plane) return "in a tilted plane is not read: in which coordinates it counts is not said";
+  if (modal.tcp && (turns || c.offset_shift.not_under_tcp))
+    return "under tool-centre-point control is not read: the control refuses it, or turns more than X Y Z";
+  return nullptr;
+}
+
+void Reader::State::run_frame_line(std::string_view text, std::size_t name) {
+  text.remove_prefix(c.input.frames[name].size());
+  const char* const begin = text.data() - c.input.frames[name].size();
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  while (p != end && is_blank(*p)) ++p;
+  std::optional<Number> angle;
+  constexpr std::string_view kAngle = "RPL";
+  if (std::string_view(p, static_cast<std::size_t>(end - p)).starts_with(kAngle)) {
+    const char* s = p + kAngle.size();
+    while (s != end && (is_blank(*s) || *s == '=')) ++s;
+    Number number;
+    if (s == end || !scan_number(s, end, number)) return error(1, "RPL without a number");
+    angle = number;
+    p = s;
+  }
+  parsed.clear();
+  language.scanner.scan(begin, p, end, parsed);
+  if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
+  if (!parsed.phrases.empty()) return error(1, "'" + c.input.frames[name] + "' stands in a line of its own");
+  if (!language.others->take_named_frame(parsed, name, angle, against_frame(name >= 2)))
+    error(std::max(language.others->error_column, 1U), language.others->error);
 }
 
 void Reader::State::note_unit() {
@@ -504,6 +590,7 @@ Reader::Reader(const Controller& controller, std::string file, Diagnostics& diag
 Reader::~Reader() = default;
 
 void Reader::feed(std::string_view text) {
+  if (state_->unfolder) return state_->unfolder->feed(text);
   auto& carry = state_->carry;
   while (!text.empty()) {
     if (carry.empty()) {
@@ -532,6 +619,11 @@ std::uint32_t Reader::line() const {
 
 Result<void> Reader::finish() {
   auto& s = *state_;
+  if (s.unfolder) {
+    s.unfolder->finish();
+    while (s.unfolder->step()) {
+    }
+  }
   if (!s.carry.empty()) s.read_line(s.carry);
   s.carry.clear();
   if (!s.program.ended && s.findings.errors == 0) {

@@ -116,7 +116,7 @@ void Reader::State::run_tape(const FoundEvent& found) {
 Word* Reader::State::find_word(const PatternWord& wanted) {
   for (std::size_t i = 0; i < parsed.word_count; ++i) {
     Word& word = parsed.words[i];
-    if (word.letter != wanted.letter || word.used) continue;
+    if (word.letter != wanted.letter || word.used || word.by_name || word.means == Word::Means::way) continue;
     if (!wanted.is_fixed || equal(word.number, wanted.number)) return &word;
   }
   return nullptr;
@@ -353,6 +353,10 @@ void Reader::State::run_length(std::int64_t number) {
 }
 
 void Reader::State::run_tcp(bool on, std::int64_t offset) {
+  if (on && language.others && !language.others->frame().is_idle() &&
+      (language.others->frame().turns() || c.offset_shift.not_under_tcp))
+    return error(
+        1, "tool-centre-point control, and the program's own shift or turn is in force: end that first");
   if (modal.switch_tcp(on, offset, c.tcp.replaces_length)) emit(TcpControl{on, offset});
 }
 
@@ -366,6 +370,9 @@ bool Reader::State::kinematics_unknown(std::uint32_t column) {
 }
 
 void Reader::State::run_work_offset(std::int64_t index) {
+  if (language.others && !language.others->frame().is_idle() && modal.work_offset != 0 &&
+      modal.work_offset != index)
+    return error(1, "another work offset, and the program's own shift or turn is in force: end that first");
   if (modal.call_work_offset(index)) emit(WorkOffset{index});
 }
 
@@ -434,6 +441,9 @@ void Reader::State::run_cutter(const FoundEvent& found) {
 }
 
 void Reader::State::run_plane(const FoundEvent& found) {
+  if (language.others && !language.others->frame().is_idle())
+    return error(std::max(found.column, 1U),
+                 "a tilted plane, and the program's own shift or turn is in force: end that first");
   TiltedPlane now;
   now.on = true;
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};

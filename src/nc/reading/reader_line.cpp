@@ -91,8 +91,11 @@ void refuse(ParsedLine& out, const char* begin, const char* p, std::string messa
 
 }  // namespace
 
-LineScanner::LineScanner(const Controller& controller, const PatternSet& patterns)
-    : c_(controller), patterns_(patterns), has_expressions_(!controller.run_time.open.empty()) {
+LineScanner::LineScanner(const Controller& controller, const PatternSet& patterns, bool others)
+    : c_(controller),
+      patterns_(patterns),
+      has_expressions_(!controller.run_time.open.empty()),
+      others_(others) {
   for (const auto& pattern : patterns.phrases) {
     const auto& first = pattern.tokens.front();
     active_comments_ =
@@ -112,9 +115,8 @@ bool LineScanner::scan_word(const char* begin, const char*& p, const char* end, 
     return false;
   }
   Word& word = out.words[out.word_count];
+  word = {};
   word.letter = upper(*p);
-  word.used = false;
-  word.modulo = false;
   word.column = static_cast<std::uint32_t>(p - begin) + 1;
   if (!scan_number(s, end, word.number)) {
     refuse(out, begin, p, "no number after " + quoted(p, p + 1));
@@ -141,6 +143,64 @@ bool LineScanner::scan_modulo_word(const char* begin, const char*& p, const char
   word.column = static_cast<std::uint32_t>(p - begin) + 1;
   if (s == end || !scan_number(s, end, word.number) || !begins_as(s, end, rotary.modulo_close)) return false;
   s += rotary.modulo_close.size();
+  word.length = static_cast<std::uint32_t>(s - p);
+  out.words[out.word_count++] = word;
+  p = s;
+  return true;
+}
+
+// X=12.5, X=AC(12.5), I=IC(3)
+bool LineScanner::scan_assigned(const char*& p, const char* end, Word& word) const {
+  if (c_.input.absolute_value.empty() || !(axis_letter(std::string(1, word.letter)) ||
+                                           (word.letter >= 'I' && word.letter <= 'K') || word.letter == 'F'))
+    return false;
+  const char* s = skip_blanks(p + 1, end);
+  if (s == end || *s != '=') return false;
+  s = skip_blanks(s + 1, end);
+  const char* const value = s;
+  if (match_letters(s, end, c_.input.absolute_value))
+    word.means = Word::Means::place;
+  else if (match_letters(s, end, c_.input.increment_value))
+    word.means = Word::Means::way;
+  const bool named = s != value;
+  if (named && word.letter == 'F') return false;
+  if (named && (s = skip_blanks(s, end), s == end || *s++ != '(')) return false;
+  s = skip_blanks(s, end);
+  if (s == end || !scan_number(s, end, word.number)) return false;
+  if (named && (s = skip_blanks(s, end), s == end || *s++ != ')')) return false;
+  // 12.5+R1 is no number.
+  const char* const next = skip_blanks(s, end);
+  if (next != end && (*next == '+' || *next == '-' || *next == '*' || *next == '/' || *next == '('))
+    return false;
+  p = s;
+  return true;
+}
+
+// CR=12.5, IX+3 and values that are assigned.
+bool LineScanner::scan_word_of_others(const char* begin, const char*& p, const char* end,
+                                      ParsedLine& out) const {
+  if (out.word_count == kMaxWords) return false;
+  Word word;
+  word.letter = upper(*p);
+  word.column = static_cast<std::uint32_t>(p - begin) + 1;
+  const char* s = p;
+  const std::string& prefix = c_.input.increment_prefix;
+  const std::string& radius = c_.input.radius_name;
+  if (!radius.empty() && begins_as(p, end, radius)) {
+    word.letter = 'R';
+    word.by_name = true;
+    s = skip_blanks(p + radius.size(), end);
+    if (s == end || !scan_number(s, end, word.number)) return false;
+    if (s != end && !is_blank(*s) && !is_letter(*s)) return false;
+  } else if (!prefix.empty() && begins_as(p, end, prefix) && p + prefix.size() != end &&
+             axis_letter(std::string(1, upper(p[prefix.size()])))) {
+    word.letter = upper(p[prefix.size()]);
+    word.means = Word::Means::way;
+    s = p + prefix.size() + 1;
+    if (s == end || !scan_number(s, end, word.number)) return false;
+  } else if (!scan_assigned(s, end, word)) {
+    return false;
+  }
   word.length = static_cast<std::uint32_t>(s - p);
   out.words[out.word_count++] = word;
   p = s;
@@ -255,6 +315,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       ++p;
       continue;
     }
+    if (others_ && is_letter(c) && scan_word_of_others(begin, p, end, out)) continue;
     if (c >= 'X' && has_expressions_ && scan_expression(begin, p, end, out)) continue;
     if (is_letter(c) && !c_.rotary.modulo_open.empty() && scan_modulo_word(begin, p, end, out)) continue;
     if (is_letter(c) && !letter_begins_phrase_[letter_index(c)] && scan_word(begin, p, end, out)) continue;

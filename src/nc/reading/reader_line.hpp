@@ -12,9 +12,13 @@ namespace trunnion::nc {
 
 /// A letter with a number.
 struct Word {
+  /// What the number is, whatever is in force.
+  enum class Means : std::uint8_t { as_in_force, place, way };
   char letter = ' ';
   bool used = false;
-  bool modulo = false;  // written as [rotary] modulo_word
+  bool modulo = false;   // written as [rotary] modulo_word
+  bool by_name = false;  // R, written as [input] radius_name
+  Means means = Means::as_in_force;
   std::uint32_t column = 0;
   std::uint32_t length = 0;  // of its text
   Number number;
@@ -69,8 +73,8 @@ struct ParsedLine {
 /// Takes lines apart by the rules of one controller.
 class LineScanner {
  public:
-  /// Both must outlive the scanner.
-  LineScanner(const Controller& controller, const PatternSet& patterns);
+  /// Both must outlive the scanner. `others`: the spellings of [input] are read.
+  LineScanner(const Controller& controller, const PatternSet& patterns, bool others);
 
   /// Position behind the block number (and the blanks around it).
   const char* skip_block_number(const char* p, const char* end) const;
@@ -84,13 +88,16 @@ class LineScanner {
  private:
   bool scan_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
   bool scan_modulo_word(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_word_of_others(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
+  bool scan_assigned(const char*& p, const char* end, Word& word) const;
   bool scan_expression(const char* begin, const char*& p, const char* end, ParsedLine& out) const;
   bool scan_term(const char*& p, const char* end, std::array<std::int64_t, 3>& coefficient) const;
   bool scan_comment(const char*& p, const char* end, ParsedLine& out) const;
   bool scan_phrase(const char*& p, const char* end, FoundEvent& out) const;
   const Controller& c_;
   const PatternSet& patterns_;
-  bool has_expressions_;                         // X[12.3-#511*0.5]
+  bool has_expressions_;  // X[12.3-#511*0.5]
+  bool others_;
   bool active_comments_ = false;                 // some phrase begins as a comment does: (PROBEOPEN name)
   std::array<bool, 32> letter_begins_phrase_{};  // Q of `Q339=`: by letter
 };

@@ -68,6 +68,7 @@ void Reader::State::run_arc_of_others(const FoundEvent& found) {
 void Reader::State::run_arc(const FoundEvent& found) {
   modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
+  if (language.others && language.others->per_revolution()) follow_spindle();
   if (feed <= 0) return error(found.column, "an arc without feed");
   if (language.others && found.pattern == nullptr) return run_arc_of_others(found);
   const int decimals = language.format.decimals(AxisLetter::X);
@@ -159,11 +160,31 @@ void Reader::State::run_cycle(const FoundEvent& found) {
     const bool dwells = !is_tap && holds(c.cycles.dwell[static_cast<std::size_t>(found.event.argument)], p);
     return kept.has(p) && (holds(words, p) || dwells);
   };
+  if (language.others && language.others->per_revolution()) {
+    if (given(Placeholder::feed)) {
+      const Number& number =
+          (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
+      if (!to_rounded_quanta(number, 9, feed_of_turn)) feed_of_turn = 0;
+      feed_of_turn = language.others->length(feed_of_turn);
+    }
+    if (is_tap)
+      follow_spindle(whole(found, Placeholder::rpm, 0));
+    else
+      follow_spindle();
+  }
+  const std::int64_t turned_feed = feed;
+  const ProgramFrame none;
+  const ProgramFrame& frame = language.others ? language.others->frame() : none;
+  const auto height = [&](Placeholder p) {
+    AxisWords at;
+    at.set(AxisLetter::Z, scaled(found, p, decimals));
+    return frame.position_of(at)[AxisLetter::Z];
+  };
   Hole hole;
   hole.kind = is_tap ? Hole::Kind::tap : static_cast<Hole::Kind>(found.event.argument);
   const bool stands_there = !holds(words, Placeholder::clear);  // of a tap
-  hole.clear = stands_there ? modal.position[AxisLetter::Z] : scaled(found, Placeholder::clear, decimals);
-  hole.bottom = given(Placeholder::bottom) ? scaled(found, Placeholder::bottom, decimals)
+  hole.clear = stands_there ? modal.position[AxisLetter::Z] : height(Placeholder::clear);
+  hole.bottom = given(Placeholder::bottom) ? height(Placeholder::bottom)
                                            : hole.clear + scaled(found, Placeholder::depth, decimals);
   if (given(Placeholder::step)) hole.step = scaled(found, Placeholder::step, decimals);
   if (!is_tap)
@@ -173,6 +194,7 @@ void Reader::State::run_cycle(const FoundEvent& found) {
     const Number& number = (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
     if (!to_rounded_quanta(number, c.numbers.feed.decimals(modal.feed_mode), hole.feed)) hole.feed = 0;
     if (language.others) hole.feed = language.others->length(hole.feed);
+    if (language.others && language.others->per_revolution()) hole.feed = turned_feed;
     if (c.cycles.modal()) feed = hole.feed;  // an F word as any other
   } else if (!is_tap) {
     hole.feed = feed;
@@ -199,15 +221,16 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   if (!modal.cycle) cycle_return.initial = modal.position[AxisLetter::Z];
   std::int64_t back =
       cycle_return.to_clear || stands_there ? hole.clear : std::max(cycle_return.initial, hole.clear);
-  if (given(Placeholder::back)) back = scaled(found, Placeholder::back, decimals);
+  if (given(Placeholder::back)) back = height(Placeholder::back);
   if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
   if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");
   hole.words.set(AxisLetter::Z, back);
-  const auto place = [&](Placeholder p, AxisLetter letter) {
-    return found.captures.has(p) ? scaled(found, p, decimals) : modal.position[letter];
-  };
+  AxisWords place = frame.program_of(modal.position);
+  if (found.captures.has(Placeholder::x)) place.set(AxisLetter::X, scaled(found, Placeholder::x, decimals));
+  if (found.captures.has(Placeholder::y)) place.set(AxisLetter::Y, scaled(found, Placeholder::y, decimals));
+  place = frame.position_of(place);
   modal.cycle = hole;
-  run_hole(place(Placeholder::x, AxisLetter::X), place(Placeholder::y, AxisLetter::Y), found.column);
+  run_hole(place[AxisLetter::X], place[AxisLetter::Y], found.column);
   if (!c.cycles.modal() || stands_there) modal.cycle.reset();
 }
 

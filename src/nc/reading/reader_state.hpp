@@ -13,6 +13,7 @@
 #include "nc/reading/other_words.hpp"
 #include "nc/reading/reader_line.hpp"
 #include "nc/reading/run_layout.hpp"
+#include "nc/reading/unfolder.hpp"
 #include "nc/reading/whole_program.hpp"
 
 namespace trunnion::nc {
@@ -111,13 +112,15 @@ struct Reader::State {
   // Text.
   std::string carry;  // an unfinished line
   ParsedLine parsed;
+  std::optional<Unfolder> unfolder;  // of programs that somebody else wrote
 
   RunLines at_once;
 
   // What the control knows.
   ModalState modal{c};
   Block motion_block = Motion{};
-  std::int64_t feed = 0;  // 0: none
+  std::int64_t feed = 0;          // 0: none
+  std::int64_t feed_of_turn = 0;  // a billionth of a mm in a turn of the spindle, where F is that; 0: none
   bool latched = false;
   CycleReturn cycle_return;
   Captures kept;
@@ -134,6 +137,7 @@ struct Reader::State {
     AxisWords words;
     std::optional<MotionKind> kind;
     std::optional<FeedMode> mode;
+    OtherWords::Means means;
     bool has_feed = false;
     Number feed;
     std::uint32_t column = 0;
@@ -181,6 +185,15 @@ struct Reader::State {
   void run_line();
   void run_line_of_others();
   void note_unit();
+  /// What forbids a shift or a turn of the program's coordinates here, or null.
+  const char* against_frame(bool turns) const;
+  /// A line of TRANS, AROT and the like, `name` of them.
+  void run_frame_line(std::string_view text, std::size_t name);
+  /// Feed per revolution as feed per minute at the speed that the spindle turns with.
+  void follow_spindle(std::int64_t rpm);
+  void follow_spindle() {
+    follow_spindle(modal.spindle && modal.spindle->turn != SpindleTurn::off ? modal.spindle->rpm : 0);
+  }
   void run_machine_motion(const OtherWords::MachineMotion& motion);
   bool is_no_block_of_others(std::string_view text);
   /// False, with a message, where a line goes on in increments.

@@ -94,7 +94,7 @@ void NcWalk::take(const nc::Block& block, SourceRef where) {
 void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) return take(*call, where);
   if (const auto* retract = std::get_if<nc::Retract>(&block)) return take(*retract, where);
-  if (const auto* plane = std::get_if<nc::TiltedPlane>(&block)) return take(*plane);
+  if (const auto* plane = std::get_if<nc::TiltedPlane>(&block)) return take(*plane, where);
   if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) return take(*cutter, where);
   const auto use_register = [&](std::int64_t number) {
     if (change_.tool && number > 0)
@@ -114,7 +114,13 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
     in_force_.shift.read(*offset);
     put(where, cl::WorkOffset{static_cast<std::uint32_t>(offset->index)});
   }
-  if (const auto* shift = std::get_if<nc::OffsetShift>(&block)) in_force_.shift.read(*shift);
+  if (const auto* shift = std::get_if<nc::OffsetShift>(&block)) {
+    in_force_.shift.read(*shift);
+    if (in_force_.plane) refuse_shifted_plane(where);
+  }
+  if (std::holds_alternative<nc::Probe>(block))
+    refuse(where, "probe",
+           "a touch of a probe: where it ends hangs on the part, and the program does not say it");
   if (std::holds_alternative<nc::VariableMotion>(block) || std::holds_alternative<nc::LatchValues>(block) ||
       std::holds_alternative<nc::RunTimeStep>(block)) {
     refuse(where, "variables",
@@ -194,10 +200,20 @@ bool NcWalk::comes_down(const nc::Motion& motion, const JointVector& words) cons
   return true;
 }
 
+void NcWalk::refuse_shifted_plane(SourceRef where) {
+  constexpr double kNothing_mm = 1e-6;
+  if (in_force_.shift.words(false).norm() > kNothing_mm)
+    refuse(
+        where, "shifted plane",
+        "a tilted plane and a shift of the work offset that the program set: which of them is counted in the "
+        "other is not read");
+}
+
 // The rotary axes stand where the program had them before, if the plane's rounded angles mean that place.
-void NcWalk::take(const nc::TiltedPlane& plane) {
+void NcWalk::take(const nc::TiltedPlane& plane, SourceRef where) {
   constexpr double kRounded = 5e-5;  // of angles with three decimals
   at_.reset();
+  if (plane.on) refuse_shifted_plane(where);
   if (!in_force_.enter(plane)) return;
   const auto& k = in_force_.kinematics;
   if ((k.axis_P(k.sines(in_force_.rotary)) - in_force_.plane->X_PF.R.col(2)).norm() < kRounded)

@@ -48,7 +48,8 @@ class NcWalk {
   void take(const nc::Hole& hole);
   void take(const nc::ToolCall& call, SourceRef where);
   void take(const nc::Retract& retract, SourceRef where);
-  void take(const nc::TiltedPlane& plane);
+  void take(const nc::TiltedPlane& plane, SourceRef where);
+  void refuse_shifted_plane(SourceRef where);
   void take(const nc::CutterCompensation& cutter, SourceRef where);
   void take_setting(const nc::Block& block, SourceRef where);
   void take_process(const nc::Block& block, SourceRef where);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """campaign.py PROGRAM FOLDER [COUNT] [--seed N]: random programs as other people write them (inches, increments, circles by centre or radius in all
-planes, helices, drilling cycles, reference points), and the same with a word taken away or changed, read by `PROGRAM post --from linuxcnc`.
+planes, helices, drilling cycles, reference points, shifts, feed per revolution, subprograms, loops, variables), and the same with a word taken away or changed, read by `PROGRAM post --from linuxcnc`.
 LinuxCNC's interpreter (rs274) runs what was read and what was written: the tool must cut the same way, or the program be refused. Exit code 77
 where rs274 is not installed.
 """
@@ -28,6 +28,78 @@ class Maker:
         self.at = [0.0, 0.0, 40.0]
         self.incremental = False
         self.plane = 17
+        self.shifted = False
+        self.used = set()
+
+    def shift(self):
+        """The program's zero elsewhere, or back."""
+        if self.incremental:
+            self.add("G90")
+            self.incremental = False
+        axes = sorted(self.r.sample(range(3), self.r.randint(1, 3)))
+        kind = self.r.choice(["G92", "G92", "G52"])
+        if self.shifted and kind == "G52":
+            axes = [0, 1, 2]
+        if self.r.random() < 0.2:
+            self.add("G92.1")
+            self.shifted = False
+        elif kind == "G92":
+            self.add("G92 " + " ".join("XYZ"[a] + self.number(self.at[a] + self.r.uniform(-5, 5)) for a in axes))
+            self.shifted = True
+        else:
+            self.add("G52 " + " ".join("XYZ"[a] + self.number(self.r.uniform(-5, 5)) for a in axes))
+            self.shifted = True
+        # Where the tool stands in the new coordinates need not be known: the next words are places of all axes.
+        self.at = [0.0, 0.0, 50.0]
+        self.add(self.r.choice(["G0 ", "G1 "]) + " ".join(self.to(a, self.r.uniform(*[(-30, 30), (-30, 30), (40, 60)][a])) for a in range(3)))
+
+    def absolute(self):
+        if self.incremental:
+            self.add("G90")
+            self.incremental = False
+
+    def inner(self, axis):
+        """A place within the part."""
+        return self.value(self.r.uniform(*[(-30, 30), (-30, 30), (40, 60)][axis]))
+
+    def call(self):
+        """A subprogram with arguments."""
+        self.absolute()
+        to = [self.inner(a) for a in range(3)]
+        self.used.add("sub")
+        self.lines.append(f"o100 call [{self.number(to[0])}] [{self.number(to[1] / 2)} * 2] [{self.number(to[2])}]")
+        self.at = [0.0, 0.0, 50.0]
+        self.add("G1 " + " ".join(self.to(a, self.inner(a)) for a in range(3)))
+
+    def loop(self):
+        """Cuts in a loop that counts, or for a number of times."""
+        self.absolute()
+        n = self.r.randint(1, 4)
+        step = self.number(self.r.uniform(0.5, 2))
+        label = self.r.randint(200, 900)
+        self.lines.append(f"#101 = {self.number(self.r.uniform(-20, 20))}")
+        if self.r.random() < 0.5:
+            self.lines += [f"#102 = 0", f"o{label} while [#102 LT {n}]", f"G1 X[#101 + #102*{step}] Y[{step} * SIN[#102 * 30]]", "#102 = [#102 + 1]",
+                           f"o{label} if [#102 EQ 2]", f"Z[{self.number(45)} + #102 * {step}]", f"o{label} else", f"Z-[-{self.number(45)}]",
+                           f"o{label} endif", f"o{label} endwhile"]
+            # An if has a label of its own.
+            self.lines[-6] = self.lines[-6].replace(f"o{label}", f"o{label + 1000}")
+            self.lines[-4] = self.lines[-4].replace(f"o{label}", f"o{label + 1000}")
+            self.lines[-2] = self.lines[-2].replace(f"o{label}", f"o{label + 1000}")
+        else:
+            self.lines += [f"#<way> = {step}", f"o{label} repeat [{n}]", "G1 X#101 Y-#<way>", "#101 = [#101 + #<way>]", f"o{label} endrepeat"]
+        self.at = [0.0, 0.0, 50.0]
+        self.add("G1 " + " ".join(self.to(a, self.inner(a)) for a in range(3)))
+
+    def per_revolution(self):
+        """F in the turn of the spindle, for some cuts."""
+        if self.incremental:
+            self.add("G90")
+            self.incremental = False
+        self.add("G95 F" + (f"{0.1 / 25.4:.5f}" if self.inch else "0.1"))
+        for _ in range(self.r.randint(1, 3)):
+            self.r.choice([self.cut_as_it_is, self.circle])()
+        self.add(f"G94 F{self.number(400)}")
 
     def number(self, mm):
         return f"{mm / 25.4:.4f}" if self.inch else f"{mm:.3f}"
@@ -49,6 +121,9 @@ class Maker:
         word = self.value(mm - self.at[axis]) if self.incremental else self.value(mm)
         self.at[axis] = self.at[axis] + word if self.incremental else word
         return "XYZ"[axis] + self.number(word)
+
+    def cut_as_it_is(self):
+        self.add("G1 " + " ".join(self.to(a, self.r.uniform(*[(-60, 60), (-60, 60), (30, 60)][a])) for a in range(3)))
 
     def cut(self):
         axes = sorted(self.r.sample(range(3), self.r.randint(1, 3)))
@@ -132,7 +207,7 @@ class Maker:
         self.at[:2] = [0.0, 0.0]
         self.add("G0 " + self.to(2, 60))
         self.add(f"G1 {self.to(2, 45)} F{self.number(500)}")
-        steps = [self.cut] * 5 + [self.circle] * 5 + [self.holes] * 2 + [self.turn, self.home]
+        steps = [self.cut] * 5 + [self.circle] * 5 + [self.holes] * 2 + [self.turn, self.home, self.shift, self.shift, self.per_revolution, self.call, self.call, self.loop, self.loop]
         for _ in range(self.r.randint(4, 14)):
             if self.r.random() < 0.12:
                 self.incremental = not self.incremental
@@ -150,7 +225,12 @@ class Maker:
             self.add("G90")
             self.incremental = False
         self.add("G0 " + self.to(2, 100))
+        if self.shifted:
+            self.add("G92.1")
         self.lines += ["M5", "M9", self.r.choice(["M2", "M30"])]
+        if "sub" in self.used:  # in front of the program, as the interpreter wants it
+            head_of_sub = ["o100 sub", "G1 X#1 Y#2", "o101 if [#3 GT 1]", "Z#3", "o101 else", "Z[#3+0]", "o101 endif", "o100 endsub"]
+            self.lines = head_of_sub + self.lines
         return "\n".join(head + self.lines + head) + "\n"
 
 
@@ -170,7 +250,7 @@ def mutated(text, rng):
         elif kind == "drop line":
             del lines[i]
         elif kind == "left on":
-            lines.insert(i, rng.choice(["G91", "G90", "G20", "G21", "G18", "G19", "G17", "G93", "G95", "G41 D1", "G92 X1", "G68 R10", "G51 X2", "G90.1"]))
+            lines.insert(i, rng.choice(["G91", "G90", "G20", "G21", "G18", "G19", "G17", "G93", "G95", "G41 D1", "G92 X1", "G52 Y2", "G92.1", "G68 R10", "G51 X2", "G90.1"]))
         elif kind == "swap":
             other = {"G20": "G21", "G21": "G20", "G90": "G91", "G91": "G90", "G2": "G3", "G3": "G2", "G0": "G1", "G1": "G0", "G17": "G18",
                      "G98": "G99", "G99": "G98"}.get(word[0].upper())
@@ -189,6 +269,7 @@ class Path_:
     def __init__(self, calls):
         self.runs, self.way = [], 0.0
         unit, at, plane = 1.0, None, "XY"
+        shift = [0.0, 0.0, 0.0]  # the calls count from it
         cutting = False
         for line in calls.splitlines():
             call = re.search(r"N\.*\d* +([A-Z_0-9]+)\((.*)\)", line)
@@ -197,17 +278,22 @@ class Path_:
             name, values = call[1], call[2]
             if name == "USE_LENGTH_UNITS":
                 unit = 25.4 if "INCH" in values else 1.0
+            elif name == "SET_G92_OFFSET":
+                shift = [float(x) * unit for x in values.split(",")[:3]]
             elif name == "SELECT_PLANE":
                 plane = values[-2:]
             elif name in ("STRAIGHT_FEED", "STRAIGHT_TRAVERSE"):
                 v = [float(x) for x in values.split(",")]
-                to = (v[0] * unit, v[1] * unit, v[2] * unit, v[3], v[5])
+                to = (*(x * unit + s for x, s in zip(v, shift)), v[3], v[5])
                 self.go(at, to, name == "STRAIGHT_FEED", cutting)
                 cutting, at = name == "STRAIGHT_FEED", to
             elif name == "ARC_FEED":
                 v = [float(x) for x in values.split(",")]
                 axes = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ": (1, 2, 0)}[plane]
-                for to in self.arc(at, v, axes, unit):
+                shifts = [shift[a] for a in axes]
+                v[:4] = [x * unit + s for x, s in zip(v, shifts[:2] * 2)]
+                v[5] = v[5] * unit + shifts[2]
+                for to in self.arc(at, v, axes):
                     self.go(at, to, True, cutting)
                     cutting, at = True, to
 
@@ -224,9 +310,9 @@ class Path_:
             self.runs[-1].append(to)
 
     @staticmethod
-    def arc(at, v, axes, unit):
+    def arc(at, v, axes):
         first, second, third = axes
-        end, center, turns, up = (v[0] * unit, v[1] * unit), (v[2] * unit, v[3] * unit), int(v[4]), v[5] * unit
+        end, center, turns, up = (v[0], v[1]), (v[2], v[3]), int(v[4]), v[5]
         r0 = math.hypot(at[first] - center[0], at[second] - center[1])
         r1 = math.hypot(end[0] - center[0], end[1] - center[1])
         a0 = math.atan2(at[second] - center[1], at[first] - center[0])

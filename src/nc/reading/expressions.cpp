@@ -1,0 +1,238 @@
+#include "nc/reading/expressions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "trunnion/base/units.hpp"
+
+#include "nc/reading/lexer.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+constexpr int kDeepest = 40;            // brackets
+constexpr double kSame = 1e-4;          // EQ and NE of LinuxCNC's interpreter
+constexpr double kLargest = 1e7;        // mm, degrees, numbers of anything
+constexpr long kLastOfSubprogram = 30;  // #1 to #30 are a subprogram's own
+constexpr long kFirstOfControl = 5000;  // and what stands from here on is the control's
+
+// By level: what binds least stands first.
+const std::array<std::vector<std::string>, 5> kOperators = {
+    {{"AND", "OR", "XOR"}, {"EQ", "NE", "GT", "GE", "LT", "LE"}, {"+", "-"}, {"*", "/", "MOD"}, {"**"}}};
+constexpr int kAddition = 2;
+constexpr int kPower = 4;
+
+const char* skip(const char* p, const char* end) {
+  while (p != end && is_blank(*p)) ++p;
+  return p;
+}
+
+bool reads(const char*& p, const char* end, const std::string& text) {
+  if (static_cast<std::size_t>(end - p) < text.size() ||
+      !std::equal(text.begin(), text.end(), p, [](char a, char b) { return a == upper(b); }))
+    return false;
+  p += text.size();
+  return true;
+}
+
+}  // namespace
+
+std::string number_text(double value, bool with_point) {
+  std::array<char, 64> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.9f", value);
+  std::string out(buffer.data());
+  out.erase(out.find_last_not_of('0') + 1);
+  if (!with_point && out.back() == '.') out.pop_back();
+  if (out == "-0" || out == "-0.") out.erase(0, 1);
+  return out;
+}
+
+bool Expressions::fail(const std::string& message) {
+  if (error.empty()) error = message;
+  return false;
+}
+
+Expressions::Scope& Expressions::scope_of(const std::string& name) {
+  const bool is_number = is_digit(name.front());
+  const bool is_own =
+      is_number ? std::strtol(name.c_str(), nullptr, 10) <= kLastOfSubprogram : name.front() != '_';
+  return is_own ? scopes_.back() : scopes_.front();
+}
+
+void Expressions::enter(const std::vector<double>& arguments) {
+  Scope own;
+  for (long i = 1; i <= kLastOfSubprogram; ++i) {
+    const auto k = static_cast<std::size_t>(i - 1);
+    own[std::to_string(i)] = k < arguments.size() ? arguments[k] : 0.0;
+  }
+  scopes_.push_back(std::move(own));
+}
+
+bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
+  out.clear();
+  p = skip(p, end);
+  if (p != end && *p == '<' && full_) {
+    for (++p; p != end && *p != '>'; ++p)
+      if (!is_blank(*p)) out += upper(*p);
+    if (p == end || out.empty() || is_digit(out.front()))
+      return fail("the name of a variable without its end");
+    ++p;
+    return true;
+  }
+  while (p != end && is_digit(*p)) out += *p++;
+  out.erase(0, std::min(out.find_first_not_of('0'), out.size()));
+  if (out.empty() || out.size() > 5) return fail("a variable is read by its number, as #101");
+  return true;
+}
+
+bool Expressions::function(const char*& p, const char* end, double& out) {
+  static const std::vector<std::string> kAll = {"ABS",  "COS", "SIN", "SQRT", "TAN", "ATAN", "ACOS",
+                                                "ASIN", "EXP", "FIX", "FUP",  "LN",  "ROUND"};
+  constexpr std::size_t kAlike = 5;
+  const std::size_t known = full_ ? kAll.size() : kAlike;
+  std::size_t which = 0;
+  while (which < known && !reads(p, end, kAll[which])) ++which;
+  if (which == known) return fail("no number, variable or function that is read here");
+  const std::string& name = kAll[which];
+  p = skip(p, end);
+  if (p == end || *p != '[' || !value(p, end, out)) return fail("'" + name + "' without brackets");
+  const double rad = out * kRadPerDegree;
+  if (name == "ABS") out = std::abs(out);
+  if (name == "COS") out = std::cos(rad);
+  if (name == "SIN") out = std::sin(rad);
+  if (name == "TAN") out = std::tan(rad);
+  if (name == "SQRT") out = std::sqrt(out);
+  if (name == "ACOS") out = std::acos(out) * kDegreePerRad;
+  if (name == "ASIN") out = std::asin(out) * kDegreePerRad;
+  if (name == "EXP") out = std::exp(out);
+  if (name == "LN") out = std::log(out);
+  if (name == "FIX") out = std::floor(out);
+  if (name == "FUP") out = std::ceil(out);
+  if (name == "ROUND") out = std::round(out);
+  if (name == "ATAN") {
+    double across = 0.0;
+    p = skip(p, end);
+    if (p == end || *p != '/') return fail("'ATAN' is read as ATAN[y]/[x]");
+    p = skip(p + 1, end);
+    if (p == end || *p != '[' || !value(p, end, across)) return fail("'ATAN' is read as ATAN[y]/[x]");
+    out = std::atan2(out, across) * kDegreePerRad;
+  }
+  return std::isfinite(out) || fail("'" + name + "' of this value has no result");
+}
+
+bool Expressions::value(const char*& p, const char* end, double& out) {
+  p = skip(p, end);
+  if (p == end) return fail("a value is missing");
+  if (*p == '-' || *p == '+') {
+    const bool negative = *p++ == '-';
+    if (!value(p, end, out)) return false;
+    if (negative) out = -out;
+    return true;
+  }
+  if (*p == '[') {
+    if (++depth_ > kDeepest) return fail("brackets in more than " + std::to_string(kDeepest) + " brackets");
+    ++p;
+    const bool good = sum(p, end, 0, out);
+    --depth_;
+    if (!good) return false;
+    p = skip(p, end);
+    if (p == end || *p != ']') return fail("brackets without their end, or an operator that is not read");
+    ++p;
+    return true;
+  }
+  if (*p == '#') {
+    ++p;
+    std::string name;
+    if (!name_at(p, end, name)) return false;
+    if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
+      return fail("variable #" + name + " is the control's: its value does not stand in the program");
+    const Scope& scope = scope_of(name);
+    const auto it = scope.find(name);
+    if (it == scope.end()) return fail("variable #" + name + " has no value: the program has not set it");
+    out = it->second;
+    return true;
+  }
+  if (is_digit(*p) || *p == '.') {
+    Number number;
+    if (!scan_number(p, end, number)) return fail("a number that cannot be read");
+    out = static_cast<double>(number.mantissa) / std::pow(10.0, number.decimals);
+    return true;
+  }
+  return function(p, end, out);
+}
+
+bool Expressions::operator_at(const char*& p, const char* end, int level, std::string& name) const {
+  p = skip(p, end);
+  const char* s = p;
+  // ** is no *.
+  if (level<kPower&& static_cast<std::size_t>(end - p)> 1 && p[0] == '*' && p[1] == '*') return false;
+  for (const std::string& text : kOperators[static_cast<std::size_t>(level)]) {
+    if (!full_ && text.size() > 1) continue;
+    if (!reads(s, end, text)) continue;
+    name = text;
+    p = s;
+    return true;
+  }
+  return false;
+}
+
+bool Expressions::apply(const std::string& name, double right, double& left) {
+  if (name == "+") left += right;
+  if (name == "-") left -= right;
+  if (name == "*") left *= right;
+  if (name == "/" || name == "MOD") {
+    if (right == 0.0) return fail("a division by nothing");
+    left = name == "/" ? left / right : std::fmod(left, right);
+    if (name == "MOD" && left < 0.0) left += std::abs(right);
+  }
+  if (name == "**") left = std::pow(left, right);
+  if (name == "EQ") left = std::abs(left - right) < kSame ? 1.0 : 0.0;
+  if (name == "NE") left = std::abs(left - right) >= kSame ? 1.0 : 0.0;
+  if (name == "GT") left = left > right ? 1.0 : 0.0;
+  if (name == "GE") left = left >= right ? 1.0 : 0.0;
+  if (name == "LT") left = left < right ? 1.0 : 0.0;
+  if (name == "LE") left = left <= right ? 1.0 : 0.0;
+  const bool a = left != 0.0, b = right != 0.0;
+  if (name == "AND") left = a && b ? 1.0 : 0.0;
+  if (name == "OR") left = a || b ? 1.0 : 0.0;
+  if (name == "XOR") left = a != b ? 1.0 : 0.0;
+  return (std::isfinite(left) && std::abs(left) < 1e15) || fail("a value beyond all numbers");
+}
+
+bool Expressions::sum(const char*& p, const char* end, int level, double& out) {
+  if (level > kPower) return value(p, end, out);
+  if (!sum(p, end, level + 1, out)) return false;
+  std::string name;
+  int count = 0;
+  while (operator_at(p, end, level, name)) {
+    // What two of them mean is not the same on all controls.
+    if (++count > 1 && (level < kAddition || level == kPower))
+      return fail("two of '" + name + "' behind each other: set brackets");
+    double right = 0.0;
+    if (!sum(p, end, level + 1, right) || !apply(name, right, out)) return false;
+  }
+  return true;
+}
+
+bool Expressions::assign(const char* p, const char* end) {
+  error.clear();
+  depth_ = 0;
+  std::string name;
+  double result = 0.0;
+  if (p == end || *p++ != '#' || !name_at(p, end, name)) return fail("no variable");
+  p = skip(p, end);
+  if (p == end || *p++ != '=') return fail("a variable begins the line, and '=' does not follow");
+  // #1=#2+3 where brackets need not stand.
+  if (full_ ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
+  if (skip(p, end) != end) return fail("something stands behind the value of a variable");
+  if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
+    return fail("variable #" + name + " is the control's: what setting it does is not known");
+  if (std::abs(result) > kLargest) return fail("a value beyond 10000000");
+  scope_of(name)[name] = result;
+  return true;
+}
+
+}  // namespace trunnion::nc
