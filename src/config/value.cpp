@@ -104,7 +104,8 @@ std::optional<Fault> fault_before_parsing(std::string_view text) {
       if (static_cast<unsigned char>(c) >= 0x80)
         return Fault{{at.line, at.column + 1}, "a character that is not ASCII stands outside quotes"};
       // Behind a value the parser looks for its end, through the quotes.
-      if ((c == '"' || c == '\'') && !blank && std::string_view("=,[{.").find(before) == std::string_view::npos)
+      if ((c == '"' || c == '\'') && !blank &&
+          std::string_view("=,[{.").find(before) == std::string_view::npos)
         return Fault{{at.line, at.column + 1}, "a quote stands where no text may begin"};
       if (std::string_view("=,[{#").find(c) != std::string_view::npos) parts = 0;
       if (c == '[' && blank && open == 0 && !names_a_table(text.substr(i, text.find('\n', i) - i)))
