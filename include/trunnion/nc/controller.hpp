@@ -286,20 +286,26 @@ struct Controller {
     std::string tool_name;                             // what stands before the name of a tool in quotes
     Template reference;                                // the axes of the line go to a reference point
     std::string machine_position;                      // the axes of the line go to a place of the machine
-    std::string per_revolution;                        // F is mm in a turn of the spindle
-    std::string radius_name;                           // CR= where R is no radius
-    std::string absolute_value, increment_value;       // AC, IC: X=AC(12) whatever is in force
-    std::string increment_prefix;                      // I of IX+12
-    std::string shift;                                 // the program's zero in the axes of the line
-    std::string set_position;                          // what the coordinates of this place are from here on
-    Template end_shift;                                // of both
-    std::string turn, end_turn;                        // about X and Y of the line, by R degrees
-    std::string variables;                             // # of #101 and [#101+2]
-    bool o_words = false;                    // subprograms, loops and all functions as LinuxCNC has them
-    std::string call, call_line, end_call;   // M98 P L, M97 P L, M99: subprograms of the same file
-    std::int64_t largest_program = 9999;     // P beyond it says something else
-    std::string label, call_label, repeats;  // LBL 1, CALL LBL 1 REP 3
-    Template frames;  // TRANS, ATRANS, ROT, AROT: shift anew and further, turn anew and further; or none
+    /// Places that are spelled in another way, and what coordinates count from.
+    struct Places {
+      std::string per_revolution;                   // F is mm in a turn of the spindle
+      std::string radius_name;                      // CR= where R is no radius
+      std::string absolute_value, increment_value;  // AC, IC: X=AC(12) whatever is in force
+      std::string increment_prefix;                 // I of IX+12
+      std::string shift;                            // the program's zero in the axes of the line
+      std::string set_position;                     // what the coordinates of this place are from here on
+      Template end_shift;                           // of both
+      std::string turn, end_turn;                   // about X and Y of the line, by R degrees
+      Template frames;  // TRANS, ATRANS, ROT, AROT: shift anew and further, turn anew and further; or none
+    } places;
+    /// Lines that run in another order than they stand in, and what they calculate with.
+    struct Flow {
+      std::string variables;                   // # of #101 and [#101+2]
+      bool o_words = false;                    // subprograms, loops and all functions as LinuxCNC has them
+      std::string call, call_line, end_call;   // M98 P L, M97 P L, M99: subprograms of the same file
+      std::int64_t largest_program = 9999;     // P beyond it says something else
+      std::string label, call_label, repeats;  // LBL 1, CALL LBL 1 REP 3
+    } flow;
   } input;
 
   Template silent;  // words that the reader takes and that move nothing and change nothing here

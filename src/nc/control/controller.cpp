@@ -347,27 +347,27 @@ void read_modes(Section& root, Controller& c) {
     c.input.centers_from_start = s.find_text("centers_from_start").value_or(c.input.centers_from_start);
     c.input.machine_position = s.find_text("machine_position").value_or(c.input.machine_position);
     const auto text = [&](const char* key, std::string& out) { out = s.find_text(key).value_or(out); };
-    text("per_revolution", c.input.per_revolution);
-    text("radius_name", c.input.radius_name);
-    text("absolute_value", c.input.absolute_value);
-    text("increment_value", c.input.increment_value);
-    text("increment_prefix", c.input.increment_prefix);
-    text("shift", c.input.shift);
-    text("set_position", c.input.set_position);
-    read_template(s, "end_shift", {}, c.input.end_shift);
-    text("variables", c.input.variables);
-    c.input.o_words = s.flag_or("o_words", c.input.o_words);
-    text("call", c.input.call);
-    text("call_line", c.input.call_line);
-    text("end_call", c.input.end_call);
-    c.input.largest_program = s.find_integer("largest_program").value_or(c.input.largest_program);
-    text("label", c.input.label);
-    text("call_label", c.input.call_label);
-    text("repeats", c.input.repeats);
-    text("turn", c.input.turn);
-    text("end_turn", c.input.end_turn);
-    read_template(s, "frames", {}, c.input.frames);
-    if (!c.input.frames.empty() && c.input.frames.size() != 4)
+    text("per_revolution", c.input.places.per_revolution);
+    text("radius_name", c.input.places.radius_name);
+    text("absolute_value", c.input.places.absolute_value);
+    text("increment_value", c.input.places.increment_value);
+    text("increment_prefix", c.input.places.increment_prefix);
+    text("shift", c.input.places.shift);
+    text("set_position", c.input.places.set_position);
+    read_template(s, "end_shift", {}, c.input.places.end_shift);
+    text("variables", c.input.flow.variables);
+    c.input.flow.o_words = s.flag_or("o_words", c.input.flow.o_words);
+    text("call", c.input.flow.call);
+    text("call_line", c.input.flow.call_line);
+    text("end_call", c.input.flow.end_call);
+    c.input.flow.largest_program = s.find_integer("largest_program").value_or(c.input.flow.largest_program);
+    text("label", c.input.flow.label);
+    text("call_label", c.input.flow.call_label);
+    text("repeats", c.input.flow.repeats);
+    text("turn", c.input.places.turn);
+    text("end_turn", c.input.places.end_turn);
+    read_template(s, "frames", {}, c.input.places.frames);
+    if (!c.input.places.frames.empty() && c.input.places.frames.size() != 4)
       s.error("frames",
               "'frames' are four words: a shift anew and further, a turn anew and further, or none");
   });

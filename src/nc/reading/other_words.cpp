@@ -54,7 +54,7 @@ OtherWords::OtherWords(const Controller& controller, const AxisFormat& format)
   }
   note(c_.input.centers_absolute, Mode::centers_absolute);
   note(c_.input.centers_from_start, Mode::centers_from_start);
-  note(c_.input.per_revolution, Mode::per_revolution);
+  note(c_.input.places.per_revolution, Mode::per_revolution);
 }
 
 bool OtherWords::claims(char letter, const Number& number) const {
@@ -128,10 +128,11 @@ bool OtherWords::resolve(AxisWords& words, Means means, const AxisWords& positio
     std::int64_t value = is_rotary(letter) ? words[letter] : length(words[letter]);
     if ((means.ways & bit) != 0 || (said_.increments && (means.places & bit) == 0)) {
       if (!from.has(letter) || (said_.stale_places & bit) != 0) {
-        return fail(column, std::string("an increment of ") + letter_of(letter) + " ('" +
-                                (c_.incremental.on.empty() ? c_.input.increment_prefix : c_.incremental.on) +
-                                "') from a place that is not known" +
-                                (from.has(letter) ? ": say a place in these coordinates first" : ""));
+        return fail(column,
+                    std::string("an increment of ") + letter_of(letter) + " ('" +
+                        (c_.incremental.on.empty() ? c_.input.places.increment_prefix : c_.incremental.on) +
+                        "') from a place that is not known" +
+                        (from.has(letter) ? ": say a place in these coordinates first" : ""));
       }
       value += from[letter];
       if (is_beyond(value)) return fail(column, std::string(1, letter_of(letter)) + kBeyond);
@@ -237,7 +238,8 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
           word.means == Word::Means::place ||
           (word.means == Word::Means::as_in_force && (said_.centers_absolute || c_.arcs.center_absolute));
       if (is_place) absolute_centers |= static_cast<std::uint16_t>(1U << (word.letter - 'I'));
-    } else if (word.letter == 'R' && c_.input.arc_radius && word.by_name == !c_.input.radius_name.empty()) {
+    } else if (word.letter == 'R' && c_.input.arc_radius &&
+               word.by_name == !c_.input.places.radius_name.empty()) {
       if (!quanta_of(word, value)) return std::nullopt;
       radius = value;
     } else {

@@ -56,6 +56,8 @@ class OtherWords {
   /// F is mm in a turn of the spindle.
   bool per_revolution() const { return said_.per_revolution; }
   void end_per_revolution() { said_.per_revolution = false; }
+  /// A billionth of a mm in a turn of the spindle; 0: none was said.
+  std::int64_t& feed_of_turn() { return said_.feed_of_turn; }
   /// A length that stands in the text, in quanta.
   std::int64_t length(std::int64_t quanta) const;
   bool in_inches() const { return said_.inches; }
@@ -115,6 +117,7 @@ class OtherWords {
     bool increments = false;
     bool centers_absolute = false;
     bool per_revolution = false;
+    std::int64_t feed_of_turn = 0;
     std::uint8_t plane = 0;          // Arc::plane
     std::uint16_t stale_places = 0;  // axes of which no place was said since the frame moved
   } said_;

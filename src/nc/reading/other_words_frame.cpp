@@ -42,19 +42,19 @@ bool OtherWords::take_frame(ParsedLine& line, const AxisWords& position, const c
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
     if (word.used) continue;
-    const bool shifts = is_code(word, c_.input.shift);
-    const bool sets = is_code(word, c_.input.set_position);
-    const bool turns = is_code(word, c_.input.turn);
-    const bool ends_turn = is_code(word, c_.input.end_turn) && frame_.turns();
-    const bool ends_shift = std::any_of(c_.input.end_shift.begin(), c_.input.end_shift.end(),
+    const bool shifts = is_code(word, c_.input.places.shift);
+    const bool sets = is_code(word, c_.input.places.set_position);
+    const bool turns = is_code(word, c_.input.places.turn);
+    const bool ends_turn = is_code(word, c_.input.places.end_turn) && frame_.turns();
+    const bool ends_shift = std::any_of(c_.input.places.end_shift.begin(), c_.input.places.end_shift.end(),
                                         [&](const std::string& text) { return is_code(word, text); });
     if (!shifts && !sets && !turns && !ends_turn && !ends_shift) continue;
     word.used = true;
     const std::string name(line.begin + word.column - 1, word.length);
     if (why_not != nullptr) return fail(word.column, "'" + name + "' " + why_not);
     if (frame_.turns() && !ends_turn)
-      return fail(word.column,
-                  "'" + name + "' in coordinates that are turned ('" + c_.input.turn + "'): end that first");
+      return fail(word.column, "'" + name + "' in coordinates that are turned ('" + c_.input.places.turn +
+                                   "'): end that first");
     circle_.reset();
     if (ends_turn || ends_shift) {
       // A turn ends alone: the shift below it stays.
@@ -123,8 +123,8 @@ bool OtherWords::take_turn(ParsedLine& line) {
 }
 
 std::optional<std::size_t> OtherWords::frame_named(std::string_view text) const {
-  for (std::size_t i = 0; i < c_.input.frames.size(); ++i) {
-    const std::string& name = c_.input.frames[i];
+  for (std::size_t i = 0; i < c_.input.places.frames.size(); ++i) {
+    const std::string& name = c_.input.places.frames[i];
     if (text.size() < name.size() ||
         !std::equal(name.begin(), name.end(), text.begin(), [](char a, char b) { return a == upper(b); }))
       continue;
@@ -136,7 +136,7 @@ std::optional<std::size_t> OtherWords::frame_named(std::string_view text) const 
 bool OtherWords::take_named_frame(ParsedLine& line, std::size_t name, std::optional<Number> turn_in_plane,
                                   const char* why_not) {
   error.clear();
-  const std::string& said = c_.input.frames[name];
+  const std::string& said = c_.input.places.frames[name];
   if (why_not != nullptr) return fail(1, "'" + said + "' " + why_not);
   const bool turns = name >= kTurnAnew;
   std::array<std::int64_t, 3> way{};

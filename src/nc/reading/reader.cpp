@@ -81,7 +81,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
     modal.length = -1;
   }
   if (options.others) {
-    unfolder.emplace(
+    program.unfolder.emplace(
         c,
         [this](std::string_view line, std::uint32_t number) {
           findings.line = number - 1;
@@ -231,8 +231,10 @@ void Reader::State::take_modes(LineMotion& m) {
   }
   if (m.mode) set_feed_mode(*m.mode);
   if (language.others && language.others->per_revolution()) {
-    if (m.has_feed && !to_rounded_quanta(m.feed, kTurnDecimals, feed_of_turn)) feed_of_turn = 0;
-    if (m.has_feed) feed_of_turn = language.others->length(feed_of_turn);
+    if (m.has_feed && !to_rounded_quanta(m.feed, kTurnDecimals, language.others->feed_of_turn()))
+      language.others->feed_of_turn() = 0;
+    if (m.has_feed)
+      language.others->feed_of_turn() = language.others->length(language.others->feed_of_turn());
     return;
   }
   if (!m.has_feed) {
@@ -248,7 +250,7 @@ void Reader::State::take_modes(LineMotion& m) {
 
 void Reader::State::follow_spindle(std::int64_t rpm) {
   constexpr double kFastest = 1e9;  // mm/min: beyond any machine
-  const double mm_min = static_cast<double>(feed_of_turn) /
+  const double mm_min = static_cast<double>(language.others->feed_of_turn()) /
                         static_cast<double>(kPowersOfTen[static_cast<std::size_t>(kTurnDecimals)]) *
                         static_cast<double>(rpm);
   const int decimals = c.numbers.feed.per_minute_decimals;
@@ -288,7 +290,7 @@ void Reader::State::run_motion(LineMotion& m) {
   if (motion.kind == MotionKind::feed) {
     if (feed <= 0) {
       if (language.others && language.others->per_revolution())
-        return error(m.column, "a feed per revolution ('" + c.input.per_revolution +
+        return error(m.column, "a feed per revolution ('" + c.input.places.per_revolution +
                                    "') without F, or the spindle does not turn");
       return error(m.column, modal.feed_mode == FeedMode::inverse_time
                                  ? "feed move without F, which inverse time needs in every block"
@@ -437,7 +439,7 @@ void Reader::State::run_line_of_others() {
   others.take_modes(parsed);
   if (others.per_revolution() && !per_revolution) {
     set_feed_mode(FeedMode::per_minute);
-    feed = feed_of_turn = 0;
+    feed = language.others->feed_of_turn() = 0;
   }
   if (!others.take_frame(parsed, modal.position, against_frame(false))) {
     refused();
@@ -473,8 +475,8 @@ const char* Reader::State::against_frame(bool turns) const {
 }
 
 void Reader::State::run_frame_line(std::string_view text, std::size_t name) {
-  text.remove_prefix(c.input.frames[name].size());
-  const char* const begin = text.data() - c.input.frames[name].size();
+  text.remove_prefix(c.input.places.frames[name].size());
+  const char* const begin = text.data() - c.input.places.frames[name].size();
   const char* p = text.data();
   const char* const end = p + text.size();
   while (p != end && is_blank(*p)) ++p;
@@ -491,7 +493,8 @@ void Reader::State::run_frame_line(std::string_view text, std::size_t name) {
   parsed.clear();
   language.scanner.scan(begin, p, end, parsed);
   if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
-  if (!parsed.phrases.empty()) return error(1, "'" + c.input.frames[name] + "' stands in a line of its own");
+  if (!parsed.phrases.empty())
+    return error(1, "'" + c.input.places.frames[name] + "' stands in a line of its own");
   if (!language.others->take_named_frame(parsed, name, angle, against_frame(name >= 2)))
     error(std::max(language.others->error_column, 1U), language.others->error);
 }
@@ -590,7 +593,7 @@ Reader::Reader(const Controller& controller, std::string file, Diagnostics& diag
 Reader::~Reader() = default;
 
 void Reader::feed(std::string_view text) {
-  if (state_->unfolder) return state_->unfolder->feed(text);
+  if (state_->program.unfolder) return state_->program.unfolder->feed(text);
   auto& carry = state_->carry;
   while (!text.empty()) {
     if (carry.empty()) {
@@ -619,9 +622,9 @@ std::uint32_t Reader::line() const {
 
 Result<void> Reader::finish() {
   auto& s = *state_;
-  if (s.unfolder) {
-    s.unfolder->finish();
-    while (s.unfolder->step()) {
+  if (s.program.unfolder) {
+    s.program.unfolder->finish();
+    while (s.program.unfolder->step()) {
     }
   }
   if (!s.carry.empty()) s.read_line(s.carry);

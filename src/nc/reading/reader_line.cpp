@@ -151,16 +151,17 @@ bool LineScanner::scan_modulo_word(const char* begin, const char*& p, const char
 
 // X=12.5, X=AC(12.5), I=IC(3)
 bool LineScanner::scan_assigned(const char*& p, const char* end, Word& word) const {
-  if (c_.input.absolute_value.empty() || !(axis_letter(std::string(1, word.letter)) ||
-                                           (word.letter >= 'I' && word.letter <= 'K') || word.letter == 'F'))
+  if (c_.input.places.absolute_value.empty() ||
+      !(axis_letter(std::string(1, word.letter)) || (word.letter >= 'I' && word.letter <= 'K') ||
+        word.letter == 'F'))
     return false;
   const char* s = skip_blanks(p + 1, end);
   if (s == end || *s != '=') return false;
   s = skip_blanks(s + 1, end);
   const char* const value = s;
-  if (match_letters(s, end, c_.input.absolute_value))
+  if (match_letters(s, end, c_.input.places.absolute_value))
     word.means = Word::Means::place;
-  else if (match_letters(s, end, c_.input.increment_value))
+  else if (match_letters(s, end, c_.input.places.increment_value))
     word.means = Word::Means::way;
   const bool named = s != value;
   if (named && word.letter == 'F') return false;
@@ -184,8 +185,8 @@ bool LineScanner::scan_word_of_others(const char* begin, const char*& p, const c
   word.letter = upper(*p);
   word.column = static_cast<std::uint32_t>(p - begin) + 1;
   const char* s = p;
-  const std::string& prefix = c_.input.increment_prefix;
-  const std::string& radius = c_.input.radius_name;
+  const std::string& prefix = c_.input.places.increment_prefix;
+  const std::string& radius = c_.input.places.radius_name;
   if (!radius.empty() && begins_as(p, end, radius)) {
     word.letter = 'R';
     word.by_name = true;

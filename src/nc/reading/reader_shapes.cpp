@@ -164,8 +164,8 @@ void Reader::State::run_cycle(const FoundEvent& found) {
     if (given(Placeholder::feed)) {
       const Number& number =
           (found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed];
-      if (!to_rounded_quanta(number, 9, feed_of_turn)) feed_of_turn = 0;
-      feed_of_turn = language.others->length(feed_of_turn);
+      if (!to_rounded_quanta(number, 9, language.others->feed_of_turn())) language.others->feed_of_turn() = 0;
+      language.others->feed_of_turn() = language.others->length(language.others->feed_of_turn());
     }
     if (is_tap)
       follow_spindle(whole(found, Placeholder::rpm, 0));

@@ -83,6 +83,7 @@ struct RunLines {
 
 /// Where the text is in a program.
 struct ProgramPlace {
+  std::optional<Unfolder> unfolder;   // of programs that somebody else wrote
   std::optional<WholeProgram> frame;  // where the text is a whole program
   bool said_anything = false;         // but for its first lines
   bool started = false;
@@ -112,15 +113,13 @@ struct Reader::State {
   // Text.
   std::string carry;  // an unfinished line
   ParsedLine parsed;
-  std::optional<Unfolder> unfolder;  // of programs that somebody else wrote
 
   RunLines at_once;
 
   // What the control knows.
   ModalState modal{c};
   Block motion_block = Motion{};
-  std::int64_t feed = 0;          // 0: none
-  std::int64_t feed_of_turn = 0;  // a billionth of a mm in a turn of the spindle, where F is that; 0: none
+  std::int64_t feed = 0;  // 0: none
   bool latched = false;
   CycleReturn cycle_return;
   Captures kept;

@@ -80,7 +80,7 @@ Unfolder::Unfolder(const Controller& controller, Sink sink, Fault fault)
     : c_(controller),
       sink_(std::move(sink)),
       fault_(std::move(fault)),
-      expressions_(controller.input.o_words) {}
+      expressions_(controller.input.flow.o_words) {}
 
 void Unfolder::fail(const std::string& message) {
   if (!std::exchange(over_, true)) fault_(line_, message);
@@ -124,7 +124,7 @@ void Unfolder::take_line(std::string_view text) {
 
 // A line from which on the order of the lines may be another one.
 bool Unfolder::folds(std::string_view text) const {
-  const auto& in = c_.input;
+  const auto& in = c_.input.flow;
   if (!in.o_words && in.call.empty() && in.label.empty()) return false;
   // Nearly every line has none of these letters.
   if ((!in.o_words || text.find_first_of("Oo") == std::string_view::npos) &&
@@ -164,7 +164,7 @@ bool Unfolder::step() {
 }
 
 void Unfolder::run(std::string_view text, std::uint32_t line) {
-  const std::string& mark = c_.input.variables;
+  const std::string& mark = c_.input.flow.variables;
   if (mark.empty() || (text.find(mark) == std::string_view::npos && text.find('[') == std::string_view::npos))
     return put(text, line);
   const std::string plain = bare(text, c_);
@@ -216,8 +216,8 @@ bool Unfolder::substitute(std::string_view text, std::string& out) {
 }
 
 bool Unfolder::run_flow(const std::string& text) {
-  return (c_.input.o_words && run_o_word(text)) || (!c_.input.label.empty() && run_labels(text)) ||
-         (!c_.input.call.empty() && run_call(text));
+  return (c_.input.flow.o_words && run_o_word(text)) || (!c_.input.flow.label.empty() && run_labels(text)) ||
+         (!c_.input.flow.call.empty() && run_call(text));
 }
 
 bool Unfolder::call(std::size_t to, std::int64_t times, bool has_variables) {
@@ -249,7 +249,7 @@ void Unfolder::leave() {
 
 // M98 P1000 L3, M97 P100 L2, M99.
 bool Unfolder::run_call(const std::string& text) {
-  const auto& in = c_.input;
+  const auto& in = c_.input.flow;
   const char* p = text.data();
   const char* const end = p + text.size();
   for (const std::string* name : {&in.call, &in.call_line, &in.end_call}) {
@@ -322,7 +322,8 @@ std::size_t Unfolder::find_label(const std::string& name) const {
     const std::string text = bare(kept_[i], c_);
     const char* p = text.data();
     std::int64_t value = 0;
-    if (!reads_whole(p, text.data() + text.size(), c_.input.label, value) || std::to_string(value) != name)
+    if (!reads_whole(p, text.data() + text.size(), c_.input.flow.label, value) ||
+        std::to_string(value) != name)
       continue;
     if (found != kept_.size()) return kept_.size();
     found = i;
@@ -332,7 +333,7 @@ std::size_t Unfolder::find_label(const std::string& name) const {
 
 // LBL 1 .. LBL 0, CALL LBL 1, CALL LBL 1 REP 3.
 bool Unfolder::run_labels(const std::string& text) {
-  const auto& in = c_.input;
+  const auto& in = c_.input.flow;
   const char* p = text.data();
   const char* const end = p + text.size();
   std::int64_t number = 0;
