@@ -208,8 +208,7 @@ TEST(LongBookkeeping, TrueEffectsTenTimesAsLargeAsUsualAreEffects) {
 }
 
 // One ball, A and C known to lie elsewhere. An error that a crash leaves, 60 to 75 times its usual size, is
-// no wrong convention: B0Z was "C carries A" with each of these seeds, EXX "X and Z exchanged" with the
-// first.
+// no wrong convention: with a limit of 50 usual sizes four of these six were called one.
 TEST(Bookkeeping, ALargeErrorOnOneBallIsNoConvention) {
   const std::string plan =
       "[[run]]\nid = \"ball\"\nminutes = 15\nquantity = \"displacement\"\n"
