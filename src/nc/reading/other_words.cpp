@@ -85,6 +85,7 @@ void OtherWords::set(Mode mode) {
       break;
     case Mode::per_revolution:
       said_.per_revolution = true;
+      said_.feed_of_turn = 0;  // LinuxCNC wants F again
       break;
   }
 }
