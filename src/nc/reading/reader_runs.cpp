@@ -73,6 +73,12 @@ const char* Reader::State::skip_run_number(const char* p) const {
   return *p == ' ' ? p + 1 : p;
 }
 
+// Of a line without F. Lines that were read by their layout may have said another one since the last line that
+// was read word by word.
+std::int64_t Reader::State::feed_of_silent_line() const {
+  return modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
+}
+
 // Nearly every line has the letters of the one before it.
 const char* Reader::State::take_same_words(const char* const begin, const char* const end) {
   constexpr std::ptrdiff_t kReadAtOnce = 18;  // for one word, its letter, a sign and a blank among it
@@ -88,7 +94,7 @@ const char* Reader::State::take_same_words(const char* const begin, const char* 
     p += *p == ' ' ? 1 : 0;
   }
   if (*p != '\n') return nullptr;
-  if (l.feed_at < l.count) l.feed = l.value[l.feed_at];
+  l.feed = l.feed_at < l.count ? l.value[l.feed_at] : feed_of_silent_line();
   return put_run_line(column) ? p + 1 : nullptr;
 }
 
@@ -96,7 +102,7 @@ const char* Reader::State::take_run_line(const char* const begin, const char* co
   using Kind = SimpleWords::Letter::Kind;
   RunLine& l = at_once.line;
   l = {};
-  l.feed = modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
+  l.feed = feed_of_silent_line();
   const char* p = skip_run_number(begin);
   if (p == nullptr) return nullptr;
   std::uint32_t column = 0;

@@ -165,6 +165,7 @@ struct Reader::State {
   const char* take_of_layout(const RunLayout& layout, const char* p, const char* end);
   void learn_layout(const char* p, const char* behind, const char* end);
   const char* skip_run_number(const char* p) const;
+  std::int64_t feed_of_silent_line() const;
   bool put_run_line(std::uint32_t column);
   bool unwrap_run_line();
   bool take_simple(Word& word, LineMotion& m);
