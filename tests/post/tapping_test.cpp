@@ -255,7 +255,13 @@ TEST(Tapping, WhatOthersDoNotSayIsRefused) {
   refused("G33.1 X5. Z40. K1.\n", "linuxcnc", ":9:");
   refused("G33.1 Z40. K-1.\n", "linuxcnc", "pitch");
   refused("G33 Z40. K1.\n", "linuxcnc", "G33");
-  refused("G95\nG98 G84 Z40. R45. F1.\nG80\n", "haas_ngc", "G95");
+}
+
+// Behind G95 the F of a tap is its pitch.
+TEST(Tapping, FeedPerRevolutionIsThePitch) {
+  const auto p = reposted(kHead + "G95\nG98 G84 Z40. R45. F1.25\nG80\nM30\n", "haas_ngc", "siemens_840d_sl");
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(has(p.nc, "CYCLE84(50,45,0,40,,,5,,1.25,0,500,0)")) << p.nc;
 }
 
 }  // namespace
