@@ -143,6 +143,32 @@ TEST(AxisSpeed, ToolCentrePointControlKeepsItToo) {
   }
 }
 
+// The feed may change anywhere in a long cut: nothing but the F of a line tells the control, and the reader.
+TEST(Feed, ChangesWithinLongCuts) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const std::string& control : test::shipped_controllers()) {
+    if (test::shipped_controller(control).retract[2].empty()) continue;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      std::mt19937_64 random(seed);
+      std::uniform_real_distribution<double> u(-1.0, 1.0);
+      const Vec3 axis = seed % 2 == 0 ? Vec3(Vec3::UnitZ()) : test::tilted(0.4, 0.8);
+      Vec3 tip(0, 0, 30);
+      std::string cl = "LOADTL/1\nSPINDL/RPM,3000,CLW\nFEDRAT/MMPM,500\nRAPID\n" +
+                       test::point_text(tip + 30.0 * axis, axis);
+      for (int i = 0; i < 300; ++i) {
+        if (u(random) > 0.9)
+          cl += "FEDRAT/MMPM," + std::to_string(300 + 100 * static_cast<int>(4.0 * (1.0 + u(random)))) + "\n";
+        cl += test::point_text(tip, axis);
+        tip += Vec3(0.3, seed % 3 == 0 ? 0.2 * u(random) : 0.0, 0.2 * u(random));
+      }
+      cl += "RAPID\n" + test::point_text(tip + 30.0 * axis, axis) + "FINI\n";
+      const test::Posted p = test::posted(cl, machine, {}, control);
+      ASSERT_TRUE(p.report) << control << " " << seed << ": " << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed()) << control << " " << seed;
+    }
+  }
+}
+
 // The time of FEDRAT/INVERS is that of the motion, into however many blocks it goes.
 TEST(InverseTime, OfAMotionIsThatOfAllItsBlocks) {
   const Machine machine = test::shipped_machine("trunnion_offset");
