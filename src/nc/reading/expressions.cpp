@@ -13,9 +13,9 @@
 namespace trunnion::nc {
 namespace {
 
-constexpr int kDeepest = 40;            // brackets
+constexpr int kMostBrackets = 40;       // brackets
 constexpr double kSame = 1e-4;          // EQ and NE of LinuxCNC's interpreter
-constexpr double kLargest = 1e7;        // mm, degrees, numbers of anything
+constexpr double kLargestValue = 1e7;   // mm, degrees, numbers of anything
 constexpr long kLastOfSubprogram = 30;  // #1 to #30 are a subprogram's own
 constexpr long kFirstOfControl = 5000;  // and what stands from here on is the control's
 
@@ -24,11 +24,6 @@ const std::array<std::vector<std::string>, 5> kOperators = {
     {{"AND", "OR", "XOR"}, {"EQ", "NE", "GT", "GE", "LT", "LE"}, {"+", "-"}, {"*", "/", "MOD"}, {"**"}}};
 constexpr int kAddition = 2;
 constexpr int kPower = 4;
-
-const char* skip(const char* p, const char* end) {
-  while (p != end && is_blank(*p)) ++p;
-  return p;
-}
 
 bool reads(const char*& p, const char* end, const std::string& text) {
   if (static_cast<std::size_t>(end - p) < text.size() ||
@@ -73,7 +68,7 @@ void Expressions::enter(const std::vector<double>& arguments) {
 
 bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
   out.clear();
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   if (p != end && *p == '<' && full_) {
     for (++p; p != end && *p != '>'; ++p)
       if (!is_blank(*p)) out += upper(*p);
@@ -97,7 +92,7 @@ bool Expressions::function(const char*& p, const char* end, double& out) {
   while (which < known && !reads(p, end, kAll[which])) ++which;
   if (which == known) return fail("no number, variable or function that is read here");
   const std::string& name = kAll[which];
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   if (p == end || *p != '[' || !value(p, end, out)) return fail("'" + name + "' without brackets");
   const double rad = out * kRadPerDegree;
   if (name == "ABS") out = std::abs(out);
@@ -114,9 +109,9 @@ bool Expressions::function(const char*& p, const char* end, double& out) {
   if (name == "ROUND") out = std::round(out);
   if (name == "ATAN") {
     double across = 0.0;
-    p = skip(p, end);
+    p = skip_blanks(p, end);
     if (p == end || *p != '/') return fail("'ATAN' is read as ATAN[y]/[x]");
-    p = skip(p + 1, end);
+    p = skip_blanks(p + 1, end);
     if (p == end || *p != '[' || !value(p, end, across)) return fail("'ATAN' is read as ATAN[y]/[x]");
     out = std::atan2(out, across) * kDegreePerRad;
   }
@@ -124,7 +119,7 @@ bool Expressions::function(const char*& p, const char* end, double& out) {
 }
 
 bool Expressions::value(const char*& p, const char* end, double& out) {
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   if (p == end) return fail("a value is missing");
   if (*p == '-' || *p == '+') {
     const bool negative = *p++ == '-';
@@ -133,12 +128,13 @@ bool Expressions::value(const char*& p, const char* end, double& out) {
     return true;
   }
   if (*p == '[') {
-    if (++depth_ > kDeepest) return fail("brackets in more than " + std::to_string(kDeepest) + " brackets");
+    if (++depth_ > kMostBrackets)
+      return fail("brackets in more than " + std::to_string(kMostBrackets) + " brackets");
     ++p;
     const bool good = sum(p, end, 0, out);
     --depth_;
     if (!good) return false;
-    p = skip(p, end);
+    p = skip_blanks(p, end);
     if (p == end || *p != ']') return fail("brackets without their end, or an operator that is not read");
     ++p;
     return true;
@@ -165,7 +161,7 @@ bool Expressions::value(const char*& p, const char* end, double& out) {
 }
 
 bool Expressions::operator_at(const char*& p, const char* end, int level, std::string& name) const {
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   const char* s = p;
   // ** is no *.
   if (level<kPower&& static_cast<std::size_t>(end - p)> 1 && p[0] == '*' && p[1] == '*') return false;
@@ -223,14 +219,14 @@ bool Expressions::assign(const char* p, const char* end) {
   std::string name;
   double result = 0.0;
   if (p == end || *p++ != '#' || !name_at(p, end, name)) return fail("no variable");
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   if (p == end || *p++ != '=') return fail("a variable begins the line, and '=' does not follow");
   // #1=#2+3 where brackets need not stand.
   if (full_ ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
-  if (skip(p, end) != end) return fail("something stands behind the value of a variable");
+  if (skip_blanks(p, end) != end) return fail("something stands behind the value of a variable");
   if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
     return fail("variable #" + name + " is the control's: what setting it does is not known");
-  if (std::abs(result) > kLargest) return fail("a value beyond 10000000");
+  if (std::abs(result) > kLargestValue) return fail("a value beyond 10000000");
   scope_of(name)[name] = result;
   return true;
 }

@@ -250,17 +250,18 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     word.used = true;
   }
   found.event = {EventKind::arc, *clockwise ? 1 : 0};
+  // Not every compiler lets a lambda capture a binding.
+  const std::array<AxisLetter, 2> in_plane = {first, second};
   const auto placed = [&] {
     arc_.words = frame_.position_of(arc_.words);
     AxisWords center_at = position;
-    center_at.set(first, arc_.center[0]);
-    center_at.set(second, arc_.center[1]);
+    center_at.set(in_plane[0], arc_.center[0]);
+    center_at.set(in_plane[1], arc_.center[1]);
     center_at = frame_.position_of(center_at);
-    arc_.center = {center_at[first], center_at[second]};
+    arc_.center = {center_at[in_plane[0]], center_at[in_plane[1]]};
     return found;
   };
   if (radius) return place_center(position, *radius, found.column) ? std::optional(placed()) : std::nullopt;
-  const std::array<AxisLetter, 2> in_plane = {first, second};
   if (center[index(third)] || (!center[index(first)] && !center[index(second)])) {
     fail(found.column, center[index(third)] ? "an arc whose centre is given across its plane"
                                             : "an arc without its centre or its radius");

@@ -11,11 +11,6 @@ std::size_t letter_index(char c) {
   return static_cast<std::size_t>(upper(c) - '@') & 31U;
 }
 
-const char* skip_blanks(const char* p, const char* end) {
-  while (p != end && is_blank(*p)) ++p;
-  return p;
-}
-
 bool starts_with(const char* p, const char* end, const std::string& text) {
   return static_cast<std::size_t>(end - p) >= text.size() && std::string_view(p, text.size()) == text;
 }

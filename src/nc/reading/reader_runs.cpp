@@ -73,8 +73,8 @@ const char* Reader::State::skip_run_number(const char* p) const {
   return *p == ' ' ? p + 1 : p;
 }
 
-// Of a line without F. Lines that were read by their layout may have said another one since the last line that
-// was read word by word.
+// Of a line without F. Lines that were read by their layout may have said another one since the last line
+// that was read word by word.
 std::int64_t Reader::State::feed_of_silent_line() const {
   return modal.feed_mode == FeedMode::inverse_time && c.feed.inverse_time_every_block ? 0 : feed;
 }

@@ -10,20 +10,15 @@
 namespace trunnion::nc {
 namespace {
 
-constexpr std::size_t kDeepest = 32;             // calls within calls, loops within loops
+constexpr std::size_t kDeepestCalls = 32;        // calls within calls, loops within loops
 constexpr std::uint64_t kMostLines = 1'000'000;  // that are run
 constexpr std::int64_t kMostTimes = 100'000;
-
-const char* skip(const char* p, const char* end) {
-  while (p != end && is_blank(*p)) ++p;
-  return p;
-}
 
 bool reads(const char*& p, const char* end, std::string_view word) {
   const char* s = p;
   for (const char letter : word) {
     if (letter == ' ') {
-      s = skip(s, end);
+      s = skip_blanks(s, end);
       continue;
     }
     if (s == end || upper(*s) != letter) return false;
@@ -49,13 +44,13 @@ std::string bare(std::string_view text, const Controller& c) {
       break;
     out += text[i];
   }
-  const char* p = skip(out.data(), out.data() + out.size());
+  const char* p = skip_blanks(out.data(), out.data() + out.size());
   const char* const end = out.data() + out.size();
   if (const char* s = p; reads(s, end, c.block_numbers.prefix)) {
-    s = skip(s, end);
+    s = skip_blanks(s, end);
     const char* const digits = s;
     while (s != end && is_digit(*s)) ++s;
-    if (s != digits) p = skip(s, end);
+    if (s != digits) p = skip_blanks(s, end);
   }
   std::string result(p, end);
   while (!result.empty() && is_blank(result.back())) result.pop_back();
@@ -64,9 +59,9 @@ std::string bare(std::string_view text, const Controller& c) {
 
 // The whole number behind `word`; what follows it stands at `p` afterwards.
 bool reads_whole(const char*& p, const char* end, std::string_view word, std::int64_t& out) {
-  const char* s = skip(p, end);
+  const char* s = skip_blanks(p, end);
   if (!reads(s, end, word)) return false;
-  s = skip(s, end);
+  s = skip_blanks(s, end);
   Number number;
   if (s == end || !is_digit(*s) || !scan_number(s, end, number) || number.has_point) return false;
   out = number.mantissa;
@@ -194,9 +189,9 @@ bool Unfolder::substitute(std::string_view text, std::string& out) {
       }
       continue;
     }
-    const char* s = skip(p, end);
+    const char* s = skip_blanks(p, end);
     const char* const value = s;
-    if (s != end && (*s == '-' || *s == '+')) s = skip(s + 1, end);
+    if (s != end && (*s == '-' || *s == '+')) s = skip_blanks(s + 1, end);
     if (s == end || (*s != '#' && *s != '[')) continue;
     double number = 0.0;
     s = value;
@@ -206,7 +201,7 @@ bool Unfolder::substitute(std::string_view text, std::string& out) {
     out += ' ';
     p = s;
     // X[#1]+2 is no word.
-    s = skip(p, end);
+    s = skip_blanks(p, end);
     if (s != end && std::strchr("+-*/.[", *s) != nullptr) {
       expressions_.error = "something behind the value of a word";
       return false;
@@ -221,8 +216,8 @@ bool Unfolder::run_flow(const std::string& text) {
 }
 
 bool Unfolder::call(std::size_t to, std::int64_t times, bool has_variables) {
-  if (frames_.size() >= kDeepest) {
-    fail("subprograms call each other more than " + std::to_string(kDeepest) + " deep");
+  if (frames_.size() >= kDeepestCalls) {
+    fail("subprograms call each other more than " + std::to_string(kDeepestCalls) + " deep");
   } else if (times > kMostTimes || times < 0) {
     fail("a subprogram " + std::to_string(times) + " times: more than " + std::to_string(kMostTimes) +
          " are not read");
@@ -265,7 +260,7 @@ bool Unfolder::run_call(const std::string& text) {
       continue;
     }
     if (name == &in.end_call) {
-      if (skip(s, end) != end) {
+      if (skip_blanks(s, end) != end) {
         fail("'" + *name + "' with other words is not read: where the control goes on is not followed");
       } else if (frames_.empty()) {
         fail("'" + *name + "' outside of a subprogram: the control would begin again");
@@ -280,7 +275,7 @@ bool Unfolder::run_call(const std::string& text) {
       return true;
     }
     reads_whole(s, end, "L", times);
-    if (skip(s, end) != end) {
+    if (skip_blanks(s, end) != end) {
       fail("'" + *name + "' is read with P and L, and nothing else in its line");
       return true;
     }
@@ -305,7 +300,7 @@ std::size_t Unfolder::find_program(std::int64_t number, char letter) const {
   std::size_t found = kept_.size();
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     const std::string& text = kept_[i];
-    const char* p = skip(text.data(), text.data() + text.size());
+    const char* p = skip_blanks(text.data(), text.data() + text.size());
     std::int64_t value = 0;
     if (!reads_whole(p, text.data() + text.size(), std::string(1, letter), value) || value != number)
       continue;
@@ -337,7 +332,7 @@ bool Unfolder::run_labels(const std::string& text) {
   const char* p = text.data();
   const char* const end = p + text.size();
   std::int64_t number = 0;
-  if (const char* s = p; reads_whole(s, end, in.label, number) && skip(s, end) == end) {
+  if (const char* s = p; reads_whole(s, end, in.label, number) && skip_blanks(s, end) == end) {
     if (number == 0 && !frames_.empty())
       leave();
     else
@@ -353,7 +348,7 @@ bool Unfolder::run_labels(const std::string& text) {
   }
   const char* const behind_number = s;
   const bool repeats = reads_whole(s, end, in.repeats, times);
-  if (skip(s, end) != end && skip(behind_number, end) != end) {
+  if (skip_blanks(s, end) != end && skip_blanks(behind_number, end) != end) {
     fail("'" + in.call_label + "' is read with a number and '" + in.repeats +
          "', and nothing else in its line");
     return true;
@@ -371,7 +366,7 @@ bool Unfolder::run_labels(const std::string& text) {
     return true;
   }
   if (loops_.empty() || loops_.back().label != label) {
-    if (times > kMostTimes || loops_.size() >= kDeepest) {
+    if (times > kMostTimes || loops_.size() >= kDeepestCalls) {
       fail("a part of the program " + std::to_string(times) + " times, or too many parts in each other");
       return true;
     }
@@ -391,7 +386,7 @@ bool Unfolder::parse_o_word(const std::string& text, OWord& out) const {
   const char* p = text.data();
   const char* const end = p + text.size();
   if (p == end || upper(*p) != 'O') return false;
-  p = skip(p + 1, end);
+  p = skip_blanks(p + 1, end);
   const char* const begin = p;
   if (p != end && *p == '<') {
     while (p != end && *p != '>') ++p;
@@ -406,7 +401,7 @@ bool Unfolder::parse_o_word(const std::string& text, OWord& out) const {
     if (!is_blank(*s)) out.label += upper(*s);
   if (is_digit(out.label.front()))
     out.label.erase(0, std::min(out.label.find_first_not_of('0'), out.label.size() - 1));
-  p = skip(p, end);
+  p = skip_blanks(p, end);
   out.keyword.clear();
   while (p != end && is_letter(*p)) out.keyword += upper(*p++);
   out.rest = p;
@@ -440,8 +435,8 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
       ++next_;
       return;
     }
-  } else if (loops_.size() >= kDeepest) {
-    return fail("loops and parts in each other more than " + std::to_string(kDeepest) + " deep");
+  } else if (loops_.size() >= kDeepestCalls) {
+    return fail("loops and parts in each other more than " + std::to_string(kDeepestCalls) + " deep");
   }
   while (true) {
     const std::string line = bare(kept_[at], c_);
@@ -454,10 +449,10 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
     bool runs = !behind_part && here.keyword == "ELSE";
     if (!behind_part && !runs) {
       double value = 0.0;
-      const char* p = skip(here.rest, line.data() + line.size());
+      const char* p = skip_blanks(here.rest, line.data() + line.size());
       const char* const end = line.data() + line.size();
       expressions_.error.clear();
-      if (p == end || *p != '[' || !expressions_.value(p, end, value) || skip(p, end) != end)
+      if (p == end || *p != '[' || !expressions_.value(p, end, value) || skip_blanks(p, end) != end)
         return fail(expressions_.error.empty()
                         ? "'" + name + "' is read with a value in brackets, and nothing else"
                         : expressions_.error);
@@ -481,8 +476,8 @@ bool Unfolder::run_o_word(const std::string& text) {
   const char* const end = text.data() + text.size();
   expressions_.error.clear();
   const auto condition = [&](double& out) {
-    p = skip(p, end);
-    if (p != end && *p == '[' && expressions_.value(p, end, out) && skip(p, end) == end) return true;
+    p = skip_blanks(p, end);
+    if (p != end && *p == '[' && expressions_.value(p, end, out) && skip_blanks(p, end) == end) return true;
     fail(expressions_.error.empty() ? "'" + name + "' is read with a value in brackets, and nothing else"
                                     : expressions_.error);
     return false;
@@ -500,7 +495,7 @@ bool Unfolder::run_o_word(const std::string& text) {
   if (key == "SUB") {
     if (find({"ENDSUB"}, to)) next_ = to + 1;
   } else if (key == "ENDSUB" || key == "RETURN") {
-    if (skip(p, end) != end)
+    if (skip_blanks(p, end) != end)
       fail("'" + name + "' with a value is not read");
     else if (frames_.empty())
       fail("'" + name + "' outside of a subprogram");
@@ -508,7 +503,7 @@ bool Unfolder::run_o_word(const std::string& text) {
       leave();
   } else if (key == "CALL") {
     std::vector<double> arguments;
-    while ((p = skip(p, end)) != end) {
+    while ((p = skip_blanks(p, end)) != end) {
       double argument = 0.0;
       if (*p != '[' || !expressions_.value(p, end, argument)) {
         fail(expressions_.error.empty() ? "'" + name + "' is read with values in brackets"
@@ -523,12 +518,13 @@ bool Unfolder::run_o_word(const std::string& text) {
            " SUB' in this text, or more than one: put the subprogram into the file, before the program");
       return true;
     }
-    if (frames_.size() < kDeepest) expressions_.enter(arguments);
+    if (frames_.size() < kDeepestCalls) expressions_.enter(arguments);
     return call(to + 1, 1, true);
   } else if (key == "REPEAT") {
     if (!condition(value) || !find({"ENDREPEAT"}, to)) return true;
     // Halves: what the control makes of them is not asked.
-    if (value != std::floor(value) || value > static_cast<double>(kMostTimes) || loops_.size() >= kDeepest)
+    if (value != std::floor(value) || value > static_cast<double>(kMostTimes) ||
+        loops_.size() >= kDeepestCalls)
       fail("'" + name + "' of " + number_text(value, false) + " times is not read");
     else if (value < 1.0)
       next_ = to + 1;
@@ -547,8 +543,8 @@ bool Unfolder::run_o_word(const std::string& text) {
       if (loop_here()) loops_.pop_back();
       next_ = to + 1;
     } else {
-      if (loops_.size() >= kDeepest)
-        return fail("loops in each other more than " + std::to_string(kDeepest) + " deep"), true;
+      if (loops_.size() >= kDeepestCalls)
+        return fail("loops in each other more than " + std::to_string(kDeepestCalls) + " deep"), true;
       if (!loop_here()) loops_.push_back({next_, word.label, 0});
       ++next_;
     }
