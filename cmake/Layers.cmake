@@ -26,8 +26,7 @@ if(TRUNNION_SANITIZE)
   # Instrumented code makes gcc see uninitialised values that are not there (its manual says so): the release build keeps that warning.
   # Null and objects that are too small are AddressSanitizer's to find, and the one cast to another type is the socket address: these three
   # checks stand at every access and take a third of the time to compile.
-  # A number that no integer holds is undefined, too, and gcc looks for that only where it is asked to.
-  add_compile_options(-fsanitize=address,undefined,float-cast-overflow -fno-sanitize=null,object-size,alignment -fno-sanitize-recover=all
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize=null,object-size,alignment -fno-sanitize-recover=all
     -fno-omit-frame-pointer -Wno-maybe-uninitialized)
   add_link_options(-fsanitize=address,undefined)
 endif()
