@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <new>
 #include <zlib.h>
 
 #include "trunnion/base/contract.hpp"
@@ -31,6 +32,7 @@ std::string packed(std::string_view bytes) {
   const int done =
       compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
                 static_cast<uLong>(bytes.size()), 6);
+  if (done == Z_MEM_ERROR) throw std::bad_alloc();
   TRUNNION_EXPECTS(done == Z_OK);
   return base64(out.data(), size);
 }
