@@ -138,6 +138,35 @@ TEST(ControlState, PointsAreCutInTheirOrder) {
   EXPECT_NE(p.swapped(at_30), "");
 }
 
+// There and back on one great circle: without its word the axis never leaves that circle, and is 3.3 deg off
+// the point where the tip is.
+TEST(ControlState, TheToolAxisIsThatOfThePointWhereTheTipIs) {
+  constexpr const char* kThereAndBack =
+      "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nFEDRAT/800.,MMPM\nRAPID\nGOTO/0,0,100,0.5,0,0.8660254\n"
+      "GOTO/20,0,30,0.5,0,0.8660254\nGOTO/30,0,30,0.5,0.,0.8660254\nGOTO/40,0,30,0.45,0,0.8930286\n"
+      "GOTO/50,0,30,0.5,0,0.8660254\nGOTO/60,0,30,0.5,0,0.8660254\nRAPID\nGOTO/60,0,90,0.5,0,0.8660254\n"
+      "FINI\n";
+  post::PostOptions options;
+  options.rtcp = true;
+  for (const char* control : {"fanuc_30i", "haas_ngc", "siemens_840d_sl"}) {
+    const Program p(kThereAndBack, control, options);
+    const std::size_t at_40 = p.line("X40");
+    const std::string line = p.lines()[at_40];
+    const auto a = line.find(" A");
+    ASSERT_NE(a, std::string::npos) << line;
+    const std::string word = line.substr(a, line.find(' ', a + 1) - a);
+    EXPECT_EQ(p.with_word(at_40, word, ""), "failed") << control;
+  }
+}
+
+TEST(ControlState, NothingMovesWithAToolThatNobodyKnows) {
+  const Program fanuc(kPath, "fanuc_30i");
+  EXPECT_THAT(fanuc.with(fanuc.line("T1 M6"), "G0 X5."), HasSubstr("which tool is in the spindle"));
+  EXPECT_THAT(fanuc.with(fanuc.line("T1 M6"), "G0 A5."), HasSubstr("which tool is in the spindle"));
+  const Program tnc(kPath, "heidenhain_tnc640");
+  EXPECT_THAT(tnc.with(tnc.line("TOOL CALL 1"), "L X+5 R0 FMAX"), HasSubstr("which tool is in the spindle"));
+}
+
 TEST(ControlState, AFeedFromAnUnknownPlaceIsJudgedByItsWord) {
   for (const char* control : {"linuxcnc", "heidenhain_tnc640", "siemens_840d_sl"}) {
     const Program p(kBeginsWithAFeed, control);

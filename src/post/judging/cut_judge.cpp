@@ -90,7 +90,61 @@ bool CutJudge::judge(const CutBlock& block) const {
     from = &*passed;
   }
   take(block.to, block.place.segment, block.place.t);
+  judge_end(block);
   return passed_point;
+}
+
+// How far the path's axis turns where its tip is within the tolerance of a place of the segment, at most,
+// rad: on the segment, and on those before or behind it.
+double CutJudge::turn_about(std::size_t segment) const {
+  const PathPoints& points = path_.points();
+  const double near_mm = path_.limits().tolerance_mm + kSamePoint_mm;
+  const auto turn_on = [&](std::size_t point, double& left_mm) {
+    const double way_mm = points[point].way_mm;
+    const double share = way_mm > left_mm ? left_mm / way_mm : 1.0;
+    left_mm -= way_mm;
+    return share * points[point].turn;
+  };
+  const auto ahead = [&](std::size_t point) {
+    double left_mm = near_mm;
+    double turn = 0.0;
+    for (; point < points.size() && left_mm > 0.0; ++point) turn += turn_on(point, left_mm);
+    return turn;
+  };
+  const auto back = [&](std::size_t point) {
+    double left_mm = near_mm;
+    double turn = 0.0;
+    for (; point > 0 && left_mm > 0.0; --point) turn += turn_on(point, left_mm);
+    return turn;
+  };
+  // From within the segment, and from its ends.
+  return std::max({ahead(segment + 1), ahead(segment + 2), back(segment + 1), back(segment)});
+}
+
+// A tool that lags or leads on the great circle of its path keeps that circle; where its tip is, it points
+// elsewhere. At the end of a block, which words of the program command, there has to be one place of the
+// path that both tip and axis are near. A figure within the tolerance is not taken: blocks that are proved
+// at once do not have it either.
+void CutJudge::judge_end(const CutBlock& block) const {
+  const PathPoints& points = path_.points();
+  const std::size_t j = block.place.segment;
+  const Target& a = points[j];
+  const Target& b = points[j + 1];
+  const bool near_pole = PathFollower::near_pole(a, b);
+  // Moved points of the straight course lead the path by a little between CL points; at one, none does.
+  constexpr double kBetweenPoints = 2.0;
+  const double to_point_mm = std::min((block.to.tip_P - a.tip_P).norm(), (block.to.tip_P - b.tip_P).norm());
+  const double tolerance =
+      path_.limits().axis_tolerance_rad + (near_pole ? path_.limits().pole_tolerance_rad : 0.0);
+  const double allowed = tolerance * (to_point_mm < kSamePoint_mm ? 1.0 : kBetweenPoints);
+  const Vec3 way = b.tip_P - a.tip_P;
+  const double way2 = way.squaredNorm();
+  const double t = way2 > 0.0 ? std::clamp(way.dot(block.to.tip_P - a.tip_P) / way2, 0.0, 1.0) : 0.0;
+  const double off = turn_between(block.to.axis_P,
+                                  path::FluteSegment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, 0.0).axis_P(t));
+  if (off <= allowed) return;
+  const double turn = turn_about(j);
+  if (off - turn > allowed) record_.take_end_axis(off - turn, near_pole);
 }
 
 void CutJudge::take_beside(const Piece& piece) const {

@@ -44,6 +44,9 @@ class CutJudge {
     double t0, t1;
   };
   bool keeps_tool(const QuietBlock& quiet, const CutBlock& block, const KnownFigures& known) const;
+  /// The tool's axis at the end of the block, by the places of the path that the tip is near.
+  void judge_end(const CutBlock& block) const;
+  double turn_about(std::size_t segment) const;
   /// What the tool is off beside the tip's place.
   void take_beside(const Piece& piece) const;
   void take_flute_in_cone(const Piece& piece) const;

@@ -102,6 +102,12 @@ void CutRecord::take_axis(double axis, double at_tip, const KnownFigures& known)
       std::max(report.max_axis_deviation_at_tip, Angle::radians(std::asin(std::min(1.0, at_tip))));
 }
 
+void CutRecord::take_end_axis(double axis_rad, bool in_cone) {
+  of_block.axis_rad = std::max(of_block.axis_rad, axis_rad);
+  Angle& largest = in_cone ? report.max_pole_axis_deviation : report.max_axis_deviation;
+  largest = std::max(largest, Angle::radians(axis_rad));
+}
+
 void CutRecord::bows_by(double off_chord_mm, bool has_flute) {
   of_block.tip_mm += off_chord_mm;
   report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, of_block.tip_mm);

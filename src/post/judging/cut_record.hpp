@@ -34,6 +34,8 @@ struct CutRecord {
   double known_in_cone_mm(double flute_mm) const;
   /// By sines of angles that are above those of the report.
   void take_axis(double axis, double at_tip, const KnownFigures& known);
+  /// The end of a block points so far from every place of the path that its tip is near, rad.
+  void take_end_axis(double axis_rad, bool in_cone);
   /// A block that is not straight itself leaves its chord by so much more. `has_flute`: of the tools.
   void bows_by(double off_chord_mm, bool has_flute);
   /// The end of a block of the cut; `programmed`: it ends at a CL point.

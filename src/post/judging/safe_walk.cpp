@@ -70,6 +70,10 @@ void SafeWalk::forget(std::uint32_t nc_line) {
     find(nc_line, "the tool is changed below the safe height: " + height_text());
   else
     needs_height("the tool is changed", nc_line);
+  // Its length is not in any register, and no table of the program has it.
+  if (!tool_is_named_ && moves_unnamed_ != 0)
+    find(moves_unnamed_, "axes move before the first tool change: which tool is in the spindle is not known");
+  tool_is_named_ = true;
   walks_ = true;
   partly_since_ = true;
   known_ = {};
@@ -99,6 +103,7 @@ void SafeWalk::check_travel(const JointVector& q, const Known& known, std::uint3
 }
 
 void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_follow, std::uint32_t nc_line) {
+  note_motion(nc_line);
   walks_ = true;
   partly_since_ = true;
   check_turn(q, known, nc_line);
@@ -130,6 +135,7 @@ void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_foll
 }
 
 void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
+  note_motion(nc_line);
   partly_since_ = true;
   if (tcp) find(nc_line, "X, Y or Z moves under tool-centre-point control from a place that is not known");
   if (!at_height(side_slack_mm_))
@@ -142,6 +148,7 @@ void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
 }
 
 void SafeWalk::turns_to(const JointVector& q, std::uint32_t nc_line) {
+  note_motion(nc_line);
   Known rotary{};
   for (AxisId id = 0; id < machine_.axes.size(); ++id)
     rotary[id] = machine_.axes[id].kind == AxisKind::rotary;
@@ -155,6 +162,7 @@ void SafeWalk::turns_to(const JointVector& q, std::uint32_t nc_line) {
 
 bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKinematics& kinematics,
                       std::uint32_t nc_line) {
+  note_motion(nc_line);
   if (rapid && machine_.safe.table) check_table(q, tcp, kinematics, nc_line);
   if (!walks_ || (!rapid && !partly_since_)) {
     stands(q);
@@ -186,6 +194,7 @@ void SafeWalk::stands(const JointVector& q) {
   known_.fill(true);
   free_ = {};
   walks_ = false;
+  tool_is_named_ = true;
 }
 
 void SafeWalk::needs_height(const char* what, std::uint32_t nc_line) {

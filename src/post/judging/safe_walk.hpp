@@ -44,6 +44,9 @@ class SafeWalk {
 
  private:
   void find(std::uint32_t nc_line, const std::string& what);
+  void note_motion(std::uint32_t nc_line) {
+    if (moves_unnamed_ == 0) moves_unnamed_ = nc_line;
+  }
   bool at_height(double slack_mm) const;
   std::string height_text() const;
   void check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line);
@@ -55,6 +58,9 @@ class SafeWalk {
   std::size_t most_findings_;
   WordFigures& figures_;
   std::optional<AxisId> z_;
+  // The first motion, other than a retract, of a tool that no word has named; 0: none.
+  std::uint32_t moves_unnamed_ = 0;
+  bool tool_is_named_ = false;  // by a tool change, or by the job: a cut was begun with it
   JointVector q_;
   Known known_{};
   Known free_{};  // not known, but moved where it may move freely
