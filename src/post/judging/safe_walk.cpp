@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -171,10 +172,11 @@ bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKin
   Known all{};
   all.fill(true);
   check_turn(q, all, nc_line);
-  bool sideways = false;
+  double sideways_mm = 0.0;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if (machine_.axes[id].kind == AxisKind::rotary || (z_ && id == *z_) || free_[id]) continue;
-    sideways = sideways || !known_[id] || std::abs(q[id] - q_[id]) > kSideways_mm;
+    const double way_mm = known_[id] ? q[id] - q_[id] : std::numeric_limits<double>::infinity();
+    sideways_mm = std::hypot(sideways_mm, way_mm);
   }
   const bool left_height = at_height(side_slack_mm_);
   const bool z_known = z_ && known_[*z_];
@@ -183,7 +185,7 @@ bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKin
   known_ = all;
   free_ = {};
   partly_since_ = false;
-  if (sideways && !(left_height && at_height(side_slack_mm_)))
+  if (sideways_mm > kSideways_mm && !(left_height && at_height(side_slack_mm_)))
     find(nc_line, "X or Y moves below the safe height on the way to a cut: " + height_text());
   walks_ = rapid && (down_mm <= side_slack_mm_ || at_height(side_slack_mm_));
   return true;
