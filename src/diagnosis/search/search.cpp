@@ -40,6 +40,8 @@ constexpr double kTiny = 1e-12;  // stands for a usual magnitude of 0
 constexpr double kNarrowest = 0.01;   // width of a prior that the readings do not feel
 constexpr double kWeakest = 1e-8;     // share of the best seen direction's square below which none is weighed
 constexpr double kSureAnyhow = 1e-6;  // p-value below which a few readings cannot be the reason
+constexpr double kSinglePrecision = 6e-8;  // relative rounding of inner products
+constexpr double kNoMatter = 0.1;          // of chi-square: rounding below it decides between no two sets
 constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
 std::multiset<std::size_t> families(const std::vector<Atom>& members) {
@@ -191,8 +193,19 @@ double Search::price(const Atom& atom, const Share& share) const {
          2.0 * std::log(multiplicity_.shapes[atom.family]) + 2.0 * std::log(multiplicity_.families);
 }
 
-// Everything from inner products of the members; only correlated noise and the bounded tests of rough data
-// need the columns themselves.
+// Inner products are in single precision, and what a set leaves is a small difference of large sums: errors
+// of a hundred usual sizes beside members that are nearly collinear left -346 of 8.5e6, and a wrong pair was
+// named.
+bool Search::rounding_matters(const Products& products) const {
+  if (products.gram.size() == 0) return false;
+  double least = 1.0;
+  for (const double value : symmetric_eigen(products.gram).values)
+    if (value > Atoms::kTaken * Atoms::kTaken) least = std::min(least, value);
+  return kSinglePrecision * atoms_.base().white.squaredNorm() / least > kNoMatter * noise_.variance;
+}
+
+// Everything from inner products of the members; only correlated noise, the bounded tests of rough data and
+// errors so large that rounding matters need the columns themselves.
 Share Search::share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
                            const std::vector<std::size_t>& others) const {
   const auto own = columns_of(products, {member}), rest = columns_of(products, others);
@@ -232,9 +245,11 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
   out.members = std::move(members);
   const std::vector<const Atom*> all = pointers(out.members);
   const Products products = atoms_.products(all);
-  out.rss =
-      atoms_.base().white.squaredNorm() -
-      products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) * products.moments);
+  const bool rounded = rounding_matters(products);
+  out.rss = rounded ? atoms_.remainder(all).rss()
+                    : atoms_.base().white.squaredNorm() -
+                          products.moments.dot(inverse_above(products.gram, Atoms::kTaken * Atoms::kTaken) *
+                                               products.moments);
   out.criterion = out.rss / noise_.variance;
   std::vector<double> corrections;  // of lengths, for the noise's correlation
   for (std::size_t k = 0; k < out.members.size(); ++k) {
@@ -244,7 +259,7 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
     double drop = plain;
     double p = global_p(out.members[k].family, drop, rank);
     const bool bound = atoms_.rough() && p > kSureAnyhow;
-    if (noise_.phi > 0.0 || bound) {
+    if (noise_.phi > 0.0 || bound || rounded) {
       std::vector<const Atom*> rest = all;
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
       const Remainder given = atoms_.remainder(rest);

@@ -63,6 +63,7 @@ class Search {
   bool in_general(const Atom& larger, const Atom& smaller) const;
   void add_twins(const EffectSet& found, std::vector<EffectSet>& out) const;
   void complete(EffectSet& set) const;
+  bool rounding_matters(const Products& products) const;
   Share share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,
                      const std::vector<std::size_t>& others) const;
   double price(const std::vector<Atom>& members, const Products& products,
