@@ -57,6 +57,8 @@ std::string diagnosis_text(const Diagnosis& d) {
   if (!d.effects.empty()) out += ": " + joined(d.effects, " + ");
   out += "   (confidence " + number(d.confidence) + ")\n";
   for (std::size_t k = 1; k < d.sets.size(); ++k) out += "or          " + joined(d.sets[k], " + ") + "\n";
+  if (d.verdict == diagnosis::Verdict::ambiguous)
+    for (const auto& b : d.bookkeeping) out += "or          the files: " + b.words + "\n";
   out += "residual    " + sizes(d.rms_um, d.rms_urad) + " RMS, noise " +
          sizes(d.noise_floor_um, d.noise_floor_urad) + ", " + chi2_text(d.chi2, d.dof) + "\n\n" +
          d.paragraph + "\n\n";

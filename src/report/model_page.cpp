@@ -95,6 +95,8 @@ std::string headline(const Diagnosis& d) {
     case Verdict::ambiguous: {
       std::vector<std::string> sets;
       for (const auto& set : d.sets) sets.push_back(joined(set, " + "));
+      for (const auto& b : d.bookkeeping)
+        sets.push_back("a mistake in the files (" + std::string(text_of(b.convention.kind)) + ")");
       out = "Something is missing, and these data cannot tell which: " + joined(sets, " or ");
       break;
     }
