@@ -144,8 +144,22 @@ bool Unfolder::folds(std::string_view text) const {
   return reads_whole(s, end, in.label, number) || reads(p, end, in.call_label);
 }
 
+// The text, or the program of which the subprogram is one, is at its end.
+bool Unfolder::is_behind_all(std::string_view text) const {
+  const bool is_program = !c_.input.flow.o_words && !c_.input.flow.call.empty() && text.size() > 1 &&
+                          upper(text[0]) == 'O' && is_digit(text[1]);
+  return is_program || text == "%";
+}
+
 bool Unfolder::step() {
-  if (over_ || next_ >= kept_.size()) return false;
+  if (over_) return false;
+  const bool at_end = next_ >= kept_.size();
+  // What stands behind it is not run by the control, which stops with an alarm.
+  if (!frames_.empty() && (at_end || is_behind_all(bare(kept_[next_], c_)))) {
+    line_ = first_kept_ + static_cast<std::uint32_t>(frames_.back().back - 1);
+    fail("the subprogram does not come back: its end is missing");
+  }
+  if (over_ || at_end) return false;
   line_ = first_kept_ + static_cast<std::uint32_t>(next_);
   if (++ran_ > kMostLines) {
     fail("the program runs more than " + std::to_string(kMostLines) + " lines: is there a loop without end?");

@@ -49,6 +49,7 @@ class Unfolder {
 
   void take_line(std::string_view text);
   bool folds(std::string_view text) const;
+  bool is_behind_all(std::string_view text) const;
   void put(std::string_view text, std::uint32_t line);
   void run(std::string_view text, std::uint32_t line);
   bool run_flow(const std::string& text);
