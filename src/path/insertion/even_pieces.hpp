@@ -26,11 +26,17 @@ class EvenPieces {
       : margin_(two_sided ? 0.25 * (2.0 - std::sqrt(2.0)) : 0.0), beside_(two_sided ? 0.5 : 0.0) {}
 
   bool two_sided() const { return beside_ > 0.0; }
-  /// Whether the tip leads so little along the chord that ends beside it have their feet well on it. `along`:
+  /// Whether the tip leads so little along the chord that ends beside it have their feet well on it, and that
+  /// the bow of the segment is the one that its pieces have, on a larger scale. `along`:
   /// chord times the way from its middle to where the tip comes half way; `length2` of the chord. mm^2.
   template <class T>
   static auto bends_across(const T& along, const T& length2) {
     return 4.0 * lanes::abs(along) < length2;
+  }
+  /// The same for a whole tool, by the fraction of the segment at which it stands half way.
+  template <class T>
+  static auto bends_across(const T& nearest) {
+    return 4.0 * lanes::abs(T(nearest - 0.5)) < 1.0;
   }
   /// As few as the bow of the segment asks for, a whole number. On the chord two, the fewest there can be,
   /// are tried before there is room for the rounding of the words, which leaves `tube_mm`. On both sides no

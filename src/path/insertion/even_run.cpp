@@ -230,25 +230,30 @@ void EvenRun::count(const Few& few, Count& out) const {
   lanes::Mask<T> known =
       (whole.bow_mm() + rounding <= known_mm_) | (midpoint + beyond + rounding <= known_mm_);
   if (!exact_) known |= bow >= 0.0;  // then the bow is the prediction
-  lanes::Mask<T> asks;
+  lanes::Mask<T> asks, across;       // across: as in SegmentRefiner::insert_evenly
   T off;
   T size = bow;  // in which the count of pieces is taken
   if (has_flute) {
     const ToolSegmentOf<T> segment = load.prescribed.tool(tolerance_.flute.length_mm);
     const Tube tube = work.tube(tolerance_);
     const lanes::Triple<T> middle_axis = whole.middle_axis_P();
-    const ToolOffOf<T> tool = segment.off(middle, middle_axis, segment.nearest(middle, middle_axis));
+    const T nearest = segment.nearest(middle, middle_axis);
+    const ToolOffOf<T> tool = segment.off(middle, middle_axis, nearest);
     const T tip = lanes::sqrt(T(lanes::squared(tool.tip_P)));
     const T end = lanes::sqrt(T(lanes::squared(tool.at(tube.flute_mm))));
     size = size_mm(tube, tool);
     asks = lanes::larger(tip, end) > tolerance_mm + kSearched_mm + whole.tool_rounding_mm(tube.flute_mm);
     if (prediction_asks_) asks |= (exact_ ? tip : bow) > tolerance_.tip_mm;
+    across = EvenPieces::bends_across<T>(nearest);
     off = whole.tool_off_mm(segment, T{}, lanes::splat<T>(1.0));
     // A prediction is held against the straight chord of the tip.
     if (prediction_asks_) off = lanes::larger<T>(off, midpoint + beyond + rounding);
     turns_little &= segment.arc().holds();
   } else {
     asks = load.chord.distance(middle) > tolerance_mm + rounding;
+    const lanes::Triple<T> from_mid = middle - 0.5 * (load.from.tip_P + load.to.tip_P);
+    across = EvenPieces::bends_across<T>(lanes::dot(from_mid, straight.way), straight.length2) &
+             (bow > tolerance_mm);
     if (prediction_asks_) asks |= bow > tolerance_mm;
     off = lanes::larger(load.from.off_mm, load.to.off_mm) + rounding +
           lanes::smaller<T>(whole.bow_mm(), midpoint + beyond);
@@ -267,11 +272,8 @@ void EvenRun::count(const Few& few, Count& out) const {
   }
   const lanes::Mask<T> keeps = (off <= tolerance_mm) & whole.axis_keeps(tolerance_.axis);
   known &= turns_little;
-  const lanes::Triple<T> from_mid = middle - 0.5 * (load.from.tip_P + load.to.tip_P);
   lanes::Mask<T> even = known & asks;
-  if (!prediction_asks_ && !has_flute)  // as in SegmentRefiner::insert_evenly
-    even &= EvenPieces::bends_across<T>(lanes::dot(from_mid, straight.way), straight.length2) &
-            (bow > tolerance_mm);
+  if (!prediction_asks_) even &= across;
   const double tube_mm = work.tube(tolerance_).tip_mm;
   for (std::size_t k = 0; k < lanes::kCount<T>; ++k) {
     const int lane = static_cast<int>(k);

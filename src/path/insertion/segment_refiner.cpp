@@ -348,18 +348,21 @@ void SegmentRefiner::see_bow(const Vec3& middle_P) {
   const Vec3 axis_P = middle_axis(kinematics(), *ends_.at_a, *ends_.at_b);
   constexpr double kMiddle = 0.5;
   const Vec3 tip_P = options_.straight_tip ? Vec3(0.5 * (a_P + b_P)) : middle_P;
-  bow_.across = true;
+  double nearest = kMiddle;
   const ToolSegmentOf<double> segment(triple_of(reference_.tip0_P), triple_of(reference_.tip1_P),
                                       triple_of(reference_.axis0_P), triple_of(reference_.axis1_P),
                                       flute_->part.flute_mm());
   if (segment.arc().holds()) {  // as EvenRun
     const auto tip = triple_of(tip_P);
     const auto axis = triple_of(axis_P);
-    const ToolOffOf<double> off = segment.off(tip, axis, segment.nearest(tip, axis));
+    nearest = segment.nearest(tip, axis);
+    const ToolOffOf<double> off = segment.off(tip, axis, nearest);
     bow_.off = {vector_of(off.tip_P), vector_of(off.axis_P)};
   } else {
-    bow_.off = flute_->part.off(tip_P, axis_P, flute_->part.nearest(tip_P, axis_P, kMiddle));
+    nearest = flute_->part.nearest(tip_P, axis_P, kMiddle);
+    bow_.off = flute_->part.off(tip_P, axis_P, nearest);
   }
+  bow_.across = EvenPieces::bends_across<double>(nearest);
 }
 
 // Where the axes turn little nothing more has to be known of how a segment bends than its bow.
