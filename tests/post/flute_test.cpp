@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <tuple>
@@ -312,6 +313,39 @@ TEST(Flute, TiltedAxesAreCorrectedNearThePole) {
 
 // In the pole's cone the tool may be tilted on purpose: its flute has what that moves its end by, and no
 // more.
+// On a way between two cuts the rotary axes go straight, far from the great circle between its ends. What the
+// errors turn the tool by is taken out there as well, and nothing else.
+TEST(Flute, RapidsKeepTheirCourseWhenTheDirectionIsCorrected) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Model model = test::model_of(
+      "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nB0A_urad = 25.0\n"
+      "[[effect]]\nid = \"location:C\"\n[effect.parameters]\nA0C_urad = 18.0\nB0C_urad = -9.0\n",
+      machine);
+  const std::string cl =
+      "UNITS/MM\nMULTAX/ON\nLOADTL/4,ADJUST,4\nFEDRAT/MMPM,800.0\n"
+      "GOTO/  -76.8814,   21.3819,  -41.9992, -0.964383,  0.066672,  0.255968\n"
+      "GOTO/  -77.1707,   21.0875,  -42.0000, -0.965355,  0.055382,  0.254994\n"
+      "RAPID\nGOTO/  -17.4666,    9.7426,   60.0000,  0.083580,  0.423970,  0.901811\n"
+      "FEDRAT/MMPM,800.0\nGOTO/  -17.4666,    9.7426,    5.0000,  0.083580,  0.423970,  0.901811\nFINI\n";
+  const auto rotary_words = [&](const Model* with) {
+    PostOptions options;
+    options.tolerance_mm = kFluteTolerance_mm;
+    options.tools.flute_mm = 50.0;
+    const auto p = test::posted(cl, machine, options, "linuxcnc", with);
+    if (!p.report) throw std::runtime_error(p.report.error().text());
+    std::vector<double> out;
+    const std::regex word("[AC](-?[0-9.]+)");
+    for (std::sregex_iterator i(p.nc.begin(), p.nc.end(), word); i != std::sregex_iterator(); ++i)
+      out.push_back(std::stod((*i)[1]));
+    return out;
+  };
+  const std::vector<double> nominal = rotary_words(nullptr);
+  const std::vector<double> corrected = rotary_words(&model);
+  ASSERT_GT(nominal.size(), 12U);
+  ASSERT_EQ(nominal.size(), corrected.size());
+  for (std::size_t i = 0; i < nominal.size(); ++i) EXPECT_NEAR(nominal[i], corrected[i], 0.02) << i;
+}
+
 TEST(Flute, TheConeHasAToleranceOfItsOwn) {
   constexpr double kFlute_mm = 50.0;
   std::vector<PlacedTool> path;

@@ -83,7 +83,8 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
     if (out.steps == options_.max_steps) {
       return fail(ErrorCode::check_failed, "the correction does not converge: after " +
                                                std::to_string(out.steps) + " steps the tip is still " +
-                                               shortest_text(out.left_mm) + " mm off");
+                                               shortest_text(out.left_mm) + " mm off, the tool axis " +
+                                               shortest_text(turn.moved_by(step).norm()) + " rad");
     }
     ++out.steps;
     target_P -= error_P;

@@ -171,7 +171,7 @@ Node NodeMaker::node(double t, const ToolOff& displacement, NodeAxis how, bool r
   if (how == NodeAxis::great_circle) set_rotary(aim_axis_P, q, known);
   const Vec3 tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P + displacement.tip_P;
   Node node = node_at(t, q, tip_P, axis_P, rounded, known);
-  node.aim_axis_P = aim_axis_P;
+  if (how == NodeAxis::great_circle) node.aim_axis_P = aim_axis_P;
   return node;
 }
 
@@ -181,7 +181,6 @@ Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, const
   node.t = t;
   node.tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P;
   node.axis_P = axis_P;
-  node.aim_axis_P = axis_P;
   node.beside_P = tip_P - node.tip_P;
   JointVector placed = q;
   if (rounded) {
@@ -192,6 +191,9 @@ Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, const
     kinematics_->solve_linear(tip_P, sines, placed);
     node.station = station(*kinematics_, placed, sines);
   }
+  // Rotary axes that are given stay: a correction takes out the errors there, and not the way to the great
+  // circle.
+  node.aim_axis_P = node.station.axis_P;
   return node;
 }
 
