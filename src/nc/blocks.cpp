@@ -105,8 +105,10 @@ struct Describe {
     return std::string("cutter ") + kSides[static_cast<std::size_t>(b.side)] + " " + std::to_string(b.number);
   }
   std::string operator()(const Probe& b) const {
-    return std::string(b.guards ? "guarded" : "probe") + text_of(b.words) + " | per min " +
-           std::to_string(b.feed);
+    return std::string(b.first    ? "first guarded"
+                       : b.guards ? "guarded"
+                                  : "probe") +
+           text_of(b.words) + " | per min " + std::to_string(b.feed);
   }
   std::string operator()(const ProbeLog& b) const {
     static constexpr std::array kKinds = {"declare", "open", "record", "close"};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
@@ -18,9 +19,8 @@ namespace {
 // than expected.
 constexpr double kUp = 0.3;
 constexpr double kPastContact_mm = 1.0;
-constexpr double kRapidAbove_mm =
-    20.0;  // where a rapid from the safe height ends, over the place of the first touch
-constexpr double kBelowSafe_mm = 1.0;
+// Where a rapid from the safe height ends, over the place of the first touch.
+constexpr double kRapidAbove_mm = 20.0;
 
 // A stroke of the stylus at one pose: offsets of its centre from the ball's, in the axes of M, mm.
 struct Line {
@@ -186,6 +186,7 @@ class ProgramMaker {
     if ((linear(q) - at_).norm() < kNowhere_mm) return;
     nc::Probe guarded;
     guarded.guards = true;
+    guarded.first = !std::exchange(guarded_before_, true);
     guarded.feed = feed(options_.move_mm_s);
     guarded.words = words(q);
     guarded.words.forget(static_cast<std::uint16_t>(~nc::kXyz));
@@ -244,15 +245,20 @@ class ProgramMaker {
     const double safe = machine_.safe.z_mm().value_or(0.0) - away * kBelowSafe_mm;
     move(up, nc::MotionKind::rapid, nc::kRotaryAxes);
     move(up, nc::MotionKind::rapid, nc::kPlaneWords);
+    const bool guards = !controller_.probing.guarded.empty();
     if (number == 0) {
       // From the safe height on nothing moves down but as a touch: the ball may be where nobody expects it.
       up[z] = safe;
       move(up, nc::MotionKind::rapid);
+      if (guards) {
+        up[z] = safe - away * kBelowSafe_mm;
+        go(up);
+      }
       touch(up, joints_at(pose, strokes.lines[0].to), options_.first_mm_s);
       out_.seconds += std::abs(up[z] - first[z]) / options_.first_mm_s;
     } else {
       const double high = first[z] + away * kRapidAbove_mm;
-      up[z] = away * (safe - high) > 0.0 ? high : safe;
+      up[z] = !guards && away * (safe - high) > 0.0 ? high : safe;
       move(up, nc::MotionKind::rapid);
     }
     go(first);
@@ -277,6 +283,7 @@ class ProgramMaker {
   nc::Writer writer_;
   Result<void> done_;
   Vec3 at_ = Vec3::Zero();
+  bool guarded_before_ = false;
 };
 
 }  // namespace

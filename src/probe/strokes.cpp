@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
@@ -24,6 +25,7 @@ class StrokeReader {
  public:
   StrokeReader(const Machine& machine, const nc::Controller& controller)
       : machine_(machine), controller_(controller) {
+    out_.must_guard = !controller.probing.guarded.empty();
     for (const Axis& axis : machine.axes) needed_ |= nc::AxisWords::bit(*nc::axis_letter(axis.name));
   }
 
@@ -76,9 +78,10 @@ class StrokeReader {
 
   void take(const nc::Motion& motion) { take_move(motion.words, motion.source.line); }
 
-  void take_move(const nc::AxisWords& words, std::uint32_t line) {
+  void take_move(const nc::AxisWords& words, std::uint32_t line, bool guarded = false) {
     Move move;
     move.line = line;
+    move.guarded = guarded;
     move.to = values(words);
     move.knows_to = (words.mask & needed_) == needed_;
     move.from = at_;
@@ -94,7 +97,9 @@ class StrokeReader {
   }
 
   void take(const nc::Probe& probe) {
-    if (probe.guards) return take_move(probe.words, probe.source.line);
+    if (!std::exchange(learned_, true) && !probe.first && !controller_.probing.first.empty())
+      out_.not_learned = probe.source.line;
+    if (probe.guards) return take_move(probe.words, probe.source.line, true);
     Touch touch;
     touch.line = probe.source.line;
     touch.feed = probe.feed;
@@ -132,6 +137,7 @@ class StrokeReader {
   JointVector at_;
   bool knows_ = false, knows_rotary_ = false;
   bool at_safe_height_ = false;
+  bool learned_ = false;  // a motion that a touch stops was there
   std::ptrdiff_t behind_touch_ = -1;
   std::uint16_t needed_ = 0;
   std::optional<Fault> fault_;
@@ -192,7 +198,19 @@ std::vector<std::string> faults_of(const Machine& machine, const Strokes& stroke
                     " beyond its limit");
     }
   };
+  if (strokes.not_learned) {
+    out.push_back(at_line(*strokes.not_learned) +
+                  "the first motion that a touch stops has not the words of [probing] first");
+  }
+  const auto at_the_top = [&](const Move& move) {
+    const double z = move.to[*machine.axis("Z")];
+    return machine.safe.z_mm() && std::abs(z - *machine.safe.z_mm()) <= kBelowSafe_mm + slack;
+  };
   for (const Move& move : strokes.moves) {
+    if (strokes.must_guard && !move.guarded && move.behind_touch < 0 && !move.at_safe_height &&
+        !at_the_top(move))
+      out.push_back(at_line(move.line) +
+                    "a motion below the safe height that goes on where the probe is touched");
     if (move.knows_to) check_limits(move.to, move.line);
     if (move.turns && !move.at_safe_height)
       out.push_back(at_line(move.line) + "a rotary axis turns below the safe height");

@@ -8,7 +8,9 @@
 #include "trunnion/probe/strokes.hpp"
 
 #include "probe/given.hpp"
+#include "probe/macro_control.hpp"
 #include "probe/other_words.hpp"
+#include "support/cases.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -75,6 +77,141 @@ TEST(ProbeControls, TouchTheBallInTheirOwnWordsAndTheirLogsAreRead) {
         read_touches(given.machine, *strokes, test::log_as(run.log, one.log), "touches.txt", {});
     ASSERT_TRUE(reading) << one.control << ": " << reading.error().text();
     EXPECT_NEAR(reading->radius_mm, 15.7, 0.001);
+  }
+}
+
+struct MacroProgram {
+  std::string text;
+  Strokes strokes;
+  test::HiddenMachine hidden;
+};
+
+MacroProgram macro_program(const Given& given) {
+  ProgramOptions options = given.options();
+  options.log = "TOUCHES";
+  auto program = make_program(given.machine, given.control, options);
+  if (!program) throw std::runtime_error(program.error().text());
+  Diagnostics diagnostics;
+  auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+  if (!strokes) throw std::runtime_error(strokes.error().text());
+  test::HiddenMachine hidden = given.hidden(options.ball);
+  hidden.ball[0] += 1.5;
+  hidden.c_point[1] += 1.0;
+  return {std::move(program->text), std::move(*strokes), hidden};
+}
+
+// Whatever #5063 holds on the control.
+TEST(ProbeControls, MacroControlsTouchTheBallAndTheirLogsAreRead) {
+  for (const char* name : {"fanuc_30i", "haas_ngc"}) {
+    const Given given("trunnion_offset", name);
+    const MacroProgram program = macro_program(given);
+    for (const double skip_z_mm : {0.0, 150.0}) {
+      if (skip_z_mm != 0.0 && given.control.probing.first.empty()) continue;
+      test::MacroTrouble trouble;
+      trouble.skip_z_mm = skip_z_mm;
+      const auto run = test::MacroControl(program.hidden, trouble).run(program.text);
+      EXPECT_EQ(run.alarm, "") << name;
+      EXPECT_EQ(run.records, program.strokes.touches.size()) << name;
+      EXPECT_EQ(run.pressed_mm, 0.0) << name;
+      const auto reading = read_touches(given.machine, program.strokes, run.log, "touches.txt", {});
+      ASSERT_TRUE(reading) << name << ": " << reading.error().text();
+      EXPECT_NEAR(reading->radius_mm, 15.7, 0.001) << name;
+    }
+  }
+}
+
+// A ball that is not there, one that is where nothing is expected, a probe that is pressed from the start: an
+// alarm before anything else moves on, and no line in the log for a touch that was none.
+TEST(ProbeControls, MacroControlsStopWhereATouchIsMissedOrUnexpected) {
+  for (const char* name : {"fanuc_30i", "haas_ngc"}) {
+    const Given given("trunnion_offset", name);
+    const MacroProgram program = macro_program(given);
+    const double skip_z_mm = given.control.probing.first.empty() ? 0.0 : 150.0;
+    for (std::size_t touch = 0; touch < program.strokes.touches.size(); ++touch) {
+      test::MacroTrouble trouble;
+      trouble.skip_z_mm = skip_z_mm;
+      trouble.gone_at_touch = touch;
+      const auto run = test::MacroControl(program.hidden, trouble).run(program.text);
+      EXPECT_TRUE(run.alarm == "M79" || run.alarm == "#3000=1(NOTHING WAS TOUCHED)")
+          << name << " " << run.alarm;
+      EXPECT_EQ(run.records, touch) << name;
+    }
+    std::mt19937_64 random(5);
+    int stopped = 0;
+    for (int i = 0; i < test::cases(300); ++i) {
+      // On a motion between touches.
+      const auto& moves = program.strokes.moves;
+      const Move& move = moves[std::uniform_int_distribution<std::size_t>(0, moves.size() - 1)(random)];
+      if (!move.guarded || !move.knows_from) continue;
+      const Vec3 way = forward(given.machine, move.to, {0, 0, -given.machine.tool_length_mm}).p -
+                       forward(given.machine, move.from, {0, 0, -given.machine.tool_length_mm}).p;
+      if (way.norm() < 5.0) continue;  // at the top nothing is watched yet
+      test::MacroTrouble trouble;
+      trouble.skip_z_mm = skip_z_mm;
+      // In machine axes: they carry the tool.
+      test::Triple at{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const AxisId id = *given.machine.axis(std::string(1, "XYZ"[k]));
+        at[k] = 0.5 * (move.from[id] + move.to[id]) - (k == 2 ? given.machine.tool_length_mm : 0.0);
+      }
+      trouble.obstacle = at;
+      const auto run = test::MacroControl(program.hidden, trouble).run(program.text);
+      EXPECT_NE(run.alarm, "") << name;
+      EXPECT_EQ(run.pressed_mm, 0.0) << name << " line " << move.line;
+      ++stopped;
+    }
+    std::printf("[ figures  ] %s: %zu missed touches, %d obstacles\n", name, program.strokes.touches.size(),
+                stopped);
+    EXPECT_GT(stopped, test::cases(300) / 4) << name;
+    test::MacroTrouble pressed;
+    pressed.skip_z_mm = skip_z_mm;
+    pressed.pressed = true;
+    const auto run = test::MacroControl(program.hidden, pressed).run(program.text);
+    EXPECT_TRUE(run.alarm == "M78" || run.alarm == "#3000=2(TOUCHED ON THE WAY)") << name << " " << run.alarm;
+    EXPECT_LE(run.records, 1U) << name;
+  }
+}
+
+// Without the lines that watch, the program is refused; so is one that goes down on a motion that nothing
+// stops.
+TEST(ProbeControls, ProgramsThatDoNotWatchAreRefused) {
+  for (const char* name : {"fanuc_30i", "haas_ngc", "siemens_840d_sl"}) {
+    const Given given("trunnion_offset", name);
+    const MacroProgram program = macro_program(given);
+    EXPECT_THAT(faults_of(given.machine, program.strokes), testing::IsEmpty()) << name;
+    std::vector<std::string> lines;
+    std::istringstream text(program.text);
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    std::size_t watching = 0;
+    std::size_t downs = 0;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const bool watches = lines[i].find("IF[") != std::string::npos ||
+                           lines[i].find(" M7") != std::string::npos ||
+                           lines[i].find(" IF $AC_MEA") != std::string::npos;
+      if (!watches || i % 7 != 0) continue;
+      ++watching;
+      const auto refused = [&](const std::vector<std::string>& changed) {
+        std::string all;
+        for (const std::string& line : changed) all += line + "\n";
+        Diagnostics diagnostics;
+        const auto strokes = read_strokes(given.machine, given.control, all, "p.nc", diagnostics);
+        return !strokes || !faults_of(given.machine, *strokes).empty();
+      };
+      std::vector<std::string> without = lines;
+      without.erase(without.begin() + static_cast<std::ptrdiff_t>(i));
+      EXPECT_TRUE(refused(without)) << name << ": " << lines[i];
+      // The motion before it as a plain one.
+      if (lines[i].find("M79") != std::string::npos || lines[i].find("LT0.5") != std::string::npos ||
+          lines[i].find("NOTOUCH") != std::string::npos)
+        continue;
+      std::string& motion = without[i - 1];
+      if (const auto at = motion.find("G31"); at != std::string::npos) motion.replace(at, 3, "G1");
+      if (const auto at = motion.find(" MEAS=1"); at != std::string::npos) motion.erase(at);
+      EXPECT_TRUE(refused(without)) << name << ": " << motion;
+      downs += 1;
+    }
+    EXPECT_GT(watching, 10U) << name;
+    EXPECT_GT(downs, 5U) << name;
   }
 }
 

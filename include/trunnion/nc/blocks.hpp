@@ -233,6 +233,8 @@ struct Probe {
   std::int64_t feed = 0;  // per minute, > 0
   /// A motion of which nobody expects a touch: where there is one, the program stops.
   bool guards = false;
+  /// The first of them, in free air, where it has words of its own (Controller::Probing::first).
+  bool first = false;
   AxisWords words;  // written: X, Y and Z. Read: every axis that is known, at the end that is not reached
   AxisWords from;   // read: where it begins, as far as it is known
   SourceRef source;

@@ -263,6 +263,9 @@ struct Controller {
     /// {x} {y} {z} {feed}: a straight motion that stops where the probe is touched, and the program with it.
     /// Empty: a control that watches the probe in any motion, or one that has no words for it.
     Template guarded;
+    /// The same for the first of them, in free air at the safe height: the control learns there how the place
+    /// that it keeps of a touch is counted. Empty: as `guarded`.
+    Template first;
     Template declare;              // at the very beginning of a program
     Template open, record, close;  // with {name} where it is said there; any of them may be empty
     std::string suffix = ".txt";   // of the file of touches, where nobody names it

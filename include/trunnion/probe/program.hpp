@@ -41,6 +41,9 @@ struct ProgramOptions {
 /// Largest `Ball::within_mm` for which a stroke along its line meets the ball wherever that is, and not as a
 /// glancing touch.
 double most_within_mm(double reach_mm);
+/// How far below the safe height the places of the axes are said anew. A control that watches the probe only
+/// where it is told is told from there on.
+inline constexpr double kBelowSafe_mm = 1.0;
 
 struct MadeProgram {
   std::string text;

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,7 @@ struct Move {
   bool knows_from = false, knows_to = false;
   bool at_safe_height = false;       // Z has not moved since the safe height
   bool turns = false;                // a rotary axis moves
+  bool guarded = false;              // it stops where the probe is touched, and the program with it
   std::ptrdiff_t behind_touch = -1;  // it begins where this touch ended
   std::uint32_t line = 0;
 };
@@ -36,6 +38,11 @@ struct Strokes {
   std::vector<Touch> touches;
   std::vector<Move> moves;
   std::vector<JointVector> poses;  // rotary axes
+  /// The control watches the probe on motions only that have words for it: Controller::Probing::guarded.
+  bool must_guard = false;
+  /// The line of the first motion that a touch stops, where the control has to learn there and the program
+  /// has other words for it: Controller::Probing::first.
+  std::optional<std::uint32_t> not_learned;
   std::size_t log_lines() const { return touches.size(); }
   /// "pose 3 (A30 C-90)", counted from 1.
   std::string pose_text(const Machine& machine, std::size_t pose) const;
@@ -49,7 +56,8 @@ Result<Strokes> read_strokes(const Machine& machine, const nc::Controller& contr
 /// What is wrong with the strokes, each finding with its line: an end beyond a limit, a rotary axis that
 /// turns below the safe height, a motion that comes nearer to the ball than Ball::apart_mm, one behind a
 /// touch that does not go back along it, a touch that cannot meet the ball, a pose without five measuring
-/// touches.
+/// touches; where the control watches the probe on some motions only, one below the safe height on which it
+/// does not.
 std::vector<std::string> faults_of(const Machine& machine, const Strokes& strokes);
 
 }  // namespace trunnion::probe

@@ -64,6 +64,7 @@ void read_probing(Section& s, Controller& c) {
   auto& p = c.probing;
   read_template(s, "touch", {P::x, P::y, P::z, P::dx, P::dy, P::dz, P::distance, P::feed}, p.touch);
   read_template(s, "guarded", {P::x, P::y, P::z, P::feed}, p.guarded);
+  read_template(s, "first", {P::x, P::y, P::z, P::feed}, p.first);
   read_template(s, "declare", {}, p.declare);
   read_template(s, "open", {P::name}, p.open);
   read_template(s, "record", {P::name}, p.record);
@@ -79,6 +80,8 @@ void read_probing(Section& s, Controller& c) {
     s.error("touch", "'touch' must hold {feed}, and {x}, {y}, {z} or {dx}, {dy}, {dz}");
   if (!p.guarded.empty() && !hold_all(p.guarded, {P::x, P::y, P::z, P::feed}))
     s.error("guarded", "'guarded' must hold {x}, {y}, {z} and {feed}");
+  if (!p.first.empty() && (p.guarded.empty() || !hold_all(p.first, {P::x, P::y, P::z, P::feed})))
+    s.error("first", "'first' must hold {x}, {y}, {z} and {feed}, and needs 'guarded' too");
   if (!p.touch.empty() && p.open.empty() && p.record.empty())
     s.error("touch", "'touch' needs 'open' or 'record': else the control keeps no touch");
 }

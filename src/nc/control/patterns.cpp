@@ -376,8 +376,9 @@ void add_shapes(Compiler& compiler, const Controller& c) {
   compiler.add(c.cycles.to_initial, {EventKind::cycle_return, 0}, "[cycles] to_initial");
   compiler.add(c.cycles.off, {EventKind::cycle_off}, "[cycles] off");
   const auto log = [](ProbeLog::Kind kind) { return Event{EventKind::probe_log, static_cast<int>(kind)}; };
-  compiler.add(c.probing.touch, {EventKind::probe, 0}, "[probing] touch");
-  compiler.add(c.probing.guarded, {EventKind::probe, 1}, "[probing] guarded");
+  compiler.add(c.probing.touch, {EventKind::probe, kTouches}, "[probing] touch");
+  compiler.add(c.probing.guarded, {EventKind::probe, kGuards}, "[probing] guarded");
+  compiler.add(c.probing.first, {EventKind::probe, kGuardsFirst}, "[probing] first");
   compiler.add(c.probing.declare, log(ProbeLog::Kind::declare), "[probing] declare");
   compiler.add(c.probing.open, log(ProbeLog::Kind::open), "[probing] open");
   compiler.add(c.probing.record, log(ProbeLog::Kind::record), "[probing] record");

@@ -17,6 +17,11 @@ inline constexpr int kSubtract = static_cast<int>(RunTimeStep::Kind::add) + 1;
 /// Argument of cycle: the tap of a left-hand thread.
 inline constexpr int kTapLeft = static_cast<int>(Hole::Kind::tap) + 1;
 
+/// Arguments of probe: a touch, a motion that stops where there is one, the first of those.
+inline constexpr int kTouches = 0;
+inline constexpr int kGuards = 1;
+inline constexpr int kGuardsFirst = 2;
+
 /// What a pattern means. The order is the order in which the events of one line take place.
 enum class EventKind : std::uint8_t {
   silent,        // no effect

@@ -267,7 +267,8 @@ void Reader::State::run_probe(const FoundEvent& found) {
   const int decimals = language.format.decimals(AxisLetter::X);
   Probe probe;
   probe.feed = own;
-  probe.guards = found.event.argument == 1;
+  probe.guards = found.event.argument == kGuards || found.event.argument == kGuardsFirst;
+  probe.first = found.event.argument == kGuardsFirst;
   probe.from = modal.position;
   probe.words = modal.position;
   static constexpr std::array kEnd = {Placeholder::x, Placeholder::y, Placeholder::z};

@@ -209,7 +209,8 @@ Result<void> Writer::State::write(const Probe& b) {
     modal.position.set(AxisLetter::X, b.words[AxisLetter::X]);
     modal.position.set(AxisLetter::Y, b.words[AxisLetter::Y]);
     modal.position.set(AxisLetter::Z, b.words[AxisLetter::Z]);
-    return put_words(c.probing.guarded, values, "a guarded motion", "[probing] guarded");
+    const Template& words = b.first && !c.probing.first.empty() ? c.probing.first : c.probing.guarded;
+    return put_words(words, values, "a guarded motion", "[probing] guarded");
   }
   return put_words(c.probing.touch, values, "a touch of a probe", "[probing] touch");
 }
