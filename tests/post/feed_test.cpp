@@ -10,6 +10,7 @@
 #include "post/axis_speeds.hpp"
 #include "post/feeds/feed_plan.hpp"
 #include "post/posting.hpp"
+#include "support/cases.hpp"
 #include "support/controllers.hpp"
 
 namespace trunnion::post {

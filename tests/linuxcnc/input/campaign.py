@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""campaign.py PROGRAM FOLDER [COUNT] [--seed N]: random programs as other people write them (inches, increments, circles by centre or radius in all
+"""campaign.py PROGRAM FOLDER [COUNT] [--seed N] [--files FOLDER...]: random programs as other people write them (inches, increments, circles by centre or radius in all
 planes, helices, drilling cycles, reference points, shifts, feed per revolution, subprograms, loops, variables), and the same with a word taken away or changed, read by `PROGRAM post --from linuxcnc`.
 LinuxCNC's interpreter (rs274) runs what was read and what was written: the tool must cut the same way, or the program be refused. Exit code 77
-where rs274 is not installed.
+where rs274 is not installed. With --files the programs are all *.ngc of these folders, each name once, behind lines that say what such files leave to the
+control (units, a tool, where the axes stand); what a file needs of a control's own settings LinuxCNC refuses here, too.
 """
 import argparse
+import collections
 import math
 import os
 import random
@@ -369,6 +371,15 @@ def differs(given, made):
     return None
 
 
+def without_ways_down(path):
+    """Without the straight ways down with which runs begin: behind a stop what is written comes down at feed where the program had stood already."""
+    for run in path.runs:
+        while len(run) > 1 and run[1][2] < run[0][2] and (*run[0][:2], *run[0][3:]) == (*run[1][:2], *run[1][3:]):
+            path.way -= math.dist(run[0], run[1])
+            del run[0]
+    return path
+
+
 def interpret(folder, name):
     (folder / "out.txt").unlink(missing_ok=True)
     (folder / "new.var").write_text(f"5163\t{HOME_INCH}\n")
@@ -380,11 +391,11 @@ def interpret(folder, name):
     return Path_((folder / "out.txt").read_text())
 
 
-def judge(program, folder, text):
+def judge(program, folder, text, machine="trunnion_offset", ways_down=True):
     """(what came of it, why)."""
     (folder / "in.ngc").write_text(text)
     (folder / "out.nc").unlink(missing_ok=True)
-    done = subprocess.run([program, "post", "in.ngc", "--from", "linuxcnc", "-m", "trunnion_offset", "-c", "linuxcnc", "-o", "out.nc", "--from-path", "motion"],
+    done = subprocess.run([program, "post", "in.ngc", "--from", "linuxcnc", "-m", machine, "-c", "linuxcnc", "-o", "out.nc", "--from-path", "motion"],
                           cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     given = interpret(folder, "in.ngc")
     says = [line for line in done.stderr.splitlines() if "error" in line]
@@ -400,8 +411,43 @@ def judge(program, folder, text):
     made = interpret(folder, "out.nc")
     if made is None:
         return "wrong", "LinuxCNC does not read what was written"
+    if not ways_down:
+        given, made = without_ways_down(given), without_ways_down(made)
     different = differs(given, made)
     return ("wrong", different) if different else ("right", "")
+
+
+BEFORE = "G21 G90 G94 G40 G17 G80\nT1 M6\nG43 H1\nS1000 M3 F500\nG0 Z190\nG0 X0 Y0 A0 C0\n"
+
+
+def files(program, folder, folders, show):
+    """Programs of others as they stand. The exit code."""
+    # They cut anywhere: a machine with long travels.
+    shipped = Path(__file__).resolve().parents[3] / "postconfigs/machines/trunnion_offset.toml"
+    machine = folder / "long_travels.toml"
+    text = re.sub(r"(m[inax]{2}_mm) = (-?)\d+", r"\1 = \g<2>20000", shipped.read_text())
+    machine.write_text(text.replace("min_deg = -30", "min_deg = -120"))
+    by_name = {path.name: path for one in folders for path in sorted(Path(one).rglob("*.ngc"))}
+    if not by_name:
+        print("skipped: no *.ngc in " + " ".join(folders))
+        return 77
+    counts, bad = collections.Counter(), 0
+    for name, path in sorted(by_name.items()):
+        text = re.sub(r"^%.*$", "", path.read_text(encoding="latin-1"), flags=re.M)
+        end = "" if re.search(r"M0?2\b|M30", text, re.I) else "\nM2\n"
+        try:
+            came, why = judge(program, folder, BEFORE + text + end, machine.name, ways_down=False)
+        except subprocess.TimeoutExpired:
+            came, why = "too long", ""
+        counts[came] += 1
+        if came in ("wrong", "crashed"):
+            bad += 1
+            (folder / f"bad_{name}").write_text(BEFORE + text + end)
+        if came in ("wrong", "crashed") or show and came != "right":
+            print(f"{name}: {came}: {why}")
+    for came, n in sorted(counts.items()):
+        print(f"files: {came}: {n}")
+    return 1 if bad else 0
 
 
 def main():
@@ -411,6 +457,7 @@ def main():
     parser.add_argument("count", nargs="?", type=int, default=int(os.environ.get("TRUNNION_INPUTS", "60")))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--show", action="store_true", help="every refusal with its message")
+    parser.add_argument("--files", nargs="+", help="folders of programs instead of random ones")
     args = parser.parse_args()
     if shutil.which("rs274") is None:
         print("skipped: rs274 is not installed")
@@ -418,6 +465,8 @@ def main():
     folder = Path(args.folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     program = str(Path(args.program).resolve())
+    if args.files:
+        return files(program, folder, args.files, args.show)
     counts, bad = {}, 0
     for i in range(args.count):
         rng = random.Random(args.seed * 100003 + i)
