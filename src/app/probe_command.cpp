@@ -30,9 +30,11 @@ struct ProgramCommand {
   double ball_radius_mm = 0.0, stylus_radius_mm = 0.0;
   std::optional<double> stylus_length_mm, within_mm;
   double clearance_mm = 2.0, largest_tilt_deg = 60.0;
-  struct Feeds {
+  // At each pose.
+  struct Touches {
     double slow_mm_min = 60.0, fast_mm_min = 200.0;
-  } feeds;
+    std::int64_t sides = 4;
+  } touches;
   std::int64_t poses = 12, tool = 99;
   ResultOptions result;
 };
@@ -113,13 +115,14 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
                                           shortest_text(out.ball.within_mm) +
                                           " mm from its place can be missed; with this ball and stylus " +
                                           fixed_text(most, 3) + " mm are the most");
-  if (command.feeds.slow_mm_min >= command.feeds.fast_mm_min)
+  if (command.touches.slow_mm_min >= command.touches.fast_mm_min)
     return fail(ErrorCode::wrong_use, "--slow-mm-min must be below --fast-mm-min");
   out.poses = static_cast<std::size_t>(command.poses);
+  out.sides = static_cast<std::size_t>(command.touches.sides);
   out.tool = command.tool;
   out.log = command.log.empty() ? log_name(command.out, controller.probing.suffix) : command.log;
-  out.slow_mm_s = command.feeds.slow_mm_min / kSecondsPerMinute;
-  out.fast_mm_s = command.feeds.fast_mm_min / kSecondsPerMinute;
+  out.slow_mm_s = command.touches.slow_mm_min / kSecondsPerMinute;
+  out.fast_mm_s = command.touches.fast_mm_min / kSecondsPerMinute;
   out.first_mm_s = std::max(out.first_mm_s, out.fast_mm_s);
   out.largest_tilt = Angle::degrees(command.largest_tilt_deg);
   const auto words = machine.output_point == OutputPoint::tip ? post::WordsOf::tip : post::WordsOf::spindle;
@@ -198,6 +201,12 @@ void add_program(CLI::App& probe, int& exit) {
       ->capture_default_str()
       ->excludes(plan);
   c->add_option(
+       "--sides", command->touches.sides,
+       "touches from the side at each pose; 4 do not tell three lobes of a probe from a ball that lies "
+       "elsewhere, 8 do")
+      ->check(CLI::Range(std::int64_t{4}, std::int64_t{12}))
+      ->capture_default_str();
+  c->add_option(
        "--ball-uncertainty-mm", command->within_mm,
        "at every pose the ball is within this of where the machine file has it (0.45 times the sum of the "
        "radii, 8 at most): it must hold what points and directions of the axes may be wrong by; less is "
@@ -210,10 +219,10 @@ void add_program(CLI::App& probe, int& exit) {
                 "largest angle of the table's normal to the spindle")
       ->check(between(0.0, 90.0))
       ->capture_default_str();
-  c->add_option("--slow-mm-min", command->feeds.slow_mm_min, "feed of the touches that measure")
+  c->add_option("--slow-mm-min", command->touches.slow_mm_min, "feed of the touches that measure")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
-  c->add_option("--fast-mm-min", command->feeds.fast_mm_min, "feed of the touches before them")
+  c->add_option("--fast-mm-min", command->touches.fast_mm_min, "feed of the touches before them")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
   c->add_option("--tool", command->tool, "number of the stylus, and of its length")

@@ -32,7 +32,7 @@ struct PoseStrokes {
   std::vector<Line> lines;  // the first from above
 };
 
-PoseStrokes strokes_at(const Machine& machine, const Ball& ball, const JointVector& q) {
+PoseStrokes strokes_at(const Machine& machine, const Ball& ball, const JointVector& q, std::size_t sides) {
   PoseStrokes out;
   const double apart = ball.apart_mm();
   const double reach = ball.reach_mm();
@@ -45,11 +45,12 @@ PoseStrokes strokes_at(const Machine& machine, const Ball& ball, const JointVect
   // touches.
   const Vec3 stem = -part_in_machine(machine, q).R.col(2);
   constexpr double kLeans = 0.05;
+  const double step = kTwoPi / static_cast<double>(sides);
   const double first =
-      std::hypot(stem.x(), stem.y()) > kLeans ? std::atan2(stem.y(), stem.x()) + 0.25 * kPi : 0.0;
+      std::hypot(stem.x(), stem.y()) > kLeans ? std::atan2(stem.y(), stem.x()) + 0.5 * step : 0.0;
   const double side = reach * std::sqrt(1.0 - kUp * kUp);
-  for (int i = 0; i < 4; ++i) {
-    const double angle = first + 0.5 * kPi * i;
+  for (std::size_t i = 0; i < sides; ++i) {
+    const double angle = first + step * static_cast<double>(i);
     const Vec3 d(std::cos(angle), std::sin(angle), 0.0);
     const Vec3 height = Vec3::UnitZ() * (kUp * reach);
     out.lines.push_back({apart * d + out.above, apart * d + height, std::max(side - deep, 0.0) * d + height});
@@ -119,7 +120,7 @@ class ProgramMaker {
   }
 
   bool is_reachable(const JointVector& pose) const {
-    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose);
+    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose, options_.sides);
     for (const Line& line : strokes.lines) {
       for (const Vec3& at : {line.over, line.from, line.to}) {
         if (!is_clear(joints_at(pose, at), at)) return false;
@@ -232,7 +233,7 @@ class ProgramMaker {
   }
 
   void measure(const JointVector& pose, std::size_t number) {
-    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose);
+    const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose, options_.sides);
     std::string at;
     for (const AxisId id : machine_.rotary_axes())
       at += " " + machine_.axes[id].name + fixed_text(pose[id] * kDegreePerRad, 3);

@@ -6,6 +6,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
+#include "probe/lobes.hpp"
 #include "probe/log_match.hpp"
 
 namespace trunnion::probe {
@@ -157,7 +158,7 @@ class LogReader {
 
   // One radius for all poses.
   Result<void> fit(const ReadingOptions& options) {
-    const auto sets = measured();
+    auto sets = measured();
     std::vector<double> residuals;
     std::vector<Sphere> held;
     for (std::size_t pose = 0; pose < sets.size(); ++pose) {
@@ -179,7 +180,12 @@ class LogReader {
     if (most > limit)
       return refuse(worst, last_line_of(worst),
                     "a touch is " + mm(most) + " off the sphere of the others, with a limit of " + mm(limit));
-    const auto common = fit_common_radius(sets);
+    auto common = fit_common_radius(sets);
+    if (common) out_.lobes = find_lobes(sets, *common);
+    if (!out_.lobes.empty()) {
+      sets = without_lobes(std::move(sets), *common, out_.lobes);
+      common = fit_common_radius(sets);
+    }
     if (!common) return refuse(0, last_line_of(0), "its touches lie on no sphere");
     out_.radius_mm = common->radius_mm;
     if (std::abs(out_.radius_mm - strokes_.ball.reach_mm()) > options.radius_tolerance_mm)
@@ -202,7 +208,8 @@ class LogReader {
       shift += by / static_cast<double>(sets.size());
       across += static_cast<double>(sphere.residuals_mm.size()) - towards.dot(by);
     }
-    const auto freedom = static_cast<double>(count) - 3.0 * static_cast<double>(sets.size()) - 1.0;
+    const auto freedom = static_cast<double>(count) - 3.0 * static_cast<double>(sets.size()) - 1.0 -
+                         2.0 * static_cast<double>(out_.lobes.size());
     out_.scatter_mm = std::max(kLeastU_mm, std::sqrt(sum / std::max(freedom, 1.0)));
     out_.u_radius_mm = out_.scatter_mm / std::sqrt(std::max(across, 1e-9));
     out_.u_common_z_mm = std::abs(shift.z()) * out_.u_radius_mm;

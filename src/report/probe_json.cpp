@@ -97,6 +97,14 @@ std::string probe_reading_json(const Machine& machine, const probe::Strokes& str
   out["scatter_um"] = reading.scatter_mm / kMmPerUm;
   out["fast_less_slow_um"] = reading.fast_less_slow_mm / kMmPerUm;
   out["u_common_z_um"] = reading.u_common_z_mm / kMmPerUm;
+  out["lobes"] = ordered_json::array();
+  for (const probe::Lobes& one : reading.lobes) {
+    out["lobes"].push_back({{"count", one.count},
+                            {"size_um", one.size_mm() / kMmPerUm},
+                            {"cos_um", one.cos_mm / kMmPerUm},
+                            {"sin_um", one.sin_mm / kMmPerUm},
+                            {"u_um", one.u_mm / kMmPerUm}});
+  }
   return json_text(out);
 }
 
@@ -109,11 +117,16 @@ std::string probe_reading_text(const Machine& machine, const probe::Strokes& str
     farthest = reading.poses[i].deviation_M.norm();
     at = i;
   }
+  std::string lobes;
+  for (const probe::Lobes& one : reading.lobes) {
+    lobes += "the probe travels by direction, " + std::to_string(one.count) +
+             " times round the spindle: " + fixed_text(one.size_mm() / kMmPerUm, 2) + " um, taken out\n";
+  }
   return std::to_string(reading.poses.size()) + " poses; one touch scatters by " +
          fixed_text(reading.scatter_mm / kMmPerUm, 2) + " um about its sphere\neffective radius " +
          fixed_text(reading.radius_mm, 4) + " mm, ball and stylus " + fixed_text(strokes.ball.reach_mm(), 4) +
          " mm\nthe ball is farthest from where the machine file has it at " + strokes.pose_text(machine, at) +
-         ": " + fixed_text(farthest, 4) + " mm\n";
+         ": " + fixed_text(farthest, 4) + " mm\n" + lobes;
 }
 
 }  // namespace trunnion::report

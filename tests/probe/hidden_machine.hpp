@@ -38,8 +38,11 @@ struct HiddenMachine {
   Triple c_direction{0, 0, 1}, c_point{0, 0, 0};
   Triple ball{0, 0, 0};    // its centre with A and C at 0
   double reach_mm = 15.7;  // ball and stylus, less pre-travel
-  double noise_mm = 0.0;   // of a touch, standard deviation
-  double period_s = 0.0;   // up to this long the control goes on behind a touch
+  // By how much more apart the centres are where they touch, `lobes` times round the spindle.
+  double lobe_mm = 0.0, lobe_phase = 0.0;
+  int lobes = 3;
+  double noise_mm = 0.0;  // of a touch, standard deviation
+  double period_s = 0.0;  // up to this long the control goes on behind a touch
   /// What the linear axes really do: position errors, added to the tip.
   Triple (*error)(const Triple&, const void*) = nullptr;
   const void* error_data = nullptr;
@@ -101,7 +104,11 @@ inline ProbeRun run_probing(const std::string& program, const HiddenMachine& mac
     const auto apart = [&](double t) {
       const Triple p = plus(from, way, t);
       const Triple d = plus(plus(p, off(p)), ball, -1.0);
-      return std::sqrt(times(d, d)) - machine.reach_mm;
+      const double distance = std::sqrt(times(d, d));
+      const double lobe = machine.lobe_mm *
+                          std::cos(machine.lobes * std::atan2(d[1], d[0]) + machine.lobe_phase) *
+                          std::hypot(d[0], d[1]) / distance;
+      return distance - machine.reach_mm - lobe;
     };
     // The nearest place of the line, and from there back to the touch.
     double nearest = std::min(1.0, std::max(0.0, -times(plus(from, ball, -1.0), way) / (length * length)));

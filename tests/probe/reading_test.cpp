@@ -11,6 +11,7 @@
 
 #include "probe/given.hpp"
 #include "probe/hidden_machine.hpp"
+#include "support/cases.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -31,11 +32,14 @@ std::string joined(const std::vector<std::string>& lines) {
 }
 
 struct Campaign {
-  explicit Campaign(std::uint64_t seed, std::size_t poses = 12) : given("trunnion_offset") {
+  explicit Campaign(std::uint64_t seed, std::size_t poses = 12, std::size_t sides = 4,
+                    void (*change)(test::HiddenMachine&) = nullptr)
+      : given("trunnion_offset") {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> off(-1.0, 1.0);
     options = given.options();
     options.poses = poses;
+    options.sides = sides;
     program = make_program(given.machine, given.control, options).value();
     Diagnostics diagnostics;
     strokes = read_strokes(given.machine, given.control, program.text, "p.nc", diagnostics).value();
@@ -45,6 +49,7 @@ struct Campaign {
     }
     hidden.noise_mm = 0.001;
     hidden.period_s = 0.001;
+    if (change != nullptr) change(hidden);
     log = test::run_probing(program.text, hidden, seed).log;
   }
   Result<ProbeReading> read(const std::string& text) const {
@@ -85,6 +90,84 @@ TEST(ProbeReading, FindsTheCentresAndKnowsHowWell) {
 
 // A displacement is that of the tool relative to the part: the forward model at the measured joints plus it
 // is the ball.
+// The largest distance of a centre from where the hidden machine has the ball.
+double farthest_center_mm(const Campaign& campaign, const ProbeReading& reading) {
+  double farthest = 0.0;
+  // A shift that is the same at all poses is the probe's own, and not seen.
+  Vec3 mean = Vec3::Zero();
+  std::vector<Vec3> off;
+  for (const PoseReading& pose : reading.poses) {
+    const auto ball = campaign.hidden.ball_at(pose.q[*campaign.given.machine.axis("A")] * kDegreePerRad,
+                                              pose.q[*campaign.given.machine.axis("C")] * kDegreePerRad);
+    off.push_back(pose.sphere.center_mm - Vec3(ball[0], ball[1], ball[2]));
+    mean += off.back() / static_cast<double>(reading.poses.size());
+  }
+  for (const Vec3& one : off) farthest = std::max(farthest, (one - mean).norm());
+  return farthest;
+}
+
+// Three lobes of 4 um: with eight sides they are found and taken out, with four they move the centres and may
+// leave no trace.
+TEST(ProbeReading, FindsThreeLobesOfTheProbeWithEightSides) {
+  const auto lobed = [](test::HiddenMachine& m) {
+    m.lobe_mm = 0.004;
+    m.lobe_phase = 0.7;
+    m.noise_mm = 0.0003;
+    m.period_s = 0.0;
+  };
+  int unseen = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Campaign eight(seed, 12, 8, lobed);
+    const auto reading = eight.read(eight.log);
+    ASSERT_TRUE(reading) << reading.error().text();
+    ASSERT_EQ(reading->lobes.size(), 1U);
+    const Lobes& found = reading->lobes.front();
+    EXPECT_EQ(found.count, 3);
+    EXPECT_NEAR(found.cos_mm, 0.004 * std::cos(0.7), 4.0 * found.u_mm);
+    EXPECT_NEAR(found.sin_mm, -0.004 * std::sin(0.7), 4.0 * found.u_mm);
+    EXPECT_LT(found.u_mm, 1e-4);
+    EXPECT_LT(farthest_center_mm(eight, *reading), 0.001);
+    EXPECT_NEAR(reading->scatter_mm, 0.0003, 0.0001);
+    const Campaign four(seed, 12, 4, lobed);
+    const auto blind = four.read(four.log);
+    ASSERT_TRUE(blind) << blind.error().text();
+    // Where the ball lies beside its place the four are not a quarter turn apart, and may tell a little.
+    unseen += blind->lobes.empty();
+    EXPECT_EQ(farthest_center_mm(four, *blind) > 0.002, blind->lobes.empty());
+  }
+  EXPECT_GE(unseen, 1);
+}
+
+TEST(ProbeReading, TwoAndFourLobesAreToldFromNone) {
+  for (const int count : {2, 4}) {
+    Campaign campaign(7, 12, 8);
+    campaign.hidden.lobes = count;
+    campaign.hidden.lobe_mm = 0.003;
+    const auto reading = campaign.read(test::run_probing(campaign.program.text, campaign.hidden, 3).log);
+    ASSERT_TRUE(reading) << reading.error().text();
+    ASSERT_EQ(reading->lobes.size(), 1U) << count;
+    EXPECT_EQ(reading->lobes.front().count, count);
+    EXPECT_NEAR(reading->lobes.front().cos_mm, 0.003, 4.0 * reading->lobes.front().u_mm);
+  }
+}
+
+// Noise alone is no lobe: at most 1 in 100.
+TEST(ProbeReading, FindsNoLobesInNoise) {
+  int found = 0;
+  const int runs = test::cases(200);
+  for (const std::size_t sides : {std::size_t{4}, std::size_t{8}}) {
+    Campaign campaign(3, 8, sides);
+    for (int i = 0; i < runs / 2; ++i) {
+      const auto seed = static_cast<std::uint64_t>(100 + i);
+      const auto reading = campaign.read(test::run_probing(campaign.program.text, campaign.hidden, seed).log);
+      ASSERT_TRUE(reading) << reading.error().text();
+      found += !reading->lobes.empty();
+    }
+  }
+  std::printf("[ figures  ] lobes found in noise: %d of %d\n", found, runs);
+  EXPECT_LE(found, runs / 100);
+}
+
 TEST(ProbeReading, GivesDeviationsOfTheToolRelativeToThePart) {
   const Campaign campaign(3);
   const auto reading = campaign.read(campaign.log);

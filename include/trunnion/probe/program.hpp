@@ -29,6 +29,9 @@ struct Ball {
 struct ProgramOptions {
   Ball ball;
   std::size_t poses = 12;
+  /// Touches from the side at each pose, evenly round the ball, 4 to 12. Four do not tell three lobes of the
+  /// probe from a ball that lies elsewhere; eight do.
+  std::size_t sides = 4;
   std::vector<JointVector> planned;  // rotary positions to touch the ball at, in place of `poses` of a grid
   Angle largest_tilt = Angle::degrees(60.0);
   std::int64_t tool = 99;           // the stylus
@@ -52,7 +55,7 @@ struct MadeProgram {
   double seconds = 0.0;     // about, at the feeds that are given
 };
 
-/// The probing program. At each pose the ball is touched from above and from four sides a little above its
+/// The probing program. At each pose the ball is touched from above and from some sides a little above its
 /// equator, each time fast and slow from the same place, and the stylus goes back the way it came. At the
 /// first pose it comes down from the safe height as a touch. The rotary axes turn at the safe height only.
 /// Fails with check_failed where fewer than four poses can be reached, and with wrong_input where the control

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,17 @@ struct PoseReading {
   Vec3 u_mm = Vec3::Zero();         // standard uncertainty of the centre along X, Y and Z of M
 };
 
+/// A part of what the probe travels before it says so that goes `count` times round the spindle: the centres
+/// are farther apart where they touch by cos_mm cos(count a) + sin_mm sin(count a), a the direction of the
+/// touch from the ball's centre about Z of M, from X. Reversal errors of X and Y that differ look like two
+/// lobes.
+struct Lobes {
+  int count = 0;
+  double cos_mm = 0.0, sin_mm = 0.0;
+  double u_mm = 0.0;  // standard uncertainty of either
+  double size_mm() const { return std::hypot(cos_mm, sin_mm); }
+};
+
 /// What a log tells.
 struct ProbeReading {
   std::vector<PoseReading> poses;
@@ -32,6 +44,7 @@ struct ProbeReading {
   double scatter_mm = 0.0;         // standard deviation of one touch about its sphere
   double fast_less_slow_mm = 0.0;  // median way by which the fast touches went farther
   double u_common_z_mm = 0.0;      // what the radius' uncertainty shifts all centres by, along Z
+  std::vector<Lobes> lobes;        // found, and taken out of all that stands here
   diagnosis::Dataset data;         // three displacements a pose, along X, Y and Z of M
 };
 
