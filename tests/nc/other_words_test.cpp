@@ -196,6 +196,14 @@ TEST(OtherWords, IncrementsByPrefix) {
   expect_at(p[2], 11.5, 7.0, 40.0);
 }
 
+// As LinuxCNC does: the values are those before the line. Its interpreter judges more of them
+// (tests/linuxcnc/input).
+TEST(OtherWords, VariablesOfOneLineAreSetTogether) {
+  const auto p = ends("G21 G90\nG0 X0 Y0 Z0\n#1=5\n#1=1 #2=[#1+1]\nG1 X#1 Y#2 F100\nM2\n", "linuxcnc");
+  ASSERT_EQ(p.size(), 2u);
+  expect_at(p[1], 1.0, 6.0, 0.0);
+}
+
 TEST(OtherWords, SubprogramsRunAsOftenAsTheyAreCalled) {
   const auto p = ends(
       "%\nO1\nG21 G90\nG0 X0. Y0. Z0.\nF100.\n#101=2.5\nM98 P20 L2\nM98 P30\nG90 G1 Z9.\nM30\n"
@@ -240,6 +248,8 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"linuxcnc", "G21 G90\no1 while [1]\no1 endwhile\nM2\n", "is there a loop without end"},
       {"linuxcnc", "G21 G90\nG92 X1\nM2\n", "where X stands is not known"},
       {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\n#1=[1/0]\nM2\n", "a division by nothing"},
+      {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\n#1=1 X2\nM2\n", "stands behind the value"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\n#1=1 #2=2\nM30\n", "stands behind the value"},
       {"linuxcnc", "G21 G90\nS100 M3\nG0 X0 Y0 Z0\nG95 G1 X1\nM2\n", "without F"},
       {"siemens_840d_sl", "G710 G90\nG0 X0 Y0 Z0\nROT X30\nM30\n", "tilts the part"},
       {"siemens_840d_sl", "G710 G90\nG0 X=10+R1\nM30\n", "not understood"},

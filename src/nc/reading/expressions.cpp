@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
+#include <vector>
 
 #include "trunnion/base/units.hpp"
 
@@ -216,18 +218,24 @@ bool Expressions::sum(const char*& p, const char* end, int level, double& out) {
 bool Expressions::assign(const char* p, const char* end) {
   error.clear();
   depth_ = 0;
-  std::string name;
-  double result = 0.0;
-  if (p == end || *p++ != '#' || !name_at(p, end, name)) return fail("no variable");
-  p = skip_blanks(p, end);
-  if (p == end || *p++ != '=') return fail("a variable begins the line, and '=' does not follow");
-  // #1=#2+3 where brackets need not stand.
-  if (full_ ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
-  if (skip_blanks(p, end) != end) return fail("something stands behind the value of a variable");
-  if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
-    return fail("variable #" + name + " is the control's: what setting it does is not known");
-  if (std::abs(result) > kLargestValue) return fail("a value beyond 10000000");
-  scope_of(name)[name] = result;
+  // LinuxCNC takes all values of a line before it sets the first of its variables.
+  std::vector<std::pair<std::string, double>> set;
+  do {
+    std::string name;
+    double result = 0.0;
+    if (p == end || *p++ != '#' || !name_at(p, end, name)) return fail("no variable");
+    p = skip_blanks(p, end);
+    if (p == end || *p++ != '=') return fail("a variable begins the line, and '=' does not follow");
+    // #1=#2+3 where brackets need not stand.
+    if (full_ ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
+    if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
+      return fail("variable #" + name + " is the control's: what setting it does is not known");
+    if (std::abs(result) > kLargestValue) return fail("a value beyond 10000000");
+    set.emplace_back(std::move(name), result);
+    p = skip_blanks(p, end);
+  } while (full_ && p != end && *p == '#');
+  if (p != end) return fail("something stands behind the value of a variable");
+  for (const auto& [name, result] : set) scope_of(name)[name] = result;
   return true;
 }
 

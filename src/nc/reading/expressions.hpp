@@ -14,7 +14,8 @@ class Expressions {
 
   /// A number, a variable, brackets or a function at `p`, which then stands behind it. False, with `error`.
   bool value(const char*& p, const char* end, double& out);
-  /// `#1=...`, and nothing else, from `p` on. False, with `error`.
+  /// `#1=...`, and nothing else, from `p` on; in LinuxCNC's words several of them, each with the values
+  /// before the line. False, with `error`.
   bool assign(const char* p, const char* end);
   /// Variables of a subprogram: #1 and on are its arguments.
   void enter(const std::vector<double>& arguments);
