@@ -10,6 +10,8 @@
 
 #include "trunnion/base/files.hpp"
 
+#include "support/folders.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -17,7 +19,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const std::string kBatchProgram = std::string(TRUNNION_BINARY_DIR) + "/trunnion";
+const std::string kBatchProgram = test::binary_folder() + "/trunnion";
 
 class BatchCommand : public testing::Test {
  protected:
@@ -62,13 +64,13 @@ class BatchCommand : public testing::Test {
 
 // Another build may be a mended one, whatever version it says.
 TEST_F(BatchCommand, AnotherBuildOfTheProgramMakesAllAgain) {
-  const std::string machine = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/paper.toml";
+  const std::string machine = test::source_folder() + "/postconfigs/machines/paper.toml";
   const std::string words = "batch in -m '" + machine + "' -o out";
   // It looks for its data beside it, as an installed one does.
   const std::string other = (folder_ / "bin" / "trunnion").string();
   fs::create_directories(folder_ / "bin");
   fs::create_directories(folder_ / "share" / "trunnion");
-  fs::create_directory_symlink(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs",
+  fs::create_directory_symlink(test::source_folder() + "/postconfigs",
                                folder_ / "share" / "trunnion" / "postconfigs");
   fs::copy_file(kBatchProgram, other);
   ASSERT_EQ(run(words).code, 0);
@@ -154,7 +156,7 @@ TEST_F(BatchCommand, NamesThatAreNoTextDoNotStopTheSummary) {
 
 // Read a second time it would be empty, whatever machine it was.
 TEST_F(BatchCommand, MachineFromAPipeIsRefused) {
-  const std::string shipped = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/paper.toml";
+  const std::string shipped = test::source_folder() + "/postconfigs/machines/paper.toml";
   const Outcome outcome = run("batch in -m - -o out", "cat '" + shipped + "' |");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.messages, HasSubstr("cannot be a pipe"));

@@ -10,6 +10,7 @@
 #include "trunnion/base/files.hpp"
 
 #include "probe/hidden_machine.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion {
 namespace {
@@ -36,7 +37,7 @@ class ProbeCommand : public testing::Test {
     std::ofstream(folder_ / name) << bytes;
   }
   Outcome run(const std::string& words, const std::string& before = "") const {
-    const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + TRUNNION_BINARY_DIR +
+    const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + test::binary_folder() +
                              "/trunnion' " + words + " 2>messages >output";
     const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("messages"), text("output")};

@@ -21,6 +21,7 @@
 #include "trunnion/thermal/simulate.hpp"
 #include "trunnion/thermal/validation.hpp"
 
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion {
@@ -30,7 +31,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kProgram = std::string(TRUNNION_BINARY_DIR) + "/trunnion";
+const std::string kProgram = test::binary_folder() + "/trunnion";
 
 class Folder {
  public:

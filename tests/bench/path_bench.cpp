@@ -9,6 +9,7 @@
 #include "trunnion/path/study.hpp"
 
 #include "path/bounds/closed_forms.hpp"
+#include "support/folders.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ struct Segments {
 
 std::string file_of(const char* variable, const char* otherwise) {
   const char* given = std::getenv(variable);
-  return given != nullptr ? given : std::string(TRUNNION_SOURCE_DIR) + otherwise;
+  return given != nullptr ? given : test::source_folder() + otherwise;
 }
 
 const Segments& impeller() {

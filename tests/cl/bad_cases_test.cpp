@@ -7,14 +7,14 @@
 #include "trunnion/base/files.hpp"
 
 #include "cl/support.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::cl {
 namespace {
 
 std::vector<std::filesystem::path> bad_cases() {
   std::vector<std::filesystem::path> cases;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::string(TRUNNION_SOURCE_DIR) + "/tests/cases/bad")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/tests/cases/bad")) {
     if (entry.path().extension() == ".cls") cases.push_back(entry.path());
   }
   std::sort(cases.begin(), cases.end());

@@ -13,13 +13,15 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/cross_talk_study.hpp"
 
+#include "support/folders.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
 // The sample's machine, with the X table on the Y saddle or the other way round.
 Machine vmc(bool y_on_x = false) {
   Diagnostics diagnostics;
-  std::string text = *read_file(std::string(TRUNNION_SOURCE_DIR) + "/samples/04_cross_talk_tables/vmc.toml");
+  std::string text = *read_file(test::source_folder() + "/samples/04_cross_talk_tables/vmc.toml");
   const std::string order = "part = [\"Y\", \"X\"]";
   if (y_on_x) text.replace(text.find(order), order.size(), "part = [\"X\", \"Y\"]");
   auto machine = parse_machine(text, "vmc.toml", diagnostics);
@@ -180,7 +182,7 @@ TEST(TableModels, AbbeTransferUndoesTheLeverOfTheMeasuredLine) {
 
 // The paper's campaign on the sample's machine.
 TEST(LongCrossTalk, ModelsOfThePaperAndTheBestByHeldOutData) {
-  const std::string folder = std::string(TRUNNION_SOURCE_DIR) + "/samples/04_cross_talk_tables/";
+  const std::string folder = test::source_folder() + "/samples/04_cross_talk_tables/";
   const Machine machine = vmc();
   Diagnostics diagnostics;
   const auto truth = load_model(folder + "truth.toml", machine, {}, diagnostics);
@@ -229,7 +231,7 @@ TEST(LongCrossTalk, ModelsOfThePaperAndTheBestByHeldOutData) {
 // 11 nodes over 850 mm are two to a wave of 170 mm. What of it vanishes at the nodes cannot be seen there: a
 // tenth of this machine's error, so that no method removes more than 90 % from readings on such a grid.
 TEST(TableModels, ElevenNodesCannotSeeATenthOfTheSamplesError) {
-  const std::string folder = std::string(TRUNNION_SOURCE_DIR) + "/samples/04_cross_talk_tables/";
+  const std::string folder = test::source_folder() + "/samples/04_cross_talk_tables/";
   const Machine machine = vmc();
   Diagnostics diagnostics;
   const auto truth = load_model(folder + "truth.toml", machine, {}, diagnostics);

@@ -2,6 +2,7 @@
 #include "trunnion/thermal/model.hpp"
 
 #include "fuzz/fuzz.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::fuzz {
 
@@ -9,8 +10,7 @@ namespace trunnion::fuzz {
 inline const thermal::ThermalModel& thermal_model() {
   static const thermal::ThermalModel read = [] {
     Diagnostics diagnostics;
-    auto out =
-        thermal::load_model(std::string(TRUNNION_SOURCE_DIR) + "/tests/fuzz/thermal_model.toml", diagnostics);
+    auto out = thermal::load_model(test::source_folder() + "/tests/fuzz/thermal_model.toml", diagnostics);
     if (!out) broken(out.error().text());
     return *out;
   }();

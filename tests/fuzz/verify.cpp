@@ -2,13 +2,14 @@
 #include "trunnion/post/verify.hpp"
 
 #include "fuzz/controls_on_machine.hpp"
+#include "support/folders.hpp"
 
 using namespace trunnion;
 
 namespace {
 
 std::string golden_cl(const std::string& name) {
-  std::ifstream file(std::string(TRUNNION_SOURCE_DIR) + "/tests/golden/" + name);
+  std::ifstream file(test::source_folder() + "/tests/golden/" + name);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -8,6 +8,7 @@
 
 #include "path/table_3_2.hpp"
 #include "support/cases.hpp"
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::path {
@@ -67,7 +68,7 @@ TEST(Study, ImpellerSampleMeetsTheCountsOfEveryPlacement) {
   StudyOptions options;
   options.tolerances_mm = {0.005, 0.001};
   options.axis_tolerance = Angle::degrees(0.2);
-  const auto runs = runs_of(machine, TRUNNION_SOURCE_DIR "/samples/01_impeller/impeller.cls");
+  const auto runs = runs_of(machine, test::source_folder() + "/samples/01_impeller/impeller.cls");
   const StudyResult result = study_nonlinear(machine, machine.tool_vector(), runs, options);
   expect_counts(result);
   const ToleranceStudy& at_5um = result.tolerances.front();
@@ -149,7 +150,7 @@ TEST_P(LongStudyOf, MeetsTheCountsOfEveryPlacement) {
     if (data == nullptr) GTEST_SKIP() << "TRUNNION_REFERENCE_DATA is not set";
     file = std::string(data) + "/cl/" + file;
   } else {
-    file = std::string(TRUNNION_SOURCE_DIR) + "/" + file;
+    file = test::source_folder() + "/" + file;
   }
   const Machine machine = test::shipped_machine("trunnion_offset");
   StudyOptions options;

@@ -16,6 +16,7 @@
 
 #include "trunnion/base/files.hpp"
 
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::post {
@@ -34,8 +35,7 @@ class Batch : public testing::Test {
           << (i == 5 ? "GOTO/1,2\n" : normalised(i));
     }
     Diagnostics d;
-    controller_ =
-        *nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", d);
+    controller_ = *nc::load_controller(test::source_folder() + "/postconfigs/controllers/linuxcnc.toml", d);
     machine_ = test::shipped_machine("paper");
     options_.fingerprint = "a";
     options_.post.tools.tool = 1;

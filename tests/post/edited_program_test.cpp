@@ -10,6 +10,7 @@
 
 #include "post/posting.hpp"
 #include "support/cases.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -463,8 +464,7 @@ TEST(EditedProgram, IsFoundInTheWordsOfEveryControl) {
     if (!c.arcs.clockwise.empty()) {
       PostOptions native;
       native.native_arcs = native.native_cycles = true;
-      const std::string shapes =
-          read_file(std::string(TRUNNION_SOURCE_DIR) + "/tests/golden/shapes.cls").value_or("");
+      const std::string shapes = read_file(test::source_folder() + "/tests/golden/shapes.cls").value_or("");
       edit_everything(control + ", native", control, shapes, native, counts);
     }
   }

@@ -10,11 +10,12 @@
 #include "trunnion/base/number_text.hpp"
 
 #include "post/posting.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::post {
 namespace {
 
-const std::string kFolder = std::string(TRUNNION_SOURCE_DIR) + "/tests/golden/";
+const std::string kFolder = test::source_folder() + "/tests/golden/";
 
 struct Variant {
   std::string control;

@@ -9,6 +9,7 @@
 #include "trunnion/machine/table_kinematics.hpp"
 
 #include "post/posting.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -45,7 +46,7 @@ test::Posted reposted(const std::string& nc, const ReadFrom& from, const Machine
 }
 
 std::string golden(const std::string& name) {
-  return read_file(std::string(TRUNNION_SOURCE_DIR) + "/tests/golden/" + name).value_or("");
+  return read_file(test::source_folder() + "/tests/golden/" + name).value_or("");
 }
 
 // Without block numbers, comments and the names that a control gives programs.

@@ -11,6 +11,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "support/cl_text.hpp"
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::post {
@@ -58,8 +59,7 @@ class Poster {
  public:
   explicit Poster(const std::string& machine) : machine_(test::shipped_machine(machine)) {
     Diagnostics d;
-    controller_ =
-        *nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", d);
+    controller_ = *nc::load_controller(test::source_folder() + "/postconfigs/controllers/linuxcnc.toml", d);
   }
   const Machine& machine() const { return machine_; }
   Machine& machine() { return machine_; }

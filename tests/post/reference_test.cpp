@@ -5,6 +5,7 @@
 
 #include "trunnion/post/post.hpp"
 
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::post {
@@ -31,7 +32,7 @@ ReferenceOutcome reference_post(const std::string& name, PostOptions options) {
   const Machine machine = roomy_machine();
   Diagnostics d;
   const auto controller =
-      nc::load_controller(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", d);
+      nc::load_controller(test::source_folder() + "/postconfigs/controllers/linuxcnc.toml", d);
   EXPECT_TRUE(controller);
   PostJob job;
   job.cl_file = name;

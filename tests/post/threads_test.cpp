@@ -7,6 +7,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "support/cl_text.hpp"
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::post {
@@ -48,8 +49,8 @@ ThreadsOutcome outcome(const std::string& cl, const std::string& machine_name, P
                        std::size_t threads, const std::string& model_toml = {}) {
   const Machine machine = test::shipped_machine(machine_name);
   Diagnostics loading;
-  const auto control = nc::load_controller(
-      std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers/linuxcnc.toml", loading);
+  const auto control =
+      nc::load_controller(test::source_folder() + "/postconfigs/controllers/linuxcnc.toml", loading);
   std::optional<Model> model;
   if (!model_toml.empty()) model = parse_model(model_toml, "model.toml", machine, {}, loading).value();
   PostJob job;

@@ -9,6 +9,7 @@
 #include "trunnion/base/number_text.hpp"
 
 #include "post/posting.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -117,7 +118,7 @@ void compare_choices(const std::string& title, const std::string& cl, const Mach
 }
 
 TEST(Travel, GlobalChoiceNeedsNoMoreThanAnyLocalOneOnTheImpellerSample) {
-  const auto cl = read_file(std::string(TRUNNION_SOURCE_DIR) + "/samples/01_impeller/impeller.cls");
+  const auto cl = read_file(test::source_folder() + "/samples/01_impeller/impeller.cls");
   ASSERT_TRUE(cl);
   for (const char* name : {"trunnion_offset", "paper"}) compare_choices("impeller sample", *cl, roomy(name));
 }

@@ -13,6 +13,7 @@
 
 #include "probe/given.hpp"
 #include "probe/hidden_machine.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -265,7 +266,7 @@ TEST(Calibration, SaysWhatThePosesDoNotTell) {
 }
 
 TEST(MachineText, ChangesTheRotaryAxesAndNothingElse) {
-  const std::string file = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/trunnion_offset.toml";
+  const std::string file = test::source_folder() + "/postconfigs/machines/trunnion_offset.toml";
   const std::string text = read_file(file).value();
   Diagnostics diagnostics;
   Machine machine = parse_machine(text, file, diagnostics).value();

@@ -6,13 +6,14 @@
 #include "trunnion/probe/program.hpp"
 
 #include "probe/hidden_machine.hpp"
+#include "support/folders.hpp"
 
 namespace trunnion::test {
 
 /// A machine that ships with the program, LinuxCNC, and a ball 60 mm beside its C axis.
 struct Given {
   explicit Given(const std::string& name, const std::string& controller = "linuxcnc") {
-    const std::string folder = std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/";
+    const std::string folder = test::source_folder() + "/postconfigs/";
     Diagnostics diagnostics;
     machine = load_machine(folder + "machines/" + name + ".toml", diagnostics).value();
     control = nc::load_controller(folder + "controllers/" + controller + ".toml", diagnostics).value();

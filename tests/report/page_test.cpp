@@ -14,6 +14,7 @@
 #include "report/packed.hpp"
 #include "report/page_data.hpp"
 #include "report/svg.hpp"
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace trunnion::report {
@@ -188,7 +189,7 @@ TEST(Page, HoldsADrawingOfEveryFigure) {
     ++drawings;
   EXPECT_EQ(drawings, 6U);
   // For the test in a browser.
-  std::ofstream(std::string(TRUNNION_BINARY_DIR) + "/tests/sample_page.html") << html;
+  std::ofstream(test::binary_folder() + "/tests/sample_page.html") << html;
 }
 
 TEST(PageData, FloatsReadBack) {

@@ -9,10 +9,12 @@
 #include "trunnion/nc/reader.hpp"
 #include "trunnion/nc/writer.hpp"
 
+#include "support/folders.hpp"
+
 namespace trunnion::test {
 
 inline std::string controller_folder() {
-  return std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/controllers";
+  return test::source_folder() + "/postconfigs/controllers";
 }
 
 /// Names of all controller files that ship with the project.

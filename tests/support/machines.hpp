@@ -5,6 +5,8 @@
 
 #include "trunnion/machine/machine.hpp"
 
+#include "support/folders.hpp"
+
 namespace trunnion::test {
 
 /// Names of the machine files that ship with the project.
@@ -14,8 +16,7 @@ inline std::vector<std::string> shipped_machines() {
 
 inline Machine shipped_machine(const std::string& name) {
   Diagnostics diagnostics;
-  auto machine =
-      load_machine(std::string(TRUNNION_SOURCE_DIR) + "/postconfigs/machines/" + name + ".toml", diagnostics);
+  auto machine = load_machine(test::source_folder() + "/postconfigs/machines/" + name + ".toml", diagnostics);
   if (!machine) throw std::runtime_error(machine.error().text());
   return *machine;
 }
