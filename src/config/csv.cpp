@@ -102,12 +102,22 @@ class CsvRows::Splitter {
   std::vector<std::string> held_;
 };
 
+std::optional<std::string> workbook_error(std::string_view text) {
+  if (!text.starts_with("PK\x03\x04") && !text.starts_with("\xD0\xCF\x11\xE0")) return std::nullopt;
+  return "this is a spreadsheet's own file (xlsx, ods, xls), no text: save the sheet as CSV, or "
+         "xlsx2csv FILE.xlsx FILE.csv (Debian package xlsx2csv)";
+}
+
 CsvRows::CsvRows(std::string_view text, std::string file, Diagnostics& diagnostics)
     : text_(text),
       file_(std::move(file)),
       diagnostics_(&diagnostics),
       splitter_(std::make_unique<Splitter>()) {
   if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
+  if (const auto error = workbook_error(text_)) {
+    diagnostics_->error(file_, {1, 1}, *error);
+    return;
+  }
   const std::size_t errors_before = diagnostics_->error_count();
   while (columns_.empty()) {
     if (!take_row()) {

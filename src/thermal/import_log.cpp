@@ -140,6 +140,11 @@ LogRun& start_run(Log& log, std::string id) {
 Result<Log> import_log(std::string_view text, const std::string& file, const ImportOptions& options,
                        Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
+  // Before its bytes are taken for fields.
+  if (const auto error = config::workbook_error(text)) {
+    diagnostics.error(file, {1, 1}, *error);
+    return tl::unexpected(diagnostics.first_error());
+  }
   const ForeignText foreign = plain_csv(text, options.delimiter, options.skip_lines);
   if (foreign.not_read > 0)
     diagnostics.note(file, {}, std::to_string(foreign.not_read) + " fields like N/A count as not read");

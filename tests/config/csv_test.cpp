@@ -35,6 +35,20 @@ TEST(Csv, EmptyFileAndDoubleColumnsAreErrors) {
             "d.csv:1:2: error: column 2 has a name that stands twice in the header");
 }
 
+// People send what their spreadsheet saves: the first bytes of an xlsx of openpyxl, of an xls.
+TEST(Csv, SaysThatAWorkbookIsNoText) {
+  using std::string_view_literals::operator""sv;
+  for (const std::string_view bytes :
+       {"PK\x03\x04\x14\x00\x00\x00\x08\x00"sv, "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv}) {
+    Diagnostics d;
+    EXPECT_EQ(parse_csv(bytes, "d.xlsx", d).error().text(),
+              "d.xlsx:1:1: error: this is a spreadsheet's own file (xlsx, ods, xls), no text: save the sheet "
+              "as CSV, or "
+              "xlsx2csv FILE.xlsx FILE.csv (Debian package xlsx2csv)");
+    EXPECT_EQ(d.findings().size(), 1u);
+  }
+}
+
 TEST(Csv, NumbersAreCheckedWithTheirPlace) {
   Diagnostics d;
   const auto t = parse_csv("a,b\n 1.5 ,x\n", "d.csv", d);

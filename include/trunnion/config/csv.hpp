@@ -12,6 +12,10 @@
 
 namespace trunnion::config {
 
+/// What is to be said of a spreadsheet's own file in place of a text (xlsx and ods are zip archives, xls is
+/// an OLE container); nothing of any other.
+std::optional<std::string> workbook_error(std::string_view text);
+
 /// Reads a CSV text row by row without storing it, for logs of millions of rows; the rules are those of
 /// CsvTable. A line without quotes is split in place, one with quotes goes through libcsv.
 class CsvRows {
