@@ -19,9 +19,8 @@ struct MachineAsRun {
                     ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
                     : std::nullopt),
         values(controller),
-        time(MotionTime::is_known(machine)
-                 ? std::optional<MotionTime>(std::in_place, machine, !o.smoothing_mm.has_value())
-                 : std::nullopt),
+        time(MotionTime::is_known(machine) ? std::optional<MotionTime>(std::in_place, machine, o.smoothing_mm)
+                                           : std::nullopt),
         state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
               o.temperatures) {}
 

@@ -169,7 +169,7 @@ void MachineJudge::step(const nc::Dwell& dwell) {
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
   if (!record_.report.blocks.empty()) record_.report.blocks.back().dwell_s += seconds;
-  if (as_run_.time) *record_.report.estimated_s += seconds;
+  if (as_run_.time) *record_.report.estimated_s += as_run_.time->stop() + seconds;
   elapse(seconds);
 }
 
@@ -181,6 +181,7 @@ void MachineJudge::step(const nc::Retract&) {
 
 void MachineJudge::step(const nc::Spindle& spindle) {
   trail_.clear();
+  if (as_run_.time) *record_.report.estimated_s += as_run_.time->stop();
   as_run_.state.spindle(static_cast<double>(spindle.rpm));
 }
 
@@ -237,7 +238,8 @@ void MachineJudge::step(const BlockEnd& end) {
   const double seconds = sharing_.same_block ? seconds_of_leader(v) : block_seconds(v);
   if (as_run_.time) {
     const bool is_known_way = ends_.has_previous && !v.from_unknown;
-    *record_.report.estimated_s += is_known_way ? as_run_.time->of(ends_.previous->q, v.q, seconds) : seconds;
+    *record_.report.estimated_s +=
+        is_known_way ? as_run_.time->go(ends_.previous->q, v.q, seconds) : as_run_.time->stop() + seconds;
   }
   if (!record_.report.blocks.empty()) record_.report.blocks.back().seconds = seconds;
   if (!trail_.blocks.empty()) trail_.blocks.back().seconds = seconds;
@@ -649,6 +651,7 @@ VerifyReport MachineJudge::finish(const WordFigures& words, std::uint32_t nc_lin
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
   VerifyReport& report = record_.report;
+  if (as_run_.time) *report.estimated_s += as_run_.time->stop();
   for (std::size_t i = progress_.started ? path_.next() : 0; i < points().size(); ++i) {
     const Target& target = points()[i];
     const Angle allowed =
