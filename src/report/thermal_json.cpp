@@ -67,13 +67,16 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
     j["sigma_per_change"] = model.sigma.per_change;
     j["sigma_per_move_um"] = in_um(model.sigma.per_move_mm);
     j["sigma_per_krpm_um"] = in_um(model.sigma.per_krpm_mm);
-    j["sigma_restless_um"] = in_um(model.sigma.restless_mm);
+    j["sigma_per_swing_um"] = in_um(model.sigma.per_swing_mm);
     j["sigma_prior_measurements"] = model.sigma.prior_measurements;
     j["sigma_coverage_factor"] = model.sigma.coverage_factor;
     j["coverage_95"] = ordered_json::object();
     for (std::size_t r = 0; r < channel.coverage.size(); ++r)
       j["coverage_95"][channel.runs[r]] =
           std::isfinite(channel.coverage[r]) ? ordered_json(channel.coverage[r]) : ordered_json(nullptr);
+    j["inputs"] = ordered_json::array();
+    for (const InputEffect& input : channel.inputs)
+      j["inputs"].push_back({{"name", input.name}, {"rms_um", in_um(input.rms_mm)}});
     j["axis"] = model.axis.empty() ? ordered_json(nullptr) : ordered_json(model.axis);
     j["notes"] = channel.notes;
     out["channels"][channel.channel] = std::move(j);

@@ -139,6 +139,64 @@ Figure by_run(const thermal::ChannelReport& channel) {
           "The chosen method beside holding the last measurement and beside no correction.", std::move(plot)};
 }
 
+Figure by_input(const thermal::ChannelReport& channel) {
+  XyPlot plot{{"", ""}, {"effect between two measurements, rms", "µm"}, {}, {}, {}, false};
+  Series effect = bars("effect");
+  for (const thermal::InputEffect& input : channel.inputs) {
+    effect.x.push_back(static_cast<double>(plot.categories.size()));
+    effect.y.push_back(micrometres(input.rms_mm));
+    plot.categories.push_back(input.name);
+  }
+  plot.series.push_back(std::move(effect));
+  return {"inputs-" + channel.channel, "What the chosen model takes from each sensor",
+          "How much less the model would say had this sensor stood still since the last measurement. Sensors "
+          "that feel the same share it, and may have opposite signs.",
+          std::move(plot)};
+}
+
+// A run that the model never saw: what was measured, what was said just before, what holding the last
+// measurement says; and the errors of both.
+std::pair<Figure, Figure> held_out_figures(const thermal::ChannelReport& channel, std::size_t run) {
+  const thermal::HeldOutTrack& track = channel.tracks[run];
+  XyPlot values{{"time", "h"}, {"deviation", "µm"}, {}, {}, {}, false};
+  XyPlot errors{{"time", "h"}, {"error", "µm"}, {}, {{"", 0.0}}, {}, false};
+  Series measured{"measured", Mark::points, {}, {}, {}, {}, 1};
+  Series said{channel.chosen, Mark::line, {}, {}, {}, {}, 0};
+  Series band{"two sigma", Mark::band, {}, {}, {}, {}, 0};
+  Series hold{"hold last", Mark::line, {}, {}, {}, {}, 7};
+  Series error = said;
+  Series error_band = band;
+  Series hold_error = hold;
+  if (channel.nested) said.name = error.name = "predicted";
+  for (std::size_t i = 0; i < track.time_s.size(); ++i) {
+    const double hours = (track.time_s[i] - track.time_s.front()) / (60.0 * kSecondsPerMinute);
+    const auto add = [hours](Series& series, double mm) {
+      series.x.push_back(hours);
+      series.y.push_back(micrometres(mm));
+    };
+    add(measured, track.measured_mm[i]);
+    add(said, track.said_mm[i]);
+    add(hold, track.hold_last_mm[i]);
+    add(error, track.said_mm[i] - track.measured_mm[i]);
+    add(hold_error, track.hold_last_mm[i] - track.measured_mm[i]);
+    if (!std::isfinite(track.sigma_mm[i])) continue;
+    const double two_mm = 2.0 * track.sigma_mm[i];
+    add(band, track.said_mm[i] - two_mm);
+    band.y2.push_back(micrometres(track.said_mm[i] + two_mm));
+    add(error_band, -two_mm);
+    error_band.y2.push_back(micrometres(two_mm));
+  }
+  values.series = {std::move(band), std::move(hold), std::move(said), std::move(measured)};
+  errors.series = {std::move(error_band), std::move(hold_error), std::move(error)};
+  const std::string& name = channel.runs[run];
+  return {{"follow-" + channel.channel, "Predicted and measured, run " + name,
+           "The run with the largest error, by a model that never saw it; sigma without it, too.",
+           std::move(values)},
+          {"error-" + channel.channel, "Error over time, run " + name,
+           "Predicted less measured, beside the error of holding the last measurement; band: two sigma.",
+           std::move(errors)}};
+}
+
 Table methods_table(const thermal::ChannelReport& channel) {
   Table out;
   out.id = "table-" + channel.channel;
@@ -184,34 +242,16 @@ Page thermal_fit_page(const thermal::FitResult& result, const thermal::Log& log,
     page.verdict += (page.verdict.empty() ? "" : " ") + said_of(channel);
     if (model.heldout_rmse_mm > model.hold_last_rmse_mm) page.tone = Tone::neutral;
     Section section{channel.channel, {by_method(channel), by_run(channel)}};
-    const auto* chosen = channel.score(channel.chosen);
-    const auto worst = chosen == nullptr || chosen->run_rmse_mm.empty()
-                           ? channel.runs.end()
-                           : channel.runs.begin() +
-                                 (std::max_element(chosen->run_rmse_mm.begin(), chosen->run_rmse_mm.end()) -
-                                  chosen->run_rmse_mm.begin());
-    const auto index = log.channel(channel.channel);
-    const auto run = worst == channel.runs.end()
-                         ? log.runs.end()
-                         : std::find_if(log.runs.begin(), log.runs.end(),
-                                        [&](const thermal::LogRun& r) { return r.id == *worst; });
-    if (index && run != log.runs.end()) {
-      const auto number = static_cast<std::size_t>(run - log.runs.begin());
-      if (const auto said = thermal::predict(result.model, log, number, thermal::UseMeasurements::yes)) {
-        MeasuredErrors unused;
-        XyPlot plot = prediction_plot(*said, said->channel[c], run->channel_mm[*index], unused);
-        plot.series.push_back(held_last(*said, said->channel[c], run->channel_mm[*index]));
-        section.items.emplace_back(Figure{
-            "follow-" + channel.channel, "Predicted and measured, run " + run->id,
-            "The run on which the method errs most, followed by the fitted model (which has seen it: its "
-            "error on runs held out stands above); band: two sigma.",
-            std::move(plot)});
-      }
-    }
-    std::string sensors;
-    for (const auto& name : model.features.sensors) sensors += (sensors.empty() ? "" : ", ") + name;
-    section.items.emplace_back(Paragraph{sensors.empty() ? "The chosen method reads no sensor."
-                                                         : "Sensors of the chosen method: " + sensors + "."});
+    const thermal::Score& held_out = channel.nested ? *channel.nested : *channel.score(channel.chosen);
+    const auto& rmse = held_out.run_rmse_mm;
+    auto [follow, error] = held_out_figures(
+        channel, static_cast<std::size_t>(std::max_element(rmse.begin(), rmse.end()) - rmse.begin()));
+    section.items.emplace_back(std::move(follow));
+    section.items.emplace_back(std::move(error));
+    if (channel.inputs.empty())
+      section.items.emplace_back(Paragraph{"The chosen method reads no sensor."});
+    else
+      section.items.emplace_back(by_input(channel));
     section.items.emplace_back(methods_table(channel));
     page.sections.push_back(std::move(section));
   }
@@ -245,6 +285,7 @@ Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::
       const bool measured = index && log_run != log.runs.end();
       XyPlot plot = prediction_plot(
           run, run.channel[c], measured ? log_run->channel_mm[*index] : std::vector<double>(), errors[c]);
+      if (measured) plot.series.push_back(held_last(run, run.channel[c], log_run->channel_mm[*index]));
       section.items.emplace_back(Figure{"run-" + std::to_string(++number),
                                         channel.channel + " by " + channel.candidate.name(),
                                         "Deviation of the tool from the part since the run's zero; the band "

@@ -37,7 +37,7 @@ std::vector<std::string> FeatureSpec::names() const {
 FeatureState::FeatureState(const FeatureSpec& spec)
     : spec_(spec),
       window_(spec.sensors.size()),
-      quick_(spec.sensors.size(), 0.0),
+      swing_(spec.sensors.size()),
       held_(spec.sensors.size() + spec.speed_powers.size() + 1, 0.0),
       read_at_s_(held_.size(), -std::numeric_limits<double>::infinity()),
       values_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(spec.size()))),
@@ -86,17 +86,24 @@ void FeatureState::step(const Reading& reading) {
     for (std::size_t p = 0; p < powers; ++p) relax(tau, sensors + p);
   }
   for (const double tau : spec_.feed_taus_s) relax(tau, sensors + powers);
-  constexpr double kQuick_s = 300.0;
-  constexpr double kRemembered_s = 1200.0;
-  restless_K2_ += -std::expm1(-dt / kRemembered_s) * (moving_K2() - restless_K2_);
-  for (std::size_t i = 0; i < sensors; ++i) quick_[i] += -std::expm1(-dt / kQuick_s) * (held_[i] - quick_[i]);
+  // What lasts longer than this the features tell themselves.
+  constexpr double kQuick_s = 120.0;
+  constexpr double kRemembered_s = 600.0;
+  for (std::size_t i = 0; i < sensors; ++i) {
+    Swing& s = swing_[i];
+    const double away_K = held_[i] - s.lag;
+    const double share = -std::expm1(-dt / kRemembered_s);
+    s.above_K2 += share * (std::pow(std::max(away_K, 0.0), 2) - s.above_K2);
+    s.below_K2 += share * (std::pow(std::min(away_K, 0.0), 2) - s.below_K2);
+    s.lag += -std::expm1(-dt / kQuick_s) * away_K;
+  }
   // ... then the new ones take their place.
   for (std::size_t i = 0; i < sensors; ++i) {
     if (std::isnan(reading.temperature_degC[i])) continue;
     const double value = filtered(i, reading.time_s, reading.temperature_degC[i]);
     const bool first = !std::isfinite(read_at_s_[i]);
     held_[i] = value;
-    if (first) quick_[i] = value;
+    if (first) swing_[i].lag = value;
     read_at_s_[i] = reading.time_s;
     for (std::size_t t = 0; t < spec_.temperature_taus_s.size(); ++t) {
       if (first || spec_.temperature_taus_s[t] == 0.0)
@@ -125,16 +132,14 @@ double FeatureState::unsettled() const {
   return std::abs(held_[sensors] - values_[fastest]);
 }
 
-double FeatureState::moving_K2() const {
-  double out = 0.0;
-  for (std::size_t i = 0; i < quick_.size(); ++i) out = std::max(out, std::pow(held_[i] - quick_[i], 2));
-  return out;
-}
-
-double FeatureState::restless() const {
-  const double K2 = std::max(restless_K2_, moving_K2());
-  constexpr double kHalf_K2 = 0.5;  // anything from 0.1 to 1 does as well on simulated spindles
-  return std::sqrt(K2 / (K2 + kHalf_K2));
+double FeatureState::swing_K() const {
+  double K2 = 0.0;
+  for (const Swing& s : swing_) {
+    const double both = s.above_K2 + s.below_K2;
+    // The whole mean square where both ways are alike, nothing where it went one way.
+    if (both > 0.0) K2 = std::max(K2, 4.0 * s.above_K2 * s.below_K2 / both);
+  }
+  return std::sqrt(K2);
 }
 
 RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& run) {
@@ -162,7 +167,7 @@ RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& 
   out.values.resize(static_cast<Eigen::Index>(run.rows()), static_cast<Eigen::Index>(spec.size()));
   out.unknown.resizeLike(out.values);
   out.unsettled.resize(out.values.rows());
-  out.restless.resize(out.values.rows());
+  out.swing_K.resize(out.values.rows());
   std::vector<double> temperature(sensor.size());
   for (std::size_t row = 0; row < run.rows(); ++row) {
     for (std::size_t i = 0; i < sensor.size(); ++i) temperature[i] = run.temperature_degC[sensor[i]][row];
@@ -173,7 +178,7 @@ RunFeatures run_features(const FeatureSpec& spec, const Log& log, const LogRun& 
     out.values.row(static_cast<Eigen::Index>(row)) = state.values().transpose();
     out.unknown.row(static_cast<Eigen::Index>(row)) = state.unknown().transpose();
     out.unsettled[static_cast<Eigen::Index>(row)] = state.unsettled();
-    out.restless[static_cast<Eigen::Index>(row)] = state.restless();
+    out.swing_K[static_cast<Eigen::Index>(row)] = state.swing_K();
   }
   return out;
 }

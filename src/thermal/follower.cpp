@@ -66,7 +66,7 @@ Said Follower::say(const FeatureVector& x, bool stale) const {
   const VectorXd since = x.values - from;
   out.distance = fitted_.guard.distance(incremental() ? since : x.values);
   out.causes.unsettled = std::hypot(x.unsettled, anchor_.unsettled);
-  out.causes.restless = std::hypot(x.restless, anchor_.restless);
+  out.causes.swing_K = std::hypot(x.swing_K, anchor_.swing_K);
   out.causes.unknown_mm = unknown_effect_mm(x);
   out.causes.held = out.causes.unknown_mm > fitted_.typical_change_mm;
   if (out.causes.held) return out;

@@ -212,7 +212,7 @@ double RunScale::factor(double prior) const {
 double SigmaModel::before_run_mm(const Causes& causes) const {
   return std::sqrt(floor_mm * floor_mm + growth_mm_per_sqrt_s * growth_mm_per_sqrt_s * causes.age_s +
                    std::pow(per_change * causes.change_mm, 2) + per_move_mm * per_move_mm * causes.moved +
-                   std::pow(per_krpm_mm * causes.unsettled, 2) + std::pow(restless_mm * causes.restless, 2) +
+                   std::pow(per_krpm_mm * causes.unsettled, 2) + std::pow(per_swing_mm * causes.swing_K, 2) +
                    causes.unknown_mm * causes.unknown_mm);
 }
 

@@ -41,7 +41,7 @@ void add_sigma(const SigmaModel& sigma, const std::string& prefix, Table& out) {
   out.emplace_back(prefix + "sigma_per_change", number_value(sigma.per_change));
   out.emplace_back(prefix + "sigma_per_move_um", number_value(sigma.per_move_mm / kMmPerUm));
   out.emplace_back(prefix + "sigma_per_krpm_um", number_value(sigma.per_krpm_mm / kMmPerUm));
-  out.emplace_back(prefix + "sigma_restless_um", number_value(sigma.restless_mm / kMmPerUm));
+  out.emplace_back(prefix + "sigma_per_swing_um", number_value(sigma.per_swing_mm / kMmPerUm));
   out.emplace_back(prefix + "sigma_prior_measurements", number_value(sigma.prior_measurements));
   out.emplace_back(prefix + "sigma_coverage_factor", number_value(sigma.coverage_factor));
 }
@@ -54,7 +54,7 @@ SigmaModel read_sigma(Section& section, const std::string& prefix) {
   out.per_change = section.find_number(prefix + "sigma_per_change").value_or(0.0);
   out.per_move_mm = section.quantity_or(prefix + "sigma_per_move_um", 0.0);
   out.per_krpm_mm = section.quantity_or(prefix + "sigma_per_krpm_um", 0.0);
-  out.restless_mm = section.quantity_or(prefix + "sigma_restless_um", 0.0);
+  out.per_swing_mm = section.quantity_or(prefix + "sigma_per_swing_um", 0.0);
   out.prior_measurements = section.find_number(prefix + "sigma_prior_measurements").value_or(0.0);
   out.coverage_factor = section.find_number(prefix + "sigma_coverage_factor").value_or(1.0);
   if (!(out.coverage_factor > 0.0) || !(out.prior_measurements >= 0.0))

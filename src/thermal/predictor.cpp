@@ -85,7 +85,7 @@ FeatureVector Predictor::relative(const Channel& channel) const {
   const VectorXd& now = channel.state.values();
   if (!channel.reference) return {VectorXd::Zero(now.size()), VectorXd::Zero(now.size())};
   return {now - *channel.reference, channel.state.unknown(), channel.state.unsettled(),
-          channel.state.restless()};
+          channel.state.swing_K()};
 }
 
 void Predictor::measure(std::size_t index, double value_mm) {

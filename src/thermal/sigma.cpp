@@ -14,8 +14,7 @@ constexpr double kCovered = 0.95;
 using Terms = std::array<double, 6>;
 
 Terms terms_of(const Causes& c) {
-  return {
-      1.0, c.age_s, c.change_mm * c.change_mm, c.moved, c.unsettled * c.unsettled, c.restless * c.restless};
+  return {1.0, c.age_s, c.change_mm * c.change_mm, c.moved, c.unsettled * c.unsettled, c.swing_K * c.swing_K};
 }
 
 SigmaModel model_of(const Terms& variance) {
@@ -25,7 +24,7 @@ SigmaModel model_of(const Terms& variance) {
   out.per_change = std::sqrt(variance[2]);
   out.per_move_mm = std::sqrt(variance[3]);
   out.per_krpm_mm = std::sqrt(variance[4]);
-  out.restless_mm = std::sqrt(variance[5]);
+  out.per_swing_mm = std::sqrt(variance[5]);
   return out;
 }
 
@@ -75,15 +74,23 @@ Terms fit_variances(const HeldOutRuns& runs, std::size_t without) {
   return out;
 }
 
-// Errors of a run in units of a sigma that knows the run's measurements so far.
-std::vector<double> in_sigmas(const std::vector<HeldOut>& run, const SigmaModel& model) {
+// Sigma of each row of a run, which knows the run's measurements so far; NaN where the last one is held.
+std::vector<double> sigmas_of(const std::vector<HeldOut>& run, const SigmaModel& model) {
   RunScale scale;
   std::vector<double> out;
   for (const HeldOut& h : run) {
-    if (h.causes.held) continue;
-    const double s = model.sigma_mm(h.causes, scale);
-    out.push_back(std::abs(h.error_mm) / s);
-    if (h.made_known) scale.add(h.error_mm / model.before_run_mm(h.causes));
+    out.push_back(h.causes.held ? std::nan("") : model.sigma_mm(h.causes, scale));
+    if (h.made_known && !h.causes.held) scale.add(h.error_mm / model.before_run_mm(h.causes));
+  }
+  return out;
+}
+
+// Errors of a run in units of that sigma.
+std::vector<double> in_sigmas(const std::vector<HeldOut>& run, const SigmaModel& model) {
+  const auto sigma_mm = sigmas_of(run, model);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    if (!run[i].causes.held) out.push_back(std::abs(run[i].error_mm) / sigma_mm[i]);
   }
   return out;
 }
@@ -163,15 +170,30 @@ SigmaModel fit_sigma(const HeldOutRuns& runs) {
   return out;
 }
 
-std::vector<double> held_out_coverage(const HeldOutRuns& runs) {
+std::vector<std::vector<double>> held_out_sigmas(const HeldOutRuns& runs) {
   if (runs.size() < 3) return {};
-  const Crossed crossed = cross(runs);
-  std::vector<double> out;
+  Crossed crossed = cross(runs);
+  std::vector<std::vector<double>> out;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double limit = quantile_of_runs(crossed.in_sigmas, r, kCovered);
-    const auto& own = crossed.in_sigmas[r];
-    const auto within = std::count_if(own.begin(), own.end(), [&](double v) { return v <= limit; });
-    out.push_back(own.empty() ? std::nan("") : static_cast<double>(within) / static_cast<double>(own.size()));
+    crossed.without[r].coverage_factor = quantile_of_runs(crossed.in_sigmas, r, kCovered) / kTwoSided95;
+    out.push_back(sigmas_of(runs[r], crossed.without[r]));
+  }
+  return out;
+}
+
+std::vector<double> coverage_of(const HeldOutRuns& runs, const std::vector<std::vector<double>>& sigma_mm) {
+  std::vector<double> out;
+  for (std::size_t r = 0; r < sigma_mm.size(); ++r) {
+    double within = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < runs[r].size(); ++i) {
+      if (runs[r][i].causes.held) continue;
+      count += 1.0;
+      // The limit itself is an error of another run: rounding must not decide.
+      constexpr double kRounding = 1e-12;
+      if (std::abs(runs[r][i].error_mm) <= (kTwoSided95 + kRounding) * sigma_mm[r][i]) within += 1.0;
+    }
+    out.push_back(count > 0.0 ? within / count : std::nan(""));
   }
   return out;
 }

@@ -19,8 +19,10 @@ using HeldOutRuns = std::vector<std::vector<HeldOut>>;  // [run][row]
 /// factor are found on runs that were held out once more.
 SigmaModel fit_sigma(const HeldOutRuns& runs);
 
-/// Share of each run's errors within 1.96 sigma, sigma fitted and scaled without that run; NaN for a run
-/// without errors. Needs three runs.
-std::vector<double> held_out_coverage(const HeldOutRuns& runs);
+/// Sigma of each row of each run, fitted and scaled without that run, so that 1.96 of it are to hold 95 %;
+/// NaN where the last measurement is held. Needs three runs.
+std::vector<std::vector<double>> held_out_sigmas(const HeldOutRuns& runs);
+/// Share of each run's errors within 1.96 of these; NaN for a run without errors.
+std::vector<double> coverage_of(const HeldOutRuns& runs, const std::vector<std::vector<double>>& sigma_mm);
 
 }  // namespace trunnion::thermal

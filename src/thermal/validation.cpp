@@ -187,6 +187,62 @@ HeldOutRuns held_out_runs(ChannelBench& bench, const std::vector<Candidate>& cho
   return out;
 }
 
+HeldOutTrack track_of(const ChannelBench& bench, std::size_t r, const std::vector<HeldOut>& held,
+                      const std::vector<double>& sigma_mm, const std::vector<double>& hold_last_error_mm) {
+  const BenchRun& run = bench.runs()[r];
+  HeldOutTrack out;
+  out.sigma_mm = sigma_mm;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    out.measured_mm.push_back(run.value_mm[i]);
+    out.time_s.push_back(bench.log_run(r).time_s[static_cast<std::size_t>(run.rows[i])]);
+    out.said_mm.push_back(run.value_mm[i] + held[i].error_mm);
+    out.hold_last_mm.push_back(run.value_mm[i] + hold_last_error_mm[i]);
+  }
+  return out;
+}
+
+// The inputs of a model's features, and which features each one has.
+std::vector<std::pair<std::string, std::vector<Index>>> inputs_of(const FeatureSpec& spec) {
+  std::vector<std::pair<std::string, std::vector<Index>>> out;
+  const auto sensors = static_cast<Index>(spec.sensors.size());
+  const auto temperatures = sensors * static_cast<Index>(spec.temperature_taus_s.size());
+  const auto speeds = static_cast<Index>(spec.speed_taus_s.size() * spec.speed_powers.size());
+  for (Index s = 0; s < sensors; ++s) {
+    out.emplace_back(spec.sensors[static_cast<std::size_t>(s)], std::vector<Index>());
+    for (Index k = s; k < temperatures; k += sensors) out.back().second.push_back(k);
+  }
+  const auto add = [&](const char* name, Index first, Index end) {
+    if (first == end) return;
+    out.emplace_back(name, std::vector<Index>(static_cast<std::size_t>(end - first)));
+    std::iota(out.back().second.begin(), out.back().second.end(), first);
+  };
+  add("spindle_rpm", temperatures, temperatures + speeds);
+  add("feed_mm_min", temperatures + speeds, static_cast<Index>(spec.size()));
+  return out;
+}
+
+std::vector<InputEffect> effects_of_inputs(ChannelBench& bench, const ChannelModel& model) {
+  std::vector<InputEffect> out;
+  if (!model.regressor) return out;
+  const TrainingSet changes = bench.training(model.candidate.method, model.candidate.anchor == Anchor::update,
+                                             all_but(bench.runs().size(), {}));
+  for (const auto& [name, columns] : inputs_of(model.features)) {
+    double squares = 0.0;
+    for (Index row = 0; row < changes.to.rows(); ++row) {
+      const Eigen::VectorXd from = changes.from.row(row).transpose();
+      const Eigen::VectorXd to = changes.to.row(row).transpose();
+      Eigen::VectorXd without = to;
+      for (const Index k : columns) without[k] = from[k];
+      squares +=
+          std::pow(model.regressor->change_mm(from, to) - model.regressor->change_mm(from, without), 2);
+    }
+    out.push_back({name, std::sqrt(squares / static_cast<double>(std::max<Index>(1, changes.to.rows())))});
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const InputEffect& a, const InputEffect& b) { return a.rms_mm > b.rms_mm; });
+  return out;
+}
+
 std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   std::vector<Candidate> out = {{Method::none, Anchor::open}, {Method::hold_last, Anchor::open}};
   std::vector<Method> methods = {Method::ols, Method::svr, Method::svr_all, Method::rises, Method::ridge};
@@ -245,7 +301,13 @@ Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& c
   }
   const HeldOutRuns held = held_out_runs(bench, by_run);
   out.sigma = fit_sigma(held);
-  out.coverage = held_out_coverage(held);
+  const auto sigma_mm = held_out_sigmas(held);
+  out.coverage = coverage_of(held, sigma_mm);
+  for (std::size_t r = 0; r < held.size(); ++r) {
+    const std::vector<double> none(held[r].size(), std::nan(""));
+    out.tracks.push_back(
+        track_of(bench, r, held[r], sigma_mm.empty() ? none : sigma_mm[r], tried[1].errors[r]));
+  }
   out.hold_sigma = fit_sigma(
       held_out_runs(bench, std::vector<Candidate>(bench.runs().size(), {Method::hold_last, Anchor::open})));
   for (const BenchRun& run : bench.runs()) out.runs.push_back(log.runs[run.log_run].id);
@@ -317,6 +379,7 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
       diagnostics.note(log.file, {}, std::string("channel '").append(target).append("': ").append(note));
     auto model = final_model(bench, *report, tried, log);
     if (!model) return tl::unexpected(model.error());
+    report->inputs = effects_of_inputs(bench, *model);
     out.model.channels.push_back(std::move(*model));
     out.channels.push_back(std::move(*report));
   }

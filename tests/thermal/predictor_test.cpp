@@ -269,6 +269,29 @@ TEST(ThermalFeatures, LagsFollowTheClosedForm) {
   EXPECT_NEAR(state.values()[2], 4.0 * (1.0 - std::exp(-0.5)) * std::exp(-1.0), 1e-12);
 }
 
+// A sine behind the lag of 120 s has w tau / sqrt(1 + (w tau)^2) of its amplitude left, its mean square is
+// half of the square of that; what only rises does not swing.
+TEST(ThermalFeatures, OnlyWhatGoesUpAndDownSwings) {
+  FeatureSpec spec;
+  spec.sensors = {"still", "swinging"};
+  spec.temperature_taus_s = {0.0};
+  FeatureState swinging(spec);
+  FeatureState rising(spec);
+  const double amplitude_K = 2.0;
+  const double w = 2.0 * std::acos(-1.0) / 200.0;
+  double mean_K2 = 0.0;
+  for (int i = 0; i < 8000; ++i) {
+    const std::vector<double> sine = {20.0, 25.0 + amplitude_K * std::sin(w * i)};
+    const std::vector<double> warm = {20.0, 25.0 + 15.0 * (1.0 - std::exp(-i / 300.0))};
+    swinging.step({.time_s = 1.0 * i, .temperature_degC = sine});
+    rising.step({.time_s = 1.0 * i, .temperature_degC = warm});
+    EXPECT_LT(rising.swing_K(), 1e-9) << i;
+    if (i >= 6000) mean_K2 += std::pow(swinging.swing_K(), 2) / 2000.0;
+  }
+  const double left = w * 120.0 / std::sqrt(1.0 + std::pow(w * 120.0, 2));
+  EXPECT_NEAR(std::sqrt(mean_K2), amplitude_K * left / std::sqrt(2.0), 0.02 * amplitude_K);
+}
+
 TEST(ThermalFeatures, TheMedianDoesNotSeeAnOpenDoor) {
   FeatureSpec spec;
   spec.sensors = {"a"};

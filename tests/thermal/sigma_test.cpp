@@ -38,7 +38,8 @@ TEST(ThermalSigma, FindsVariancesThatAreKnown) {
 }
 
 TEST(ThermalSigma, CoversWhatItPromisesInRunsThatAreHeldOut) {
-  const auto coverage = held_out_coverage(known_runs(30, 2, 0.4));
+  const HeldOutRuns runs = known_runs(30, 2, 0.4);
+  const auto coverage = coverage_of(runs, held_out_sigmas(runs));
   double mean = 0.0;
   for (const double c : coverage) mean += c / static_cast<double>(coverage.size());
   EXPECT_GT(mean, 0.93);

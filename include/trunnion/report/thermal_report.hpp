@@ -22,8 +22,8 @@ std::string thermal_predict_json(const thermal::ThermalModel& model,
                                  const std::vector<thermal::RunPrediction>& runs);
 
 /// What `thermal fit` has found: for each channel the error of every method on runs that were held out, by
-/// method and by run, the sensors of the chosen one, and the worst run as the fitted model then follows it
-/// beside holding the last measurement.
+/// method and by run; the worst run as a model follows it that never saw it, with band, error over time and
+/// holding the last measurement beside it; what the chosen model takes from each sensor.
 Page thermal_fit_page(const thermal::FitResult& result, const thermal::Log& log,
                       const std::string& result_json, const std::string& made_by);
 

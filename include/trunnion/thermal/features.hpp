@@ -48,7 +48,7 @@ inline constexpr double kDriveHeld_s = 300.0;
 struct FeatureVector {
   Eigen::VectorXd values, unknown;
   double unsettled = 0.0;  // see FeatureState::unsettled
-  double restless = 0.0;   // see FeatureState::restless
+  double swing_K = 0.0;    // see FeatureState::swing_K
 };
 
 /// Follows a run reading by reading.
@@ -65,10 +65,11 @@ class FeatureState {
   /// How far the spindle speed is from its fastest lag, 1000 rpm; 0 without lags of the speed. Bearings
   /// spread within seconds of a change, which no temperature shows.
   double unsettled() const;
-  /// How restless the temperatures are, 0 to 1: the one that is furthest from its own lag of five minutes,
-  /// now and in the last twenty. It tells what the spindle does where nobody says its speed; what speed does
-  /// in seconds is bounded, so that is this, too: a half where the square is 0.5 K^2.
-  double restless() const;
+  /// How far a temperature has swung of late, both up and down about its own lag of two minutes, K: the one
+  /// that did most. A spindle that starts and stops within minutes does things that temperatures tell too
+  /// late: its bearings spread within seconds, and the median and the sensors lag by minutes. A machine that
+  /// only grows warm does not swing, however fast it does.
+  double swing_K() const;
   /// Seconds since each sensor was read last; infinite before the first reading.
   double age_s(std::size_t sensor) const;
 
@@ -76,12 +77,14 @@ class FeatureState {
   struct TimedValue {
     double time_s, value;
   };
-  double moving_K2() const;  // of the temperature that is furthest from its own lag
+  struct Swing {
+    double lag = 0.0;
+    double above_K2 = 0.0, below_K2 = 0.0;  // mean squares of late of what is above and below the lag
+  };
   double filtered(std::size_t sensor, double time_s, double value);
   FeatureSpec spec_;
   std::vector<std::deque<TimedValue>> window_;  // readings of each sensor within median_s
-  std::vector<double> quick_;                   // lags of the sensors for restless
-  double restless_K2_ = 0.0;                    // mean of moving_K2 of late
+  std::vector<Swing> swing_;                    // of the sensors
   std::vector<double> held_;                    // signals: sensors, speed powers, feed
   std::vector<double> read_at_s_;               // of the signals
   Eigen::VectorXd values_, unknown_;
@@ -92,9 +95,9 @@ class FeatureState {
 /// Features of all rows of a run (rows x features), and how much of each is unknown.
 struct RunFeatures {
   Eigen::MatrixXd values, unknown;
-  Eigen::VectorXd unsettled, restless;
+  Eigen::VectorXd unsettled, swing_K;
   FeatureVector at(Eigen::Index row) const {
-    return {values.row(row).transpose(), unknown.row(row).transpose(), unsettled[row], restless[row]};
+    return {values.row(row).transpose(), unknown.row(row).transpose(), unsettled[row], swing_K[row]};
   }
 };
 /// Sensors are looked up by name in `log`.

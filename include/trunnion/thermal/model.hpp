@@ -146,7 +146,7 @@ struct Causes {
   double change_mm = 0.0;   // what the model says has changed since then
   double moved = 0.0;       // mean square of the features' changes, in units of the training's
   double unsettled = 0.0;   // how far the speed is from its fastest lag, and was at the measurement, 1000 rpm
-  double restless = 0.0;    // the temperatures, and as they were at the measurement: FeatureState::restless
+  double swing_K = 0.0;     // of the temperatures, and as it was at the measurement: FeatureState::swing_K
   double unknown_mm = 0.0;  // what inputs that were not read may have done
   bool held = false;        // the last measurement stands instead of the model's word
 };
@@ -166,7 +166,7 @@ class RunScale {
 
 /// Standard deviation of a prediction:
 ///     coverage_factor * run factor * sqrt(floor^2 + growth^2 age + (per_change change)^2 + per_move^2 moved
-///     + (per_krpm unsettled)^2 + (restless_mm restless)^2
+///     + (per_krpm unsettled)^2 + (per_swing swing)^2
 ///     + unknown^2)
 struct SigmaModel {
   double floor_mm = 0.0;
@@ -174,7 +174,7 @@ struct SigmaModel {
   double per_change = 0.0;          // share of the change that the model says
   double per_move_mm = 0.0;         // where all features moved as they usually do between two measurements
   double per_krpm_mm = 0.0;         // of speed that has just changed
-  double restless_mm = 0.0;         // where temperatures go up and down within minutes
+  double per_swing_mm = 0.0;        // of a kelvin by which temperatures go up and down within minutes
   double prior_measurements = 0.0;  // of the run factor; 0: there is none
   double coverage_factor = 1.0;     // so that 1.96 sigma cover 95 % of the errors of runs held out
   /// Without the two factors.

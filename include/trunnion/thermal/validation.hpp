@@ -33,6 +33,20 @@ struct Score {
   std::vector<double> run_rmse_mm;
 };
 
+/// One run by a model that never saw it (nor was chosen by it, where the choice was held out): at each
+/// measured row what was measured, what was said just before, sigma so that 1.96 of it hold 95 % (NaN where
+/// the last measurement is held, and with two runs), and what holding the last measurement says.
+struct HeldOutTrack {
+  std::vector<double> time_s, measured_mm, said_mm, sigma_mm, hold_last_mm;
+};
+
+/// How much a sensor (or spindle_rpm, feed_mm_min) does in the fitted model: root mean square, over the
+/// training's changes between measurements, of what the model says without its part.
+struct InputEffect {
+  std::string name;
+  double rms_mm = 0.0;
+};
+
 struct ChannelReport {
   std::string channel;
   std::string chosen;
@@ -47,7 +61,9 @@ struct ChannelReport {
   /// Share of each run's errors within 1.96 sigma, sigma too without that run; empty with fewer than three
   /// runs.
   std::vector<double> coverage;
-  std::vector<std::string> notes;  // methods that this log does not allow, and why
+  std::vector<HeldOutTrack> tracks;  // one for each of `runs`
+  std::vector<InputEffect> inputs;   // of the chosen method, the largest effect first
+  std::vector<std::string> notes;    // methods that this log does not allow, and why
 
   const Score* score(std::string_view name) const;
 };
