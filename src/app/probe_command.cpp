@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <memory>
 #include <spdlog/spdlog.h>
-#include <sstream>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -13,6 +12,7 @@
 #include "trunnion/probe/strokes.hpp"
 #include "trunnion/report/probe_json.hpp"
 
+#include "app/number_list.hpp"
 #include "app/options.hpp"
 
 namespace trunnion::app {
@@ -27,6 +27,9 @@ struct ProgramCommand {
   struct FromPlan {
     std::string file, run;
   } plan;
+  struct Surroundings {
+    std::string stem, body;
+  } around;
   double ball_radius_mm = 0.0, stylus_radius_mm = 0.0;
   std::optional<double> stylus_length_mm, within_mm;
   double clearance_mm = 2.0, largest_tilt_deg = 60.0;
@@ -39,18 +42,31 @@ struct ProgramCommand {
   ResultOptions result;
 };
 
-Result<Vec3> place_of(const std::string& text) {
-  std::istringstream fields(text);
-  std::vector<double> numbers;
-  for (std::string field; std::getline(fields, field, ',');) {
-    const auto number = parse_number(field);
-    if (!number || std::abs(number.value) > kLargestOption) numbers.clear();
-    if (!number) break;
-    numbers.push_back(number.value);
+// What stands beside the ball and over the stylus, as far as it is given.
+Result<void> take_surroundings(const ProgramCommand::Surroundings& given, probe::Ball& ball) {
+  if (!given.stem.empty()) {
+    const auto n = numbers_of("--stem-mm", given.stem, "X,Y,Z,RADIUS");
+    if (!n) return tl::unexpected(n.error());
+    ball.stem = probe::Stem{{(*n)[0], (*n)[1], (*n)[2]}, (*n)[3]};
+    if (!(ball.stem->radius_mm > 0.0) || ball.stem->radius_mm >= ball.radius_mm)
+      return fail(ErrorCode::wrong_use, "--stem-mm: the stem's radius must be above 0 and below the ball's");
+    if ((ball.stem->end_P - ball.place_P).norm() <= ball.radius_mm)
+      return fail(ErrorCode::wrong_use,
+                  "--stem-mm: the far end of the stem lies within the ball; it is a place "
+                  "in the part frame, as --ball-mm");
   }
-  if (numbers.size() != 3)
-    return fail(ErrorCode::wrong_use, "--ball-mm: '" + text + "' is not X,Y,Z: three numbers, mm");
-  return Vec3(numbers[0], numbers[1], numbers[2]);
+  if (!given.body.empty()) {
+    const auto n = numbers_of("--probe-body-mm", given.body, "RADIUS,ABOVE");
+    if (!n) return tl::unexpected(n.error());
+    ball.body = probe::ProbeBody{(*n)[0], (*n)[1]};
+    if (!(ball.body->radius_mm > 0.0) || !(ball.body->above_mm > 0.0) ||
+        ball.body->above_mm > ball.stylus_length_mm)
+      return fail(ErrorCode::wrong_use,
+                  "--probe-body-mm: RADIUS must be above 0, and ABOVE between 0 and the length "
+                  "of the stylus, " +
+                      shortest_text(ball.stylus_length_mm) + " mm");
+  }
+  return {};
 }
 
 // What the control's log is called where nobody says: the program's own name, of characters that any control
@@ -95,9 +111,9 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
       spdlog::warn("the plan has each pose from both senses of the rotary axes; the program has it once");
   }
   if (!command.ball.empty()) {
-    const auto place = place_of(command.ball);
-    if (!place) return tl::unexpected(place.error());
-    out.ball.place_P = *place;
+    const auto n = numbers_of("--ball-mm", command.ball, "X,Y,Z");
+    if (!n) return tl::unexpected(n.error());
+    out.ball.place_P = {(*n)[0], (*n)[1], (*n)[2]};
   }
   out.ball.radius_mm = command.ball_radius_mm;
   out.ball.stylus_radius_mm = command.stylus_radius_mm;
@@ -106,6 +122,8 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
     spdlog::warn("the plan has a stylus of {} mm, the program one of {} mm: it may tell other things",
                  shortest_text(planned->stylus_length_mm), shortest_text(out.ball.stylus_length_mm));
   out.ball.clearance_mm = command.clearance_mm;
+  if (const auto taken = take_surroundings(command.around, out.ball); !taken)
+    return tl::unexpected(taken.error());
   constexpr double kUsualShare = 0.45;
   constexpr double kUsualMost_mm = 8.0;
   out.ball.within_mm = command.within_mm.value_or(std::min(kUsualShare * out.ball.reach_mm(), kUsualMost_mm));
@@ -152,6 +170,10 @@ ExitCode run(const ProgramCommand& command) {
   if (!options) return print_failure(diagnostics, options.error());
   if (!machine.safe.table)
     spdlog::warn("the machine file gives no [table]: nothing is known of what stands around the ball");
+  else if (command.around.body.empty())
+    spdlog::warn(
+        "without --probe-body-mm only the stylus is kept clear of the table, not the probe and the spindle "
+        "over it");
   if (!controller.probing.confirmed)
     spdlog::warn(
         "nobody has run the probing words of {} on such a control yet ([probing] in {}): read them, and make "
@@ -166,6 +188,10 @@ ExitCode run(const ProgramCommand& command) {
         "{} of the plan's {} poses cannot be reached with the stylus on all sides of the ball; they are left "
         "out",
         left, options->planned.size());
+  if (!program->before_start.empty())
+    spdlog::warn(
+        "{}: turn them to the first pose by hand before the program begins; its own turns are checked",
+        program->before_start);
   if (const auto checked = read_back(machine, controller, program->text); !checked)
     return print_error(checked.error());
   if (const auto code = write_output(command.out, program->text); code != kDone) return code;
@@ -196,6 +222,14 @@ void add_program(CLI::App& probe, int& exit) {
        "--stylus-length-mm", command->stylus_length_mm,
        "from the spindle's gauge point to the CENTRE of the stylus ball (the machine file's tool length)")
       ->check(between(1.0, 2000.0));
+  c->add_option(
+      "--stem-mm", command->around.stem,
+      "X,Y,Z,RADIUS: far end of the rod that holds the ball, in the part frame, and its radius; the "
+      "stylus keeps clear of it");
+  c->add_option(
+      "--probe-body-mm", command->around.body,
+      "RADIUS,ABOVE of the probe over its stylus: a cylinder that begins ABOVE the centre of the stylus "
+      "ball; it keeps clear of ball, stem and [table]");
   c->add_option("--poses", command->poses, "how many poses of the rotary axes")
       ->check(CLI::Range(std::int64_t{4}, std::int64_t{200}))
       ->capture_default_str()

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/swept.hpp"
 
 #include "machine/safe_height_keys.hpp"
 
@@ -33,9 +34,22 @@ Vec3 turned(const Axis& axis, double angle, const Vec3& point) {
   return axis.point_mm + Eigen::AngleAxisd(angle, axis.direction) * (point - axis.point_mm);
 }
 
+// From one end of an axis' travel to the other, once round at most.
+std::pair<double, double> turns_of(const Axis& axis, SweptTurns turns) {
+  if (!axis.has_limits()) return {-kPi, kPi};
+  double from = axis.min;
+  double to = axis.max;
+  if (turns == SweptTurns::either_sense) {
+    to = std::max(std::abs(from), std::abs(to));
+    from = -to;
+  }
+  return to - from < kTwoPi ? std::pair{from, to} : std::pair{-kPi, kPi};
+}
+
 // Highest place of a disc about the innermost axis, `along_mm` up from that axis' point, while the outer axis
-// turns through its limits: Z in M with the linear axes at zero.
-double swept_top_mm(const Machine& machine, double radius_mm, double along_mm) {
+// turns: Z in M with the linear axes at zero.
+double swept_top_mm(const Machine& machine, double radius_mm, double along_mm,
+                    SweptTurns turns = SweptTurns::within_limits) {
   const auto rotary = machine.rotary_axes();
   const Axis& inner = machine.axes[rotary.back()];
   const Vec3 up = upwards(inner);
@@ -45,8 +59,7 @@ double swept_top_mm(const Machine& machine, double radius_mm, double along_mm) {
   };
   if (rotary.size() < 2) return height(center, up);
   const Axis& outer = machine.axes[rotary.front()];
-  const double from = outer.has_limits() ? outer.min : -kPi;
-  const double to = outer.has_limits() ? std::min(outer.max, from + kTwoPi) : kPi;
+  const auto [from, to] = turns_of(outer, turns);
   const auto steps = static_cast<int>(std::ceil((to - from) / (0.25 * kRadPerDegree)));
   double top = -std::numeric_limits<double>::infinity();
   for (int i = 0; i <= steps; ++i) {
@@ -120,9 +133,7 @@ std::optional<std::string> safe_height_fault(const Machine& machine, double tool
   const auto id = machine.axis("Z");
   const SafeHeight& safe = machine.safe;
   if (!id || !safe.z_mm() || !safe.table || machine.rotary_axes().empty()) return std::nullopt;
-  const Axis& z = machine.axes[*id];
-  const double rise_mm = (z.carries_part ? -z.direction.z() : z.direction.z()) * *safe.z_mm();
-  const double tip_mm = rise_mm - tool_length_mm;
+  const double tip_mm = *safe_tip_mm(machine, tool_length_mm);
   double top_mm = swept_top_mm(machine, safe.table->radius_mm, safe.table->top_mm);
   const char* what = "the table";
   if (safe.part) {
@@ -134,6 +145,24 @@ std::optional<std::string> safe_height_fault(const Machine& machine, double tool
   return "at the safe height, machine Z " + mm_text(*safe.z_mm()) + ", the tip of a tool of " +
          mm_text(tool_length_mm) + " is " + mm_text(top_mm - tip_mm) + " below what " + what +
          " sweeps while the rotary axes turn";
+}
+
+double swept_top_mm(const Machine& machine, const Vec3& point_P, SweptTurns turns) {
+  const Vec3 point = point_P + machine.part_zero_mm;
+  const auto rotary = machine.rotary_axes();
+  if (rotary.empty()) return point.z();
+  const Axis& inner = machine.axes[rotary.back()];
+  const Vec3 up = upwards(inner);
+  const Vec3 from_axis = point - inner.point_mm;
+  const double along_mm = from_axis.dot(up);
+  return swept_top_mm(machine, (from_axis - along_mm * up).norm(), along_mm, turns);
+}
+
+std::optional<double> safe_tip_mm(const Machine& machine, double tool_length_mm) {
+  const auto id = machine.axis("Z");
+  if (!id || !machine.safe.z_mm()) return std::nullopt;
+  const Axis& z = machine.axes[*id];
+  return (z.carries_part ? -z.direction.z() : z.direction.z()) * *machine.safe.z_mm() - tool_length_mm;
 }
 
 std::optional<double> inside_table_mm(const Machine& machine, const Vec3& point_P) {

@@ -19,6 +19,8 @@ constexpr std::array<Length, 5> kLengths = {{{"ball radius", &Ball::radius_mm},
                                              {"ball within", &Ball::within_mm},
                                              {"clearance", &Ball::clearance_mm}}};
 constexpr const char* kPlace = "ball at";
+constexpr const char* kStem = "stem to";
+constexpr const char* kBody = "probe body";
 constexpr int kDecimals = 4;
 
 std::string lower(std::string text) {
@@ -35,6 +37,16 @@ std::vector<std::string> head_lines(const Ball& ball) {
   out.push_back(place + " in the part");
   for (const Length& length : kLengths)
     out.push_back(std::string(length.name) + ": " + fixed_text(ball.*(length.value), kDecimals));
+  if (ball.stem) {
+    std::string stem = std::string(kStem) + ":";
+    for (int i = 0; i < 3; ++i) stem += " " + fixed_text(ball.stem->end_P[i], kDecimals);
+    out.push_back(stem + " " + fixed_text(ball.stem->radius_mm, kDecimals) + " in the part, and its radius");
+  }
+  if (ball.body) {
+    out.push_back(std::string(kBody) + ": " + fixed_text(ball.body->radius_mm, kDecimals) + " " +
+                  fixed_text(ball.body->above_mm, kDecimals) +
+                  " its radius, and how far over the stylus ball it begins");
+  }
   return out;
 }
 
@@ -43,7 +55,7 @@ bool HeadReader::take(const std::string& comment) {
   std::istringstream rest(text);
   std::string name;
   if (!std::getline(rest, name, ':') || rest.eof()) return false;
-  std::array<double, 3> numbers{};
+  std::array<double, 4> numbers{};
   std::size_t count = 0;
   for (std::string word; count < numbers.size() && rest >> word; ++count) {
     const auto number = parse_number(word);
@@ -53,6 +65,14 @@ bool HeadReader::take(const std::string& comment) {
   if (name == kPlace && count == 3) {
     ball_.place_P = {numbers[0], numbers[1], numbers[2]};
     seen_ |= 1U;
+    return true;
+  }
+  if (name == kStem && count == 4) {
+    ball_.stem = Stem{{numbers[0], numbers[1], numbers[2]}, numbers[3]};
+    return true;
+  }
+  if (name == kBody && count == 2) {
+    ball_.body = ProbeBody{numbers[0], numbers[1]};
     return true;
   }
   for (std::size_t i = 0; i < kLengths.size(); ++i) {

@@ -9,6 +9,7 @@
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/writer.hpp"
 
+#include "probe/clearances.hpp"
 #include "probe/head_lines.hpp"
 
 namespace trunnion::probe {
@@ -19,7 +20,7 @@ namespace {
 // than expected.
 constexpr double kUp = 0.3;
 constexpr double kPastContact_mm = 1.0;
-// Where a rapid from the safe height ends, over the place of the first touch.
+// Where a rapid from the safe height ends at least, over the place of the first touch.
 constexpr double kRapidAbove_mm = 20.0;
 
 // A stroke of the stylus at one pose: offsets of its centre from the ball's, in the axes of M, mm.
@@ -41,9 +42,10 @@ PoseStrokes strokes_at(const Machine& machine, const Ball& ball, const JointVect
   const double deep = ball.within_mm + glancing + kPastContact_mm;
   out.above = {0.0, 0.0, apart};
   out.lines.push_back({out.above, out.above, {0.0, 0.0, std::max(reach - deep, 0.0)}});
-  // The stem leaves the ball against the table's normal: where it leans, it stands between two of the
-  // touches.
-  const Vec3 stem = -part_in_machine(machine, q).R.col(2);
+  // The stem leaves the ball against the table's normal, unless it is said: where it leans, it stands between
+  // two of the touches.
+  const Mat3 R = part_in_machine(machine, q).R;
+  const Vec3 stem = ball.stem ? Vec3(R * (ball.stem->end_P - ball.place_P).normalized()) : Vec3(-R.col(2));
   constexpr double kLeans = 0.05;
   const double step = kTwoPi / static_cast<double>(sides);
   const double first =
@@ -105,26 +107,25 @@ class ProgramMaker {
     return q;
   }
 
-  bool is_clear(const JointVector& q, const Vec3& offset_M) const {
-    if (!limit_violations(machine_, q).empty()) return false;
-    if (!machine_.safe.table) return true;
-    constexpr double kStep_mm = 5.0;
-    const Vec3 up_P = part_in_machine(machine_, q).R.transpose() * Vec3::UnitZ();
-    const Vec3 tip_P = options_.ball.place_P + part_in_machine(machine_, q).R.transpose() * offset_M;
-    const double margin =
-        options_.ball.stylus_radius_mm + options_.ball.within_mm + options_.ball.clearance_mm;
-    for (double along = 0.0; along <= options_.ball.stylus_length_mm; along += kStep_mm) {
-      if (inside_table_mm(machine_, tip_P + along * up_P - margin * Vec3::UnitZ())) return false;
-    }
-    return true;
-  }
-
+  // All that the stylus does at this pose: within the travel, clear of all that is given.
   bool is_reachable(const JointVector& pose) const {
     const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose, options_.sides);
+    const Ball& ball = options_.ball;
+    JointVector at = joints_at(pose, strokes.above);
+    if (const auto z = machine_.safe.z_mm()) at[*machine_.axis("Z")] = *z;
+    const auto moves_to = [&](const Vec3& offset_M) {
+      const JointVector to = joints_at(pose, offset_M);
+      const bool clear =
+          limit_violations(machine_, to).empty() && !obstructed_move(machine_, ball, at, to).has_value();
+      at = to;
+      return clear;
+    };
+    if (!moves_to(strokes.above)) return false;
     for (const Line& line : strokes.lines) {
-      for (const Vec3& at : {line.over, line.from, line.to}) {
-        if (!is_clear(joints_at(pose, at), at)) return false;
-      }
+      if (!moves_to(line.over) || !moves_to(line.from)) return false;
+      const JointVector to = joints_at(pose, line.to);
+      if (!limit_violations(machine_, to).empty() || obstructed_touch(machine_, ball, at, to)) return false;
+      if (!moves_to(line.over)) return false;
     }
     return true;
   }
@@ -140,10 +141,15 @@ class ProgramMaker {
     for (const std::string& line : head_lines(options_.ball)) say(line);
     say("tool " + std::to_string(options_.tool) +
         " is the stylus, its length goes to the centre of its ball");
+    say("the probe must be on: press its stylus by hand before the start, the control must show the touch");
     say("the spindle must stand still; around the ball's centre " +
         fixed_text(options_.ball.apart_mm() + options_.ball.stylus_radius_mm, 1) +
         " mm must be free but for its stem");
     for (const std::string& line : options_.head) say(line);
+    if (const auto fault = swept_ball_fault(machine_, options_.ball)) {
+      out_.before_start = *fault;
+      say("before the start turn the rotary axes to pose 1 by hand: elsewhere the ball may be in the way");
+    }
     if (!controller_.probing.confirmed) say("nobody has run these probing words on such a control yet");
     say(std::to_string(out_.chosen.poses.size()) + " poses; touches go to " + options_.log);
     if (controller_.tcp.unknown_at_start) take(writer_.write(nc::TcpControl{}));
@@ -178,6 +184,19 @@ class ProgramMaker {
 
   // On the way back from a touch the stylus is still pressed: no control may stop for that.
   void go_back(const JointVector& q) { move(q, nc::MotionKind::feed); }
+
+  // Where a rapid down to `first` ends, machine Z: over every place at which the ball can be, even where the
+  // file has the sense of a rotary axis wrong. Below it a control that watches the probe stops at a feed.
+  double rapid_end(const JointVector& first, double safe) const {
+    const AxisId id = *machine_.axis("Z");
+    const Axis& z = machine_.axes[id];
+    if (machine_.safe.away == 0) return safe;
+    const double rise = z.carries_part ? -z.direction.z() : z.direction.z();
+    const double never =
+        (never_met_above_mm(machine_, options_.ball) + options_.ball.stylus_length_mm) / rise;
+    const double above = first[id] + machine_.safe.away * kRapidAbove_mm;
+    return machine_.safe.away * (never - above) > 0.0 ? never : above;
+  }
 
   // Where nobody expects a touch; guarded on controls that have words for it.
   void go(const JointVector& q) {
@@ -258,7 +277,7 @@ class ProgramMaker {
       touch(up, joints_at(pose, strokes.lines[0].to), options_.first_mm_s);
       out_.seconds += std::abs(up[z] - first[z]) / options_.first_mm_s;
     } else {
-      const double high = first[z] + away * kRapidAbove_mm;
+      const double high = rapid_end(first, safe);
       up[z] = !guards && away * (safe - high) > 0.0 ? high : safe;
       move(up, nc::MotionKind::rapid);
     }

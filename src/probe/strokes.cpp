@@ -8,6 +8,7 @@
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/reader.hpp"
 
+#include "probe/clearances.hpp"
 #include "probe/head_lines.hpp"
 
 namespace trunnion::probe {
@@ -86,6 +87,8 @@ class StrokeReader {
     move.knows_to = (words.mask & needed_) == needed_;
     move.from = at_;
     move.knows_from = knows_;
+    move.knows_plane = knows_plane_;
+    knows_plane_ = knows_plane_ || (words.has(nc::AxisLetter::X) && words.has(nc::AxisLetter::Y));
     move.behind_touch = std::exchange(behind_touch_, -1);
     move.turns = !same_rotary(machine_, at_, move.to) || !knows_rotary_;
     knows_rotary_ = true;
@@ -135,7 +138,7 @@ class StrokeReader {
   HeadReader head_;
   Strokes out_;
   JointVector at_;
-  bool knows_ = false, knows_rotary_ = false;
+  bool knows_ = false, knows_rotary_ = false, knows_plane_ = false;
   bool at_safe_height_ = false;
   bool learned_ = false;  // a motion that a touch stops was there
   std::ptrdiff_t behind_touch_ = -1;
@@ -206,6 +209,11 @@ std::vector<std::string> faults_of(const Machine& machine, const Strokes& stroke
     const double z = move.to[*machine.axis("Z")];
     return machine.safe.z_mm() && std::abs(z - *machine.safe.z_mm()) <= kBelowSafe_mm + slack;
   };
+  // Where the safe height is not over everything that the ball can sweep, each turn is looked at.
+  const bool turns_matter = swept_ball_fault(machine, ball).has_value();
+  const auto add = [&](std::uint32_t line, const std::optional<std::string>& fault) {
+    if (fault) out.push_back(at_line(line) + *fault);
+  };
   for (const Move& move : strokes.moves) {
     if (strokes.must_guard && !move.guarded && move.behind_touch < 0 && !move.at_safe_height &&
         !at_the_top(move))
@@ -222,7 +230,14 @@ std::vector<std::string> faults_of(const Machine& machine, const Strokes& stroke
                       std::to_string(touch.line));
       continue;
     }
+    if (move.at_safe_height && move.knows_plane && turns_matter)
+      add(move.line, turn_fault(machine, ball, move.from, move.to));
     if (!move.knows_from || !move.knows_to || move.turns) {
+      if (!move.at_safe_height && !move.turns && move.knows_to && move.knows_plane && machine.safe.z_mm()) {
+        JointVector from = move.from;  // straight down from the safe height
+        from[*machine.axis("Z")] = *machine.safe.z_mm();
+        add(move.line, obstructed_move(machine, ball, from, move.to));
+      }
       if (!move.at_safe_height && !move.knows_to)
         out.push_back(at_line(move.line) + "a motion whose end is not known");
       continue;
@@ -244,6 +259,7 @@ std::vector<std::string> faults_of(const Machine& machine, const Strokes& stroke
                     " mm from the ball's centre, less than " + fixed_text(ball.apart_mm(), 4) + " mm");
     if (distance_to_segment(ball.place_P, from, to) > ball.reach_mm() - slack)
       out.push_back(at_line(touch.line) + "a touch that passes the ball");
+    add(touch.line, obstructed_touch(machine, ball, touch.from, touch.to));
     if (touch.measures) ++measured[touch.pose];
   }
   for (std::size_t pose = 0; pose < measured.size(); ++pose) {

@@ -41,15 +41,30 @@ struct HiddenMachine {
   // By how much more apart the centres are where they touch, `lobes` times round the spindle.
   double lobe_mm = 0.0, lobe_phase = 0.0;
   int lobes = 3;
-  double noise_mm = 0.0;  // of a touch, standard deviation
+  // A rod from the ball's centre to `stem_end`, with A and C at 0, that nothing may touch; 0: none.
+  Triple stem_end{0, 0, 0};
+  double stem_mm = 0.0, ball_mm = 12.7, stylus_mm = 3.0;  // radii
+  double noise_mm = 0.0;                                  // of a touch, standard deviation
   double period_s = 0.0;  // up to this long the control goes on behind a touch
   /// What the linear axes really do: position errors, added to the tip.
   Triple (*error)(const Triple&, const void*) = nullptr;
   const void* error_data = nullptr;
 
-  Triple ball_at(double a, double c) const {
-    const Triple on_c = plus(c_point, turned(plus(ball, c_point, -1.0), c_direction, c));
+  Triple at(const Triple& point, double a, double c) const {
+    const Triple on_c = plus(c_point, turned(plus(point, c_point, -1.0), c_direction, c));
     return plus(a_point, turned(plus(on_c, a_point, -1.0), a_direction, a));
+  }
+  Triple ball_at(double a, double c) const { return at(ball, a, c); }
+  // Between the stylus, a cylinder upwards from `tip`, and the rod: surfaces, mm.
+  double from_stem(const Triple& tip, double a, double c) const {
+    double least = 1e9;
+    const Triple from = ball_at(a, c), way = plus(at(stem_end, a, c), from, -1.0);
+    const double length = std::sqrt(times(way, way));
+    for (double along = ball_mm; along <= length; along += 0.5) {
+      const Triple d = plus(plus(from, way, along / length), tip, -1.0);
+      least = std::min(least, std::hypot(std::hypot(d[0], d[1]), std::min(0.0, d[2])));
+    }
+    return least - stem_mm - stylus_mm;
   }
 };
 
@@ -57,6 +72,7 @@ struct HiddenMachine {
 struct ProbeRun {
   std::string log;
   double nearest_mm = 1e9;  // between the centres, less the reach, where nothing was to be touched
+  double stem_mm = 1e9;     // between stylus and stem
   std::size_t touches = 0;
 };
 
@@ -110,9 +126,18 @@ inline ProbeRun run_probing(const std::string& program, const HiddenMachine& mac
                           std::hypot(d[0], d[1]) / distance;
       return distance - machine.reach_mm - lobe;
     };
+    const auto watch_stem = [&](double end_t) {
+      if (machine.stem_mm <= 0.0) return;
+      for (double along = 0.0; along <= end_t * length; along += 0.5) {
+        const double is = machine.from_stem(plus(from, way, along / length), at['A'], at['C']);
+        if (is <= 0.0) throw std::runtime_error("the stylus touches the stem: " + line);
+        out.stem_mm = std::min(out.stem_mm, is);
+      }
+    };
     // The nearest place of the line, and from there back to the touch.
     double nearest = std::min(1.0, std::max(0.0, -times(plus(from, ball, -1.0), way) / (length * length)));
     if (motion != "G38.2") {
+      if (from[2] < 1e3) watch_stem(1.0);
       if (std::exchange(touched, false)) {
         // The way back: straight off the ball.
         if (nearest > 0.1 / length) throw std::runtime_error("not off the ball: " + line);
@@ -127,6 +152,7 @@ inline ProbeRun run_probing(const std::string& program, const HiddenMachine& mac
     if (apart(nearest) > 0.0) throw std::runtime_error("nothing is touched: " + line);
     double low = 0.0, high = nearest;
     for (int i = 0; i < 80; ++i) (apart(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
+    watch_stem(low);
     const double late = machine.noise_mm * normal(random) + machine.period_s * uniform(random) * feed / 60.0;
     const double t = low + late / length;
     for (std::size_t i = 0; i < 3; ++i) to["XYZ"[i]] = from[i] + t * way[i];

@@ -1,6 +1,9 @@
 #include "trunnion/probe/program.hpp"
 
 #include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <sstream>
 
 #include "trunnion/probe/planned.hpp"
 #include "trunnion/probe/strokes.hpp"
@@ -95,6 +98,167 @@ TEST(ProbeProgram, RefusesWhatCannotBeReached) {
   const auto below = make_program(given.machine, given.control, given.options());
   ASSERT_FALSE(below);
   EXPECT_THAT(below.error().message, testing::HasSubstr("below the table's top"));
+}
+
+// An arm of any direction that holds the ball: nothing but the ball is touched, wherever within its
+// uncertainty it is.
+TEST(ProbeProgram, KeepsTheStylusOffTheArmThatHoldsTheBall) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> off(-1.0, 1.0);
+  const Given given("trunnion_offset");
+  std::size_t made = 0;
+  for (int i = 0; i < 40; ++i) {
+    ProgramOptions options = given.options();
+    options.ball.within_mm = 1.5;
+    options.largest_tilt = Angle::degrees(90.0);
+    const Vec3 way = Vec3(off(random), off(random), 0.3 * off(random) - 0.5).normalized();
+    options.ball.stem = Stem{options.ball.place_P + 80.0 * way, 4.0};
+    const auto program = make_program(given.machine, given.control, options);
+    if (!program) {
+      EXPECT_EQ(program.error().code, ErrorCode::check_failed);
+      continue;
+    }
+    ++made;
+    auto hidden = given.hidden(options.ball);
+    const Vec3 end = options.ball.stem->end_P + given.machine.part_zero_mm;
+    hidden.stem_end = {end.x(), end.y(), end.z()};
+    hidden.stem_mm = 4.0;
+    const Vec3 by = 1.5 * Vec3(off(random), off(random), off(random)).normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      hidden.ball[k] += by[static_cast<Eigen::Index>(k)];
+      hidden.stem_end[k] += by[static_cast<Eigen::Index>(k)];
+    }
+    const auto run = test::run_probing(program->text, hidden, 1);
+    EXPECT_EQ(run.touches, program->touches);
+    EXPECT_GT(run.stem_mm, 0.0) << i;
+    Diagnostics diagnostics;
+    const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+    ASSERT_TRUE(strokes);
+    ASSERT_TRUE(strokes->ball.stem.has_value());
+    EXPECT_NEAR((strokes->ball.stem->end_P - options.ball.stem->end_P).norm(), 0.0, 1e-3);
+    EXPECT_THAT(faults_of(given.machine, *strokes), testing::IsEmpty());
+  }
+  EXPECT_GE(made, 30U);
+}
+
+// Where the machine has little room over the table the ball can stand in the way of the stylus while the axes
+// turn, one after the other in any order.
+TEST(ProbeProgram, TurnsOnlyWhereTheBallDoesNotMeetTheStylus) {
+  std::size_t made = 0;
+  std::size_t tight = 0;
+  for (double safe = 170.0; safe <= 240.0; safe += 5.0) {
+    Given given("trunnion_offset");
+    given.machine.safe.to_mm[2] = safe;
+    auto options = given.options();
+    options.largest_tilt = Angle::degrees(30.0);
+    options.poses = 6;
+    const auto program = make_program(given.machine, given.control, options);
+    if (!program) continue;
+    Diagnostics diagnostics;
+    const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+    ASSERT_TRUE(strokes);
+    if (!faults_of(given.machine, *strokes).empty()) continue;
+    ++made;
+    tight += program->before_start.empty() ? 0U : 1U;
+    // By a chain written apart, from the words.
+    const auto hidden = given.hidden(options.ball);
+    const double tip = safe - given.machine.tool_length_mm;
+    std::map<char, double> at;
+    std::istringstream lines(program->text);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.empty() || line[0] == '(' || line[0] == 'T') continue;
+      std::map<char, double> to = at;
+      std::istringstream words(line);
+      for (std::string word; words >> word;) {
+        if (std::string("XYZAC").find(word[0]) != std::string::npos && line.find("G53") == std::string::npos)
+          to[word[0]] = std::stod(word.substr(1));
+      }
+      if (at.count('X') != 0 && at.count('A') != 0 && (at['A'] != to['A'] || at['C'] != to['C'])) {
+        for (int first = 0; first <= 40; ++first) {
+          for (int second = 0; second <= 40; ++second) {
+            const double a = at['A'] + (to['A'] - at['A']) * first / 40.0;
+            const double c = at['C'] + (to['C'] - at['C']) * second / 40.0;
+            const auto ball = hidden.ball_at(a, c);
+            const double apart =
+                std::hypot(std::hypot(ball[0] - at['X'], ball[1] - at['Y']), std::min(0.0, ball[2] - tip));
+            ASSERT_GT(apart, hidden.reach_mm + options.ball.within_mm) << safe << ": " << line;
+          }
+        }
+      }
+      at = to;
+    }
+  }
+  EXPECT_GT(made, 3U);
+  EXPECT_GT(tight, 0U);
+}
+
+// The descent to a new pose: by rapid only where the ball cannot be, even with the sense of an axis wrong.
+TEST(ProbeProgram, ComesDownByFeedWhereAnAxisOfTheWrongSenseWouldPutTheBall) {
+  for (const char* name : {"trunnion_offset", "paper"}) {
+    const Given given(name);
+    const auto options = given.options();
+    const auto program = make_program(given.machine, given.control, options);
+    ASSERT_TRUE(program);
+    double top = -1e9;
+    for (double a = -120.0; a <= 120.0; a += 0.5) {
+      for (double c = 0.0; c < 360.0; c += 3.0)
+        top = std::max(top, given.hidden(options.ball).ball_at(a, c)[2]);
+    }
+    std::istringstream lines(program->text);
+    std::string motion;
+    std::size_t rapids = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.empty() || line[0] == '(' || line.find("G53") != std::string::npos) continue;
+      if (line[0] == 'G') motion = line.substr(0, line.find(' '));
+      const auto z = line.find('Z');
+      if (motion != "G0" || z == std::string::npos) continue;
+      EXPECT_GT(std::stod(line.substr(z + 1)), top + options.ball.reach_mm()) << name << ": " << line;
+      ++rapids;
+    }
+    EXPECT_EQ(rapids, program->chosen.poses.size()) << name;
+  }
+}
+
+TEST(ProbeProgram, KeepsTheProbesBodyOffTheTable) {
+  Given given("trunnion_offset");
+  given.machine.safe.table = TableExtent{200.0, 5.0};
+  auto options = given.options();
+  options.largest_tilt = Angle::degrees(90.0);
+  options.poses = 24;
+  const auto steepest = [&](const ProgramOptions& asked) {
+    const auto program = make_program(given.machine, given.control, asked);
+    EXPECT_TRUE(program) << program.error().text();
+    double most = 0.0;
+    if (program) {
+      for (const JointVector& q : program->chosen.poses)
+        most = std::max(most, std::abs(q[*given.machine.axis("A")]) * kDegreePerRad);
+    }
+    return most;
+  };
+  const double alone = steepest(options);
+  options.ball.body = ProbeBody{60.0, 50.0};
+  const double with_body = steepest(options);
+  EXPECT_GT(alone, 80.0);
+  EXPECT_LT(with_body, alone - 10.0);
+  // By hand: at A the table's edge, 200 mm from its axis, against a cylinder of 60 mm that begins 50 mm over
+  // the stylus ball. No corner of it may be below the top plane within the radius.
+  const auto program = make_program(given.machine, given.control, options);
+  ASSERT_TRUE(program);
+  const auto hidden = given.hidden(options.ball);
+  for (const JointVector& q : program->chosen.poses) {
+    const double a = q[*given.machine.axis("A")] * kDegreePerRad;
+    const double c = q[*given.machine.axis("C")] * kDegreePerRad;
+    const auto ball = hidden.ball_at(a, c);
+    for (int i = 0; i < 360; i += 5) {
+      for (double up = 50.0; up <= 150.0; up += 10.0) {
+        const test::Triple p{ball[0] + 60.0 * std::cos(i * kRadPerDegree),
+                             ball[1] + 60.0 * std::sin(i * kRadPerDegree), ball[2] + up};
+        const auto back = test::turned(test::plus(p, hidden.a_point, -1.0), hidden.a_direction, -a);
+        const auto on_c = test::plus(test::plus(hidden.a_point, back), hidden.c_point, -1.0);
+        EXPECT_FALSE(on_c[2] < 5.0 && std::hypot(on_c[0], on_c[1]) < 200.0) << a << " " << c;
+      }
+    }
+  }
 }
 
 // A plan's run as the ball and the poses of a program; what cannot be reached is left out.

@@ -9,6 +9,18 @@
 
 namespace trunnion::probe {
 
+/// A straight rod that holds a ball: from its centre to the far end.
+struct Stem {
+  Vec3 end_P = Vec3::Zero();  // mm
+  double radius_mm = 0.0;
+};
+/// The probe over its stylus: a cylinder about the spindle's axis, from that far over the centre of the
+/// stylus ball up to the spindle's gauge point.
+struct ProbeBody {
+  double radius_mm = 0.0;
+  double above_mm = 0.0;
+};
+
 /// One ball on the table and a stylus in the spindle, as a program is made for them.
 struct Ball {
   Vec3 place_P = Vec3::Zero();  // its centre, roughly, mm
@@ -19,6 +31,10 @@ struct Ball {
   double within_mm = 0.0;
   double clearance_mm =
       2.0;  // that the stylus keeps from the ball where it is not to touch, beside `within_mm`
+  /// What holds the ball. Nothing: a thin stem against the table's normal, which only decides between which
+  /// sides it stands.
+  std::optional<Stem> stem;
+  std::optional<ProbeBody> body;
 
   /// Between the centres where they touch.
   double reach_mm() const { return radius_mm + stylus_radius_mm; }
@@ -53,6 +69,8 @@ struct MadeProgram {
   ChosenPoses chosen;
   std::size_t touches = 0;  // lines that the control's log will have
   double seconds = 0.0;     // about, at the feeds that are given
+  /// Where the rotary axes may not stand anywhere before the program begins: why, in words.
+  std::string before_start;
 };
 
 /// The probing program. At each pose the ball is touched from above and from some sides a little above its

@@ -25,6 +25,7 @@ struct Touch {
 struct Move {
   JointVector from, to;
   bool knows_from = false, knows_to = false;
+  bool knows_plane = false;          // X and Y of `from`, even where its Z is only the safe height's
   bool at_safe_height = false;       // Z has not moved since the safe height
   bool turns = false;                // a rotary axis moves
   bool guarded = false;              // it stops where the probe is touched, and the program with it
@@ -54,10 +55,11 @@ Result<Strokes> read_strokes(const Machine& machine, const nc::Controller& contr
                              const std::string& file, Diagnostics& diagnostics);
 
 /// What is wrong with the strokes, each finding with its line: an end beyond a limit, a rotary axis that
-/// turns below the safe height, a motion that comes nearer to the ball than Ball::apart_mm, one behind a
-/// touch that does not go back along it, a touch that cannot meet the ball, a pose without five measuring
-/// touches; where the control watches the probe on some motions only, one below the safe height on which it
-/// does not.
+/// turns below the safe height, or at it where the ball or its stem gets in the way, a motion that comes
+/// nearer to the ball than Ball::apart_mm, or to its stem and the table as far as they are given, one behind
+/// a touch that does not go back along it, a touch that cannot meet the ball, or meets something else first,
+/// a pose without five measuring touches; where the control watches the probe on some motions only, one below
+/// the safe height on which it does not.
 std::vector<std::string> faults_of(const Machine& machine, const Strokes& strokes);
 
 }  // namespace trunnion::probe
