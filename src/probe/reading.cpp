@@ -56,6 +56,7 @@ class LogReader {
       if (auto done = (this->*check)(options); !done) return tl::unexpected(done.error());
     }
     fill();
+    if (auto done = check_places(); !done) return tl::unexpected(done.error());
     return std::move(out_);
   }
 
@@ -255,6 +256,20 @@ class LogReader {
     }
     out_.data = diagnosis::make_dataset(std::move(context), states, std::move(rows), std::move(readings));
     out_.data.files = {file_};
+  }
+
+  // The ball was met where the program looked for it, so the machine file that made the program has it there.
+  Result<void> check_places() const {
+    const double most = 2.0 * strokes_.ball.within_mm + 1.0;
+    for (std::size_t pose = 0; pose < out_.poses.size(); ++pose) {
+      const double off = out_.poses[pose].deviation_M.norm();
+      if (off <= most) continue;
+      return refuse(pose, last_line_of(pose),
+                    "by this machine file the ball is " + mm(off) +
+                        " from where the program looked for it, within " + mm(strokes_.ball.within_mm) +
+                        ": was the program made with another machine file?");
+    }
+    return {};
   }
 
   const Machine& machine_;

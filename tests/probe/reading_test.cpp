@@ -64,6 +64,16 @@ struct Campaign {
   std::string log;
 };
 
+// The touches took place, so the machine file of the program had the ball there; another file has not.
+TEST(ProbeReading, RefusesAnotherMachineFile) {
+  const Campaign campaign(3);
+  const Given other("paper");
+  const auto reading = read_touches(other.machine, campaign.strokes, campaign.log, "log.txt", {});
+  ASSERT_FALSE(reading);
+  EXPECT_EQ(reading.error().code, ErrorCode::wrong_input);
+  EXPECT_THAT(reading.error().message, testing::HasSubstr("made with another machine file"));
+}
+
 // The centre of each pose is where the hidden machine has the ball, within what is said of it.
 TEST(ProbeReading, FindsTheCentresAndKnowsHowWell) {
   double sum = 0.0;

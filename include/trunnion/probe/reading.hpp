@@ -51,8 +51,9 @@ struct ProbeReading {
 /// The log of a program that `strokes` holds, as measurements. Everything that does not fit is refused with
 /// wrong_input, the line and the pose: a line too many or too few, one that does not lie on its touch's way,
 /// a fast and a slow touch of one line that are apart, a touch off its sphere, a radius that is not that of
-/// the ball. Each limit is eight times what the touches of all poses scatter by, and 5 um at least (12 um
-/// between a fast and a slow touch).
+/// the ball, a machine file by which the ball would lie far from where the program looked for it. Each limit
+/// is eight times what the touches of all poses scatter by, and 5 um at least (12 um between a fast and a
+/// slow touch).
 Result<ProbeReading> read_touches(const Machine& machine, const Strokes& strokes, std::string_view log,
                                   const std::string& file, const ReadingOptions& options);
 
