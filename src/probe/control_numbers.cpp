@@ -1,5 +1,6 @@
 #include "trunnion/probe/control_numbers.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -29,6 +30,7 @@ void add_axis(Numbers& out, const std::string& name, const Vec3& point, const Ve
   add_vector(out, name + ".n", n, kDirectionDigits);
   add_vector(out, name + ".against_", -n, kDirectionDigits);
   out[name + ".left_hand"] = n[along_of(n)] < 0.0 ? "1" : "0";
+  out[name + ".axis"] = std::to_string(along_of(n) + 1);
 }
 
 Result<std::string> filled(const std::string& line, const Numbers& numbers, const std::string& file) {
@@ -81,24 +83,35 @@ Result<std::vector<std::string>> control_numbers(const Machine& machine, const n
   add_vector(numbers, "inner_from_outer.", p_inner - p_outer, kLengthDigits);
   add_vector(numbers, "outer_from_inner.", p_outer - p_inner, kLengthDigits);
   std::vector<std::string> out;
-  bool holds_directions = false;
   for (const std::string& line : lines->second) {
     auto text = filled(line, numbers, controller.file);
     if (!text) return tl::unexpected(text.error());
-    holds_directions = holds_directions || line.find(".n") != std::string::npos ||
-                       line.find(".against_") != std::string::npos;
     out.push_back(std::move(*text));
   }
-  if (holds_directions) return out;
+  const auto hold = [&](const char* placeholder) {
+    return std::any_of(lines->second.begin(), lines->second.end(),
+                       [&](const std::string& line) { return line.find(placeholder) != std::string::npos; });
+  };
+  if (hold(".n") || hold(".against_")) return out;
+  // One number for the sense of both.
+  if (hold("outer.left_hand") && !hold("inner.left_hand") &&
+      numbers["outer.left_hand"] != numbers["inner.left_hand"])
+    return fail(ErrorCode::wrong_input,
+                "this control's numbers take one sense for both rotary axes; here " + outer.name + " and " +
+                    inner.name + " turn opposite ways for a positive command",
+                machine.file);
   for (const AxisId id : axes) {
     const Vec3& n = machine.axes[id].direction;
     const Eigen::Index along = along_of(n);
     const Vec3 beside = Vec3::Unit(along) * (n[along] < 0.0 ? -1.0 : 1.0);
     const double off_deg = angle_between(n, beside).deg();
     constexpr double kSquare_deg = 1e-4;
-    if (off_deg > kSquare_deg)
-      out.push_back("these numbers do not hold that axis " + machine.axes[id].name + " is " +
-                    fixed_text(off_deg, 4) + " deg off machine " + std::string(1, "XYZ"[along]));
+    constexpr double kOblique_deg = 5.0;  // no error of a machine that is meant to be square
+    const std::string off = "axis " + machine.axes[id].name + " is " + fixed_text(off_deg, 4) +
+                            " deg off machine " + std::string(1, "XYZ"[along]);
+    if (off_deg > kOblique_deg && lines->first != "any")
+      return fail(ErrorCode::wrong_input, "this control's numbers are of square axes: " + off, machine.file);
+    if (off_deg > kSquare_deg) out.push_back("these numbers do not hold that " + off);
   }
   return out;
 }

@@ -8,11 +8,15 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <sstream>
 
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/machine/new_machine.hpp"
+#include "trunnion/nc/controller.hpp"
+#include "trunnion/probe/control_numbers.hpp"
 
+#include "support/folders.hpp"
 #include "support/machines.hpp"
 
 namespace {
@@ -260,6 +264,52 @@ TEST_P(MachineOfIni, IsTheOneThatTheModuleDrives) {
   EXPECT_LT(worst_mm, kTolerance_mm);
 }
 INSTANTIATE_TEST_SUITE_P(Modules, MachineOfIni, ::testing::Values("A", "B"));
+
+// What `machine calibrate --parameters linuxcnc` prints for a machine makes the module drive that machine.
+class NumbersOfCalibrate : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(NumbersOfCalibrate, MakeTheModuleDriveTheMachine) {
+  const std::string outer = GetParam();
+  Module module(outer == "A" ? "xyzac-trt-kins" : "xyzbc-trt-kins");
+  if (!module.ready()) GTEST_SKIP() << module.path() << " (linuxcnc-uspace) is not there";
+  Machine machine = test::shipped_machine(outer == "A" ? "xyzac_trt" : "xyzbc_trt_sample");
+  Diagnostics diagnostics;
+  const auto control =
+      nc::load_controller(test::source_folder() + "/postconfigs/controllers/linuxcnc.toml", diagnostics);
+  ASSERT_TRUE(control);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> mm(-100.0, 100.0);
+  for (const AxisId id : machine.rotary_axes()) {
+    for (Eigen::Index i = 0; i < 3; ++i) machine.axes[id].point_mm[i] = std::round(mm(random) * 1e4) / 1e4;
+  }
+  const auto lines = probe::control_numbers(machine, *control);
+  ASSERT_TRUE(lines) << lines.error().text();
+  for (const std::string& line : *lines) {
+    std::istringstream words(line);
+    std::string setp, pin;
+    double value = 0.0;
+    if (!(words >> setp >> pin >> value) || setp != "setp") continue;
+    module.set(pin.substr(pin.find('.') + 1), value);
+  }
+  std::uniform_real_distribution<double> deg(-180.0, 180.0);
+  const std::array<std::string, 5> names = {"X", "Y", "Z", outer, "C"};
+  // The part frame of the one is shifted in the other's: that of LinuxCNC is the machine's with both axes at
+  // 0.
+  double worst_mm = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    std::array<double, 16> joints{};
+    JointVector words;
+    for (std::size_t k = 0; k < 5; ++k) {
+      joints[k] = k < 3 ? mm(random) : deg(random);
+      words[*machine.axis(names[k])] = k < 3 ? joints[k] : joints[k] * kRadPerDegree;
+    }
+    const World tip = module.forward(joints);
+    const ToolPose ours = tool_pose(forward(machine, joints_of_words(machine, words, machine.tool_vector())));
+    worst_mm = std::max(worst_mm, (ours.tip_P - Vec3(tip.x, tip.y, tip.z)).norm());
+  }
+  EXPECT_LT(worst_mm, 1e-3);  // the pins have four decimals
+}
+INSTANTIATE_TEST_SUITE_P(Modules, NumbersOfCalibrate, ::testing::Values("A", "B"));
 
 }  // namespace
 }  // namespace trunnion

@@ -261,15 +261,18 @@ TEST(ControlNumbers, AreThoseOfAWorkedExample) {
   EXPECT_EQ(numbers_of("linuxcnc"),
             "setp xyzac-trt-kins.x-rot-point 0.5000\nsetp xyzac-trt-kins.y-rot-point 0.7000\n"
             "setp xyzac-trt-kins.z-rot-point -66.0000\nsetp xyzac-trt-kins.y-offset 0.3000\n"
-            "setp xyzac-trt-kins.z-offset 0.0000\n");
+            "setp xyzac-trt-kins.z-offset 0.0000\n"
+            "# setp xyzac-trt-kins.conventional-directions 1   (LinuxCNC later than 2.9.0~pre1; without this "
+            "pin it is 0)\n");
   EXPECT_EQ(numbers_of("fanuc_30i"),
-            "N19680 P12\nN19684 P1\nN19689 P1\nN19700 P0.5000\nN19701 P1.0000\nN19702 P-66.0000\n"
-            "N19703 P0.0000\nN19704 P-0.3000\nN19705 P0.0000\n");
+            "N19680 P12\nN19682 P1\nN19684 P1\nN19687 P3\nN19689 P1\nN19697 P3\nN19700 P0.5000\n"
+            "N19701 P1.0000\nN19702 P-66.0000\nN19703 P0.0000\nN19704 P-0.3000\nN19705 P0.0000\n");
   const std::string swivel = numbers_of("siemens_840d_sl");
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR5[1]=1.0000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR16[1]=-0.3000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR20[1]=66.0000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR7[1]=1.000000000\n"));
+  EXPECT_THAT(swivel, HasSubstr("MD24560 $MC_TRAFO5_JOINT_OFFSET_1[0..2]=0.0000, -0.3000, 0.0000\n"));
   EXPECT_THAT(numbers_of("heidenhain_tnc640"), HasSubstr("translation X 0.5000 Y 1.0000 Z -66.0000 mm"));
   EXPECT_THAT(numbers_of("haas_ngc"),
               HasSubstr("the first axis passes through X 0.5000 Y 1.0000 Z -66.0000 mm"));
@@ -283,6 +286,25 @@ TEST(ControlNumbers, SayWhichDirectionTheyDoNotHold) {
   const auto lines = control_numbers(machine, given.control);
   ASSERT_TRUE(lines);
   EXPECT_EQ(lines->back(), "these numbers do not hold that axis C is 0.5729 deg off machine Z");
+}
+
+// LinuxCNC's kinematics are of square axes, and have one sense for both: no numbers for another machine.
+TEST(ControlNumbers, AreRefusedForAMachineThatTheControlHasNoneFor) {
+  const Given oblique("nutating_45");
+  const auto none = control_numbers(oblique.machine, oblique.control);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("axis B is 45.0000 deg off machine Y"));
+  const Given given("trunnion_offset");
+  Machine machine = worked_example(given);
+  machine.axes[*machine.axis("C")].direction = {0, 0, 1};
+  const auto mixed = control_numbers(machine, given.control);
+  ASSERT_FALSE(mixed);
+  EXPECT_THAT(mixed.error().message, HasSubstr("A and C turn opposite ways"));
+  // Fanuc has a number for each.
+  const Given fanuc("trunnion_offset", "fanuc_30i");
+  const auto lines = control_numbers(machine, fanuc.control);
+  ASSERT_TRUE(lines) << lines.error().text();
+  EXPECT_THAT(*lines, testing::IsSupersetOf({"N19684 P1", "N19689 P0"}));
 }
 
 }  // namespace

@@ -11,10 +11,12 @@ namespace trunnion::probe {
 /// them, mm: {outer.x} {inner.x} a point of the first and the second axis from the bed outwards,
 /// {minus_inner.x} its negative, {inner_from_outer.x} {outer_from_inner.x} from one to the other, {outer.nx}
 /// the way about which the table turns, {outer.against_x} its negative, {outer.left_hand} 1 where it points
-/// against the machine axis beside it, else 0; the same with y and z, and with inner. Of each axis its point
-/// is the one nearest to the other axis' line, so that what is left of the choice of points does not come in.
-/// Last comes a line for each axis whose direction these numbers do not hold, with its angle to the machine
-/// axis. Fails with wrong_input where the control's file has none for these axes, or an unknown placeholder.
+/// against the machine axis beside it, else 0, {outer.axis} 1, 2 or 3 for that axis; the same with y and z,
+/// and with inner. Of each axis its point is the one nearest to the other axis' line, so that what is left of
+/// the choice of points does not come in. Last comes a line for each axis whose direction these numbers do
+/// not hold, with its angle to the machine axis. Fails with wrong_input where the control's file has none for
+/// these axes, or an unknown placeholder, where its lines for these letters hold no directions and an axis is
+/// meant oblique, and where they have one sense for both axes and these have two.
 Result<std::vector<std::string>> control_numbers(const Machine& machine, const nc::Controller& controller);
 
 }  // namespace trunnion::probe
