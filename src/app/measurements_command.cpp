@@ -11,6 +11,7 @@
 #include "app/model_inputs.hpp"
 #include "app/options.hpp"
 #include "app/results.hpp"
+#include "app/standard_plan_command.hpp"
 #include "app/support.hpp"
 #include "app/trace_plan.hpp"
 
@@ -166,6 +167,7 @@ void add_measurements_command(CLI::App& root, int& exit) {
       root.add_subcommand("measurements", "measurement files: a form to fill in, other people's formats");
   measurements->require_subcommand(1);
   add_template(*measurements, exit);
+  add_standard_plan_command(*measurements, exit);
   auto* import = measurements->add_subcommand("import", "read another format");
   import->require_subcommand(1);
   auto options = std::make_shared<MeasurementsOptions>();

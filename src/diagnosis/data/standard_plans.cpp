@@ -1,0 +1,201 @@
+#include "trunnion/diagnosis/standard_plans.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/kinematics.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kInside = 1.0 * kRadPerDegree;  // that a pose stays within the travel of a rotary axis
+constexpr double kLargestTilt = 90.0 * kRadPerDegree;
+constexpr double kStep = 5.0 * kRadPerDegree;        // between readings on the fly
+constexpr double kStandStep = 15.0 * kRadPerDegree;  // between poses that stand
+constexpr double kMinutesStanding = 0.8;             // a pose
+const std::vector<Vec3> kAll = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+
+class StandardPlans {
+ public:
+  StandardPlans(const Machine& machine, const StandardSetUp& set_up)
+      : machine_(machine),
+        set_up_(set_up),
+        outer_(machine.rotary_axes().front()),
+        inner_(machine.rotary_axes().back()) {}
+
+  Result<std::vector<PlanRun>> make(std::string_view kind) {
+    for (std::size_t i = 0; i < set_up_.balls_P.size(); ++i) {
+      place_P_ = set_up_.balls_P[i];
+      suffix_ = set_up_.balls_P.size() > 1 ? ", ball " + std::to_string(i + 1) : "";
+      if (kind == "rtest") standing();
+      if (kind == "bk1") following(outer_, "BK1");
+      if (kind == "bk2") following(inner_, "BK2");
+      if (kind == "frustum") frustum();
+    }
+    if (fault_) return tl::unexpected(*fault_);
+    return std::move(out_);
+  }
+
+ private:
+  const std::string& name(AxisId id) const { return machine_.axes[id].name; }
+
+  void refuse(const std::string& what) {
+    if (!fault_) fault_ = Error{ErrorCode::wrong_input, what, machine_.file, {}};
+  }
+
+  PlanRun base(const std::string& id) const {
+    PlanRun run;
+    run.id = id + suffix_;
+    run.n = kAll;
+    run.tool_mm = machine_.tool_vector();
+    run.u_random = set_up_.u_random_mm;
+    return run;
+  }
+
+  bool reached(double outer, double inner) const {
+    JointVector q;
+    q[outer_] = outer;
+    q[inner_] = inner;
+    const double tilt = angle_between(part_in_machine(machine_, q).R.col(2), Vec3::UnitZ()).rad();
+    solve_linear(machine_, place_P_, machine_.tool_vector(), q);
+    return tilt <= kLargestTilt + 1e-9 && limit_violations(machine_, q).empty();
+  }
+
+  // Multiples of the step within the travel, once round at most.
+  std::vector<double> stations(AxisId id, double step) const {
+    const Axis& axis = machine_.axes[id];
+    const bool endless = !axis.has_limits() || axis.max - axis.min >= kTwoPi;
+    const double low = endless ? 0.0 : axis.min + kInside;
+    const double high = endless ? kTwoPi : axis.max - kInside;
+    std::vector<double> out;
+    for (double at = std::ceil(low / step - 1e-9) * step; at <= high + 1e-9; at += step) out.push_back(at);
+    return out;
+  }
+
+  // Those about 0, one behind the other, from which the ball can be reached with all of `others`.
+  std::vector<double> reached_stations(AxisId id, double step, const std::vector<double>& others) const {
+    std::vector<double> out;
+    for (const double at : stations(id, step)) {
+      const bool all = std::all_of(others.begin(), others.end(), [&](double other) {
+        return id == outer_ ? reached(at, other) : reached(other, at);
+      });
+      if (all)
+        out.push_back(at);
+      else if (at < 0.0)
+        out.clear();
+      else if (at > 0.0)
+        break;
+    }
+    return out;
+  }
+
+  void standing() {
+    const auto once = [&](const std::string& id, std::vector<double> outer, std::vector<double> inner) {
+      if (outer.size() * inner.size() < 3) return refuse("run '" + id + "': the ball cannot be followed");
+      PlanRun run = base(id);
+      run.minutes = kMinutesStanding * static_cast<double>(outer.size() * inner.size());
+      run.path = PlanGrid{{{outer_, std::move(outer)}, {inner_, std::move(inner)}}, {}, place_P_};
+      out_.push_back(std::move(run));
+    };
+    auto round = reached_stations(inner_, 2.0 * kStandStep, {0.0});
+    if (!round.empty() && round.back() >= kTwoPi - 1e-9) round.pop_back();
+    once("R-test, " + name(inner_) + " once round", {0.0}, round);
+    std::vector<double> four;
+    for (int i = 0; i < 4; ++i) {
+      const double at = i * 0.5 * kPi;
+      if (machine_.axes[inner_].within_limits(at)) four.push_back(at);
+    }
+    once("R-test, " + name(outer_) + " through its travel", reached_stations(outer_, kStandStep, four), four);
+  }
+
+  // Axial, radial and tangential, in the part with all rotary axes at 0.
+  std::vector<Vec3> directions(AxisId id) {
+    const Axis& axis = machine_.axes[id];
+    const Vec3 arm = place_P_ + machine_.part_zero_mm - axis.point_mm;
+    const Vec3 radial = arm - arm.dot(axis.direction) * axis.direction;
+    constexpr double kLeastArm_mm = 1.0;
+    if (radial.norm() < kLeastArm_mm) {
+      refuse("the ball lies on axis " + axis.name + ": it needs an arm");
+      return kAll;
+    }
+    return {axis.direction, radial.normalized(), axis.direction.cross(radial.normalized())};
+  }
+
+  void following(AxisId id, const std::string& test) {
+    PlanRun run = base("ISO 10791-6 " + test + ", " + name(id));
+    auto values = reached_stations(id, kStep, {0.0});
+    if (values.size() < 3) return refuse("run '" + run.id + "': the ball cannot be followed");
+    run.n = directions(id);
+    moving(run, static_cast<double>(values.size()) * kStep * (place_P_ - machine_.axes[id].point_mm).norm());
+    const std::vector<double> still = {0.0};
+    run.path = PlanGrid{
+        {{outer_, id == outer_ ? values : still}, {inner_, id == inner_ ? values : still}}, {}, place_P_};
+    out_.push_back(std::move(run));
+  }
+
+  void moving(PlanRun& run, double way_mm) const {
+    run.frame = SensitivityFrame::part;
+    run.feed_mm_s = set_up_.feed_mm_s;
+    run.both_directions = true;
+    run.minutes = 2.0 * way_mm / set_up_.feed_mm_s / kSecondsPerMinute;
+  }
+
+  void frustum() {
+    const auto& cone = set_up_.cone;
+    // Inclined about the horizontal axis that the outer axis turns about, at most.
+    Vec3 about = machine_.axes[outer_].direction;
+    about.z() = 0.0;
+    if (about.norm() < 1e-6) about = Vec3::UnitX();
+    const Mat3 R = rotation_about(about.normalized(), cone.inclination);
+    const double lean = cone.half_apex.rad();
+    PlanRun run = base("cone frustum");
+    PlanPoses path;
+    JointVector seed;
+    constexpr int kPoints = 72;
+    for (int i = 0; i <= kPoints; ++i) {
+      const double phi = kTwoPi * i / kPoints;
+      const Vec3 out = R * Vec3(std::cos(phi), std::sin(phi), 0.0);
+      const ToolPose pose{place_P_ + cone.radius_mm * out, std::cos(lean) * R.col(2) - std::sin(lean) * out};
+      const auto solutions = inverse(machine_, pose, seed);
+      if (solutions.empty())
+        return refuse("run '" + run.id + "': the tool's direction at " + fixed_text(phi * kDegreePerRad, 0) +
+                      " deg of the circle is out of reach");
+      seed = solutions.front().q;
+      path.poses.push_back(seed);
+    }
+    moving(run, kTwoPi * cone.radius_mm);
+    run.path = std::move(path);
+    // The travel.
+    if (const auto all = expand({run}, machine_); !all) return refuse(all.error().message);
+    out_.push_back(std::move(run));
+  }
+
+  const Machine& machine_;
+  const StandardSetUp& set_up_;
+  AxisId outer_, inner_;
+  Vec3 place_P_ = Vec3::Zero();
+  std::string suffix_;
+  std::vector<PlanRun> out_;
+  std::optional<Error> fault_;
+};
+
+}  // namespace
+
+std::vector<std::string> standard_plan_kinds() {
+  return {"rtest", "bk1", "bk2", "frustum"};
+}
+
+Result<std::vector<PlanRun>> standard_plan(const Machine& machine, std::string_view kind,
+                                           const StandardSetUp& set_up) {
+  const auto kinds = standard_plan_kinds();
+  if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+    return fail(ErrorCode::wrong_input, "there is no plan '" + std::string(kind) + "'");
+  if (machine.rotary_axes().size() != 2)
+    return fail(ErrorCode::wrong_input,
+                "machine '" + machine.name + "' has no two rotary axes: these plans are for such",
+                machine.file);
+  return StandardPlans(machine, set_up).make(kind);
+}
+
+}  // namespace trunnion::diagnosis
