@@ -22,13 +22,13 @@ constexpr double kOtherLength_mm = 1.0;
 
 struct ProgramCommand {
   MachineOptions machine;
-  std::string out, log, ball;
+  std::string out, log;
   // A measuring plan that says ball and poses.
   struct FromPlan {
     std::string file, run;
   } plan;
   struct Surroundings {
-    std::string stem, body;
+    std::string ball, stem, body;
   } around;
   double ball_radius_mm = 0.0, stylus_radius_mm = 0.0;
   std::optional<double> stylus_length_mm, within_mm;
@@ -110,8 +110,8 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
     if (planned->both_directions)
       spdlog::warn("the plan has each pose from both senses of the rotary axes; the program has it once");
   }
-  if (!command.ball.empty()) {
-    const auto n = numbers_of("--ball-mm", command.ball, "X,Y,Z");
+  if (!command.around.ball.empty()) {
+    const auto n = numbers_of("--ball-mm", command.around.ball, "X,Y,Z");
     if (!n) return tl::unexpected(n.error());
     out.ball.place_P = {(*n)[0], (*n)[1], (*n)[2]};
   }
@@ -206,8 +206,8 @@ void add_program(CLI::App& probe, int& exit) {
   CLI::App* c =
       probe.add_subcommand("program", "NC program that touches a ball on the table from many poses");
   command->machine.add_to(*c, true);
-  auto* ball =
-      c->add_option("--ball-mm", command->ball, "X,Y,Z of the ball's centre in the part frame, roughly");
+  auto* ball = c->add_option("--ball-mm", command->around.ball,
+                             "X,Y,Z of the ball's centre in the part frame, roughly");
   auto* plan = c->add_option("--plan", command->plan.file,
                              "measuring plan, as 'trunnion model plan -o' writes it: ball and poses of its "
                              "run; --ball-mm says where the ball really stands");
