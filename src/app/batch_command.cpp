@@ -166,15 +166,13 @@ void print_findings(const post::BatchResult& r) {
     spdlog::warn("{}: warning: written all the same, marked NOT WITHIN TOLERANCE", r.item.output);
 }
 
-std::vector<post::BatchResult> post_all(const BatchCommand& command,
-                                        const std::vector<post::BatchItem>& items, const MachineFiles& files,
-                                        const Model* model, const post::BatchOptions& options) {
+std::vector<post::BatchResult> post_all(const std::vector<post::BatchItem>& items, const post::PostJob& job,
+                                        const post::BatchOptions& options) {
   g_stop = false;
   stop_on_signals();
   ProgressLine progress(items.size(), "files");
   return post::run_batch(
-      items, files.machine, files.controller, model, header_lines(command, files, model), options,
-      [&](const post::BatchResult&) { progress.step(); }, g_stop);
+      items, job, options, [&](const post::BatchResult&) { progress.step(); }, g_stop);
 }
 
 ExitCode finish(const BatchCommand& command, const std::vector<post::BatchResult>& results) {
@@ -225,17 +223,22 @@ ExitCode run(const BatchCommand& command) {
     return print_error(folder.error());
   post::BatchOptions batch;
   batch.post = *options;
-  post::NcOrigin origin;
-  if (*from) {
-    origin = command.from.resolve(**from);
-    batch.from = &origin;
-  }
   batch.accept_deviation = command.options.accept_deviation;
   batch.dry_run = command.dry_run;
   batch.force = command.force;
   batch.threads = command.threads;
   batch.fingerprint = *mark;
-  return finish(command, post_all(command, *items, *files, *model ? &**model : nullptr, batch));
+  post::PostJob job;
+  job.machine = &files->machine;
+  job.controller = &files->controller;
+  job.model = *model ? &**model : nullptr;
+  job.header = header_lines(command, *files, job.model);
+  post::NcOrigin origin;
+  if (*from) {
+    origin = command.from.resolve(**from);
+    job.from = &origin;
+  }
+  return finish(command, post_all(*items, job, batch));
 }
 
 }  // namespace

@@ -153,17 +153,30 @@ void Program::emit(Chunk& chunk) {
 }
 
 void Program::pass_on(Chunk& chunk) {
-  if (pass_on_failure_) return;
+  // Of a chunk whose text could not be made nothing is left.
+  if (pass_on_failure_ || (chunk.text.empty() && chunk.motions.empty())) return;
   if (auto done = read_back_.pass_on(chunk); !done) pass_on_failure_ = done.error();
+}
+
+std::array<Program::Stage, 3> Program::stages(std::function<void(Chunk&)> prepare) {
+  return {
+      // Points on the word grid and inserted between them, errors of the machine that hang on the place
+      // alone:
+      // nothing here asks for another chunk, and it takes the most time.
+      Stage{Stage::Order::any, std::move(prepare)},
+      // Blocks and their text. Words are modal, and lost motion, lags and rewinds hang on what came before.
+      Stage{Stage::Order::of_file, [this](Chunk& chunk) { emit(chunk); }},
+      // The text is read back and judged behind all that shaped it; then it may go out.
+      Stage{Stage::Order::of_file, [this](Chunk& chunk) { pass_on(chunk); }},
+  };
 }
 
 void Program::run_in_turn() {
   PreparerOfTool preparer(job_, options_, pipeline_);
+  const auto all = stages([&](Chunk& chunk) { preparer.prepare(chunk); });
   while (auto chunk = next()) {
     if (emit_failure_ || pass_on_failure_) continue;
-    preparer.prepare(*chunk);
-    emit(*chunk);
-    if (!emit_failure_) pass_on(*chunk);
+    for (const Stage& stage : all) stage.work(*chunk);
     store_.give_back(std::move(chunk));
   }
 }
@@ -177,30 +190,24 @@ void Program::run_in_parallel() {
   tbb::enumerable_thread_specific<PreparerOfTool> preparers(
       [&] { return PreparerOfTool(job_, options_, pipeline_); });
   using Held = Chunk*;  // owned by whichever stage has it: the pipeline's items must be copied
-  const auto read = [&](tbb::flow_control& control_of_flow) -> Held {
-    auto chunk = next();
-    if (!chunk) control_of_flow.stop();
-    return chunk.release();
-  };
-  const auto prepare = [&](Held chunk) {
-    preparers.local().prepare(*chunk);
-    return chunk;
-  };
-  const auto make_text = [&](const Held& chunk) {
-    emit(*chunk);
-    return chunk;
-  };
-  const auto verify = [&](Held chunk) {
-    if (!chunk->text.empty() || !chunk->motions.empty()) pass_on(*chunk);
+  auto so_far = tbb::make_filter<void, Held>(tbb::filter_mode::serial_in_order,
+                                             [&](tbb::flow_control& control_of_flow) -> Held {
+                                               auto chunk = next();
+                                               if (!chunk) control_of_flow.stop();
+                                               return chunk.release();
+                                             });
+  for (const Stage& stage : stages([&](Chunk& chunk) { preparers.local().prepare(chunk); })) {
+    const auto mode =
+        stage.order == Stage::Order::any ? tbb::filter_mode::parallel : tbb::filter_mode::serial_in_order;
+    so_far = so_far & tbb::make_filter<Held, Held>(mode, [work = stage.work](Held chunk) {
+               work(*chunk);
+               return chunk;
+             });
+  }
+  const auto give_back = tbb::make_filter<Held, void>(tbb::filter_mode::serial_in_order, [&](Held chunk) {
     store_.give_back(std::unique_ptr<Chunk>(chunk));
-  };
-  arena.execute([&] {
-    tbb::parallel_pipeline(tokens,
-                           tbb::make_filter<void, Held>(tbb::filter_mode::serial_in_order, read) &
-                               tbb::make_filter<Held, Held>(tbb::filter_mode::parallel, prepare) &
-                               tbb::make_filter<Held, Held>(tbb::filter_mode::serial_in_order, make_text) &
-                               tbb::make_filter<Held, void>(tbb::filter_mode::serial_in_order, verify));
   });
+  arena.execute([&] { tbb::parallel_pipeline(tokens, so_far & give_back); });
 }
 
 Result<PostReport> Program::finish() {

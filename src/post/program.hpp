@@ -1,5 +1,7 @@
 #pragma once
 #include <array>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -12,9 +14,9 @@
 
 namespace trunnion::post {
 
-/// One program on its way through the stages: the intake reads and chooses, the preparer refines (several
-/// chunks at once), the pipeline emits, then verifies, each in the order of the file. One thread runs them
-/// one after the other for each chunk; the stages do not see the difference, so that the text is the same.
+/// One program on its way through the stages (`stages`): the intake reads and chooses, what follows gets one
+/// chunk after the other. One thread runs the stages in turn; with several, chunks are on their way at once.
+/// The stages do not see the difference, so that the text is the same.
 class Program {
  public:
   Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, const PostOptions& options,
@@ -31,6 +33,14 @@ class Program {
   /// The smallest rounding error of the words of such axes, mm or rad; 0 where they are not rounded.
   double half_a_digit(AxisKind kind) const;
   Result<void> may_keep_tolerances() const;
+  /// What is done with a chunk.
+  struct Stage {
+    enum class Order : std::uint8_t { of_file, any };
+    Order order = Order::of_file;
+    std::function<void(Chunk&)> work;
+  };
+  /// All stages behind the intake, in their order. `prepare`: the first of them, of the thread at hand.
+  std::array<Stage, 3> stages(std::function<void(Chunk&)> prepare);
   void emit(Chunk& chunk);
   void pass_on(Chunk& chunk);
   Result<PostReport> finish();

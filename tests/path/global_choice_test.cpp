@@ -43,7 +43,7 @@ std::vector<ChoicePoint> winding(double turns, std::size_t points_of_turn) {
 std::size_t reconfigurations(const Machine& machine, const std::vector<ChoicePoint>& path) {
   std::vector<ChosenPoint> out;
   ChoiceSummary summary;
-  const auto done = choose_solutions(machine, path, {}, choice_of(machine), "part.cls", out, summary);
+  const auto done = choose_solutions(machine, {path, {}, "part.cls"}, choice_of(machine), out, summary);
   EXPECT_TRUE(done);
   for (const ChosenPoint& p : out) EXPECT_TRUE(machine.axes[4].within_limits(p.q[4]));
   return summary.reconfigurations;
@@ -102,7 +102,7 @@ TEST(GlobalChoice, EqualsAnExhaustiveSearchWithManyTurns) {
     seed[4] = machine.axes[4].min + 0.5 * (1.0 + u(random)) * (machine.axes[4].max - machine.axes[4].min);
     std::vector<ChosenPoint> out;
     ChoiceSummary summary;
-    ASSERT_TRUE(choose_solutions(machine, path, seed, choice_of(machine), "part.cls", out, summary));
+    ASSERT_TRUE(choose_solutions(machine, {path, seed, "part.cls"}, choice_of(machine), out, summary));
     EXPECT_NEAR(summary.axis_time_s, exhaustive_seconds(machine, path, seed), 1e-4) << "path " << i;
   }
 }
@@ -129,14 +129,15 @@ TEST(GlobalChoice, WideLimitsDoNotTurnTheAxisAway) {
   Machine machine = with_c_limits(-9999.999 / 360.0, 9999.999 / 360.0);
   std::vector<ChosenPoint> out;
   ChoiceSummary summary;
-  ASSERT_TRUE(choose_solutions(machine, winding(0.4, 20), {}, choice_of(machine), "part.cls", out, summary));
+  ASSERT_TRUE(
+      choose_solutions(machine, {winding(0.4, 20), {}, "part.cls"}, choice_of(machine), out, summary));
   for (const ChosenPoint& p : out) EXPECT_LT(std::abs(p.q[4]), kTwoPi);
   const auto all = winding(0.4, 20);
   for (const auto method : {ChoiceMethod::combined, ChoiceMethod::largest, ChoiceMethod::sum}) {
     ChoiceOptions local = choice_of(machine);
     local.method = method;
     out.clear();
-    ASSERT_TRUE(choose_solutions(machine, all, {}, local, "part.cls", out, summary));
+    ASSERT_TRUE(choose_solutions(machine, {all, {}, "part.cls"}, local, out, summary));
     for (const ChosenPoint& p : out) EXPECT_LT(std::abs(p.q[4]), kTwoPi);
   }
 }

@@ -63,7 +63,7 @@ TEST_P(HeldRunOn, GivesWhatOneChoiceForAllPointsGives) {
     seed[inner] = 0.5;
     std::vector<ChosenPoint> at_once;
     ChoiceSummary summary_at_once;
-    ASSERT_TRUE(choose_solutions(machine, path, seed, options, "part.cls", at_once, summary_at_once));
+    ASSERT_TRUE(choose_solutions(machine, {path, seed, "part.cls"}, options, at_once, summary_at_once));
 
     ChoiceOptions other = options;
     if (i % 8 == 0) other.axis_tolerance = Angle::degrees(1.0);
@@ -167,7 +167,7 @@ std::size_t points_on_the_other_branch(const std::vector<ChoicePoint>& path, Ang
   options.axis_tolerance = axis_tolerance;
   std::vector<ChosenPoint> at_once;
   ChoiceSummary summary;
-  EXPECT_TRUE(choose_solutions(machine, path, {}, options, "part.cls", at_once, summary));
+  EXPECT_TRUE(choose_solutions(machine, {path, {}, "part.cls"}, options, at_once, summary));
   HeldRun held(machine, {}, options, "part.cls");
   held.add(path);
   EXPECT_TRUE(held.finish(options));

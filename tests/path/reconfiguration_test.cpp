@@ -45,6 +45,14 @@ std::optional<Angles> followed(const Machine& machine, const Vec3& from, const V
   return at;
 }
 
+Point point(const ToolPose& pose, const JointVector& q) {
+  Point out;
+  out.tip_P = pose.tip_P;
+  out.axis_P = pose.axis_P;
+  out.q = q;
+  return out;
+}
+
 TEST(Reconfiguration, ConnectedIsWhatSmallStepsCanFollow) {
   std::mt19937_64 random(71);
   for (const std::string& name : test::shipped_machines()) {
@@ -140,7 +148,7 @@ TEST(Reconfiguration, PlansStayWithinTheLimitsOrNameWhatIsBeyondThem) {
       bool reachable = true;
       for (int k = 0; k <= 400 && reachable; ++k)
         reachable = !inverse(machine, {from.tip_P, slerp(from.axis_P, to.axis_P, k / 400.0)}, {}).empty();
-      const auto plan = plan_turns(machine, from, a, to, b, options);
+      const auto plan = plan_turns(machine, point(from, a), point(to, b), options);
       if (!plan) {
         ++refused;
         EXPECT_FALSE(reachable) << name << " case " << i << ": " << plan.error().message;
@@ -164,11 +172,12 @@ TEST(Reconfiguration, PlansStayWithinTheLimitsOrNameWhatIsBeyondThem) {
         inside += turn.share > 0.0 && turn.share < 1.0;
         holds(turn.pose, turn.before);
         holds(turn.pose, turn.after);
-        EXPECT_TRUE(connects(machine, before, q, turn.pose, turn.before, options)) << name << " case " << i;
+        EXPECT_TRUE(connects(machine, point(before, q), point(turn.pose, turn.before), options))
+            << name << " case " << i;
         before = turn.pose;
         q = turn.after;
       }
-      EXPECT_TRUE(connects(machine, before, q, to, b, options)) << name << " case " << i;
+      EXPECT_TRUE(connects(machine, point(before, q), point(to, b), options)) << name << " case " << i;
     }
     std::printf("%s: %zu plans with turns (%zu inside a segment), %zu refused\n", name.c_str(), planned,
                 inside, refused);

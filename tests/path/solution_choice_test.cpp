@@ -44,7 +44,7 @@ double chosen_time(const Machine& machine, const std::vector<ChoicePoint>& path,
                    ChoiceMethod method, ChoiceSummary& summary) {
   std::vector<ChosenPoint> out;
   const auto result =
-      choose_solutions(machine, path, seed, options_for(machine, method), "part.cls", out, summary);
+      choose_solutions(machine, {path, seed, "part.cls"}, options_for(machine, method), out, summary);
   EXPECT_TRUE(result) << (result ? "" : result.error().text());
   EXPECT_EQ(out.size(), path.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -123,8 +123,8 @@ TEST(SolutionChoice, BeyondLimitsNamesLineAxisAndAmount) {
   p.where = {17, 3};
   std::vector<ChosenPoint> out;
   ChoiceSummary summary;
-  const auto result = choose_solutions(machine, std::span(&p, 1), {},
-                                       options_for(machine, ChoiceMethod::global), "part.cls", out, summary);
+  const auto result = choose_solutions(machine, {std::span(&p, 1), {}, "part.cls"},
+                                       options_for(machine, ChoiceMethod::global), out, summary);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::check_failed);
   EXPECT_EQ(result.error().text(),
@@ -165,7 +165,7 @@ TEST(SolutionChoice, PoleKeepsC) {
   std::vector<ChosenPoint> out;
   ChoiceSummary summary;
   ASSERT_TRUE(
-      choose_solutions(machine, path, seed, options_for(machine, ChoiceMethod::global), "p", out, summary));
+      choose_solutions(machine, {path, seed, "p"}, options_for(machine, ChoiceMethod::global), out, summary));
   EXPECT_EQ(out[2].q[4], 1.234);
   EXPECT_EQ(summary.pole_points, 3u);
 }

@@ -59,8 +59,11 @@ class Batch : public testing::Test {
     return found.value_or(std::vector<BatchItem>{});
   }
   std::vector<BatchResult> run(const std::vector<BatchItem>& list) {
+    PostJob job;
+    job.machine = &machine_;
+    job.controller = &controller_;
     return run_batch(
-        list, machine_, controller_, nullptr, {}, options_, [](const BatchResult&) {}, stop_);
+        list, job, options_, [](const BatchResult&) {}, stop_);
   }
   std::map<std::string, std::string> files(const char* name) const {
     std::map<std::string, std::string> out;

@@ -302,7 +302,7 @@ TEST(AxisSpeed, BlocksThatHardlyMoveXyzKeepItToo) {
     JointVector b;
     b[c] = kPi * u(random);
     b[z] = 1e-4 * std::round(1.0 + 30.0 * u(random));
-    const double least_s = planner.slowest_axis_s({}, b);
+    const double least_s = planner.axes().slowest_axis_s({}, b);
     constexpr double kFast_mm_s = 500.0;
     const BlockFeed block = planner.plan({}, b, 10.0 * b[c], kFast_mm_s);
     ASSERT_GE(block.seconds, least_s * (1.0 - 1e-12)) << b[c] << " rad, " << b[z] << " mm";

@@ -38,14 +38,19 @@ bool turns_near_pole(const Machine& machine, const PoleOptions& options, std::sp
 std::vector<ChoicePoint> put_on_pole(const Machine& machine, const PoleOptions& options,
                                      std::span<const ChoicePoint> points);
 
+/// A run of points, as programmed and as it is led through the pole.
+struct PoleRun {
+  std::span<const ChoicePoint> programmed;  // as the CL file gives them
+  std::span<const ChosenPoint> before;      // their joints
+  std::span<ChoicePoint> points;            // of `put_on_pole`
+  std::span<ChosenPoint> chosen;            // their joints
+};
+
 /// Makes C turn less in the cone. At every point C may leave its place as far as the tool axis, with the best
 /// outer angle there, stays within the tolerance of `programmed`; through these windows C takes the
 /// straightest way (a string pulled tight over the length of the path). Changes `points[i].pose.axis_P` and
-/// `chosen[i].q` (linear axes solved for the tip, which stays); `programmed` are the points as the CL file
-/// gives them.
+/// `chosen[i].q` (linear axes solved for the tip, which stays).
 std::vector<PoleStretch> tilt_near_pole(const Machine& machine, const Vec3& tool_mm,
-                                        const PoleOptions& options, std::span<const ChoicePoint> programmed,
-                                        std::span<const ChosenPoint> before, std::span<ChoicePoint> points,
-                                        std::span<ChosenPoint> chosen);
+                                        const PoleOptions& options, const PoleRun& run);
 
 }  // namespace trunnion::path

@@ -15,18 +15,16 @@ struct TurnAway {
   JointVector after;   // how they go on
 };
 
-/// Whether the axes follow the tool axis from `a` (which holds `pose_a`) to `b` while cutting: without a jump
-/// of the branch and without a turn back. `options.axis_tolerance` is how far from the great circle.
-bool connects(const Machine& machine, const ToolPose& pose_a, const JointVector& a, const ToolPose& pose_b,
-              const JointVector& b, const ChoiceOptions& options);
+/// Whether the axes follow the tool axis from `a` to `b` while cutting: without a jump of the branch and
+/// without a turn back. `options.axis_tolerance` is how far from the great circle.
+bool connects(const Machine& machine, const Point& a, const Point& b, const ChoiceOptions& options);
 
-/// The places where the tool has to leave the part on its way from `a` (at `from`) to `b` (at `to`), so that
+/// The places where the tool has to leave the part on its way from `from` to `to`, so that
 /// between them it is cut within the limits of the rotary axes on one branch: none when `connects`; one at
 /// the first or the second point where that is enough; else as few as there can be, each as late as it goes.
 /// Fails with check_failed when no position within the limits holds a tool axis on the way: axis, by how
 /// much, and the share of the way.
-Result<std::vector<TurnAway>> plan_turns(const Machine& machine, const ToolPose& from, const JointVector& a,
-                                         const ToolPose& to, const JointVector& b,
+Result<std::vector<TurnAway>> plan_turns(const Machine& machine, const Point& from, const Point& to,
                                          const ChoiceOptions& options);
 
 }  // namespace trunnion::path

@@ -39,6 +39,13 @@ struct ChoicePoint {
   bool rapid = false;  // the motion that ends here is a rapid
 };
 
+/// Points whose joints are chosen together, and where the axes stand before the first.
+struct ChoiceRun {
+  std::span<const ChoicePoint> points;
+  JointVector seed;
+  std::string cl_file;  // for messages
+};
+
 struct ChosenPoint {
   JointVector q;
   std::uint8_t branch = 0;
@@ -65,8 +72,7 @@ struct ChoiceSummary {
   std::uint8_t last_branch = 0;
 };
 
-/// Joint positions for a run of points (one operation, or the points between two rapids), starting from
-/// `seed`.
+/// Joint positions for a run of points (one operation, or the points between two rapids).
 ///
 /// Pole: C is free there, so it takes the position in which the path leaves the pole: at once when a rapid
 /// leads there, spread over the way along the pole when the tool cuts into it and out of it, in place
@@ -78,10 +84,8 @@ struct ChoiceSummary {
 /// O(points x candidates^2), candidates <= 8 in practice. Leaves one ChosenPoint per point in `out`, all of
 /// it written anew, and adds to `summary`. Linear limits are not a criterion (see limit_violations). Fails
 /// with check_failed for a point that no branch reaches within the rotary limits: CL line, axis, by how much.
-Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoint> points,
-                              const JointVector& seed, const ChoiceOptions& options,
-                              const std::string& cl_file, std::vector<ChosenPoint>& out,
-                              ChoiceSummary& summary);
+Result<void> choose_solutions(const Machine& machine, const ChoiceRun& run, const ChoiceOptions& options,
+                              std::vector<ChosenPoint>& out, ChoiceSummary& summary);
 
 /// Whether exactly one position (whole turns of an axis without limits aside) reaches `pose`, and C is
 /// determined there: whatever comes after it, the choice up to it stands, so that a run may be cut behind it

@@ -47,7 +47,6 @@ struct BatchResult {
 
 struct BatchOptions {
   PostOptions post;
-  const NcOrigin* from = nullptr;  // what items with the ending of an NC program were made for
   bool accept_deviation = false;
   bool dry_run = false;
   bool force = false;       // post unchanged inputs too
@@ -61,11 +60,11 @@ struct BatchOptions {
 /// stamp beside the output (`.<name>.stamp`) holds the hash of what it was made from and of itself. Killed at
 /// any moment and run again it ends with the same files; two batches at once in one folder do no harm, since
 /// every file appears by a rename.
+/// @param job      what is the same for all items; `from` is taken for those with the ending of an NC program
 /// @param progress called after each item, from any thread
 /// @param stop     set by a signal: items that have not begun are not run
-std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
-                                   const nc::Controller& controller, const Model* model,
-                                   const std::vector<std::string>& header, const BatchOptions& options,
+std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const PostJob& job,
+                                   const BatchOptions& options,
                                    const std::function<void(const BatchResult&)>& progress,
                                    const std::atomic<bool>& stop);
 

@@ -144,10 +144,15 @@ double largest_turn(const Span& span, AxisId inner, std::span<const ChosenPoint>
   return largest;
 }
 
-// Axes of first..last that pass the pole at `nearest`: straight through it, as far as they are within the
-// tolerance of that line.
+// Points first..last in the cone, of which `nearest` is nearest to the pole.
+struct Passage {
+  std::size_t first, last, nearest;
+};
+
+// The axes of a passage: straight through the pole, as far as they are within the tolerance of that line.
 void lead_through(const Pole& pole, double tolerance_rad, std::span<const ChoicePoint> points,
-                  std::size_t first, std::size_t last, std::size_t nearest, std::vector<ChoicePoint>& out) {
+                  const Passage& passage, std::vector<ChoicePoint>& out) {
+  const auto [first, last, nearest] = passage;
   const Vec3 n = pole.nearest(points[nearest].pose.axis_P);
   const auto across = [&](std::size_t i) {
     const Vec3& u = points[i].pose.axis_P;
@@ -167,15 +172,13 @@ void lead_through(const Pole& pole, double tolerance_rad, std::span<const Choice
 
 class Tightener {
  public:
-  Tightener(const Machine& machine, const Pole& pole, const PoleOptions& options,
-            std::span<const ChoicePoint> programmed, std::span<ChoicePoint> points,
-            std::span<ChosenPoint> chosen)
+  Tightener(const Machine& machine, const Pole& pole, const PoleOptions& options, const PoleRun& run)
       : machine_(machine),
         pole_(pole),
         tolerance_(kMargin * options.tolerance.rad()),
-        programmed_(programmed),
-        points_(points),
-        chosen_(chosen) {}
+        programmed_(run.programmed),
+        points_(run.points),
+        chosen_(run.chosen) {}
 
   PoleStretch run(const Span& span) {
     PoleStretch out;
@@ -286,27 +289,25 @@ std::vector<ChoicePoint> put_on_pole(const Machine& machine, const PoleOptions& 
       ++last;
       if (tilt(last) < tilt(nearest)) nearest = last;
     }
-    if (tilt(nearest).rad() <= tolerance) lead_through(pole, tolerance, points, i, last, nearest, out);
+    if (tilt(nearest).rad() <= tolerance) lead_through(pole, tolerance, points, {i, last, nearest}, out);
     i = last;
   }
   return out;
 }
 
 std::vector<PoleStretch> tilt_near_pole(const Machine& machine, const Vec3& tool_mm,
-                                        const PoleOptions& options, std::span<const ChoicePoint> programmed,
-                                        std::span<const ChosenPoint> before, std::span<ChoicePoint> points,
-                                        std::span<ChosenPoint> chosen) {
+                                        const PoleOptions& options, const PoleRun& run) {
   std::vector<PoleStretch> out;
   if (machine.rotary_axes().size() < 2) return out;
   const Pole pole(machine, tool_mm);
-  Tightener tightener(machine, pole, options, programmed, points, chosen);
-  for (const Span& span : spans(pole, options, points, chosen)) {
+  Tightener tightener(machine, pole, options, run);
+  for (const Span& span : spans(pole, options, run.points, run.chosen)) {
     bool led_through = false;
     for (std::size_t i = span.first; i <= span.last; ++i)
-      led_through = led_through || points[i].pose.axis_P != programmed[i].pose.axis_P;
-    if (!led_through && largest_turn(span, pole.inner(), chosen) <= options.min_turn.rad()) continue;
+      led_through = led_through || run.points[i].pose.axis_P != run.programmed[i].pose.axis_P;
+    if (!led_through && largest_turn(span, pole.inner(), run.chosen) <= options.min_turn.rad()) continue;
     PoleStretch stretch = tightener.run(span);
-    stretch.turn_before = Angle::radians(largest_turn(span, pole.inner(), before));
+    stretch.turn_before = Angle::radians(largest_turn(span, pole.inner(), run.before));
     out.push_back(stretch);
   }
   return out;

@@ -183,16 +183,14 @@ class TurnPlanner {
 
 }  // namespace
 
-bool connects(const Machine& machine, const ToolPose& pose_a, const JointVector& a, const ToolPose& pose_b,
-              const JointVector& b, const ChoiceOptions& options) {
+bool connects(const Machine& machine, const Point& a, const Point& b, const ChoiceOptions& options) {
   const TableKinematics kinematics(machine, options.tool_mm);
-  return RotaryConnection(kinematics, options.axis_tolerance).connects(a, pose_a.axis_P, b, pose_b.axis_P);
+  return RotaryConnection(kinematics, options.axis_tolerance).connects(a.q, a.axis_P, b.q, b.axis_P);
 }
 
-Result<std::vector<TurnAway>> plan_turns(const Machine& machine, const ToolPose& from, const JointVector& a,
-                                         const ToolPose& to, const JointVector& b,
+Result<std::vector<TurnAway>> plan_turns(const Machine& machine, const Point& from, const Point& to,
                                          const ChoiceOptions& options) {
-  return TurnPlanner(machine, from, to, options).plan(a, b);
+  return TurnPlanner(machine, {from.tip_P, from.axis_P}, {to.tip_P, to.axis_P}, options).plan(from.q, to.q);
 }
 
 }  // namespace trunnion::path

@@ -96,35 +96,29 @@ class Chooser {
   AxisId named_axis_ = 0;
 };
 
-struct Run {
-  const Machine& machine;
-  const Chooser& chooser;
-  const ChoiceOptions& options;
-  const std::string& cl_file;
-};
-
-Result<void> choose_global(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
+Result<void> choose_global(const Machine& machine, const ChoiceRun& run, const ChoiceOptions& options,
                            std::vector<ChosenPoint>& out) {
-  GlobalChoice choice(run.machine, run.options);
-  if (const ChoicePoint* lost = choice.choose(points, seed, out))
-    return tl::unexpected(unreachable(run.machine, *lost, run.options, run.cl_file));
+  GlobalChoice choice(machine, options);
+  if (const ChoicePoint* lost = choice.choose(run.points, run.seed, out))
+    return tl::unexpected(unreachable(machine, *lost, options, run.cl_file));
   return {};
 }
 
-Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, const JointVector& seed,
+Result<void> choose_local(const Machine& machine, const ChoiceRun& run, const ChoiceOptions& options,
                           std::vector<ChosenPoint>& out) {
-  JointVector q = seed;
-  Vec3 axis_before = tool_pose(forward(run.machine, seed, run.options.tool_mm)).axis_P;
-  const RotaryConnection connection(run.chooser.kinematics(), run.options.axis_tolerance);
+  const Chooser chooser(machine, options);
+  JointVector q = run.seed;
+  Vec3 axis_before = tool_pose(forward(machine, run.seed, options.tool_mm)).axis_P;
+  const RotaryConnection connection(chooser.kinematics(), options.axis_tolerance);
   LocalCandidates layer;
   out.clear();
-  for (const ChoicePoint& point : points) {
-    run.chooser.candidates(point.pose, q, layer);
-    if (layer.count == 0) return tl::unexpected(unreachable(run.machine, point, run.options, run.cl_file));
+  for (const ChoicePoint& point : run.points) {
+    chooser.candidates(point.pose, q, layer);
+    if (layer.count == 0) return tl::unexpected(unreachable(machine, point, options, run.cl_file));
     std::size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t c = 0; c < layer.count; ++c) {
-      const double measure = run.chooser.local_measure(q, layer.at[c].q);
+      const double measure = chooser.local_measure(q, layer.at[c].q);
       if (measure < least) {
         least = measure;
         best = c;
@@ -141,20 +135,15 @@ Result<void> choose_local(const Run& run, std::span<const ChoicePoint> points, c
 
 }  // namespace
 
-Result<void> choose_solutions(const Machine& machine, std::span<const ChoicePoint> points,
-                              const JointVector& seed, const ChoiceOptions& options,
-                              const std::string& cl_file, std::vector<ChosenPoint>& out,
-                              ChoiceSummary& summary) {
-  const Chooser chooser(machine, options);
-  const Run run{machine, chooser, options, cl_file};
-  auto chosen = options.method == ChoiceMethod::global ? choose_global(run, points, seed, out)
-                                                       : choose_local(run, points, seed, out);
+Result<void> choose_solutions(const Machine& machine, const ChoiceRun& run, const ChoiceOptions& options,
+                              std::vector<ChosenPoint>& out, ChoiceSummary& summary) {
+  auto chosen = options.method == ChoiceMethod::global ? choose_global(machine, run, options, out)
+                                                       : choose_local(machine, run, options, out);
   if (!chosen) return chosen;
-  PoleSettler(machine, chooser.kinematics()).settle(points, out, summary, [] {
-    return PoleSettler::Ahead{};
-  });
+  const TableKinematics kinematics(machine, options.tool_mm);
+  PoleSettler(machine, kinematics).settle(run.points, out, summary, [] { return PoleSettler::Ahead{}; });
   const std::uint8_t first = out.empty() ? std::uint8_t{0} : out.front().branch;
-  ChoiceAccount(machine, seed, summary.goes_on ? summary.last_branch : first).add(out, summary);
+  ChoiceAccount(machine, run.seed, summary.goes_on ? summary.last_branch : first).add(out, summary);
   return {};
 }
 

@@ -26,7 +26,7 @@ Result<std::vector<StudyRun>> study_runs(const Machine& machine, const Vec3& too
   std::vector<ChosenPoint> chosen;
   ChoiceSummary summary;
   if (const auto done =
-          choose_solutions(machine, asked, JointVector(), options, program.file, chosen, summary);
+          choose_solutions(machine, {asked, JointVector(), program.file}, options, chosen, summary);
       !done) {
     return tl::unexpected(done.error());
   }

@@ -52,10 +52,7 @@ bool is_unchanged(const BatchItem& item, const std::string& inputs_hash) {
 }
 
 struct Context {
-  const Machine& machine;
-  const nc::Controller& controller;
-  const Model* model;
-  const std::vector<std::string>& header;
+  const PostJob& job;
   const BatchOptions& options;
 };
 
@@ -102,14 +99,10 @@ void run_item(const Context& context, BatchResult& result) {
   }
   if (const auto folder = make_folder_of(result.item.output); !folder)
     return fail_item(result, folder.error());
-  PostJob job;
+  PostJob job = context.job;
   job.cl_file = result.item.input;
-  const bool is_program = context.options.from != nullptr && is_nc_file(result.item.input);
-  if (is_program) job.from = context.options.from;
-  job.machine = &context.machine;
-  job.controller = &context.controller;
-  job.model = context.model;
-  job.header = context.header;
+  const bool is_program = job.from != nullptr && is_nc_file(result.item.input);
+  if (!is_program) job.from = nullptr;
   job.header.push_back((is_program ? "NC program " : "CL file ") +
                        fs::path(result.item.input).filename().string());
   // Of the program as it was made, not as it is found: another batch may have put its own there by then.
@@ -156,14 +149,13 @@ std::string content_hash(std::string_view bytes) {
   return hash.text();
 }
 
-std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Machine& machine,
-                                   const nc::Controller& controller, const Model* model,
-                                   const std::vector<std::string>& header, const BatchOptions& options,
+std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const PostJob& job,
+                                   const BatchOptions& options,
                                    const std::function<void(const BatchResult&)>& progress,
                                    const std::atomic<bool>& stop) {
   std::vector<BatchResult> results(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) results[i].item = items[i];
-  const Context context{machine, controller, model, header, options};
+  const Context context{job, options};
   const auto cores = static_cast<std::size_t>(oneapi::tbb::info::default_concurrency());
   in_threads(items.size(), options.threads > 0 ? options.threads : cores, [&](std::size_t i) {
     if (stop) return;

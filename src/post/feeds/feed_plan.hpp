@@ -1,15 +1,13 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
 
 #include "trunnion/base/lanes.hpp"
-#include "trunnion/machine/machine.hpp"
-#include "trunnion/nc/controller.hpp"
 #include "trunnion/post/post.hpp"
+
+#include "post/feeds/control_times.hpp"
 
 namespace trunnion::post {
 
@@ -55,13 +53,13 @@ class FeedPlanner {
     const JointVector& b;
     double tip_mm = 0.0;  // way of the tip relative to the part
     std::optional<double> tcp_way_mm;
-    double axes_s = 0.0;  // see slowest_axis_s
+    double axes_s = 0.0;  // see AxisRates::slowest_axis_s
   };
   /// Duration: the tip's at `feed_mm_s`, or that of the slowest axis; where the tip hardly moves it is the
   /// axes that need time. F is rounded so that no axis exceeds its speed.
   BlockFeed plan(const Move& move, double feed_mm_s) const;
   BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const {
-    return plan({a, b, tip_mm, std::nullopt, slowest_axis_s(a, b)}, feed_mm_s);
+    return plan({a, b, tip_mm, std::nullopt, axes().slowest_axis_s(a, b)}, feed_mm_s);
   }
   /// A position on the way of a run: where the joints stand, and the tip relative to the part.
   struct Stop {
@@ -74,51 +72,12 @@ class FeedPlanner {
   /// axes move, all feeds have the mode `run_mode` and less than 2^31 quanta, and say how long the block
   /// lasts. Gives their number, at most RunFeeds::kMost.
   std::size_t plan_run(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
-  /// Time of a rapid: the slowest axis at its rapid rate.
-  double rapid_seconds(const JointVector& a, const JointVector& b) const;
-  /// Time of a block with this F as the control runs it; `tcp_way_mm`: see Move. Includes the lowest rate
-  /// that the control keeps in inverse time (Controller::FeedRules::min_linear_rate_mm_s).
-  double seconds_of(const JointVector& a, const JointVector& b, std::optional<double> tcp_way_mm,
-                    nc::FeedMode mode, std::int64_t feed) const;
-  /// The least time in which the axes can do it, moving linearly.
-  double slowest_axis_s(const JointVector& a, const JointVector& b) const;
-  /// The axis that needs it.
-  AxisId slowest_axis(const JointVector& a, const JointVector& b) const;
-  /// The same where the joints do not move linearly: `joints(t)` at the fraction t of the block's time.
-  template <class Joints>
-  double slowest_along_s(const Joints& joints) const {
-    constexpr int kPieces = 16;
-    double seconds = 0.0;
-    JointVector before = joints(0.0);
-    for (int i = 1; i <= kPieces; ++i) {
-      const JointVector q = joints(static_cast<double>(i) / kPieces);
-      seconds = std::max(seconds, kPieces * slowest_axis_s(before, q));
-      before = q;
-    }
-    return seconds;
-  }
-  /// MAXDPM: no rotary axis is faster than this while cutting.
-  void limit_rotary(double rad_s);
-  /// The same for the segment at hand alone: a turn in place that has a time of its own. Infinity ends it.
-  void limit_turn(double rad_s);
-  /// A rate that no linear axis exceeds in any direction, mm/s.
-  double linear_rate_mm_s() const;
-  /// What `seconds_of` and `slowest_axis_s` give for blocks one after the other, a few at a time: block i
-  /// goes from q[axis][i] to q[axis][i + 1]. Up to three more than there are are read and written.
-  void times_of(const std::array<const double*, kMaxAxes>& q, nc::FeedMode mode,
-                std::span<const std::int64_t> feed, std::span<double> seconds,
-                std::span<double> slowest_s) const;
+
+  const AxisRates& axes() const { return times_.axes(); }
+  AxisRates& axes() { return times_.axes(); }
 
  private:
-  /// Length by which the control divides a per-minute F: mm, or rad where only rotary axes move.
-  struct ControlPath {
-    double length = 0.0;
-    bool rotary_only = false;
-  };
-  ControlPath control_path(const JointVector& a, const JointVector& b,
-                           const std::optional<double>& tcp_way_mm) const;
-  double seconds_of(const ControlPath& path, nc::FeedMode mode, std::int64_t feed) const;
-  BlockFeed in_mode(nc::FeedMode mode, const ControlPath& path, double axes_s, double seconds,
+  BlockFeed in_mode(nc::FeedMode mode, const ControlTimes::Way& way, double axes_s, double seconds,
                     double rate_mm_s) const;
   /// The way that the control divides by F is the tip's but for rounding and the errors of the machine: F is
   /// the programmed feed, the same in every block.
@@ -126,11 +85,6 @@ class FeedPlanner {
     return std::abs(length_mm - tip_mm) <= std::max(rounding_mm_, kSameWay * tip_mm);
   }
 
-  void set_slowness();
-  template <class T>
-  void times_of_few(const std::array<const double*, kMaxAxes>& q, nc::FeedMode mode,
-                    std::span<const std::int64_t> feed, std::span<double> seconds,
-                    std::span<double> slowest_s) const;
   template <class T>
   struct Place;
   template <class T>
@@ -145,22 +99,7 @@ class FeedPlanner {
   template <nc::FeedMode kMode, class T>
   std::size_t plan_blocks(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const;
 
-  struct PlannedAxis {
-    bool linear = true;
-    double rapid = 1.0;  // mm/s, rad/s
-    double most = 1.0;   // what the machine file gives for cutting
-  };
-  bool four_ = lanes::four_at_a_time();
-  std::size_t count_;
-  std::array<PlannedAxis, kMaxAxes> axes_;
-  double rotary_rad_s_ = std::numeric_limits<double>::infinity();  // MAXDPM
-  // Of positions that the machine has no axis for, too: these do not change.
-  std::array<double, kMaxAxes> feed_;  // mm/s, rad/s
-  JointVector linear_share_;           // 1 for a linear axis, 0 for a rotary one
-  JointVector rotary_share_;           // the other way round
-  JointVector slowness_;               // 1 / feed_, a little more
-  const nc::Controller& controller_;
-  FeedOutput output_;
+  ControlTimes times_;
   bool inverse_;        // time, where rotary axes turn
   double rounding_mm_;  // of a way between two rounded points, at most
 };

@@ -70,10 +70,10 @@ void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, Ways<T>& out
     const T by = to.q[id] - from.q[id];
     const T by2 = by * by;
     out.axis[id] = by;
-    // In the order of `control_path`.
-    out.linear2_mm2 += by2 * linear_share_[id];
-    out.rotary2_rad2 += by2 * rotary_share_[id];
-    out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * slowness_[id]));
+    // In the order of ControlTimes::way.
+    out.linear2_mm2 += by2 * axes().linear_share()[id];
+    out.rotary2_rad2 += by2 * axes().rotary_share()[id];
+    out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * axes().slowness()[id]));
   }
   out.tip2_mm2 = lanes::squared(to.tip_P - from.tip_P);
 }
@@ -127,7 +127,7 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
   bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
   if constexpr (!kInverse) slowed = slowed || lanes::any(lanes::Mask<T>(axes_s > programmed_s));
   if (slowed) {
-    axes_s = way.slowest_s(feed_);
+    axes_s = way.slowest_s(axes().cutting());
     wanted_s = lanes::larger(tip_s, axes_s);
     out.lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(wanted_s - tip_s), T{});
   }
@@ -151,7 +151,7 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
   T seconds = rules.seconds<kMode>(length, quanta);
   // Of blocks that an axis slows down half are too short after rounding: not worth a guess.
   if (slowed || lanes::any(lanes::Mask<T>(seconds < axes_s))) {
-    if (!slowed) axes_s = way.slowest_s(feed_);
+    if (!slowed) axes_s = way.slowest_s(axes().cutting());
     const lanes::Mask<T> too_short = (seconds < axes_s) & (quanta > 1.0);
     quanta = lanes::select(too_short, T(quanta - 1.0), quanta);
     seconds = lanes::select(too_short, rules.seconds<kMode>(length, quanta), seconds);
@@ -167,7 +167,7 @@ template <nc::FeedMode kMode, class T>
 std::size_t FeedPlanner::plan_blocks(std::span<const Stop> stops, double feed_mm_s, RunFeeds& out) const {
   constexpr std::size_t kTogether = lanes::kCount<T>;
   static_assert(RunFeeds::kMost % kTogether == 0);
-  const RunRules rules(controller_, kMode, feed_mm_s);
+  const RunRules rules(times_.controller(), kMode, feed_mm_s);
   const std::size_t count = stops.size() - 1;
   Place<T> before(stops.first(1), 0);
   for (std::size_t i = 0; i < count; i += kTogether) {
@@ -192,7 +192,7 @@ std::size_t FeedPlanner::plan_run(std::span<const Stop> stops, double feed_mm_s,
   if (stops.size() < 2) return 0;
   stops = stops.first(std::min(stops.size(), RunFeeds::kMost + 1));
   std::size_t planned = 0;
-  lanes::at_a_time(four_, [&]<class T>() {
+  lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
     planned = inverse_ ? plan_blocks<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
                        : plan_blocks<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
   });

@@ -50,7 +50,7 @@ Result<void> JointChoice::choose(Chunk& chunk) {
   for (const Pending& p : chunk.motions) points_.push_back(p.point);
   const path::ChoiceSummary so_far = summary_;
   const auto choice = [&] {
-    return path::choose_solutions(machine_, points_, last_.q, options(), job_.cl_file, chunk.chosen,
+    return path::choose_solutions(machine_, {points_, last_.q, job_.cl_file}, options(), chunk.chosen,
                                   summary_);
   };
   if (auto done = choice(); !done) return done;
@@ -63,7 +63,7 @@ Result<void> JointChoice::choose(Chunk& chunk) {
     summary_ = so_far;
     if (auto done = choice(); !done) return done;
     chunk.pole =
-        path::tilt_near_pole(machine_, tool_.vector(), pole, programmed, before, points_, chunk.chosen);
+        path::tilt_near_pole(machine_, tool_.vector(), pole, {programmed, before, points_, chunk.chosen});
     for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = points_[i];
   }
   end_at(chunk.motions.back().point, chunk.chosen.back().q_leave);

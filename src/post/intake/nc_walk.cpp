@@ -42,7 +42,7 @@ NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file
       diagnostics_(diagnostics),
       axis_words_(*origin.machine, origin.controller->numbers.axes),
       in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, *keep.tools)),
-      planner_(*origin.machine, *origin.controller, FeedOutput::inverse) {}
+      times_(*origin.machine, *origin.controller) {}
 
 void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
   if (told_.insert(kind).second) diagnostics_.error(file_, where, message);
@@ -289,9 +289,9 @@ cl::Feed NcWalk::feed_of(const BlockEnd& end, const nc::Motion& motion) const {
   const double tcp_way_mm = under_tcp ? (end.word_tip_P - from.word_tip_P).norm() : 0.0;
   if (motion.feed_mode == nc::FeedMode::per_minute && (!turns || tcp_way_mm > 0.0))
     return feed_of(motion.feed);
-  const double seconds = planner_.seconds_of(
-      from.q, end.q, under_tcp ? std::optional(tcp_way_mm) : std::nullopt, motion.feed_mode, motion.feed);
-  return {cl::FeedMode::inverse, 1.0 / seconds};
+  const ControlTimes::Way way =
+      times_.way(from.q, end.q, under_tcp ? std::optional(tcp_way_mm) : std::nullopt);
+  return {cl::FeedMode::inverse, 1.0 / times_.seconds(way, motion.feed_mode, motion.feed)};
 }
 
 // On joints that move linearly the second derivative of the tip is at most

@@ -9,7 +9,7 @@
 #include "trunnion/post/nc_origin.hpp"
 #include "trunnion/post/post.hpp"
 
-#include "post/feeds/feed_plan.hpp"
+#include "post/feeds/control_times.hpp"
 #include "post/words_in_force.hpp"
 
 namespace trunnion::post {
@@ -93,7 +93,7 @@ class NcWalk {
   Diagnostics& diagnostics_;
   AxisWordsOf axis_words_;
   WordsInForce in_force_;
-  FeedPlanner planner_;
+  ControlTimes times_;
   std::vector<cl::Record> records_;
   std::optional<cl::Record> approach_;  // the rapid that came from an unknown place, if it was the last
   /// What stands behind the change waits for the tool's register.

@@ -27,8 +27,7 @@ MachineJudge::MachineJudge(JudgedMachine judged, const WordsInForce& words, Path
       words_(words),
       expected_(points),
       path_(points, follow_limits(judged_, words.kinematics)),
-      axes_{FeedPlanner(judged_.machine, judged_.controller, FeedOutput::inverse),
-            TravelSeen(judged_.machine)},
+      axes_{ControlTimes(judged_.machine, judged_.controller), TravelSeen(judged_.machine)},
       as_run_(judged_.machine, judged_.controller, options()),
       record_(options()) {
   put_in_spindle(words.tool.length_mm);
@@ -299,17 +298,17 @@ double MachineJudge::block_seconds(const Vertex& v) {
 double MachineJudge::seconds_of(const Vertex& v) const {
   if (!ends_.has_previous) return 0.0;
   const Vertex& from = *ends_.previous;
-  if (v.rapid) return axes_.planner.rapid_seconds(from.q, v.q);
+  if (v.rapid) return axes_.times.axes().rapid_seconds(from.q, v.q);
   const bool under_tcp = v.tcp && from.tcp;
   const auto way = under_tcp ? std::optional((v.word_tip_P - from.word_tip_P).norm()) : std::nullopt;
-  return axes_.planner.seconds_of(from.q, v.q, way, v.feed_mode, v.feed);
+  return axes_.times.seconds(axes_.times.way(from.q, v.q, way), v.feed_mode, v.feed);
 }
 
 void MachineJudge::check_speed(const Vertex& v, double seconds) {
   const Vertex& from = *ends_.previous;
   const double needed_s =
-      v.tcp ? axes_.planner.slowest_along_s([&](double t) { return meter().between(from, v, t); })
-            : axes_.planner.slowest_axis_s(from.q, v.q);
+      v.tcp ? axes_.times.axes().slowest_along_s([&](double t) { return meter().between(from, v, t); })
+            : axes_.times.axes().slowest_axis_s(from.q, v.q);
   const double ratio = needed_s / seconds;
   ends_.last.speed_ratio = ratio;
   VerifyReport& report = record_.report;
@@ -318,7 +317,7 @@ void MachineJudge::check_speed(const Vertex& v, double seconds) {
   ++report.too_fast_count;
   if (report.too_fast.size() >= options().worst_count) return;
   report.too_fast.push_back({v.nc_line, path_.cl_line(),
-                             judged_.machine.axes[axes_.planner.slowest_axis(from.q, v.q)].name, ratio});
+                             judged_.machine.axes[axes_.times.axes().slowest_axis(from.q, v.q)].name, ratio});
 }
 
 void MachineJudge::check_limits(const Vertex& v) {

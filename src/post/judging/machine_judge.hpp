@@ -10,7 +10,7 @@
 
 #include "trunnion/post/verify.hpp"
 
-#include "post/feeds/feed_plan.hpp"
+#include "post/feeds/control_times.hpp"
 #include "post/judging/block_trail.hpp"
 #include "post/judging/blocks_waiting.hpp"
 #include "post/judging/cut_judge.hpp"
@@ -117,7 +117,7 @@ class MachineJudge {
   };
   /// How fast the axes are, and how far they go.
   struct AxisMotion {
-    FeedPlanner planner;
+    ControlTimes times;
     TravelSeen travel;
   };
   /// The run of motions at hand, in columns.

@@ -53,7 +53,7 @@ const RunEnds& MachineJudge::ends_of(const nc::MotionRun& run) {
       leader->at_once_.ends->stations.q(0) == ends_.previous->q)
     return *leader->at_once_.ends;
   at_once_.ends->stations.tell_axis_course(points().longest_flute_mm() > 0.0);
-  at_once_.ends->evaluate(run, ends_.previous->q, words_, axes_.planner, axes_.travel);
+  at_once_.ends->evaluate(run, ends_.previous->q, words_, axes_.times, axes_.travel);
   at_once_.has_ends = true;
   return *at_once_.ends;
 }
@@ -304,7 +304,8 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
     if (program_judge_) program_judge_->cut(at(), place);
     if (program_judge_ && i + 1 < places.size()) {  // the last one is at hand
       const Vertex& from = *ends_.previous;
-      program_judge_->lasts(pace_of(from, v, seconds, axes_.planner.slowest_axis_s(from.q, v.q)), v.nc_line);
+      program_judge_->lasts(pace_of(from, v, seconds, axes_.times.axes().slowest_axis_s(from.q, v.q)),
+                            v.nc_line);
     }
     path_.go_to(hit ? Place{place.segment + 1, 0.0, 0.0, place.off_tip_mm, place.off_axis} : place);
     record_.end_cut(v, points()[place.segment + 1].line, hit || passed_point);

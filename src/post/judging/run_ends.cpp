@@ -7,7 +7,7 @@
 namespace trunnion::post {
 
 void RunEnds::evaluate(const nc::MotionRun& run, const JointVector& from, const WordsInForce& words,
-                       const FeedPlanner& planner, const TravelSeen& travel) {
+                       const ControlTimes& times, const TravelSeen& travel) {
   const bool four = lanes::four_at_a_time();
   const AxisWordsOf& axis_words = words.axis_words();
   stations.resize(run.count + 1);
@@ -21,7 +21,7 @@ void RunEnds::evaluate(const nc::MotionRun& run, const JointVector& from, const 
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
   seconds.resize(run.count + lanes::kCount<Quads>);
   slowest_s.resize(run.count + lanes::kCount<Quads>);
-  planner.times_of(q, run.feed_mode, std::span(run.feed).first(run.count), seconds, slowest_s);
+  times.of_blocks({q, run.feed_mode, std::span(run.feed).first(run.count)}, seconds, slowest_s);
   lanes::at_a_time(four, [&]<class T>() { find_speed<T>(run.count); });
   within_limits = within_limits && speed_ratio <= 1.0 + kSpeedRounding;
 }

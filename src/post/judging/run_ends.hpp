@@ -4,7 +4,7 @@
 #include "trunnion/nc/motion_run.hpp"
 #include "trunnion/path/station_run.hpp"
 
-#include "post/feeds/feed_plan.hpp"
+#include "post/feeds/control_times.hpp"
 #include "post/judging/travel_seen.hpp"
 #include "post/words_in_force.hpp"
 
@@ -21,7 +21,7 @@ struct RunEnds {
 
   /// Of motions whose words are positions of the machine; the first begins at `from`.
   void evaluate(const nc::MotionRun& run, const JointVector& from, const WordsInForce& words,
-                const FeedPlanner& planner, const TravelSeen& travel);
+                const ControlTimes& times, const TravelSeen& travel);
 
   path::StationRun stations;
   std::vector<double> seconds, slowest_s;  // of the blocks, and what their slowest axes need

@@ -16,7 +16,7 @@ constexpr double kTakeUp_s = 0.01;
 Result<void> BlockMaker::rapid_to(const path::Point& to) {
   const auto q = places_.of(to, 0.0);
   if (!q) return tl::unexpected(q.error());
-  const double seconds = work_.planner.rapid_seconds(work_.at.joints, *q);
+  const double seconds = work_.planner.axes().rapid_seconds(work_.at.joints, *q);
   // Nothing is being cut: a good moment to follow the drift.
   work_.thermal.renew();
   if (auto r = work_.thermal.write_shift(); !r) return r;
@@ -77,7 +77,7 @@ Result<void> BlockMaker::cut_to_place(const path::Point& to, JointVector q, cons
 
 Result<void> BlockMaker::feed_per_minute(const JointVector& q, double rate_mm_s, SourceRef where) {
   const nc::FeedFormat& format = work_.posting.controller.numbers.feed;
-  const double rate = std::min(rate_mm_s, work_.planner.linear_rate_mm_s());
+  const double rate = std::min(rate_mm_s, work_.planner.axes().linear_rate_mm_s());
   BlockFeed feed;
   feed.quanta = format.quanta(nc::FeedMode::per_minute, rate);
   if (format.internal(nc::FeedMode::per_minute, feed.quanta) > rate && feed.quanta > 1) --feed.quanta;
@@ -127,13 +127,13 @@ Result<void> BlockMaker::write_plain(const JointVector& q, nc::MotionKind kind, 
 FeedPlanner::Move BlockMaker::move_to(const JointVector& q, double tip_mm) const {
   FeedPlanner::Move move{work_.at.joints, q, tip_mm, std::nullopt, 0.0};
   if (!work_.posting.options.rtcp) {
-    move.axes_s = work_.planner.slowest_axis_s(work_.at.joints, q);
+    move.axes_s = work_.planner.axes().slowest_axis_s(work_.at.joints, q);
     return move;
   }
   const Vec3 from_P = words_.tip_P(work_.at.joints);
   const Vec3 to_P = words_.tip_P(q);
   move.tcp_way_mm = (to_P - from_P).norm();
-  move.axes_s = work_.planner.slowest_along_s([&](double t) {
+  move.axes_s = work_.planner.axes().slowest_along_s([&](double t) {
     JointVector at = JointVector::interpolate(work_.at.joints, q, t);
     work_.tool.kinematics.solve_linear(from_P + t * (to_P - from_P), work_.tool.kinematics.sines(at), at);
     return at;

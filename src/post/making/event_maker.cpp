@@ -164,7 +164,7 @@ Result<void> EventMaker::take_post_word(const cl::PostWord& word, SourceRef wher
     return {};
   }
   if (const auto limit = rotary_limit_rad_s(word); limit && word.word == "MAXDPM") {
-    work_.planner.limit_rotary(*limit);
+    work_.planner.axes().limit_rotary(*limit);
     return {};
   }
   if (word.word == "CLEARP") {

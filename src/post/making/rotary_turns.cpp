@@ -75,8 +75,7 @@ bool RotaryTurns::rewinds(const path::Point& to, const JointVector& q) const {
   path::ChoiceOptions options;
   options.tool_mm = work_.tool.tool.vector();
   options.axis_tolerance = work_.modes.tolerances.cutting().axis;
-  return !path::connects(work_.posting.machine, {work_.at.point.tip_P, work_.at.point.axis_P},
-                         work_.at.point.q, {to.tip_P, to.axis_P}, to.q, options);
+  return !path::connects(work_.posting.machine, work_.at.point, to, options);
 }
 
 Result<void> RotaryTurns::rapid_above(const path::Point& to) {

@@ -118,7 +118,7 @@ Result<void> SafeWay::turn(const JointVector& q, SourceRef where) {
   if (auto r = retract(where); !r) return r;
   if (auto r = work_.thermal.write_shift(); !r) return r;
   // Where the machine comes from is known from the second time on.
-  work_.moved(q, work_.at.known ? work_.planner.rapid_seconds(work_.at.joints, q) : 0.0);
+  work_.moved(q, work_.at.known ? work_.planner.axes().rapid_seconds(work_.at.joints, q) : 0.0);
   if (auto r = blocks_.write(q, nc::MotionKind::rapid, {}, where, rotary); !r) return r;
   if (auto r = work_.planes.enter(); !r) return r;
   if (auto r = clamp_standing(); !r) return r;

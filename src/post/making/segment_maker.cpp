@@ -75,9 +75,9 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
       if (work_.posting.machine.axes[id].kind == AxisKind::rotary)
         turn_rad = std::max(turn_rad, std::abs(to.q[id] - work_.at.point.q[id]));
     }
-    work_.planner.limit_turn(turn_rad * motion.feed.value);
+    work_.planner.axes().limit_turn(turn_rad * motion.feed.value);
     auto done = make(to, at_rate, prepared);
-    work_.planner.limit_turn(std::numeric_limits<double>::infinity());
+    work_.planner.axes().limit_turn(std::numeric_limits<double>::infinity());
     return done;
   }
   blocks_.begin_segment(work_.at.point, to);
@@ -179,8 +179,11 @@ Result<bool> SegmentMaker::reconfigure(const path::ChosenPoint& next, const Pend
   options.inverse = work_.now.chunk->inverse;
   options.tool_mm = work_.tool.tool.vector();
   options.axis_tolerance = work_.modes.tolerances.cutting().axis_room();
-  const auto turns = path::plan_turns(work_.posting.machine, {work_.at.point.tip_P, work_.at.point.axis_P},
-                                      work_.at.point.q, motion.point.pose, next.q, options);
+  path::Point to;
+  to.tip_P = motion.point.pose.tip_P;
+  to.axis_P = motion.point.pose.axis_P;
+  to.q = next.q;
+  const auto turns = path::plan_turns(work_.posting.machine, work_.at.point, to, options);
   if (!turns) {
     return fail(
         ErrorCode::check_failed,

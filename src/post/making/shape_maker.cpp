@@ -170,9 +170,10 @@ Result<bool> ShapeMaker::make_arc(const cl::Arc& arc, std::size_t i, std::size_t
 // F of a motion of the linear axes alone at `rate_mm_s`, or as fast as they can; the time that it takes.
 double ShapeMaker::feed_word(double rate_mm_s, double length_mm, std::int64_t& feed) {
   const nc::FeedFormat& format = work_.posting.controller.numbers.feed;
-  const double most = std::min(rate_mm_s, work_.planner.linear_rate_mm_s());
+  const double most = std::min(rate_mm_s, work_.planner.axes().linear_rate_mm_s());
   feed = format.quanta(nc::FeedMode::per_minute, most);
-  if (format.internal(nc::FeedMode::per_minute, feed) > work_.planner.linear_rate_mm_s() && feed > 1) --feed;
+  if (format.internal(nc::FeedMode::per_minute, feed) > work_.planner.axes().linear_rate_mm_s() && feed > 1)
+    --feed;
   work_.posting.report.feed_time_lost_s += length_mm / most - length_mm / rate_mm_s;
   return length_mm / format.internal(nc::FeedMode::per_minute, feed);
 }
@@ -209,7 +210,7 @@ Result<nc::Thread> ShapeMaker::thread_of(const cl::Hole& hole, SourceRef where) 
   if (pitch_mm < kFinest_mm || pitch_mm > kCoarsest_mm)
     return refuse("feed over speed is a pitch of " + fixed_text(pitch_mm, 4) + " mm: no tap has that");
   const double rate_mm_s = pitch_mm * static_cast<double>(spindle.rpm) / kSecondsPerMinute;
-  if (rate_mm_s > work_.planner.linear_rate_mm_s())
+  if (rate_mm_s > work_.planner.axes().linear_rate_mm_s())
     return refuse("a pitch of " + fixed_text(pitch_mm, 4) + " mm at " + std::to_string(spindle.rpm) +
                   " rpm is faster than the linear axes go");
   nc::Thread out;
@@ -356,8 +357,8 @@ double ShapeMaker::seconds_of(const nc::Hole& hole, const JointVector& at) const
        nc::strokes_of(hole, work_.posting.controller.cycles, work_.posting.controller.numbers.axes)) {
     const Vec3 to(stroke.xyz_mm[0], stroke.xyz_mm[1], stroke.xyz_mm[2]);
     const JointVector next = words_.joints_of(words_.quanta_of(to), at);
-    seconds +=
-        (stroke.rapid ? work_.planner.rapid_seconds(q, next) : (to - before).norm() / rate) + stroke.dwell_s;
+    seconds += (stroke.rapid ? work_.planner.axes().rapid_seconds(q, next) : (to - before).norm() / rate) +
+               stroke.dwell_s;
     before = to;
     q = next;
   }

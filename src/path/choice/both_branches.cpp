@@ -1,123 +1,68 @@
-// Runs of points that one position reaches: nearly all of a program.
+#include "path/choice/both_branches.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
-#include "path/choice/global_choice.hpp"
-
 namespace trunnion::path {
 
-// To leave the part and to come back costs two reconfigurations, 120 s. Less than this is the shorter way,
-// whatever else may be preferred.
-constexpr double kSurelyShorter_s = 1.5 * kReconfigureSeconds;
-
-std::size_t GlobalChoice::follow(std::span<const ChoicePoint> points, std::size_t first, std::size_t end,
-                                 std::span<ChosenPoint> out) {
-  const SolvedBlock& block = *block_;
-  Candidate& reached = layers_[now_].at[0];
-  const ChoicePosition begin = reached;
-  // Numbers and no position, as in `replay_plain`.
-  std::array<double, 2> at = begin.angle;
-  std::uint8_t branch = begin.branch;
-  bool reconfigure = false;
-  std::size_t i = first;
-  const auto row_of = [&](std::size_t of_branch, std::size_t row) -> Vec3 {
-    const auto& linear = block.branch[of_branch].linear;
-    return {linear[0][row], linear[1][row], linear[2][row]};
-  };
-  const auto before = [&]() -> ChoicePosition {
-    return i == first ? begin : ChoicePosition{at, row_of(branch, i - 1 - looked_from_), branch};
-  };
-  const auto axis_before_P = [&] { return i > first ? points[i - 1].pose.axis_P : axis_before_; };
-  for (; i < end; ++i) {
-    const std::size_t row = i - looked_from_;
-    const bool one = block.branch[0].within[row] != 0;
-    const bool both = one && block.branch[1].within[row] != 0;
-    if (both && !stay_.on) {
-      if (out.empty() || i < may_stay_from_) break;
-      stay_ = {true, i, before(), axis_before_P(), solver_.rotary().apart(at[0]), 0.0};
+// The two branches lie side by side.
+bool add_both(ChoiceInWork& work, const ChoicePoint& point, const SolvedPose& solved) {
+  const ChoiceFront::Layer& before = work.front.before();
+  const ChoiceSteps& steps = work.steps;
+  if (!solved.known || solved.rotary.count != 2 || before.count > 2) return false;
+  std::array<std::array<Lanes, 2>, 2> angle;  // [position before][axis]
+  const RotarySolution& one = solved.rotary.at[0];
+  const RotarySolution& two = solved.rotary.at[1];
+  for (std::size_t p = 0; p < before.count; ++p) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Lanes both = {one.angle[k], two.angle[k]};
+      if (!steps.only_turns(k, both, lanes::splat<Lanes>(before.at[p].angle[k]), angle[p][k])) return false;
     }
-    const std::uint8_t next_branch = both ? branch : one ? std::uint8_t{0} : std::uint8_t{1};
-    const SolvedBlock::Branch& of = block.branch[next_branch];
-    std::array<double, 2> next{};
-    double turn = 0.0;
-    bool only = block.known[row] != 0 && of.within[row] != 0;
-    for (std::size_t k = 0; only && k < 2; ++k) {
-      only = steps_.has_only_turn(k, of.angle[k][row], at[k], next[k]);
-      turn += std::abs(next[k] - at[k]);
-    }
-    if (!only || (stay_.on && !stays(before(), {next, row_of(next_branch, row), next_branch}, turn,
-                                     points[i].rapid, row))) {
-      if (stay_.on) return give_up_stay(i);
-      break;
-    }
-    const bool goes_on = turn < ChoiceSteps::kSurelyNone && next_branch == branch;
-    reconfigure = !goes_on && steps_.reconfigures(before(), axis_before_P(),
-                                                  {next, Vec3::Zero(), next_branch}, points[i]);
-    if (out.empty()) {
-      traces_.add_one();
-    } else {
-      put(of, row, next, next_branch, reconfigure, out[i]);
-    }
-    at = next;
-    branch = next_branch;
-    if (!both) stay_.on = false;
   }
-  if (i == first) return i;
-  const ChoicePosition last = before();
-  go_to_only(last, points[i - 1].pose.axis_P);
-  reached.reconfigure = reconfigure;
-  const SolvedBlock::Branch& of = block.branch[branch];
-  const std::size_t row = i - 1 - looked_from_;
-  reached.sines = {{of.sin[0][row], of.sin[1][row]}, {of.cos[0][row], of.cos[1][row]}};
-  if (!out.empty()) place_ = {last, axis_before_, 0};
-  return i;
-}
-
-// The present layer has this position, and what it took to come there decides nothing.
-void GlobalChoice::go_to_only(const ChoicePosition& position, const Vec3& axis_P) {
-  Candidate& at = layers_[now_].at[0];
-  at = {};
-  static_cast<ChoicePosition&>(at) = position;
-  axis_before_ = axis_P;
-}
-
-void GlobalChoice::put(const SolvedBlock::Branch& of, std::size_t row, const std::array<double, 2>& angle,
-                       std::uint8_t branch, bool reconfigure, ChosenPoint& out) const {
-  for (std::size_t k = 0; k < 2; ++k) {
-    const AxisId id = kinematics_.rotary(k);
-    out.q[id] = out.q_leave[id] = out.sines.angle[k] = angle[k];
-    out.sines.sines.sin[k] = of.sin[k][row];
-    out.sines.sines.cos[k] = of.cos[k][row];
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const AxisId id = kinematics_.linear(k);
-    out.q[id] = out.q_leave[id] = of.linear[k][row];
-  }
-  out.branch = branch;
-  out.singular = false;
-  out.reconfigure = reconfigure;
-}
-
-// A step on one branch, to which there is no other but by leaving the part.
-bool GlobalChoice::stays(const ChoicePosition& at, const ChoicePosition& next, double turn, bool rapid,
-                         std::size_t row) {
-  const double apart = block_->apart[row];
-  if (rapid || next.branch != at.branch || turn >= ChoiceSteps::kSurelyNone ||
-      !steps_.parts(std::min(apart, stay_.apart), turn))
+  const double apart = std::abs(angle[0][0][1] - angle[0][0][0]);
+  constexpr double kSurelyApart = 1e-6;
+  if (!(apart > kSurelyApart && apart < kPi) &&
+      steps.same_position({angle[0][0][0], angle[0][1][0]}, {angle[0][0][1], angle[0][1][1]}))
     return false;
-  stay_.apart = apart;
-  stay_.seconds += steps_.cost(at, next.angle, next.linear);
-  return stay_.seconds < kSurelyShorter_s;
-}
-
-// Back to where it began; gives that point. It did not do up to point `at`.
-std::size_t GlobalChoice::give_up_stay(std::size_t at) {
-  stay_.on = false;
-  may_stay_from_ = at + 1;
-  go_to_only(stay_.before, stay_.axis_before_P);
-  place_ = {stay_.before, stay_.axis_before_P, 0};
-  return stay_.begin;
+  const Vec3& a = solved.linear[0];
+  const Vec3& b = solved.linear[1];
+  const lanes::Triple<Lanes> linear = {{a.x(), b.x()}, {a.y(), b.y()}, {a.z(), b.z()}};
+  std::array<Lanes, 2> least;
+  for (std::size_t p = 0; p < before.count; ++p)
+    least[p] =
+        before.at[p].cost + steps.cost(before.at[p], angle[p], linear) + steps.centre_preference(angle[p]);
+  ChoiceFront::Layer& after = work.front.after();
+  after.count = 2;
+  std::array<std::uint16_t, 2> came_from;
+  for (std::size_t n = 0; n < 2; ++n) {
+    const int lane = static_cast<int>(n);
+    Candidate& next = after.at[n];
+    next.linear = solved.linear[n];
+    next.sines = solved.sines[n];
+    next.branch = solved.rotary.at[n].branch;
+    next.solution = static_cast<std::uint8_t>(n);
+    next.singular = false;
+    // The shorter way; the other one too where the tool would have to leave the part.
+    std::size_t from = before.count == 2 && least[1][lane] < least[0][lane] ? 1 : 0;
+    next.angle = {angle[from][0][lane], angle[from][1][lane]};
+    next.reconfigure = steps.reconfigures(before.at[from], work.front.axis_P(), next, point);
+    next.cost = least[from][lane] + (next.reconfigure ? kReconfigureSeconds : 0.0);
+    if (before.count == 2 && least[1 - from][lane] < next.cost) {
+      Candidate other = next;
+      other.angle = {angle[1 - from][0][lane], angle[1 - from][1][lane]};
+      other.reconfigure = steps.reconfigures(before.at[1 - from], work.front.axis_P(), other, point);
+      other.cost = least[1 - from][lane] + (other.reconfigure ? kReconfigureSeconds : 0.0);
+      if (other.cost < next.cost) {
+        next = other;
+        from = 1 - from;
+      }
+    }
+    came_from[n] = static_cast<std::uint16_t>(from);
+  }
+  work.traces.add_two(came_from[0], came_from[1]);
+  work.front.go_on(point.pose.axis_P);
+  return true;
 }
 
 namespace {
@@ -250,10 +195,10 @@ std::size_t go_straight_on(const ChoiceSteps& steps, const SolvedBlock& block, s
 
 }  // namespace
 
-std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::size_t first,
-                                      std::size_t end) {
-  Candidate& a = layers_[now_].at[0];
-  Candidate& b = layers_[now_].at[1];
+std::size_t follow_both(ChoiceInWork& work, std::span<const ChoicePoint> points, std::size_t first,
+                        std::size_t end) {
+  Candidate& a = work.front.before().at[0];
+  Candidate& b = work.front.before().at[1];
   if (a.branch != 0 || b.branch != 1) return first;
   SideBySide both;
   for (std::size_t k = 0; k < 2; ++k) both.angle[k] = Lanes{a.angle[k], b.angle[k]};
@@ -261,19 +206,20 @@ std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::
   both.linear = lanes::Triple<Lanes>{linear(0), linear(1), linear(2)};
   both.cost = Lanes{a.cost, b.cost};
   std::size_t i = first;
-  while (i < end && goes_straight_on(steps_, *block_, i - looked_from_, both)) {
-    std::size_t row = i + 1 - looked_from_;
-    lanes::at_a_time(
-        four_, [&]<class T>() { row = go_straight_on<T>(steps_, *block_, row, end - looked_from_, both); });
-    i = looked_from_ + row;
+  while (i < end && goes_straight_on(work.steps, *work.block, i - work.block_from, both)) {
+    std::size_t row = i + 1 - work.block_from;
+    lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
+      row = go_straight_on<T>(work.steps, *work.block, row, end - work.block_from, both);
+    });
+    i = work.block_from + row;
   }
   if (i == first) return i;
-  traces_.add_straight(i - first);
-  const std::size_t last = i - 1 - looked_from_;
+  work.traces.add_straight(i - first);
+  const std::size_t last = i - 1 - work.block_from;
   for (std::size_t n = 0; n < 2; ++n) {
     const int lane = static_cast<int>(n);
-    const SolvedBlock::Branch& of = block_->branch[n];
-    Candidate& c = layers_[now_].at[n];
+    const SolvedBlock::Branch& of = work.block->branch[n];
+    Candidate& c = work.front.before().at[n];
     c.angle = {both.angle[0][lane], both.angle[1][lane]};
     c.linear = {both.linear.x[lane], both.linear.y[lane], both.linear.z[lane]};
     c.sines = {{of.sin[0][last], of.sin[1][last]}, {of.cos[0][last], of.cos[1][last]}};
@@ -281,7 +227,7 @@ std::size_t GlobalChoice::follow_both(std::span<const ChoicePoint> points, std::
     c.singular = c.reconfigure = false;
     c.cost = both.cost[lane];
   }
-  axis_before_ = points[i - 1].pose.axis_P;
+  work.front.stay(points[i - 1].pose.axis_P);
   return i;
 }
 
