@@ -313,9 +313,12 @@ def small_campaign(name, index, rng):
 
 
 def case(name):
-    from . import confounded
     stratum, _, number = name.partition("-")
-    index, rng = int(number), generator_of(name)
+    return made(name, stratum, int(number), generator_of(name))
+
+
+def made(name, stratum, index, rng):
+    from . import confounded
     if stratum == "H0":
         return null(name, index, rng)
     if stratum == "H1":

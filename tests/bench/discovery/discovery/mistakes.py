@@ -14,6 +14,7 @@ from .rows import write_rows
 from .trial import diagnosed
 
 KINDS = ("axis_sense", "run_sense", "all_sense", "swapped_axes", "swapped_n", "unit", "tool_length", "time_shift")
+NONE = "none"  # the same campaigns and models, nothing wrong
 SEEN = 3.0  # chi-square per reading of the known effects beside the mistake: what is less does no harm that would be seen
 BASE = ["location:A", "location:C", "squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "component:EBX", "component:EAY",
         "component:ECZ"]
@@ -40,6 +41,8 @@ def wrong(kind, machine, rows, values, rng):
     """(machine file, rows, values, factor of the uncertainties) with the mistake, and the answer that is right."""
     rows = copy.copy(rows)
     factor = np.ones(len(rows))
+    if kind == NONE:
+        return machine, rows, values, factor, {"kind": NONE}
     if kind == "axis_sense":
         which = int(rng.integers(len(machine.axes)))
         a = machine.axes[which]
@@ -89,18 +92,21 @@ def wrong(kind, machine, rows, values, rng):
 
 def case(name):
     """B-<kind>-0007, written with the mistake."""
-    kind = name.split("-")[1]
-    rng = generator_of(name)
+    return made(name, name.split("-")[1], generator_of(name))
+
+
+def made(name, kind, rng):
     for _ in range(200):
         machine, rows, base = drawn(kind, rng)
         true = Case(name, machine, rows, base, [], None, rows.u_random, rows.u_common.copy(), {}, {"stratum": f"B {kind}"}, rng)
         values = measured_values(true, rows, rng)
         said, wrong_rows, wrong_values, factor, answer = wrong(kind, machine, rows, values, rng)
-        if kind in ("all_sense", "unit", "tool_length") or harmful(said, wrong_rows, wrong_values, base):
+        if kind in (NONE, "all_sense", "unit", "tool_length") or harmful(said, wrong_rows, wrong_values, base):
             break
-    out = Case(name, said, wrong_rows, base, [], wrong_values, rows.u_random * factor, rows.u_common * factor, {},
-               {"stratum": f"B {kind}", "answer": answer}, rng)
-    return out
+    # The values of an earlier calibration, or only what is known to be there.
+    values_given = kind in ("all_sense", "unit") or (kind == NONE and rng.random() < 0.25)
+    return Case(name, said, wrong_rows, base, [], wrong_values, rows.u_random * factor, rows.u_common * factor, {},
+                {"stratum": f"B {kind}", "answer": answer, "values_given": values_given}, rng)
 
 
 def harmful(machine, rows, values, base):
@@ -113,9 +119,7 @@ def harmful(machine, rows, values, base):
 def write(case_, folder):
     folder.mkdir(parents=True, exist_ok=True)
     machines.write_machine(folder / "machine.toml", case_.machine)
-    # The values of an earlier calibration, or only what is known to be there.
-    given = case_.about["stratum"] in ("B all_sense", "B unit")
-    machines.write_model(folder / "known.toml", "known", case_.base, values=given)
+    machines.write_model(folder / "known.toml", "known", case_.base, values=case_.about.get("values_given", False))
     write_rows(folder / "data.csv", case_.machine, case_.rows, case_.values, case_.stated_random, case_.stated_common)
 
 
@@ -139,7 +143,7 @@ def right(answer, said):
 
 
 def names(count):
-    return [f"B-{kind}-{k:04d}" for k in range(count) for kind in KINDS]
+    return [f"B-{kind}-{k:04d}" for k in range(count) for kind in (*KINDS, NONE)]
 
 
 def run(task):
@@ -150,13 +154,14 @@ def run(task):
     answer = made.about["answer"]
     return {"case": name, "kind": name.split("-")[1], "answer": answer, "verdict": said["verdict"], "effects": said["effects"],
             "bookkeeping": [{k: v for k, v in b.items() if k != "what"} for b in said["bookkeeping"]],
-            "right": said["verdict"] == "bookkeeping" and right(answer, said["bookkeeping"])}
+            "right": said["verdict"] == "nothing_to_find" if answer["kind"] == NONE else
+            said["verdict"] == "bookkeeping" and right(answer, said["bookkeeping"])}
 
 
 def table(records):
     out = ["| kind | cases | right one named first | an effect named | nothing wrong said |", "|---|---|---|---|---|"]
-    for kind in (*KINDS, "all"):
-        those = [r for r in records if kind in ("all", r["kind"])]
+    for kind in (*KINDS, "all", NONE):
+        those = [r for r in records if kind == r["kind"] or (kind == "all" and r["kind"] != NONE)]
         named = sum(bool(r["effects"]) for r in those)
         silent = sum(r["verdict"] in ("nothing_to_find", "not_testable") for r in those)
         out.append(f"| {kind} | {len(those)} | {sum(r['right'] for r in those)} | {named} | {silent} |")

@@ -76,7 +76,7 @@ def with_mistake(name, rng):
         if kind in ("all_sense", "unit", "tool_length") or mistakes.harmful(said, wrong, readings, true.base):
             break
     return Case(name, said, wrong, true.base, [], readings, rows.u_random * factor, rows.u_common * factor, {},
-                {"stratum": f"B {kind}", "answer": answer}, rng)
+                {"stratum": f"B {kind}", "answer": answer, "values_given": kind in ("all_sense", "unit")}, rng)
 
 
 def names(first, count):
