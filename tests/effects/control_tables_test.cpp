@@ -484,6 +484,34 @@ TEST(ControlTables, RefusesTablesThatNobodyCouldInterpolate) {
             "f: error: an axis number of the file is no axis of this machine: give --axes");
 }
 
+// Units of the axis itself, no offsets, comments behind ', a third output: as public files have them.
+TEST(ControlTables, AerotechTablesInTheUnitsOfTheAxes) {
+  const Machine machine = machine_of(false);
+  const std::string head = "'  RowAxis ColumnAxis OutputAxis1 OutputAxis2 ...\n:START2D 2 1 1 2 10 5 2\n";
+  const auto tables = read_back(
+      "aerotech",
+      head + ":START2D OUTAXIS3=3 POSUNIT=PRIMARY CORUNIT=PRIMARY/1000\n0 0 0\t1 -2 3\n4 5 6\t7 8 9\n:END\n",
+      machine);
+  const CorrectionMap& map = tables.corrections[0];
+  ASSERT_EQ(map.outputs.size(), 3U);
+  EXPECT_EQ(map.nodes[0], (std::vector<double>{0.0, 10.0}));  // Y, from 0
+  EXPECT_EQ(map.nodes[1], (std::vector<double>{0.0, 5.0}));
+  EXPECT_NEAR(map.value(map.output("X")->up, 0.0, 5.0), 1e-3, 1e-15);
+  EXPECT_NEAR(map.value(map.output("Y")->up, 0.0, 5.0), -2e-3, 1e-15);
+  EXPECT_NEAR(map.value(map.output("Z")->up, 10.0, 5.0), 9e-3, 1e-15);
+  const auto fault = [&](const std::string& text) {
+    Diagnostics diagnostics;
+    const auto r = table_format("aerotech")->read(text, "f", machine, {}, diagnostics);
+    return r ? std::string("accepted") : r.error().text();
+  };
+  EXPECT_NE(fault(head + ":START2D POSUNIT=PRIMARY CORUNIT=PRIMARY NEGCOR\n0 0 0 0\n0 0 0 0\n")
+                .find("f:3:1: error: NEGCOR is not read"),
+            std::string::npos);
+  EXPECT_NE(fault(":START2D 4 1 1 2 10 5 2\n:START2D POSUNIT=PRIMARY CORUNIT=PRIMARY\n0 0 0 0\n0 0 0 0\n")
+                .find("of rotary axes it is not read"),
+            std::string::npos);
+}
+
 // A real stage: its map of deviations and the control's table that was made from it.
 TEST(ControlTablesReal, StageTableIsMinusItsMapFromTheFirstCorner) {
   const char* folder = std::getenv("TRUNNION_REFERENCE_DATA");

@@ -1,7 +1,8 @@
 // Aerotech calibration file, :START2D row column out1 out2 dRow dColumn nColumns, then POSUNIT, CORUNIT,
-// OFFSETROW, OFFSETCOL, lines of groups (out1 out2), :END. Axis numbers count from 1. The table begins at
-// minus the offset. Values are corrections added to the commanded position (the real pair of a stage's map
-// and its table shows it: the table is the start value minus the map). Held outside.
+// OFFSETROW, OFFSETCOL, OUTAXIS3 (a third value in each group), lines of groups (out1 out2), :END. Axis
+// numbers count from 1. The table begins at minus the offset. PRIMARY is the axis' own unit, mm of a linear
+// axis. Values are corrections added to the commanded position (the real pairs of a stage's map and its table
+// show it: the table is the start value minus the map). Held outside.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,18 +12,22 @@
 namespace trunnion::formats {
 namespace {
 
+constexpr std::string_view kPrimary = "PRIMARY";
+
 struct Header {
   std::vector<double> numbers;
   double unit = 1.0;  // of positions, mm
   double correction_unit = 1.0;
   double offset[2] = {0.0, 0.0};  // row, column
+  bool primary = false;           // a unit is the axis' own
+  std::optional<double> third_output;
 };
 
-// METRIC, METRIC/1000, ENGLISH
+// METRIC, METRIC/1000, ENGLISH, PRIMARY/1000
 std::optional<double> unit_of(std::string_view text) {
   const auto slash = text.find('/');
   const std::string_view name = text.substr(0, slash);
-  const double base = name == "METRIC" ? 1.0 : name == "ENGLISH" ? kMmPerInch : 0.0;
+  const double base = name == "METRIC" || name == kPrimary ? 1.0 : name == "ENGLISH" ? kMmPerInch : 0.0;
   const ParsedNumber divisor =
       slash == std::string_view::npos ? ParsedNumber{1.0} : parse_number(text.substr(slash + 1));
   if (base == 0.0 || !divisor || divisor.value <= 0.0) return std::nullopt;
@@ -37,7 +42,11 @@ void keys_of(std::string_view text, const std::string& file, std::uint32_t line,
   for (const auto w : words_of(joined, " ")) {
     const auto equals = w.find('=');
     if (equals == std::string_view::npos) {
-      diagnostics.error(file, {line, 1}, "expected KEY=value, found '" + std::string(w) + "'");
+      diagnostics.error(
+          file, {line, 1},
+          w == "NEGCOR"
+              ? "NEGCOR is not read: take it out, and give --negate where corrections have the other sign"
+              : "expected KEY=value, found '" + std::string(w) + "'");
       continue;
     }
     const std::string_view key = w.substr(0, equals), value = w.substr(equals + 1);
@@ -47,6 +56,9 @@ void keys_of(std::string_view text, const std::string& file, std::uint32_t line,
         diagnostics.error(file, {line, 1}, "unknown unit '" + std::string(value) + "'");
       else
         (key == "POSUNIT" ? header.unit : header.correction_unit) = *unit;
+      header.primary = header.primary || value.starts_with(kPrimary);
+    } else if (key == "OUTAXIS3") {
+      header.third_output = number_of(value, file, line, diagnostics);
     } else if (key == "OFFSETROW" || key == "OFFSETCOL") {
       header.offset[key == "OFFSETCOL"] = number_of(value, file, line, diagnostics).value_or(0.0);
     }
@@ -59,7 +71,7 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
   Header header;
   std::vector<std::vector<double>> rows;
   for (const Line& line : lines_of(text)) {
-    const std::string_view content = trim(line.text.substr(0, line.text.find(';')));
+    const std::string_view content = trim(line.text.substr(0, line.text.find_first_of(";'")));
     if (content.empty() || content.starts_with(":END")) continue;
     if (content.starts_with(":START2D")) {
       const std::string_view rest = trim(content.substr(8));
@@ -80,9 +92,10 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
     for (const auto w : words_of(content))
       rows.back().push_back(number_of(w, file, line.number, diagnostics).value_or(0.0));
   }
-  const std::size_t outputs = header.numbers.size() < 6 ? 0 : header.numbers.size() - 5;
-  if (outputs == 0)
+  if (header.numbers.size() < 6)
     return fail(ErrorCode::wrong_input, "no :START2D line with axes, steps and columns", file);
+  if (header.third_output) header.numbers.insert(header.numbers.end() - 3, *header.third_output);
+  const std::size_t outputs = header.numbers.size() - 5;
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
   constexpr double kMostColumns = 1e6;
   const double count = header.numbers.back();
@@ -114,6 +127,12 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
   if (map.inputs[0].empty() || map.inputs[1].empty() ||
       std::any_of(map.outputs.begin(), map.outputs.end(), unknown))
     return fail(ErrorCode::wrong_input, "an axis number of the file is no axis of this machine: give --axes",
+                file);
+  const auto turns = [&](const std::string& name) { return is_rotary(machine, name); };
+  if (header.primary && (turns(map.inputs[0]) || turns(map.inputs[1]) ||
+                         std::any_of(map.outputs.begin(), map.outputs.end(),
+                                     [&](const auto& output) { return turns(output.axis); })))
+    return fail(ErrorCode::wrong_input, "PRIMARY is the unit of each axis: of rotary axes it is not read",
                 file);
   map.nodes.resize(2);
   for (std::size_t i = 0; i < rows.size(); ++i)
