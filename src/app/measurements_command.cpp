@@ -19,9 +19,11 @@ namespace trunnion::app {
 namespace {
 
 struct MeasurementsOptions {
-  std::string file, out;
+  std::string file, out, machine;
   diagnosis::MapImport map;
   diagnosis::LogImport log;
+  diagnosis::StageImport stage;
+  diagnosis::PointingImport pointing;
   ResultOptions result;
 };
 
@@ -121,6 +123,15 @@ int run(const MeasurementsOptions& options, const Import& import) {
                               "");
 }
 
+// Of a format whose directions follow from the machine.
+template <class Import>
+int run_on_machine(const MeasurementsOptions& options, const Import& import) {
+  int exit = kDone;
+  const auto machine = read_machine(options.machine, exit);
+  if (!machine) return exit;
+  return run(options, [&](const std::string& text, Diagnostics& d) { return import(text, *machine, d); });
+}
+
 struct TemplateOptions {
   std::string kind, machine, out;
   ResultOptions result;
@@ -160,6 +171,58 @@ void add_files(CLI::App& command, MeasurementsOptions& options) {
   options.result.add_to(command);
 }
 
+void add_machine(CLI::App& command, MeasurementsOptions& options) {
+  command.add_option("-m,--machine", options.machine, "machine file (TOML)")
+      ->type_name(kMachineName)
+      ->required();
+}
+
+void add_stage(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& options, int& exit) {
+  auto* command = import.add_subcommand(
+      "stage", "two axes of a stage read by two lasers, as Aerotech's programs write it (.dat)");
+  add_files(*command, *options);
+  add_machine(*command, *options);
+  command
+      ->add_option("--axes", options->stage.axes,
+                   "the file's first and second axis, as in X,Y (default: as the file names them)")
+      ->delimiter(',')
+      ->expected(2);
+  command->add_option("--u-random-um", options->stage.u_random_um, "standard uncertainty of one reading")
+      ->check(above_zero())
+      ->capture_default_str();
+  command
+      ->add_option("--parts", options->stage.parts, "runs that the points are dealt to, for held-out tests")
+      ->capture_default_str();
+  command->callback([options, &exit] {
+    exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
+      return diagnosis::import_stage(text, options->file, machine, options->stage, d);
+    });
+  });
+}
+
+void add_pointing(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& options, int& exit) {
+  auto* command = import.add_subcommand(
+      "pointing",
+      "stars that a mount in azimuth and altitude was pointed at, as TPOINT reads them (degrees)");
+  add_files(*command, *options);
+  add_machine(*command, *options);
+  command->add_option("--azimuth", options->pointing.azimuth, "axis of the azimuth")->capture_default_str();
+  command->add_option("--altitude", options->pointing.altitude, "axis whose position is 90 deg less altitude")
+      ->capture_default_str();
+  command
+      ->add_option("--u-random-urad", options->pointing.u_random_urad, "standard uncertainty of one reading")
+      ->check(above_zero())
+      ->capture_default_str();
+  command
+      ->add_option("--parts", options->pointing.parts, "runs that the stars are dealt to, for held-out tests")
+      ->capture_default_str();
+  command->callback([options, &exit] {
+    exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
+      return diagnosis::import_pointing(text, options->file, machine, options->pointing, d);
+    });
+  });
+}
+
 }  // namespace
 
 void add_measurements_command(CLI::App& root, int& exit) {
@@ -182,6 +245,9 @@ void add_measurements_command(CLI::App& root, int& exit) {
       return diagnosis::import_map(text, options->file, options->map, d);
     });
   });
+
+  add_stage(*import, options, exit);
+  add_pointing(*import, options, exit);
 
   auto traced = std::make_shared<TraceImport>();
   auto* trace = import->add_subcommand(

@@ -9,7 +9,7 @@ using namespace trunnion;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
-  const std::size_t which = bytes.choice(5);
+  const std::size_t which = bytes.choice(7);
   const std::string text = bytes.rest();
   Diagnostics diagnostics;
   if (which == 0) static_cast<void>(diagnosis::import_map(text, "input", {}, diagnostics));
@@ -17,5 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (which == 2) static_cast<void>(thermal::import_log(text, "input", {}, diagnostics));
   if (which == 3) static_cast<void>(iso230::parse_readings(text, "input", diagnostics));
   if (which == 4) static_cast<void>(iso230::parse_motion_log(text, "input", "X", diagnostics));
+  if (which == 5) static_cast<void>(diagnosis::import_stage(text, "input", fuzz::machine(), {}, diagnostics));
+  if (which == 6)
+    static_cast<void>(diagnosis::import_pointing(text, "input", fuzz::machine(), {}, diagnostics));
   return 0;
 }

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto dataset = diagnosis::parse_measurements(std::span(&text, 1), fuzz::machine(), diagnostics);
   if (!dataset) return 0;
   try {
-    if (dataset->readings.size() < 200)
+    if (dataset->readings.size() < 600)
       static_cast<void>(diagnosis::evaluate(fuzz::machine(), *dataset, {}, 10));
   } catch (const Failure&) {
   }
