@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/files.hpp"
 #include "trunnion/diagnosis/evaluate.hpp"
 #include "trunnion/diagnosis/improve.hpp"
 
@@ -84,6 +85,45 @@ TEST(LongBookkeeping, TheSignOfARun) {
   const Diagnosis d = files.said();
   ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
   EXPECT_EQ(d.bookkeeping.front().run, "ball_2") << told_by(d);
+}
+
+// The campaign of sample 02: the model lacks two effects, and one run of few readings is wrong, too.
+struct Sample02 {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  Dataset data = test::measured(machine, file("plan"), file("truth"), 1);
+
+  static std::string file(const std::string& name) {
+    return read_file(test::source_folder() + "/samples/02_find_the_missing_effect/" + name + ".toml").value();
+  }
+  Diagnosis spoiled(const std::string& run, double factor) {
+    for (Reading& r : data.readings)
+      if (data.context.runs[data.run_of(r)].id == run) r.value *= factor;
+    return diagnose(machine, data, test::model_for(machine, data, file("known")));
+  }
+};
+
+// Before: `named` with a step (0.985), `named_but_incomplete` with a period (0.97), `ambiguous` between
+// set-up tilts and the sign of all displacements. A run that little depends on says little: then the mistake
+// stands beside the effects, never behind them.
+TEST(LongBookkeeping, TheSignOfARunOfFewReadingsBesideEffectsThatAreMissing) {
+  for (const std::string run : {"diag", "laser_x", "angle_x"}) {
+    const Diagnosis d = Sample02().spoiled(run, -1.0);
+    EXPECT_TRUE(d.verdict == Verdict::bookkeeping || d.verdict == Verdict::ambiguous) << told_by(d);
+    ASSERT_FALSE(d.bookkeeping.empty()) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::reading_sense) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().run, run) << told_by(d);
+  }
+}
+
+// Before: all readings said to be too large, `not_in_library`, and effects named beside a run that went
+// unnoticed.
+TEST(LongBookkeeping, TheUnitOfOneRun) {
+  for (const auto& [run, wrong] : {std::pair{"rtest1", 1e3}, {"laser_x", 1e3}, {"laser_x", 1e-3}}) {
+    const Diagnosis d = Sample02().spoiled(run, wrong);
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << run << wrong << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().run, run) << told_by(d);
+    EXPECT_NEAR(d.bookkeeping.front().convention.factor * wrong, 1.0, 1e-9) << told_by(d);
+  }
 }
 
 // Fitted parameters follow the sign of all readings; the model's own values do not.

@@ -7,6 +7,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/data/data_check.hpp"
+#include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/atoms.hpp"
 #include "diagnosis/verdict/bookkeeping_figures.hpp"
@@ -102,37 +103,35 @@ Dataset thinned_out(const Machine& machine, Dataset data) {
   return without_idle_rows(std::move(data));
 }
 
-// Of one quantity, readings that do not show even their own scatter.
-bool small_readings(const Dataset& data) {
-  for (const Quantity q : {Quantity::displacement, Quantity::rotation}) {
-    double sum = 0.0, count = 0.0;
-    for (const Reading& r : data.readings) {
-      if (r.quantity != q) continue;
-      sum += std::pow(r.value / r.u_random, 2);
-      count += 1.0;
-    }
-    if (count > 0.0 && sum < kFarTooSmall * count) return true;
-  }
-  return false;
+// Most of these readings, times a factor, do not show even their own scatter. The middle one tells: a single
+// run in another unit must not hide all others.
+bool hardly_scatter(std::vector<double> over_uncertainty, double factor) {
+  constexpr double kFarBelow = 0.2;  // of the uncertainty
+  return !over_uncertainty.empty() && factor * median(std::move(over_uncertainty)) < kFarBelow;
 }
+
+bool are_small(const Dataset& data, const std::optional<Quantity>& quantity) {
+  return hardly_scatter(scatter_over_uncertainty(data, quantity, {}), 1.0);
+}
+
+// Of the effects that were found, all but one, and what their parameters cost.
+struct Fewer {
+  Model model;
+  double columns = 0.0;
+};
 
 // Readings that another unit would put far below their own noise: it would explain anything away.
 bool scales_to_nothing(const Convention& c, const Dataset& data) {
   if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0 || c.with_uncertainty)
     return false;
-  double sum = 0.0, count = 0.0;
-  for (const Reading& r : data.readings) {
-    if (c.quantity && r.quantity != *c.quantity) continue;
-    sum += std::pow(c.factor * r.value / r.u_random, 2);
-    count += 1.0;
-  }
-  return sum < kFarTooSmall * count;
+  return hardly_scatter(scatter_over_uncertainty(data, c.quantity, c.run), c.factor);
 }
 
 struct Trial {
   Convention what;
   Figures base, with_found;  // the model as given, and with the effects that were found, both fitted
-  double best = INFINITY;    // smaller deviance of the two, each with its price
+  double best = INFINITY;    // smallest deviance of these and of `fewer`, each with its price
+  double fewer = INFINITY;   // the same beside all that was found but one effect
   double excess =
       INFINITY;  // of chi-square of the model as given over what noise leaves; of a shift of the clock
 };
@@ -150,9 +149,15 @@ class Judge {
       : machine_(machine), data_(thinned_out(machine, data)), model_(model), search_(search) {
     found_ = with(model_, said.additions);
     found_columns_ = columns_of(said.additions);
+    families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
+    for (std::size_t k = 0; said.additions.size() > 1 && k < said.additions.size(); ++k) {
+      auto kept = said.additions;
+      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(k));
+      fewer_.push_back({with(model_, kept), columns_of(kept)});
+    }
     said_ = said.verdict;
     absurd_ = absurd(said.additions);
-    small_readings_ = small_readings(data_);
+    small_readings_ = are_small(data_, Quantity::displacement) || are_small(data_, Quantity::rotation);
   }
 
   WrongConventions run() {
@@ -190,12 +195,20 @@ class Judge {
     return fitted(right.machine, right.data, right.model, {}, of_scale(c, data_));
   }
 
+  // Of effects, each chosen from all.
+  double selection(double count) const { return 2.0 * std::log(families_) * count; }
+
   double price(const Convention& c) const {
     double free = 0.0;
     if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset) free = 3.0;
     if (c.kind == ConventionKind::tool_length || c.kind == ConventionKind::time_shift) free = 1.0;
     free += static_cast<double>(runs_with_lost_speeds(data_, c).size());
-    return free * std::log(static_cast<double>(data_.readings.size()));
+    // Of two that explain the same the one that changes fewer readings.
+    const auto changed = std::count_if(data_.readings.begin(), data_.readings.end(), [&](const Reading& r) {
+      return (!c.quantity || r.quantity == *c.quantity) && (!c.run || data_.run_of(r) == *c.run);
+    });
+    const double readings = static_cast<double>(data_.readings.size());
+    return free * std::log(readings) + static_cast<double>(changed) / readings;
   }
 
   // Offsets by Newton's method, shifts of the clock between the steps of the list.
@@ -316,7 +329,11 @@ class Judge {
     for (Figures* f : {&out.base, &out.with_found}) *f = with_lost(*f, lost);
     out.excess = out.base.chi2 - out.base.dof + kOfLost * lost;
     const double n = std::log(static_cast<double>(data_.readings.size()));
-    out.best = std::min(out.base.deviance, out.with_found.deviance + found_columns_ * n) + price(out.what);
+    for (const Fewer& f : fewer_)
+      out.fewer = std::min(
+          out.fewer, with_lost(under(out.what, f.model), lost).deviance + f.columns * n + price(out.what));
+    out.best = std::min({out.base.deviance + price(out.what),
+                         out.with_found.deviance + found_columns_ * n + price(out.what), out.fewer});
     return out;
   }
 
@@ -387,14 +404,25 @@ class Judge {
       const double by = from.deviance - to.deviance;
       return by > kEvidence && by > share * (from.deviance - from.floor);
     };
-    std::erase_if(all, [&](const Trial& t) { return scales_to_nothing(t.what, data_); });
+    // Readings that hardly scatter are cured by no other unit than a larger one.
+    const auto cures = [&](const Convention& c) {
+      return c.kind != ConventionKind::unit || !c.axes.empty() || !small_readings_ ||
+             (c.factor > 1.0 && !c.with_uncertainty && (c.run || are_small(data_, c.quantity)));
+    };
     std::erase_if(all, [&](const Trial& t) {
-      return !falls(as_given_, t.base, kHelps) && !(open && falls(found, t.with_found, kHelpsEffects)) &&
+      return scales_to_nothing(t.what, data_) || !cures(t.what) ||
+             (t.base.reduced() < kLeastNoise && t.with_found.reduced() < kLeastNoise);
+    });
+    // A run of few readings is little of what is wrong, but one effect less may do beside its other sign.
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    const double as_found = found.deviance + found_columns_ * n + selection(1.0);
+    std::erase_if(all, [&](const Trial& t) {
+      return t.fewer > as_found + kRival && !falls(as_given_, t.base, kHelps) &&
+             !(open && falls(found, t.with_found, kHelpsEffects)) &&
              !(t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
-               small_readings_);
+               (small_readings_ || t.what.run));
     });
     // Nor does what noise alone would leave too much of.
-    const double n = std::log(static_cast<double>(data_.readings.size()));
     const Figures& known = absurd_ ? as_given_ : found;
     const double to_beat = known.deviance + known.parameters * n;
     std::erase_if(all, [&](const Trial& t) {
@@ -433,13 +461,18 @@ class Judge {
     // Effects far beyond their usual size are no explanation.
     Figures best = fitted(machine_, known, absurd_ ? model_ : found_, flags);
     const double n = std::log(static_cast<double>(data_.readings.size()));
-    if (!absurd(beside.additions) &&
-        before.deviance + before.parameters * n < best.deviance + best.parameters * n)
+    const double needed_effects = static_cast<double>(beside.additions.size());
+    double best_effects = absurd_ ? 0.0 : static_cast<double>(found_.effects.size() - model_.effects.size());
+    if (!absurd(beside.additions) && before.deviance + before.parameters * n + selection(needed_effects) <
+                                         best.deviance + best.parameters * n + selection(best_effects)) {
       best = before;
+      best_effects = needed_effects;
+    }
     const double scale = std::max(1.0, after.reduced());
     const double share = (before.of_readings() - after.of_readings()) / (before.of_readings() - after.floor);
     const double evidence = (best.deviance - after.deviance) / scale +
-                            (best.parameters - after.parameters) * n - price(t.what) - 2.0 * std::log(tried_);
+                            (best.parameters - after.parameters) * n +
+                            selection(best_effects - needed_effects) - price(t.what) - 2.0 * std::log(tried_);
     const double better = off_by(best) / off_by(after);
     if (after.reduced() < kLeastNoise || absurd(beside.additions)) return std::nullopt;
     if (!(share >= kShare) || before.of_readings() - after.of_readings() < kEvidence) return std::nullopt;
@@ -451,10 +484,12 @@ class Judge {
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
     Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
-    out.sure = evidence >= kEvidence && (noise_only_now || steps_stay || far_nearer);
+    // An effect that nobody needs any more is evidence, too, and has been paid for like the others.
+    const double enough = needed_effects < best_effects && noise_only_now ? kRival : kEvidence;
+    out.sure = evidence >= enough && (noise_only_now || steps_stay || far_nearer);
     if (out.sure) return out;
     // Effects do about as well: nobody can tell from these readings.
-    const bool rival = found_columns_ > 0.0 && clean(said_) && noise_only_now && evidence > -kRival;
+    const bool rival = found_columns_ > 0.0 && noise_only_now && evidence > -kRival;
     return rival ? std::optional(out) : std::nullopt;
   }
   // What is left is noise.
@@ -569,6 +604,8 @@ class Judge {
   const EffectSearch& search_;
   Model found_;
   double found_columns_ = 0.0;
+  std::vector<Fewer> fewer_;
+  double families_ = 1.0;
   Figures as_given_, found_as_given_;  // of the files as they are: the model, and what was found beside it
   double tried_ = 1.0;
   Verdict said_ = Verdict::nothing_to_find;

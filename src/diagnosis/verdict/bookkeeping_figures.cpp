@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/usual_size.hpp"
 
 namespace trunnion::diagnosis {
@@ -42,7 +43,7 @@ double of_scale(const Convention& c, const Dataset& data) {
   if (c.kind != ConventionKind::unit || !c.axes.empty()) return 0.0;
   double count = 0.0;
   for (const Reading& r : data.readings)
-    if ((!c.quantity || r.quantity == *c.quantity)) count += 1.0;
+    if ((!c.quantity || r.quantity == *c.quantity) && (!c.run || data.run_of(r) == *c.run)) count += 1.0;
   return -2.0 * count * std::log(c.factor);
 }
 
@@ -60,6 +61,24 @@ Figures figures(const Observations& o, const Model& start, const FitCore& core, 
   // Readings that scatter less than stated are no better explained.
   out.deviance = std::max(out.chi2, out.dof) + fixed + out.sizes;
   out.floor = out.dof + fixed;
+  return out;
+}
+
+std::vector<double> scatter_over_uncertainty(const Dataset& data, const std::optional<Quantity>& quantity,
+                                             const std::optional<std::size_t>& run) {
+  constexpr std::size_t kFewest = 3;
+  std::vector<std::vector<const Reading*>> groups(data.group_count);
+  for (const Reading& r : data.readings)
+    if ((!quantity || r.quantity == *quantity) && (!run || data.run_of(r) == *run))
+      groups[r.group].push_back(&r);
+  std::vector<double> out;
+  for (const auto& group : groups) {
+    if (group.size() < kFewest) continue;
+    std::vector<double> values;
+    for (const Reading* r : group) values.push_back(r->value);
+    const double middle = median(std::move(values));
+    for (const Reading* r : group) out.push_back(std::abs(r->value - middle) / r->u_random);
+  }
   return out;
 }
 

@@ -23,4 +23,9 @@ Figures figures(const Observations& observations, const Model& start, const FitC
 /// That quotient for a convention that scales readings, else 0.
 double of_scale(const Convention& convention, const Dataset& data);
 
+/// How far readings of one quantity and run (nothing: of all) stand from the middle of their group, over
+/// their uncertainties: 0.67 is the middle one of noise alone. Groups of fewer than three have no middle.
+std::vector<double> scatter_over_uncertainty(const Dataset& data, const std::optional<Quantity>& quantity,
+                                             const std::optional<std::size_t>& run);
+
 }  // namespace trunnion::diagnosis

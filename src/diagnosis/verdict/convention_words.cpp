@@ -42,13 +42,15 @@ std::string joined_columns(const Machine& machine, const std::vector<std::string
 
 std::string unit_words(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
   const double f = b.convention.factor;
+  const double by = f >= 1.0 ? f : 1.0 / f;
   const std::string times =
-      f >= 1.0 ? short_number(f) + " times too small" : short_number(1.0 / f) + " times too large";
+      (by >= 100.0 ? fixed_text(by, 0) : short_number(by)) + " times too " + (f >= 1.0 ? "small" : "large");
   if (!b.axes.empty())
     return "The positions in " + joined_columns(machine, b.axes) + " of " + listed_files(data) + " are " +
            times + ": they are in another unit than the column says";
   const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
-  return what + " in " + listed_files(data) + " are " + times +
+  const std::string of = b.run.empty() ? "" : " of run '" + b.run + "'";
+  return what + of + " in " + listed_files(data) + " are " + times +
          (b.convention.with_uncertainty ? ", with their uncertainties" : " (`value`, against u_random)") +
          ": they are in another unit than `unit` says";
 }
@@ -106,9 +108,14 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
 }  // namespace
 
 std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
-  return told(b, machine, data) + ". With that put right chi-square falls from " +
-         short_number(b.chi2_before) + " to " + short_number(b.chi2_after) + " for " + short_number(b.dof) +
-         " degrees of freedom" + (b.as_it_stands ? ", the model's values as they stand." : ".");
+  const std::string out = told(b, machine, data) + ". With that put right chi-square ";
+  // Readings in too large a unit are near to everything.
+  const std::string from = b.chi2_after < b.chi2_before
+                               ? "falls from " + short_number(b.chi2_before) + " to "
+                               : "is no smaller (" + short_number(b.chi2_before) +
+                                     "), but these readings scatter as their uncertainty says: it is ";
+  return out + from + short_number(b.chi2_after) + " for " + short_number(b.dof) + " degrees of freedom" +
+         (b.as_it_stands ? ", the model's values as they stand." : ".");
 }
 
 }  // namespace trunnion::diagnosis

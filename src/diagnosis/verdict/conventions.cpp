@@ -4,7 +4,9 @@
 
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/fit/median.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
+#include "diagnosis/verdict/bookkeeping_figures.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -63,13 +65,14 @@ class Listed {
       c.axes = {a};
       c.in_file = true;
     }
-    add(ConventionKind::reading_sense);
-    if (both_)
-      for (const Quantity q : {Quantity::displacement, Quantity::rotation})
-        add(ConventionKind::reading_sense).quantity = q;
+    // Of those that come to the same the first is said: the run that is the only one of its quantity.
     if (data_.context.runs.size() > 1)
       for (std::size_t run = 0; run < data_.context.runs.size(); ++run)
         add(ConventionKind::reading_sense).run = run;
+    if (both_)
+      for (const Quantity q : {Quantity::displacement, Quantity::rotation})
+        add(ConventionKind::reading_sense).quantity = q;
+    add(ConventionKind::reading_sense);
   }
   void swaps() {
     for (AxisId a = 0; a < machine_.axes.size(); ++a)
@@ -111,6 +114,7 @@ class Listed {
         for (const double factor : {kArcsecond_urad, 1.0 / kArcsecond_urad, kDegreePerRad, kRadPerDegree})
           unit(q, factor, true);
     }
+    units_of_runs();
     Convention rotary, linear;
     for (AxisId a = 0; a < machine_.axes.size(); ++a)
       if (!stands_still(data_, a))
@@ -122,6 +126,31 @@ class Listed {
         out_.push_back(c);
         out_.back().kind = ConventionKind::unit;
         out_.back().factor = factor;
+      }
+    }
+  }
+  // Of single runs only where they stand out by as much: there may be hundreds.
+  void units_of_runs() {
+    constexpr double kStandsOut = 30.0;
+    const std::size_t runs = data_.context.runs.size();
+    if (runs < 2) return;
+    for (const Quantity q : {Quantity::displacement, Quantity::rotation}) {
+      std::vector<std::optional<double>> typical(runs);
+      std::vector<double> all;
+      for (std::size_t run = 0; run < runs; ++run)
+        if (auto scatter = scatter_over_uncertainty(data_, q, run); !scatter.empty())
+          all.push_back(*(typical[run] = median(std::move(scatter))));
+      if (all.size() < 2) continue;
+      const double usual = median(all);
+      for (std::size_t run = 0; run < runs; ++run) {
+        if (!typical[run]) continue;
+        for (const auto& [out, factor] :
+             {std::pair{*typical[run] > kStandsOut * usual, 1e-3},
+              std::pair{kStandsOut * *typical[run] < std::min(usual, 1.0), 1e3}}) {
+          if (!out) continue;
+          unit(q, factor, false);
+          out_.back().run = run;
+        }
       }
     }
   }
