@@ -73,10 +73,10 @@ class ChoiceFront {
 };
 
 /// Positions as joints. Axes that the choice does not know stay where the seed has them.
-class JointsOf {
+class ChosenJoints {
  public:
   /// `kinematics` must outlive this.
-  explicit JointsOf(const TableKinematics& kinematics) : kinematics_(kinematics) {}
+  explicit ChosenJoints(const TableKinematics& kinematics) : kinematics_(kinematics) {}
   void start(const JointVector& seed) { seed_ = seed; }
 
   ChoicePosition seed() const {
@@ -134,7 +134,7 @@ struct ChoiceInWork {
   TableKinematics kinematics;
   ChoiceSteps steps;
   PoseSolver solver;
-  JointsOf joints;
+  ChosenJoints joints;
   std::size_t most_positions = 0;  // of a point, that are followed
   ChoiceFront front;
   StepTraces traces;
