@@ -55,6 +55,7 @@ struct Describe {
   std::string operator()(const TiltedPlane& b) const {
     std::string out = b.on ? "plane on" : "plane off";
     if (b.direction < 0) out += " other way";
+    if (b.follows_part) out += " follows the part";
     for (const auto& triple : {b.origin, b.angles}) {
       for (const auto value : triple) out += " " + std::to_string(value);
     }

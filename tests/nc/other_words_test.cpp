@@ -222,6 +222,161 @@ TEST(OtherWords, SubprogramsRunAsOftenAsTheyAreCalled) {
   expect_at(h[5], 4.0, 4.0, 0.0);
 }
 
+std::vector<Motion> motions_of(const std::string& text, const std::string& control) {
+  return all_of<Motion>(read(text, control));
+}
+
+TEST(OtherWords, VariablesWithNamesAreWordsOfAnAxis) {
+  const auto m = motions_of(
+      "G710 G90\nDEF REAL _X_HOME, _F=250.\nDEF INT _N=2\n_X_HOME=-365. R1=10\nG0 X=_X_HOME Y=-R1*(_N+1) "
+      "Z=AC(R1)\n"
+      "G1 X=IC(-R1/4) F=_F\nX=SQRT(16)+SIN(30) ; R1\nM30\n",
+      "siemens_840d_sl");
+  ASSERT_EQ(m.size(), 3u);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::X), -365.0);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::Y), -30.0);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::Z), 10.0);
+  EXPECT_DOUBLE_EQ(mm(m[1].words, AxisLetter::X), -367.5);
+  EXPECT_NEAR(mm(m[2].words, AxisLetter::X), 4.5, 1e-9);
+  const FeedFormat feed = test::shipped_controller("siemens_840d_sl").numbers.feed;
+  EXPECT_NEAR(feed.internal(FeedMode::per_minute, m[1].feed) * 60.0, 250.0, 1e-9);
+}
+
+TEST(OtherWords, ParametersAreCalculated) {
+  const auto m = motions_of(
+      "0 BEGIN PGM P MM\n1 FN 0: Q1 =+5\n2 FN 1: Q2 = +Q1 + +2.5\n3 Q3 = Q2 * 2 - SIN 30\n4 FN 4: Q4 = +Q1 "
+      "DIV +2\n"
+      "5 L X+Q1 Y-Q2 Z+Q3 R0 FMAX\n6 L IX-Q4 F Q1\n7 M2\n8 END PGM P MM\n",
+      "heidenhain_tnc640");
+  ASSERT_EQ(m.size(), 2u);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::X), 5.0);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::Y), -7.5);
+  EXPECT_NEAR(mm(m[0].words, AxisLetter::Z), 14.5, 1e-9);
+  EXPECT_DOUBLE_EQ(mm(m[1].words, AxisLetter::X), 2.5);
+}
+
+TEST(OtherWords, AHelixOfSeveralTurnsRisesEvenly) {
+  const std::string siemens = "G710 G90\nG0 X10 Y0 Z0\nG3 X0 Y10 Z-9 I-10 J0 TURN=2 F100\nM30\n";
+  const std::string linuxcnc = "G21 G90\nG0 X10 Y0 Z0\nG3 X0 Y10 Z-9 I-10 J0 P3 F100\nM2\n";
+  const std::string polar =
+      "0 BEGIN PGM P MM\n1 L X+10 Y+0 Z+0 R0 FMAX\n2 CC X+0 Y+0\n3 CP IPA+810 IZ-9 DR+ F100\n4 M2\n5 END PGM "
+      "P MM\n";
+  for (const auto& [text, control] :
+       {std::pair(siemens, "siemens_840d_sl"), {linuxcnc, "linuxcnc"}, {polar, "heidenhain_tnc640"}}) {
+    const auto arcs = all_of<Arc>(read(text, control));
+    ASSERT_EQ(arcs.size(), 3u) << text;
+    EXPECT_NEAR(mm(arcs[0].words, AxisLetter::Z), -4.0, 2e-9) << text;  // a turn of 2.25
+    EXPECT_NEAR(mm(arcs[1].words, AxisLetter::Z), -8.0, 2e-9) << text;
+    EXPECT_NEAR(mm(arcs[2].words, AxisLetter::Z), -9.0, 2e-9) << text;
+    EXPECT_NEAR(mm(arcs[1].words, AxisLetter::X), 10.0, 2e-9) << text;
+    EXPECT_NEAR(mm(arcs[2].words, AxisLetter::Y), 10.0, 2e-9) << text;
+    for (const Arc& arc : arcs) {
+      EXPECT_NEAR(static_cast<double>(arc.center[0]), 0.0, 2.0) << text;
+      EXPECT_FALSE(arc.clockwise);
+    }
+  }
+}
+
+TEST(OtherWords, PolarWordsLeadWhereTheirAnglesSay) {
+  const std::string head = "0 BEGIN PGM P MM\n1 L X+10 Y+0 Z+5 R0 FMAX\n2 CC X+0 Y+0\n";
+  const std::string tail = "8 M2\n9 END PGM P MM\n";
+  const auto blocks = read(head +
+                               "3 C X+0 Y+10 DR+ F100\n4 CP PA+180 DR+\n5 CR X+0 Y+10 R-10 DR+ M8\n"
+                               "6 LP PR+20 PA+90 FMAX\n7 CC IX+1 IY-5\n8 CP IPA-90 DR-\n" +
+                               tail,
+                           "heidenhain_tnc640");
+  const auto arcs = all_of<Arc>(blocks);
+  ASSERT_EQ(arcs.size(), 4u);
+  EXPECT_NEAR(mm(arcs[0].words, AxisLetter::Y), 10.0, 1e-9);
+  EXPECT_NEAR(mm(arcs[1].words, AxisLetter::X), -10.0, 1e-9);
+  EXPECT_NEAR(mm(arcs[1].words, AxisLetter::Y), 0.0, 1e-9);
+  // From (-10, 0) to (0, 10) against the clock the long way: about the origin.
+  EXPECT_NEAR(static_cast<double>(arcs[2].center[0]) * 1e-9, 0.0, 1e-8);
+  EXPECT_NEAR(static_cast<double>(arcs[2].center[1]) * 1e-9, 0.0, 1e-8);
+  const auto lines = all_of<Motion>(blocks);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[1].kind, MotionKind::rapid);
+  EXPECT_NEAR(mm(lines[1].words, AxisLetter::X), 0.0, 1e-8);
+  EXPECT_NEAR(mm(lines[1].words, AxisLetter::Y), 20.0, 1e-8);
+  // The pole is (1, 15): from (0, 20) by a right angle with the clock to (6, 16).
+  EXPECT_TRUE(arcs[3].clockwise);
+  EXPECT_NEAR(mm(arcs[3].words, AxisLetter::X), 6.0, 1e-8);
+  EXPECT_NEAR(mm(arcs[3].words, AxisLetter::Y), 16.0, 1e-8);
+}
+
+// As a post-processor for this control leads in: across Y and Z, then tangential.
+TEST(OtherWords, APoleInAnotherPlane) {
+  const auto arcs =
+      all_of<Arc>(read("0 BEGIN PGM P MM\n1 L X+37.996 Y+88.53 Z+2 R0 FMAX\n2 L Z+0.996 F1524\n3 CC  "
+                       "Y+89.526  Z+0.996\n4 CP IPA+90 DR+\n"
+                       "5 M2\n6 END PGM P MM\n",
+                       "heidenhain_tnc640"));
+  ASSERT_EQ(arcs.size(), 1u);
+  EXPECT_EQ(arcs[0].plane, 2);
+  EXPECT_NEAR(mm(arcs[0].words, AxisLetter::Y), 89.526, 1e-8);
+  EXPECT_NEAR(mm(arcs[0].words, AxisLetter::Z), 0.0, 1e-8);
+  EXPECT_NEAR(mm(arcs[0].words, AxisLetter::X), 37.996, 1e-8);
+}
+
+TEST(OtherWords, ADatumShiftCountsWithoutAndInATiltedPlane) {
+  const auto blocks = read(
+      "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 X+10\n3 CYCL DEF 7.2 IY+3\n4 L X+1 Y+2 "
+      "Z+3 R0 FMAX\n"
+      "5 PLANE SPATIAL SPA+30 SPB+0 SPC+0 TURN FMAX\n6 L X+1 Y+2 Z+3 FMAX\n7 CYCL DEF 7.0 DATUM SHIFT\n8 "
+      "CYCL DEF 7.1 X+0\n"
+      "9 PLANE RESET STAY\n10 L X+1 Y+2 Z+3 FMAX\n11 M2\n12 END PGM P MM\n",
+      "heidenhain_tnc640");
+  const auto m = all_of<Motion>(blocks);
+  ASSERT_EQ(m.size(), 3u);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::X), 11.0);
+  EXPECT_DOUBLE_EQ(mm(m[0].words, AxisLetter::Y), 5.0);
+  EXPECT_DOUBLE_EQ(mm(m[1].words, AxisLetter::X), 1.0);
+  EXPECT_DOUBLE_EQ(mm(m[2].words, AxisLetter::X), 1.0);
+  EXPECT_DOUBLE_EQ(mm(m[2].words, AxisLetter::Y), 5.0);
+  const auto planes = all_of<TiltedPlane>(blocks);
+  ASSERT_EQ(planes.size(), 2u);
+  EXPECT_EQ(planes[0].origin, (std::array<std::int64_t, 3>{10'000'000'000, 3'000'000'000, 0}));
+}
+
+// A plain number of an axis that counts modulo one turn is gone to straight, over 350 degrees if need be.
+TEST(OtherWords, AModuloAxisGoesTheWayThatItsWordSays) {
+  const auto deg = [](const Motion& m) { return static_cast<double>(m.words[AxisLetter::C]) * 1e-9; };
+  const auto s =
+      motions_of("G710 G90\nG0 C10\nG0 C350\nG0 C=DC(10)\nG0 C=IC(400)\nG91 C-30\nM30\n", "siemens_840d_sl");
+  ASSERT_EQ(s.size(), 5u);
+  EXPECT_DOUBLE_EQ(deg(s[1]), 350.0);
+  EXPECT_DOUBLE_EQ(deg(s[2]), 370.0);
+  EXPECT_DOUBLE_EQ(deg(s[3]), 770.0);
+  EXPECT_DOUBLE_EQ(deg(s[4]), 740.0);
+  const auto h = motions_of(
+      "0 BEGIN PGM P MM\n1 M126\n2 L C+10 R0 FMAX\n3 L C+350 FMAX\n4 M127\n5 L C+10 FMAX\n6 M2\n7 END PGM P "
+      "MM\n",
+      "heidenhain_tnc640");
+  ASSERT_EQ(h.size(), 3u);
+  EXPECT_DOUBLE_EQ(deg(h[1]), -10.0);
+  EXPECT_DOUBLE_EQ(deg(h[2]), -350.0);
+}
+
+// Over the place that the line names, in the coordinates in force.
+TEST(OtherWords, AReferencePointIsGoneToByWayOfAPlace) {
+  const auto m = motions_of(
+      "G21 G90\nG0 X0. Y0. Z50.\nG28 Z80.\nG0 X0. Y0. Z50.\nG91 G28 Z5.\nG90\nG0 X0. Y0. Z50.\n"
+      "G91 G28 Z0.\nM30\n",
+      "fanuc_30i");
+  ASSERT_EQ(m.size(), 5u);
+  EXPECT_DOUBLE_EQ(mm(m[1].words, AxisLetter::Z), 80.0);
+  EXPECT_EQ(m[1].kind, MotionKind::rapid);
+  EXPECT_DOUBLE_EQ(mm(m[3].words, AxisLetter::Z), 55.0);
+}
+
+TEST(OtherWords, FUnderADrillingCycleIsThatOfTheHolesBehindIt) {
+  const auto holes = all_of<Hole>(
+      read("G21 G90\nG0 X0. Y0. Z50.\nG81 X1. Y1. Z-5. R5. F100.\nX2. F50.\nX3.\nG80\nM30\n", "fanuc_30i"));
+  ASSERT_EQ(holes.size(), 3u);
+  EXPECT_EQ(2 * holes[1].feed, holes[0].feed);
+  EXPECT_EQ(holes[2].feed, holes[1].feed);
+}
+
 TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
   struct Case {
     const char* control;
@@ -252,7 +407,51 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\n#1=1 #2=2\nM30\n", "stands behind the value"},
       {"linuxcnc", "G21 G90\nS100 M3\nG0 X0 Y0 Z0\nG95 G1 X1\nM2\n", "without F"},
       {"siemens_840d_sl", "G710 G90\nG0 X0 Y0 Z0\nROT X30\nM30\n", "tilts the part"},
-      {"siemens_840d_sl", "G710 G90\nG0 X=10+R1\nM30\n", "not understood"},
+      {"siemens_840d_sl", "G710 G90\nG0 X=10+R1\nM30\n", "R1 has no value"},
+      {"siemens_840d_sl", "G710 G90\nDEF REAL _A\n_B=5\nG0 X=_A\nM30\n", "'_B' is not understood"},
+      {"siemens_840d_sl", "G710 G90\nR1=1\nR1=2 R2=R1\nM30\n", "set and used in one line"},
+      {"siemens_840d_sl", "G710 G90\nR1=2 G1 X5\nM30\n", "no variable"},
+      {"siemens_840d_sl", "G710 G90\nG0 C400\nM30\n", "counts modulo one turn"},
+      {"siemens_840d_sl", "G710 G90\nG91 SUPA G0 Z5\nM30\n", "under 'G91'"},
+      {"siemens_840d_sl", "G710 G90\nSUPA G1 Z5 F100\nM30\n", "no rapid to a place of the machine"},
+      {"siemens_840d_sl", "G710 G90\nG0 X1 Y0 Z0\nG3 X0 Y1 I-1 J0 CR=1 F100\nM30\n",
+       "with its radius and its centre"},
+      {"fanuc_30i", "G21 G90\n#2001=5.\nM30\n", "is the control's"},
+      {"fanuc_30i", "G21 G90\n#3000=1\nM30\n", "is the control's"},
+      {"haas_ngc", "G21 G90\n#3006=1\nM30\n", "is the control's"},
+      {"fanuc_30i", "G21 G90\nG91 G10 L2 P1 X1. Y1. Z1.\nM30\n", "an offset that is set under 'G91'"},
+      {"fanuc_30i", "G21 G90\nG10 L2 P0 X1. Y1. Z1.\nM30\n", "an offset of number 0"},
+      {"fanuc_30i", "G21 G90\nG10 L2 P1 X1 Y1. Z1.\nM30\n", "{x} has no decimal point"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z50.\nG83 X1. Y1. Z1. R9. Q5000 F100.\nM30\n",
+       "{step} has no decimal point"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z50.\nG82 X1. Y1. Z1. R9. P0.5 F100.\nM30\n",
+       "controls differ in its unit"},
+      {"fanuc_30i", "G21 G90\nG4 X500\nM30\n", "{seconds} has no decimal point"},
+      {"haas_ngc", "G21 G90\nG4 P500\nM30\n", "{seconds} has no decimal point"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG68.2 X0. Y0. Z0. I0. J30. K0.\nG1 X5. F100.\nM30\n",
+       "without 'G53.1'"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG53.1\nM30\n", "no tilted plane is said"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG91 G53 Z0.\nM30\n", "'G53' under 'G91'"},
+      {"fanuc_30i", "G20 G90\nG0 X0. Y0. Z0.\nG1 X5. F100\nM30\n", "F has no decimal point"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nF100.\nG20\nG1 X5.\nM30\n", "feed move without feed"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG2 X5. Y5. R5. I5. F100.\nM30\n",
+       "with its radius and its centre"},
+      {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\nG3 X0 Y1 I0 J0.5 P0 F100\nM2\n", "a number of turns"},
+      {"haas_ngc", "G21 G90\nG0 X0. Y0. Z0.\nG254\nG52 X1. Y1. Z1.\nM30\n", "in a tilted plane"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 C X+0 Y+1 DR+ F100\n2 M2\n",
+       "from a place that is not known"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 R0 FMAX\n2 C X+0 Y+1 DR+ F100\n3 M2\n",
+       "no pole"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 R0 FMAX\n2 CC X+0 Y+0\n3 CP IPA-90 DR+ F100\n4 M2\n",
+       "against its sense"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L C+10 R0 FMAX\n2 L C+350 F100\n3 M2\n",
+       "has not said which way"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 FN 9: IF +Q1 EQU +1 GOTO LBL 5\n2 M2\n",
+       "'FN 9' is not read"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+Q1 R0 FMAX\n2 M2\n", "Q1 has no value"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 #5\n3 M2\n",
+       "a datum shift"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CALL LBL 7\n2 M2\n3 END PGM P MM\n", "no 'LBL 7'"},
   };
   for (const Case& k : cases) {

@@ -222,6 +222,9 @@ struct TiltedPlane {
   std::array<std::int64_t, 3> angles{};
   /// Which of the two positions of the rotary axes it means: -1 where the outer one is negative, else 1.
   int direction = 1;
+  /// Of programs that others wrote: no angles; the zero goes with the part as the rotary axes turn, X Y Z
+  /// stay along the axes of the machine (G254). Never written.
+  bool follows_part = false;
 };
 struct Stop {
   bool optional = false;

@@ -130,6 +130,8 @@ struct Controller {
     std::uint16_t modulo_axes = 0;
     /// Round the angle of such an axis, behind its letter: `=DC(` and `)`. Empty: the angle alone.
     std::string modulo_open, modulo_close;
+    /// Whether such an axis turns the shorter way at all, in programs of others (M126, M127); empty: it does.
+    std::string shorter_way, straight_way;
     bool is_modulo(AxisLetter letter) const { return (modulo_axes & AxisWords::bit(letter)) != 0; }
     bool has_modulo_word(AxisLetter letter) const { return !modulo_open.empty() && is_modulo(letter); }
   } rotary;
@@ -283,12 +285,18 @@ struct Controller {
     Template planes;                                   // X Y, Z X, Y Z: three of them, or none
     std::string clockwise, counterclockwise;           // circles, their other words in any number
     bool arc_radius = false;                           // R is the radius of a circle, below 0 the long way
+    bool unit_keeps_speed = false;                     // F means the same speed behind another unit
     std::string centers_absolute, centers_from_start;  // what I, J, K are from there on
-    Template skipped;                                  // lines that begin so say nothing of the path
-    Template silent;                                   // words that say nothing of it
-    std::string tool_name;                             // what stands before the name of a tool in quotes
-    Template reference;                                // the axes of the line go to a reference point
-    std::string machine_position;                      // the axes of the line go to a place of the machine
+    /// Lines and words that are no places.
+    struct Lines {
+      Template skipped;          // lines that begin so say nothing of the path
+      Template silent;           // words that say nothing of it
+      std::string rapid_suffix;  // another spelling of [motion] rapid_suffix
+      Template away;             // lines that take the tool along its axis to the end of the travel
+      std::string tool_name;     // what stands before the name of a tool in quotes
+    } lines;
+    Template reference;            // the axes of the line go to a reference point
+    std::string machine_position;  // the axes of the line go to a place of the machine
     /// Places that are spelled in another way, and what coordinates count from.
     struct Places {
       std::string per_revolution;                   // F is mm in a turn of the spindle
@@ -300,10 +308,23 @@ struct Controller {
       Template end_shift;                           // of both
       std::string turn, end_turn;                   // about X and Y of the line, by R degrees
       Template frames;  // TRANS, ATRANS, ROT, AROT: shift anew and further, turn anew and further; or none
+      std::string zero_follows, zero_stays;  // G254, G255: the zero goes with the part, X Y Z do not turn
+      std::string datum_shift;  // CYCL DEF 7.: a line each, X, Y or Z of the shift behind its number
+      std::string more_turns;   // TURN= of a helix; or a word that counts all of them (P)
     } places;
+    /// Circles and lines about a pole: CC X Y, C X Y DR+, CR X Y R DR+, CP PA Z DR+, LP PR PA.
+    struct Pole {
+      std::string set, about, by_radius, circle, line;
+      std::string clockwise, counterclockwise;  // DR-, DR+
+    } pole;
     /// Lines that run in another order than they stand in, and what they calculate with.
     struct Flow {
-      std::string variables;                   // # of #101 and [#101+2]
+      std::string variables;  // # of #101 and [#101+2], R, Q
+      std::string define;     // DEF: variables have names, and words are X=R1
+      std::string formula;    // FN of FN 0: Q1 = +5, and words are X+Q1
+      /// Variables between these numbers are the control's own: what they hold, and what setting them does,
+      /// the program does not say.
+      std::array<std::int64_t, 2> control_variables{};
       bool o_words = false;                    // subprograms, loops and all functions as LinuxCNC has them
       std::string call, call_line, end_call;   // M98 P L, M97 P L, M99: subprograms of the same file
       std::int64_t largest_program = 9999;     // P beyond it says something else

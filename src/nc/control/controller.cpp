@@ -142,6 +142,8 @@ void read_motion(Section& root, Controller& c) {
     }
   });
   in_section(root, "rotary", [&](Section& s) {
+    c.rotary.shorter_way = s.find_text("shorter_way").value_or(c.rotary.shorter_way);
+    c.rotary.straight_way = s.find_text("straight_way").value_or(c.rotary.straight_way);
     read_modulo_word(s, c);
     const auto axes = s.find_texts("modulo_axes");
     if (!axes) return;
@@ -333,13 +335,16 @@ void read_modes(Section& root, Controller& c) {
   in_section(root, "input", [&](Section& s) {
     read_template(s, "inch", {}, c.input.inch);
     read_template(s, "millimetre", {}, c.input.millimetre);
+    c.input.unit_keeps_speed = s.flag_or("unit_keeps_speed", c.input.unit_keeps_speed);
     read_template(s, "planes", {}, c.input.planes);
     if (!c.input.planes.empty() && c.input.planes.size() != 3)
       s.error("planes", "'planes' are three words, of X Y, of Z X and of Y Z, or none");
     read_template(s, "reference", {}, c.input.reference);
-    read_template(s, "skipped", {}, c.input.skipped);
-    read_template(s, "silent", {}, c.input.silent);
-    read_into(s, "tool_name", c.input.tool_name);
+    read_template(s, "skipped", {}, c.input.lines.skipped);
+    read_template(s, "silent", {}, c.input.lines.silent);
+    read_into(s, "tool_name", c.input.lines.tool_name);
+    read_into(s, "rapid_suffix", c.input.lines.rapid_suffix);
+    read_template(s, "away", {}, c.input.lines.away);
     c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);
     c.input.counterclockwise = s.find_text("counterclockwise").value_or(c.input.counterclockwise);
     c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);
@@ -356,6 +361,11 @@ void read_modes(Section& root, Controller& c) {
     text("set_position", c.input.places.set_position);
     read_template(s, "end_shift", {}, c.input.places.end_shift);
     text("variables", c.input.flow.variables);
+    text("define", c.input.flow.define);
+    text("formula", c.input.flow.formula);
+    auto& own = c.input.flow.control_variables;
+    own[0] = s.find_integer("first_control_variable").value_or(own[0]);
+    own[1] = s.find_integer("last_control_variable").value_or(own[1]);
     c.input.flow.o_words = s.flag_or("o_words", c.input.flow.o_words);
     text("call", c.input.flow.call);
     text("call_line", c.input.flow.call_line);
@@ -364,6 +374,17 @@ void read_modes(Section& root, Controller& c) {
     text("label", c.input.flow.label);
     text("call_label", c.input.flow.call_label);
     text("repeats", c.input.flow.repeats);
+    text("zero_follows", c.input.places.zero_follows);
+    text("zero_stays", c.input.places.zero_stays);
+    text("datum_shift", c.input.places.datum_shift);
+    text("more_turns", c.input.places.more_turns);
+    text("pole", c.input.pole.set);
+    text("circle_about_pole", c.input.pole.about);
+    text("circle_by_radius", c.input.pole.by_radius);
+    text("polar_circle", c.input.pole.circle);
+    text("polar_line", c.input.pole.line);
+    text("circle_clockwise", c.input.pole.clockwise);
+    text("circle_counterclockwise", c.input.pole.counterclockwise);
     text("turn", c.input.places.turn);
     text("end_turn", c.input.places.end_turn);
     read_template(s, "frames", {}, c.input.places.frames);

@@ -292,6 +292,7 @@ void add_motion(Compiler& compiler, const Controller& c) {
                       "[motion] rapid");
   }
   compiler.add_word(c.motion.rapid_suffix, {EventKind::rapid_suffix}, "[motion] rapid_suffix");
+  compiler.add_word(c.input.lines.rapid_suffix, {EventKind::rapid_suffix}, "[input] rapid_suffix");
   compiler.add_word(c.feed.per_minute, {EventKind::feed_mode, static_cast<int>(FeedMode::per_minute)},
                     "[feed] per_minute");
   compiler.add_word(c.feed.inverse_time, {EventKind::feed_mode, static_cast<int>(FeedMode::inverse_time)},

@@ -19,12 +19,15 @@ constexpr int kMostBrackets = 40;       // brackets
 constexpr double kSame = 1e-4;          // EQ and NE of LinuxCNC's interpreter
 constexpr double kLargestValue = 1e7;   // mm, degrees, numbers of anything
 constexpr long kLastOfSubprogram = 30;  // #1 to #30 are a subprogram's own
-constexpr long kFirstOfControl = 5000;  // and what stands from here on is the control's
 
 // By level: what binds least stands first.
 const std::array<std::vector<std::string>, 5> kOperators = {
     {{"AND", "OR", "XOR"}, {"EQ", "NE", "GT", "GE", "LT", "LE"}, {"+", "-"}, {"*", "/", "MOD"}, {"**"}}};
 constexpr int kAddition = 2;
+constexpr int kMultiplication = 3;
+const std::vector<std::string> kFunctions = {"ABS",  "COS", "SIN", "SQRT", "TAN", "ATAN", "ACOS",
+                                             "ASIN", "EXP", "FIX", "FUP",  "LN",  "ROUND"};
+constexpr std::size_t kAlike = 5;  // of these
 constexpr int kPower = 4;
 
 bool reads(const char*& p, const char* end, const std::string& text) {
@@ -68,10 +71,46 @@ void Expressions::enter(const std::vector<double>& arguments) {
   scopes_.push_back(std::move(own));
 }
 
+bool Expressions::is_function(const char* p, const char* end) {
+  return std::any_of(kFunctions.begin(), kFunctions.end(), [&](const std::string& name) {
+    const char* s = p;
+    return reads(s, end, name) && (s == end || !(is_letter(*s) || is_digit(*s)));
+  });
+}
+
+bool Expressions::is_variable(const char*& p, const char* end) const {
+  const char* s = p;
+  if (!reads(s, end, how_.mark)) s = p;
+  const bool marked = s != p;
+  if (marked && !is_letter(how_.mark.front())) return p = s, true;
+  if (marked && s != end && is_digit(*s)) {
+    while (s != end && is_digit(*s)) ++s;
+    if (s == end || !is_letter(*s)) return p = s, true;
+  }
+  if (!how_.names || p == end || !is_letter(*p)) return false;
+  std::string name;
+  for (s = p; s != end && (is_letter(*s) || is_digit(*s)); ++s) name += upper(*s);
+  if (!scopes_.front().contains(name)) return false;
+  p = s;
+  return true;
+}
+
+bool Expressions::is_of_control(const std::string& name) const {
+  if (!is_digit(name.front())) return false;
+  const long number = std::strtol(name.c_str(), nullptr, 10);
+  return number >= how_.control[0] && number <= how_.control[1];
+}
+
 bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
   out.clear();
   p = skip_blanks(p, end);
-  if (p != end && *p == '<' && full_) {
+  const char* const begin = p;
+  if (!reads(p, end, how_.mark) || (is_letter(how_.mark.front()) && (p == end || !is_digit(*p)))) {
+    for (p = begin; p != end && (is_letter(*p) || is_digit(*p)); ++p) out += upper(*p);
+    return (how_.names && scopes_.front().contains(out)) || fail("no variable");
+  }
+  p = skip_blanks(p, end);
+  if (p != end && *p == '<' && how_.full) {
     for (++p; p != end && *p != '>'; ++p)
       if (!is_blank(*p)) out += upper(*p);
     if (p == end || out.empty() || is_digit(out.front()))
@@ -80,22 +119,21 @@ bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
     return true;
   }
   while (p != end && is_digit(*p)) out += *p++;
-  out.erase(0, std::min(out.find_first_not_of('0'), out.size()));
-  if (out.empty() || out.size() > 5) return fail("a variable is read by its number, as #101");
+  out.erase(0, std::min(out.find_first_not_of('0'), out.size() - (how_.mark == "#" ? 0 : 1)));
+  if (out.empty() || out.size() > 5) return fail("a variable is read by its number, as " + how_.mark + "101");
   return true;
 }
 
 bool Expressions::function(const char*& p, const char* end, double& out) {
-  static const std::vector<std::string> kAll = {"ABS",  "COS", "SIN", "SQRT", "TAN", "ATAN", "ACOS",
-                                                "ASIN", "EXP", "FIX", "FUP",  "LN",  "ROUND"};
-  constexpr std::size_t kAlike = 5;
-  const std::size_t known = full_ ? kAll.size() : kAlike;
+  const std::size_t known = how_.full ? kFunctions.size() : kAlike;
   std::size_t which = 0;
-  while (which < known && !reads(p, end, kAll[which])) ++which;
+  while (which < known && !reads(p, end, kFunctions[which])) ++which;
   if (which == known) return fail("no number, variable or function that is read here");
-  const std::string& name = kAll[which];
+  const std::string& name = kFunctions[which];
   p = skip_blanks(p, end);
-  if (p == end || *p != '[' || !value(p, end, out)) return fail("'" + name + "' without brackets");
+  const bool in_brackets = p != end && *p == how_.open;
+  if ((!in_brackets && !how_.bare_arguments) || !value(p, end, out))
+    return fail("'" + name + "' without brackets");
   const double rad = out * kRadPerDegree;
   if (name == "ABS") out = std::abs(out);
   if (name == "COS") out = std::cos(rad);
@@ -129,7 +167,7 @@ bool Expressions::value(const char*& p, const char* end, double& out) {
     if (negative) out = -out;
     return true;
   }
-  if (*p == '[') {
+  if (*p == how_.open) {
     if (++depth_ > kMostBrackets)
       return fail("brackets in more than " + std::to_string(kMostBrackets) + " brackets");
     ++p;
@@ -137,20 +175,22 @@ bool Expressions::value(const char*& p, const char* end, double& out) {
     --depth_;
     if (!good) return false;
     p = skip_blanks(p, end);
-    if (p == end || *p != ']') return fail("brackets without their end, or an operator that is not read");
+    if (p == end || *p != how_.close)
+      return fail("brackets without their end, or an operator that is not read");
     ++p;
     return true;
   }
-  if (*p == '#') {
-    ++p;
+  if (const char* behind = p; is_variable(behind, end)) {
     std::string name;
     if (!name_at(p, end, name)) return false;
-    if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
-      return fail("variable #" + name + " is the control's: its value does not stand in the program");
+    const std::string said = is_digit(name.front()) || how_.mark == "#" ? how_.mark + name : name;
+    if (is_of_control(name))
+      return fail("variable " + said + " is the control's: its value does not stand in the program");
     const Scope& scope = scope_of(name);
     const auto it = scope.find(name);
-    if (it == scope.end()) return fail("variable #" + name + " has no value: the program has not set it");
+    if (it == scope.end()) return fail("variable " + said + " has no value: the program has not set it");
     out = it->second;
+    read_.push_back(name);
     return true;
   }
   if (is_digit(*p) || *p == '.') {
@@ -167,8 +207,13 @@ bool Expressions::operator_at(const char*& p, const char* end, int level, std::s
   const char* s = p;
   // ** is no *.
   if (level<kPower&& static_cast<std::size_t>(end - p)> 1 && p[0] == '*' && p[1] == '*') return false;
+  if (how_.bare_arguments && level == kMultiplication && reads(s, end, "DIV")) {
+    name = "/";
+    p = s;
+    return true;
+  }
   for (const std::string& text : kOperators[static_cast<std::size_t>(level)]) {
-    if (!full_ && text.size() > 1) continue;
+    if (!how_.full && text.size() > 1) continue;
     if (!reads(s, end, text)) continue;
     name = text;
     p = s;
@@ -215,25 +260,37 @@ bool Expressions::sum(const char*& p, const char* end, int level, double& out) {
   return true;
 }
 
+bool Expressions::calculated(const char*& p, const char* end, double& out) {
+  error.clear();
+  depth_ = 0;
+  return sum(p, end, kAddition, out);
+}
+
 bool Expressions::assign(const char* p, const char* end) {
   error.clear();
   depth_ = 0;
+  read_.clear();
+  const bool several = how_.full || how_.names;
   // LinuxCNC takes all values of a line before it sets the first of its variables.
   std::vector<std::pair<std::string, double>> set;
   do {
     std::string name;
     double result = 0.0;
-    if (p == end || *p++ != '#' || !name_at(p, end, name)) return fail("no variable");
+    if (!name_at(p, end, name)) return false;
     p = skip_blanks(p, end);
     if (p == end || *p++ != '=') return fail("a variable begins the line, and '=' does not follow");
     // #1=#2+3 where brackets need not stand.
-    if (full_ ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
-    if (is_digit(name.front()) && std::strtol(name.c_str(), nullptr, 10) >= kFirstOfControl)
-      return fail("variable #" + name + " is the control's: what setting it does is not known");
+    if (how_.full ? !value(p, end, result) : !sum(p, end, kAddition, result)) return false;
+    if (is_of_control(name))
+      return fail("variable " + how_.mark + name + " is the control's: what setting it does is not known");
     if (std::abs(result) > kLargestValue) return fail("a value beyond 10000000");
+    const bool is_used = std::any_of(set.begin(), set.end(), [&](const auto& one) {
+      return std::find(read_.begin(), read_.end(), one.first) != read_.end();
+    });
+    if (is_used && !how_.full) return fail("a variable that is set and used in one line");
     set.emplace_back(std::move(name), result);
     p = skip_blanks(p, end);
-  } while (full_ && p != end && *p == '#');
+  } while (several && p != end && (how_.names || *p == '#'));
   if (p != end) return fail("something stands behind the value of a variable");
   for (const auto& [name, result] : set) scope_of(name)[name] = result;
   return true;

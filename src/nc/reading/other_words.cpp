@@ -55,6 +55,10 @@ OtherWords::OtherWords(const Controller& controller, const AxisFormat& format)
   note(c_.input.centers_absolute, Mode::centers_absolute);
   note(c_.input.centers_from_start, Mode::centers_from_start);
   note(c_.input.places.per_revolution, Mode::per_revolution);
+  note(c_.input.places.zero_follows, Mode::zero_follows);
+  note(c_.input.places.zero_stays, Mode::zero_stays);
+  note(c_.rotary.shorter_way, Mode::shorter_way);
+  note(c_.rotary.straight_way, Mode::straight_way);
 }
 
 bool OtherWords::claims(char letter, const Number& number) const {
@@ -87,6 +91,14 @@ void OtherWords::set(Mode mode) {
       said_.per_revolution = true;
       said_.feed_of_turn = 0;  // LinuxCNC wants F again
       break;
+    case Mode::shorter_way:
+    case Mode::straight_way:
+      said_.shorter_way = mode == Mode::shorter_way;
+      break;
+    case Mode::zero_follows:
+    case Mode::zero_stays:
+      said_.zero_follows = mode == Mode::zero_follows;
+      break;
   }
 }
 
@@ -98,6 +110,7 @@ bool OtherWords::fail(std::uint32_t column, const std::string& message) {
 
 bool OtherWords::take_modes(ParsedLine& line) {
   error.clear();
+  const bool inches = said_.inches;
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
     for (const auto& [code, mode] : modes_) {
@@ -106,7 +119,7 @@ bool OtherWords::take_modes(ParsedLine& line) {
       word.used = true;
     }
   }
-  return true;
+  return said_.inches != inches;
 }
 
 bool OtherWords::wants_unit() {
@@ -121,7 +134,7 @@ std::int64_t OtherWords::length(std::int64_t quanta) const {
 
 bool OtherWords::resolve(AxisWords& words, Means means, const AxisWords& position, std::uint32_t column) {
   error.clear();
-  const AxisWords from = frame_.is_idle() ? position : frame_.program_of(position);
+  const AxisWords from = frames_.now.is_idle() ? position : frames_.now.program_of(position);
   for (const AxisLetter letter : kAllAxisLetters) {
     if (!words.has(letter)) continue;
     const std::uint16_t bit = AxisWords::bit(letter);
@@ -142,8 +155,8 @@ bool OtherWords::resolve(AxisWords& words, Means means, const AxisWords& positio
     }
     words.set(letter, value);
   }
-  if (frame_.is_idle()) return true;
-  if (frame_.turns() && (words.mask & kPlaneWords) != 0) {
+  if (frames_.now.is_idle()) return true;
+  if (frames_.now.turns() && (words.mask & kPlaneWords) != 0) {
     for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
       if (words.has(letter)) continue;
       if (!from.has(letter))
@@ -151,7 +164,7 @@ bool OtherWords::resolve(AxisWords& words, Means means, const AxisWords& positio
       words.set(letter, from[letter]);
     }
   }
-  words = frame_.position_of(words);
+  words = frames_.now.position_of(words);
   return true;
 }
 
@@ -160,14 +173,17 @@ bool OtherWords::is_code(const Word& word, const std::string& text) const {
   return code && code->is(word);
 }
 
+bool OtherWords::has_its_point(const Word& word, std::int64_t quanta) {
+  return !c_.numbers.point_required || word.number.has_point || quanta == 0 ||
+         fail(word.column,
+              std::string("'") + word.letter +
+                  "' has no decimal point: the control would take it for a number of increments");
+}
+
 bool OtherWords::quanta_of(const Word& word, std::int64_t& out) {
   if (!to_quanta(word.number, format_.decimals(AxisLetter::X), out))
     return fail(word.column, std::string("'") + word.letter + "' has too many decimals, or is too large");
-  if (c_.numbers.point_required && !word.number.has_point && out != 0) {
-    return fail(word.column,
-                std::string("'") + word.letter +
-                    "' has no decimal point: the control would take it for a number of increments");
-  }
+  if (!has_its_point(word, out)) return false;
   if (is_beyond(out)) return fail(word.column, std::string(1, word.letter) + kBeyond);
   out = length(out);
   return true;
@@ -205,18 +221,19 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
   arc_ = {};
   arc_.clockwise = *clockwise;
   arc_.plane = said_.plane;
-  const AxisWords position = frame_.program_of(place);
+  const AxisWords position = frames_.now.program_of(place);
   arc_.words = position;
   if ((position.mask & kXyz) != kXyz) {
     fail(found.column, "an arc from a place that is not known");
     return std::nullopt;
   }
-  if (frame_.turns() && said_.plane != 0) {
+  if (frames_.now.turns() && said_.plane != 0) {
     fail(found.column, "an arc across another plane than X Y in coordinates that are turned");
     return std::nullopt;
   }
   const auto [first, second, third] = plane_axes(said_.plane);
   std::optional<std::int64_t> radius;
+  std::int64_t turns = 0;  // beside the part of one
   std::uint16_t absolute_centers = 0;
   std::array<std::optional<std::int64_t>, 3> center;  // of X, Y, Z
   for (std::size_t i = 0; i < line.word_count; ++i) {
@@ -243,22 +260,39 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
                word.by_name == !c_.input.places.radius_name.empty()) {
       if (!quanta_of(word, value)) return std::nullopt;
       radius = value;
+    } else if (word.letter == kTurns || c_.input.places.more_turns == std::string(1, word.letter)) {
+      constexpr std::int64_t kMostTurns = 10000;
+      if (!to_quanta(word.number, 0, turns) || turns < 0 || turns > kMostTurns ||
+          (word.letter != kTurns && turns-- == 0)) {
+        fail(word.column, "a number of turns that is none, or too large");
+        return std::nullopt;
+      }
     } else {
       continue;
     }
     if (found.column == 0) found.column = word.column;
     word.used = true;
   }
+  // Some take the radius, some refuse it.
+  if (radius && (center[0] || center[1] || center[2])) {
+    fail(found.column, "an arc with its radius and its centre");
+    return std::nullopt;
+  }
   found.event = {EventKind::arc, *clockwise ? 1 : 0};
+  if (turns > 0 && frames_.now.turns()) {
+    fail(found.column, "a helix of several turns in coordinates that are turned is not read");
+    return std::nullopt;
+  }
   // Not every compiler lets a lambda capture a binding.
   const std::array<AxisLetter, 2> in_plane = {first, second};
   const auto placed = [&] {
-    arc_.words = frame_.position_of(arc_.words);
+    arc_.words = frames_.now.position_of(arc_.words);
     AxisWords center_at = position;
     center_at.set(in_plane[0], arc_.center[0]);
     center_at.set(in_plane[1], arc_.center[1]);
-    center_at = frame_.position_of(center_at);
+    center_at = frames_.now.position_of(center_at);
     arc_.center = {center_at[in_plane[0]], center_at[in_plane[1]]};
+    set_turns(place, turns);
     return found;
   };
   if (radius) return place_center(position, *radius, found.column) ? std::optional(placed()) : std::nullopt;
@@ -277,6 +311,31 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     arc_.center[i] = center[index(in_plane[i])].value_or(0) + (absolute ? 0 : position[in_plane[i]]);
   }
   return placed();
+}
+
+// Each turn, then what is left, Z going on evenly with the angle.
+void OtherWords::set_turns(const AxisWords& from, std::int64_t turns) {
+  arcs_.clear();
+  if (turns > 0) {
+    const auto [first, second, third] = plane_axes(arc_.plane);
+    const auto angle = [&](const AxisWords& at) {
+      return std::atan2(format_.internal(second, at[second] - arc_.center[1]),
+                        format_.internal(first, at[first] - arc_.center[0]));
+    };
+    double rest = (angle(arc_.words) - angle(from)) * (arc_.clockwise ? -1.0 : 1.0);
+    constexpr double kNothing = 1e-9;
+    while (rest < kNothing) rest += kTwoPi;
+    const double whole = kTwoPi * static_cast<double>(turns);
+    const auto rise = static_cast<double>(arc_.words[third] - from[third]);
+    for (std::int64_t i = 1; i <= turns; ++i) {
+      Arc turn = arc_;
+      turn.words = from;
+      turn.words.set(third,
+                     from[third] + std::llround(rise * kTwoPi * static_cast<double>(i) / (whole + rest)));
+      arcs_.push_back(turn);
+    }
+  }
+  arcs_.push_back(arc_);
 }
 
 // Left of the way from start to end where the circle turns left and goes less than half way round.
@@ -371,13 +430,30 @@ bool OtherWords::is_rapid(const ParsedLine& line, bool so_far) const {
   return so_far;
 }
 
+bool OtherWords::take_place_name(std::string& line, std::size_t from) const {
+  const std::string& name = c_.input.machine_position;
+  const auto at = line.find(name, from);
+  const auto is_of_name = [](char ch) { return is_letter(ch) || is_digit(ch); };
+  if (at == std::string::npos || (at > 0 && is_of_name(line[at - 1])) ||
+      (at + name.size() < line.size() && is_of_name(line[at + name.size()])) ||
+      line.find(c_.comments.open, from) < at)
+    return false;
+  std::fill_n(line.begin() + static_cast<std::ptrdiff_t>(at), name.size(), ' ');
+  return true;
+}
+
 std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedLine& line) {
   error.clear();
   MachineMotion out;
   bool reference = false;
+  if (line.past_offsets) {
+    out.to_position = true;
+    out.column = 1;
+  }
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
     if (word.used) continue;
+    if (line.past_offsets) break;
     const bool home = std::any_of(c_.input.reference.begin(), c_.input.reference.end(),
                                   [&](const std::string& text) { return is_code(word, text); });
     if (!home && !is_code(word, c_.input.machine_position)) continue;
@@ -387,6 +463,11 @@ std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedL
     word.used = true;
   }
   if (out.column == 0) return std::nullopt;
+  if (out.to_position && said_.increments) {
+    fail(out.column, "'" + c_.input.machine_position + "' under '" + c_.incremental.on +
+                         "': controls differ in where that leads");
+    return std::nullopt;
+  }
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
     const auto letter = axis_letter(std::string(1, word.letter));
@@ -396,12 +477,13 @@ std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedL
       return std::nullopt;
     }
     std::int64_t value = 0;
-    if (is_rotary(*letter)) {
-      if (!to_quanta(word.number, format_.decimals(*letter), value)) value = 0;
-    } else if (!quanta_of(word, value)) {
+    if (!to_quanta(word.number, format_.decimals(*letter), value) || !has_its_point(word, value)) {
+      if (error.empty()) fail(word.column, std::string("'") + word.letter + "' has too many decimals");
       return std::nullopt;
     }
-    out.axes.set(*letter, value);
+    // An increment of nothing leads over no other place.
+    if (reference && !(said_.increments && value == 0)) out.by_way_of.set(*letter, value);
+    out.axes.set(*letter, is_rotary(*letter) ? value : length(value));
     word.used = true;
   }
   // Without axes all of them go.

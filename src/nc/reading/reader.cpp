@@ -149,7 +149,11 @@ void Reader::State::emit(const Block& block) {
 // On a control that wants a modulo axis told otherwise its plain word means something else.
 bool Reader::State::is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const {
   if (!c.rotary.has_modulo_word(letter)) return true;
-  return word.modulo && quanta >= 0 && quanta < language.turn;
+  if (language.others && !word.modulo &&
+      (word.means == Word::Means::way ||
+       (language.others->in_increments() && word.means != Word::Means::place)))
+    return true;
+  return (word.modulo || language.others) && quanta >= 0 && quanta < language.turn;
 }
 
 bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
@@ -176,6 +180,7 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
     return false;
   }
   m.words.set(letter, quanta);
+  if (c.rotary.has_modulo_word(letter) && !word.modulo) m.means.straight |= AxisWords::bit(letter);
   if (word.means == Word::Means::place) m.means.places |= AxisWords::bit(letter);
   if (word.means == Word::Means::way) m.means.ways |= AxisWords::bit(letter);
   if (m.column == 0) m.column = word.column;
@@ -230,6 +235,11 @@ void Reader::State::take_modes(LineMotion& m) {
     feed = 0;
   }
   if (m.mode) set_feed_mode(*m.mode);
+  // In whole mm a minute alone F needs none.
+  if (m.has_feed && language.others && c.numbers.point_required && !m.feed.has_point &&
+      m.feed.mantissa != 0 && (language.others->per_revolution() || language.others->in_inches()))
+    error(std::max(m.column, 1U),
+          "F has no decimal point: the control would take it for a number of increments");
   if (language.others && language.others->per_revolution()) {
     if (m.has_feed && !to_rounded_quanta(m.feed, kTurnDecimals, language.others->feed_of_turn()))
       language.others->feed_of_turn() = 0;
@@ -268,13 +278,43 @@ std::int64_t Reader::State::unwrapped(AxisLetter letter, std::int64_t value) con
   return from + way;
 }
 
+// Where the word of an axis leads that counts modulo one turn.
+bool Reader::State::wind(AxisLetter letter, const LineMotion& m, std::int64_t& value) {
+  if (!c.rotary.is_modulo(letter)) return true;
+  if (!language.others || !modal.position.has(letter)) return value = unwrapped(letter, value), true;
+  const std::uint16_t bit = AxisWords::bit(letter);
+  if ((m.means.ways & bit) != 0 || (language.others->in_increments() && (m.means.places & bit) == 0))
+    return true;
+  const std::int64_t from = modal.position[letter];
+  std::int64_t stands = from % language.turn;
+  if (stands < 0) stands += language.turn;
+  std::int64_t place = value % language.turn;
+  if (place < 0) place += language.turn;
+  const std::int64_t way = place - stands;
+  bool straight = (m.means.straight & bit) != 0;
+  if (!c.rotary.shorter_way.empty()) {
+    const auto shorter = language.others->shorter_way();
+    if (!shorter && 2 * std::abs(way) > language.turn) {
+      error(m.column, std::string("axis ") + letter_of(letter) +
+                          " turns by more than half a turn, and the program "
+                          "has not said which way ('" +
+                          c.rotary.shorter_way + "' or '" + c.rotary.straight_way + "')");
+      return false;
+    }
+    straight = !shorter.value_or(true);
+  }
+  value = straight ? from + way : unwrapped(letter, value);
+  return true;
+}
+
 void Reader::State::run_motion(LineMotion& m) {
   take_modes(m);
   if (m.words.mask == 0) return;
   if (language.others) {
+    if (waits_for_plane()) return;
     note_unit();
     if (m.named) language.others->end_circle();
-    if (!language.others->resolve(m.words, m.means, modal.position, m.column))
+    if (!m.is_resolved && !language.others->resolve(m.words, m.means, modal.position, m.column))
       return error(m.column, language.others->error);
     if (language.others->per_revolution()) follow_spindle();
   }
@@ -305,8 +345,9 @@ void Reader::State::run_motion(LineMotion& m) {
   for (unsigned rest = m.words.mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const auto letter = static_cast<AxisLetter>(i);
-    modal.position.set(letter,
-                       c.rotary.modulo_axes != 0 ? unwrapped(letter, m.words.quanta[i]) : m.words.quanta[i]);
+    std::int64_t value = m.words.quanta[i];
+    if (c.rotary.modulo_axes != 0 && !wind(letter, m, value)) return;
+    modal.position.set(letter, value);
   }
   motion.words = modal.position;
   motion.source = {findings.line, m.column};
@@ -332,6 +373,14 @@ void Reader::State::read_line(std::string_view text) {
                              ? language.others->frame_named({p, static_cast<std::size_t>(end - p)})
                              : std::nullopt)
     return run_frame_line({p, static_cast<std::size_t>(end - p)}, *frame);
+  if (language.others &&
+      (run_datum_shift({p, static_cast<std::size_t>(end - p)}) || run_pole_line(begin, p, end)))
+    return;
+  if (language.others && language.others->has_place_name()) {
+    std::string line(begin, end);
+    if (language.others->take_place_name(line, static_cast<std::size_t>(p - begin)))
+      return run_past_offsets(line, static_cast<std::size_t>(p - begin));
+  }
   if (std::string numbered; language.others && number_tool({p, static_cast<std::size_t>(end - p)}, numbered))
     return read_words(numbered.data(), numbered.data(), numbered.data() + numbered.size());
   read_words(begin, p, end);
@@ -339,8 +388,8 @@ void Reader::State::read_line(std::string_view text) {
 
 // A control finds it by the name; a number that no program has by chance stands for it.
 bool Reader::State::number_tool(std::string_view text, std::string& numbered) {
-  const std::string begins = c.input.tool_name + "\"";
-  const auto at = c.input.tool_name.empty() ? std::string_view::npos : text.find(begins);
+  const std::string begins = c.input.lines.tool_name + "\"";
+  const auto at = c.input.lines.tool_name.empty() ? std::string_view::npos : text.find(begins);
   if (at == std::string_view::npos) return false;
   const auto name = at + begins.size();
   const auto quote = text.find('"', name);
@@ -436,11 +485,13 @@ void Reader::State::run_line_of_others() {
     return true;
   };
   const bool per_revolution = others.per_revolution();
-  others.take_modes(parsed);
+  // Some keep the number of F, some the speed.
+  if (others.take_modes(parsed) && !c.input.unit_keeps_speed) feed = others.feed_of_turn() = 0;
   if (others.per_revolution() && !per_revolution) {
     set_feed_mode(FeedMode::per_minute);
     feed = language.others->feed_of_turn() = 0;
   }
+  if (others.zero_follows() != program.follows_part && !follow_part(others.zero_follows())) return;
   if (!others.take_frame(parsed, modal.position, against_frame(false))) {
     refused();
     return;
@@ -450,6 +501,7 @@ void Reader::State::run_line_of_others() {
   if (home && home->to_position && !others.is_rapid(parsed, modal.motion_kind == MotionKind::rapid))
     return error(home->column, "no rapid to a place of the machine (" + c.input.machine_position +
                                    "): where it cuts in the part is not followed");
+  if (home && !run_by_way_of(*home)) return;
   if (home) run_machine_motion(*home);
   const auto shape =
       home ? std::nullopt
@@ -464,6 +516,34 @@ void Reader::State::run_line_of_others() {
   if (!take_words(m)) return;
   if (events.empty()) return run_motion(m);
   run_events(events, m);
+}
+
+// A line of several that mean a tilted plane only together: in some controls it turns the coordinates alone.
+bool Reader::State::waits_for_plane() {
+  if (language.others->frame_moved_aside()) {
+    error(1, "a datum shift in a tilted plane, and a motion behind it: end the plane first");
+    return true;
+  }
+  if (program.plane_since == 0) return false;
+  error(1, "a motion in the tilted plane of line " + std::to_string(program.plane_since) + " without '" +
+               c.tilted_plane.on.back() + "' before it: where the rotary axes stand to it is not said");
+  program.plane_since = 0;
+  return true;
+}
+
+bool Reader::State::follow_part(bool on) {
+  if (on && (modal.tcp || modal.plane || modal.cycle || !language.others->frame().is_idle())) {
+    error(1, "'" + c.input.places.zero_follows +
+                 "' under tool-centre-point control, in a tilted plane, a shift, a turn or a drilling cycle");
+    return false;
+  }
+  program.follows_part = on;
+  modal.plane = on;  // what is not read in one is not read here
+  modal.position.forget(kLinearAxes);
+  TiltedPlane now;
+  now.on = now.follows_part = on;
+  emit(now);
+  return true;
 }
 
 const char* Reader::State::against_frame(bool turns) const {
@@ -499,6 +579,77 @@ void Reader::State::run_frame_line(std::string_view text, std::size_t name) {
     error(std::max(language.others->error_column, 1U), language.others->error);
 }
 
+void Reader::State::run_past_offsets(const std::string& line, std::size_t from) {
+  parsed.clear();
+  language.scanner.scan(line.data(), line.data() + from, line.data() + line.size(), parsed);
+  if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
+  parsed.past_offsets = true;
+  run_line_of_others();
+}
+
+bool Reader::State::run_datum_shift(std::string_view text) {
+  auto rest = language.others->datum_shift_in(text);
+  if (!rest) return false;
+  const bool names = rest->front() == '0';  // the name of the cycle, and no value
+  while (!rest->empty() && is_digit(rest->front())) rest->remove_prefix(1);
+  if (names) return true;
+  parsed.clear();
+  language.scanner.scan(rest->data(), rest->data(), rest->data() + rest->size(), parsed);
+  if (!parsed.error.empty() || !parsed.phrases.empty() || parsed.word_count == 0) {
+    error(1, "a datum shift is read with X, Y and Z, and nothing else in its lines");
+  } else if (!language.others->take_datum_shift(
+                 parsed, modal.cycle || (modal.tcp && c.offset_shift.not_under_tcp) ? against_frame(false)
+                                                                                    : nullptr)) {
+    error(1, language.others->error);
+  }
+  return true;
+}
+
+bool Reader::State::run_pole_line(const char* begin, const char* p, const char* end) {
+  OtherWords& others = *language.others;
+  OtherWords::PoleLine said;
+  said.word = others.pole_word({p, static_cast<std::size_t>(end - p)});
+  if (said.word == OtherWords::PoleWord::none) return false;
+  std::string line(begin, end);
+  const auto refused = [&] {
+    error(std::max(others.error_column, 1U), others.error);
+    return true;
+  };
+  others.error_column = 1;
+  if (!others.take_pole_words(line, static_cast<std::size_t>(p - begin), said)) return refused();
+  parsed.clear();
+  language.scanner.scan(line.data(), line.data() + (p - begin), line.data() + line.size(), parsed);
+  if (!parsed.error.empty()) return error(parsed.error_column, parsed.error), true;
+  for (auto& comment : parsed.comments) emit(Comment{std::move(comment), false});
+  LineMotion m;
+  std::vector<FoundEvent> events = find_events(m);
+  if (!take_words(m)) return true;
+  if (!others.resolve(m.words, m.means, modal.position, std::max(m.column, 1U))) return refused();
+  said.end = m.words;
+  if (!others.take_pole_line(said, modal.position)) return refused();
+  if (said.word == OtherWords::PoleWord::set) {
+    if (!events.empty() || m.has_feed) error(1, "other words in the line of a pole");
+    return true;
+  }
+  m.words = {};
+  if (said.word == OtherWords::PoleWord::line) {
+    m.words = said.end;
+    m.is_resolved = true;
+    m.column = 1;
+    set_kind(MotionKind::feed, m);
+  } else {
+    FoundEvent arc;
+    arc.event = {EventKind::arc, *said.clockwise ? 1 : 0};
+    arc.column = 1;
+    events.push_back(arc);
+  }
+  if (events.empty())
+    run_motion(m);
+  else
+    run_events(events, m);
+  return true;
+}
+
 void Reader::State::note_unit() {
   if (!language.others->wants_unit()) return;
   if (options.inches) {
@@ -508,6 +659,21 @@ void Reader::State::note_unit() {
   findings.diagnostics.warning(findings.file, {findings.line, 1},
                                "the program moves and has not said its unit ('" + c.input.inch.front() +
                                    "' or '" + c.input.millimetre.front() + "'): taken as mm (--cl-units)");
+}
+
+// A reference point is gone to over the place that the line names, at rapid rate.
+bool Reader::State::run_by_way_of(const OtherWords::MachineMotion& motion) {
+  if (motion.by_way_of.mask == 0) return true;
+  const std::size_t errors = findings.errors;
+  const auto kind = modal.motion_kind;
+  LineMotion over;
+  over.words = motion.by_way_of;
+  over.kind = MotionKind::rapid;
+  over.named = true;
+  over.column = motion.column;
+  run_motion(over);
+  modal.motion_kind = kind;
+  return findings.errors == errors;
 }
 
 // Past all offsets: where a rotary axis then stands its word says.
@@ -523,7 +689,7 @@ void Reader::State::run_machine_motion(const OtherWords::MachineMotion& motion) 
     now.axes = static_cast<std::uint16_t>(now.axes | AxisWords::bit(letter));
     if (motion.to_position) now.to.set(letter, motion.axes[letter]);
   }
-  modal.motion_kind.reset();
+  if (modal.cycle) modal.motion_kind.reset();  // of what it was before the cycle nothing is kept
   modal.cycle.reset();
   if (now.axes != 0) emit(now);
 }
@@ -534,8 +700,14 @@ bool Reader::State::is_no_block_of_others(std::string_view text) {
   const auto is_all = [&](const std::string& begin) {
     return !begin.ends_with('(') || text.find(')') + 1 == text.size();
   };
-  for (const std::string& begin : c.input.skipped)
+  for (const std::string& begin : c.input.lines.skipped)
     if (text.starts_with(begin) && is_all(begin)) return true;
+  if (std::find(c.input.lines.away.begin(), c.input.lines.away.end(), text) != c.input.lines.away.end()) {
+    OtherWords::MachineMotion away;
+    away.axes.mask = AxisWords::bit(AxisLetter::Z);
+    run_machine_motion(away);
+    return true;
+  }
   if (text != "%") return false;
   if (program.said_anything && !std::exchange(program.ended, true)) emit(ProgramEnd{});
   return true;

@@ -31,6 +31,12 @@ bool is_length(Placeholder p) {
   }
 }
 
+// Without a point it is a number of the control's smallest increments.
+bool counts_increments(Placeholder p) {
+  return is_length(p) || p == Placeholder::a || p == Placeholder::b || p == Placeholder::c ||
+         p == Placeholder::seconds;
+}
+
 }  // namespace
 
 bool Reader::State::keep(const Word& word) {
@@ -181,6 +187,8 @@ std::int64_t Reader::State::whole(const FoundEvent& found, Placeholder p, std::i
       error(found.column, "a number that counts things is not whole, or too large");
   } else if (!to_rounded_quanta(*number, 0, out)) {
     error(found.column, "number too large");
+  } else if (language.others && p == Placeholder::milliseconds && number->has_point) {
+    error(found.column, "a dwell in milliseconds with a decimal point: controls differ in its unit");
   }
   return out;
 }
@@ -191,6 +199,11 @@ std::int64_t Reader::State::scaled(const FoundEvent& found, Placeholder p, int d
   if (number != nullptr && !to_quanta(*number, decimals, out)) {
     error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
                             std::to_string(decimals));
+  }
+  if (number != nullptr && language.others && c.numbers.point_required && !number->has_point && out != 0 &&
+      counts_increments(p)) {
+    error(found.column, std::string("{") + std::string(name_of(p)) +
+                            "} has no decimal point: the control would take it for a number of increments");
   }
   return language.others && is_length(p) ? language.others->length(out) : out;
 }
@@ -206,6 +219,10 @@ void Reader::State::keep_captures(const FoundEvent& found) {
 
 void Reader::State::run_event(const FoundEvent& found) {
   keep_captures(found);
+  if (language.others && found.event.kind == EventKind::remember &&
+      found.pattern->origin.starts_with("[tilted_plane] on"))
+    program.plane_since = findings.line;
+  if (found.event.kind == EventKind::plane_off) program.plane_since = 0;
   if (found.event.kind == EventKind::tape) return run_tape(found);
   if (found.event.kind != EventKind::program_start) program.said_anything = true;
   switch (found.event.kind) {
@@ -249,6 +266,7 @@ void Reader::State::run_event(const FoundEvent& found) {
     case EventKind::plane_off:
       check_origin(found);
       if (!modal.plane) return;
+      if (language.others) language.others->take_frame_back();
       modal.switch_plane(false);
       return emit(TiltedPlane{});
     case EventKind::cutter:
@@ -373,13 +391,28 @@ void Reader::State::run_work_offset(std::int64_t index) {
   if (language.others && !language.others->frame().is_idle() && modal.work_offset != 0 &&
       modal.work_offset != index)
     return error(1, "another work offset, and the program's own shift or turn is in force: end that first");
-  if (modal.call_work_offset(index)) emit(WorkOffset{index});
+  const AxisWords before = modal.position;
+  if (!modal.call_work_offset(index)) return;
+  // Rotary axes have no offset here, nor in a place of the machine.
+  for (const AxisLetter letter : kAllAxisLetters)
+    if (language.others && is_rotary(letter) && before.has(letter))
+      modal.position.set(letter, before[letter]);
+  emit(WorkOffset{index});
 }
 
 void Reader::State::run_offset_shift(const FoundEvent& found) {
+  if (language.others && language.others->in_increments())
+    return error(std::max(found.column, 1U), "an offset that is set under '" + c.incremental.on +
+                                                 "': controls differ in whether it is added");
   OffsetShift now;
   now.kind = static_cast<OffsetShift::Kind>(found.event.argument);
+  if (now.kind == OffsetShift::Kind::add && language.others && !language.others->frame().is_idle())
+    return error(std::max(found.column, 1U),
+                 "a shift, and another one of the program's own is in force: end that first");
   if (now.kind == OffsetShift::Kind::set) now.index = whole(found, Placeholder::index, 1);
+  if (now.kind == OffsetShift::Kind::set && language.others && now.index < 1)
+    return error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
+                                                 " is set: what it counts for differs between controls");
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
@@ -441,7 +474,12 @@ void Reader::State::run_cutter(const FoundEvent& found) {
 }
 
 void Reader::State::run_plane(const FoundEvent& found) {
-  if (language.others && !language.others->frame().is_idle())
+  // Its words may stand in a line of their own.
+  if (std::exchange(program.plane_since, 0) == 0 && language.others && !found.captures.has(Placeholder::a))
+    return error(std::max(found.column, 1U),
+                 "'" + c.tilted_plane.on.back() + "', and no tilted plane is said");
+  const bool counts_from_shift = language.others && !c.input.places.datum_shift.empty();
+  if (language.others && !counts_from_shift && !language.others->frame().is_idle())
     return error(std::max(found.column, 1U),
                  "a tilted plane, and the program's own shift or turn is in force: end that first");
   TiltedPlane now;
@@ -452,6 +490,8 @@ void Reader::State::run_plane(const FoundEvent& found) {
     now.origin[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
     now.angles[i] = scaled(found, kAngle[i], language.format.decimals(AxisLetter::A));
   }
+  if (counts_from_shift && modal.plane) language.others->take_frame_back();
+  if (counts_from_shift) now.origin = language.others->set_frame_aside();
   now.direction = whole(found, Placeholder::direction, 1) < 0 ? -1 : 1;
   modal.switch_plane(true);
   emit(now);

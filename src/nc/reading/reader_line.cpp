@@ -182,12 +182,17 @@ bool LineScanner::scan_word_of_others(const char* begin, const char*& p, const c
   const char* s = p;
   const std::string& prefix = c_.input.places.increment_prefix;
   const std::string& radius = c_.input.places.radius_name;
+  const std::string& turns = c_.input.places.more_turns;
   if (!radius.empty() && begins_as(p, end, radius)) {
     word.letter = 'R';
     word.by_name = true;
     s = skip_blanks(p + radius.size(), end);
     if (s == end || !scan_number(s, end, word.number)) return false;
     if (s != end && !is_blank(*s) && !is_letter(*s)) return false;
+  } else if (turns.size() > 1 && begins_as(p, end, turns)) {
+    word.letter = kTurns;
+    s = skip_blanks(p + turns.size(), end);
+    if (s == end || !is_digit(*s) || !scan_number(s, end, word.number) || word.number.has_point) return false;
   } else if (!prefix.empty() && begins_as(p, end, prefix) && p + prefix.size() != end &&
              axis_letter(std::string(1, upper(p[prefix.size()])))) {
     word.letter = upper(p[prefix.size()]);

@@ -24,6 +24,9 @@ struct Word {
   Number number;
 };
 
+/// Letters of words that have a name: turns of a helix, polar coordinates.
+inline constexpr char kTurns = 't';
+
 /// Values that the placeholders of a pattern stood for.
 struct Captures {
   std::array<Number, kPlaceholders> number{};
@@ -56,6 +59,7 @@ struct ParsedLine {
   /// Of words that are expressions: coefficients of the run-time values for X, Y and Z.
   std::array<std::array<std::int64_t, 3>, 3> coefficient{};
   bool has_values = false;
+  bool past_offsets = false;  // its places are those of the machine, as a name in the line has it
   std::vector<std::string> comments;
   std::uint32_t error_column = 0;
   std::string error;  // empty: understood so far
@@ -64,6 +68,7 @@ struct ParsedLine {
     word_count = 0;
     if (has_values) coefficient = {};
     has_values = false;
+    past_offsets = false;
     phrases.clear();
     comments.clear();
     error.clear();

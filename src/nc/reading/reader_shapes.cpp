@@ -26,7 +26,7 @@ AxisWords xyz_of(const AxisWords& position) {
 }  // namespace
 
 bool Reader::State::shape_may_begin(const FoundEvent& found) {
-  if (!may_move(found.column)) return false;
+  if (!may_move(found.column) || (language.others && waits_for_plane())) return false;
   const char* what = found.event.kind == EventKind::arc     ? "an arc"
                      : found.event.kind == EventKind::probe ? "a touch"
                                                             : "a drilling cycle";
@@ -42,8 +42,13 @@ bool Reader::State::shape_may_begin(const FoundEvent& found) {
 }
 
 // The words of [input] have been resolved already.
-void Reader::State::run_arc_of_others(const FoundEvent& found) {
-  Arc arc = language.others->arc();
+void Reader::State::run_arcs_of_others(const FoundEvent& found) {
+  const std::size_t errors = findings.errors;
+  for (const Arc& arc : language.others->arcs())
+    if (findings.errors == errors) run_arc_of_others(found, arc);
+}
+
+void Reader::State::run_arc_of_others(const FoundEvent& found, Arc arc) {
   arc.feed = feed;
   arc.from = xyz_of(modal.position);
   arc.source = {findings.line, found.column};
@@ -70,7 +75,7 @@ void Reader::State::run_arc(const FoundEvent& found) {
   if (!shape_may_begin(found)) return;
   if (language.others && language.others->per_revolution()) follow_spindle();
   if (feed <= 0) return error(found.column, "an arc without feed");
-  if (language.others && found.pattern == nullptr) return run_arc_of_others(found);
+  if (language.others && found.pattern == nullptr) return run_arcs_of_others(found);
   const int decimals = language.format.decimals(AxisLetter::X);
   Arc arc;
   arc.clockwise = found.event.argument == 1;
@@ -246,6 +251,13 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
   if ((m.words.mask & ~kPlaneWords) != 0) {
     error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
     return true;
+  }
+  if (m.has_feed) {
+    if (modal.cycle->kind == Hole::Kind::tap) {
+      error(m.column, "another F under a tapping cycle: it stands with the cycle's own words");
+      return true;
+    }
+    modal.cycle->feed = feed;
   }
   const auto place = [&](AxisLetter letter) {
     return m.words.has(letter) ? m.words[letter] : modal.position[letter];

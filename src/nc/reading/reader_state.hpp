@@ -88,6 +88,9 @@ struct ProgramPlace {
   bool said_anything = false;         // but for its first lines
   bool started = false;
   bool ended = false;
+  bool follows_part = false;  // TiltedPlane::follows_part
+  /// Line with the words of a tilted plane that has not been entered, of programs that somebody else wrote.
+  std::uint32_t plane_since = 0;
   std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
 };
 
@@ -140,9 +143,10 @@ struct Reader::State {
     bool has_feed = false;
     Number feed;
     std::uint32_t column = 0;
-    bool rapid = false;     // by a word that holds for this line only
-    bool named = false;     // a motion word stands in the line
-    bool absolute = false;  // coordinates are, from this line on
+    bool rapid = false;        // by a word that holds for this line only
+    bool named = false;        // a motion word stands in the line
+    bool absolute = false;     // coordinates are, from this line on
+    bool is_resolved = false;  // OtherWords::resolve has been at its words
   };
   bool take_axis(Word& word, std::uint8_t axis, LineMotion& m);
   bool is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const;
@@ -172,6 +176,10 @@ struct Reader::State {
   void set_kind(MotionKind kind, LineMotion& m);
   void set_feed_mode(FeedMode mode);
   void take_modes(LineMotion& m);
+  /// The zero goes with the part from here on, or it does not. False, with a message.
+  bool follow_part(bool on);
+  /// False, with a message: which way it turns is not said.
+  bool wind(AxisLetter letter, const LineMotion& m, std::int64_t& value);
   std::int64_t unwrapped(AxisLetter letter, std::int64_t value) const;
   void run_motion(LineMotion& m);
 
@@ -185,15 +193,22 @@ struct Reader::State {
   void run_line();
   void run_line_of_others();
   void note_unit();
+  /// With a message: a motion where the words of a tilted plane wait for the word that enters it.
+  bool waits_for_plane();
   /// What forbids a shift or a turn of the program's coordinates here, or null.
   const char* against_frame(bool turns) const;
   /// A line of TRANS, AROT and the like, `name` of them.
   void run_frame_line(std::string_view text, std::size_t name);
+  /// A line of a datum shift, or one that counts from a pole; false: it is none.
+  void run_past_offsets(const std::string& line, std::size_t from);
+  bool run_datum_shift(std::string_view text);
+  bool run_pole_line(const char* begin, const char* p, const char* end);
   /// Feed per revolution as feed per minute at the speed that the spindle turns with.
   void follow_spindle(std::int64_t rpm);
   void follow_spindle() {
     follow_spindle(modal.spindle && modal.spindle->turn != SpindleTurn::off ? modal.spindle->rpm : 0);
   }
+  bool run_by_way_of(const OtherWords::MachineMotion& motion);
   void run_machine_motion(const OtherWords::MachineMotion& motion);
   bool is_no_block_of_others(std::string_view text);
   /// False, with a message, where a line goes on in increments.
@@ -242,7 +257,8 @@ struct Reader::State {
   bool kinematics_unknown(std::uint32_t column);
   bool shape_may_begin(const FoundEvent& found);
   void run_arc(const FoundEvent& found);
-  void run_arc_of_others(const FoundEvent& found);
+  void run_arcs_of_others(const FoundEvent& found);
+  void run_arc_of_others(const FoundEvent& found, Arc arc);
   void run_cycle(const FoundEvent& found);
   const Template& words_of_cycle(int argument) const;
   /// Pitch, speed and feed of a tap; false, with a message, where the program does not say them.

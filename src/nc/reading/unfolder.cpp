@@ -39,7 +39,11 @@ std::string bare(std::string_view text, const Controller& c) {
       i = close + c.comments.close.size() - 1;
       continue;
     }
-    if (std::any_of(c.comments.also_read.begin(), c.comments.also_read.end(),
+    // In a formula it is an operator.
+    const bool may_be_remark =
+        c.input.flow.formula.empty() || out.find_first_not_of(" \t0123456789") == std::string::npos;
+    if (may_be_remark &&
+        std::any_of(c.comments.also_read.begin(), c.comments.also_read.end(),
                     [&](const std::string& mark) { return text.substr(i).starts_with(mark); }))
       break;
     out += text[i];
@@ -72,10 +76,7 @@ bool reads_whole(const char*& p, const char* end, std::string_view word, std::in
 }  // namespace
 
 Unfolder::Unfolder(const Controller& controller, Sink sink, Fault fault)
-    : c_(controller),
-      sink_(std::move(sink)),
-      fault_(std::move(fault)),
-      expressions_(controller.input.flow.o_words) {}
+    : c_(controller), sink_(std::move(sink)), fault_(std::move(fault)), values_(controller) {}
 
 void Unfolder::fail(const std::string& message) {
   if (!std::exchange(over_, true)) fault_(line_, message);
@@ -173,55 +174,18 @@ bool Unfolder::step() {
 }
 
 void Unfolder::run(std::string_view text, std::uint32_t line) {
-  const std::string& mark = c_.input.flow.variables;
-  if (mark.empty() || (text.find(mark) == std::string_view::npos && text.find('[') == std::string_view::npos))
-    return put(text, line);
-  const std::string plain = bare(text, c_);
-  if (plain.find(mark) == std::string::npos && plain.find('[') == std::string::npos) return put(text, line);
-  if (plain.starts_with(mark)) {
-    if (!expressions_.assign(plain.data(), plain.data() + plain.size())) fail(expressions_.error);
-    return;
-  }
+  if (!values_.may_hold(text)) return put(text, line);
   std::string out;
-  if (!substitute(plain, out)) return fail(expressions_.error);
-  put(out, line);
-}
-
-// X#1, X-#1, X[#1+2]: the value in their place.
-bool Unfolder::substitute(std::string_view text, std::string& out) {
-  expressions_.error.clear();
-  const char* p = text.data();
-  const char* const end = p + text.size();
-  while (p != end) {
-    const char letter = upper(*p);
-    const bool is_word = is_letter(*p);
-    out += *p++;
-    if (!is_word) {
-      if (out.back() == '[' || out.back() == '#') {
-        expressions_.error = "a variable or brackets where no word is: what they say is not read";
-        return false;
-      }
-      continue;
-    }
-    const char* s = skip_blanks(p, end);
-    const char* const value = s;
-    if (s != end && (*s == '-' || *s == '+')) s = skip_blanks(s + 1, end);
-    if (s == end || (*s != '#' && *s != '[')) continue;
-    double number = 0.0;
-    s = value;
-    if (!expressions_.value(s, end, number)) return false;
-    const bool counts = std::strchr("GMTHDPLNOS", letter) != nullptr && number == std::floor(number);
-    out += number_text(number, !counts);
-    out += ' ';
-    p = s;
-    // X[#1]+2 is no word.
-    s = skip_blanks(p, end);
-    if (s != end && std::strchr("+-*/.[", *s) != nullptr) {
-      expressions_.error = "something behind the value of a word";
-      return false;
-    }
+  switch (values_.take(bare(text, c_), out)) {
+    case ValueWords::Line::as_it_is:
+      return put(text, line);
+    case ValueWords::Line::with_values:
+      return put(out, line);
+    case ValueWords::Line::taken:
+      return;
+    case ValueWords::Line::wrong:
+      return fail(values_.expressions.error);
   }
-  return true;
 }
 
 bool Unfolder::run_flow(const std::string& text) {
@@ -252,7 +216,7 @@ void Unfolder::leave() {
     return;
   }
   next_ = frame.back;
-  if (frame.has_variables) expressions_.leave();
+  if (frame.has_variables) values_.expressions.leave();
   frames_.pop_back();
 }
 
@@ -465,11 +429,11 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
       double value = 0.0;
       const char* p = skip_blanks(here.rest, line.data() + line.size());
       const char* const end = line.data() + line.size();
-      expressions_.error.clear();
-      if (p == end || *p != '[' || !expressions_.value(p, end, value) || skip_blanks(p, end) != end)
-        return fail(expressions_.error.empty()
+      values_.expressions.error.clear();
+      if (p == end || *p != '[' || !values_.expressions.value(p, end, value) || skip_blanks(p, end) != end)
+        return fail(values_.expressions.error.empty()
                         ? "'" + name + "' is read with a value in brackets, and nothing else"
-                        : expressions_.error);
+                        : values_.expressions.error);
       runs = value != 0.0;
     }
     if (runs) {
@@ -488,12 +452,14 @@ bool Unfolder::run_o_word(const std::string& text) {
   const std::string name = "O" + word.label + " " + word.keyword;
   const char* p = word.rest;
   const char* const end = text.data() + text.size();
-  expressions_.error.clear();
+  values_.expressions.error.clear();
   const auto condition = [&](double& out) {
     p = skip_blanks(p, end);
-    if (p != end && *p == '[' && expressions_.value(p, end, out) && skip_blanks(p, end) == end) return true;
-    fail(expressions_.error.empty() ? "'" + name + "' is read with a value in brackets, and nothing else"
-                                    : expressions_.error);
+    if (p != end && *p == '[' && values_.expressions.value(p, end, out) && skip_blanks(p, end) == end)
+      return true;
+    fail(values_.expressions.error.empty()
+             ? "'" + name + "' is read with a value in brackets, and nothing else"
+             : values_.expressions.error);
     return false;
   };
   const auto find = [&](const std::vector<std::string>& keywords, std::size_t& out) {
@@ -519,9 +485,9 @@ bool Unfolder::run_o_word(const std::string& text) {
     std::vector<double> arguments;
     while ((p = skip_blanks(p, end)) != end) {
       double argument = 0.0;
-      if (*p != '[' || !expressions_.value(p, end, argument)) {
-        fail(expressions_.error.empty() ? "'" + name + "' is read with values in brackets"
-                                        : expressions_.error);
+      if (*p != '[' || !values_.expressions.value(p, end, argument)) {
+        fail(values_.expressions.error.empty() ? "'" + name + "' is read with values in brackets"
+                                               : values_.expressions.error);
         return true;
       }
       arguments.push_back(argument);
@@ -532,7 +498,7 @@ bool Unfolder::run_o_word(const std::string& text) {
            " SUB' in this text, or more than one: put the subprogram into the file, before the program");
       return true;
     }
-    if (frames_.size() < kDeepestCalls) expressions_.enter(arguments);
+    if (frames_.size() < kDeepestCalls) values_.expressions.enter(arguments);
     return call(to + 1, 1, true);
   } else if (key == "REPEAT") {
     if (!condition(value) || !find({"ENDREPEAT"}, to)) return true;

@@ -8,7 +8,7 @@
 
 #include "trunnion/nc/controller.hpp"
 
-#include "nc/reading/expressions.hpp"
+#include "nc/reading/value_words.hpp"
 
 namespace trunnion::nc {
 
@@ -67,13 +67,12 @@ class Unfolder {
                      std::size_t from) const;
   std::size_t find_program(std::int64_t number, char letter) const;
   std::size_t find_label(const std::string& name) const;
-  bool substitute(std::string_view text, std::string& out);
   void fail(const std::string& message);
 
   const Controller& c_;
   Sink sink_;
   Fault fault_;
-  Expressions expressions_;
+  ValueWords values_;
   std::string carry_;
   std::vector<std::string> kept_;
   std::uint32_t first_kept_ = 0, line_ = 0;  // lines of the text

@@ -15,8 +15,8 @@ nc::Controller for_reading(nc::Controller controller) {
   controller.numbers.axes = nc::AxisFormat(kDecimals, kDecimals);
   controller.numbers.feed.per_minute_decimals = kFeedDecimals;
   controller.numbers.feed.inverse_time_decimals = kFeedDecimals;
-  controller.silent.insert(controller.silent.end(), controller.input.silent.begin(),
-                           controller.input.silent.end());
+  controller.silent.insert(controller.silent.end(), controller.input.lines.silent.begin(),
+                           controller.input.lines.silent.end());
   return controller;
 }
 
