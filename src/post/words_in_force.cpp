@@ -55,7 +55,8 @@ void WordsInForce::add_length(bool control_adds_length) {
 
 bool WordsInForce::enter(const nc::TiltedPlane& block) {
   plane.reset();
-  if (!block.on) return false;
+  follows_part = block.on && block.follows_part;
+  if (!block.on || follows_part) return false;
   plane = PlaneFrame::of(controller_, block);
   const auto found = inverse(machine_, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
   plane_q = found.empty() ? rotary : found[0].q;
@@ -66,9 +67,26 @@ BlockEnd WordsInForce::end_at(const JointVector& words) const {
   BlockEnd v;
   v.tcp = tcp && !plane;
   if (v.tcp) v.word_tip_P = tip_of(words);
-  v.q = plane ? joints_of_plane_words(words) : tcp ? joints_of_part_words(words) : joints_of(words);
+  v.q = plane          ? joints_of_plane_words(words)
+        : follows_part ? joints_of_following_words(words)
+        : tcp          ? joints_of_part_words(words)
+                       : joints_of(words);
   if (!plane && !shift.is_idle()) v.q = shift.joints(v.q, tcp);
   return v;
+}
+
+// They count from where the part's zero has gone.
+JointVector WordsInForce::joints_of_following_words(const JointVector& words) const {
+  const JointVector q = joints_of(words);
+  JointVector turned = q, still = q;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (!axis_words_.is_linear(id)) still[id] = 0.0;
+  kinematics.solve_linear(Vec3::Zero(), kinematics.sines(turned), turned);
+  kinematics.solve_linear(Vec3::Zero(), kinematics.sines(still), still);
+  JointVector out = q;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (axis_words_.is_linear(id)) out[id] += turned[id] - still[id];
+  return out;
 }
 
 // Under tool-centre-point control X Y Z are the tip in P.

@@ -70,7 +70,7 @@ struct WordsInForce {
   /// The words say where X, Y and Z of the part are, not the axes.
   bool in_part() const { return plane.has_value() || tcp; }
   /// Positions of the axes are the words, but for an offset that never changes.
-  bool are_joints() const { return !tcp && !plane && shift.is_idle(); }
+  bool are_joints() const { return !tcp && !plane && !follows_part && shift.is_idle(); }
   /// Without these a motion does not say where all axes stand.
   std::uint16_t wanted() const { return plane ? axis_words_.linear : axis_words_.all; }
   /// In a tilted plane the control keeps the rotary axes: words for them leave it.
@@ -98,6 +98,7 @@ struct WordsInForce {
   JointVector offset;          // word minus joint position
   bool tcp = false;
   std::optional<PlaneFrame> plane;
+  bool follows_part = false;               // the zero goes with the part, X Y Z do not turn
   JointVector plane_q;                     // where the control has the rotary axes in the plane
   JointVector rotary;                      // as the last words had them
   std::optional<JointVector> compensates;  // rotary words from which cutter compensation is on
@@ -110,6 +111,7 @@ struct WordsInForce {
     kinematics.solve_linear(plane->X_PF * tip_of(words), kinematics.sines(q), q);
     return q;
   }
+  JointVector joints_of_following_words(const JointVector& words) const;
   JointVector joints_of_part_words(const JointVector& words) const {
     JointVector q = words;
     kinematics.solve_linear(tip_of(words), kinematics.sines(q), q);

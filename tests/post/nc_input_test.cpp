@@ -8,6 +8,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/machine/table_kinematics.hpp"
 
+#include "post/own_chain.hpp"
 #include "post/posting.hpp"
 #include "support/folders.hpp"
 
@@ -301,6 +302,7 @@ TEST(NcInput, WhatIsNotUnderstoodIsRefusedByItsLine) {
            {"G1 X1 B5\n", "axis B"},
            {"T1.5 M6\n", "whole"},
            {"G28 Z50\nG91\nG1 Z-5\n", "increment"},
+           {"G1 X41\nG43 H2\nG1 X42 Z40\n", "length register 2"},
        }) {
     const auto p = reposted(head + r.lines + "M2\n", {machine}, machine);
     ASSERT_FALSE(p.report) << r.lines;
@@ -384,6 +386,43 @@ TEST(NcInput, ToolsMayHaveNames) {
     const auto refused = reposted(program(lines), {machine, "siemens_840d_sl"}, machine);
     EXPECT_FALSE(refused.report) << lines;
   }
+}
+
+// G254: X Y Z stay along the machine's axes, their zero goes with the part. A chain of the tests' own says
+// where the tip is in the part, and a program under tool-centre-point control goes there.
+TEST(NcInput, AZeroThatGoesWithThePartIsThatOfThePart) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const test::OwnChain chain = test::own_chain("trunnion_offset");
+  const double a = 35.0, c = 70.0;
+  // The part's zero as the table stands, and a place seen from it.
+  const auto part_of = [&](const Vec3& word) {
+    const auto turned_back = [&](Vec3 v) {
+      for (std::size_t k = 0; k < 2; ++k)
+        v = test::turned(v, chain.axis[k], -(k == 0 ? a : c) * kRadPerDegree);
+      return v;
+    };
+    return turned_back(word);
+  };
+  const auto text = [](const Vec3& v) {
+    std::string out;
+    for (int i = 0; i < 3; ++i) out += std::string(" ") + "XYZ"[i] + std::to_string(v[i]);
+    return out;
+  };
+  const std::string head = "G21 G90 G17\nG54\nT1 M6\nS1000 M3\n";
+  const Vec3 places[] = {{10, -20, 60}, {10, -20, 40}, {30, 5, 38}, {25, 15, 39}};
+  std::string follows = head + "G43 H1\nG254\nG0 A35. C70.\n", tip = head + "G234 H1\nG0 A35. C70.\n";
+  for (const Vec3& place : places) {
+    const std::string kind = &place == places ? "G0" : "G1";
+    const std::string feed = &place == places ? "\n" : " F500.\n";
+    follows += kind + text(place) + feed;
+    tip += kind + text(part_of(place)) + feed;
+  }
+  const auto p = reposted(follows + "G255\nM5\nM30\n", {machine, "haas_ngc"}, machine);
+  const auto q = reposted(tip + "G49\nM5\nM30\n", {machine, "haas_ngc"}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  ASSERT_TRUE(q.report) << q.report.error().text();
+  EXPECT_EQ(words_of(p.nc), words_of(q.nc));
+  EXPECT_EQ(count_of(p.nc, "A35.0000"), 1u) << p.nc;
 }
 
 TEST(NcInput, ARemarkIsKeptAndMarked) {

@@ -102,10 +102,12 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
   };
   if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) {
     if (!origin_.controller->length.on.empty() && length->number > 1) use_register(length->number);
+    if (length->number > 0) hold_register(length->number, where);
     in_force_.add_length(length->number > 0);
   }
   if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
     if (control->on) use_register(control->length_offset);
+    if (control->on && control->length_offset > 0) hold_register(control->length_offset, where);
     in_force_.tcp = control->on;
     if (origin_.controller->tcp.replaces_length) in_force_.add_length(false);
     at_.reset();
@@ -116,7 +118,7 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
   }
   if (const auto* shift = std::get_if<nc::OffsetShift>(&block)) {
     in_force_.shift.read(*shift);
-    if (in_force_.plane) refuse_shifted_plane(where);
+    if (in_force_.plane || in_force_.follows_part) refuse_shifted_plane(where);
   }
   if (std::holds_alternative<nc::Probe>(block))
     refuse(where, "probe",
@@ -126,6 +128,16 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
     refuse(where, "variables",
            "words that hang on values of the control at run time: where they lead the program does not say");
   }
+}
+
+// What stands in another one the program does not say.
+void NcWalk::hold_register(std::int64_t number, SourceRef where) {
+  if (!change_.register_used) change_.register_used = number;
+  if (*change_.register_used == number) return;
+  refuse(where, "register",
+         "length register " + std::to_string(number) + ", and register " +
+             std::to_string(*change_.register_used) +
+             " was in force for the same tool: what is added between them the program does not say");
 }
 
 void NcWalk::take_process(const nc::Block& block, SourceRef where) {
@@ -165,6 +177,7 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
   if (call.length_offset != call.tool)
     change.length_register = static_cast<std::uint32_t>(call.length_offset);
   change_.tool = cl::Record{where, change};
+  change_.register_used.reset();
   moved_.low = false;
   moved_.above = false;
   spindle_ = {};
@@ -238,6 +251,12 @@ void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
            "cutter compensation changes the geometry by what stands in a register: "
            "--cutter-compensation tool-center or wear, where the words are the path of the tool's center");
   }
+}
+
+bool NcWalk::turns_between(const BlockEnd& from, const JointVector& words) const {
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (!axis_words_.is_linear(id) && in_force_.joints_of(words)[id] != from.q[id]) return true;
+  return false;
 }
 
 bool NcWalk::may_cut(SourceRef where) {
@@ -389,6 +408,10 @@ void NcWalk::take(const nc::Motion& motion) {
                       ? "a cut from a place that is not known: no rapid to all of its axes stands before it"
                       : "a cut, and the program has not said where these axes stand: " + names);
   }
+  if (in_force_.follows_part && !rapid && at_ && turns_between(*at_, words))
+    return refuse(motion.source, "following",
+                  "a rotary axis turns in a cut, and the zero goes with the part: the control holds that for "
+                  "axes that stand");
   const BlockEnd end = [&] {
     BlockEnd out = in_force_.end_at(words);
     out.rapid = rapid;

@@ -57,6 +57,7 @@ class NcWalk {
   /// False, with a message: the tip of a cut hangs on what the program has not said.
   bool may_cut(SourceRef where);
   bool stands_in_plane(const ToolPose& pose, SourceRef where);
+  bool turns_between(const BlockEnd& from, const JointVector& words) const;
   ToolPose pose_of(const BlockEnd& end) const;
   ToolPose pose_at(const JointVector& words) const { return pose_of(in_force_.end_at(words)); }
   cl::Feed feed_of(const BlockEnd& end, const nc::Motion& motion) const;
@@ -84,6 +85,8 @@ class NcWalk {
   /// What follows comes from the safe height: how the program gets there its blocks have not said.
   void come_from_above(SourceRef where);
   void put_rotary(const BlockEnd& end, SourceRef where);
+  /// A tool keeps the length register that it began with.
+  void hold_register(std::int64_t number, SourceRef where);
   /// Each kind of fault once.
   void refuse(SourceRef where, const std::string& kind, const std::string& message);
 
@@ -100,6 +103,7 @@ class NcWalk {
   struct Change {
     std::optional<cl::Record> tool;
     std::vector<cl::Record> behind;
+    std::optional<std::int64_t> register_used;  // by the tool in the spindle
   } change_;
   nc::Spindle spindle_;
   JointVector rotary_;          // as STANDS had them, or the motions since
