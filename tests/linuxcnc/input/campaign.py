@@ -152,6 +152,8 @@ class Maker:
             words.append("R" + self.number(radius if abs(turn) < math.pi else -radius))
         else:
             words += ["IJK"[first] + self.number(from_start[0]), "IJK"[second] + self.number(from_start[1])]
+            if self.r.random() < 0.2:
+                words.append(f"P{self.r.randint(1, 3)}")
         self.r.shuffle(words)
         self.add(" ".join([code] + words))
 
@@ -169,9 +171,12 @@ class Maker:
         words = f"{self.to(0, self.r.uniform(-50, 50))} {self.to(1, self.r.uniform(-50, 50))}"
         self.add(f"{self.r.choice(['G98', 'G99'])} {kind} {words} Z{self.number(depth)} R{self.number(45)}{more}")
         back = 45 if "99" in self.lines[-1][:4].upper() else 60
-        for _ in range(self.r.randint(0, 2)):
+        for _ in range(self.r.randint(0, 3)):
             axis = self.r.randint(0, 1)
-            self.add(self.to(axis, self.r.uniform(-50, 50)))
+            height = self.r.choice(["", "", "G98 ", "G99 "])
+            feed = f" F{self.number(self.r.choice([100, 200]))}" if self.r.random() < 0.3 else ""
+            back = {"": back, "G98 ": 60, "G99 ": 45}[height]
+            self.add(height + self.to(axis, self.r.uniform(-50, 50)) + feed)
         self.add("G80")
         self.at[2] = self.value(back)
         self.add("G0 " + self.to(2, 60))
@@ -190,7 +195,7 @@ class Maker:
         if self.incremental:
             self.add("G90")
             self.incremental = False
-        self.add(self.r.choice(["G53 G0 Z" + self.number(300), "G0 G53 Z" + self.number(350), "G28 Z" + self.number(self.at[2])]))
+        self.add(self.r.choice(["G53 G0 Z" + self.number(300), "G0 G53 Z" + self.number(350), "G28 Z" + self.number(self.at[2]), "G28 Z" + self.number(self.r.uniform(60, 100))]))
         self.add(f"G0 {self.to(0, self.r.uniform(-40, 40))} {self.to(1, self.r.uniform(-40, 40))}")
         self.add("G0 " + self.to(2, 60))
 
