@@ -329,9 +329,10 @@ class Judge {
     for (Figures* f : {&out.base, &out.with_found}) *f = with_lost(*f, lost);
     out.excess = out.base.chi2 - out.base.dof + kOfLost * lost;
     const double n = std::log(static_cast<double>(data_.readings.size()));
-    for (const Fewer& f : fewer_)
-      out.fewer = std::min(
-          out.fewer, with_lost(under(out.what, f.model), lost).deviance + f.columns * n + price(out.what));
+    // Of one run, and where all that was found does as well beside it: else one effect less does not either.
+    if (out.what.run && out.with_found.deviance < found_as_given_.deviance + kEvidence)
+      for (const Fewer& f : fewer_)
+        out.fewer = std::min(out.fewer, under(out.what, f.model).deviance + f.columns * n + price(out.what));
     out.best = std::min({out.base.deviance + price(out.what),
                          out.with_found.deviance + found_columns_ * n + price(out.what), out.fewer});
     return out;
