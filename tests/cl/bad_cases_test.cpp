@@ -14,7 +14,8 @@ namespace {
 
 std::vector<std::filesystem::path> bad_cases() {
   std::vector<std::filesystem::path> cases;
-  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/tests/cases/bad")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(trunnion::test::source_folder() + "/tests/cases/bad")) {
     if (entry.path().extension() == ".cls") cases.push_back(entry.path());
   }
   std::sort(cases.begin(), cases.end());
