@@ -47,6 +47,7 @@ ordered_json trace_object(const trace::TraceReport& t) {
                       {"within_tolerance", t.within_tolerance},
                       {"duration_s", t.duration_s},
                       {"planned_s", t.planned_s},
+                      {"estimated_s", t.planned_s + t.more_s},
                       {"elsewhere_s", t.elsewhere_s},
                       {"begins_s", t.begins_s},
                       {"complete", t.coverage.complete},
@@ -95,6 +96,9 @@ std::vector<std::string> trace_lines(const trace::TraceReport& t, double toleran
   out.push_back("trace: worst at " + fixed_text(t.worst.time_s, 3) + " s, NC line " +
                 std::to_string(t.worst.nc_line) + ", CL line " + std::to_string(t.worst.cl_line));
   out.push_back("trace: " + fixed_text(t.duration_s, 3) + " s, planned " + fixed_text(t.planned_s, 3) + " s" +
+                (t.more_s > 0.0
+                     ? ", with the axes' accelerations " + fixed_text(t.planned_s + t.more_s, 3) + " s"
+                     : "") +
                 (t.coverage.complete ? "" : " (a part of the program)"));
   for (const auto& cause : t.causes)
     out.push_back("trace: " + cause.text +

@@ -206,7 +206,7 @@ class TimeKeeper {
     report.coverage.complete = at_start && at_end;
     report.begins_s = clock_.leaves(from);
     const double ends = arrives(followed_, still_);
-    double begins = report.begins_s, holes_s = 0.0, unplanned_s = 0.0;
+    double begins = report.begins_s, holes_s = 0.0, unplanned_s = 0.0, more_s = 0.0;
     for (std::size_t i = 0; i < path_.segments();) {
       const std::size_t block = path_.segment(i).block;
       std::size_t end = i;
@@ -223,6 +223,7 @@ class TimeKeeper {
         const bool before_hole = end + 1 < path_.segments() && !path_.segment(end + 1).known;
         const double ends_s = !passed ? ends : before_hole ? clock_.comes_to(s) : clock_.leaves(s);
         const double dwell_s = passed && !before_hole ? plan_.blocks[block].dwell_s : 0.0;
+        more_s += plan_.blocks[block].more_s;
         if (path_.begin_of(i) >= from - at.step && s <= to)
           blocks_.push_back({plan_.blocks[block].nc_line,
                              path_.segment(end).ends_s - path_.segment(i).begins_s + dwell_s, ends_s - begins,
@@ -234,6 +235,7 @@ class TimeKeeper {
     const double planned_from = at_start ? path_.leaves_s(0.0) : path_.leaves_s(from);
     const double planned_to = path_.planned_s(at_end ? path_.length() : to);
     report.planned_s = std::max(planned_to - planned_from - unplanned_s, 0.0);
+    report.more_s = more_s;
     report.duration_s = std::max(ends - report.begins_s - holes_s, 0.0);
     report.elsewhere_s = holes_s;
     std::sort(blocks_.begin(), blocks_.end(), [](const BlockTime& a, const BlockTime& b) {

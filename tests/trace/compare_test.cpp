@@ -107,6 +107,7 @@ TEST(Compare, ADelayOfOneAxisIsNamed) {
 TEST(Compare, TimesAreThoseOfTheTrace) {
   Given given(kStairs);
   given.plan.blocks[2].dwell_s = 0.5;
+  for (std::size_t k = 1; k < given.plan.blocks.size(); ++k) given.plan.blocks[k].more_s = 0.01;
   given.run(0.001, 0.0);
   // It stands there for 0.9 s, and takes the rest at half the speed.
   Trace slow = given.trace;
@@ -124,6 +125,7 @@ TEST(Compare, TimesAreThoseOfTheTrace) {
   for (std::size_t k = 3; k < given.plan.blocks.size(); ++k) rest += given.plan.blocks[k].seconds;
   EXPECT_NEAR(report->planned_s, at_dwell + 0.5 + rest, 0.003);
   EXPECT_NEAR(report->duration_s, at_dwell + 0.9 + 2.0 * rest, 0.01);
+  EXPECT_NEAR(report->more_s, 0.05, 1e-12);  // the five blocks between the first place and the last
 }
 
 TEST(Compare, APartOfAProgramIsJudgedAsAPart) {

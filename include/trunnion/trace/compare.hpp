@@ -16,7 +16,9 @@ struct PlannedBlock {
   JointVector q;           // at its end; mm, rad
   double length_mm = 0.0;  // gauge length of the tool
   double seconds = 0.0;    // that it lasts by its words
-  double dwell_s = 0.0;    // that the control then stands
+  double more_s =
+      0.0;  // that it lasts beyond that, since axes accelerate, where the machine file says how fast
+  double dwell_s = 0.0;  // that the control then stands
   std::uint32_t nc_line = 0;
   std::uint32_t cl_line = 0;
   bool rapid = false;
@@ -103,7 +105,8 @@ struct TraceFigures {
 
 struct TraceReport : TraceFigures {
   double duration_s = 0.0;   // from leaving the first place of the program that is seen to coming to the last
-  double planned_s = 0.0;    // of the same blocks and dwells
+  double planned_s = 0.0;    // of the same blocks and dwells, by their words
+  double more_s = 0.0;       // of the same blocks: PlannedBlock::more_s
   double elsewhere_s = 0.0;  // between them, where nobody knows the way (retracts, tool changes): in neither
   double begins_s = 0.0;     // by the clock of the trace, when the program is at its first place seen
   Coverage coverage;
