@@ -193,6 +193,57 @@ TEST(Flute, ProgramsHoldTheirFlute) {
   EXPECT_GT(beyond_mm, 1.5 * kFluteTolerance_mm);
 }
 
+// What a page colours: of every block that is collected the flute's own figure, not only that of the worst.
+// The tests' own chain finds no more anywhere on it, and the largest is the report's, collected or not.
+TEST(Flute, EveryCollectedBlockHasItsOwnFigure) {
+  constexpr double kFlute_mm = 30.0;
+  const std::string name = "trunnion_offset";
+  const Machine machine = test::shipped_machine(name);
+  const test::OwnChain chain = test::own_chain(name);
+  std::mt19937_64 random(91);
+  const auto path = leading_edge(random, 1.0);
+  PostOptions options;
+  options.tolerance_mm = kFluteTolerance_mm;
+  options.tools.flute_mm = kFlute_mm;
+  const auto without = test::posted(flute_cl(path), machine, options);
+  options.collect = true;
+  const auto p = test::posted(flute_cl(path), machine, options);
+  ASSERT_TRUE(p.report && without.report);
+  EXPECT_EQ(p.nc, without.nc);
+  const VerifyReport& report = *p.report->verification;
+  EXPECT_EQ(report.certified_flute_deviation_mm, without.report->verification->certified_flute_deviation_mm);
+  std::map<std::size_t, double> of_line;
+  double largest_mm = 0.0;
+  std::size_t below = 0;
+  for (const VerifiedBlock& block : report.blocks) {
+    if (block.rapid) continue;
+    of_line[block.nc_line] = static_cast<double>(block.flute_deviation_mm);
+    largest_mm = std::max(largest_mm, of_line[block.nc_line]);
+    if (of_line[block.nc_line] < 0.8 * report.certified_flute_deviation_mm) ++below;
+  }
+  EXPECT_NEAR(largest_mm, report.certified_flute_deviation_mm, 1e-6);
+  EXPECT_GT(below, 0U);
+  const test::Cut cut = test::cut_of(p.nc, chain);
+  constexpr int kPieces = 4;
+  std::size_t compared = 0;
+  for (std::size_t i = 1; i < cut.ends.size(); ++i) {
+    const auto known = of_line.find(cut.line[i] + 1);
+    if (known == of_line.end()) continue;
+    for (int k = 1; k <= kPieces; ++k) {
+      test::FiveWords w{};
+      for (std::size_t n = 0; n < w.size(); ++n)
+        w[n] = cut.ends[i - 1][n] + (cut.ends[i][n] - cut.ends[i - 1][n]) * k / kPieces;
+      const PlacedTool tool = test::in_part(w, chain);
+      double off_mm = std::numeric_limits<double>::infinity();
+      for (std::size_t j = 0; j + 1 < path.size(); ++j)
+        off_mm = std::min(off_mm, least_off_mm(tool, path[j], path[j + 1], kFlute_mm));
+      EXPECT_LE(off_mm, known->second + 1e-6) << "NC line " << cut.line[i] + 1;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 100U);
+}
+
 // A blade's pass with its points close together.
 std::vector<PlacedTool> dense_blade(double twist) {
   constexpr int kPoints = 200;

@@ -63,12 +63,19 @@ struct VerifyOptions {
   bool collect = false;  // keep one VerifiedBlock per motion block
 };
 
-/// One motion block of the NC program, as verified.
-struct VerifiedBlock {
-  JointVector q;
-  Vec3 tip_P = Vec3::Zero();
+/// How far a block is off its path, at most.
+struct BlockDeviations {
   float tip_deviation_mm = 0.0F;
   float axis_deviation_rad = 0.0F;
+  /// Of the tool from its tip to its flute length; 0 without one. In the pole's cone the tilt that is allowed
+  /// there is in it.
+  float flute_deviation_mm = 0.0F;
+};
+
+/// One motion block of the NC program, as verified.
+struct VerifiedBlock : BlockDeviations {
+  JointVector q;
+  Vec3 tip_P = Vec3::Zero();
   double path_mm = 0.0;  // of the tip, from the start of the program
   double seconds = 0.0;  // that the block lasts, as the control runs it
   std::uint32_t nc_line = 0;

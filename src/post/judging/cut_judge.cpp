@@ -165,6 +165,26 @@ void CutJudge::take_beside(const Piece& piece) const {
     beside.flute_mm = FluteAbout(meter_, path_, program_, report.tolerance_mm, false)
                           .of(piece.from, piece.to, piece.segment, known.flute_mm.upper);
   record_.take_flute(beside, b, piece.to.nc_line);
+  record_flute(piece, {beside, known.flute_mm.upper, report.tolerance_mm, false});
+}
+
+// A figure that is no larger than what is known is not worked out above.
+void CutJudge::record_flute(const Piece& piece, const FluteFound& found) const {
+  const Target& a = path_.points()[piece.segment];
+  const Target& b = path_.points()[piece.segment + 1];
+  if (!record_.collect || b.flute_mm == 0.0) return;
+  double flute_mm = found.beside.flute_mm.upper;
+  if (!(flute_mm > found.known_mm)) {
+    DeviationMeter::Beside known;
+    known.axis_rad.upper = kPi;  // not asked for
+    flute_mm = meter_.beside(piece.from, piece.to, a, b, piece.t0, piece.t1, program_, known).flute_mm.upper;
+    if (flute_mm > found.limit_mm)
+      flute_mm = FluteAbout(meter_, path_, program_, found.limit_mm, found.in_cone)
+                     .of(piece.from, piece.to, piece.segment, 0.0)
+                     .upper;
+    flute_mm = std::min(flute_mm, found.known_mm);
+  }
+  record_.of_block.flute_seen_mm = std::max(record_.of_block.flute_seen_mm, flute_mm);
 }
 
 // Where the tool may be tilted on purpose its flute has that much more.
@@ -181,6 +201,7 @@ void CutJudge::take_flute_in_cone(const Piece& piece) const {
     beside.flute_mm = FluteAbout(meter_, path_, program_, limit_mm, true)
                           .of(piece.from, piece.to, piece.segment, known.flute_mm.upper);
   record_.take_flute(beside, b, piece.to.nc_line, true);
+  record_flute(piece, {beside, known.flute_mm.upper, limit_mm, true});
 }
 
 bool CutJudge::mark_nearer(const CutBlock& block, const Target& target) const {

@@ -43,6 +43,14 @@ class CutJudge {
     std::size_t segment;
     double t0, t1;
   };
+  /// What was found of the flute on a piece: `known_mm` was no figure of interest then, `limit_mm` is
+  /// allowed.
+  struct FluteFound {
+    const DeviationMeter::Beside& beside;
+    double known_mm;
+    double limit_mm;
+    bool in_cone;
+  };
   bool keeps_tool(const QuietBlock& quiet, const CutBlock& block, const KnownFigures& known) const;
   /// The tool's axis at the end of the block, by the places of the path that the tip is near.
   void judge_end(const CutBlock& block) const;
@@ -50,6 +58,8 @@ class CutJudge {
   /// What the tool is off beside the tip's place.
   void take_beside(const Piece& piece) const;
   void take_flute_in_cone(const Piece& piece) const;
+  /// For whoever collects blocks: the flute's own figure of the piece, no larger than the report's.
+  void record_flute(const Piece& piece, const FluteFound& found) const;
   /// A CL point that lies between the ends of a block belongs to the nearer end when that is as near as
   /// compensation, tolerance or the machine's errors explain. True when it is the last one.
   bool mark_nearer(const CutBlock& block, const Target& target) const;

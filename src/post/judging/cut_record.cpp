@@ -113,6 +113,7 @@ void CutRecord::bows_by(double off_chord_mm, bool has_flute) {
   report.certified_tip_deviation_mm = std::max(report.certified_tip_deviation_mm, of_block.tip_mm);
   // The tool stays parallel to itself on the way of an arc: its points bow alike.
   if (!has_flute) return;
+  of_block.flute_seen_mm += off_chord_mm;
   of_block.flute_mm += off_chord_mm;
   report.certified_flute_deviation_mm = std::max(report.certified_flute_deviation_mm, of_block.flute_mm);
 }
@@ -135,9 +136,20 @@ void CutRecord::end_cut(const Vertex& v, std::uint32_t cl_line, bool programmed)
 
 void CutRecord::end_block(const Vertex& v, const Block& block, std::uint32_t cl_line, bool programmed) {
   if (!collect) return;
-  report.blocks.push_back({v.q, v.tip_P, static_cast<float>(block.tip_mm), static_cast<float>(block.axis_rad),
-                           path_mm, 0.0, v.nc_line, cl_line, v.rapid, programmed, block.proved, v.tcp,
-                           v.from_unknown, tool_length_mm});
+  report.blocks.push_back({{static_cast<float>(block.tip_mm), static_cast<float>(block.axis_rad),
+                            static_cast<float>(block.flute_seen_mm)},
+                           v.q,
+                           v.tip_P,
+                           path_mm,
+                           0.0,
+                           v.nc_line,
+                           cl_line,
+                           v.rapid,
+                           programmed,
+                           block.proved,
+                           v.tcp,
+                           v.from_unknown,
+                           tool_length_mm});
 }
 
 DeviationMeter::Deviation CutRecord::uninteresting() const {

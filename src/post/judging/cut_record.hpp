@@ -18,6 +18,7 @@ struct CutRecord {
     double tip_mm = 0.0;
     double axis_rad = 0.0;
     double flute_mm = 0.0;
+    double flute_seen_mm = 0.0;  // for whoever collects: of every piece, those in the pole's cone too
     bool proved = true;
   };
 
@@ -42,7 +43,7 @@ struct CutRecord {
   void end_cut(const Vertex& v, std::uint32_t cl_line, bool programmed);
   /// The end of any block, for whoever collects them.
   void end_block(const Vertex& v, std::uint32_t cl_line, bool programmed) {
-    end_block(v, Block{0.0, 0.0, 0.0, of_block.proved}, cl_line, programmed);
+    end_block(v, Block{0.0, 0.0, 0.0, 0.0, of_block.proved}, cl_line, programmed);
   }
   /// The last block ends at a CL point.
   void mark_programmed() {
