@@ -9,6 +9,7 @@
 #include "trunnion/config/section.hpp"
 #include "trunnion/geom/direction.hpp"
 
+#include "machine/body_keys.hpp"
 #include "machine/safe_height_keys.hpp"
 
 namespace trunnion {
@@ -293,6 +294,7 @@ Result<Machine> parse_machine(std::string_view toml, const std::string& file, Di
   read_head(root, machine);
   read_axes(root, machine);
   read_chains(root, machine);
+  read_bodies(root, machine);  // checked here, read by those who draw (load_body_meshes)
   read_output(root, machine);
   read_safe_height(root, machine);
   read_datum(root, machine);
