@@ -48,6 +48,8 @@ ExitCode run(CompareCommand& command) {
   if (!truth) return print_failure(diagnostics, truth.error());
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
+  const auto bodies = command.result.bodies_of(machine, diagnostics);
+  if (!bodies) return print_failure(diagnostics, bodies.error());
   post::VerifyOptions options;
   options.tolerance_mm = command.tolerance_mm;
   options.axis_tolerance = machine.axis_tolerance;
@@ -63,7 +65,14 @@ ExitCode run(CompareCommand& command) {
   print(diagnostics);
   const std::string json = report::compare_json(programs);
   return command.result.write(
-      json, [&] { return report::compare_page(programs, machine, command.against.file, json, made_by()); },
+      json,
+      [&] {
+        report::ComparePageInput input{programs, machine, command.against.file, json, made_by()};
+        input.nc_text = text_of_file(command.programs.front());
+        input.bodies = *bodies;
+        input.cl_text = text_of_file(command.against.file);
+        return report::compare_page(input);
+      },
       report::compare_table(programs));
 }
 

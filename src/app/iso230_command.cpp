@@ -19,11 +19,13 @@ struct Iso230Options {
   ResultOptions result;
   std::string axis;    // name of the line of a motion log, which does not say it
   std::string centre;  // ISO 230-7
+  std::vector<std::string> limits, uncertainties;
 };
 
 struct Output {
   std::string text, json;
   report::PageOf page;
+  std::vector<NamedValue> values;
 };
 
 // Rows of all files together (run names are kept apart by the file's number when there are several).
@@ -78,7 +80,8 @@ Result<Output> positioning(const Iso230Options& options, Diagnostics& diagnostic
     if (!result) return tl::unexpected(result.error());
     axes.push_back(std::move(*result));
   }
-  return Output{report::iso230_2_text(axes), report::iso230_2_json(axes, *lines), report::positioning_page};
+  return Output{report::iso230_2_text(axes), report::iso230_2_json(axes, *lines), report::positioning_page,
+                values_of(axes)};
 }
 
 Result<Output> diagonals(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -89,7 +92,7 @@ Result<Output> diagonals(const Iso230Options& options, Diagnostics& diagnostics)
   const auto result = evaluate_diagonals(*lines);
   if (!result) return tl::unexpected(result.error());
   return Output{report::iso230_6_text(*result), report::iso230_6_json(*result, *lines),
-                report::positioning_page};
+                report::positioning_page, values_of(result->lines)};
 }
 
 Result<Output> circles(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -99,7 +102,8 @@ Result<Output> circles(const Iso230Options& options, Diagnostics& diagnostics) {
   if (!paths) return tl::unexpected(paths.error());
   const auto tests = evaluate_circles(*paths);
   if (!tests) return tl::unexpected(tests.error());
-  return Output{report::iso230_4_text(*tests), report::iso230_4_json(*tests, *paths), report::circles_page};
+  return Output{report::iso230_4_text(*tests), report::iso230_4_json(*tests, *paths), report::circles_page,
+                values_of(*tests)};
 }
 
 Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) {
@@ -112,23 +116,50 @@ Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) 
                          Centre::maximum_inscribed, Centre::minimum_circumscribed})
     if (text_of(c) == options.centre) centre = c;
   std::vector<report::EvaluatedMotion> evaluated;
+  std::vector<NamedValue> named;
   for (const ErrorMotion& motion : *motions) {
     const auto values = evaluate_error_motion(motion, centre);
     if (!values) return tl::unexpected(values.error());
     evaluated.push_back({motion, *values});
+    for (NamedValue& value : values_of(motion, *values)) named.push_back(std::move(value));
   }
-  return Output{report::iso230_7_text(evaluated), report::iso230_7_json(evaluated), report::rotation_page};
+  return Output{report::iso230_7_text(evaluated), report::iso230_7_json(evaluated), report::rotation_page,
+                std::move(named)};
 }
 
 using Evaluate = std::function<Result<Output>(const Iso230Options&, Diagnostics&)>;
+
+Result<std::vector<NamedNumber>> numbers_of(const std::vector<std::string>& texts) {
+  std::vector<NamedNumber> out;
+  for (const std::string& text : texts) {
+    auto number = parse_named_number(text);
+    if (!number) return tl::unexpected(number.error());
+    out.push_back(std::move(*number));
+  }
+  return out;
+}
+
+Result<std::vector<HeldValue>> held(const Iso230Options& options, const std::vector<NamedValue>& values) {
+  const auto limits = numbers_of(options.limits);
+  if (!limits) return tl::unexpected(limits.error());
+  const auto uncertainties = numbers_of(options.uncertainties);
+  if (!uncertainties) return tl::unexpected(uncertainties.error());
+  return hold_against(values, *limits, *uncertainties);
+}
 
 ExitCode run(const Iso230Options& options, const Evaluate& evaluate) {
   Diagnostics diagnostics;
   const auto output = evaluate(options, diagnostics);
   if (!output) return print_failure(diagnostics, output.error());
+  const auto judged = held(options, output->values);
+  if (!judged) return print_failure(diagnostics, judged.error());
   print(diagnostics);
-  return options.result.write(output->json, {"ISO 230: " + options.data.front(), {}, {}, {}}, output->page,
-                              output->text);
+  if (const ExitCode code = options.result.write(report::with_limits(output->json, *judged),
+                                                 {"ISO 230: " + options.data.front(), {}, {}, {}},
+                                                 output->page, output->text + report::limits_text(*judged));
+      code != kDone)
+    return code;
+  return all_within(*judged) ? kDone : kCheckFailed;
 }
 
 }  // namespace
@@ -142,6 +173,16 @@ void add_iso230_command(CLI::App& root, int& exit) {
     sub->add_option("data", options->data,
                     "measurement files (part 2 also reads the raw data of a motion logger)")
         ->required();
+    sub->add_option("--limit", options->limits,
+                    "agreed limit of a value, um or urad: A=10 for all, X.A=10 for one; exit code 1 unless "
+                    "every one is proved to be kept")
+        ->type_name("[OF.]SYMBOL=NUMBER")
+        ->delimiter(',');
+    sub->add_option("--uncertainty", options->uncertainties,
+                    "expanded uncertainty (k = 2) of a value, in the same words: it counts against who has "
+                    "to prove the limit (ISO 14253-1)")
+        ->type_name("[OF.]SYMBOL=NUMBER")
+        ->delimiter(',');
     options->result.add_to(*sub);
     sub->callback([options, evaluate, &exit] { exit = run(*options, evaluate); });
     return std::pair(sub, options);

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "trunnion/machine/reach.hpp"
+#include "trunnion/report/command_pages.hpp"
 
 #include "app/command_tree.hpp"
 #include "app/options.hpp"
@@ -44,8 +45,10 @@ ExitCode run(const MachineCheckCommand& command) {
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
-  print(diagnostics);
   const Machine& machine = files->machine;
+  const auto bodies = load_body_meshes(machine, diagnostics);  // a check looks at these files, too
+  if (!bodies) return print_failure(diagnostics, bodies.error());
+  print(diagnostics);
   const MachineReach reach = machine_reach(machine);
   const std::vector<std::string> notes = left_open(machine);
 
@@ -74,7 +77,13 @@ ExitCode run(const MachineCheckCommand& command) {
   for (const std::string& note : notes) text += "left open: " + note + "\n";
   text += "`trunnion machine " + command.machine.machine +
           "` says which way each axis goes, and writes a program that proves it\n";
-  return command.result.write(json.dump(), machine.name, "The machine file can be read.", text);
+  return command.result.write(
+      json.dump(),
+      [&] {
+        return report::machine_check_page(machine, *bodies,
+                                          {machine.name + ": the machine file", {}, json.dump(), made_by()});
+      },
+      text);
 }
 
 }  // namespace

@@ -52,6 +52,8 @@ ExitCode run(const MachineCommand& command) {
   if (!files) return print_failure(diagnostics, files.error());
   const Machine& machine = files->machine;
   const nc::Controller& controller = files->controller;
+  const auto bodies = command.result.bodies_of(machine, diagnostics);
+  if (!bodies) return print_failure(diagnostics, bodies.error());
   const auto program = post::proving_program(machine, controller);
   if (!program) return print_error(program.error());
   print(diagnostics);
@@ -64,7 +66,7 @@ ExitCode run(const MachineCommand& command) {
   return command.result.write(
       json,
       [&] {
-        return report::machine_page(machine, {machine.name, {}, json, made_by()});
+        return report::machine_page(machine, *bodies, {machine.name, {}, json, made_by()});
       },
       command.program == "-" ? "" : text);
 }

@@ -12,6 +12,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/new_machine.hpp"
+#include "trunnion/report/command_pages.hpp"
 
 #include "app/command_tree.hpp"
 #include "app/options.hpp"
@@ -222,16 +223,21 @@ ExitCode run(const MachineNewCommand& command) {
                                  : "From " + std::filesystem::path(command.ini).filename().string() + ".";
   const std::string text = machine_file_text(draft->machine, source);
   // A file that cannot be read is not written: two axes may be parallel, a travel may be too large.
-  if (const auto read = parse_machine(text, command.output, diagnostics); !read)
-    return print_failure(diagnostics, read.error());
+  const auto read = parse_machine(text, command.output, diagnostics);
+  if (!read) return print_failure(diagnostics, read.error());
   print(diagnostics);
   if (const auto code = write_output(command.output, text); code != kDone) return code;
   const std::string next = "next: trunnion machine check " + command.output + "; then trunnion machine " +
                            command.output + " -o proving.nc, and run that at the machine\n";
   const nlohmann::ordered_json json = {
       {"name", draft->machine.name}, {"file", command.output}, {"text", text}};
-  return command.result.write(json.dump(), draft->machine.name, "A new machine file.",
-                              command.output == "-" ? "" : next);
+  return command.result.write(
+      json.dump(),
+      [&] {
+        return report::machine_new_page(
+            *read, {draft->machine.name + ", a new machine file", {}, json.dump(), made_by()});
+      },
+      command.output == "-" ? "" : next);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/diagnosis/import.hpp"
 #include "trunnion/diagnosis/measurement_template.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/trace/measurements.hpp"
 
@@ -41,6 +42,12 @@ struct TraceImport {
   ToolCliOptions tools;
   ResultOptions result;
 };
+
+ExitCode write_page(const ResultOptions& result, const report::ResultText& said, const std::string& csv,
+                    const Machine* machine = nullptr) {
+  return result.write(
+      said.json, [&] { return report::measurements_page(said, csv, machine); }, "");
+}
 
 std::vector<std::string> names_of(const std::string& list) {
   std::vector<std::string> out;
@@ -104,8 +111,10 @@ ExitCode run_trace(TraceImport& command) {
   if (!imported) return print_failure(diagnostics, imported.error());
   print(diagnostics);
   if (const auto code = write_output(command.out, *imported); code != kDone) return code;
-  return command.result.write(report::imported_json(command.file, *imported), "Trace " + command.file,
-                              "Written to " + command.out, "");
+  return write_page(command.result,
+                    {"Trace " + command.file, "Written to " + command.out + ".",
+                     report::imported_json(command.file, *imported), made_by()},
+                    *imported);
 }
 
 template <class Import>
@@ -118,9 +127,10 @@ int run(const MeasurementsOptions& options, const Import& import) {
   if (!imported) return print_failure(diagnostics, imported.error());
   print(diagnostics);
   if (const auto code = write_output(options.out, *imported); code != kDone) return code;
-  return options.result.write(report::imported_json(options.file, *imported),
-                              "Measurements of " + options.file, "In the measurement format: " + options.out,
-                              "");
+  return write_page(options.result,
+                    {"Measurements of " + options.file, "In the measurement format: " + options.out + ".",
+                     report::imported_json(options.file, *imported), made_by()},
+                    *imported);
 }
 
 // Of a format whose directions follow from the machine.
@@ -145,9 +155,11 @@ int run_template(const TemplateOptions& options) {
   const auto text = diagnosis::measurement_template(*machine, options.kind);
   if (!text) return print_error(text.error());
   if (const auto code = write_output(options.out, *text); code != kDone) return code;
-  return options.result.write(
-      report::imported_json(options.kind, *text), "A file to fill in: " + options.kind,
-      "Poses of machine '" + machine->name + "', no readings yet: " + options.out, "");
+  return write_page(
+      options.result,
+      {"A file to fill in: " + options.kind, "Poses of machine '" + machine->name + "': " + options.out + ".",
+       report::imported_json(options.kind, *text), made_by()},
+      *text, &*machine);
 }
 
 void add_template(CLI::App& measurements, int& exit) {

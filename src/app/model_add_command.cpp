@@ -4,6 +4,7 @@
 #include "trunnion/diagnosis/improve.hpp"
 #include "trunnion/effects/model_paths.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
+#include "trunnion/report/model_page.hpp"
 
 #include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
@@ -75,6 +76,7 @@ int run(const ModelAddOptions& options) {
   Model added = *model;
   std::string json;
   std::string text;
+  std::optional<diagnosis::Fit> fitted;
   if (data) {
     auto result = [&] {
       const Activity activity("adding");
@@ -83,6 +85,7 @@ int run(const ModelAddOptions& options) {
     added = std::move(result.model);
     json = report::fit_json(result.fit, *data);
     text = options.out == "-" ? "" : report::fit_text(result.fit);
+    fitted = std::move(result.fit);
   } else {
     added.effects.push_back(model_effect(*effect));
     json = report::model_json(added);
@@ -90,9 +93,15 @@ int run(const ModelAddOptions& options) {
   added.parent = options.files.model;
   if (const auto code = write_output(options.out, model_text(written_to(added, options.out))); code != kDone)
     return code;
-  return options.files.result.write(
-      json, options.effect + " added to " + options.files.model,
-      data ? "Fitted with all parameters of the model." : "Without data: no value is known yet.", text);
+  const std::string title = options.effect + " added to " + options.files.model;
+  const auto page = [&] {
+    if (!fitted)
+      return report::bare_model_page({&*machine, nullptr, json, made_by()}, added, title);
+    report::Page out = report::fit_page({&*machine, &*data, json, made_by()}, *fitted);
+    out.title = title;
+    return out;
+  };
+  return options.files.result.write(json, page, text);
 }
 
 }  // namespace

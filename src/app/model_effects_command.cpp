@@ -4,6 +4,7 @@
 
 #include "trunnion/base/nearest_name.hpp"
 #include "trunnion/effects/library.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/effects_report.hpp"
 
 #include "app/command_tree.hpp"
@@ -100,9 +101,12 @@ ExitCode run(const ModelEffectsOptions& options) {
                           {},
                           {}});
   }
-  return options.result.write(report::effects_json(library), "Effects of " + machine->name,
-                              std::to_string(library.size()) + " effects that a model may hold.",
-                              report::effects_text(library));
+  return options.result.write(report::effects_json(library),
+                              {"Effects of " + machine->name,
+                               std::to_string(library.size()) + " effects that a model may hold.",
+                               {},
+                               {}},
+                              report::effects_page, report::effects_text(library));
 }
 
 }  // namespace

@@ -33,8 +33,13 @@ void add_model_plan_command(CLI::App& model, int& exit) {
       if (exit != kDone) return;
     }
     const std::string said = what_next(result);
-    exit = files->result.write(report::plan_json(result, in->machine), {"The next measurement", said, {}, {}},
-                               report::plan_page, *out == "-" ? "" : said + "\n");
+    const std::string json = report::plan_json(result, in->machine);
+    const auto page = [&] {
+      return report::plan_page(in->machine,
+                               result.next ? result.next->runs : std::vector<diagnosis::PlanRun>{},
+                               {"The next measurement", said, json, made_by()});
+    };
+    exit = files->result.write(json, page, *out == "-" ? "" : said + "\n");
   });
 }
 

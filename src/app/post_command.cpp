@@ -8,7 +8,6 @@
 #include "trunnion/post/program_zero.hpp"
 #include "trunnion/report/nc_page.hpp"
 #include "trunnion/report/post_json.hpp"
-#include "trunnion/report/result_page.hpp"
 
 #include "app/failed_checks.hpp"
 #include "app/from_options.hpp"
@@ -170,12 +169,37 @@ std::vector<report::Fact> setup_facts(const PostCommand& command, const MachineF
   return out;
 }
 
+// Without a verification there is no deviation to show: what was written, and its text.
+report::Page unverified_page(const PostCommand& command, const MachineFiles& files,
+                             const post::PostReport& report) {
+  constexpr std::size_t kShown = 20'000;  // bytes of the program
+  report::Page page;
+  page.title = command.output + " of " + command.cl_file + " on " + files.machine.name;
+  page.verdict = "Not verified (--no-verify): nobody has compared this program with its CL file.";
+  page.tone = report::Tone::bad;
+  page.facts = facts(report);
+  for (const report::Fact& fact : setup_facts(command, files, report)) page.facts.push_back(fact);
+  page.result_json = report::post_json(report);
+  page.made_by = made_by();
+  std::string text = text_of_file(command.output);
+  const bool cut = text.size() > kShown;
+  if (cut) text.resize(text.rfind('\n', kShown) + 1);
+  if (!text.empty())
+    page.sections.push_back(
+        {"Program", {report::Listing{"program", cut ? "The program, its beginning" : "The program", text}}});
+  return page;
+}
+
+// What a page shows beside the outcome.
+struct Shown {
+  const Model* model;
+  const std::vector<BodyMesh>& bodies;
+};
+
 report::Page page_of(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome,
-                     const Model* model) {
+                     const Shown& shown) {
   const post::PostReport& report = *outcome.report;
-  if (!report.verification)
-    return report::result_page(command.output, "Not verified (--no-verify).", report::post_json(report),
-                               made_by());
+  if (!report.verification) return unverified_page(command, files, report);
   report::NcPageInput input;
   input.nc_file = command.output;
   input.cl_file = command.cl_file;
@@ -190,12 +214,15 @@ report::Page page_of(const PostCommand& command, const MachineFiles& files, cons
   input.made_by = made_by();
   if (outcome.written) input.nc_text = text_of_file(command.output);
   input.cl_text = text_of_file(command.cl_file);
-  input.model = model;
+  std::optional<ModelEvaluator> errors;
+  if (shown.model != nullptr) errors.emplace(*shown.model);
+  input.bodies = shown.bodies;
+  input.errors = errors ? &*errors : nullptr;
   return report::nc_page(input);
 }
 
 ExitCode finish(const PostCommand& command, const MachineFiles& files, const post::FileOutcome& outcome,
-                const Model* model) {
+                const Shown& shown) {
   print_summary(*outcome.report);
   if (!outcome.passed) {
     for (const std::string& reason : failed_checks(*outcome.report->verification, command.cl_file))
@@ -207,7 +234,7 @@ ExitCode finish(const PostCommand& command, const MachineFiles& files, const pos
                     outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
     }
   }
-  const auto page = [&] { return page_of(command, files, outcome, model); };
+  const auto page = [&] { return page_of(command, files, outcome, shown); };
   if (const auto code = command.result.write(report::post_json(*outcome.report), page); code != kDone)
     return code;
   return outcome.passed ? kDone : kCheckFailed;
@@ -247,6 +274,8 @@ ExitCode run(const PostCommand& command) {
   const auto tools = command.options.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
   options->tools = command.options.tools.resolve(*tools);
+  const auto bodies = command.result.bodies_of(machine, diagnostics);
+  if (!bodies) return print_failure(diagnostics, bodies.error());
   print(diagnostics);
   post::PostJob job;
   job.cl_file = command.cl_file;
@@ -280,7 +309,7 @@ ExitCode run(const PostCommand& command) {
   }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, *files, outcome, job.model);
+  return finish(command, *files, outcome, {job.model, *bodies});
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "trunnion/base/failure.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/printable.hpp"
-#include "trunnion/report/result_page.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -25,7 +24,7 @@ bool is_device(const std::string& file) {
 }  // namespace
 
 std::string text_of_file(const std::string& file) {
-  constexpr std::uintmax_t kMost = 64'000'000;  // more than any page shows
+  constexpr std::uintmax_t kMost = 256'000'000;  // of a million blocks; a page holds an excerpt of that
   std::error_code ec;
   if (file.empty() || file == "-" || !fs::is_regular_file(file, ec) || fs::file_size(file, ec) > kMost)
     return "";
@@ -66,6 +65,11 @@ Result<void> ResultOptions::apart_from(const std::string& output,
   return {};
 }
 
+Result<std::vector<BodyMesh>> ResultOptions::bodies_of(const Machine& machine,
+                                                       Diagnostics& diagnostics) const {
+  return report.empty() ? std::vector<BodyMesh>{} : load_body_meshes(machine, diagnostics);
+}
+
 ExitCode ResultOptions::write(const std::string& result_json, const std::function<report::Page()>& page,
                               const std::string& text) const {
   if (!json.empty()) {
@@ -75,12 +79,6 @@ ExitCode ResultOptions::write(const std::string& result_json, const std::functio
     if (const ExitCode code = write_output(report, report::page_html(page())); code != kDone) return code;
   }
   return json_on_stdout() || text.empty() ? kDone : write_output("-", printable(text, "\n\t"));
-}
-
-ExitCode ResultOptions::write(const std::string& result_json, const std::string& title,
-                              const std::string& verdict, const std::string& text) const {
-  return write(
-      result_json, [&] { return report::result_page(title, verdict, result_json, made_by()); }, text);
 }
 
 ExitCode ResultOptions::write(const std::string& result_json, report::ResultText said, report::PageOf page,

@@ -25,13 +25,12 @@ struct ResultOptions {
   /// Fails with wrong_use when two of the command's own output, the JSON and the page are one file or both go
   /// to standard output, or when one of them is a file of `taken`, which the command reads or writes.
   Result<void> apart_from(const std::string& output, const std::vector<std::string>& taken = {}) const;
+  /// The shapes of the machine file that the page shows; none where no page is asked for.
+  Result<std::vector<BodyMesh>> bodies_of(const Machine& machine, Diagnostics& diagnostics) const;
   /// Writes what is asked for: the JSON, the page, and `text` (for people, none when empty) to standard
   /// output unless the JSON stands there. `page` is only made where it is asked for.
   ExitCode write(const std::string& result_json, const std::function<report::Page()>& page,
                  const std::string& text = "") const;
-  /// The same with the page that any JSON result has (report::result_page).
-  ExitCode write(const std::string& result_json, const std::string& title, const std::string& verdict,
-                 const std::string& text) const;
   /// The same with the page of the command, made of its JSON: `said` lacks that and `made_by`.
   ExitCode write(const std::string& result_json, report::ResultText said, report::PageOf page,
                  const std::string& text) const;

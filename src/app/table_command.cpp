@@ -38,7 +38,8 @@ struct TableOptions {
 // What a command has to say, for people and as JSON.
 struct Said {
   std::string text, json, title, verdict;
-  report::PageOf page = nullptr;  // nothing: the page that any result has
+  report::PageOf page = nullptr;  // nothing: that of `tables`
+  std::vector<ErrorTable> tables = {};
 };
 
 Result<Machine> table_machine(const TableOptions& options, Diagnostics& diagnostics) {
@@ -124,8 +125,12 @@ Result<Said> import(const TableOptions& options, Diagnostics& diagnostics) {
   }
   if (const auto written = write_tables(options, tables, *machine, said); !written)
     return tl::unexpected(written.error());
-  return Said{options.output == "-" ? "" : said, report::tables_json(options.format, tables),
-              options.files.front() + " as error tables", std::to_string(tables.size()) + " tables read."};
+  return Said{options.output == "-" ? "" : said,
+              report::tables_json(options.format, tables),
+              options.files.front() + " as error tables",
+              "",
+              nullptr,
+              std::move(tables)};
 }
 
 // `X=..,Y=..`: where the axes stand that the export does not move.
@@ -235,8 +240,12 @@ Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics
   if (!text) return tl::unexpected(text.error());
   if (const auto written = write_file(options.output, *text); !written)
     return tl::unexpected(written.error());
-  return Said{options.output == "-" ? "" : said, report::tables_json(options.format, tables.errors),
-              "Error tables for a control", "Written to " + options.output + "."};
+  return Said{options.output == "-" ? "" : said,
+              report::tables_json(options.format, tables.errors),
+              "Error tables for a control",
+              "Written to " + options.output + ".",
+              nullptr,
+              std::move(tables.errors)};
 }
 
 Result<Said> evaluate(const TableOptions& options, Diagnostics& diagnostics) {
@@ -304,7 +313,12 @@ ExitCode run(const TableOptions& options, Work work) {
   print(diagnostics);
   if (said->page != nullptr)
     return options.result.write(said->json, {said->title, said->verdict, {}, {}}, said->page, said->text);
-  return options.result.write(said->json, said->title, said->verdict, said->text);
+  return options.result.write(
+      said->json,
+      [&] {
+        return report::tables_page({said->title, said->verdict, said->json, made_by()}, said->tables);
+      },
+      said->text);
 }
 
 void add_format_options(CLI::App& command, TableOptions& options) {

@@ -5,6 +5,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
 #include "trunnion/thermal/location.hpp"
@@ -223,8 +224,10 @@ ExitCode run_import(const ImportWords& words) {
   if (const auto code = write_output(words.output, log_text(*log, {" imported from " + words.file}));
       code != kDone)
     return code;
-  return words.result.write(report::thermal_log_json(*log), "Log " + words.file,
-                            "Imported into " + words.output + ".", "");
+  const report::ResultText said{"Log " + words.file, "Imported into " + words.output + ".",
+                                report::thermal_log_json(*log), made_by()};
+  return words.result.write(
+      said.json, [&] { return report::log_page(said, *log); }, "");
 }
 
 void add_import(CLI::App& command, int& exit) {

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/assess.hpp"
 
@@ -33,8 +34,10 @@ ExitCode run_simulate(const ThermalSampleFlags& options) {
   if (!options.truth.empty()) {
     if (const ExitCode code = write_output(options.truth, truth_text(made)); code != kDone) return code;
   }
-  return options.result.write(report::thermal_log_json(made.log), "Simulated impeller days",
-                              std::to_string(made.log.runs.size()) + " days in " + options.output + ".", "");
+  const report::ResultText said{"Simulated impeller days", "Written to " + options.output + ".",
+                                report::thermal_log_json(made.log), made_by()};
+  return options.result.write(
+      said.json, [&] { return report::log_page(said, made.log); }, "");
 }
 
 struct AssessOptions {

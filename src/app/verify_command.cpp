@@ -167,6 +167,8 @@ ExitCode run(VerifyCommand& command) {
   if (!truth) return print_failure(diagnostics, truth.error());
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
+  const auto bodies = command.result.bodies_of(machine, diagnostics);
+  if (!bodies) return print_failure(diagnostics, bodies.error());
   std::optional<thermal::OffsetTable> offsets;
   if (!command.of_run.offsets.empty()) {
     auto table = thermal::load_offsets(command.of_run.offsets, diagnostics);
@@ -208,6 +210,8 @@ ExitCode run(VerifyCommand& command) {
     report::NcPageInput input{command.nc_file, command.against.file, &machine, &*report, {}, json, made_by()};
     input.nc_text = text_of_file(command.nc_file);
     input.cl_text = text_of_file(command.against.file);
+    input.bodies = *bodies;
+    input.errors = *truth ? &**truth : nullptr;
     report::Page out = report::nc_page(input);
     if (*traced) out.sections.push_back(report::trace_section(**traced, options.tolerance_mm));
     return out;

@@ -117,7 +117,7 @@ Figure pole_figure(const post::VerifyReport& report, const std::vector<PolePlace
     if (branch != 0 && places[i].branch != branch) changes.x.push_back(x), changes.y.push_back(y);
     branch = places[i].branch;
   }
-  const std::string caption = "Where it is 0 the inner axis has no say in the tool axis. " +
+  const std::string caption = "At 0° the inner axis cannot change the tool's direction (pole). " +
                               std::to_string(changes.x.size()) +
                               " branch changes (from one of the two rotary solutions to the other), " +
                               std::to_string(passages.x.size()) + " stays at the pole.";

@@ -1,6 +1,9 @@
 #include "trunnion/report/diagnosis_json.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "trunnion/base/number_text.hpp"
@@ -291,8 +294,29 @@ std::string imported_json(const std::string& file, const std::string& measuremen
   Diagnostics none;  // our own text
   config::CsvRows rows(measurements, file, none);
   std::size_t count = 0;
-  while (rows.next()) ++count;
-  return text_of_json({{"file", file}, {"columns", rows.columns()}, {"rows", count}});
+  struct Range {
+    double smallest = std::numeric_limits<double>::infinity();
+    double largest = -std::numeric_limits<double>::infinity();
+  };
+  std::vector<Range> ranges(rows.columns().size());
+  for (; rows.next(); ++count) {
+    for (std::size_t c = 0; c < ranges.size(); ++c) {
+      const std::string field(rows.fields()[c]);
+      char* end = nullptr;
+      const double value = std::strtod(field.c_str(), &end);
+      if (end == field.c_str() || *end != '\0' || !std::isfinite(value)) continue;
+      ranges[c].smallest = std::min(ranges[c].smallest, value);
+      ranges[c].largest = std::max(ranges[c].largest, value);
+    }
+  }
+  ordered_json of_columns = ordered_json::array();
+  for (std::size_t c = 0; c < ranges.size(); ++c) {
+    const bool known = ranges[c].smallest <= ranges[c].largest;
+    of_columns.push_back({{"column", rows.columns()[c]},
+                          {"smallest", known ? ordered_json(ranges[c].smallest) : nullptr},
+                          {"largest", known ? ordered_json(ranges[c].largest) : nullptr}});
+  }
+  return text_of_json({{"file", file}, {"columns", rows.columns()}, {"rows", count}, {"ranges", of_columns}});
 }
 
 std::string improve_json(const std::vector<ImproveStep>& steps) {

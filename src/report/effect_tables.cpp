@@ -88,6 +88,18 @@ Table model_table(const Machine& machine, const diagnosis::Dataset& data, const 
   return table;
 }
 
+Table model_table(const Model& model) {
+  Table table;
+  table.id = "effects";
+  table.title = "Effects of the model";
+  table.columns = {"effect", "what it is", "value ± sigma", "usual"};
+  for (const ModelEffect& effect : model.effects) {
+    const EffectInfo& info = effect.effect->info();
+    table.rows.push_back({effect.id(), info.what, parameters_text(effect), usual_range(info)});
+  }
+  return table;
+}
+
 Table ranking_table(const Machine& machine, const EffectContext& context, const Diagnosis& d) {
   Table table;
   table.id = "ranking";

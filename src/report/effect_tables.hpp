@@ -12,6 +12,8 @@ namespace trunnion::report {
 /// The effects of a model: what each is, its parameters with sigma, their usual sizes, what it does to these
 /// readings (rms), why it stands in the model.
 Table model_table(const Machine& machine, const diagnosis::Dataset& data, const Model& model);
+/// The same without data: what it is and its values.
+Table model_table(const Model& model);
 
 /// The library against the data, as a diagnosis ranked it.
 Table ranking_table(const Machine& machine, const EffectContext& context, const diagnosis::Diagnosis& d);

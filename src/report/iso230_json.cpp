@@ -249,4 +249,22 @@ std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions) {
   return json_text(out);
 }
 
+std::string with_limits(const std::string& json, const std::vector<HeldValue>& held) {
+  if (held.empty()) return json;
+  auto out = ordered_json::parse(json);
+  out["passed"] = all_within(held);
+  auto& rows = out["limits"] = ordered_json::array();
+  for (const HeldValue& h : held) {
+    const double f = factor_of(h.value.angle);
+    rows.push_back({{"of", h.value.of},
+                    {"symbol", h.value.symbol},
+                    {"unit", h.value.angle ? "urad" : "um"},
+                    {"value", number(h.value.value, f)},
+                    {"limit", h.limit * f},
+                    {"uncertainty", h.uncertainty > 0.0 ? ordered_json(h.uncertainty * f) : nullptr},
+                    {"result", text_of(h.conformity)}});
+  }
+  return json_text(out);
+}
+
 }  // namespace trunnion::report

@@ -90,27 +90,29 @@ Table targets_table(const ordered_json& line, const std::string& id) {
   return out;
 }
 
-Table symbols_table(const ordered_json& lines) {
+Table symbols_table(ordered_json lines) {
+  for (auto& line : lines) line["unit"] = unit_of(line);
   Table out = table_of(lines, {{"axis", "axis"},
                                {"unit", "unit"},
                                {"runs_up", "runs ↑"},
                                {"runs_down", "runs ↓"},
-                               {"A", "A, accuracy"},
+                               {"A", "A"},
                                {"A_up", "A ↑"},
                                {"A_down", "A ↓"},
-                               {"R", "R, repeatability"},
+                               {"R", "R"},
                                {"R_up", "R ↑"},
                                {"R_down", "R ↓"},
-                               {"E", "E, systematic"},
+                               {"E", "E"},
                                {"E_up", "E ↑"},
                                {"E_down", "E ↓"},
-                               {"M", "M, mean"},
-                               {"B", "B, reversal"},
+                               {"M", "M"},
+                               {"B", "B"},
                                {"B_mean", "mean B"}});
   out.id = "symbols";
   out.title = "All values";
   out.caption =
-      "Symbols of the standard; ↑ and ↓ are the directions of approach, – is what it does not give "
+      "A accuracy, R repeatability, E systematic deviation, M mean deviation, B reversal; ↑ and ↓ are the "
+      "directions of approach, – is what it does not give "
       "for these data.";
   return out;
 }
@@ -122,6 +124,44 @@ std::string line_sentence(const ordered_json& line) {
   };
   return text_at(line, "axis") + ": accuracy A " + said("A") + ", repeatability R " + said("R") +
          ", reversal B " + said("B") + ".";
+}
+
+// What was held against a limit: the page opens with it.
+void add_limits(Page& page, const ordered_json& json) {
+  if (!json.contains("limits")) return;
+  ordered_json rows = json["limits"];
+  std::string beyond, undecided;
+  bool known = true;
+  for (auto& row : rows) {
+    const std::string unit = unit_of(row);
+    const std::string result = text_at(row, "result");
+    row["name"] = text_at(row, "of") + " " + text_at(row, "symbol");
+    known = known && !row["uncertainty"].is_null();
+    row["unit"] = unit;
+    std::string& list = result == "beyond" ? beyond : undecided;
+    if (result == "within") continue;
+    list += (list.empty() ? "" : ", ") + text_at(row, "name") + " " + cell_text(row["value"], 3) +
+            (row["value"].is_null() ? "" : " " + unit) + " (limit " + cell_text(row["limit"], 3) + ")";
+  }
+  const bool passed = json["passed"].get<bool>();
+  page.tone = passed ? Tone::good : beyond.empty() ? Tone::neutral : Tone::bad;
+  std::string said = passed ? "All limits are kept." : "";
+  if (!beyond.empty()) said += "Beyond the limit: " + beyond + ".";
+  if (!undecided.empty()) said += (said.empty() ? "" : " ") + ("Not proved to be within: " + undecided + ".");
+  page.verdict = said + " " + page.verdict;
+  Table table = table_of(rows, {{"name", "value"},
+                                {"value", "measured"},
+                                {"limit", "limit"},
+                                {"uncertainty", "uncertainty U"},
+                                {"unit", "unit"},
+                                {"result", "result"}});
+  table.id = "limits";
+  table.title = "Limits";
+  table.caption =
+      "By ISO 14253-1: within is value + U up to the limit, beyond is value - U above it, between them "
+      "neither is proved.";
+  if (!known) table.caption += " Where no uncertainty was given, U is taken as zero.";
+  page.sections.insert(page.sections.begin(), {"Pass or fail", {std::move(table)}});
 }
 
 double radians(double degrees) {
@@ -194,6 +234,7 @@ Page positioning_page(const ResultText& result) {
   for (const auto& line : lines)
     targets.items.emplace_back(targets_table(line, "targets-" + std::to_string(++number)));
   page.sections.push_back(std::move(targets));
+  add_limits(page, json);
   return page;
 }
 
@@ -261,6 +302,7 @@ Page circles_page(const ResultText& result) {
     page.verdict += (page.verdict.empty() ? "" : " ") + said;
   }
   page.verdict += " " + text_at(json, "standard") + ".";
+  add_limits(page, json);
   return page;
 }
 
@@ -302,6 +344,7 @@ Page rotation_page(const ResultText& result) {
   section.items.emplace_back(std::move(table));
   page.sections.push_back(std::move(section));
   page.verdict += " " + text_at(json, "standard") + ".";
+  add_limits(page, json);
   return page;
 }
 

@@ -41,6 +41,18 @@ std::string line_text(const Positioning& line) {
 
 }  // namespace
 
+std::string limits_text(const std::vector<HeldValue>& held) {
+  std::string out;
+  for (const HeldValue& h : held) {
+    const double f = h.value.angle ? 1.0 / kRadPerUrad : 1.0 / kMmPerUm;
+    out += "  " + h.value.of + " " + h.value.symbol + cell(h.value.value, f) + "  limit " +
+           fixed_text(h.limit * f, 2) +
+           (h.uncertainty > 0.0 ? ", uncertainty " + fixed_text(h.uncertainty * f, 2) : "") +
+           (h.value.angle ? " urad: " : " um: ") + std::string(text_of(h.conformity)) + "\n";
+  }
+  return out.empty() ? "" : "\nlimits\n" + out;
+}
+
 std::string iso230_2_text(const std::vector<Positioning>& axes) {
   std::string out = std::string(kPositioningStandard) + "\n";
   for (const Positioning& axis : axes) out += line_text(axis);

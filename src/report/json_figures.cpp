@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+
+#include "trunnion/base/number_text.hpp"
 
 #include "report/svg.hpp"
 
@@ -40,9 +44,38 @@ std::string list_text(const ordered_json& list, const char* between) {
   return out;
 }
 
+namespace {
+
+// Numbers of a column have the same decimals, unless that would show one of them as nothing.
+std::optional<int> decimals_of(const ordered_json& rows, const Column& column) {
+  double largest = 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  bool whole = true;
+  for (const auto& row : rows) {
+    const auto it = row.find(column.key);
+    if (it == row.end() || !it->is_number_float()) continue;
+    const double size = std::abs(it->template get<double>());
+    whole = whole && size == std::floor(size);
+    if (size == 0.0) continue;
+    largest = std::max(largest, size);
+    least = std::min(least, size);
+  }
+  constexpr double kMostWhole = 1e6;
+  if (!(largest > 0.0) || largest >= kMostWhole) return std::nullopt;
+  if (whole) return 0;
+  const int out = std::max(0, column.digits - 1 - static_cast<int>(std::floor(std::log10(largest))));
+  constexpr int kMostDecimals = 6;
+  if (out > kMostDecimals || least < 10.0 * std::pow(10.0, -out)) return std::nullopt;
+  return out;
+}
+
+}  // namespace
+
 Table table_of(const ordered_json& rows, const std::vector<Column>& columns) {
   Table out;
+  std::vector<std::optional<int>> decimals;
   for (const Column& column : columns) {
+    decimals.push_back(decimals_of(rows, column));
     out.columns.emplace_back(column.title);
     out.numeric.push_back(std::any_of(rows.begin(), rows.end(), [&](const auto& row) {
       const auto it = row.find(column.key);
@@ -51,9 +84,14 @@ Table table_of(const ordered_json& rows, const std::vector<Column>& columns) {
   }
   for (const auto& row : rows) {
     std::vector<std::string> cells;
-    for (const Column& column : columns) {
-      const auto it = row.find(column.key);
-      cells.push_back(it == row.end() ? "" : cell_text(*it, column.digits));
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const auto it = row.find(columns[c].key);
+      if (it == row.end())
+        cells.emplace_back();
+      else if (it->is_number_float() && decimals[c])
+        cells.push_back(fixed_text(it->template get<double>(), *decimals[c]));
+      else
+        cells.push_back(cell_text(*it, columns[c].digits));
     }
     out.rows.push_back(std::move(cells));
   }

@@ -7,8 +7,6 @@
 namespace trunnion::report {
 namespace {
 
-constexpr double kDrawnTable_mm = 120.0;  // radius, of a machine file without a table
-
 std::string chain_text(const ordered_json& names) {
   return names.empty() ? "nothing that moves" : list_text(names);
 }
@@ -28,7 +26,7 @@ Table zero_table(const ordered_json& zero) {
 
 }  // namespace
 
-Page machine_page(const Machine& machine, const ResultText& result) {
+Page machine_page(const Machine& machine, const std::vector<BodyMesh>& bodies, const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
   Page page = opened(result);
   page.tone = Tone::neutral;
@@ -43,19 +41,13 @@ Page machine_page(const Machine& machine, const ResultText& result) {
   page.facts = {{"gauge_length_mm", "gauge length", short_number(number_at(json, "gauge_length_mm")) + " mm",
                  number_at(json, "gauge_length_mm")},
                 {"output_point", "X Y Z words are of the", text_at(json, "output_point"), {}}};
-  Scene scene = machine_solids(machine, kDrawnTable_mm);
-  scene.title = "The machine, moved by hand";
-  scene.caption =
-      "Move an axis and compare with the machine: an arrow shows the way of its body for a positive command. "
-      "Bodies have the sizes of the file where it gives them, else they are only drawn to show what carries "
-      "what.";
   Table axes = table_of(
       json["axes"],
       {{"name", "axis"}, {"motion", "a positive command"}, {"travel", "travel"}, {"rapid", "rapid"}});
   axes.id = "axes";
   axes.title = "Axes";
   Section section{"Which way each axis goes", {}};
-  section.items.emplace_back(std::move(scene));
+  section.items.emplace_back(jog_scene(machine, bodies));
   section.items.emplace_back(std::move(axes));
   section.items.emplace_back(zero_table(json["program_zero"]));
   section.items.emplace_back(Listing{"proving", "Proving program", text_at(json, "proving_program")});

@@ -7,6 +7,7 @@
 #include "trunnion/base/contract.hpp"
 
 #include "report/effect_tables.hpp"
+#include "report/nc_figures.hpp"
 #include "report/residual_figures.hpp"
 #include "report/texts.hpp"
 
@@ -45,7 +46,7 @@ void add_residual_sections(Page& page, const Residuals& residuals, const std::ve
                "On the line: the scatter is that of the stated uncertainty.", normal_quantiles(residuals)}}});
 }
 
-Section next_section(const Diagnosis& d) {
+Section next_section(const Machine& machine, const Diagnosis& d) {
   Section out{"The next measurement", {}};
   out.items.emplace_back(Paragraph{d.next->why});
   Table table;
@@ -60,6 +61,7 @@ Section next_section(const Diagnosis& d) {
     table.rows.push_back({run.id, short_number(run.minutes, 3),
                           run.quantity == diagnosis::Quantity::displacement ? "displacement" : "rotation"});
   }
+  if (auto scene = planned_scene(machine, d.next->runs)) out.items.emplace_back(std::move(*scene));
   out.items.emplace_back(std::move(table));
   return out;
 }
@@ -285,6 +287,16 @@ Page fit_page(const ModelPageInput& input, const diagnosis::Fit& f) {
   return page;
 }
 
+Page bare_model_page(const ModelPageInput& input, const Model& model, const std::string& title) {
+  Page page = start(input, title,
+                    std::to_string(model.effects.size()) +
+                        " effects; without data the value of the new one is not known yet. Next: trunnion "
+                        "model fit with measurements.",
+                    Tone::neutral);
+  page.sections.push_back({"The model", {model_table(model)}});
+  return page;
+}
+
 Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   const bool clear =
       d.verdict == diagnosis::Verdict::nothing_to_find || d.verdict == diagnosis::Verdict::named;
@@ -297,6 +309,7 @@ Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
                 {"dof", "degrees of freedom", short_number(d.dof, 6), d.dof}};
   add_size(page, "rms", "rms residual", d.rms_um, d.rms_urad);
   add_size(page, "noise_floor", "noise floor", d.noise_floor_um, d.noise_floor_urad);
+  page.facts.push_back({"next", "what to measure next", diagnosis::what_next(d), {}});
   std::optional<diagnosis::Added> added;
   if (!d.additions.empty())
     added = diagnosis::add_and_fit(*input.machine, *input.data, d.base.model, d.additions, &d);
@@ -320,7 +333,7 @@ Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
   if (auto figure = rivals_figure(d)) ranking.items.emplace_back(std::move(*figure));
   for (const auto& direction : d.null_directions) ranking.items.emplace_back(Paragraph{direction.words});
   page.sections.push_back(std::move(ranking));
-  if (d.next) page.sections.push_back(next_section(d));
+  if (d.next) page.sections.push_back(next_section(*input.machine, d));
   return page;
 }
 
@@ -400,6 +413,7 @@ Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::Impr
   page.verdict += " " + headline(last.diagnosis);
   const bool done = last.diagnosis.verdict == diagnosis::Verdict::nothing_to_find;
   page.tone = done ? Tone::good : Tone::neutral;
+  page.facts.push_back({"next", "what to measure next", diagnosis::what_next(last.diagnosis), {}});
   page.sections.front().items.emplace_back(std::move(said));
   std::vector<Model> models;
   std::vector<std::string> sentences;
@@ -411,7 +425,7 @@ Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::Impr
   const Residuals after = residuals_of(*input.machine, *input.data, as_it_stands(input, last.model));
   if (!last.model.effects.empty()) page.sections.push_back(model_section(input, last.model));
   add_residual_sections(page, after, names_of(last.diagnosis.depends_on));
-  if (last.diagnosis.next) page.sections.push_back(next_section(last.diagnosis));
+  if (last.diagnosis.next) page.sections.push_back(next_section(*input.machine, last.diagnosis));
   return page;
 }
 

@@ -4,22 +4,33 @@
 #include <cmath>
 
 #include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/path/flute.hpp"
 
 #include "report/svg.hpp"
 
 namespace trunnion::report {
-namespace {}  // namespace
 
 SpacePlot path_plot(const post::VerifyReport& report, double max_um) {
   SpacePlot plot;
   plot.frame = "part frame P";
   plot.colour = {"tip deviation", "µm"};
   plot.value_max = max_um;
-  for (const auto& block : report.blocks) {
+  std::vector<double> way;
+  for (std::size_t i = 0; i < report.blocks.size(); ++i)
+    way.push_back(i == 0 ? 0.0 : report.blocks[i].path_mm - report.blocks[i - 1].path_mm);
+  // Moves far longer than the others link what is cut.
+  constexpr double kFarLonger = 20.0;
+  std::vector<double> sorted = way;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  if (!sorted.empty()) std::nth_element(sorted.begin(), middle, sorted.end());
+  const double longest = sorted.empty() ? 0.0 : kFarLonger * *middle;
+  for (std::size_t i = 0; i < report.blocks.size(); ++i) {
+    const auto& block = report.blocks[i];
     plot.x.push_back(block.tip_P.x());
     plot.y.push_back(block.tip_P.y());
     plot.z.push_back(block.tip_P.z());
-    plot.value.push_back(block.rapid ? kGap : block.tip_deviation_mm * kUmPerMm);
+    const bool links = block.rapid || (longest > 0.0 && way[i] > longest);
+    plot.value.push_back(links ? kGap : block.tip_deviation_mm * kUmPerMm);
   }
   return plot;
 }
@@ -46,15 +57,20 @@ std::vector<ProgrammedSegment> programmed_segments(const Machine& machine, const
                                                report.blocks.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                                                [](const auto& b) { return b.rapid; });
     if (feed) {
-      const Vec3 p0 = kinematics.pose(report.blocks[from].q).tip_P;
-      const Vec3 p1 = kinematics.pose(block.q).tip_P;
+      const ToolPose begin = kinematics.pose(report.blocks[from].q);
+      const ToolPose end = kinematics.pose(block.q);
+      const path::FluteSegment way({begin.tip_P, end.tip_P, begin.axis_P, end.axis_P}, report.flute_mm);
       double largest = 0.0;
+      double of_flute = 0.0;
       for (int k = 1; k < kSamples; ++k) {
-        const auto q =
-            JointVector::interpolate(report.blocks[from].q, block.q, static_cast<double>(k) / kSamples);
-        largest = std::max(largest, distance_to_segment(kinematics.pose(q).tip_P, p0, p1));
+        const double t = static_cast<double>(k) / kSamples;
+        const ToolPose at = kinematics.pose(JointVector::interpolate(report.blocks[from].q, block.q, t));
+        largest = std::max(largest, distance_to_segment(at.tip_P, begin.tip_P, end.tip_P));
+        if (report.flute_mm == 0.0) continue;
+        const double nearest = way.nearest(at.tip_P, at.axis_P, t);
+        of_flute = std::max(of_flute, way.off(at.tip_P, at.axis_P, nearest).largest_mm(report.flute_mm));
       }
-      out.push_back({from, i, largest * kUmPerMm, i - from - 1});
+      out.push_back({from, i, largest * kUmPerMm, of_flute * kUmPerMm, i - from - 1});
     }
     from = i;
   }

@@ -22,6 +22,37 @@ std::string length_text(double mm) {
   return mm < 1.0 ? short_number(mm * kUmPerMm, 4) + " µm" : short_number(mm, 4) + " mm";
 }
 
+// Does the machine hit a limit, and if not, how much room is left?
+Fact limits_fact(const post::VerifyReport& r) {
+  const auto in_words = [](const std::string& axis, AxisKind kind, double value) {
+    const bool rotary = kind == AxisKind::rotary;
+    return axis + " " + short_number(value * (rotary ? kDegreePerRad : 1.0), 4) + (rotary ? "°" : " mm");
+  };
+  Fact out{"limits", "axis limits", "", {}};
+  if (!r.limits_ok()) {
+    const auto& first = r.beyond_limits.front();
+    out.text = std::to_string(r.beyond_limits_count) + " blocks beyond; NC line " +
+               std::to_string(first.nc_line) + ": " + in_words(first.axis, first.kind, first.by) + " too far";
+    return out;
+  }
+  // Angles and lengths do not compare: the least of each.
+  for (const AxisKind kind : {AxisKind::linear, AxisKind::rotary}) {
+    const auto room = [](const post::AxisTravel& t) {
+      return std::min(t.smallest - t.axis.min, t.axis.max - t.largest);
+    };
+    const post::AxisTravel* least = nullptr;
+    for (const auto& t : r.travel) {
+      if (t.axis.kind != kind || !t.axis.has_limits()) continue;
+      if (least == nullptr || room(t) < room(*least)) least = &t;
+    }
+    if (least != nullptr)
+      out.text +=
+          (out.text.empty() ? "kept; least room " : ", ") + in_words(least->axis.name, kind, room(*least));
+  }
+  if (out.text.empty()) out.text = "the machine file gives none";
+  return out;
+}
+
 std::string verdict_of(const post::VerifyReport& r) {
   const std::string figures = "tip stays within " + length_text(r.largest_tip_deviation_mm()) +
                               " of its path (" + (r.certified ? "proved" : "sampled") + "; tolerance " +
@@ -33,8 +64,7 @@ std::string verdict_of(const post::VerifyReport& r) {
   const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
   if (r.passed()) return "Verified: the " + figures + machine;
   std::string why;
-  if (!r.limits_ok())
-    why += " " + std::to_string(r.beyond_limits_count) + " blocks are beyond the limits of an axis.";
+  if (!r.limits_ok()) why += " Axis limits: " + limits_fact(r).text + ".";
   if (r.points_missed > 0) why += " " + std::to_string(r.points_missed) + " CL points are not on the path.";
   for (const auto& unsafe : r.unsafe) {
     why += " NC line " + std::to_string(unsafe.nc_line) + ": " + unsafe.what + ".";
@@ -60,6 +90,7 @@ std::vector<Fact> facts_of(const post::VerifyReport& r) {
            short_number(r.max_axis_deviation.deg(), 4) + "°", r.max_axis_deviation.deg()},
           {"max_axis_deviation_at_tip_deg", "tool axis off the path's at the tip's place, at most",
            short_number(r.max_axis_deviation_at_tip.deg(), 4) + "°", r.max_axis_deviation_at_tip.deg()},
+          limits_fact(r),
           {"points_in", "CL points", std::to_string(r.points_in), count(r.points_in)},
           {"points_out", "NC motion blocks", std::to_string(r.points_out), count(r.points_out)},
           {"max_rapid_deviation_mm", "largest deviation of rapids", length_text(r.max_rapid_deviation_mm),
@@ -104,49 +135,10 @@ Table checks_table(const post::VerifyReport& r) {
   return table;
 }
 
-constexpr std::size_t kMostText = 12'000'000;  // bytes of a file that a page holds beside its blocks
-
-// Colours that need what a report does not hold.
-void add_colourings(const NcPageInput& input, Scene& scene) {
-  const post::VerifyReport& r = *input.verification;
-  const auto column = [&](std::string_view name) {
-    return std::find_if(scene.columns.begin(), scene.columns.end(),
-                        [&](const auto& c) { return c.name == name; });
-  };
-  if (r.tolerance_mm > 0.0) {
-    BlockColumn share{"share", "%", 1e-3, column("tip_um")->values};
-    for (double& v : share.values) v *= 100.0 / (r.tolerance_mm * kUmPerMm);
-    double largest = 100.0;
-    for (const double v : share.values) largest = std::max(largest, v);
-    scene.columns.push_back(std::move(share));
-    scene.colourings.push_back({"share", "share of the tolerance", "%", largest});
-  }
-  if (input.model == nullptr) return;
-  // What the machine's errors would do to the tip at each block if nothing were compensated.
-  const ModelEvaluator errors(*input.model);
-  const Machine& machine = *input.machine;
-  BlockColumn before{"machine_um", "µm", 1e-3, {}};
-  double largest = 0.0;
-  for (std::size_t i = 0; i < scene.columns.front().values.size(); ++i) {
-    JointVector q;
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      q[id] = column(machine.axes[id].name)->values[i] *
-              (machine.axes[id].kind == AxisKind::rotary ? kRadPerDegree : 1.0);
-    MachineState state;
-    state.q = q;
-    const Vec3 moved =
-        forward(machine, q, machine.tool_vector(), errors.errors(state)).p - forward(machine, q).p;
-    before.values.push_back(column("rapid")->values[i] > 0.0 ? 0.0 : moved.norm() * kUmPerMm);
-    largest = std::max(largest, before.values.back());
-  }
-  scene.columns.push_back(std::move(before));
-  scene.colourings.push_back({"machine_um", "machine error before compensation", "µm", largest});
-}
-
 Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegment>& segments) {
   const post::VerifyReport& r = *input.verification;
-  Scene scene = program_scene(*input.machine, r, segments);
-  add_colourings(input, scene);
+  Scene scene = program_scene({*input.machine, r, segments, input.errors, input.nc_text, input.cl_text});
+  put_meshes(scene, input.bodies);
   scene.title = "Part, machine and program";
   scene.caption =
       "The surface is stretched between neighbouring rows of the cut; colours are those of the blocks that "
@@ -154,14 +146,12 @@ Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegme
       "there. Drag or use the arrow keys to turn, + and - to come nearer; space plays, comma and full stop "
       "step.";
   if (scene.columns.front().values.size() < r.blocks.size())
-    scene.caption += " Drawn: " + std::to_string(scene.columns.front().values.size()) + " of " +
-                     std::to_string(r.blocks.size()) +
-                     " blocks; the smallest and the largest of every stretch are among them.";
+    scene.caption +=
+        " Drawn: " + std::to_string(scene.columns.front().values.size()) + " of " +
+        std::to_string(r.blocks.size()) +
+        " blocks: every block about the worst places, else the smallest and the largest of each stretch.";
   scene.path_figure = kPathFigure;
   scene.still = path_plot(r, 0.0);
-  if (input.nc_text.size() <= kMostText) scene.texts.nc = input.nc_text;
-  if (input.cl_text.size() <= kMostText / 4) scene.texts.cl = input.cl_text;
-  if (input.nc_text.size() > kMostText) scene.caption += " The program's text is too long for this page.";
   const std::vector<std::size_t> stops = scene.worst;
   Section section{"Path", {}};
   section.items.emplace_back(std::move(scene));
@@ -236,6 +226,34 @@ Figure inserted_figure(const post::VerifyReport& r, const std::vector<Programmed
           std::move(plot)};
 }
 
+// One part and one camera: the first program's blocks, coloured by what each program does there.
+Scene compared_scene(const ComparePageInput& input) {
+  const ComparedProgram& carrier = input.programs.front();
+  const std::vector<ProgrammedSegment> none;
+  ProgramSceneInput drawn{input.machine, carrier.verification, none, nullptr, input.nc_text, input.cl_text};
+  for (std::size_t k = 1; k < input.programs.size(); ++k) {
+    const ComparedProgram& p = input.programs[k];
+    std::vector<double> um = laid_onto(carrier.verification, p.verification);
+    for (double& v : um) v *= kUmPerMm;
+    drawn.beside.push_back({"program_" + std::to_string(k + 1), "tip deviation, " + p.file, std::move(um)});
+  }
+  Scene scene = program_scene(drawn);
+  scene.colourings.front().label = "tip deviation, " + carrier.file;
+  // The other programs stand behind it, the first of them beside it.
+  std::rotate(scene.colourings.begin() + 1,
+              scene.colourings.end() - static_cast<std::ptrdiff_t>(drawn.beside.size()),
+              scene.colourings.end());
+  if (input.programs.size() > 1) scene.beside = 1;
+  put_meshes(scene, input.bodies);
+  scene.title = "The programs on the part";
+  scene.caption = "Blocks and text are those of " + carrier.file +
+                  "; each has the largest deviation of the other program on the same stretch of the path. "
+                  "The handle on the lower edge of the picture moves the border between both colours.";
+  scene.path_figure = kPathFigure;
+  scene.still = path_plot(carrier.verification, 0.0);
+  return scene;
+}
+
 }  // namespace
 
 Page nc_page(const NcPageInput& input) {
@@ -269,12 +287,12 @@ Page nc_page(const NcPageInput& input) {
   return page;
 }
 
-Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& machine,
-                  const std::string& cl_file, const std::string& result_json, const std::string& made_by) {
+Page compare_page(const ComparePageInput& input) {
+  const auto& programs = input.programs;
   Page page;
-  page.title = "Programs of " + cl_file + " on " + machine.name;
-  page.result_json = result_json;
-  page.made_by = made_by;
+  page.title = "Programs of " + input.cl_file + " on " + input.machine.name;
+  page.result_json = input.result_json;
+  page.made_by = input.made_by;
   if (programs.empty()) return page;
   // One figure for a program, wherever it stands on the page: that of the table, a bound where it was proved.
   double largest = 0.0;
@@ -319,13 +337,10 @@ Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& m
                    (plot.y.logarithmic ? " Logarithmic: what is below 0.01 µm stands at 0.01." : ""),
                std::move(plot)},
         std::move(table)}});
-  Section paths{"Paths, one colour scale", {}};
-  for (std::size_t i = 0; i < programs.size(); ++i) {
-    paths.items.emplace_back(Figure{"path-" + std::to_string(i + 1), programs[i].file,
-                                    "Tool tip in the part frame, feed moves.",
-                                    path_plot(programs[i].verification, largest * kUmPerMm)});
-  }
-  page.sections.push_back(std::move(paths));
+  if (programs.front().verification.blocks.empty()) return page;
+  Section parts{"Part", {}};
+  parts.items.emplace_back(compared_scene(input));
+  page.sections.push_back(std::move(parts));
   return page;
 }
 

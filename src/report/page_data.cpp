@@ -110,18 +110,25 @@ ordered_json plot_data(const MatrixPlot& plot) {
           {"z", plot.values}, {"max", plot.value_max}, {"colour", scale(plot.colour)}};
 }
 
-std::vector<float> flat(const std::vector<std::array<float, 3>>& points) {
-  std::vector<float> out;
-  for (const auto& p : points) out.insert(out.end(), p.begin(), p.end());
+// Each coordinate by itself: neighbours differ little.
+ordered_json corners_of(const Scene::Body& body) {
+  constexpr double kFine_mm = 1e-2;
+  ordered_json out = ordered_json::array();
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    values.reserve(body.corners.size());
+    for (const auto& corner : body.corners) values.push_back(corner[k]);
+    out.push_back({{"step", kFine_mm}, {"count", values.size()}, {"values", packed(values, kFine_mm)}});
+  }
   return out;
 }
 
 ordered_json scene_data(const Scene& scene) {
-  ordered_json out = {{"tool_chain", scene.tool_chain},
-                      {"part_chain", scene.part_chain},
+  ordered_json out = {{"tool_chain", scene.chains.tool},
+                      {"part_chain", scene.chains.part},
                       {"spindle", scene.zero.spindle_M},
                       {"part", scene.zero.part_M},
-                      {"tool_length", scene.tool_length_mm},
+                      {"tool_length", scene.zero.tool_length_mm},
                       {"size", scene.size_mm},
                       {"worst", scene.worst},
                       {"path_figure", scene.path_figure},
@@ -143,7 +150,7 @@ ordered_json scene_data(const Scene& scene) {
                              {"role", b.role},
                              {"part_side", b.on_part_side},
                              {"axes", b.axes},
-                             {"corners", floats(flat(b.corners))}});
+                             {"corners", corners_of(b)}});
   for (const auto& c : scene.columns)
     out["columns"].push_back({{"name", c.name},
                               {"unit", c.unit},
@@ -153,8 +160,13 @@ ordered_json scene_data(const Scene& scene) {
   for (const auto& c : scene.colourings)
     out["colourings"].push_back(
         {{"column", c.column}, {"label", c.label}, {"unit", c.unit}, {"largest", c.largest}});
-  if (!scene.texts.nc.empty()) out["nc_text"] = packed(scene.texts.nc);
-  if (!scene.texts.cl.empty()) out["cl_text"] = packed(scene.texts.cl);
+  for (const auto& s : scene.stands) out["stands"].push_back({{"text", s.text}, {"q", s.q}});
+  if (scene.beside) out["beside"] = *scene.beside;
+  const auto put_text = [&](const char* name, const Scene::Text& text) {
+    if (!text.lines.empty()) out[name] = {{"lines", packed(text.lines)}, {"of_blocks", text.of_blocks}};
+  };
+  put_text("nc_text", scene.texts.nc);
+  put_text("cl_text", scene.texts.cl);
   return out;
 }
 

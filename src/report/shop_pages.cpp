@@ -4,6 +4,7 @@
 #include "trunnion/report/command_pages.hpp"
 
 #include "report/json_figures.hpp"
+#include "report/nc_figures.hpp"
 #include "report/svg.hpp"
 #include "report/texts.hpp"
 
@@ -212,13 +213,35 @@ Page calibration_page(const ResultText& result) {
 
 namespace {
 
+// What the keys of a plan's run mean.
+std::string said_of(const std::string& key) {
+  constexpr std::pair<const char*, const char*> kWords[] = {
+      {"id", "run"},
+      {"minutes", "time / min"},
+      {"quantity", "what is read"},
+      {"n", "read along"},
+      {"frame", "directions are those of the"},
+      {"tool_z_mm", "measured point from the spindle's gauge point, Z / mm"},
+      {"u_random", "random uncertainty, one sigma / µm or µrad"},
+      {"u_common", "common uncertainty, one sigma / µm or µrad"},
+      {"repeat", "times"},
+      {"both_directions", "from both directions"},
+      {"at", "axes that stand still"},
+      {"grid", "positions of the rotary axes / °"},
+      {"ball_mm", "ball, in the part / mm"}};
+  for (const auto& [name, words] : kWords)
+    if (key == name) return words;
+  return key;
+}
+
 std::string chance_text(double share) {
   return share < 1e-4 ? "below 0.01 %" : short_number(100 * share, 2) + " %";
 }
 
 }  // namespace
 
-Page plan_page(const ResultText& result) {
+Page plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& runs,
+               const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
   Page page = opened(result);
   if (json["runs"].empty()) return page;
@@ -237,6 +260,8 @@ Page plan_page(const ResultText& result) {
   add_bars(minutes, "", numbers_of(json["runs"], "minutes"));
   first.items.emplace_back(Figure{"minutes", "What it takes", "", std::move(minutes)});
   page.sections.push_back(std::move(first));
+  if (auto scene = planned_scene(machine, runs))
+    page.sections.push_back({"Where the machine goes", {std::move(*scene)}});
   std::size_t number = 0;
   for (const auto& run : json["runs"]) {
     Section section{"Run " + text_at(run, "id"), {}};
@@ -253,7 +278,7 @@ Page plan_page(const ResultText& result) {
         for (const auto& [name, one] : value.items())
           text += (text.empty() ? "" : "; ") + name + " " + cell_text(one, 6);
       }
-      table.rows.push_back({key, text});
+      table.rows.push_back({said_of(key), text});
     }
     if (const ordered_json poses = poses_of(run); !poses.empty()) {
       if (auto figure = poses_figure(poses)) {

@@ -191,11 +191,24 @@ void add_tool_side(Scene& scene, const Machine& machine, const Sizes& s) {
 
 }  // namespace
 
+Scene::Body ball_on_part(const Machine& machine, const Vec3& centre_M, double radius_mm) {
+  constexpr int kRings = 12;
+  Solid ball({"ball", "ball", true, machine.part_chain.size(), {}});
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double low = kPi * ring / kRings;
+    const double high = kPi * (ring + 1) / kRings;
+    const Vec3 from = centre_M - radius_mm * std::cos(low) * Vec3::UnitZ();
+    ball.trunk(from, radius_mm * (std::cos(low) - std::cos(high)) * Vec3::UnitZ(), radius_mm * std::sin(low),
+               radius_mm * std::sin(high));
+  }
+  return ball.done();
+}
+
 Scene machine_solids(const Machine& machine, double size_mm) {
   Scene out;
-  out.tool_chain = machine.tool_chain;
-  out.part_chain = machine.part_chain;
-  out.tool_length_mm = machine.tool_length_mm;
+  out.chains.tool = machine.tool_chain;
+  out.chains.part = machine.part_chain;
+  out.zero.tool_length_mm = machine.tool_length_mm;
   const Pose X_MP = part_in_machine(machine, JointVector{});
   out.zero.part_M = corner(X_MP.p);
   out.zero.spindle_M = corner(X_MP * forward(machine, JointVector{}, Vec3::Zero()).p);
@@ -223,6 +236,29 @@ Scene machine_solids(const Machine& machine, double size_mm) {
   add_part_side(out, machine, sizes);
   add_tool_side(out, machine, sizes);
   return out;
+}
+
+void put_meshes(Scene& scene, const std::vector<BodyMesh>& meshes) {
+  constexpr std::size_t kMostTriangles = 60'000;  // of a body on a page
+  const auto is_tool = [](const Scene::Body& b) {
+    return b.role == "tool" || b.role == "flute" || b.role == "holder";
+  };
+  const auto same_place = [](const Scene::Body& b, const BodyMesh& m) {
+    return b.axes == m.axes && (b.on_part_side == m.on_part_side || m.axes == 0);
+  };
+  std::erase_if(scene.bodies, [&](const Scene::Body& b) {
+    return !is_tool(b) &&
+           std::any_of(meshes.begin(), meshes.end(), [&](const BodyMesh& m) { return same_place(b, m); });
+  });
+  for (const BodyMesh& mesh : meshes) {
+    const auto& chain = mesh.on_part_side ? scene.chains.part : scene.chains.tool;
+    const bool last = mesh.axes == chain.size();
+    const char* role = mesh.axes == 0      ? "bed"
+                       : mesh.on_part_side ? (last ? "table" : "cradle")
+                                           : (last ? "spindle" : "slide");
+    scene.bodies.push_back(
+        {mesh.name, role, mesh.on_part_side, mesh.axes, coarsened(mesh.corners, kMostTriangles)});
+  }
 }
 
 }  // namespace trunnion::report

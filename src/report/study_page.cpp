@@ -7,6 +7,7 @@
 
 #include "report/nc_figures.hpp"
 #include "report/svg.hpp"
+#include "report/texts.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -32,7 +33,7 @@ Table counts_table(const path::StudyResult& result) {
       "with "
       "fixed ends needs fewer. From 8 pieces on: two-sided over on-chord on segments that need 8 or more.";
   out.columns = {"tolerance (µm)", "moves",
-                 "segments",       "over",
+                 "segments",       "over tolerance",
                  "optimum",        "on chord",
                  "/ optimum",      "two-sided",
                  "/ law",          "from 8 pieces on",
@@ -133,14 +134,14 @@ Table worst_table(const path::StudyResult& result) {
   out.columns = {"CL line", "largest rotary step (°)", "proved"};
   for (const path::PredictorStudy& p : result.predictors)
     out.columns.push_back(path::predictor_text(p.predictor));
-  out.columns.emplace_back("harmonic");
+  out.columns.emplace_back("harmonic holds");
   out.numeric.assign(out.columns.size(), true);
   out.numeric.back() = false;
   for (const path::SegmentStudy& s : result.worst) {
     std::vector<std::string> row{std::to_string(s.where.line), short_number(s.largest_turn.deg(), 4),
                                  um_number(s.certified_mm)};
     for (const double mm : s.predicted_mm) row.push_back(um_number(mm));
-    row.emplace_back(s.harmonic_fails ? "fails" : "");
+    row.emplace_back(s.harmonic_fails ? "no" : "yes");
     out.rows.push_back(std::move(row));
   }
   return out;
@@ -162,12 +163,12 @@ Page study_page(const path::StudyResult& result, const std::string& cl_file, con
     page.verdict = "No segment of this path has a nonlinear error.";
   } else {
     const path::SegmentStudy& worst = result.worst.front();
-    page.verdict = "As programmed the tip strays by up to " + um_number(worst.certified_mm) +
-                   " µm (proved; CL line " + std::to_string(worst.where.line) + "). " +
+    page.verdict = "As programmed the tip strays by up to " + um_text(kUmPerMm * worst.certified_mm) +
+                   " (proved; CL line " + std::to_string(worst.where.line) + "). " +
                    (unmet == 0 ? "Every placement meets every tolerance, proved on every piece."
                                : count(unmet) + " segments did not meet their tolerance.");
     page.facts.push_back({"largest_error_mm", "largest error as programmed",
-                          um_number(worst.certified_mm) + " µm", worst.certified_mm});
+                          um_text(kUmPerMm * worst.certified_mm), worst.certified_mm});
   }
   page.sections.push_back({"Points by placement", {counts_figure(result), counts_table(result)}});
   page.sections.push_back({"Predictors", {predictors_figure(result), predictors_table(result)}});

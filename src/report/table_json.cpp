@@ -1,5 +1,6 @@
 #include "trunnion/report/table_json.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "trunnion/base/number_text.hpp"
@@ -35,7 +36,21 @@ std::string tables_json(const std::string& format, const std::vector<ErrorTable>
     for (const auto& c : table.components) components += (components.empty() ? "" : " ") + c.name;
     std::size_t points = 1;
     for (const auto& nodes : table.nodes) points *= nodes.size();
-    rows.push_back({{"arguments", arguments}, {"components", components}, {"points", points}});
+    ordered_json values = ordered_json::array();
+    for (const auto& c : table.components) {
+      // EXX is a translation, EAX a rotation.
+      const bool angle = c.name.size() > 1 && c.name[1] <= 'C';
+      const auto [low, high] = std::minmax_element(c.values.begin(), c.values.end());
+      if (low == c.values.end()) continue;
+      const double factor = 1.0 / (angle ? kRadPerUrad : kMmPerUm);
+      values.push_back({{"component", c.name},
+                        {"unit", angle ? "urad" : "um"},
+                        {"points", c.values.size()},
+                        {"smallest", *low * factor},
+                        {"largest", *high * factor}});
+    }
+    rows.push_back(
+        {{"arguments", arguments}, {"components", components}, {"points", points}, {"values", values}});
   }
   const ordered_json out = {{"format", format}, {"tables", rows}};
   return json_text(out);

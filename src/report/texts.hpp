@@ -9,8 +9,11 @@
 /// Short texts of the pages.
 namespace trunnion::report {
 
+/// Micrometres below a millimetre, millimetres from there on.
 inline std::string um_text(double value) {
-  return short_number(value, 3) + " µm";
+  constexpr double kUmPerMillimetre = 1e3;
+  return std::abs(value) < kUmPerMillimetre ? short_number(value, 3) + " µm"
+                                            : short_number(value / kUmPerMillimetre, 3) + " mm";
 }
 
 /// "–" for what is not known.

@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/thermal_report.hpp"
@@ -178,7 +182,31 @@ std::string thermal_log_json(const Log& log) {
   ordered_json runs = ordered_json::array();
   for (const LogRun& run : log.runs) {
     const double duration = run.time_s.empty() ? 0.0 : run.time_s.back() - run.time_s.front();
-    runs.push_back({{"run_id", run.id}, {"rows", run.rows()}, {"duration_s", duration}});
+    ordered_json channels = ordered_json::object();
+    double largest_rise_K = 0.0;
+    const auto range = [](const std::vector<double>& values) {
+      std::pair<double, double> out{std::numeric_limits<double>::infinity(),
+                                    -std::numeric_limits<double>::infinity()};
+      for (const double v : values) {
+        if (!std::isfinite(v)) continue;
+        out = {std::min(out.first, v), std::max(out.second, v)};
+      }
+      return out;
+    };
+    for (std::size_t c = 0; c < log.channels.size(); ++c) {
+      const auto [low, high] = range(run.channel_mm[c]);
+      if (low <= high) channels[log.channels[c]] = {{"smallest_um", in_um(low)}, {"largest_um", in_um(high)}};
+    }
+    for (const auto& sensor : run.temperature_degC) {
+      const auto [low, high] = range(sensor);
+      if (low <= high) largest_rise_K = std::max(largest_rise_K, high - low);
+    }
+    runs.push_back({{"run_id", run.id},
+                    {"rows", run.rows()},
+                    {"duration_s", duration},
+                    {"hours", duration / (60.0 * kSecondsPerMinute)},
+                    {"channels", std::move(channels)},
+                    {"largest_rise_K", largest_rise_K}});
   }
   const ordered_json out = {{"runs", runs}, {"sensors", log.sensors}, {"channels", log.channels}};
   return json_text(out);

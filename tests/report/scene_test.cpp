@@ -63,6 +63,87 @@ TEST(SolidsOf, AreTheSameForTheOtherSenseOfC) {
   EXPECT_NEAR((middle(body(one, "table")) - middle(body(other, "table"))).norm(), 0.0, 1e-3);
 }
 
+TEST(Meshes, StandForTheBodyThatIsDrawn) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  Scene scene = machine_solids(machine, 100.0);
+  const std::size_t before = scene.bodies.size();
+  put_meshes(scene, {{"table.stl", true, machine.part_chain.size(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+                     {"head.stl", false, machine.tool_chain.size(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}});
+  EXPECT_EQ(scene.bodies.size(), before);
+  EXPECT_EQ(body(scene, "table").name, "table.stl");
+  EXPECT_EQ(body(scene, "spindle").name, "head.stl");
+  EXPECT_NO_THROW(body(scene, "flute"));  // the tool stays
+  EXPECT_NO_THROW(body(scene, "bed"));
+}
+
+post::VerifiedBlock feed(std::uint32_t cl_line, double path_mm, float tip_mm) {
+  post::VerifiedBlock out;
+  out.cl_line = cl_line;
+  out.path_mm = path_mm;
+  out.tip_deviation_mm = tip_mm;
+  out.seconds = 0.5;
+  return out;
+}
+
+// One program goes to CL lines 1 and 2 in one block each, the other in three and in two; a rapid stands
+// between.
+TEST(LaidOnto, TakesWhatCutsTheSameStretch) {
+  post::VerifyReport plain, fine;
+  plain.blocks = {feed(1, 10.0, 9.0F), feed(2, 20.0, 8.0F)};
+  post::VerifiedBlock rapid = feed(2, 25.0, 7.0F);
+  rapid.rapid = true;
+  fine.blocks = {feed(1, 2.0, 1.0F),  feed(1, 4.0, 2.0F),  feed(1, 10.0, 3.0F),
+                 feed(2, 15.0, 4.0F), feed(2, 20.0, 5.0F), rapid};
+  EXPECT_THAT(laid_onto(fine, plain), testing::ElementsAre(9.0, 9.0, 9.0, 8.0, 8.0, 0.0));
+  EXPECT_THAT(laid_onto(plain, fine), testing::ElementsAre(3.0, 5.0));
+  EXPECT_THAT(laid_onto(fine, fine), testing::ElementsAre(1.0, 2.0, 3.0, 4.0, 5.0, 0.0));
+  // Halves over thirds: the middle third lies on both halves.
+  post::VerifyReport thirds, halves;
+  thirds.blocks = {feed(1, 3.0, 0.0F), feed(1, 6.0, 0.0F), feed(1, 9.0, 0.0F)};
+  halves.blocks = {feed(1, 4.5, 1.0F), feed(1, 9.0, 2.0F)};
+  EXPECT_THAT(laid_onto(thirds, halves), testing::ElementsAre(1.0, 2.0, 2.0));
+}
+
+// A program of a million blocks: the page keeps the time, the worst places and all that is about them.
+TEST(ProgramScene, OfAMillionBlocksKeepsTimeAndTheWorstPlaces) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  post::VerifyReport report;
+  constexpr std::size_t kBlocks = 1'000'000;
+  constexpr std::size_t kWorst = 654'321;
+  report.tolerance_mm = 0.01;
+  for (std::size_t i = 0; i < kBlocks; ++i) {
+    report.blocks.push_back(feed(static_cast<std::uint32_t>(i + 1), 0.1 * static_cast<double>(i), 0.001F));
+    report.blocks.back().nc_line = static_cast<std::uint32_t>(i + 1);
+  }
+  report.blocks[kWorst].tip_deviation_mm = 0.009F;
+  report.worst.push_back({kWorst + 1, kWorst + 1, 0.009, Angle(), Vec3::Zero()});
+  const std::string text = [] {
+    std::string out;
+    for (std::size_t i = 0; i < kBlocks; ++i) out += "G1 X" + std::to_string(i + 1) + " Y0 Z0\n";
+    return out;
+  }();
+  const Scene scene = program_scene({machine, report, {}, nullptr, text});
+  const auto column = [&](std::string_view name) -> const std::vector<double>& {
+    for (const auto& c : scene.columns)
+      if (c.name == name) return c.values;
+    throw std::runtime_error("no column");
+  };
+  const auto& lines = column("nc_line");
+  EXPECT_LT(lines.size(), 210'000U);
+  double seconds = 0.0;
+  for (const double s : column("seconds")) seconds += s;
+  EXPECT_NEAR(seconds, 0.5 * kBlocks, 1e-3);
+  ASSERT_EQ(scene.worst.size(), 1U);
+  EXPECT_EQ(lines[scene.worst[0]], kWorst + 1);
+  EXPECT_NEAR(column("tip_um")[scene.worst[0]], 9.0, 1e-3);
+  for (std::size_t k = 0; k < 400; ++k) EXPECT_EQ(lines[scene.worst[0] - k], kWorst + 1 - k);
+  // Its text is that of its line.
+  ASSERT_TRUE(scene.texts.nc.of_blocks);
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < scene.worst[0]; ++k) at = scene.texts.nc.lines.find('\n', at) + 1;
+  EXPECT_EQ(scene.texts.nc.lines.substr(at, 11), "G1 X654322 ");
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, Solids, testing::ValuesIn(test::shipped_machines()));
 
 }  // namespace

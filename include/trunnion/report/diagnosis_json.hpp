@@ -18,7 +18,7 @@ std::string model_json(const Model& model);
 std::string improve_json(const std::vector<diagnosis::ImproveStep>& steps);
 std::string history_json(const std::vector<diagnosis::HistoryEntry>& entries);
 
-/// What an import has made of `file`: {"file", "columns", "rows"} of the measurement file's text.
+/// What an import has made of `file`: {"file", "columns", "rows", "ranges"} of the measurement file's text.
 std::string imported_json(const std::string& file, const std::string& measurements);
 
 /// The same for a person.

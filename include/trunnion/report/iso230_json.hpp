@@ -5,6 +5,7 @@
 #include "trunnion/diagnosis/iso230_2.hpp"
 #include "trunnion/diagnosis/iso230_4.hpp"
 #include "trunnion/diagnosis/iso230_7.hpp"
+#include "trunnion/diagnosis/iso230_limits.hpp"
 
 namespace trunnion::report {
 
@@ -25,6 +26,11 @@ std::string iso230_6_json(const iso230::Diagonals& diagonals, const std::vector<
 std::string iso230_4_json(const std::vector<iso230::CircularTest>& tests,
                           const std::vector<iso230::CircularPath>& paths);
 std::string iso230_7_json(const std::vector<EvaluatedMotion>& motions);
+
+/// Adds `limits` (of, symbol, value, limit, uncertainty, result) and `passed` to such a JSON text, and a
+/// table of them for people. Nothing is added without a limit.
+std::string with_limits(const std::string& json, const std::vector<iso230::HeldValue>& held);
+std::string limits_text(const std::vector<iso230::HeldValue>& held);
 
 /// The same as text for people, symbols with their arrows.
 std::string iso230_2_text(const std::vector<iso230::Positioning>& axes);

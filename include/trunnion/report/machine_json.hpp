@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "trunnion/machine/body_meshes.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/report/command_pages.hpp"
@@ -16,6 +17,7 @@ std::string machine_json(const Machine& machine, const nc::Controller& controlle
 
 /// `machine`: the machine as solids whose axes the reader moves, with arrows for their + directions, what a
 /// positive command does in words, program zero, and the proving program. `result.json` is machine_json's.
-Page machine_page(const Machine& machine, const ResultText& result);
+/// `bodies` are the shapes of the machine file.
+Page machine_page(const Machine& machine, const std::vector<BodyMesh>& bodies, const ResultText& result);
 
 }  // namespace trunnion::report

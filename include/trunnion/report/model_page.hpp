@@ -24,6 +24,9 @@ Page evaluation_page(const ModelPageInput& input, const Model& model, const diag
 /// each effect does, and the residual.
 Page fit_page(const ModelPageInput& input, const diagnosis::Fit& fit);
 
+/// `model add` without data: the effects of the model. `input.data` is absent.
+Page bare_model_page(const ModelPageInput& input, const Model& model, const std::string& title);
+
 /// The verdict as a story: one sentence with the detection limits, held-out error by step, residual before
 /// and after what was named, what it depends on, the model with its error budget, the candidates and who is
 /// whose rival, the next measurement. Refits the model with the named effects.

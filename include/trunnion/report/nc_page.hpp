@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/machine/body_meshes.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/post/verify.hpp"
 #include "trunnion/report/compare.hpp"
@@ -19,9 +20,11 @@ struct NcPageInput {
   std::vector<Fact> more_facts;  // what a post did beside: inserted points, branch changes, ...
   std::string result_json;
   std::string made_by;
-  std::string nc_text = {};      // the program; empty: it is not at hand
-  std::string cl_text = {};      // its CL file; empty: it is not at hand
-  const Model* model = nullptr;  // the errors that were compensated or are verified against; nothing: none
+  std::string nc_text = {};  // the program; empty: it is not at hand
+  std::string cl_text = {};  // its CL file; empty: it is not at hand
+  /// The machine's, which were compensated or are verified against; nothing: none.
+  const ModelEvaluator* errors = nullptr;
+  std::vector<BodyMesh> bodies = {};  // shapes of the machine file
 };
 
 /// The path coloured by its deviation, the machine at every place, the worst places, deviation along the path
@@ -29,8 +32,20 @@ struct NcPageInput {
 /// the worst segment.
 Page nc_page(const NcPageInput& input);
 
-/// Several programs of one CL file beside each other, all drawn in one colour scale.
-Page compare_page(const std::vector<ComparedProgram>& programs, const Machine& machine,
-                  const std::string& cl_file, const std::string& result_json, const std::string& made_by);
+/// Several programs of one CL file; the blocks of all must have been collected.
+struct ComparePageInput {
+  const std::vector<ComparedProgram>& programs;
+  const Machine& machine;
+  std::string cl_file;
+  std::string result_json;
+  std::string made_by;
+  std::string nc_text = {};  // of the first program; empty: it is not at hand
+  std::string cl_text = {};
+  std::vector<BodyMesh> bodies = {};  // shapes of the machine file
+};
+
+/// One scene of the part with the first program's blocks, coloured by each program's deviation, two of them
+/// beside each other; and the deviations along the path.
+Page compare_page(const ComparePageInput& input);
 
 }  // namespace trunnion::report

@@ -126,8 +126,8 @@ struct Scene {
   };
   struct Body {
     std::string name;
-    std::string
-        role;  // chooses its colour: "bed", "slide", "cradle", "table", "spindle", "holder", "tool", "flute"
+    std::string role;  // chooses its colour: "bed", "slide", "cradle", "table", "spindle", "holder", "tool",
+                       // "flute", "ball"
     bool on_part_side =
         false;  // carried by the first `axes` axes of that side's chain, from the bed outwards
     std::size_t axes = 0;
@@ -144,25 +144,41 @@ struct Scene {
   struct Zero {
     std::array<float, 3> spindle_M{};  // S
     std::array<float, 3> part_M{};     // the part's origin
+    double tool_length_mm = 0.0;       // S to the tip
   };
-  /// The files, lines as they are; empty: not at hand.
+  /// A place to stand at: positions of all axes, mm and degrees.
+  struct Stand {
+    std::string text;
+    std::vector<double> q;
+  };
+  /// The files, lines as they are; empty: not at hand. `of_blocks`: line i is that of block i, where the
+  /// whole file is too long for a page.
+  struct Text {
+    std::string lines;
+    bool of_blocks = false;
+  };
   struct Texts {
-    std::string nc;
-    std::string cl;
+    Text nc;
+    Text cl;
   };
   std::string title;
   std::string caption;
   std::vector<SceneAxis> axes;
-  std::vector<std::size_t> tool_chain, part_chain;  // indices of `axes`, from the bed outwards
+  /// Indices of `axes`, from the bed outwards.
+  struct Chains {
+    std::vector<std::size_t> tool, part;
+  };
+  Chains chains;
   Zero zero;
-  double tool_length_mm = 0.0;
   double size_mm = 100.0;  // of what is looked at: arrows and the first view
   std::vector<Body> bodies;
   /// Block by block: "nc_line", "cl_line", "rapid", "path_mm", the positions of the axes by their names, and
   /// those of `colourings`. Empty: no program, the axes are moved by hand.
   std::vector<BlockColumn> columns;
   std::vector<Colouring> colourings;
-  std::vector<std::size_t> worst;  // blocks, worst first
+  std::optional<std::size_t> beside;  // the colouring that stands right of the first one at the beginning
+  std::vector<std::size_t> worst;     // blocks, worst first
+  std::vector<Stand> stands;  // of a scene without a program: a list beside it moves the machine there
   Texts texts;
   std::string path_figure;         // a flat figure over path length that follows
   std::optional<SpacePlot> still;  // on paper, and where nothing in space can be drawn

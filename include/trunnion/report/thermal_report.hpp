@@ -37,8 +37,8 @@ Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::
 /// "identifiable"}}, "null_directions": [..], "refused": [..]}; no value where it is not identifiable.
 std::string thermal_split_json(const thermal::DriftSplit& split, const std::vector<std::string>& refused);
 
-/// {"runs": [{"run_id", "rows", "duration_s"}], "sensors", "channels"} of a log that was imported or
-/// simulated.
+/// {"runs": [{"run_id", "rows", "duration_s", "hours", "channels", "largest_rise_K"}], "sensors", "channels"}
+/// of a log that was imported or simulated.
 std::string thermal_log_json(const thermal::Log& log);
 
 /// How simulated blades came out, and the share of them within `tolerance_mm`, before and after correction.

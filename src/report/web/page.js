@@ -32,7 +32,19 @@
     element.querySelector('.still').hidden = true;
     if (space) giveUpFarthest(element);
     live.set(id, holder);
-    return library.newPlot(holder, figures.traces(f), figures.layout(f), configOf(space));
+    const layout = figures.layout(f);
+    if (space && camera) layout.scene.camera = camera;
+    await library.newPlot(holder, figures.traces(f), layout, configOf(space));
+    if (space) holder.on('plotly_relayout', (change) => lookAlike(holder, change['scene.camera']));
+  }
+  // One camera for all charts in space: what is compared is seen from the same side.
+  let camera = null;
+  function lookAlike(from, seen) {
+    if (!seen || seen === camera) return;
+    camera = seen;
+    for (const holder of live.values()) {
+      if (holder !== from && holder.classList.contains('space')) library.relayout(holder, {'scene.camera': seen});
+    }
   }
   function sayWhyStill(element) {
     if (element.querySelector('.why-still')) return;

@@ -4,12 +4,12 @@ const program = (() => {
   const {make} = core;
   const kLine_px = 20;
 
-  // `lines` of text; `choose(line)` is called with a line's index when the reader goes there.
-  function create(lines, label, choose) {
+  // `lines` of text; `choose(line)` is called with a line's index when the reader goes there; `numberOf(line)` stands before it.
+  function create(lines, label, choose, numberOf) {
     const spacer = make('div', {className: 'lines'});
     const box = make('div', {className: 'program', tabIndex: 0, role: 'listbox', 'aria-label': label}, spacer);
     spacer.style.height = `${kLine_px * lines.length}px`;
-    const digits = String(lines.length).length;
+    const digits = String(numberOf(lines.length - 1)).length;
     let chosen = -1;
     function draw() {
       const first = Math.max(0, Math.floor(box.scrollTop / kLine_px) - 4);
@@ -17,7 +17,7 @@ const program = (() => {
       const shown = [];
       for (let i = first; i < last; i++) {
         const line = make('div', {className: i === chosen ? 'line chosen' : 'line', id: `nc-${i + 1}`, role: 'option', 'aria-selected': String(i === chosen)},
-                          make('span', {className: 'line-number'}, String(i + 1).padStart(digits)), lines[i] || ' ');
+                          make('span', {className: 'line-number'}, String(numberOf(i)).padStart(digits)), lines[i] || ' ');
         line.style.top = `${kLine_px * i}px`;
         line.dataset.line = i;
         shown.push(line);
@@ -45,7 +45,7 @@ const program = (() => {
       choose(Math.min(Math.max(keys[event.key](), 0), lines.length - 1), Math.sign(keys[event.key]() - chosen));
     });
     new ResizeObserver(draw).observe(box);
-    return {box, show, lines};
+    return {box, show};
   }
   return {create};
 })();

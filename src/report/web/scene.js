@@ -3,8 +3,9 @@ const scene = (() => {
   'use strict';
   const {css, data, make, short, places} = core;
   const {product, inverse, moved, carried, identity} = kinematics;
+  const kDecades = 3;    // of a logarithmic colour scale
   const kNear_px = 12;  // a path nearer than this to the pointer is meant
-  const bodyColour = {bed: '#8b939c', slide: '#a3abb4', cradle: '#7f95ad', table: '#b9a27c', spindle: '#6f7780', holder: '#4c5259', tool: '#c9ced4', flute: '#d55e00'};
+  const bodyColour = {bed: '#8b939c', slide: '#a3abb4', cradle: '#7f95ad', table: '#b9a27c', spindle: '#6f7780', holder: '#4c5259', tool: '#c9ced4', flute: '#d55e00', ball: '#d55e00'};
 
   async function start(figure, hooks) {
     const source = data('scene');
@@ -16,22 +17,32 @@ const scene = (() => {
     for (const c of source.columns) columns[c.name] = await core.unpackedColumn(c);
     const count = source.columns.length ? source.columns[0].count : 0;
     const hasProgram = count > 0;
+    const stands = source.stands ?? [];
+    let standShown = () => {};
     const q = (block) => source.axes.map((a) => columns[a.name][block]);
     const state = {
       block: 0, q: hasProgram ? q(0) : source.axes.map(() => 0), view: hasProgram ? 'part' : 'machine', links: false, machine: !hasProgram, surface: true,
-      arrows: !hasProgram, colour: 0, other: -1, swipe: 0.5, oneScale: true, playing: false, speed: 10, yaw: -0.9, pitch: 0.55, zoom: 1, pan: [0, 0],
+      arrows: !hasProgram && !stands.length, colour: 0, other: source.beside ?? -1, swipe: 0.5, oneScale: true, log: false, playing: false, speed: 10, yaw: -0.9, pitch: 0.55, zoom: 1, pan: [0, 0],
     };
 
     // ---- what is drawn
-    const bodies = source.bodies.map((b) => {
-      const corners = core.floats(b.corners);
-      return {...b, corners: gl.corners(corners), count: corners.length / 3, colour: bodyColour[b.role] ?? '#888888'};
-    });
+    const bodies = [];
+    for (const b of source.bodies) {
+      const [x, y, z] = await Promise.all(b.corners.map(core.unpackedColumn));
+      const corners = new Float32Array(3 * x.length);
+      for (let i = 0; i < x.length; i++) corners.set([x[i], y[i], z[i]], 3 * i);
+      bodies.push({...b, corners: gl.corners(corners), count: x.length, colour: bodyColour[b.role] ?? '#888888'});
+    }
     const points = new Float32Array(3 * count);
     for (let i = 0; i < count; i++) points.set(kinematics.tipInPart(source, q(i)), 3 * i);
     const cut = hasProgram ? surface.of(points, columns.rapid) : null;
     const path = cut && {corners: gl.corners(points), triangles: gl.indices(cut.triangles), rows: gl.indices(cut.rows), links: gl.indices(cut.links)};
     const colourings = source.colourings;
+    // Where one of two hides the other a logarithmic scale shows both.
+    if (state.other >= 0) {
+      const [a, b] = [colourings[state.colour].largest, colourings[state.other].largest];
+      state.log = Math.max(a, b) > 10 * Math.min(a, b);
+    }
     // Where two are compared in one unit one scale tells them apart; else each has its own.
     function scaleOf(k) {
       const other = state.other;
@@ -41,10 +52,11 @@ const scene = (() => {
     }
     const buffers = new Map();
     function valuesOf(k) {
-      const key = `${k}/${scaleOf(k)}`;
+      const key = `${k}/${scaleOf(k)}/${state.log}`;
       if (!buffers.has(key)) {
         const largest = scaleOf(k);
-        buffers.set(key, gl.corners(Float32Array.from(columns[colourings[k].column], (v) => v / largest)));
+        const share = state.log ? (v) => Math.max(0, 1 + Math.log10(v / largest) / kDecades) : (v) => v / largest;
+        buffers.set(key, gl.corners(Float32Array.from(columns[colourings[k].column], share)));
       }
       return buffers.get(key);
     }
@@ -152,8 +164,9 @@ const scene = (() => {
     // ---- where the machine stands
     const said = make('dl', {className: 'here', id: 'stop-text', 'aria-live': 'polite'});
     const slider = make('input', {type: 'range', id: 'stop', min: 0, max: Math.max(0, count - 1), value: 0, step: 1});
-    let text = null;       // the program's lines
-    let clLines = null;
+    let text = null;  // the list beside the scene
+    let ncLine = () => undefined, clLine = () => undefined;  // texts of a block's lines
+    let numberOf = (line) => line + 1;
     let lineOfBlock = (block) => columns.nc_line[block] - 1;
     const positions = () => source.axes.map((a, k) => `${a.name} ${state.q[k].toFixed(a.rotary ? 4 : 4)} ${a.rotary ? '°' : 'mm'}`).join('  ');
     const figureOf = (k, block) => `${short(columns[colourings[k].column][block])} ${colourings[k].unit}`;
@@ -161,10 +174,11 @@ const scene = (() => {
       const rows = [];
       if (hasProgram) {
         const nc = columns.nc_line[state.block], cl = columns.cl_line[state.block];
-        rows.push([`NC line ${nc}`, text ? text.lines[nc - 1] ?? '' : 'its text is not on this page'], [`CL line ${cl}`, clLines?.[cl - 1] ?? '']);
+        rows.push([`NC line ${nc}`, ncLine(state.block) ?? 'its text is not on this page'], [`CL line ${cl}`, clLine(state.block) ?? '']);
         colourings.forEach((c, k) => rows.push([c.label, columns.rapid[state.block] ? 'rapid' : figureOf(k, state.block)]));
         rows.push(['place', `${short(columns.path_mm[state.block], 6)} mm along the path`]);
       }
+      if (stands.length) rows.push(['pose', stands[state.block].text]);
       rows.push(['joint positions', positions()]);
       said.replaceChildren(...rows.map(([name, value]) => make('div', {}, make('dt', {}, name), make('dd', {}, value))));
       if (!hasProgram) return;
@@ -254,7 +268,7 @@ const scene = (() => {
     const whole = button('whole view', () => { state.pan = [0, 0]; state.zoom = 1; draw(); });
     const legend = make('div', {className: 'legend'});
     function tell() {
-      const bar = (k) => make('div', {className: 'scale'}, make('span', {}, `${colourings[k].label}: 0`),
+      const bar = (k) => make('div', {className: 'scale'}, make('span', {}, `${colourings[k].label}: ${state.log ? short(scaleOf(k) / 10 ** kDecades) : 0}`),
         make('span', {className: 'ramp', role: 'img', 'aria-label': 'colours from the smallest to the largest'}), make('span', {className: 'most'}, `${short(scaleOf(k))} ${colourings[k].unit}`));
       legend.replaceChildren(...(hasProgram ? [bar(state.colour), ...(state.other >= 0 ? [bar(state.other)] : [])] : []));
       legend.querySelectorAll('.ramp').forEach((r) => { r.style.background = `linear-gradient(90deg, ${places().join(',')})`; });
@@ -262,16 +276,17 @@ const scene = (() => {
       swipeLine.style.left = `${100 * state.swipe}%`;
       canvas.setAttribute('aria-label', hasProgram
         ? `${state.view === 'part' ? 'The part' : 'The machine'}, coloured by ${colourings[state.colour].label}${state.other >= 0 ? ` on the left and ${colourings[state.other].label} on the right` : ''}. Arrow keys turn, plus and minus zoom, space plays, comma and full stop step, w goes to the worst place.`
-        : 'The machine. Arrow keys turn, plus and minus zoom.');
+        : `The machine. Arrow keys turn, plus and minus zoom${stands.length ? ', comma and full stop step from pose to pose' : ''}.`);
     }
     const options = colourings.map((c, k) => [k, c.label]);
     const [colourLabel] = choice('colour', options, 0, (v) => { state.colour = Number(v); tell(); say(); draw(); });
-    const [otherLabel, other] = choice('beside', [[-1, 'nothing'], ...options], -1, (v) => { state.other = Number(v); tell(); draw(); });
+    const [otherLabel, other] = choice('beside', [[-1, 'nothing'], ...options], state.other, (v) => { state.other = Number(v); tell(); draw(); });
     other.classList.add('beside');
     const swipe = make('input', {type: 'range', min: 0, max: 100, value: 50, className: 'swipe', 'aria-label': 'where the left colours end'});
     swipe.addEventListener('input', () => { state.swipe = swipe.value / 100; swipe.setAttribute('aria-valuetext', `${swipe.value} % of the width`); tell(); draw(); });
     const swipeLine = make('div', {className: 'swipe-line'});
     const oneScale = tick_('one scale', true, (on) => { state.oneScale = on; tell(); });
+    const logScale = tick_('logarithmic', state.log, (on) => { state.log = on; tell(); });
     const [speedLabel] = choice('speed', [[1, '1 ×'], [10, '10 ×'], [60, '60 ×'], [300, '300 ×']], state.speed, (v) => { state.speed = Number(v); });
 
     const box = make('div', {className: 'picture'}, canvas, marks, swipeLine, swipe);
@@ -282,7 +297,7 @@ const scene = (() => {
     const row = make('div', {className: 'scene-row'}, box, beside);
     stage.append(row, legend, controls);
     if (hasProgram) {
-      controls.append(colourLabel, otherLabel, oneScale, tick_('surface', true, (on) => { state.surface = on; }),
+      controls.append(colourLabel, otherLabel, oneScale, logScale, tick_('surface', true, (on) => { state.surface = on; }),
                       tick_('linking moves', false, (on) => { state.links = on; }), viewLabel, machineBox, tick_('axes', false, (on) => { state.arrows = on; }), whole);
       const drive = make('div', {className: 'controls', role: 'group', 'aria-label': 'Along the program'}, playButton, speedLabel,
                          button('◀ step', () => step(-1)), button('step ▶', () => step(1)), ...(source.worst.length ? [button('worst place', worst)] : []));
@@ -290,7 +305,14 @@ const scene = (() => {
       slider.addEventListener('input', () => (play(false), moveTo(Number(slider.value))));
       stage.append(drive, make('p', {className: 'slider'}, make('label', {htmlFor: 'stop'}, 'block'), slider), said);
     } else {
-      controls.append(viewLabel, machineBox, tick_('arrows', true, (on) => { state.arrows = on; }), whole);
+      controls.append(viewLabel, machineBox, tick_('arrows', !stands.length, (on) => { state.arrows = on; }), whole);
+      if (stands.length) besideStands();
+      else besideSliders();
+      stage.append(said);
+    }
+
+    // Each axis by hand.
+    function besideSliders() {
       source.axes.forEach((axis, k) => {
         const reach = axis.max > axis.min ? [axis.min, axis.max] : axis.rotary ? [-180, 180] : [-source.size, source.size];
         const jog = make('input', {type: 'range', min: reach[0], max: reach[1], step: 'any', value: 0, id: `jog-${axis.name}`});
@@ -308,8 +330,22 @@ const scene = (() => {
         state.q = source.axes.map(() => 0);
         beside.querySelectorAll('input').forEach((input) => { input.value = 0; input.dispatchEvent(new Event('input')); });
       }));
-      stage.append(said);
     }
+    // The poses of a plan, one after the other.
+    function besideStands() {
+      const list = program.create(stands.map((p) => p.text), 'Poses, in the order of the runs', standAt, (line) => line + 1);
+      beside.append(make('h4', {}, 'Poses'), list.box,
+                    make('div', {className: 'controls', role: 'group', 'aria-label': 'From pose to pose'}, button('◀ step', () => standAt(state.block - 1)), button('step ▶', () => standAt(state.block + 1))));
+      standShown = list.show;
+    }
+    function standAt(k) {
+      state.block = Math.min(Math.max(k, 0), stands.length - 1);
+      state.q = stands[state.block].q;
+      say();
+      standShown(state.block);
+      draw();
+    }
+    if (stands.length) standAt(0);
 
     // ---- the pointer: turn, shift, come nearer, hover and click
     let held = null;
@@ -369,7 +405,8 @@ const scene = (() => {
       if (block < 0) return;
       const frame = canvas.getBoundingClientRect();
       const nc = columns.nc_line[block];
-      tip.textContent = `NC line ${nc}${text ? `: ${text.lines[nc - 1]}` : ''}\nCL line ${columns.cl_line[block]}${clLines ? `: ${clLines[columns.cl_line[block] - 1]}` : ''}\n${colourings[state.colour].label} ${figureOf(state.colour, block)}`;
+      const withText = (name, line) => (line === undefined ? name : `${name}: ${line}`);
+      tip.textContent = `${withText(`NC line ${nc}`, ncLine(block))}\n${withText(`CL line ${columns.cl_line[block]}`, clLine(block))}\n${colourings[state.colour].label} ${figureOf(state.colour, block)}`;
       tip.style.left = `${Math.min(e.clientX - frame.left + 12, Math.max(0, frame.width - 260))}px`;
       tip.style.top = `${e.clientY - frame.top + 16}px`;
     }
@@ -378,6 +415,7 @@ const scene = (() => {
       '+': () => nearer(1.25), '=': () => nearer(1.25), '-': () => nearer(0.8), 0: () => whole.click(),
       ...(hasProgram ? {' ': () => play(!state.playing), ',': () => step(-1), '.': () => step(1), Home: () => moveTo(0), End: () => moveTo(count - 1)} : {}),
       ...(source.worst.length ? {w: worst} : {}),
+      ...(stands.length ? {',': () => standAt(state.block - 1), '.': () => standAt(state.block + 1)} : {}),
     };
     canvas.addEventListener('keydown', (e) => {
       if (!keys[e.key] || e.ctrlKey || e.metaKey || e.altKey) return;
@@ -389,7 +427,11 @@ const scene = (() => {
     // ---- the text
     async function readText() {
       if (!hasProgram) return;
-      if (source.cl_text) clLines = (await core.unpackedText(source.cl_text)).split(/\r?\n/);
+      const linesOf = async (file) => (await core.unpackedText(file.lines)).split(/\r?\n/);
+      if (source.cl_text) {
+        const all = await linesOf(source.cl_text);
+        clLine = source.cl_text.of_blocks ? (block) => all[block] : (block) => all[columns.cl_line[block] - 1];
+      }
       // A click on a line without a motion goes to the motion before it, a key on to the next one in its direction.
       const blockAt = (line, way) => {
         let [low, high] = [0, count - 1];
@@ -403,19 +445,21 @@ const scene = (() => {
       const choose = (line, way) => (play(false), moveTo(blockAt(line, way)));
       let lines, label = 'NC program';
       if (source.nc_text) {
-        lines = (await core.unpackedText(source.nc_text)).split(/\r?\n/);
-        beside.append(make('h4', {}, 'NC program'));
+        lines = await linesOf(source.nc_text);
+        const ofBlocks = source.nc_text.of_blocks;
+        if (ofBlocks) lineOfBlock = (block) => block;
+        ncLine = (block) => lines[lineOfBlock(block)];
+        if (ofBlocks) numberOf = (line) => columns.nc_line[line] ?? '';
+        beside.append(make('h4', {}, ofBlocks ? 'NC program, the lines of the blocks on this page' : 'NC program'));
       } else {
         lines = Array.from({length: count}, (_, i) => source.axes.map((a, k) => `${a.name}${columns[a.name][i].toFixed(3)}`).join(' '));
         lineOfBlock = (block) => block;
         label = 'Joint positions, block by block';
         beside.append(make('h4', {}, 'Joint positions (the program\'s text is not on this page)'));
       }
-      const list = program.create(lines, label, choose);
-      beside.append(list.box);
-      if (source.nc_text) text = list;
-      else text = {...list, lines: []};
-      list.show(lineOfBlock(state.block));
+      text = program.create(lines, label, choose, numberOf);
+      beside.append(text.box);
+      text.show(lineOfBlock(state.block));
     }
 
     stage.hidden = false;
