@@ -95,8 +95,7 @@ int run(const ModelAddOptions& options) {
     return code;
   const std::string title = options.effect + " added to " + options.files.model;
   const auto page = [&] {
-    if (!fitted)
-      return report::bare_model_page({&*machine, nullptr, json, made_by()}, added, title);
+    if (!fitted) return report::bare_model_page({&*machine, nullptr, json, made_by()}, added, title);
     report::Page out = report::fit_page({&*machine, &*data, json, made_by()}, *fitted);
     out.title = title;
     return out;

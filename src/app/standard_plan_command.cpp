@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "trunnion/diagnosis/standard_plans.hpp"
+#include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
 #include "app/command_tree.hpp"
@@ -57,8 +58,11 @@ ExitCode run(const StandardPlanOptions& options) {
   }
   const std::string text = config::toml_text({config::Table{{"run", {std::move(tables), {}}}}, {}});
   if (const auto code = write_output(options.out, text); code != kDone) return code;
-  return options.result.write(report::imported_json(options.kind, text), "A measuring plan: " + options.kind,
-                              "Runs: " + said + "; written to " + options.out, "");
+  const report::ResultText page{"A measuring plan: " + options.kind,
+                                "Runs: " + said + "; written to " + options.out + ".",
+                                report::imported_json(options.kind, text), made_by()};
+  return options.result.write(
+      page.json, [&] { return report::measuring_plan_page(*machine, *runs, page); }, "");
 }
 
 }  // namespace

@@ -178,6 +178,22 @@ Page measurements_page(const ResultText& result, const std::string& csv_text, co
   return page;
 }
 
+Page measuring_plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& runs,
+                         const ResultText& result) {
+  Page page = opened(result);
+  double minutes = 0.0;
+  for (const auto& run : runs) minutes += run.minutes;
+  page.facts = {{"runs", "runs", std::to_string(runs.size()), static_cast<double>(runs.size())},
+                {"minutes", "time", short_number(minutes, 3) + " min", minutes}};
+  Section section{"Where the machine goes", {}};
+  if (auto scene = planned_scene(machine, runs))
+    section.items.emplace_back(std::move(*scene));
+  else
+    section.items.emplace_back(Paragraph{"These runs have no pose that this machine can take."});
+  page.sections.push_back(std::move(section));
+  return page;
+}
+
 Page log_page(const ResultText& result, const thermal::Log& log) {
   Page page = opened(result);
   const double hour_s = 60.0 * kSecondsPerMinute;

@@ -19,7 +19,8 @@ Table zero_table(const ordered_json& zero) {
   for (const auto& [name, one] : zero.items()) {
     for (const auto& line : one["text"])
       out.rows.push_back(
-          {name == "tool_centre_point" ? "with tool centre point (--rtcp)" : "without", cell_text(line)});
+          {name == "tool_centre_point" ? "with tool-centre-point control (--rtcp)" : "without it",
+           cell_text(line)});
   }
   return out;
 }

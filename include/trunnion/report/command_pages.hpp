@@ -48,6 +48,9 @@ Page probe_reading_page(const ResultText& result);
 /// `measurements import` and `template`: the readings in the order of the file, or the poses that are still
 /// to be measured, on the machine where there is one. `csv` is what was written.
 Page measurements_page(const ResultText& result, const std::string& csv, const Machine* machine);
+/// `measurements plan`: the poses of its runs on the machine.
+Page measuring_plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& runs,
+                         const ResultText& result);
 /// `thermal import` and `simulate`: deviations and temperatures over time, run by run.
 Page log_page(const ResultText& result, const thermal::Log& log);
 /// `table import` and `export`: each table over its axis.
