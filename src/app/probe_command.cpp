@@ -107,8 +107,7 @@ Result<probe::ProgramOptions> options_of(const ProgramCommand& command, const Ma
     planned = std::move(*ball);
     out.ball.place_P = planned->place_P;
     out.planned = planned->poses;
-    if (planned->both_directions)
-      spdlog::warn("the plan has each pose from both senses of the rotary axes; the program has it once");
+    out.both_senses = planned->both_directions;
   }
   if (!command.around.ball.empty()) {
     const auto n = numbers_of("--ball-mm", command.around.ball, "X,Y,Z");

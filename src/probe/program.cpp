@@ -88,7 +88,9 @@ class ProgramMaker {
                   machine_.file);
     }
     begin();
-    for (std::size_t i = 0; i < poses.size(); ++i) measure(poses[i], i);
+    for (std::size_t i = 0; i < poses.size(); ++i) measure(poses[i], i, options_.both_senses ? 1 : 0);
+    // There and back: the pose that the one way ends at is near the one that the other begins at.
+    for (std::size_t i = poses.size(); options_.both_senses && i-- > 0;) measure(poses[i], i, -1);
     retract();
     take(writer_.write(nc::ProbeLog{nc::ProbeLog::Kind::close, {}}));
     take(writer_.write(nc::ProgramEnd{}));
@@ -251,11 +253,24 @@ class ProgramMaker {
     go_back(from);
   }
 
-  void measure(const JointVector& pose, std::size_t number) {
+  // Beside `pose`, so that each rotary axis reaches it in that sense; where its travel ends it stays.
+  JointVector before(const JointVector& pose, int sense) const {
+    constexpr double kOverrun = 3.0 * kRadPerDegree;
+    JointVector out = pose;
+    for (const AxisId id : machine_.rotary_axes()) {
+      const double at = controller_.numbers.axes.rounded(letter(id), pose[id] - sense * kOverrun);
+      if (machine_.axes[id].within_limits(at)) out[id] = at;
+    }
+    return out;
+  }
+
+  // `sense`: in which the rotary axes reach the pose; 0: as they come.
+  void measure(const JointVector& pose, std::size_t number, int sense) {
     const PoseStrokes strokes = strokes_at(machine_, options_.ball, pose, options_.sides);
     std::string at;
     for (const AxisId id : machine_.rotary_axes())
       at += " " + machine_.axes[id].name + fixed_text(pose[id] * kDegreePerRad, 3);
+    const bool first_pose = std::exchange(first_pose_, false);
     say("pose " + std::to_string(number + 1) + " of " + std::to_string(out_.chosen.poses.size()) + ":" + at);
     retract();
     JointVector up = joints_at(pose, strokes.above);
@@ -263,10 +278,11 @@ class ProgramMaker {
     const AxisId z = *machine_.axis("Z");
     const auto away = static_cast<double>(machine_.safe.away == 0 ? 1 : machine_.safe.away);
     const double safe = machine_.safe.z_mm().value_or(0.0) - away * kBelowSafe_mm;
+    if (sense != 0) move(before(up, sense), nc::MotionKind::rapid, nc::kRotaryAxes);
     move(up, nc::MotionKind::rapid, nc::kRotaryAxes);
     move(up, nc::MotionKind::rapid, nc::kPlaneWords);
     const bool guards = !controller_.probing.guarded.empty();
-    if (number == 0) {
+    if (first_pose) {
       // From the safe height on nothing moves down but as a touch: the ball may be where nobody expects it.
       up[z] = safe;
       move(up, nc::MotionKind::rapid);
@@ -304,6 +320,7 @@ class ProgramMaker {
   Result<void> done_;
   Vec3 at_ = Vec3::Zero();
   bool guarded_before_ = false;
+  bool first_pose_ = true;
 };
 
 }  // namespace

@@ -240,6 +240,7 @@ class LogReader {
       one.deviation_M = part_in_machine(machine_, one.q).R * d_P;
       MachineState state;
       state.q = one.q;
+      state.direction = strokes_.senses[pose];
       state.run = 0;
       state.time_s = static_cast<double>(pose);
       states.push_back(state);

@@ -52,7 +52,7 @@ class StrokeReader {
     }
     if (out_.touches.empty()) return fail(ErrorCode::wrong_input, "the program has no touch", file);
     out_.ball = head_.ball();
-    name_poses();
+    find_measuring();
     // Words hold positions of the tip or of the spindle; the length is known now.
     const Vec3 tool_mm(0.0, 0.0, -out_.ball.stylus_length_mm);
     for (Touch& touch : out_.touches) {
@@ -91,12 +91,28 @@ class StrokeReader {
     knows_plane_ = knows_plane_ || (words.has(nc::AxisLetter::X) && words.has(nc::AxisLetter::Y));
     move.behind_touch = std::exchange(behind_touch_, -1);
     move.turns = !same_rotary(machine_, at_, move.to) || !knows_rotary_;
+    if (move.turns) turn_to(move.to);
     knows_rotary_ = true;
     move.at_safe_height = at_safe_height_ && !words.has(nc::AxisLetter::Z);
     if (words.has(nc::AxisLetter::Z)) at_safe_height_ = false;
     at_ = move.to;
     knows_ = move.knows_to;
     out_.moves.push_back(move);
+  }
+
+  // An axis that counts modulo one turn takes the shorter way.
+  void turn_to(const JointVector& to) {
+    ++turns_;
+    for (const AxisId id : machine_.rotary_axes()) {
+      double way = to[id] - at_[id];
+      if (controller_.rotary.is_modulo(*nc::axis_letter(machine_.axes[id].name)))
+        way = std::remainder(way, kTwoPi);
+      constexpr double kStands = 1e-9;
+      if (!knows_rotary_ || std::abs(std::abs(way) - kPi) < kStands)
+        sense_[id] = 0;
+      else if (std::abs(way) > kStands)
+        sense_[id] = way > 0.0 ? 1 : -1;
+    }
   }
 
   void take(const nc::Probe& probe) {
@@ -112,19 +128,23 @@ class StrokeReader {
     }
     touch.from = at_;
     touch.to = values(probe.words);
+    touch.turns = turns_;
+    if (out_.touches.empty() || out_.touches.back().turns != turns_) {
+      out_.poses.push_back(touch.from);
+      out_.senses.push_back(sense_);
+    }
+    touch.pose = out_.poses.size() - 1;
     behind_touch_ = static_cast<std::ptrdiff_t>(out_.touches.size());
     knows_ = false;
     out_.touches.push_back(touch);
   }
 
-  void name_poses() {
+  // A touch is followed by a slower one with the same end, or it is the last of them.
+  void find_measuring() {
     auto& touches = out_.touches;
     for (std::size_t i = 0; i < touches.size(); ++i) {
-      if (i == 0 || !same_rotary(machine_, touches[i].from, touches[i - 1].from))
-        out_.poses.push_back(touches[i].from);
-      touches[i].pose = out_.poses.size() - 1;
-      // A touch is followed by a slower one with the same end, or it is the last of them.
-      const bool goes_on = i + 1 < touches.size() && touches[i + 1].to == touches[i].to;
+      const bool goes_on = i + 1 < touches.size() && touches[i + 1].to == touches[i].to &&
+                           touches[i + 1].turns == touches[i].turns;
       touches[i].measures = !goes_on;
     }
   }
@@ -143,6 +163,8 @@ class StrokeReader {
   bool learned_ = false;  // a motion that a touch stops was there
   std::ptrdiff_t behind_touch_ = -1;
   std::uint16_t needed_ = 0;
+  std::size_t turns_ = 0;
+  std::array<std::int8_t, kMaxAxes> sense_{};
   std::optional<Fault> fault_;
 };
 

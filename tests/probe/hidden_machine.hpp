@@ -44,6 +44,7 @@ struct HiddenMachine {
   // A rod from the ball's centre to `stem_end`, with A and C at 0, that nothing may touch; 0: none.
   Triple stem_end{0, 0, 0};
   double stem_mm = 0.0, ball_mm = 12.7, stylus_mm = 3.0;  // radii
+  double c_backlash_deg = 0.0;                            // C stays behind by half of it
   double noise_mm = 0.0;                                  // of a touch, standard deviation
   double period_s = 0.0;  // up to this long the control goes on behind a touch
   /// What the linear axes really do: position errors, added to the tip.
@@ -86,6 +87,7 @@ inline ProbeRun run_probing(const std::string& program, const HiddenMachine& mac
   std::map<char, double> at{{'X', 0}, {'Y', 0}, {'Z', 1e4}, {'A', 0}, {'C', 0}};
   std::string motion = "G0";
   double feed = 0.0;
+  double c_behind = 0.0;
   bool touched = false;
   std::istringstream lines(program);
   for (std::string line; std::getline(lines, line);) {
@@ -106,11 +108,12 @@ inline ProbeRun run_probing(const std::string& program, const HiddenMachine& mac
     if (!moves) continue;
     if (at['A'] != to['A'] || at['C'] != to['C']) {
       if (at['Z'] < 1e3) throw std::runtime_error("a rotary axis turns beside the ball: " + line);
+      if (at['C'] != to['C']) c_behind = (at['C'] < to['C'] ? 0.5 : -0.5) * machine.c_backlash_deg;
       at = to;
       continue;
     }
     Triple from{at['X'], at['Y'], at['Z']}, end{to['X'], to['Y'], to['Z']};
-    const Triple ball = machine.ball_at(at['A'], at['C']);
+    const Triple ball = machine.ball_at(at['A'], at['C'] - c_behind);
     const Triple way = plus(end, from, -1.0);
     const double length = std::sqrt(times(way, way));
     if (length == 0.0) continue;

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "trunnion/probe/planned.hpp"
+#include "trunnion/probe/reading.hpp"
 #include "trunnion/probe/strokes.hpp"
 
 #include "probe/given.hpp"
@@ -98,6 +99,55 @@ TEST(ProbeProgram, RefusesWhatCannotBeReached) {
   const auto below = make_program(given.machine, given.control, given.options());
   ASSERT_FALSE(below);
   EXPECT_THAT(below.error().message, testing::HasSubstr("below the table's top"));
+}
+
+// Each pose from below and from above: what a worn worm leaves of the table's angle is in the readings, with
+// the sense that it belongs to.
+TEST(ProbeProgram, ReachesEachPoseFromBothSenses) {
+  const Given given("trunnion_offset");
+  ProgramOptions options = given.options();
+  options.poses = 6;
+  options.both_senses = true;
+  const auto program = make_program(given.machine, given.control, options);
+  ASSERT_TRUE(program) << program.error().text();
+  Diagnostics diagnostics;
+  const auto strokes = read_strokes(given.machine, given.control, program->text, "p.nc", diagnostics);
+  ASSERT_TRUE(strokes) << strokes.error().text();
+  EXPECT_THAT(faults_of(given.machine, *strokes), testing::IsEmpty());
+  ASSERT_EQ(strokes->poses.size(), 12U);
+  EXPECT_EQ(strokes->touches.size(), program->touches);
+  auto hidden = given.hidden(options.ball);
+  hidden.c_backlash_deg = 0.02;
+  hidden.noise_mm = 0.0002;
+  const auto run = test::run_probing(program->text, hidden, 3);
+  ASSERT_EQ(run.touches, program->touches);
+  const auto reading = read_touches(given.machine, *strokes, run.log, "log.txt", {});
+  ASSERT_TRUE(reading) << reading.error().text();
+  const AxisId c = *given.machine.axis("C");
+  const AxisId a = *given.machine.axis("A");
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::size_t back = 11 - i;
+    ASSERT_EQ(strokes->poses[i][c], strokes->poses[back][c]);
+    const auto& up = reading->data.track.state(i);
+    const auto& down = reading->data.track.state(back);
+    EXPECT_EQ(up.direction[c], 1);
+    EXPECT_EQ(down.direction[c], -1);
+    EXPECT_EQ(up.direction[0], 0);
+    // A cannot overrun at the end of its travel.
+    if (strokes->poses[i][a] > -25.0 * kRadPerDegree) {
+      EXPECT_EQ(up.direction[a], 1);
+    }
+    // The ball where it really is, by the chain written apart; the table turns the other way than C says.
+    const double at_a = strokes->poses[i][a] * kDegreePerRad;
+    const double at_c = strokes->poses[i][c] * kDegreePerRad;
+    const auto low = hidden.ball_at(at_a, at_c - 0.01);
+    const auto high = hidden.ball_at(at_a, at_c + 0.01);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      EXPECT_NEAR(reading->poses[i].sphere.center_mm[k] - reading->poses[back].sphere.center_mm[k],
+                  low[n] - high[n], 0.001);
+    }
+  }
 }
 
 // An arm of any direction that holds the ball: nothing but the ball is touched, wherever within its

@@ -49,6 +49,8 @@ struct ProgramOptions {
   /// probe from a ball that lies elsewhere; eight do.
   std::size_t sides = 4;
   std::vector<JointVector> planned;  // rotary positions to touch the ball at, in place of `poses` of a grid
+  /// Every pose twice: reached from below and from above by each rotary axis, as far as its travel allows.
+  bool both_senses = false;
   Angle largest_tilt = Angle::degrees(60.0);
   std::int64_t tool = 99;           // the stylus
   std::string log = "touches.txt";  // file of the control

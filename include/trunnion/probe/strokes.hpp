@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +19,7 @@ struct Touch {
   std::int64_t feed = 0;  // per minute, quanta
   std::uint32_t line = 0;
   std::size_t pose = 0;
+  std::size_t turns = 0;  // of the rotary axes before it, since the program began
   /// Touches along one line follow one another, the slowest last: that one measures.
   bool measures = false;
 };
@@ -38,7 +41,10 @@ struct Strokes {
   Ball ball;
   std::vector<Touch> touches;
   std::vector<Move> moves;
-  std::vector<JointVector> poses;  // rotary axes
+  std::vector<JointVector> poses;  // rotary axes, each time that they have turned to one
+  /// Sense of the last motion of each axis before that pose: +1, -1; 0 of linear axes, and where it is not
+  /// known.
+  std::vector<std::array<std::int8_t, kMaxAxes>> senses;
   /// The control watches the probe on motions only that have words for it: Controller::Probing::guarded.
   bool must_guard = false;
   /// The line of the first motion that a touch stops, where the control has to learn there and the program
