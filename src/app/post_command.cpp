@@ -10,73 +10,11 @@
 #include "trunnion/report/post_json.hpp"
 
 #include "app/failed_checks.hpp"
-#include "app/from_options.hpp"
-#include "app/options.hpp"
+#include "app/post_job.hpp"
 #include "app/progress.hpp"
 
 namespace trunnion::app {
 namespace {
-
-struct PostCommand {
-  std::string cl_file;
-  std::string output;
-  MachineOptions machine;
-  PostCliOptions options;
-  FromOptions from;
-  ResultOptions result;
-  std::size_t threads = 1;
-  bool filter = false;  // called by a control that opens a CL file
-};
-
-// Who is to write which variable of the control.
-void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
-                    const post::RunTimeDrift* drift, std::vector<std::string>& out) {
-  const auto& r = controller.run_time;
-  const auto name = [&](std::int64_t number) { return r.variable + std::to_string(number); };
-  const auto three = [&](const std::array<std::int64_t, 3>& v) {
-    return name(v[0]) + ", " + name(v[1]) + ", " + name(v[2]);
-  };
-  const std::string what = "deviation of the tool from the part in mm, machine X, Y, Z";
-  out.push_back("thermal drift at run time, at most " + shortest_text(o.thermal_clamp_um) +
-                " um an axis, followed at rapids by at most " + shortest_text(o.thermal_slew_um_s) + " um/s");
-  if (drift == nullptr) {
-    out.push_back(three(r.source) + ": " + what + " unless the offsets were those of the part, 0 is off");
-    return;
-  }
-  const auto& t = controller.run_time_temperatures;
-  out.push_back("calculated from the rises since this program began, by " + o.thermal_model);
-  for (std::size_t i = 0; i < drift->sensors.size(); ++i) {
-    out.push_back(name(t.first + static_cast<std::int64_t>(i)) + ": temperature " + drift->sensors[i] +
-                  " in degC, settled over 5 min");
-  }
-  out.push_back("after a measurement: " + three(t.measured) + " get the " + what + ", " +
-                name(t.first_reference) + " and on the temperatures of then");
-}
-
-std::vector<std::string> header_lines(const PostCommand& command, const Machine& machine,
-                                      const nc::Controller& controller, const post::PostJob& job) {
-  std::vector<std::string> out;
-  out.push_back(std::string("trunnion ") + TRUNNION_VERSION + ", controller " + controller.name);
-  out.push_back((command.from.is_asked() ? "NC program " : "CL file ") + command.cl_file);
-  out.push_back("machine " + machine.name + ", " + machine.file);
-  const PostCliOptions& o = command.options;
-  out.push_back(o.errors_line(job.model != nullptr));
-  const bool at_run_time = o.thermal_output == "variables";
-  if (!o.no_thermal && !at_run_time && (!o.offsets.empty() || !o.thermal_model.empty())) {
-    out.push_back("thermal offsets " +
-                  (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
-                  ": valid for that thermal history only, from the first block on");
-    if (o.thermal_output == "work-offset" || o.thermal_output == "local-shift") {
-      const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
-      out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS ITS WORK OFFSET"
-                         : "one shift beside the work offset for each operation");
-    }
-  }
-  if (!o.no_thermal && at_run_time && controller.has_run_time_values())
-    run_time_lines(o, controller, job.run_time_drift, out);
-  out.push_back(o.tolerance_line());
-  return out;
-}
 
 std::string lengths_text(const std::vector<post::LoadedTool>& tools) {
   std::string out;
@@ -129,10 +67,11 @@ void print_summary(const post::PostReport& r) {
     return;
   }
   const post::VerifyReport& v = *r.verification;
-  spdlog::info(
-      "verified{}: tip within {:.6f} mm of its path ({}; tolerance {} mm), tool axis within {:.4f} deg",
-      v.on_truth ? " on the machine with errors" : "", v.largest_tip_deviation_mm(),
-      v.certified ? "proved" : "sampled", v.tolerance_mm, v.max_axis_deviation.deg());
+  const double tip = v.largest_tip_deviation_mm();
+  spdlog::info("{}{}: tip within {:.6f} mm of its path ({}; {} {} mm), tool axis within {:.4f} deg",
+               tip <= v.tolerance_mm ? "verified" : "NOT within tolerance",
+               v.on_truth ? " on the machine with errors" : "", tip, v.certified ? "proved" : "sampled",
+               tip <= v.tolerance_mm ? "tolerance" : "allowed", v.tolerance_mm, v.max_axis_deviation.deg());
   spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   spdlog::info("{}", rapid_text(v));
@@ -143,7 +82,7 @@ std::vector<report::Fact> facts(const post::PostReport& r) {
   const auto count = [](const char* id, const char* label, std::size_t n) {
     return report::Fact{id, label, std::to_string(n), static_cast<double>(n)};
   };
-  return {{"worst_predicted_mm", "largest error as programmed, predicted",
+  return {{"worst_predicted_mm", "error without inserted points (predicted)",
            fmt::format("{:.4g} µm", r.worst_predicted_mm / kMmPerUm), r.worst_predicted_mm},
           count("points_inserted", "inserted points", r.points_inserted),
           count("branch_changes", "branch changes", r.choice.branch_changes),
@@ -230,8 +169,8 @@ ExitCode finish(const PostCommand& command, const MachineFiles& files, const pos
     if (outcome.written) {
       spdlog::warn("warning: written all the same, marked NOT WITHIN TOLERANCE (--accept-deviation)");
     } else {
-      spdlog::error("error: nothing written{}",
-                    outcome.only_deviates() ? " (--accept-deviation writes it all the same)" : "");
+      spdlog::error("error: no file written{}",
+                    outcome.only_deviates() ? "; to write it anyway: --accept-deviation" : "");
     }
   }
   const auto page = [&] { return page_of(command, files, outcome, shown); };
@@ -258,46 +197,14 @@ ExitCode run(const PostCommand& command) {
   if (const auto apart = command.result.apart_from(command.output, inputs(command)); !apart)
     return print_error(apart.error());
   if (command.filter) spdlog::set_level(std::max(spdlog::get_level(), spdlog::level::warn));
-  auto options = command.options.resolve();
-  if (!options) return print_error(options.error());
-  options->collect = !command.result.report.empty();
   Diagnostics diagnostics;
-  const auto files = load_with_controller(command.machine, diagnostics, command.options.rtcp);
-  if (!files) return print_failure(diagnostics, files.error());
-  const auto from = command.from.load(command.machine, diagnostics);
-  if (!from) return print_failure(diagnostics, from.error());
-  const Machine& machine = files->machine;
-  const nc::Controller& controller = files->controller;
-  std::optional<post::TemperatureHistory> temperatures;
-  const auto model = command.options.load_errors(machine, diagnostics, &temperatures);
-  if (!model) return print_failure(diagnostics, model.error());
-  const auto tools = command.options.tools.load(diagnostics);
-  if (!tools) return print_failure(diagnostics, tools.error());
-  options->tools = command.options.tools.resolve(*tools);
-  const auto bodies = command.result.bodies_of(machine, diagnostics);
+  auto inputs_read = read_post_inputs(command, diagnostics);
+  if (!inputs_read) return print_failure(diagnostics, inputs_read.error());
+  PostInputs& in = **inputs_read;
+  in.options.collect = !command.result.report.empty();
+  const auto bodies = command.result.bodies_of(in.files.machine, diagnostics);
   if (!bodies) return print_failure(diagnostics, bodies.error());
   print(diagnostics);
-  post::PostJob job;
-  job.cl_file = command.cl_file;
-  post::NcOrigin origin;
-  if (*from) {
-    origin = command.from.resolve(**from);
-    job.from = &origin;
-  }
-  job.machine = &machine;
-  job.controller = &controller;
-  job.model = *model ? &**model : nullptr;
-  job.temperatures = temperatures ? &*temperatures : nullptr;
-  const auto drift = command.options.load_run_time_drift(diagnostics);
-  if (!drift) return print_failure(diagnostics, drift.error());
-  job.run_time_drift = *drift ? &**drift : nullptr;
-  const auto offsets = command.options.load_offsets(diagnostics, *drift);
-  if (!offsets) return print_failure(diagnostics, offsets.error());
-  job.offsets = *offsets ? &**offsets : nullptr;
-  command.options.set_offset_output(job);
-  job.header = header_lines(command, machine, controller, job);
-  if (*from) job.header.push_back(command.from.line(**from));
-  options->threads = command.threads;
   const auto outcome = [&] {
     std::optional<FilterProgress> progress;
     std::optional<Activity> activity;
@@ -305,11 +212,11 @@ ExitCode run(const PostCommand& command) {
       progress.emplace(command.cl_file);
     else
       activity.emplace("posting", command.cl_file);
-    return post::post_file(job, *options, command.output, command.options.accept_deviation);
+    return post::post_file(in.job, in.options, command.output, command.options.accept_deviation);
   }();
   if (outcome.error) return print_failure(outcome.diagnostics, *outcome.error);
   print(outcome.diagnostics);
-  return finish(command, *files, outcome, {job.model, *bodies});
+  return finish(command, in.files, outcome, {in.job.model, *bodies});
 }
 
 }  // namespace
@@ -317,15 +224,7 @@ ExitCode run(const PostCommand& command) {
 void add_post_command(CLI::App& root, int& exit) {
   auto command = std::make_shared<PostCommand>();
   CLI::App* c = root.add_subcommand("post", "CL file (or NC program: --from) in, verified NC program out");
-  c->add_option("part", command->cl_file, "CL file, or NC program with --from (- is standard input)")
-      ->required();
-  c->add_option("-o,--output", command->output, "NC file (- is standard output)")->required();
-  command->machine.add_to(*c, true);
-  command->from.add_to(*c);
-  command->options.add_to(*c);
-  c->add_option("--threads", command->threads, "threads for this file; the text is the same for any number")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{256}))
-      ->capture_default_str();
+  command->add_to(*c);
   c->add_flag_callback(
       "--filter",
       [command, c] {

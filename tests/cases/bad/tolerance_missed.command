@@ -1,5 +1,5 @@
 # exit: 1
-# expect: error: nothing written (--accept-deviation writes it all the same)
+# expect: error: no file written; to write it anyway: --accept-deviation
 post
 @GOOD@
 -m
