@@ -12,6 +12,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/new_machine.hpp"
+#include "trunnion/probe/control_numbers.hpp"
 #include "trunnion/report/command_pages.hpp"
 
 #include "app/command_tree.hpp"
@@ -23,6 +24,8 @@ namespace {
 struct MachineNewCommand {
   std::string output;
   std::string ini;
+  std::string numbers;
+  std::string numbers_unit = "mm";
   std::string name;
   std::string controller;
   std::string rotary;
@@ -167,6 +170,31 @@ Result<void> ask(Draft& draft) {
   return {};
 }
 
+// The control's own list of numbers: where its axes are, and which way they turn. What was given otherwise
+// stands.
+Result<void> take_numbers(const MachineNewCommand& c, Draft& draft, Diagnostics& diagnostics) {
+  if (c.numbers.empty()) return {};
+  NewMachine& machine = draft.machine;
+  if (!machine.controller || machine.rotary.size() != 2)
+    return fail(ErrorCode::wrong_use, "--numbers needs -c, whose numbers they are, and two axes in --rotary");
+  const auto text = read_file(c.numbers);
+  if (!text) return tl::unexpected(text.error());
+  const std::string folder = postconfigs_folder() + "/controllers";
+  const auto file = nc::find_controller(*machine.controller, folder);
+  if (!file) return tl::unexpected(file.error());
+  const auto controller = nc::load_controller(*file, diagnostics, folder);
+  if (!controller) return tl::unexpected(controller.error());
+  const auto places = probe::axis_places({c.numbers, *text, c.numbers_unit == "inch" ? kMmPerInch : 1.0},
+                                         machine.rotary, *controller, diagnostics);
+  if (!places) return tl::unexpected(places.error());
+  for (const auto& [letter, point] : places->points_mm) machine.points_mm.emplace(letter, point);
+  if (!draft.sense_known && places->table_turns_positively) {
+    machine.table_turns_positively = *places->table_turns_positively;
+    draft.sense_known = true;
+  }
+  return {};
+}
+
 Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics) {
   Draft draft;
   draft.machine.name = "new machine";
@@ -185,6 +213,7 @@ Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics)
   for (std::size_t i = 0; taken && i < c.points.size(); ++i) taken = take_point(c.points[i], draft.machine);
   for (std::size_t i = 0; taken && i < c.travel.size(); ++i) taken = take_travel(c.travel[i], draft.machine);
   if (!taken) return tl::unexpected(taken.error());
+  if (taken = take_numbers(c, draft, diagnostics); !taken) return tl::unexpected(taken.error());
   return draft;
 }
 
@@ -210,7 +239,7 @@ Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
 }
 
 ExitCode run(const MachineNewCommand& command) {
-  if (const auto apart = command.result.apart_from(command.output, {command.ini}); !apart)
+  if (const auto apart = command.result.apart_from(command.output, {command.ini, command.numbers}); !apart)
     return print_error(apart.error());
   Diagnostics diagnostics;
   auto draft = from_options(command, diagnostics);
@@ -218,9 +247,14 @@ ExitCode run(const MachineNewCommand& command) {
   const auto missing = questions_of(*draft);
   if (!missing.empty() && !command.ask && ::isatty(STDIN_FILENO) != 1) return print_missing(missing);
   if (const auto filled = fill_in(command, *draft); !filled) return print_error(filled.error());
-  const std::string source = command.ini.empty()
-                                 ? "From what was answered to `trunnion machine new`."
-                                 : "From " + std::filesystem::path(command.ini).filename().string() + ".";
+  const auto name_of = [](const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+  };
+  const std::string source = !command.ini.empty() ? "From " + name_of(command.ini) + "."
+                             : !command.numbers.empty()
+                                 ? "From the control's numbers in " + name_of(command.numbers) +
+                                       " and what was answered to `trunnion machine new`."
+                                 : "From what was answered to `trunnion machine new`.";
   const std::string text = machine_file_text(draft->machine, source);
   // A file that cannot be read is not written: two axes may be parallel, a travel may be too large.
   const auto read = parse_machine(text, command.output, diagnostics);
@@ -250,6 +284,13 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   c->add_option("--ini", command->ini,
                 "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
                 "files beside it");
+  c->add_option("--numbers", command->numbers,
+                "the control's own numbers for its rotary axes, a line each, as `machine calibrate "
+                "--parameters` writes them (settings, machine data, kinematics): points and senses are read "
+                "from it");
+  c->add_option("--numbers-unit", command->numbers_unit, "unit of the lengths in --numbers")
+      ->check(CLI::IsMember({"mm", "inch"}))
+      ->capture_default_str();
   c->add_flag("--ask", command->ask,
               "read the answers to what is not given from standard input (without it: at a terminal only)");
   c->add_option("--name", command->name, "what messages and programs call the machine");

@@ -1,8 +1,11 @@
 #include "trunnion/probe/control_numbers.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <regex>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -52,20 +55,142 @@ Result<std::string> filled(const std::string& line, const Numbers& numbers, cons
   return out;
 }
 
+Result<const std::vector<std::string>*> lines_of(const std::string& letters,
+                                                 const nc::Controller& controller) {
+  auto lines = controller.axis_numbers.find(letters);
+  if (lines == controller.axis_numbers.end()) lines = controller.axis_numbers.find("any");
+  if (letters.size() == 2 && lines != controller.axis_numbers.end()) return &lines->second;
+  return fail(ErrorCode::wrong_input,
+              "[axis_numbers] has no lines for the rotary axes " + letters +
+                  ", and none for any: this control's own numbers are not known here",
+              controller.file);
+}
+
+std::string without_blanks(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) out += c;
+  }
+  return out;
+}
+
+// A line of [axis_numbers] as a pattern, and the placeholders in its order.
+struct LinePattern {
+  std::regex pattern;
+  std::vector<std::string> names;
+};
+
+LinePattern pattern_of(const std::string& line) {
+  static const std::regex kSpecial(R"([.^$|()\[\]*+?\\{}])");
+  static const std::string kNumber = R"(([-+]?(?:\d+\.?\d*|\.\d+)))";
+  LinePattern out;
+  std::string text = "(?:^|[^A-Za-z0-9_$])";
+  const std::string tight = without_blanks(line);
+  for (std::size_t at = 0; at < tight.size();) {
+    const auto open = std::min(tight.find('{', at), tight.size());
+    text += std::regex_replace(tight.substr(at, open - at), kSpecial, R"(\$&)");
+    if (open == tight.size()) break;
+    const auto close = std::min(tight.find('}', open), tight.size());
+    out.names.push_back(tight.substr(open + 1, close - open - 1));
+    text += kNumber;
+    at = close + 1;
+  }
+  out.pattern = std::regex(text + "(?![0-9.])", std::regex::icase);
+  return out;
+}
+
+// A number as the list has it, with its line.
+struct Told {
+  double value = 0.0;
+  std::uint32_t line = 0;
+};
+using ToldNumbers = std::map<std::string, Told>;
+
+bool is_length(const std::string& name) {
+  const auto dot = name.find('.');
+  return dot != std::string::npos && name.size() == dot + 2 && name[dot + 1] >= 'x' && name[dot + 1] <= 'z';
+}
+
+// All of the list's numbers that one of the lines asks for.
+Result<ToldNumbers> told_by(const ControlNumbers& numbers, const std::vector<std::string>& lines) {
+  std::vector<LinePattern> patterns;
+  for (const std::string& line : lines) patterns.push_back(pattern_of(line));
+  ToldNumbers out;
+  std::uint32_t number = 0;
+  for (std::size_t at = 0; at < numbers.text.size();) {
+    const auto end = std::min(numbers.text.find('\n', at), numbers.text.size());
+    const std::string text = without_blanks(numbers.text.substr(at, end - at));
+    ++number;
+    at = end + 1;
+    for (const LinePattern& p : patterns) {
+      std::smatch match;
+      if (p.names.empty() || !std::regex_search(text, match, p.pattern)) continue;
+      for (std::size_t i = 0; i < p.names.size(); ++i) {
+        const auto value = parse_number(match[i + 1].str());
+        if (!value) continue;
+        const Told told{value.value * (is_length(p.names[i]) ? numbers.mm_per_unit : 1.0), number};
+        const auto [other, is_new] = out.emplace(p.names[i], told);
+        if (!is_new && std::abs(other->second.value - told.value) > 1e-6)
+          return fail(ErrorCode::wrong_input,
+                      "this is " + shortest_text(told.value) + ", and line " +
+                          std::to_string(other->second.line) + " says " + shortest_text(other->second.value),
+                      numbers.file, {number, 1});
+      }
+    }
+  }
+  return out;
+}
+
+std::optional<Vec3> vector_of(const ToldNumbers& told, const std::string& name) {
+  Vec3 out;
+  for (int i = 0; i < 3; ++i) {
+    const auto found = told.find(name + "xyz"[i]);
+    if (found == told.end()) return std::nullopt;
+    out[i] = found->second.value;
+  }
+  return out;
+}
+
+// The first that is told.
+std::optional<Vec3> either(const std::optional<Vec3>& a, const std::optional<Vec3>& b) {
+  return a ? a : b;
+}
+std::optional<Vec3> sum(const std::optional<Vec3>& a, const std::optional<Vec3>& b) {
+  return a && b ? std::optional<Vec3>(*a + *b) : std::nullopt;
+}
+std::optional<Vec3> minus(const std::optional<Vec3>& a) {
+  return a ? std::optional<Vec3>(-*a) : std::nullopt;
+}
+
+// +1: the table turns about + of the machine axis of that letter; nothing where it is not told.
+Result<std::optional<double>> sense_of(const ToldNumbers& told, const std::string& axis, char letter,
+                                       const std::string& file, Diagnostics& diagnostics) {
+  const auto left = told.find(axis + ".left_hand");
+  if (left != told.end()) return std::optional<double>(left->second.value == 0.0 ? 1.0 : -1.0);
+  const auto n = either(vector_of(told, axis + ".n"), minus(vector_of(told, axis + ".against_")));
+  if (!n) return std::optional<double>{};
+  const Vec3 along = Vec3::Unit(letter - 'A');
+  const double off_deg = angle_between(n->normalized(), n->dot(along) < 0.0 ? Vec3(-along) : along).deg();
+  constexpr double kOther_deg = 5.0;  // another axis, not one that is out of square
+  constexpr double kSquare_deg = 1e-4;
+  const std::string what = std::string("axis ") + letter + " is " + fixed_text(off_deg, 4) +
+                           " deg off machine " + "XYZ"[letter - 'A'];
+  if (off_deg > kOther_deg)
+    return fail(ErrorCode::wrong_input, what + ": write its direction into the machine file", file);
+  if (off_deg > kSquare_deg)
+    diagnostics.warning(
+        file, {}, what + ": the machine file takes it as square; its direction is written there by hand");
+  return std::optional<double>(n->dot(along) < 0.0 ? -1.0 : 1.0);
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> control_numbers(const Machine& machine, const nc::Controller& controller) {
   const auto axes = machine.rotary_axes();
   std::string letters;
   for (const AxisId id : axes) letters += machine.axes[id].name;
-  auto lines = controller.axis_numbers.find(letters);
-  if (lines == controller.axis_numbers.end()) lines = controller.axis_numbers.find("any");
-  if (axes.size() != 2 || lines == controller.axis_numbers.end())
-    return fail(ErrorCode::wrong_input,
-                "[axis_numbers] has no lines for the rotary axes " + letters +
-                    ", and none for any: this control's "
-                    "own numbers are not known here",
-                controller.file);
+  const auto lines = lines_of(letters, controller);
+  if (!lines) return tl::unexpected(lines.error());
   const Axis& outer = machine.axes[axes[0]];
   const Axis& inner = machine.axes[axes[1]];
   // The points of the common perpendicular.
@@ -83,13 +208,14 @@ Result<std::vector<std::string>> control_numbers(const Machine& machine, const n
   add_vector(numbers, "inner_from_outer.", p_inner - p_outer, kLengthDigits);
   add_vector(numbers, "outer_from_inner.", p_outer - p_inner, kLengthDigits);
   std::vector<std::string> out;
-  for (const std::string& line : lines->second) {
+  for (const std::string& line : **lines) {
+    if (line.find("{crossing.") != std::string::npos) continue;
     auto text = filled(line, numbers, controller.file);
     if (!text) return tl::unexpected(text.error());
     out.push_back(std::move(*text));
   }
   const auto hold = [&](const char* placeholder) {
-    return std::any_of(lines->second.begin(), lines->second.end(),
+    return std::any_of((*lines)->begin(), (*lines)->end(),
                        [&](const std::string& line) { return line.find(placeholder) != std::string::npos; });
   };
   if (hold(".n") || hold(".against_")) return out;
@@ -109,10 +235,50 @@ Result<std::vector<std::string>> control_numbers(const Machine& machine, const n
     constexpr double kOblique_deg = 5.0;  // no error of a machine that is meant to be square
     const std::string off = "axis " + machine.axes[id].name + " is " + fixed_text(off_deg, 4) +
                             " deg off machine " + std::string(1, "XYZ"[along]);
-    if (off_deg > kOblique_deg && lines->first != "any")
+    if (off_deg > kOblique_deg && controller.axis_numbers.contains(letters))
       return fail(ErrorCode::wrong_input, "this control's numbers are of square axes: " + off, machine.file);
     if (off_deg > kSquare_deg) out.push_back("these numbers do not hold that " + off);
   }
+  return out;
+}
+
+Result<AxisPlaces> axis_places(const ControlNumbers& numbers, const std::string& letters,
+                               const nc::Controller& controller, Diagnostics& diagnostics) {
+  const auto lines = lines_of(letters, controller);
+  if (!lines) return tl::unexpected(lines.error());
+  const auto read = told_by(numbers, **lines);
+  if (!read) return tl::unexpected(read.error());
+  const ToldNumbers& told = *read;
+  if (told.empty()) {
+    std::string known;
+    for (const std::string& line : **lines) known += "\n  " + line;
+    return fail(ErrorCode::wrong_input, "no line is one of these of " + controller.name + ":" + known,
+                numbers.file);
+  }
+  const auto crossing = vector_of(told, "crossing.");
+  auto outer = either(vector_of(told, "outer."), crossing);
+  auto inner = either(vector_of(told, "inner."), either(minus(vector_of(told, "minus_inner.")), crossing));
+  if (!inner) inner = sum(outer, vector_of(told, "inner_from_outer."));
+  if (!outer) outer = sum(inner, vector_of(told, "outer_from_inner."));
+  const auto also = sum(outer, vector_of(told, "inner_from_outer."));
+  constexpr double kRounding_mm = 2e-3;
+  if (also && inner && (*also - *inner).cwiseAbs().maxCoeff() > kRounding_mm)
+    return fail(ErrorCode::wrong_input,
+                "two of its numbers contradict each other: axis " + letters.substr(1) + " is " +
+                    shortest_text((*also - *inner).norm()) + " mm elsewhere by one than by the other",
+                numbers.file);
+  AxisPlaces out;
+  if (outer) out.points_mm[letters[0]] = *outer;
+  if (inner) out.points_mm[letters[1]] = *inner;
+  const auto first = sense_of(told, "outer", letters[0], numbers.file, diagnostics);
+  if (!first) return tl::unexpected(first.error());
+  const auto second = sense_of(told, "inner", letters[1], numbers.file, diagnostics);
+  if (!second) return tl::unexpected(second.error());
+  if (*first && *second && **first != **second)
+    return fail(ErrorCode::wrong_input,
+                "axes " + letters + " turn in opposite senses: write the directions into the machine file",
+                numbers.file);
+  if (*first || *second) out.table_turns_positively = (*first ? **first : **second) > 0.0;
   return out;
 }
 

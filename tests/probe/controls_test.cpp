@@ -272,7 +272,7 @@ TEST(ControlNumbers, AreThoseOfAWorkedExample) {
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR16[1]=-0.3000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR20[1]=66.0000\n"));
   EXPECT_THAT(swivel, HasSubstr("$TC_CARR7[1]=1.000000000\n"));
-  EXPECT_THAT(swivel, HasSubstr("MD24560 $MC_TRAFO5_JOINT_OFFSET_1[0..2]=0.0000, -0.3000, 0.0000\n"));
+  EXPECT_THAT(swivel, HasSubstr("$MC_TRAFO5_JOINT_OFFSET_1[1]=-0.3000\n"));
   EXPECT_THAT(numbers_of("heidenhain_tnc640"), HasSubstr("translation X 0.5000 Y 1.0000 Z -66.0000 mm"));
   EXPECT_THAT(numbers_of("haas_ngc"),
               HasSubstr("the first axis passes through X 0.5000 Y 1.0000 Z -66.0000 mm"));
@@ -305,6 +305,74 @@ TEST(ControlNumbers, AreRefusedForAMachineThatTheControlHasNoneFor) {
   const auto lines = control_numbers(machine, fanuc.control);
   ASSERT_TRUE(lines) << lines.error().text();
   EXPECT_THAT(*lines, testing::IsSupersetOf({"N19684 P1", "N19689 P0"}));
+}
+
+// What `control_numbers` writes is read back as the same two lines: of a machine whose axes pass each other.
+TEST(ControlNumbers, ReadBackAreTheSameAxes) {
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "haas_ngc"}) {
+    const Given given("trunnion_offset", control);
+    const Machine machine = worked_example(given);
+    const std::string text = "; a list of everything\nN19999 P5\n" + numbers_of(control);
+    Diagnostics diagnostics;
+    const auto places = axis_places({"list.txt", text}, "AC", given.control, diagnostics);
+    ASSERT_TRUE(places) << control << ": " << places.error().text();
+    for (const char letter : {'A', 'C'}) {
+      const Axis& axis = machine.axes[*machine.axis(std::string(1, letter))];
+      ASSERT_TRUE(places->points_mm.contains(letter)) << control;
+      const Vec3 off = places->points_mm.at(letter) - axis.point_mm;
+      EXPECT_LT(off.cross(axis.direction).norm(), 1e-4) << control << " " << letter;
+    }
+    // The lines of Haas hold no sense.
+    const bool holds_sense = std::string(control) != "haas_ngc";
+    EXPECT_EQ(places->table_turns_positively, holds_sense ? std::optional(false) : std::nullopt) << control;
+    EXPECT_THAT(diagnostics.findings(), testing::IsEmpty()) << control;
+  }
+}
+
+TEST(ControlNumbers, AsPeopleCopyThem) {
+  Diagnostics diagnostics;
+  const Given haas("trunnion_offset", "haas_ngc");
+  const auto crossing =
+      axis_places({"settings.txt", "setting 255=-9.941\n SETTING 256 =-8.059\nSetting 257 = -8.287\n", 25.4},
+                  "BC", haas.control, diagnostics);
+  ASSERT_TRUE(crossing) << crossing.error().text();
+  for (const char letter : {'B', 'C'})
+    EXPECT_LT((crossing->points_mm.at(letter) - 25.4 * Vec3(-9.941, -8.059, -8.287)).norm(), 1e-12);
+  const Given siemens("trunnion_offset", "siemens_840d_sl");
+  // An archive of machine data: block numbers before, other data between.
+  const std::string archive =
+      "N24100 $MC_TRAFO_TYPE_1=40\nN24550 $MC_TRAFO5_BASE_TOOL_1[0]=1\nN24550 $MC_TRAFO5_BASE_TOOL_1[1]=2.5\n"
+      "N24550 $MC_TRAFO5_BASE_TOOL_1[2]=-300\nN24560 $MC_TRAFO5_JOINT_OFFSET_1[0]=0\n"
+      "N24560 $MC_TRAFO5_JOINT_OFFSET_1[1]=-.5\nN24560 $MC_TRAFO5_JOINT_OFFSET_1[2]=40\n"
+      "N24570 $MC_TRAFO5_AXIS1_1[0]=-1\nN24570 $MC_TRAFO5_AXIS1_1[1]=0\nN24570 $MC_TRAFO5_AXIS1_1[2]=0\n"
+      "N24570 $MC_TRAFO5_AXIS1_10[2]=7\n";
+  const auto data = axis_places({"md.txt", archive}, "AC", siemens.control, diagnostics);
+  ASSERT_TRUE(data) << data.error().text();
+  EXPECT_EQ(data->points_mm.at('A'), Vec3(1, 2.5, -300));
+  EXPECT_EQ(data->points_mm.at('C'), Vec3(1, 2, -260));
+  EXPECT_EQ(data->table_turns_positively, std::optional(true));
+}
+
+TEST(ControlNumbers, ThatContradictEachOtherAreRefused) {
+  Diagnostics diagnostics;
+  const Given given("trunnion_offset", "siemens_840d_sl");
+  const auto refused = [&](const std::string& text) {
+    const auto places = axis_places({"list.txt", text}, "AC", given.control, diagnostics);
+    return places ? std::string("taken") : places.error().text();
+  };
+  EXPECT_THAT(refused("$TC_CARR4[1]=1\n$TC_CARR4[1]=2\n"),
+              HasSubstr("list.txt:2:1: error: this is 2, and line 1 says 1"));
+  EXPECT_THAT(refused("nothing of it\n"), HasSubstr("no line is one of these of"));
+  std::string text = numbers_of("siemens_840d_sl");
+  const auto at = text.find("$TC_CARR20[1]=66");
+  text.replace(at, 16, "$TC_CARR20[1]=67");
+  EXPECT_THAT(refused(text), HasSubstr("and line"));  // TRAFO5's part offset says the same number
+  EXPECT_THAT(refused("$TC_CARR4[1]=1\n$TC_CARR5[1]=0\n$TC_CARR6[1]=0\n$TC_CARR15[1]=0\n$TC_CARR16[1]=0\n"
+                      "$TC_CARR17[1]=9\n$TC_CARR18[1]=-1\n$TC_CARR19[1]=0\n$TC_CARR20[1]=-8\n"),
+              HasSubstr("axis C is 1 mm elsewhere"));
+  EXPECT_THAT(refused("$TC_CARR7[1]=1\n$TC_CARR8[1]=0\n$TC_CARR9[1]=0\n$TC_CARR10[1]=0\n$TC_CARR11[1]=0\n"
+                      "$TC_CARR12[1]=-1\n"),
+              HasSubstr("turn in opposite senses"));
 }
 
 }  // namespace

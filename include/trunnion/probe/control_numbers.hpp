@@ -1,7 +1,11 @@
 #pragma once
+#include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "trunnion/base/diagnostics.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/nc/controller.hpp"
 
@@ -17,6 +21,28 @@ namespace trunnion::probe {
 /// not hold, with its angle to the machine axis. Fails with wrong_input where the control's file has none for
 /// these axes, or an unknown placeholder, where its lines for these letters hold no directions and an axis is
 /// meant oblique, and where they have one sense for both axes and these have two.
+/// Lines with {crossing.x}, the point in which a control takes both axes to cross, are for `axis_places`
+/// only.
 Result<std::vector<std::string>> control_numbers(const Machine& machine, const nc::Controller& controller);
+
+/// What a control's own numbers say of two rotary axes.
+struct AxisPlaces {
+  std::map<char, Vec3> points_mm;              // of the axes whose points they tell
+  std::optional<bool> table_turns_positively;  // about X, Y, Z for a positive command, both axes
+};
+
+/// A list of a control's numbers, as it stands in the file.
+struct ControlNumbers {
+  std::string file;
+  std::string_view text;
+  double mm_per_unit = 1.0;
+};
+
+/// The way back from `control_numbers`: takes from the text the lines that look like those of the control's
+/// file ([axis_numbers]), blanks apart; others are left alone. `letters`: the rotary axes from the bed
+/// outwards. Fails with wrong_input, naming the line, where two lines contradict each other, no line is one
+/// of the control's, or the axes turn in opposite senses; notes in `diagnostics` an axis that is not square.
+Result<AxisPlaces> axis_places(const ControlNumbers& numbers, const std::string& letters,
+                               const nc::Controller& controller, Diagnostics& diagnostics);
 
 }  // namespace trunnion::probe
