@@ -1,7 +1,9 @@
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/reach.hpp"
 #include "trunnion/report/command_pages.hpp"
 
@@ -32,6 +34,33 @@ std::vector<std::string> left_open(const Machine& machine) {
   return out;
 }
 
+// What is possible, and as a rule a mistake: a length in inches, two numbers in the wrong order.
+std::vector<std::string> unusual(const Machine& machine) {
+  std::vector<std::string> out;
+  constexpr double kShortest_mm = 20.0;  // no holder is shorter
+  const double length = machine.tool_length_mm;
+  if (length > 0.0 && length < kShortest_mm)
+    out.push_back("the gauge length " + shortest_text(length) +
+                  " mm is shorter than tool holders are: is it in inches?");
+  constexpr double kShare = 0.15;  // of the travel
+  for (const AxisId id : machine.rotary_axes()) {
+    const Axis& rotary = machine.axes[id];
+    for (const Axis& linear : machine.axes) {
+      if (linear.kind != AxisKind::linear || !linear.has_limits() || linear.name == "Z") continue;
+      if (std::abs(linear.direction.dot(rotary.direction)) > 0.5)
+        continue;  // the point may lie anywhere there
+      const double middle = 0.5 * (linear.min + linear.max);
+      const double beside = std::abs(rotary.point_mm.dot(linear.direction) - middle);
+      if (beside > kShare * (linear.max - linear.min))
+        out.push_back(
+            fmt::format("axis {} lies {:.0f} mm beside the middle of the travel of {}: are the "
+                        "numbers of its point in mm, and in the order X, Y, Z?",
+                        rotary.name, beside, linear.name));
+    }
+  }
+  return out;
+}
+
 std::string position_text(const Machine& machine, const JointVector& q) {
   std::string out;
   for (const AxisId id : machine.rotary_axes())
@@ -51,13 +80,15 @@ ExitCode run(const MachineCheckCommand& command) {
   print(diagnostics);
   const MachineReach reach = machine_reach(machine);
   const std::vector<std::string> notes = left_open(machine);
+  const std::vector<std::string> doubts = unusual(machine);
 
   nlohmann::ordered_json json = {{"name", machine.name},
                                  {"controller", files->controller.name},
                                  {"tool_axis_every_way_deg", reach.every_way.deg()},
                                  {"tool_axis_one_way_deg", reach.one_way.deg()},
                                  {"beyond_travel_at_part_zero", nlohmann::ordered_json::array()},
-                                 {"left_open", notes}};
+                                 {"left_open", notes},
+                                 {"unusual", doubts}};
   std::string text =
       machine.name + ": the file and its control (" + files->controller.name + ") can be read\n";
   text += fmt::format(
@@ -74,6 +105,7 @@ ExitCode run(const MachineCheckCommand& command) {
   if (reach.beyond.empty())
     text +=
         "with the tip at the part's zero every axis stays within its travel wherever the rotary axes stand\n";
+  for (const std::string& doubt : doubts) text += "unusual: " + doubt + "\n";
   for (const std::string& note : notes) text += "left open: " + note + "\n";
   text += "`trunnion machine " + command.machine.machine +
           "` says which way each axis goes, and writes a program that proves it\n";

@@ -81,11 +81,15 @@ void ProgramTools::warn_of_machine_file(const std::string& cl_file, Diagnostics&
     names += (names.empty() ? "" : ", ") + std::to_string(*tool.number);
   }
   if (count == 0) return;
-  diagnostics.warning(cl_file, {},
-                      std::string(count == 1 ? "tool " : "tools ") + names + (count == 1 ? " has" : " have") +
-                          " the gauge length of the machine file, " + shortest_text(machine_.tool_length_mm) +
-                          " mm: neither a tool file (--tools) nor LOADTL/n,LENGTH,l says how long " +
-                          (count == 1 ? "it is" : "they are"));
+  diagnostics.warning(
+      cl_file, {},
+      std::string(count == 1 ? "tool " : "tools ") + names + (count == 1 ? " has" : " have") +
+          " the gauge length of the machine file, " + shortest_text(machine_.tool_length_mm) +
+          " mm: neither a tool file (--tools) nor LOADTL/n,LENGTH,l says how long " +
+          (count == 1 ? "it is" : "they are") +
+          (machine_.tool_length_mm > 0.0
+               ? ""
+               : "; limits and retracts count as if there were no tool between spindle and tip"));
 }
 
 }  // namespace trunnion::post
