@@ -75,7 +75,7 @@ Table model_table(const Machine& machine, const diagnosis::Dataset& data, const 
   Table table;
   table.id = "effects";
   table.title = "Effects of the model";
-  table.caption = "Does: root mean square of what the effect does to these readings.";
+  table.caption = "Does: effect on these readings, RMS.";
   table.columns = {"effect", "what it is", "value ± sigma", "usual", "does / µm", "evidence"};
   table.numeric = {false, false, false, false, true, false};
   const auto contributions = contributions_um(machine, data, model);

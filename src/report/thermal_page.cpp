@@ -297,7 +297,7 @@ Page thermal_prediction_page(const thermal::ThermalModel& model, const thermal::
   page.verdict =
       std::to_string(runs.size()) + (runs.size() == 1 ? " run" : " runs") + ": deviations up to " +
       short_number(micrometres(largest_mm), 4) + " µm" +
-      (outside + stale == 0 ? "; every state is inside the training."
+      (outside + stale == 0 ? "; all conditions were seen in the training runs."
                             : "; " + std::to_string(outside) + " values are outside the training, " +
                                   std::to_string(stale) + " with a silent sensor: trusted less.");
   page.tone = outside + stale == 0 ? Tone::good : Tone::neutral;

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <unsupported/Eigen/Splines>
 
 #include "support/effect_cases.hpp"
 
@@ -109,6 +110,30 @@ std::vector<double> averaged_knots(const std::vector<double>& nodes, int p) {
   }
   out.insert(out.end(), static_cast<std::size_t>(p) + 1, 1.0);
   return out;
+}
+
+// Eigen's splines share no code with ours: knots by averaging, the basis by Cox and de Boor.
+TEST(Interpolant, CurvesOfOneArgumentAreEigensSplines) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal(0.0, 0.01);
+  using Curve = Eigen::Spline<double, 1>;
+  for (const int degree : {1, 2, 3, 4, 5}) {
+    const Grid g = sampled(kU, {}, [&](double, double) { return normal(random); });
+    const auto ours = made(g, {.method = Interpolation::nurbs, .degree = {degree, degree}});
+    const auto n = static_cast<Eigen::Index>(kU.size());
+    Eigen::RowVectorXd points(n);
+    Eigen::RowVectorXd places(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      points[i] = g.values[static_cast<std::size_t>(i)];
+      places[i] = (kU[static_cast<std::size_t>(i)] - kU.front()) / (kU.back() - kU.front());
+    }
+    const Curve theirs = Eigen::SplineFitting<Curve>::Interpolate(points, degree, places);
+    for (int k = 0; k <= 1000; ++k) {
+      const double t = k / 1000.0;
+      EXPECT_NEAR(ours->value(kU.front() + t * (kU.back() - kU.front()), 0.0), theirs(t)(0), 1e-14)
+          << "degree " << degree << " at " << t;
+    }
+  }
 }
 
 TEST(Interpolant, NurbsEqualTheirDefinition) {

@@ -82,7 +82,7 @@ Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const Trai
 
 /// Tells whether features are like those of the training. The squared distance h of x is taken in the
 /// principal directions of the training features, each in units of its own spread, with a floor; beyond twice
-/// the largest distance of the training the model's word counts less, as the reciprocal of the distance, so
+/// the largest distance of the training the prediction is shrunk, as the reciprocal of the distance, so
 /// that its correction stops growing.
 class Guard {
  public:
