@@ -1,0 +1,30 @@
+# The Python package `trunnion`: its compiled part is made of the sources that the program's commands are made of, so that both read options, give
+# messages and calculate alike. In the build folder it stands in python/: PYTHONPATH=build/python.
+set(folder ${CMAKE_BINARY_DIR}/python/trunnion)
+file(GLOB python_sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/app/python/*.cpp)
+set(of_commands "")
+foreach(name against_options command_tree failed_checks from_options options post_job results support tool_options verify_job wrong_use)
+  list(APPEND of_commands ${CMAKE_SOURCE_DIR}/src/app/${name}.cpp)
+endforeach()
+pybind11_add_module(trunnion_python MODULE NO_EXTRAS ${python_sources} ${of_commands})
+set_target_properties(trunnion_python PROPERTIES OUTPUT_NAME _trunnion LIBRARY_OUTPUT_DIRECTORY ${folder})
+target_include_directories(trunnion_python PRIVATE ${CMAKE_SOURCE_DIR}/src)
+target_compile_definitions(trunnion_python PRIVATE TRUNNION_VERSION="${PROJECT_VERSION}" FMT_HEADER_ONLY)
+target_link_libraries(trunnion_python PRIVATE trunnion CLI11::CLI11 spdlog::spdlog_header_only)
+target_compile_options(trunnion_python PRIVATE -Wall -Wextra -Wshadow $<$<BOOL:${TRUNNION_WERROR}>:-Werror> $<$<CONFIG:Release>:-O1>)
+# What the static libraries bring stays inside: another library of the process may bring its own.
+target_link_options(trunnion_python PRIVATE LINKER:--exclude-libs,ALL LINKER:--as-needed)
+file(GLOB python_files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/app/python/trunnion/*)
+file(MAKE_DIRECTORY ${folder})
+foreach(file ${python_files})
+  get_filename_component(name ${file} NAME)
+  if(NOT name STREQUAL "__pycache__")
+    file(CREATE_LINK ${file} ${folder}/${name} SYMBOLIC)
+  endif()
+endforeach()
+file(CREATE_LINK ${CMAKE_SOURCE_DIR}/postconfigs ${folder}/postconfigs SYMBOLIC)
+
+set(TRUNNION_PYTHON_DIR lib/python3/dist-packages CACHE PATH "Folder of Python packages below the prefix")
+install(TARGETS trunnion_python LIBRARY DESTINATION ${TRUNNION_PYTHON_DIR}/trunnion COMPONENT python)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/src/app/python/trunnion DESTINATION ${TRUNNION_PYTHON_DIR} COMPONENT python
+  PATTERN __pycache__ EXCLUDE)
