@@ -84,8 +84,9 @@ LinePattern pattern_of(const std::string& line) {
   static const std::regex kSpecial(R"([.^$|()\[\]*+?\\{}])");
   static const std::string kNumber = R"(([-+]?(?:\d+\.?\d*|\.\d+)))";
   LinePattern out;
-  std::string text = "(?:^|[^A-Za-z0-9_$])";
   const std::string tight = without_blanks(line);
+  // A number of its own may stand before a name that begins with $.
+  std::string text = tight.starts_with('$') ? "" : "(?:^|[^A-Za-z0-9_$])";
   for (std::size_t at = 0; at < tight.size();) {
     const auto open = std::min(tight.find('{', at), tight.size());
     text += std::regex_replace(tight.substr(at, open - at), kSpecial, R"(\$&)");
@@ -149,6 +150,21 @@ std::optional<Vec3> vector_of(const ToldNumbers& told, const std::string& name) 
     out[i] = found->second.value;
   }
   return out;
+}
+
+// From one axis to the other. Where the control's lines never ask for a component it counts as 0: a shift
+// along the axis.
+std::optional<Vec3> way_of(ToldNumbers told, const std::string& name, const std::vector<std::string>& lines) {
+  bool any = false;
+  for (const char c : {'x', 'y', 'z'}) {
+    const std::string full = name + c;
+    any = any || told.contains(full);
+    const bool asked = std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+      return line.find("{" + full + "}") != std::string::npos;
+    });
+    if (!asked) told.emplace(full, Told{});
+  }
+  return any ? vector_of(told, name) : std::nullopt;
 }
 
 // The first that is told.
@@ -258,9 +274,9 @@ Result<AxisPlaces> axis_places(const ControlNumbers& numbers, const std::string&
   const auto crossing = vector_of(told, "crossing.");
   auto outer = either(vector_of(told, "outer."), crossing);
   auto inner = either(vector_of(told, "inner."), either(minus(vector_of(told, "minus_inner.")), crossing));
-  if (!inner) inner = sum(outer, vector_of(told, "inner_from_outer."));
-  if (!outer) outer = sum(inner, vector_of(told, "outer_from_inner."));
-  const auto also = sum(outer, vector_of(told, "inner_from_outer."));
+  if (!inner) inner = sum(outer, way_of(told, "inner_from_outer.", **lines));
+  if (!outer) outer = sum(inner, way_of(told, "outer_from_inner.", **lines));
+  const auto also = sum(outer, way_of(told, "inner_from_outer.", **lines));
   constexpr double kRounding_mm = 2e-3;
   if (also && inner && (*also - *inner).cwiseAbs().maxCoeff() > kRounding_mm)
     return fail(ErrorCode::wrong_input,
