@@ -66,32 +66,21 @@ struct Chords {
   }
 };
 
-// How far tools are off, squared: the tip, the direction, and the end of the flute where there is one.
-template <class T>
-struct Off2 {
-  T mm2, axis, end_mm2{};
-};
-
-// By how much the blocks miss a CL point that they pass, and squared: at its foot on the chord, the first one
+// By how much the blocks miss a CL point that they pass, squared: at its foot on the chord, the first one
 // behind `least` of it.
 template <class T>
 struct PassedAt {
-  T t;
-  lanes::Triple<T> off_P, off_axis_P;
-  T off2_mm2, off2_axis;
+  T t, off2_mm2, off2_axis;
   PassedAt(const Chords<T>& block, const lanes::Triple<T>& tip_P, const lanes::Triple<T>& axis_P,
            const T& least)
       : t(clamped<T>(inner(tip_P - block.from, block.way) / block.way2, least)),
-        off_P(block.from + t * block.way - tip_P),
-        off_axis_P(block.from_axis + t * (block.to_axis - block.from_axis) - axis_P),
-        off2_mm2(length2(off_P)),
-        off2_axis(length2(off_axis_P)) {}
+        off2_mm2(length2(block.from + t * block.way - tip_P)),
+        off2_axis(length2(block.from_axis + t * (block.to_axis - block.from_axis) - axis_P)) {}
 };
 
 // Of ends of blocks: Place at a fraction of a segment. `plain`: the formulas for what is near hold.
 template <class T>
 struct Placed {
-  lanes::Triple<T> off_axis_P;
   T distance2, off2_axis;
   lanes::Mask<T> plain;
 
@@ -101,8 +90,7 @@ struct Placed {
     const lanes::Triple<T> on_chord = axis0_P + t * turn;
     const lanes::Triple<T> on_arc = T(1.0 / length(on_chord)) * on_chord;
     const lanes::Triple<T> there = chosen(t >= 1.0, axis1_P, on_arc);
-    off_axis_P = axis_P - there;
-    off2_axis = length2(off_axis_P);
+    off2_axis = length2(axis_P - there);
     plain = (length2(turn) < kNearChord2) & (off2_axis < kSmallChord2);
     if (limits.has_cone) {
       const Vec3& n = limits.cone_axis_P;

@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-
 #include "post/judging/path_follower.hpp"
 
 // Private to the verifier.
@@ -17,8 +15,7 @@ class FluteAbout {
       : meter_(meter), path_(path), program_(program), limit_mm_(limit_mm), in_cone_(in_cone) {}
 
   /// The block from `from` to `v`, whose tip is on `segment`, off the nearest places about it. What is proved
-  /// to be no more than `known_mm` is left out. A bound beyond the limit is a hundredth above what was seen
-  /// at least, so that a figure that grows from block to block is not proved anew at each of them.
+  /// to be no more than `known_mm` is left out.
   DeviationMeter::Interval of(const Vertex& from, const Vertex& v, std::size_t segment,
                               double known_mm) const {
     if (keeps(from, v, segment, known_mm, 0)) return {};
@@ -26,16 +23,12 @@ class FluteAbout {
     // A bound that straddles the limit is decided.
     if (out.lower <= limit_mm_ && out.upper > limit_mm_ && keeps(from, v, segment, limit_mm_, 0))
       out.upper = limit_mm_;
-    constexpr double kAbove = 1.01;
-    if (out.upper > limit_mm_) out.upper = std::max(out.upper, kAbove * out.lower);
     return out;
   }
 
  private:
   /// The tool of the block on `segment` may be there.
   bool counts(std::size_t j, std::size_t segment) const;
-  /// How far it is off the nearest place of them.
-  double nearest_mm(const ToolPose& tool, std::size_t segment) const;
   /// Each part of the block is proved to keep to one of the segments.
   bool keeps(const Vertex& from, const Vertex& v, std::size_t segment, double limit_mm, int halvings) const;
   DeviationMeter::Interval of(const Vertex& from, const Vertex& v, std::size_t segment, double known_mm,

@@ -47,26 +47,26 @@ struct QuietRun::Corners {
 template <class T>
 struct QuietRun::AtCorner {
   lanes::Triple<T> tip_P, axis_P;
-  lanes::Triple<T> to;  // to the end
-  T before_mm;          // of the way to the CL point
-  Off2<T> off2;
+  lanes::Triple<T> to;    // to the end
+  T before_mm;            // of the way to the CL point
+  T off2_mm2, off2_axis;  // squared
   lanes::Mask<T> is_end;  // as find_near says it of the next CL point
 
-  AtCorner(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, double flute_mm)
+  AtCorner(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block)
       : tip_P(corner.load(path.points_->tip_P, 0)),
         axis_P(corner.load(path.points_->axis_P, 0)),
         to(block.to - tip_P),
         before_mm(corner.load(path.points_->way_mm, 0)),
-        off2{length2(to), length2(block.to_axis - axis_P)} {
+        off2_mm2(length2(to)),
+        off2_axis(length2(block.to_axis - axis_P)) {
     constexpr double kTurned_mm = 0.5 * kPi * kAxisWeight_mm;
-    if (flute_mm > 0.0) off2.end_mm2 = length2(to + flute_mm * (block.to_axis - axis_P));
-    is_end = off2.mm2 + kTurned_mm * kTurned_mm * off2.axis < kSamePoint2;
+    is_end = off2_mm2 + kTurned_mm * kTurned_mm * off2_axis < kSamePoint2;
     if (path.limits_.on_truth) {
       const double tolerance = path.limits_.axis_tolerance_rad;
       is_end |= (before_mm >= kTellsPoints * kSamePoint_mm) &
-                (0.25 * kPi * kPi * off2.axis <= tolerance * tolerance);
+                (0.25 * kPi * kPi * off2_axis <= tolerance * tolerance);
     }
-    is_end &= off2.mm2 < kSamePoint2;
+    is_end &= off2_mm2 < kSamePoint2;
   }
 };
 
@@ -83,11 +83,9 @@ struct QuietRun::Ends {
   lanes::Mask<T> still;       // still_on, where the block began on the way to it
   lanes::Mask<T> only_still;  // beyond the corner, were it not for that
   lanes::Mask<T> plain;
-  T t, distance2;  // as in Place
-  Off2<T> off2;
+  T t, distance2, off2_mm2, off2_axis;  // as in Place
 
-  Ends(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, const AtCorner<T>& beside,
-       double flute_mm)
+  Ends(const QuietRun& path, const Corners<T>& corner, const Chords<T>& block, const AtCorner<T>& beside)
       : tip1_P(corner.load(path.points_->tip_P, -1)),
         to1(block.to - tip1_P),
         before(beside.tip_P - tip1_P),
@@ -98,10 +96,8 @@ struct QuietRun::Ends {
     off2_3 = length2(block.to - tip3_P);
     t0 = clamped<T>(inner(to1, before) / length2(before), T{});
     const T t1 = clamped<T>(inner(beside.to, way_behind) / length2(way_behind), T{});
-    const lanes::Triple<T> from0_P = to1 - t0 * before;
-    const lanes::Triple<T> from1_P = beside.to - t1 * way_behind;
-    const T off2_0 = length2(from0_P);
-    const T off2_1st = length2(from1_P);
+    const T off2_0 = length2(to1 - t0 * before);
+    const T off2_1st = length2(beside.to - t1 * way_behind);
     off0_mm = lanes::sqrt(off2_0);
     const lanes::Triple<T> axis1_P = corner.load(path.points_->axis_P, -1);
     const lanes::Triple<T> axis3_P = corner.load(path.points_->axis_P, 1);
@@ -122,15 +118,13 @@ struct QuietRun::Ends {
       }
     };
     t = of_either(may_be_behind, t1, t0);
-    off2.mm2 = of_either(may_be_behind, off2_1st, off2_0);
+    off2_mm2 = of_either(may_be_behind, off2_1st, off2_0);
     const Placed<T> there(path.limits_, block.to_axis, of_either(may_be_behind, beside.axis_P, axis1_P),
-                          of_either(may_be_behind, axis3_P, beside.axis_P), t, off2.mm2);
-    if (flute_mm > 0.0)
-      off2.end_mm2 = length2(of_either(may_be_behind, from1_P, from0_P) + flute_mm * there.off_axis_P);
+                          of_either(may_be_behind, axis3_P, beside.axis_P), t, off2_mm2);
     const T nearer_mm = off0_mm - kNearer_mm;
     behind = may_be_behind & (nearer_mm > 0.0) & (there.distance2 < nearer_mm * nearer_mm);
     distance2 = there.distance2;
-    off2.axis = there.off2_axis;
+    off2_axis = there.off2_axis;
     plain = there.plain;
     const lanes::Mask<T> either = may_be_behind & ~behind;
     if (lanes::any(either)) {
@@ -138,22 +132,19 @@ struct QuietRun::Ends {
       behind |= either & (lanes::sqrt(there.distance2) < lanes::sqrt(here.distance2) - kNearer_mm);
       const lanes::Mask<T> on_way = may_be_behind & ~behind;
       t = of_either(on_way, t0, t);
-      off2.mm2 = of_either(on_way, off2_0, off2.mm2);
+      off2_mm2 = of_either(on_way, off2_0, off2_mm2);
       distance2 = of_either(on_way, here.distance2, distance2);
-      off2.axis = of_either(on_way, here.off2_axis, off2.axis);
-      if (flute_mm > 0.0)
-        off2.end_mm2 = of_either(on_way, length2(from0_P + flute_mm * here.off_axis_P), off2.end_mm2);
+      off2_axis = of_either(on_way, here.off2_axis, off2_axis);
       plain &= ~either | here.plain;
     }
     plain &= ~doubtful;
     behind &= ~beside.is_end;
     const T one = lanes::splat<T>(1.0);
     t = of_either(beside.is_end, one, t);
-    off2.mm2 = of_either(beside.is_end, beside.off2.mm2, off2.mm2);
-    off2.axis = of_either(beside.is_end, beside.off2.axis, off2.axis);
-    off2.end_mm2 = of_either(beside.is_end, beside.off2.end_mm2, off2.end_mm2);
+    off2_mm2 = of_either(beside.is_end, beside.off2_mm2, off2_mm2);
+    off2_axis = of_either(beside.is_end, beside.off2_axis, off2_axis);
     plain |= beside.is_end;
-    plain &= corner.plain(path) & (beside.is_end | (beside.off2.mm2 > kSamePoint2)) & (off2_3 > kSamePoint2) &
+    plain &= corner.plain(path) & (beside.is_end | (beside.off2_mm2 > kSamePoint2)) & (off2_3 > kSamePoint2) &
              ~(behind & (t >= 1.0));
   }
 };
@@ -180,9 +171,9 @@ struct QuietRun::Begins {
     const auto to_corner = (rest_mm <= reach_mm) & (rest_mm + end.behind_mm > reach_mm);
     // The sum of both axes' distances is below this: its square is at most twice that of the squares.
     const double turned = 3.0 * limits.axis_tolerance_rad;
-    const T before_axis2 = shifted(at.off_axis * at.off_axis, end.off2.axis);
-    const auto turns_little = 2.000001 * (beside.off2.axis + before_axis2) < turned * turned;
-    const lanes::Mask<T> beside_next = ~(end.off2_3 < beside.off2.mm2) & to_corner & turns_little;
+    const T before_axis2 = shifted(at.off_axis * at.off_axis, end.off2_axis);
+    const auto turns_little = 2.000001 * (beside.off2_axis + before_axis2) < turned * turned;
+    const lanes::Mask<T> beside_next = ~(end.off2_3 < beside.off2_mm2) & to_corner & turns_little;
     found = goes_to & (beside.is_end |
                        ((end.t0 >= t) & (end.still | beside_next | ((rest_mm > reach_mm) & ~end.behind))));
     lanes::Triple<T> next_P = beside.tip_P;
@@ -210,7 +201,7 @@ struct QuietRun::Begins {
     const T reach_rad = reach_of(turn_of_chord(chord2), limits.axis_tolerance_rad);
     const T nearer_mm = off_mm - 2.0 * kNearer_mm;
     const auto to_second = (ahead_mm <= reach_mm) & (ahead_mm + end.behind_mm > reach_mm) &
-                           (beside.off2.mm2 < end.off2_1) & (ahead_rad <= reach_rad);
+                           (beside.off2_mm2 < end.off2_1) & (ahead_rad <= reach_rad);
     // Beside the first, where the second is out of reach.
     const auto to_first =
         (rest_mm <= reach_mm) & (ahead_mm > reach_mm) & ~end.behind & (rest_rad <= reach_rad);
@@ -224,12 +215,11 @@ QuietRun::Found QuietRun::advance(const PathPoints& points, const path::PoseRun&
   points_ = &points;
   Found found;
   found.point_off_mm = most_off_mm;
-  Begin begin{at, at.off_tip_mm + known.flute_mm * at.off_axis};
   lanes::at_a_time(four_, [&]<class T>() {
     std::size_t taken = lanes::kCount<T>;
     while (taken == lanes::kCount<T> && row < end && knows(points, at)) {
       taken = std::min(taken, end - row);  // at most
-      advance_few<T>(poses, row, known, begin, found, taken);
+      advance_few<T>(poses, row, known, at, found, taken);
       row += taken;
       found.count += taken;
     }
@@ -246,21 +236,18 @@ struct QuietRun::Judged {
   T axis_at_tip;       // that of the path where the tip is
   lanes::Mask<T> quiet;
 
-  // As is_quiet; `ends`: how far the ends are off the path.
-  Judged(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, const Begin& begin,
-         const Corners<T>& corners, const Off2<T>& ends)
+  // As is_quiet; `off2_mm2` and `off2_axis` of the ends.
+  Judged(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, const Place& at,
+         const Corners<T>& corners, const T& off2_mm2, const T& off2_axis)
       : corner(corners),
-        off_mm(lanes::sqrt(ends.mm2)),
-        off_axis(lanes::sqrt(ends.axis)),
-        axis(lanes::larger<T>(shifted(begin.place.off_axis, off_axis), off_axis)),
+        off_mm(lanes::sqrt(off2_mm2)),
+        off_axis(lanes::sqrt(off2_axis)),
+        axis(lanes::larger<T>(shifted(at.off_axis, off_axis), off_axis)),
         bow_mm_(lanes::load<T>(&poses.bow_mm[row])),
         bow_axis_(lanes::load<T>(&poses.bow_axis[row])),
+        axis_limit_(known.axis_limit),
         known_(known) {
-    most_mm_ = lanes::larger<T>(shifted(begin.place.off_tip_mm, off_mm), off_mm);
-    if (known.flute_mm > 0.0) {
-      flute_.end_mm = lanes::sqrt(ends.end_mm2);
-      flute_.most_mm = lanes::larger<T>(shifted(begin.flute_end_mm, flute_.end_mm), flute_.end_mm);
-    }
+    most_mm_ = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
     left_mm_ = known.tip_mm - bow_mm_;
     quiet = most_mm_ <= left_mm_;
     ends_keep_mm_ = known.tip_mm - lanes::load<T>(&poses.rest_mm[row]);
@@ -291,29 +278,22 @@ struct QuietRun::Judged {
     const T left_mm = lanes::select(all_mm < left_mm_, all_mm, left_mm_);
     quiet &= ~passed | ((left_mm >= 0.0) & (point.off2_mm2 <= left_mm * left_mm));
     axis = lanes::select(passed, lanes::larger<T>(axis, lanes::sqrt(point.off2_axis)), axis);
-    if (!(known_.flute_mm > 0.0)) return;
-    const T end_off_mm = length(point.off_P + known_.flute_mm * point.off_axis_P);
-    most_mm_ = lanes::select(passed, lanes::larger<T>(most_mm_, lanes::sqrt(point.off2_mm2)), most_mm_);
-    flute_.most_mm = lanes::select(passed, lanes::larger<T>(flute_.most_mm, end_off_mm), flute_.most_mm);
+    if (known_.flute_mm > 0.0)
+      most_mm_ = lanes::select(passed, lanes::larger<T>(most_mm_, lanes::sqrt(point.off2_mm2)), most_mm_);
   }
   void end_axis(const Chords<T>& block) {
     const T chord2 = length2(block.to_axis - block.from_axis);
     const T more = path_bow<T>(chord2, axis);
-    const T ends = axis;
     axis = axis * arc_beyond_chord(chord2) + bow_axis_;
     axis_at_tip = axis + more;
-    flute_.more_axis = axis_at_tip - ends;
-    quiet &= axis <= known_.axis_limit;
+    quiet &= axis <= axis_limit_;
   }
-  // Of the tool up to its flute length: tip and end of the flute run straight between where they are at the
-  // ends, but for what tool and path bow. `sharper` where norms of that are too much: its bound from the
-  // places of the tip, and from those of the whole tool (`nearest`).
+  // Of the tool up to its flute length; `sharper` where norms are too much: its bound from the places of the
+  // tip, and from those of the whole tool (`nearest`).
   template <class Sharper>
   void end_flute(bool tells_axis_course, const Sharper& sharper) {
     if (!(known_.flute_mm > 0.0)) return;
-    const T left_mm = known_.flute_limit_mm - bow_mm_;
-    const lanes::Mask<T> keeps =
-        (most_mm_ <= left_mm) & (flute_.most_mm + known_.flute_mm * flute_.more_axis <= left_mm);
+    const lanes::Mask<T> keeps = most_mm_ + bow_mm_ + known_.flute_mm * axis_at_tip <= known_.flute_limit_mm;
     lanes::Mask<T> asked = quiet & ~keeps;
     quiet &= keeps;
     if (!tells_axis_course) return;
@@ -324,7 +304,7 @@ struct QuietRun::Judged {
     }
   }
   // Goes on over those that are quiet, `taken` at most, then so many. `t`, `behind`: of the ends.
-  void take(const T& t, const lanes::Mask<T>& behind, Begin& begin, Found& found, std::size_t& taken) const {
+  void take(const T& t, const lanes::Mask<T>& behind, Place& at, Found& found, std::size_t& taken) const {
     const std::size_t most = taken;
     const lanes::Mask<T> hits = t >= 1.0;
     const T off_point_mm = lanes::select(hits, off_mm, T{});
@@ -338,7 +318,6 @@ struct QuietRun::Judged {
     }
     taken = count;
     if (count == 0) return;
-    Place& at = begin.place;
     const int k = static_cast<int>(count - 1);
     const std::size_t corner_at = corner.row[count - 1] - 1;
     const bool hit = hits[k] != 0;
@@ -346,17 +325,12 @@ struct QuietRun::Judged {
     at.t = hit ? 0.0 : t[k];
     at.off_tip_mm = off_mm[k];
     at.off_axis = off_axis[k];
-    begin.flute_end_mm = flute_.end_mm[k];
   }
 
  private:
   T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_, most_mm_;
-  // Of the end of the flute: at the ends of the blocks, at most at these, and what the tool axis is off more
-  // between them.
-  struct {
-    T end_mm{}, most_mm{}, more_axis{};
-  } flute_;
   lanes::Mask<T> ends_keep_;
+  double axis_limit_;
   const KnownFigures& known_;
 };
 
@@ -422,16 +396,15 @@ T QuietRun::flute_off_mm(const ToolBeside<T>& tool, const Course<T>& course, boo
 }
 
 template <class T>
-void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known,
-                           Begin& from, Found& found, std::size_t& taken) const {
-  const Place& at = from.place;
+void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Place& at,
+                           Found& found, std::size_t& taken) const {
   const double most_off_mm = found.point_off_mm;
   const Chords<T> block(poses, row);
   const Corners<T> corner(*this, block.way_mm, at);
-  const AtCorner<T> beside(*this, corner, block, known.flute_mm);
+  const AtCorner<T> beside(*this, corner, block);
   if (corner.from_next && !lanes::any(lanes::Mask<T>(~beside.is_end))) {
     // From CL point to CL point.
-    Judged<T> judged(poses, row, known, from, corner, beside.off2);
+    Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
     judged.look_at_curve(poses, row, block, corner.load(points_->tip_P, -1), beside.tip_P, beside.is_end);
     judged.end_axis(block);
     judged.end_flute(poses.tells_axis_course, [&](bool nearest) {
@@ -448,11 +421,11 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     });
     judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(points_->tip_P, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
-    return judged.take(lanes::splat<T>(1.0), lanes::Mask<T>{}, from, found, taken);
+    return judged.take(lanes::splat<T>(1.0), lanes::Mask<T>{}, at, found, taken);
   }
-  const Ends<T> end(*this, corner, block, beside, known.flute_mm);
+  const Ends<T> end(*this, corner, block, beside);
   const Begins<T> begin(*this, corner, block, beside, end, at);
-  Judged<T> judged(poses, row, known, from, corner, end.off2);
+  Judged<T> judged(poses, row, known, at, corner, end.off2_mm2, end.off2_axis);
   judged.look_at_curve(poses, row, block, end.tip1_P, beside.tip_P, ~(begin.passes | end.behind));
   T least{};
   if (lanes::any(begin.passes)) {
@@ -467,7 +440,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     return flute_off_mm<T>({poses, row, block, known.flute_mm}, {block, corner, begin, end}, nearest);
   });
   judged.quiet &= begin.found;
-  judged.take(end.t, end.behind, from, found, taken);
+  judged.take(end.t, end.behind, at, found, taken);
 }
 
 }  // namespace trunnion::post

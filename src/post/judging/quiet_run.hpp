@@ -38,11 +38,6 @@ class QuietRun {
 
  private:
   using Column = PathPoints::Column;
-  // Where the next block begins, and how far the end of its flute is off there at most, mm.
-  struct Begin {
-    Place& place;
-    double flute_end_mm;
-  };
   template <class T>
   struct Corners;
   template <class T>
@@ -58,7 +53,7 @@ class QuietRun {
   template <class T>
   T flute_off_mm(const ToolBeside<T>& tool, const Course<T>& course, bool nearest) const;
   template <class T>
-  void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Begin& at,
+  void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Place& at,
                    Found& found, std::size_t& taken) const;
 
   FollowLimits limits_;

@@ -83,11 +83,10 @@ std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end
 }
 
 bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const {
-  if (work_.errors.turner == nullptr) return false;
+  if (work_.errors.turner == nullptr || work_.same_rotary(from, to)) return false;
   const Chunk& chunk = *work_.now.chunk;
-  const Vec3& axis_P = i > 0 ? chunk.motions[i - 1].point.pose.axis_P : chunk.before.axis_P;
-  if (chunk.motions[i].point.pose.axis_P != axis_P || work_.same_rotary(from, to)) return false;
-  return work_.same_rotary(chunk.joints[i], i > 0 ? chunk.joints[i - 1] : chunk.before.q);
+  const path::Point before = i > 0 ? chunk.point(i - 1) : chunk.before;
+  return chunk.motions[i].point.pose.axis_P == before.axis_P && work_.same_rotary(chunk.joints[i], before.q);
 }
 
 // The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
