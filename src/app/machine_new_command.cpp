@@ -23,9 +23,11 @@ namespace {
 
 struct MachineNewCommand {
   std::string output;
-  std::string ini;
-  std::string numbers;
-  std::string numbers_unit = "mm";
+  /// What the control knows of its axes already.
+  struct FromControl {
+    std::string ini, numbers;
+    std::string unit = "mm";  // of the numbers
+  } from;
   std::string name;
   std::string controller;
   std::string rotary;
@@ -177,14 +179,14 @@ Result<void> take_numbers(const MachineNewCommand& c, Draft& draft, Diagnostics&
   NewMachine& machine = draft.machine;
   if (!machine.controller || machine.rotary.size() != 2)
     return fail(ErrorCode::wrong_use, "--numbers needs -c, whose numbers they are, and two axes in --rotary");
-  const auto text = read_file(c.numbers);
+  const auto text = read_file(c.from.numbers);
   if (!text) return tl::unexpected(text.error());
   const std::string folder = postconfigs_folder() + "/controllers";
   const auto file = nc::find_controller(*machine.controller, folder);
   if (!file) return tl::unexpected(file.error());
   const auto controller = nc::load_controller(*file, diagnostics, folder);
   if (!controller) return tl::unexpected(controller.error());
-  const auto places = probe::axis_places({c.numbers, *text, c.numbers_unit == "inch" ? kMmPerInch : 1.0},
+  const auto places = probe::axis_places({c.from.numbers, *text, c.from.unit == "inch" ? kMmPerInch : 1.0},
                                          machine.rotary, *controller, diagnostics);
   if (!places) return tl::unexpected(places.error());
   for (const auto& [letter, point] : places->points_mm) machine.points_mm.emplace(letter, point);
@@ -198,10 +200,10 @@ Result<void> take_numbers(const MachineNewCommand& c, Draft& draft, Diagnostics&
 Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics) {
   Draft draft;
   draft.machine.name = "new machine";
-  if (!c.ini.empty()) {
-    const auto text = read_file(c.ini);
+  if (!c.from.ini.empty()) {
+    const auto text = read_file(c.from.ini);
     if (!text) return tl::unexpected(text.error());
-    auto read = machine_of_ini(*text, c.ini, diagnostics);
+    auto read = machine_of_ini(*text, c.from.ini, diagnostics);
     if (!read) return tl::unexpected(read.error());
     draft = {std::move(*read), true};
   }
@@ -239,7 +241,8 @@ Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
 }
 
 ExitCode run(const MachineNewCommand& command) {
-  if (const auto apart = command.result.apart_from(command.output, {command.ini, command.numbers}); !apart)
+  if (const auto apart = command.result.apart_from(command.output, {command.from.ini, command.from.numbers});
+      !apart)
     return print_error(apart.error());
   Diagnostics diagnostics;
   auto draft = from_options(command, diagnostics);
@@ -250,9 +253,9 @@ ExitCode run(const MachineNewCommand& command) {
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  const std::string source = !command.ini.empty() ? "From " + name_of(command.ini) + "."
-                             : !command.numbers.empty()
-                                 ? "From the control's numbers in " + name_of(command.numbers) +
+  const std::string source = !command.from.ini.empty() ? "From " + name_of(command.from.ini) + "."
+                             : !command.from.numbers.empty()
+                                 ? "From the control's numbers in " + name_of(command.from.numbers) +
                                        " and what was answered to `trunnion machine new`."
                                  : "From what was answered to `trunnion machine new`.";
   const std::string text = machine_file_text(draft->machine, source);
@@ -281,14 +284,14 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   CLI::App* c = machine.add_subcommand(
       "new", "make a machine file: from options, answers at the terminal, or a control's ini");
   c->add_option("-o,--output", command->output, "machine file to write (- is standard output)")->required();
-  c->add_option("--ini", command->ini,
+  c->add_option("--ini", command->from.ini,
                 "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
                 "files beside it");
-  c->add_option("--numbers", command->numbers,
+  c->add_option("--numbers", command->from.numbers,
                 "the control's own numbers for its rotary axes, a line each, as `machine calibrate "
                 "--parameters` writes them (settings, machine data, kinematics): points and senses are read "
                 "from it");
-  c->add_option("--numbers-unit", command->numbers_unit, "unit of the lengths in --numbers")
+  c->add_option("--numbers-unit", command->from.unit, "unit of the lengths in --numbers")
       ->check(CLI::IsMember({"mm", "inch"}))
       ->capture_default_str();
   c->add_flag("--ask", command->ask,
