@@ -17,12 +17,7 @@ add_compile_options(-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=)
 # A program that reads other people's files: overflows of buffers end it, its addresses are not known beforehand, and nobody writes over its
 # tables of addresses. Posting takes 3 % more instructions so, a file of one point 3.4 %, of which 0.6 % are the addresses'. (What the
 # sanitizers check they check themselves.)
-if(TRUNNION_PYTHON)
-  # A library that another program loads. Hidden names are called as directly as in a program.
-  add_compile_options(-fPIC -fvisibility=hidden -fvisibility-inlines-hidden)
-else()
-  add_compile_options(-fPIE)
-endif()
+add_compile_options(-fPIE)
 if(NOT TRUNNION_SANITIZE AND NOT TRUNNION_FUZZ)
   add_compile_options($<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2> -fstack-protector-strong)
   add_link_options(LINKER:-z,relro)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <dlfcn.h>
 #include <filesystem>
 #include <spdlog/spdlog.h>
 
@@ -24,13 +23,8 @@ constexpr double kMostSmoothing_mm = 1.0;  // more would be no finish of any kin
 
 namespace fs = std::filesystem;
 
-// The folder of the program, or of the library that another program (Python) has loaded this code from.
-fs::path own_folder() {
+fs::path program_folder() {
   std::error_code ec;
-  Dl_info info{};
-  if (::dladdr(reinterpret_cast<const void*>(&postconfigs_folder), &info) != 0 &&
-      fs::path(info.dli_fname).extension() == ".so")
-    return fs::canonical(info.dli_fname, ec).parent_path();
   const fs::path self = fs::read_symlink("/proc/self/exe", ec);
   return ec ? fs::path(".") : self.parent_path();
 }
@@ -46,14 +40,9 @@ std::string listed(const std::vector<std::string>& names) {
 std::string postconfigs_folder() {
   if (const char* given = std::getenv("TRUNNION_POSTCONFIGS")) return given;  // NOLINT(concurrency-mt-unsafe)
   std::error_code ec;
-  const fs::path own = own_folder();
-  const fs::path beside = own / "postconfigs";  // of a build folder: a link to the sources'
+  const fs::path beside = program_folder() / "postconfigs";  // of a build folder: a link to the sources'
   if (fs::is_directory(beside, ec)) return beside.string();
-  const fs::path installed = fs::path("share") / "trunnion" / "postconfigs";
-  for (fs::path above = own.parent_path(); above.has_relative_path(); above = above.parent_path()) {
-    if (fs::is_directory(above / installed, ec)) return (above / installed).string();
-  }
-  return (own / ".." / installed).lexically_normal().string();
+  return (program_folder() / ".." / "share" / "trunnion" / "postconfigs").lexically_normal().string();
 }
 
 void MachineOptions::add_to(CLI::App& command, bool with_controller) {
