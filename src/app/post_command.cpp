@@ -68,10 +68,12 @@ void print_summary(const post::PostReport& r) {
   }
   const post::VerifyReport& v = *r.verification;
   const double tip = v.largest_tip_deviation_mm();
-  spdlog::info("{}{}: tip within {:.6f} mm of its path ({}; {} {} mm), tool axis within {:.4f} deg",
-               tip <= v.tolerance_mm ? "verified" : "NOT within tolerance",
-               v.on_truth ? " on the machine with errors" : "", tip, v.certified ? "proved" : "sampled",
-               tip <= v.tolerance_mm ? "tolerance" : "allowed", v.tolerance_mm, v.max_axis_deviation.deg());
+  const bool keeps = tip <= v.tolerance_mm;
+  spdlog::info("{}{}: tip {} {:.6f} mm {} ({}; {} {} mm), tool axis within {:.4f} deg",
+               keeps ? "verified" : "NOT within tolerance", v.on_truth ? " on the machine with errors" : "",
+               keeps ? "within" : "off by up to", tip, keeps ? "of its path" : "from its path",
+               v.certified ? "proved" : "sampled", keeps ? "tolerance" : "allowed", v.tolerance_mm,
+               v.max_axis_deviation.deg());
   spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   spdlog::info("{}", rapid_text(v));
