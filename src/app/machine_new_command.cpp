@@ -175,7 +175,7 @@ Result<void> ask(Draft& draft) {
 // The control's own list of numbers: where its axes are, and which way they turn. What was given otherwise
 // stands.
 Result<void> take_numbers(const MachineNewCommand& c, Draft& draft, Diagnostics& diagnostics) {
-  if (c.numbers.empty()) return {};
+  if (c.from.numbers.empty()) return {};
   NewMachine& machine = draft.machine;
   if (!machine.controller || machine.rotary.size() != 2)
     return fail(ErrorCode::wrong_use, "--numbers needs -c, whose numbers they are, and two axes in --rotary");
