@@ -10,6 +10,8 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "support/machines.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -507,9 +509,15 @@ TEST(ControlTables, AerotechTablesInTheUnitsOfTheAxes) {
   EXPECT_NE(fault(head + ":START2D POSUNIT=PRIMARY CORUNIT=PRIMARY NEGCOR\n0 0 0 0\n0 0 0 0\n")
                 .find("f:3:1: error: NEGCOR is not read"),
             std::string::npos);
-  EXPECT_NE(fault(":START2D 4 1 1 2 10 5 2\n:START2D POSUNIT=PRIMARY CORUNIT=PRIMARY\n0 0 0 0\n0 0 0 0\n")
-                .find("of rotary axes it is not read"),
-            std::string::npos);
+  // Axis 4 is A.
+  Diagnostics diagnostics;
+  const auto rotary =
+      table_format("aerotech")
+          ->read(":START2D 4 1 1 2 10 5 2\n:START2D POSUNIT=PRIMARY CORUNIT=PRIMARY\n0 0 0 0\n0 0 0 0\n", "f",
+                 test::shipped_machine("trunnion_offset"), {}, diagnostics);
+  ASSERT_FALSE(rotary);
+  EXPECT_NE(rotary.error().text().find("of rotary axes it is not read"), std::string::npos)
+      << rotary.error().text();
 }
 
 // A real stage: its map of deviations and the control's table that was made from it.

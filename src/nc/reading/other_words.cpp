@@ -318,7 +318,7 @@ void OtherWords::set_turns(const AxisWords& from, std::int64_t turns) {
   arcs_.clear();
   if (turns > 0) {
     const auto [first, second, third] = plane_axes(arc_.plane);
-    const auto angle = [&](const AxisWords& at) {
+    const auto angle = [&, first = first, second = second](const AxisWords& at) {
       return std::atan2(format_.internal(second, at[second] - arc_.center[1]),
                         format_.internal(first, at[first] - arc_.center[0]));
     };
