@@ -22,6 +22,7 @@ Result<void> all_known(const std::vector<NamedNumber>& numbers, const std::vecto
     if (std::any_of(values.begin(), values.end(), [&](const NamedValue& v) { return names(number, v); }))
       continue;
     std::vector<std::string> known;
+    known.reserve(values.size());
     for (const NamedValue& v : values) known.push_back(number.of.empty() ? v.symbol : v.of + "." + v.symbol);
     return fail(ErrorCode::wrong_use,
                 "these results have no value " + name_of(number) + did_you_mean(name_of(number), known));

@@ -75,6 +75,7 @@ std::vector<double> scatter_over_uncertainty(const Dataset& data, const std::opt
   for (const auto& group : groups) {
     if (group.size() < kFewest) continue;
     std::vector<double> values;
+    values.reserve(group.size());
     for (const Reading* r : group) values.push_back(r->value);
     const double middle = median(std::move(values));
     for (const Reading* r : group) out.push_back(std::abs(r->value - middle) / r->u_random);
