@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStep_mm = 2.0;       // along motions; half of it is added to what they keep
 constexpr double kAlongStem_mm = 1.0;  // between the points that stand for a stem
-constexpr double kTurn = 2.0 * kRadPerDegree;
+constexpr double kTurnStep = 2.0 * kRadPerDegree;
 
 // The probe with its stylus as it stands in the part.
 struct Standing {
@@ -212,7 +212,7 @@ std::optional<std::string> turn_fault(const Machine& machine, const Ball& ball, 
   const auto rotary = machine.rotary_axes();
   const auto at = [](double a, double b, int i, int n) { return a + (b - a) * i / n; };
   const auto steps = [&](AxisId id) {
-    return std::max(1, static_cast<int>(std::ceil(std::abs(to[id] - from[id]) / kTurn)));
+    return std::max(1, static_cast<int>(std::ceil(std::abs(to[id] - from[id]) / kTurnStep)));
   };
   const int first = rotary.empty() ? 1 : steps(rotary.front());
   const int second = rotary.size() < 2 ? 0 : steps(rotary.back());
