@@ -115,6 +115,7 @@ bool is_length(const std::string& name) {
 // All of the list's numbers that one of the lines asks for.
 Result<ToldNumbers> told_by(const ControlNumbers& numbers, const std::vector<std::string>& lines) {
   std::vector<LinePattern> patterns;
+  patterns.reserve(lines.size());
   for (const std::string& line : lines) patterns.push_back(pattern_of(line));
   ToldNumbers out;
   std::uint32_t number = 0;
