@@ -388,7 +388,7 @@ for (const name of ['improve', 'history']) {
   programs.forEach((p, i) => assert.ok(Math.abs(most[i] - 1000 * p.max_tip_deviation_mm) < 2e-3, `${p.file}: ${most[i]}`));
   // One program hides the other: the scale has three decades, until the reader wants it even.
   assert.ok(said[0].includes(`: ${Number((largest / 1000).toPrecision(4))}`), `three decades: ${said[0]}`);
-  await page.getByLabel('logarithmic').uncheck();
+  await page.getByRole('checkbox', {name: 'logarithmic'}).uncheck();
   assert.ok((await page.textContent('.scale')).includes(': 0'), 'an even scale begins at 0');
   assert.deepEqual(troubles, []);
   await page.close();
