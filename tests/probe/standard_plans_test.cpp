@@ -48,8 +48,12 @@ TEST(StandardPlan, FollowsTheBallWithOneRotaryAxisAndTheLinearOnes) {
         const Vec3 tip(q[0], q[1], q[2] - given.machine.tool_length_mm);
         EXPECT_NEAR((part_at(q[3], q[4]) * ball - tip).norm(), 0.0, 1e-9);
         EXPECT_TRUE(limit_violations(given.machine, q).empty());
-        if (kind == std::string("bk1")) EXPECT_EQ(q[4], 0.0);
-        if (kind == std::string("bk2")) EXPECT_EQ(q[3], 0.0);
+        if (kind == std::string("bk1")) {
+          EXPECT_EQ(q[4], 0.0);
+        }
+        if (kind == std::string("bk2")) {
+          EXPECT_EQ(q[3], 0.0);
+        }
         turned = std::max(turned, std::abs(q[3]) + std::abs(q[4]));
       }
       EXPECT_GT(turned, 60.0 * kRadPerDegree);
