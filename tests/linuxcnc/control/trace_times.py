@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """trace_times.py PROGRAM FOLDER [SEED]: the control itself runs what PROGRAM (trunnion) has posted, exact path (G61) and blending (G64); its joints, a row a
 millisecond, go back into `verify --trace`. Held: under G61 the tip is within the tolerance all along, by the rows alone; under G64 corners are named; the
-duration is the one that the machine file's accelerations foretell within 2 % (5 % in random programs), where F alone is short by up to 45 %; no joint is more than 1 % beyond its speed, or under
+duration is the one that the machine file's accelerations foretell within 2 %, where F alone is short by up to 45 %; no joint is more than 1 % beyond its speed, or under
 G61 its acceleration. Programs: the part of the controls' tests, passes of the impeller, LinuxCNC's own impeller demo, five random ones of SEED. Ten minutes of wall time.
 Exit code 77: LinuxCNC is not installed, or TRUNNION_TRACE_LOOP is not set.
 """
@@ -119,8 +119,8 @@ def run(program, folder, name, part, smoothing):
           f"tip off by {1000 * trace['max_tip_deviation_mm']:.2f} um at most; {', '.join(kinds)}; joints at {100 * fastest:.1f} % of their speed, "
           f"{100 * hardest:.1f} % of their acceleration at most", flush=True)
     findings = []
-    # Blocks that go on straight do not stop on this control; in short random programs that is 3 to 5 %, not the 2 % that are wanted.
-    if abs(off) > (0.05 if name.startswith("random") else 0.02):
+    # Missed by short random programs (3 to 5 %, 2026-11-24): the estimate is to be mended, not this goal.
+    if abs(off) > 0.02:
         findings.append("the time")
     # Where it blends LinuxCNC itself goes beyond, for single milliseconds (1.10 seen).
     if fastest > 1.01 or (hardest > 1.01 and not smoothing):
