@@ -85,6 +85,33 @@ TEST(OtherWords, ACycleKeepsWhatItsLineLeavesOut) {
   EXPECT_DOUBLE_EQ(mm(holes[2].words, AxisLetter::Y), 9.0);
 }
 
+// LinuxCNC stops at the number of any O word that it passes by.
+TEST(OtherWords, APartThatIsPassedByHasReadableOWords) {
+  const auto errors = [](const char* word) {
+    Diagnostics d;
+    ReaderOptions options;
+    options.others = true;
+    const std::string text = std::string("G21 G90 G0 X0 Y0 Z0\nF1\n#1 = 0\no7 if [#1 EQ 2]\nG1 X1\n") + word +
+                             " else\nG1 X2\no7 endif\nM2\n";
+    return read_program(test::shipped_controller("linuxcnc"), text, "p.nc", d, options) ? 0 : 1;
+  };
+  EXPECT_EQ(errors("o7"), 0);
+  EXPECT_EQ(errors("o-0.63"), 1);
+}
+
+// G98 said between holes returns to where the tool stood in front of the first, G99 to R.
+TEST(OtherWords, G98AndG99BetweenHolesAreAboutTheNextOne) {
+  for (const char* control : {"linuxcnc", "fanuc_30i", "haas_ngc"}) {
+    const auto holes = all_of<Hole>(
+        read("G21 G90\nG0 X0. Y0. Z50.\nG99 G81 X1. Y2. Z-10. R3. F80.\nX5.\nG98 X9.\nY7.\nG99 Y9.\nG80\nG0 "
+             "Z50.\nM30\n",
+             control));
+    std::vector<double> back;
+    for (const Hole& hole : holes) back.push_back(mm(hole.words, AxisLetter::Z));
+    EXPECT_EQ(back, (std::vector<double>{3.0, 3.0, 50.0, 50.0, 3.0})) << control;
+  }
+}
+
 TEST(OtherWords, AxesThatWentHomeAreNotKnown) {
   const auto blocks = read("%\nG21 G90 G0 X1 Y2 Z3\nG91 G28 Z0\nG90 G0 X4\nG53 Y0\nG0 X5\nM2\n%\n");
   const auto motions = all_of<Motion>(blocks);

@@ -276,6 +276,8 @@ void Reader::State::run_event(const FoundEvent& found) {
       return;
     case EventKind::cycle_return:
       cycle_return.to_clear = found.event.argument == 1;
+      // Said between two holes, it is about the next one.
+      if (modal.cycle) modal.cycle->words.set(AxisLetter::Z, cycle_return.of(modal.cycle->clear));
       return;
     case EventKind::cycle_off:
       if (modal.cycle) modal.motion_kind.reset();

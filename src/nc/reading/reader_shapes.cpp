@@ -224,8 +224,7 @@ void Reader::State::run_cycle(const FoundEvent& found) {
                                                  : hole.kind;
   }
   if (!modal.cycle) cycle_return.initial = modal.position[AxisLetter::Z];
-  std::int64_t back =
-      cycle_return.to_clear || stands_there ? hole.clear : std::max(cycle_return.initial, hole.clear);
+  std::int64_t back = stands_there ? hole.clear : cycle_return.of(hole.clear);
   if (given(Placeholder::back)) back = height(Placeholder::back);
   if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
   if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");

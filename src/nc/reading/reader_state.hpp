@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -99,6 +100,9 @@ struct CycleReturn {
   std::int64_t initial = 0;  // Z at which it was switched on
   bool to_clear = false;
   std::optional<int> named;  // EventKind::cycle_name
+
+  /// Z to which a hole with this clearance returns.
+  std::int64_t of(std::int64_t clear) const { return to_clear ? clear : std::max(initial, clear); }
 };
 
 /// What the control knows after the text so far.

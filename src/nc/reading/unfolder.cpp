@@ -390,8 +390,13 @@ std::size_t Unfolder::behind(const std::string& label, const std::vector<std::st
                              std::size_t from) const {
   for (std::size_t i = from; i < kept_.size(); ++i) {
     OWord word;
-    if (parse_o_word(bare(kept_[i], c_), word) && word.label == label &&
-        std::find(keywords.begin(), keywords.end(), word.keyword) != keywords.end())
+    const std::string line = bare(kept_[i], c_);
+    if (!parse_o_word(line, word)) {
+      // `o-1 else`: the control reads the numbers of all O words that it passes by.
+      if (!line.empty() && upper(line.front()) == 'O') break;
+      continue;
+    }
+    if (word.label == label && std::find(keywords.begin(), keywords.end(), word.keyword) != keywords.end())
       return i;
   }
   return kept_.size();
@@ -442,7 +447,8 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
       return;
     }
     at = behind(word.label, behind_part ? std::vector<std::string>{"ENDIF"} : kParts, at + 1);
-    if (at == kept_.size()) return fail("'" + name + "' without its end");
+    if (at == kept_.size())
+      return fail("'" + name + "' without its end, or with a line before it that is no O word");
   }
 }
 
@@ -465,7 +471,7 @@ bool Unfolder::run_o_word(const std::string& text) {
   const auto find = [&](const std::vector<std::string>& keywords, std::size_t& out) {
     out = behind(word.label, keywords, next_ + 1);
     if (out < kept_.size()) return true;
-    fail("'" + name + "' without its end");
+    fail("'" + name + "' without its end, or with a line before it that is no O word");
     return false;
   };
   const auto loop_here = [&] { return is_open(word.label); };

@@ -179,6 +179,8 @@ class Maker:
             self.add(height + self.to(axis, self.r.uniform(-50, 50)) + feed)
         self.add("G80")
         self.at[2] = self.value(back)
+        if self.r.random() < 0.5:  # the height that the last hole left the tool at is cut at
+            self.add(f"G1 {self.to(0, self.r.uniform(-50, 50))} {self.to(1, self.r.uniform(-50, 50))}")
         self.add("G0 " + self.to(2, 60))
 
     def turn(self):
