@@ -109,11 +109,17 @@ class Fitter {
     const bool curved = std::any_of(fit_.free.begin(), fit_.free.end(), [&](const FreeParameter& p) {
       return parameter_of(fit_.model, p).role == ParameterRole::shape;
     });
+    last_ = {};
     for (int i = 0; i < steps && !fit_.converged; ++i) {
       solve_step(false);
       fit_.converged = curved ? damped_step() : plain_step();
     }
     solve_step(true);
+    if (!curved && has_risen()) {
+      go(-1.0, last_.step);
+      fit_.converged = false;
+      solve_step(true);
+    }
   }
 
   void update_noise() {
@@ -163,6 +169,7 @@ class Fitter {
       const ParameterValue& start = start_.effects[f.effect].parameters[f.index];
       y[row++] = (start.value - value_of(fit_.model, f)) / *start.sigma;
     }
+    now_.chi2 = y.squaredNorm();
     const MatrixXd& raw_columns = white_columns_raw();
     if (!known_) decompose(raw_columns);
     step_from(y, p, last);
@@ -207,7 +214,7 @@ class Fitter {
     fit_.determined.assign(static_cast<std::size_t>(p), true);
     fit_.null_vectors.resize(p, 0);
     fit_.covariance = MatrixXd::Zero(p, p);
-    step_ = VectorXd::Zero(p);
+    now_.step = VectorXd::Zero(p);
     if (p == 0) {
       fit_.basis.resize(y.size(), 0);
       fit_.white = y;
@@ -219,7 +226,7 @@ class Fitter {
     while (rank < s.size() && s[rank] > kRankTolerance) ++rank;
     fit_.basis = svd.U.leftCols(rank);
     const VectorXd along = fit_.basis.transpose() * y;
-    step_ = scale.asDiagonal() * (svd.V.leftCols(rank) * (along.array() / s.head(rank).array()).matrix());
+    now_.step = scale.asDiagonal() * (svd.V.leftCols(rank) * (along.array() / s.head(rank).array()).matrix());
     fit_.white = y - fit_.basis * along;
     if (!last) return;
     const MatrixXd half =
@@ -266,17 +273,35 @@ class Fitter {
     return worst < 1e-6;  // of a usual magnitude: far below any noise
   }
 
+  void go(double share, const VectorXd& step) {
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+      value_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]) += share * step[k];
+  }
+
+  // Chi-square is larger than before the last step, by more than rounding.
+  bool has_risen() const {
+    constexpr double kRounding = 1e-9;
+    return last_.step.size() > 0 && !(now_.chi2 <= (1.0 + kRounding) * last_.chi2 + kRounding);
+  }
+
+  // The derivatives are those at the nominal pose: of errors a hundred times the usual a whole step may lead
+  // further away, and is shortened until chi-square falls.
   bool plain_step() {
-    for (Eigen::Index k = 0; k < step_.size(); ++k)
-      value_of(fit_.model, fit_.free[static_cast<std::size_t>(k)]) += step_[k];
-    return small(step_);
+    if (has_risen()) {
+      last_.step *= 0.5;
+      go(-1.0, last_.step);
+      return false;
+    }
+    last_ = now_;
+    go(1.0, now_.step);
+    return small(now_.step);
   }
 
   // Shape parameters bend the model: bounded, and shortened until chi-square falls.
   bool damped_step() {
     const double before = objective();
     const Model from = fit_.model;
-    VectorXd step = step_;
+    VectorXd step = now_.step;
     for (int halving = 0; halving < 8; ++halving, step *= 0.5) {
       fit_.model = from;
       for (Eigen::Index k = 0; k < step.size(); ++k) {
@@ -326,7 +351,10 @@ class Fitter {
   bool free_setup_ = true;
   Eigen::Index priors_ = 0;
   std::vector<bool> held_;  // shapes that are whole numbers, or at the end of their range
-  VectorXd step_;
+  struct Step {
+    VectorXd step;      // that leads to the next values
+    double chi2 = 0.0;  // of the readings and the priors, before it
+  } now_, last_;
   // The Jacobian and what follows from it, until shapes or noise change.
   MatrixXd columns_;
   std::vector<double> columns_at_;
