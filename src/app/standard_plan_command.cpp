@@ -3,9 +3,11 @@
 #include <memory>
 
 #include "trunnion/diagnosis/standard_plans.hpp"
+#include "trunnion/post/cl_points.hpp"
 #include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 
+#include "app/against_options.hpp"
 #include "app/command_tree.hpp"
 #include "app/model_inputs.hpp"
 #include "app/number_list.hpp"
@@ -18,12 +20,39 @@ namespace {
 struct StandardPlanOptions {
   std::string kind, machine, out, cone;
   std::vector<std::string> balls;
+  AgainstOptions path;
+  std::size_t poses = 200;
   double feed_mm_min = 1000.0, u_um = 1.0;
   ResultOptions result;
 };
 
+Result<void> add_cuts_of(const StandardPlanOptions& options, std::vector<ToolPose>& out) {
+  constexpr post::PathTolerance kChords{0.01, Angle::degrees(0.05)};  // of arcs; a measurement needs no more
+  auto text = options.path.open();
+  if (!text) return tl::unexpected(text.error());
+  // No motion of a measurement needs the tool that the file loads.
+  post::ToolOptions tools;
+  tools.tool = 1;
+  tools.length_mm = 1.0;
+  const auto points = post::cl_points(std::move(*text), kChords, tools);
+  if (!points) return tl::unexpected(points.error());
+  for (const post::ClPoint& p : *points)
+    if (!p.rapid) out.push_back({p.tip_P, p.axis_P});
+  if (out.size() < 2)
+    return fail(ErrorCode::wrong_input, "the path has " + std::to_string(out.size()) + " points to cut",
+                options.path.file);
+  return {};
+}
+
 Result<diagnosis::StandardSetUp> set_up_of(const StandardPlanOptions& options) {
   diagnosis::StandardSetUp out;
+  if ((options.kind == "path") == options.path.file.empty())
+    return fail(ErrorCode::wrong_use, "--against names the path of 'path', and of no other plan");
+  if (options.kind == "path" && !options.balls.empty())
+    return fail(ErrorCode::wrong_use, "--ball-mm: a path has its own places in the part frame");
+  if (options.kind != "path" && options.balls.empty())
+    return fail(ErrorCode::wrong_use, "--ball-mm is required: X,Y,Z of the ball's centre in the part frame");
+  out.poses = options.poses;
   for (const std::string& ball : options.balls) {
     const auto n = numbers_of("--ball-mm", ball, "X,Y,Z");
     if (!n) return tl::unexpected(n.error());
@@ -41,13 +70,18 @@ Result<diagnosis::StandardSetUp> set_up_of(const StandardPlanOptions& options) {
   return out;
 }
 
-ExitCode run(const StandardPlanOptions& options) {
+ExitCode run(StandardPlanOptions& options) {
   if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
+  Diagnostics diagnostics;
+  if (const auto loaded = options.path.load({options.machine, ""}, diagnostics); !loaded)
+    return print_error(loaded.error());
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return static_cast<ExitCode>(exit);
-  const auto set_up = set_up_of(options);
+  auto set_up = set_up_of(options);
   if (!set_up) return print_error(set_up.error());
+  if (options.kind == "path")
+    if (const auto added = add_cuts_of(options, set_up->path); !added) return print_error(added.error());
   const auto runs = diagnosis::standard_plan(*machine, options.kind, *set_up);
   if (!runs) return print_error(runs.error());
   config::Array tables;
@@ -75,7 +109,7 @@ void add_standard_plan_command(CLI::App& measurements, int& exit) {
       ->add_option(
           "kind", options->kind,
           "rtest (poses that stand), bk1, bk2 (ISO 10791-6: one rotary axis and the linear ones move "
-          "together) or frustum (all five axes, on a cone)")
+          "together), frustum (all five axes, on a cone) or path (along the cuts of a path, --against)")
       ->required()
       ->check(CLI::IsMember(diagnosis::standard_plan_kinds()));
   command->add_option("-m,--machine", options->machine, "machine file (TOML)")
@@ -86,11 +120,10 @@ void add_standard_plan_command(CLI::App& measurements, int& exit) {
           "--ball-mm", options->balls,
           "X,Y,Z of the ball's centre in the part frame; given twice: a set-up of two balls. frustum: the "
           "middle of the circle")
-      ->required()
       ->allow_extra_args(false);
   command
       ->add_option("--feed-mm-min", options->feed_mm_min,
-                   "feed of what is read while the axes move (bk1, bk2, frustum)")
+                   "feed of what is read while the axes move (all but rtest)")
       ->check(between(1.0, 100000.0))
       ->capture_default_str();
   command->add_option("--u-um", options->u_um, "standard uncertainty of one reading, um")
@@ -99,6 +132,10 @@ void add_standard_plan_command(CLI::App& measurements, int& exit) {
   command->add_option("--cone", options->cone,
                       "RADIUS,HALF_APEX,INCLINATION of the frustum's path: mm of the circle, deg, deg "
                       "(40,15,10)");
+  options->path.add_to(*command);
+  command->add_option("--poses", options->poses, "readings along the path, at equal ways")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
   command->add_option("-o,--output", options->out, "plan file to write")->required();
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });

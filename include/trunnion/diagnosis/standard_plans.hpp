@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "trunnion/diagnosis/plan.hpp"
+#include "trunnion/machine/kinematics.hpp"
 
 namespace trunnion::diagnosis {
 
@@ -18,9 +19,11 @@ struct StandardSetUp {
     Angle half_apex = Angle::degrees(15.0);
     Angle inclination = Angle::degrees(10.0);  // of its axis to the table's normal
   } cone;
+  std::vector<ToolPose> path;  // of `path`: the cuts of a part
+  std::size_t poses = 200;     // along it
 };
 
-/// "rtest", "bk1", "bk2", "frustum".
+/// "rtest", "bk1", "bk2", "frustum", "path".
 std::vector<std::string> standard_plan_kinds();
 
 /// Measuring plans for a machine with two rotary axes under the part, as the standards' tests have them; a
@@ -29,7 +32,8 @@ std::vector<std::string> standard_plan_kinds();
 /// inner. `bk1` and `bk2` (ISO 10791-6): the outer, the inner axis and the linear ones move together, there
 /// and back, read on the fly along the axis, radially and tangentially, in directions that turn with the
 /// part. `frustum` (ISO 10791-6 BK4, and the path of the piece of ISO 10791-7): all five axes, the tip on a
-/// circle about the ball's place. The standards' own texts were not at hand: this is what published papers
+/// circle about the ball's place. `path`: the tip and the tool's direction of a given path, as that of the
+/// S-shaped piece of ISO 10791-7, whose numbers only the standard has. The standards' own texts were not at hand: this is what published papers
 /// say of them. Positions that the machine does not reach are left out of `rtest`, `bk1` and `bk2`. Fails
 /// with wrong_input where the machine has no two such axes, the ball lies on the axis, or the path leaves the
 /// travel.

@@ -14,7 +14,34 @@ constexpr double kLargestTilt = 90.0 * kRadPerDegree;
 constexpr double kStep = 5.0 * kRadPerDegree;        // between readings on the fly
 constexpr double kStandStep = 15.0 * kRadPerDegree;  // between poses that stand
 constexpr double kMinutesStanding = 0.8;             // a pose
+// A turn of the tool counts as the way of a point so far up the tool, so that turns on the spot are read,
+// too.
+constexpr double kArm_mm = 50.0;
 const std::vector<Vec3> kAll = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+
+double way_between(const ToolPose& a, const ToolPose& b) {
+  return (b.tip_P - a.tip_P).norm() + kArm_mm * angle_between(a.axis_P, b.axis_P).rad();
+}
+
+ToolPose between(const ToolPose& a, const ToolPose& b, double t) {
+  return {a.tip_P + t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, t)};
+}
+
+// So many poses at equal ways along the path, its ends among them.
+std::vector<ToolPose> stations_of(const std::vector<ToolPose>& path, std::size_t count) {
+  std::vector<double> way = {0.0};
+  for (std::size_t i = 1; i < path.size(); ++i) way.push_back(way.back() + way_between(path[i - 1], path[i]));
+  std::vector<ToolPose> out;
+  std::size_t i = 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double at = way.back() * static_cast<double>(k) / static_cast<double>(count - 1);
+    while (i + 1 < path.size() && way[i] < at) ++i;
+    const double piece = way[i] - way[i - 1];
+    out.push_back(
+        between(path[i - 1], path[i], piece > 0.0 ? std::min(1.0, (at - way[i - 1]) / piece) : 1.0));
+  }
+  return out;
+}
 
 class StandardPlans {
  public:
@@ -25,7 +52,8 @@ class StandardPlans {
         inner_(machine.rotary_axes().back()) {}
 
   Result<std::vector<PlanRun>> make(std::string_view kind) {
-    for (std::size_t i = 0; i < set_up_.balls_P.size(); ++i) {
+    if (kind == "path") led(base("path"), stations_of(set_up_.path, set_up_.poses));
+    for (std::size_t i = 0; kind != "path" && i < set_up_.balls_P.size(); ++i) {
       place_P_ = set_up_.balls_P[i];
       suffix_ = set_up_.balls_P.size() > 1 ? ", ball " + std::to_string(i + 1) : "";
       if (kind == "rtest") standing();
@@ -149,22 +177,31 @@ class StandardPlans {
     if (about.norm() < 1e-6) about = Vec3::UnitX();
     const Mat3 R = rotation_about(about.normalized(), cone.inclination);
     const double lean = cone.half_apex.rad();
-    PlanRun run = base("cone frustum");
-    PlanPoses path;
-    JointVector seed;
+    std::vector<ToolPose> path;
     constexpr int kPoints = 72;
     for (int i = 0; i <= kPoints; ++i) {
       const double phi = kTwoPi * i / kPoints;
       const Vec3 out = R * Vec3(std::cos(phi), std::sin(phi), 0.0);
-      const ToolPose pose{place_P_ + cone.radius_mm * out, std::cos(lean) * R.col(2) - std::sin(lean) * out};
-      const auto solutions = inverse(machine_, pose, seed);
+      path.push_back({place_P_ + cone.radius_mm * out, std::cos(lean) * R.col(2) - std::sin(lean) * out});
+    }
+    led(base("cone frustum"), path);
+  }
+
+  // Tip and axis led through these poses, read on the fly.
+  void led(PlanRun run, const std::vector<ToolPose>& through) {
+    PlanPoses path;
+    JointVector seed;
+    double way_mm = 0.0;
+    for (std::size_t i = 0; i < through.size(); ++i) {
+      const auto solutions = inverse(machine_, through[i], seed);
       if (solutions.empty())
-        return refuse("run '" + run.id + "': the tool's direction at " + fixed_text(phi * kDegreePerRad, 0) +
-                      " deg of the circle is out of reach");
+        return refuse("run '" + run.id + "': the tool's direction at pose " + std::to_string(i + 1) + " of " +
+                      std::to_string(through.size()) + " is out of reach");
       seed = solutions.front().q;
       path.poses.push_back(seed);
+      if (i > 0) way_mm += (through[i].tip_P - through[i - 1].tip_P).norm();
     }
-    moving(run, kTwoPi * cone.radius_mm);
+    moving(run, way_mm);
     run.path = std::move(path);
     // The travel.
     if (const auto all = expand({run}, machine_); !all) return refuse(all.error().message);
@@ -183,7 +220,7 @@ class StandardPlans {
 }  // namespace
 
 std::vector<std::string> standard_plan_kinds() {
-  return {"rtest", "bk1", "bk2", "frustum"};
+  return {"rtest", "bk1", "bk2", "frustum", "path"};
 }
 
 Result<std::vector<PlanRun>> standard_plan(const Machine& machine, std::string_view kind,
@@ -195,6 +232,8 @@ Result<std::vector<PlanRun>> standard_plan(const Machine& machine, std::string_v
     return fail(ErrorCode::wrong_input,
                 "machine '" + machine.name + "' has no two rotary axes: these plans are for such",
                 machine.file);
+  if (kind == "path" && (set_up.path.size() < 2 || set_up.poses < 2))
+    return fail(ErrorCode::wrong_input, "a path needs two points, and a plan of it two poses");
   return StandardPlans(machine, set_up).make(kind);
 }
 
