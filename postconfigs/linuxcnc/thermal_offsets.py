@@ -108,8 +108,8 @@ class Offsets:
         self.at, self.last_s = {a: 0.0 for a in self.axes}, now_s
 
     def step(self, now_s):
-        # A process that was not run for long has not earned a larger step.
-        dt = min(now_s - self.last_s, 4 * PERIOD_S) if self.last_s is not None else 0.0
+        # A process that was not run for long has not earned a larger step: the tool would feel it as a jump.
+        dt = min(now_s - self.last_s, PERIOD_S) if self.last_s is not None else 0.0
         self.last_s = now_s
         for a in self.axes:
             step = self.slew_um_s * dt

@@ -47,7 +47,7 @@ for case in range(2000):
         target = wanted if wanted and now - heard <= hold else {"x": 0.0, "z": 0.0}
         for a in "xz":
             moved, way = offsets.at[a] - before[a], target[a] - before[a]
-            assert abs(moved) <= slew * min(dt, 4 * module.PERIOD_S) + 1e-9, (case, moved)
+            assert abs(moved) <= slew * min(dt, module.PERIOD_S) + 1e-9, (case, moved)
             assert moved * way >= 0 and abs(moved) <= abs(way) + 1e-9, (case, moved, way)  # towards it, and not beyond
     # Nobody says anything any more: it stays while it is to be held, then goes to zero and stays there.
     for _ in range(int((hold + 200 / slew) / module.PERIOD_S) + 20):

@@ -77,11 +77,12 @@ def main():
     try:
         while True:
             s = time.monotonic() - start
+            offset_um = {a: 1000 * hal.get_value(f"axis.{a}.eoffset") for a in "yz"}  # at once: a process that waits would date it wrongly
             while machine.time_s + STEP_S <= s * asked["speedup"]:
                 machine.step(h["rpm"])
             wrong = {what for begin, end, what in asked["wrong"] if begin <= s < end}
             out.write(f"{s:.3f},{machine.time_s:g},{h['rpm']:g},{h['x']:.6f},{h['y']:.6f},{h['z']:.6f},{machine.deviation['y']:.3f},{machine.deviation['z']:.3f},"
-                      f"{1000 * hal.get_value('axis.y.eoffset'):.3f},{1000 * hal.get_value('axis.z.eoffset'):.3f},"
+                      f"{offset_um['y']:.3f},{offset_um['z']:.3f},"
                       f"{touched.get('warm-machine.dy-um', 0):.2f},{touched.get('warm-machine.dz-um', 0):.2f}\n")
             if s - published >= 0.1:
                 published = s
