@@ -33,10 +33,10 @@ std::vector<std::string> standard_plan_kinds();
 /// and back, read on the fly along the axis, radially and tangentially, in directions that turn with the
 /// part. `frustum` (ISO 10791-6 BK4, and the path of the piece of ISO 10791-7): all five axes, the tip on a
 /// circle about the ball's place. `path`: the tip and the tool's direction of a given path, as that of the
-/// S-shaped piece of ISO 10791-7, whose numbers only the standard has. The standards' own texts were not at hand: this is what published papers
-/// say of them. Positions that the machine does not reach are left out of `rtest`, `bk1` and `bk2`. Fails
-/// with wrong_input where the machine has no two such axes, the ball lies on the axis, or the path leaves the
-/// travel.
+/// S-shaped piece of ISO 10791-7, whose numbers only the standard has. The standards' own texts were not at
+/// hand: this is what published papers say of them. Positions that the machine does not reach are left out of
+/// `rtest`, `bk1` and `bk2`. Fails with wrong_input where the machine has no two such axes, the ball lies on
+/// the axis, or the path leaves the travel.
 Result<std::vector<PlanRun>> standard_plan(const Machine& machine, std::string_view kind,
                                            const StandardSetUp& set_up);
 

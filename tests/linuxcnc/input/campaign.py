@@ -310,8 +310,9 @@ class Path_:
         if not cuts or at is None:
             return
         if not cutting:
-            # A cut straight down from a retract: how long it is says the machine's retract, not the program.
-            if at[2] > ABOVE_MM and (*at[:2], *at[3:]) == (*to[:2], *to[3:]):
+            # A cut straight from a retract: how long it is says the machine's retract, not the program (under G20 rs274 by itself takes
+            # 25.4 inches for the tool's one, and stands as far below).
+            if abs(at[2]) > ABOVE_MM and (*at[:2], *at[3:]) == (*to[:2], *to[3:]):
                 at = to
             self.runs.append([at])
         if to != at:
