@@ -85,6 +85,39 @@ TEST(OtherWords, ACycleKeepsWhatItsLineLeavesOut) {
   EXPECT_DOUBLE_EQ(mm(holes[2].words, AxisLetter::Y), 9.0);
 }
 
+// Where the tool goes behind a hole must be said, unless the control begins every program alike or both are
+// one height.
+TEST(OtherWords, ACycleSaysWhereTheToolReturns) {
+  const auto errors = [](const char* control, const char* height) {
+    Diagnostics d;
+    ReaderOptions options;
+    options.others = true;
+    const std::string text =
+        std::string("G21 G90\nG0 X0. Y0. Z") + height + "\nG81 X1. Y2. Z-10. R3. F80.\nG80\nM30\n";
+    return read_program(test::shipped_controller(control), text, "p.nc", d, options) ? 0 : 1;
+  };
+  EXPECT_EQ(errors("linuxcnc", "50."), 1);
+  EXPECT_EQ(errors("iso", "50."), 1);
+  EXPECT_EQ(errors("linuxcnc", "3."), 0);
+  EXPECT_EQ(errors("fanuc_30i", "50."), 0);
+  EXPECT_EQ(errors("haas_ngc", "50."), 0);
+}
+
+// At a '%' the control stops reading: what stands behind one is not left out in silence.
+TEST(OtherWords, NothingStandsBehindTheEndOfTheTape) {
+  EXPECT_EQ(read("%\nG21 G90 G0 X0 Y0 Z0\nG1 X1 F9\n%\n").size(),
+            read("G21 G90 G0 X0 Y0 Z0\nG1 X1 F9\nM2\n").size());
+  EXPECT_EQ(read("G21 G90 G0 X0 Y0 Z0\nG1 X1 F9\n%\n\n").size(),
+            read("G21 G90 G0 X0 Y0 Z0\nG1 X1 F9\nM2\n").size());
+  Diagnostics d;
+  ReaderOptions options;
+  options.others = true;
+  const auto blocks = read_program(test::shipped_controller("linuxcnc"),
+                                   "G21 G90 G0 X0 Y0 Z0\n%\nG1 X1 F9\nM2\n", "p.nc", d, options);
+  ASSERT_FALSE(blocks);
+  EXPECT_NE(blocks.error().text().find("behind the '%' of line 2"), std::string::npos);
+}
+
 // LinuxCNC stops at the number of any O word that it passes by.
 TEST(OtherWords, APartThatIsPassedByHasReadableOWords) {
   const auto errors = [](const char* word) {

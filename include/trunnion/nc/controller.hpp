@@ -247,6 +247,7 @@ struct Controller {
     Template tap, tap_left;
     int pitch_decimals = 6;              // of {pitch} and {lead}
     Template to_clear, to_initial;       // which Z the tool returns to, in front of the cycle's words
+    bool initial_at_start = false;       // a program that says neither has `to_initial`
     Template off;                        // empty: a cycle is one hole; else it holds until this
     bool dwell_feeds_to_return = false;  // feed_out with a dwell feeds as far as the tool returns
     double back_mm = 0.0;  // above the last bottom: where a peck's feed begins, how far chip breaking backs

@@ -54,6 +54,7 @@ void read_cycles(Section& s, Controller& c) {
   read_template(s, "to_clear", {}, y.to_clear);
   read_template(s, "to_initial", {}, y.to_initial);
   read_template(s, "off", {}, y.off);
+  read_into(s, "initial_at_start", y.initial_at_start);
   read_into(s, "dwell_feeds_to_return", y.dwell_feeds_to_return);
   y.back_mm = s.quantity_or("back_mm", y.back_mm);
   const bool steps = !y.plain[1].empty() || !y.plain[2].empty();

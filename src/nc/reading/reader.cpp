@@ -76,6 +76,7 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
       options(std::move(opts)),
       language(c, options, findings.diagnostics) {
   note_plain_words();
+  if (c.cycles.initial_at_start || c.cycles.to_clear.empty()) cycle_return.to_clear = false;
   if (options.whole_program) {
     program.frame.emplace(c, language.patterns);
     modal.length = -1;
@@ -367,6 +368,9 @@ void Reader::State::read_line(std::string_view text) {
   if (!options.raw_lines.empty() && is_raw({p, static_cast<std::size_t>(end - p)})) {
     return emit(Raw{std::string(p, end)});
   }
+  if (program.tape_line != 0 && !program.ended)
+    return error(1, "a block behind the '%' of line " + std::to_string(program.tape_line) +
+                        ", at which the control stops reading: is the program whole?");
   if (language.others && (program.ended || is_no_block_of_others({p, static_cast<std::size_t>(end - p)})))
     return;
   if (const auto frame = language.others
@@ -709,7 +713,13 @@ bool Reader::State::is_no_block_of_others(std::string_view text) {
     return true;
   }
   if (text != "%") return false;
-  if (program.said_anything && !std::exchange(program.ended, true)) emit(ProgramEnd{});
+  if (program.begun_by_tape) {
+    if (!std::exchange(program.ended, true)) emit(ProgramEnd{});
+  } else if (!program.said_anything && modal.position.mask == 0) {
+    program.begun_by_tape = true;
+  } else {
+    program.tape_line = findings.line;  // it may be all that is left of a pair
+  }
   return true;
 }
 
@@ -801,6 +811,8 @@ Result<void> Reader::finish() {
   }
   if (!s.carry.empty()) s.read_line(s.carry);
   s.carry.clear();
+  if (s.program.tape_line != 0 && s.findings.errors == 0 && !std::exchange(s.program.ended, true))
+    s.emit(ProgramEnd{});
   if (!s.program.ended && s.findings.errors == 0) {
     ++s.findings.line;
     s.error(0, "the program has no end (" + s.c.program.end.front() + ")");

@@ -225,6 +225,11 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   }
   if (!modal.cycle) cycle_return.initial = modal.position[AxisLetter::Z];
   std::int64_t back = stands_there ? hole.clear : cycle_return.of(hole.clear);
+  if (!cycle_return.to_clear && !stands_there && back > hole.clear)
+    return error(found.column, "a drilling cycle, and neither '" + c.cycles.to_initial.front() + "' nor '" +
+                                   c.cycles.to_clear.front() +
+                                   "' before it: whether the tool returns to where it came from the program "
+                                   "does not say");
   if (given(Placeholder::back)) back = height(Placeholder::back);
   if (given(Placeholder::rise)) back = hole.clear + scaled(found, Placeholder::rise, decimals);
   if (back < hole.clear) return error(found.column, "a drilling cycle that returns below its clearance");

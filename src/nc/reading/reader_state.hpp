@@ -89,7 +89,9 @@ struct ProgramPlace {
   bool said_anything = false;         // but for its first lines
   bool started = false;
   bool ended = false;
-  bool follows_part = false;  // TiltedPlane::follows_part
+  bool begun_by_tape = false;   // '%' in front of all
+  std::uint32_t tape_line = 0;  // with a '%' of a program that did not begin with one
+  bool follows_part = false;    // TiltedPlane::follows_part
   /// Line with the words of a tilted plane that has not been entered, of programs that somebody else wrote.
   std::uint32_t plane_since = 0;
   std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
@@ -97,12 +99,14 @@ struct ProgramPlace {
 
 /// What of a cycle the words of its line do not say.
 struct CycleReturn {
-  std::int64_t initial = 0;  // Z at which it was switched on
-  bool to_clear = false;
-  std::optional<int> named;  // EventKind::cycle_name
+  std::int64_t initial = 0;      // Z at which it was switched on
+  std::optional<bool> to_clear;  // nothing: the program has not said, and another one may have
+  std::optional<int> named;      // EventKind::cycle_name
 
   /// Z to which a hole with this clearance returns.
-  std::int64_t of(std::int64_t clear) const { return to_clear ? clear : std::max(initial, clear); }
+  std::int64_t of(std::int64_t clear) const {
+    return to_clear.value_or(false) ? clear : std::max(initial, clear);
+  }
 };
 
 /// What the control knows after the text so far.
