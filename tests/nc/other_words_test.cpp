@@ -118,6 +118,21 @@ TEST(OtherWords, NothingStandsBehindTheEndOfTheTape) {
   EXPECT_NE(blocks.error().text().find("behind the '%' of line 2"), std::string::npos);
 }
 
+// "G187 P2" says nothing of the path; P2 beside an arc might be its turns.
+TEST(OtherWords, WordsOfASilentLineAreSilentTogether) {
+  const auto errors = [](const char* line) {
+    Diagnostics d;
+    ReaderOptions options;
+    options.others = true;
+    const std::string text = std::string("G21 G90\nG0 X10. Y0. Z5.\nF100.\n") + line + "\nM30\n";
+    return read_program(test::shipped_controller("haas_ngc"), text, "p.nc", d, options) ? 0 : 1;
+  };
+  EXPECT_EQ(errors("G187 P2"), 0);
+  EXPECT_EQ(errors("G2 I-10."), 0);
+  EXPECT_EQ(errors("G2 I-10. P2"), 1);
+  EXPECT_EQ(errors("G1 X5. P2"), 1);
+}
+
 // LinuxCNC stops at the number of any O word that it passes by.
 TEST(OtherWords, APartThatIsPassedByHasReadableOWords) {
   const auto errors = [](const char* word) {

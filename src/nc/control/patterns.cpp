@@ -256,7 +256,11 @@ class Compiler {
     if (is_symbols_only(tokens)) return put(std::move(tokens), {EventKind::tape}, origin);
     const bool remembers = has_placeholder(tokens);
     const auto words = words_of(tokens);
-    if (remembers || words.empty()) {
+    // `G187 P2`: P2 by itself, in a line with an arc, is not silent.
+    const bool has_argument = std::any_of(words.begin(), words.end(), [](const PatternWord& word) {
+      return word.letter != 'G' && word.letter != 'M';
+    });
+    if (remembers || words.empty() || (has_argument && words.size() > 1)) {
       if (const auto same = found_.find(key_of(tokens)); same != found_.end()) {
         if (placeholders_of(tokens) != placeholders_of(same->second.tokens))
           diagnostics_.error(controller_.file, {},

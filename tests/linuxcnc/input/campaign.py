@@ -399,11 +399,11 @@ def interpret(folder, name):
     return Path_((folder / "out.txt").read_text())
 
 
-def judge(program, folder, text, machine="trunnion_offset", ways_down=True):
+def judge(program, folder, text, machine="trunnion_offset", ways_down=True, control="linuxcnc"):
     """(what came of it, why)."""
     (folder / "in.ngc").write_text(text)
     (folder / "out.nc").unlink(missing_ok=True)
-    done = subprocess.run([program, "post", "in.ngc", "--from", "linuxcnc", "-m", machine, "-c", "linuxcnc", "-o", "out.nc", "--from-path", "motion"],
+    done = subprocess.run([program, "post", "in.ngc", "--from", control, "-m", machine, "-c", "linuxcnc", "-o", "out.nc", "--from-path", "motion"],
                           cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     given = interpret(folder, "in.ngc")
     says = [line for line in done.stderr.splitlines() if "error" in line]

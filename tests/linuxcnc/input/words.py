@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""words.py PROGRAM FOLDER: short programs, each about one word or the state that it leaves, read by `PROGRAM post --from linuxcnc`. LinuxCNC's interpreter
-runs what was read and what was written: the tool must cut the same way, or the program be refused. Exit code 77 where rs274 is not installed.
+"""words.py PROGRAM FOLDER: short programs, each about one word or the state that it leaves, read by `PROGRAM post --from linuxcnc`, and with points behind the
+numbers as programs for Fanuc, Haas and ISO controls. LinuxCNC's interpreter runs what was read and what was written: the tool must cut the same way, or
+the program be refused. Exit code 77 where rs274 is not installed.
 """
 import collections
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -127,21 +129,33 @@ WORDS = {
 }
 
 
+LEAST_RIGHT = {"linuxcnc": 40, "fanuc_30i": 20, "haas_ngc": 20, "iso": 15}
+
+
+def with_points(text):
+    return re.sub(r"([XYZIJKRQFAC])(-?\d+)(?![\d.])", r"\1\2.", text)
+
+
 def main():
     program, folder = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2])
     if not shutil.which("rs274"):
         print("skipped: rs274 (linuxcnc-uspace) is not installed")
         sys.exit(77)
     folder.mkdir(parents=True, exist_ok=True)
-    counts, bad = collections.Counter(), 0
-    for name, words in WORDS.items():
-        came, why = judge(program, folder, HEAD + words + END)
-        counts[came] += 1
-        if came not in ("right", "refused", "refused by both"):
-            bad += 1
-            print(f"{name}: {came}: {why}")
-    print(", ".join(f"{came}: {n}" for came, n in sorted(counts.items())))
-    sys.exit(1 if bad or counts["right"] < 40 else 0)
+    bad = 0
+    for control, least in LEAST_RIGHT.items():
+        counts = collections.Counter()
+        own = control == "linuxcnc"
+        for name, words in WORDS.items():
+            text = HEAD + words + END
+            came, why = judge(program, folder, text if own else with_points("G98\n" + text), control=control)
+            counts[came] += 1
+            if came in ("wrong", "crashed") or own and came.startswith("accepted"):
+                bad += 1
+                print(f"{control}, {name}: {came}: {why}")
+        print(f"{control}: " + ", ".join(f"{came} {n}" for came, n in sorted(counts.items())))
+        bad += counts["right"] < least
+    sys.exit(1 if bad else 0)
 
 
 if __name__ == "__main__":
