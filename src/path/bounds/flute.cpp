@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "path/bounds/closed_forms.hpp"
 #include "path/bounds/tool_segment.hpp"
@@ -95,7 +96,10 @@ double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near
                                                triple_of(chord_ + flute_mm_ * axis_slope_P));
     const double before = t;
     t = std::clamp(t + step, 0.0, 1.0);
-    if (std::abs(t - before) * reach_mm <= kSettled_mm) break;
+    if (std::abs(t - before) * reach_mm > kSettled_mm) continue;
+    // It is off by no more than that place, but for what the step was.
+    if (best == before) return t;
+    break;
   }
   return off(tip_P, axis_at, t).largest_mm(flute_mm_) <= std::sqrt(best_mm2) ? t : best;
 }
@@ -139,18 +143,51 @@ class FluteSearch {
     const Place at_b{segment_.off(b.tip_P, b.axis_P, about.b), about.b};
     const double flute = segment_.flute_mm();
     if (std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute)) > goal_.tolerance) return false;
-    const Part part = part_between(a, b);
+    const Part& part = whole_.emplace(part_between(a, b));
     if (accept(even_bound(part, at_a, at_b))) return true;
     const double even = 0.5 * (about.a + about.b);
     const ToolOff middle = segment_.off(part.middle.tip_P, part.middle.axis_P, even);
     return accept(parabola_bound(part, at_a, {middle, even}, at_b, 0.0));
   }
 
-  void piece(const Station& a, const Place& at_a, const Station& b, const Place& at_b, int halvings) {
+  // An end that is beyond the tolerance decides before the motion is looked at.
+  void all(const Station& a, const Station& b, const FluteCertifier::Places& about) {
+    const double rounding = rounding_of(a, b);
+    const auto place_of = [&](const Station& at, double near) {
+      const Place out = place(at.tip_P, at.axis_P, near);
+      lower_ = std::max(lower_, out.off.largest_mm(segment_.flute_mm()) - rounding);
+      return out;
+    };
+    const Place at_a = place_of(a, about.a);
+    if (beyond()) return;
+    const Place at_b = place_of(b, about.b);
+    if (beyond()) return;
+    piece(whole_ ? *whole_ : part_between(a, b), {a, at_a}, {b, at_b}, 0);
+  }
+
+  Bound result() const { return {std::max(0.0, lower_), upper_, evaluations_}; }
+  Within verdict() const {
+    if (beyond()) return Within::no;
+    return upper_ <= goal_.tolerance ? Within::yes : Within::unknown;
+  }
+
+ private:
+  // What is known of the motion between two stations: the tool half way, bounds on its second and third
+  // derivatives (tip, axis).
+  struct Part {
+    ToolPose middle;
+    Lanes M2, M3;
+    double rounding;
+  };
+  struct End {
+    const Station& station;
+    const Place& place;
+  };
+  // Between places that `lower_` knows of.
+  void piece(const Part& part, const End& from, const End& to, int halvings) {
     const double flute = segment_.flute_mm();
-    const Part part = part_between(a, b);
-    const double ends_mm = std::max(at_a.off.largest_mm(flute), at_b.off.largest_mm(flute));
-    lower_ = std::max(lower_, ends_mm - part.rounding);
+    const Place& at_a = from.place;
+    const Place& at_b = to.place;
     if (accept(even_bound(part, at_a, at_b)) || beyond()) return;
     const double even = 0.5 * (at_a.t + at_b.t);
     const Place middle = place(part.middle.tip_P, part.middle.axis_P, even);
@@ -169,37 +206,26 @@ class FluteSearch {
       upper_ = std::max(upper_, bound);
       return;
     }
-    Station half = halfway(kinematics_, a, b);
+    Station half = halfway(kinematics_, from.station, to.station);
     if (straight_) half.tip_P = part.middle.tip_P;
-    piece(a, at_a, half, middle, halvings + 1);
-    if (!beyond()) piece(half, middle, b, at_b, halvings + 1);
+    piece(part_between(from.station, half), from, {half, middle}, halvings + 1);
+    if (!beyond()) piece(part_between(half, to.station), {half, middle}, to, halvings + 1);
   }
 
-  Bound result() const { return {std::max(0.0, lower_), upper_, evaluations_}; }
-  Within verdict() const {
-    if (beyond()) return Within::no;
-    return upper_ <= goal_.tolerance ? Within::yes : Within::unknown;
-  }
-
- private:
-  // What is known of the motion between two stations: the tool half way, bounds on its second and third
-  // derivatives (tip, axis).
-  struct Part {
-    ToolPose middle;
-    Lanes M2, M3;
-    double rounding;
-  };
-  Part part_between(const Station& a, const Station& b) const {
+  double rounding_of(const Station& a, const Station& b) const {
     const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
                           std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+    return path::tip_rounding(a.size_mm + b.size_mm, angles) +
+           segment_.flute_mm() * path::axis_rounding(angles);
+  }
+  Part part_between(const Station& a, const Station& b) const {
     const NormsOf<Lanes> norms = tip_and_axis_norms(kinematics_, a, b);
     const Lanes counts = {straight_ ? 0.0 : 1.0, 1.0};
     return {{straight_ ? Vec3(0.5 * (a.tip_P + b.tip_P)) : middle_tip(kinematics_, a, b),
              middle_axis(kinematics_, a, b)},
             counts * norms.M2(),
             counts * norms.M3(),
-            path::tip_rounding(a.size_mm + b.size_mm, angles) +
-                segment_.flute_mm() * path::axis_rounding(angles)};
+            rounding_of(a, b)};
   }
   // Places that run evenly: the bows of the tool, and of the arc.
   double even_bound(const Part& part, const Place& at_a, const Place& at_b) const {
@@ -247,16 +273,11 @@ class FluteSearch {
   const FluteSegment& segment_;
   FluteGoal goal_;
   bool straight_;
+  std::optional<Part> whole_;  // between the stations that are asked about
   double lower_ = 0.0;
   double upper_ = 0.0;
   std::uint32_t evaluations_ = 0;
 };
-
-void search(FluteSearch& search, const Station& a, const Station& b, const FluteCertifier::Places& about) {
-  const FluteSearch::Place at_a = search.place(a.tip_P, a.axis_P, about.a);
-  const FluteSearch::Place at_b = search.place(b.tip_P, b.axis_P, about.b);
-  search.piece(a, at_a, b, at_b, 0);
-}
 
 }  // namespace
 
@@ -264,7 +285,7 @@ Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteS
                                 double floor_mm) const {
   if (!segment.has_arc()) return {0.0, kUnlimited, 0};
   FluteSearch of(kinematics_, tip_, segment, FluteGoal{kUnlimited, ratio, floor_mm});
-  search(of, a, b, {0.0, 1.0});
+  of.all(a, b, {0.0, 1.0});
   return of.result();
 }
 
@@ -273,7 +294,7 @@ Within FluteCertifier::within(const Station& a, const Station& b, const FluteSeg
   if (!segment.has_arc()) return Within::unknown;
   FluteSearch of(kinematics_, tip_, segment, FluteGoal{tolerance_mm, 1.0, 0.0});
   if (of.settled_at(a, b, about)) return Within::yes;
-  search(of, a, b, about);
+  of.all(a, b, about);
   return of.verdict();
 }
 
