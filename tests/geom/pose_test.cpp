@@ -72,7 +72,8 @@ TEST(Pose, SlerpStaysOnTheGreatCircle) {
 TEST(Pose, AnglesAndArcsOfAnySizeAgreeWithLongDoubles) {
   using Long = Eigen::Matrix<long double, 3, 1>;
   std::mt19937_64 random(3);
-  for (const double size : {1e-11, 1e-8, 1e-5, 1e-3, 9e-3, 1.1e-2, 3.1e-2, 3.3e-2, 0.5, 3.0}) {
+  for (const double size :
+       {1e-11, 1e-8, 1e-5, 1e-3, 9e-3, 1.1e-2, 3.1e-2, 3.3e-2, 6e-2, 8.9e-2, 9.0e-2, 0.5, 3.0}) {
     for (int i = 0; i < 200; ++i) {
       const Vec3 u0 = random_vector(random, 1.0).normalized();
       const Vec3 side = u0.cross(random_vector(random, 1.0)).normalized();

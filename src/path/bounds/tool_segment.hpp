@@ -46,9 +46,9 @@ class ToolSegmentOf {
     return {tip_P - tip0_P_ - t * chord_, axis_P - arc_.at(t)};
   }
   /// About the fraction at which the larger of both distances, of the tip and of the end of the flute, is
-  /// smallest, for a tool about the middle: the second step settles it.
+  /// smallest, for a tool about the middle: on five degrees of arc the third step settles it.
   T nearest(const lanes::Triple<T>& tip_P, const lanes::Triple<T>& axis_P) const {
-    constexpr int kSteps = 2;
+    constexpr int kSteps = 3;
     const T one = lanes::splat<T>(1.0);
     T t = lanes::splat<T>(0.5);
     for (int i = 0; i < kSteps; ++i) {

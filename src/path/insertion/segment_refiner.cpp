@@ -11,6 +11,8 @@
 namespace trunnion::path {
 namespace {
 
+// Of the tolerance: farther off than any search for the nearest place ends beside it.
+constexpr double kSurelyBeyond = 1.01;
 // Rotary step that one cell may span: sqrt of the curvature changes by a few per cent within it.
 const Angle kCellTurn = Angle::degrees(3.0);
 constexpr std::size_t kMostCells = 128;
@@ -97,6 +99,13 @@ SegmentRefiner::Verdict SegmentRefiner::piece_verdict(const Station& a, const St
   judge(a, b, largest);
   return largest.tip_mm <= tolerance_.tip_mm && largest.axis_rad <= tolerance_.axis.rad() ? Verdict::sampled
                                                                                           : Verdict::beyond;
+}
+
+// Of the whole segment: its bow was seen.
+bool SegmentRefiner::flute_is_beyond_half_way() const {
+  if (!flute_) return false;
+  const double flute_mm = tolerance_.flute.length_mm;
+  return bow_.off.largest_mm(flute_mm) > kSurelyBeyond * tolerance_.flute.off_mm;
 }
 
 // A proof for the flute is one for its tip; sampled it would not be any cheaper.
@@ -195,7 +204,8 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
   see_bow(middle_P);
   const bool middle_asks = asks && exact && bow_.off.tip_P.norm() > tolerance.tip_mm;
   if (!middle_asks && !(asks && report.predicted_mm > tolerance.tip_mm)) {
-    const Verdict verdict = piece_verdict(a, b, off2_axis, &middle_P);
+    const Verdict verdict =
+        flute_is_beyond_half_way() ? Verdict::beyond : piece_verdict(a, b, off2_axis, &middle_P);
     report.converged = verdict != Verdict::beyond;
     if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
     const bool asked = asks && report.predicted_mm > tolerance.tip_mm;

@@ -73,6 +73,7 @@ class SegmentRefiner {
   Verdict piece_verdict(const Station& a, const Station& b,
                         double off_axis2 = std::numeric_limits<double>::infinity(),
                         const Vec3* known_middle_P = nullptr, std::optional<double> ends_mm = {}) const;
+  bool flute_is_beyond_half_way() const;
   Verdict flute_verdict(const Station& a, const Station& b, const FluteCertifier::Places& about) const;
   Verdict tip_verdict(const Station& a, const Station& b, const Vec3* known_middle_P, double ends_mm) const;
   double off_mm(const Vec3& tip_P) const {
