@@ -90,7 +90,6 @@ class CorrectionRun {
   void bound(std::span<const NominalPlace> places);
   double carried_mm(std::span<const NominalPlace> places, std::size_t i) const;
   double turned_mm(std::span<const NominalPlace> places, std::size_t i) const;
-  double up_the_flute_mm(std::span<const NominalPlace> places, std::size_t i) const;
   template <class T>
   void bend();
   template <class T>

@@ -53,8 +53,9 @@ struct CorrectionRun::Work {
   std::array<Of<Lanes>, 2> two;  // of the halves of the run
   Of<Quads> four;
   double flute_mm = 0.0;
-  double word_turn_rad = 0.0;    // by which rounding of the rotary words turns the tool at most
-  std::vector<double> axis_off;  // of the points, by which the tool axis is off at most
+  double word_turn_rad = 0.0;     // by which rounding of the rotary words turns the tool at most
+  std::vector<double> axis_off;   // of the points, by which the tool axis is off at most
+  std::vector<double> beside_mm;  // NominalPlace::beside_mm
 
   Work(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
       : two{Of<Lanes>(kinematics, rounding, model), Of<Lanes>(kinematics, rounding, model)},
@@ -95,6 +96,7 @@ void CorrectionRun::begin(std::size_t count, double tolerance_mm, double flute_m
   arm2_inner_mm2_.resize(count + kRoom);
   bow_mm_.resize(count + kRoom);
   work_->axis_off.assign(count + kRoom, 0.0);
+  work_->beside_mm.assign(count + kRoom, 0.0);
   for (Of<Lanes>& half : work_->two) half.begin();
   work_->four.begin();
 }
@@ -348,11 +350,20 @@ void CorrectionRun::put(std::size_t i, const JointVector& q) {
 
 // The corrected ends stand where they were prescribed but for the rounding of the words; between them the
 // nominal machine stays within its bow of its chord, and the errors within a bound of their straight course.
+// A flute is off by what the axis is off at the ends, what it leaves its chord by, and the arc of the path
+// its own: of ends that stand beside the path by so much as whole tools, tip and flute end alike, the axes
+// differ by twice that along the flute at most.
 template <class T>
 void CorrectionRun::bend() {
   Of<T>& of = work_->of<T>();
   const auto at = [&](AxisId id, std::size_t i) { return lanes::load<T>(&columns_[id][i]); };
   const T constants = magnitude(of.chain.b) + magnitude(of.chain.g);
+  const double flute_mm = work_->flute_mm;
+  // Of the motions to point `i` and those behind it; the first one comes from nowhere.
+  const auto larger_of_ends = [](const std::vector<double>& of_points, std::size_t i) -> T {
+    const T to = lanes::load<T>(&of_points[i]);
+    return i == 0 ? to : T(lanes::larger(lanes::load<T>(&of_points[i - 1]), to));
+  };
   for (std::size_t i = 0; i < keeps_.size(); i += lanes::kCount<T>) {
     PlaceOf<T> to;
     to.angle = {at(kinematics_.rotary(0), i), at(kinematics_.rotary(1), i)};
@@ -362,7 +373,13 @@ void CorrectionRun::bend() {
     to.arm2_inner = lanes::load<T>(&arm2_inner_mm2_[i]);
     to.size_mm = magnitude(to.w) + constants;
     const MotionsOf<T> motions(of.last, to);
-    lanes::store(&bow_mm_[i], motions.bow_mm);
+    T bow_mm = motions.bow_mm;
+    if (flute_mm > 0.0) {
+      const T beside_mm = larger_of_ends(work_->beside_mm, i);
+      const T off_axis = larger_of_ends(work_->axis_off, i) + (2.0 / flute_mm) * beside_mm;
+      bow_mm += beside_mm + flute_mm * off_for_each_mm_up<T>(motions.outer + motions.inner, off_axis);
+    }
+    lanes::store(&bow_mm_[i], bow_mm);
     of.last = to;
   }
 }
@@ -437,22 +454,6 @@ double CorrectionRun::turned_mm(std::span<const NominalPlace> places, std::size_
          (axis_off + work_->word_turn_rad + (turn * turn * most + 2.0 * turn * change) / 8.0);
 }
 
-// By how much more than the tip the flute is off between the ends of the motion to point `i` at most, on a
-// machine whose errors run straight: what the axis is off at the ends, what it leaves its chord by, and the
-// arc of the path its own.
-double CorrectionRun::up_the_flute_mm(std::span<const NominalPlace> places, std::size_t i) const {
-  if (work_->flute_mm == 0.0) return 0.0;
-  double turn = 0.0;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const AxisId id = kinematics_.rotary(k);
-    turn += std::abs(joints_[i][id] - joints_[i - 1][id]);
-  }
-  const double beside_mm = std::max(places[i - 1].beside_mm, places[i].beside_mm);
-  const double axis_off = std::max(work_->axis_off[i - 1], work_->axis_off[i]);
-  // Both tip and flute end are off by `beside_mm`: the axes differ by twice that along the flute at most.
-  return beside_mm + work_->flute_mm * off_for_each_mm_up(turn, axis_off + 2.0 * beside_mm / work_->flute_mm);
-}
-
 void CorrectionRun::bound(std::span<const NominalPlace> places) {
   const std::size_t count = keeps_.size();
   for (std::vector<double>* column :
@@ -468,13 +469,11 @@ void CorrectionRun::bound(std::span<const NominalPlace> places) {
   };
   take(work_->four);
   for (const Of<Lanes>& half : work_->two) take(half);
+  for (std::size_t i = 0; i < count; ++i) work_->beside_mm[i] = places[i].beside_mm;
   lanes::at_a_time(four_, [&]<class T>() { bend<T>(); });
   for (std::size_t i = 1; i < count; ++i) {
-    if (places[i].off_mm != NominalPlace::kUnknown) {
+    if (places[i].off_mm != NominalPlace::kUnknown)
       bow_mm_[i] = places[i].off_mm + carried_mm(places, i) + turned_mm(places, i);
-    } else {
-      bow_mm_[i] += up_the_flute_mm(places, i);
-    }
   }
   constexpr std::size_t kTogether = 32;
   for (std::size_t begin = 1; begin < count; begin += kTogether) {
