@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "post/judging/deviation_meter.hpp"
+#include "post/judging/path_place.hpp"
 
 namespace trunnion::post {
 
@@ -39,9 +39,11 @@ class BlockCourse {
     DeviationMeter::Beside known;
     known.flute_mm.upper = enough_mm;
     known.axis_rad.upper = kPi;
-    const auto found =
-        meter_->beside(ends_[0], ends_[1], segment_->first, segment_->second, 0.0, 1.0, state, known);
-    return found.flute_mm.upper;
+    const auto& [a, b] = *segment_;
+    // About where its ends are: near the end of a segment of the path, or at a point between.
+    const double t0 = fraction_of(ends_[0], a, b);
+    const double t1 = fraction_of(ends_[1], a, b);
+    return meter_->beside(ends_[0], ends_[1], a, b, t0, t1, state, known).flute_mm.upper;
   }
 
   /// From its segment, of the block between these joint positions that is about to go out.

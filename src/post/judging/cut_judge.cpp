@@ -32,18 +32,21 @@ bool CutJudge::proves_quiet(const QuietBlock& quiet, const CutBlock& block, cons
   return true;
 }
 
-// The same cuts as QuietTest makes, with the tool's curve on each side of them.
+// The same cuts as QuietTest makes, with the tool's curve on each side of them. Beyond the tolerance, where a
+// flute counts at neighbouring segments too, its own cuts tell.
 bool CutJudge::keeps_tool(const QuietBlock& quiet, const CutBlock& block, const KnownFigures& known) const {
   constexpr std::size_t kMostCuts = 2;
   const PathPoints& points = path_.points();
   const std::size_t first = path_.at().segment;
   const std::size_t last = block.place.segment;
   if (last - first > kMostCuts) return false;
+  const double tolerance_mm = record_.report.tolerance_mm;
+  const bool looks_about = !quiet.flute_keeps && known.flute_limit_mm > tolerance_mm;
   const auto keeps = [&](const Piece& piece) {
     const Target& a = points[piece.segment];
     const Target& b = points[piece.segment + 1];
     return (quiet.tip_keeps || meter_.keeps_tip(piece.from, piece.to, a, b, known.tip_mm)) &&
-           (quiet.flute_keeps ||
+           (quiet.flute_keeps || looks_about ||
             meter_.keeps_flute({piece.from, piece.to, piece.t0, piece.t1}, a, b, known.flute_limit_mm));
   };
   std::array<Vertex, kMostCuts> cuts;
@@ -62,7 +65,9 @@ bool CutJudge::keeps_tool(const QuietBlock& quiet, const CutBlock& block, const 
     from = &cut;
     t0 = 0.0;
   }
-  return keeps({*from, block.to, last, t0, block.place.t});
+  return keeps({*from, block.to, last, t0, block.place.t}) &&
+         (!looks_about || FluteAbout(meter_, path_, program_, tolerance_mm, false)
+                              .keeps_between_corners(block.from, block.to, last, known.flute_limit_mm));
 }
 
 bool CutJudge::judge(const CutBlock& block) const {

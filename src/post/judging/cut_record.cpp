@@ -162,9 +162,12 @@ KnownFigures CutRecord::known_figures(double flute_mm) const {
   // Differences that Certifier::axis does not tell: where the tool axis stands, all blocks miss it alike.
   constexpr double kSameAxis = 1e-9;
   const double axis = path::sine_at_least(known.axis_rad.upper);
-  return {known.tip_mm.upper, axis,
+  return {known.tip_mm.upper,
+          axis,
           std::min(axis + kSameAxis, std::max(axis, path::sine_at_least(report.axis_tolerance.rad()))),
-          flute_mm, report.certified_flute_deviation_mm};
+          flute_mm,
+          report.certified_flute_deviation_mm,
+          path::sine_at_least(report.max_axis_deviation_at_tip.rad())};
 }
 
 }  // namespace trunnion::post

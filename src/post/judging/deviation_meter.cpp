@@ -347,38 +347,35 @@ std::optional<path::Certifier::Bows> DeviationMeter::bow_at_most(const Vertex& f
 // On the nominal machine where bounds are proved there, else between the actual places of the ends, with what
 // the errors bend the way between them.
 template <class Within>
-bool DeviationMeter::keeps(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
-                           const Within& within) const {
-  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
-  if (certify_) return within(from.station, to.station, reference, path::ErrorCourse::Bend{});
+bool DeviationMeter::keeps(const Vertex& from, const Vertex& to, const Within& within) const {
+  if (certify_) return within(from.station, to.station, path::ErrorCourse::Bend{});
   const auto errors = bend_at_most(from.q, to.q);
-  return errors && within(actual(from), actual(to), reference, *errors);
+  return errors && within(actual(from), actual(to), *errors);
 }
 
 bool DeviationMeter::keeps_tip(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                                double limit_mm) const {
-  return keeps(from, to, a, b, [&](const auto& p, const auto& q, const auto& reference, const auto& bend) {
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  return keeps(from, to, [&](const auto& p, const auto& q, const auto& bend) {
     return tip_is_within(p, q, reference, bend.tip_mm, limit_mm);
   });
 }
 
 bool DeviationMeter::keeps_axis(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
                                 double limit_rad) const {
-  return keeps(from, to, a, b, [&](const auto& p, const auto& q, const auto& reference, const auto& bend) {
+  const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
+  return keeps(from, to, [&](const auto& p, const auto& q, const auto& bend) {
     return axis_is_within(p, q, reference, bend.axis_rad, limit_rad);
   });
 }
 
-bool DeviationMeter::keeps_flute(const Stretch& part, const Target& a, const Target& b,
+bool DeviationMeter::keeps_flute(const Stretch& part, const path::FluteSegment& segment,
                                  double limit_mm) const {
   const path::FluteCertifier certifier(kinematics());
-  return keeps(part.from, part.to, a, b,
-               [&](const auto& p, const auto& q, const auto& reference, const auto& bend) {
-                 const path::FluteSegment segment(reference, b.flute_mm);
-                 const double left_mm = limit_mm - bend.tip_mm - b.flute_mm * bend.axis_rad;
-                 return left_mm > 0.0 &&
-                        certifier.within(p, q, segment, left_mm, {part.t0, part.t1}) == path::Within::yes;
-               });
+  return keeps(part.from, part.to, [&](const auto& p, const auto& q, const auto& bend) {
+    const double left_mm = limit_mm - bend.tip_mm - segment.flute_mm() * bend.axis_rad;
+    return left_mm > 0.0 && certifier.within(p, q, segment, left_mm, {part.t0, part.t1}) == path::Within::yes;
+  });
 }
 
 std::optional<path::ErrorCourse::Bend> DeviationMeter::bend_at_most(const JointVector& from,

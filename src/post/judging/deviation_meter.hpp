@@ -155,7 +155,11 @@ class DeviationMeter {
     bool is_point() const { return &from == &to; }
   };
   /// The same of the tool from its tip to its flute length.
-  bool keeps_flute(const Stretch& part, const Target& a, const Target& b, double limit_mm) const;
+  bool keeps_flute(const Stretch& part, const Target& a, const Target& b, double limit_mm) const {
+    return keeps_flute(part, path::FluteSegment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, b.flute_mm),
+                       limit_mm);
+  }
+  bool keeps_flute(const Stretch& part, const path::FluteSegment& segment, double limit_mm) const;
 
   /// Proofs were asked for.
   bool proves() const { return asked_; }
@@ -209,8 +213,7 @@ class DeviationMeter {
   Interval tip_interval(const path::Station& from, const path::Station& to, const path::Reference& reference,
                         double slack_mm, double uninteresting_mm) const;
   template <class Within>
-  bool keeps(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
-             const Within& within) const;
+  bool keeps(const Vertex& from, const Vertex& to, const Within& within) const;
   bool tip_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,
                      double slack_mm, double limit_mm) const;
   bool axis_is_within(const path::Station& from, const path::Station& to, const path::Reference& reference,

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trunnion/path/flute.hpp"
+#include "trunnion/path/smaller_of_two.hpp"
 
 namespace trunnion::post {
 
@@ -15,10 +16,66 @@ bool FluteAbout::counts(std::size_t j, std::size_t segment) const {
          (in_cone_ || !PathFollower::near_pole(points[j], b));
 }
 
+namespace {
+
+constexpr double kMiddle = 0.5;     // where a search for the nearest place begins
+constexpr double kNotKnown = -1.0;  // of a place
+
+lanes::Triple<double> triple_of(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
+double FluteAbout::passes_at(const Vertex& from, const Vertex& v, const Target& corner, double flute_mm) {
+  const auto tip = triple_of(corner.tip_P - from.tip_P);
+  const auto axis = triple_of(corner.axis_P - from.axis_P);
+  const auto way = triple_of(v.tip_P - from.tip_P);
+  const auto turn = triple_of(v.axis_P - from.axis_P);
+  return path::smaller_of_two<double>(tip, way, tip + flute_mm * axis, way + flute_mm * turn);
+}
+
+bool FluteAbout::keeps_on(const Part& part, std::size_t j, double limit_mm) const {
+  const Target& a = path_.points()[j];
+  const Target& b = path_.points()[j + 1];
+  const path::FluteSegment segment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, b.flute_mm);
+  const auto place = [&](const Vertex& end, double t) {
+    return t < 0.0 ? segment.nearest(end.tip_P, end.axis_P, kMiddle) : t;
+  };
+  return meter_.keeps_flute({part.from, part.to, place(part.from, part.t0), place(part.to, part.t1)}, segment,
+                            limit_mm);
+}
+
+bool FluteAbout::keeps_between_corners(const Vertex& from, const Vertex& v, std::size_t segment,
+                                       double limit_mm) const {
+  const PathPoints& points = path_.points();
+  const auto [first, last] = path_.segments_about(segment);
+  const double flute_mm = points[segment + 1].flute_mm;
+  const Vertex* at = &from;
+  std::array<Vertex, 2> cuts;  // of which one is in use
+  double begin = 0.0;
+  for (std::size_t j = first; begin < 1.0; ++j) {
+    const double end = j < last ? std::min(1.0, passes_at(from, v, points[j + 1], flute_mm)) : 1.0;
+    if (!(end > begin)) continue;
+    const Vertex* to = &v;
+    if (end < 1.0) {
+      Vertex& cut = cuts[at == cuts.data() ? 1 : 0];
+      cut = v;
+      cut.q = meter_.between(from, v, end);
+      meter_.place(cut, v.q, program_);
+      to = &cut;
+    }
+    const Part part{*at, *to, begin > 0.0 ? 0.0 : kNotKnown, end < 1.0 ? 1.0 : kNotKnown};
+    if (!counts(j, segment) || !keeps_on(part, j, limit_mm)) return false;
+    begin = end;
+    at = to;
+  }
+  return true;
+}
+
 bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment, double limit_mm,
                        int halvings) const {
   constexpr int kMostHalvings = 14;
-  if (!meter_.may_bow(from, v)) return false;
   const PathPoints& points = path_.points();
   const auto [first, last] = path_.segments_about(segment);
   for (std::size_t j = first; j <= last; ++j) {
@@ -37,7 +94,6 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
                                         double known_mm, int halvings) const {
   constexpr int kMostHalvings = 12;
   constexpr double kSharp = 1.05;
-  constexpr double kMiddle = 0.5;
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const PathPoints& points = path_.points();
   const double flute_mm = points[segment + 1].flute_mm;

@@ -27,6 +27,7 @@ struct KnownFigures {
   double axis_limit = 0.0;  // that may come into it
   double flute_mm = 0.0;    // VerifyOptions, and what its points must stay below where it is not 0
   double flute_limit_mm = 0.0;
+  double axis_at_tip = 0.0;  // that is in the report already, of the axis where the tip is
 };
 
 /// What the places of a program on its CL path are looked for with.

@@ -245,7 +245,6 @@ struct QuietRun::Judged {
         axis(lanes::larger<T>(shifted(at.off_axis, off_axis), off_axis)),
         bow_mm_(lanes::load<T>(&poses.bow_mm[row])),
         bow_axis_(lanes::load<T>(&poses.bow_axis[row])),
-        axis_limit_(known.axis_limit),
         known_(known) {
     most_mm_ = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
     left_mm_ = known.tip_mm - bow_mm_;
@@ -281,27 +280,32 @@ struct QuietRun::Judged {
     if (known_.flute_mm > 0.0)
       most_mm_ = lanes::select(passed, lanes::larger<T>(most_mm_, lanes::sqrt(point.off2_mm2)), most_mm_);
   }
-  void end_axis(const Chords<T>& block) {
+  // Of the tool axis, and of the tool up to its flute length. `sharper`, where norms are too much and
+  // `tells_axis_course`: bounds of both from the places of the tip, and from those of the whole tool
+  // (`nearest`). An axis is no farther from its arc than from any place of it; where it is not below what the
+  // report has of it at the tip's place already, that figure is worked out elsewhere.
+  template <class Sharper>
+  void end_tool(const Chords<T>& block, bool tells_axis_course, const Sharper& sharper) {
     const T chord2 = length2(block.to_axis - block.from_axis);
     const T more = path_bow<T>(chord2, axis);
     axis = axis * arc_beyond_chord(chord2) + bow_axis_;
     axis_at_tip = axis + more;
-    quiet &= axis <= axis_limit_;
-  }
-  // Of the tool up to its flute length; `sharper` where norms are too much: its bound from the places of the
-  // tip, and from those of the whole tool (`nearest`).
-  template <class Sharper>
-  void end_flute(bool tells_axis_course, const Sharper& sharper) {
-    if (!(known_.flute_mm > 0.0)) return;
-    const lanes::Mask<T> keeps = most_mm_ + bow_mm_ + known_.flute_mm * axis_at_tip <= known_.flute_limit_mm;
-    lanes::Mask<T> asked = quiet & ~keeps;
-    quiet &= keeps;
-    if (!tells_axis_course) return;
-    for (const bool nearest : {false, true}) {
-      if (!lanes::any(asked)) return;
-      quiet |= asked & (sharper(nearest) <= known_.flute_limit_mm);
-      asked &= ~quiet;
+    const bool has_flute = known_.flute_mm > 0.0;
+    lanes::Mask<T> axis_keeps = axis <= known_.axis_limit;
+    lanes::Mask<T> keeps = ~lanes::Mask<T>{};
+    if (has_flute) keeps = most_mm_ + bow_mm_ + known_.flute_mm * axis_at_tip <= known_.flute_limit_mm;
+    if (has_flute && tells_axis_course && lanes::any(lanes::Mask<T>(quiet & ~(keeps & axis_keeps)))) {
+      const OffBeside<T> by_tip = sharper(false);
+      keeps |= by_tip.mm <= known_.flute_limit_mm;
+      const lanes::Mask<T> below =
+          ~axis_keeps & (by_tip.axis <= known_.axis) & (by_tip.axis + more <= known_.axis_at_tip);
+      axis = lanes::select(below, by_tip.axis, axis);
+      axis_at_tip = lanes::select(below, T(by_tip.axis + more), axis_at_tip);
+      axis_keeps |= below;
+      if (lanes::any(lanes::Mask<T>(quiet & axis_keeps & ~keeps)))
+        keeps |= sharper(true).mm <= known_.flute_limit_mm;
     }
+    quiet &= axis_keeps & keeps;
   }
   // Goes on over those that are quiet, `taken` at most, then so many. `t`, `behind`: of the ends.
   void take(const T& t, const lanes::Mask<T>& behind, Place& at, Found& found, std::size_t& taken) const {
@@ -330,7 +334,6 @@ struct QuietRun::Judged {
  private:
   T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_, most_mm_;
   lanes::Mask<T> ends_keep_;
-  double axis_limit_;
   const KnownFigures& known_;
 };
 
@@ -346,7 +349,7 @@ struct QuietRun::Course {
 // By how much the whole tool is off the path: on the way to the next CL point, from there to the corner, and
 // beyond that, as far as the blocks go.
 template <class T>
-T QuietRun::flute_off_mm(const ToolBeside<T>& tool, const Course<T>& course, bool nearest) const {
+OffBeside<T> QuietRun::tool_off(const ToolBeside<T>& tool, const Course<T>& course, bool nearest) const {
   const auto& [block, corner, begin, end] = course;
   const auto segment = [&corner = course.corner, this](int to) {
     return SegmentsOf<T>(corner.load(points_->tip_P, to - 1), corner.load(points_->axis_P, to - 1),
@@ -378,21 +381,19 @@ T QuietRun::flute_off_mm(const ToolBeside<T>& tool, const Course<T>& course, boo
     from = tool.nearest_on(to_corner, none, from);
     to = tool.nearest_on(to_corner, one, to);
   }
-  T off_mm = tool.off_mm({next, last}, to_corner,
-                         {lanes::select(begin.passes, none, from), lanes::select(end.behind, one, to)});
+  OffBeside<T> off = tool.off({next, last}, to_corner,
+                              {lanes::select(begin.passes, none, from), lanes::select(end.behind, one, to)});
   if (any_pass) {
     const SegmentsOf<T> before = segment(-1);
     const Between<T> place{nearest ? tool.nearest_on(before, none, begin.t) : begin.t, one};
-    off_mm =
-        lanes::select(begin.passes, lanes::larger(off_mm, tool.off_mm({none, next}, before, place)), off_mm);
+    off = chosen<T>(begin.passes, larger_of(off, tool.off({none, next}, before, place)), off);
   }
   if (any_behind) {
     const SegmentsOf<T> beyond = segment(1);
     const Between<T> place{none, nearest ? tool.nearest_on(beyond, one, end.t) : end.t};
-    off_mm =
-        lanes::select(end.behind, lanes::larger(off_mm, tool.off_mm({last, one}, beyond, place)), off_mm);
+    off = chosen<T>(end.behind, larger_of(off, tool.off({last, one}, beyond, place)), off);
   }
-  return off_mm;
+  return off;
 }
 
 template <class T>
@@ -406,8 +407,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
     // From CL point to CL point.
     Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
     judged.look_at_curve(poses, row, block, corner.load(points_->tip_P, -1), beside.tip_P, beside.is_end);
-    judged.end_axis(block);
-    judged.end_flute(poses.tells_axis_course, [&](bool nearest) {
+    judged.end_tool(block, poses.tells_axis_course, [&](bool nearest) {
       const ToolBeside<T> tool(poses, row, block, known.flute_mm);
       const SegmentsOf<T> segment(corner.load(points_->tip_P, -1), corner.load(points_->axis_P, -1),
                                   beside.tip_P, beside.axis_P);
@@ -417,7 +417,7 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
         place.from = tool.nearest_on(segment, whole.from, place.from);
         place.to = tool.nearest_on(segment, whole.to, place.to);
       }
-      return tool.off_mm(whole, segment, place);
+      return tool.off(whole, segment, place);
     });
     judged.quiet &= corner.plain(*this) & (length2(block.to - corner.load(points_->tip_P, 1)) > kSamePoint2) &
                     (length2(block.from - beside.tip_P) > kSamePoint2) & ~block.may_leave();
@@ -435,9 +435,8 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   }
   if (lanes::any(end.behind))
     judged.pass(end.behind, PassedAt<T>(block, beside.tip_P, beside.axis_P, least), most_off_mm);
-  judged.end_axis(block);
-  judged.end_flute(poses.tells_axis_course, [&](bool nearest) {
-    return flute_off_mm<T>({poses, row, block, known.flute_mm}, {block, corner, begin, end}, nearest);
+  judged.end_tool(block, poses.tells_axis_course, [&](bool nearest) {
+    return tool_off<T>({poses, row, block, known.flute_mm}, {block, corner, begin, end}, nearest);
   });
   judged.quiet &= begin.found;
   judged.take(end.t, end.behind, at, found, taken);

@@ -10,6 +10,8 @@ template <class T>
 struct Chords;
 template <class T>
 class ToolBeside;
+template <class T>
+struct OffBeside;
 
 /// Blocks that follow one another, followed along the CL path a few at a time as long as they surely change
 /// no figure of the report. Where each of them ends is guessed from how far the tool goes, and holds only
@@ -51,7 +53,7 @@ class QuietRun {
   template <class T>
   struct Course;
   template <class T>
-  T flute_off_mm(const ToolBeside<T>& tool, const Course<T>& course, bool nearest) const;
+  OffBeside<T> tool_off(const ToolBeside<T>& tool, const Course<T>& course, bool nearest) const;
   template <class T>
   void advance_few(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, Place& at,
                    Found& found, std::size_t& taken) const;

@@ -23,6 +23,21 @@ struct Between {
   T from, to;
 };
 
+// By which the tool is off the path at most: any point up to its flute length, and its axis (length of a
+// vector).
+template <class T>
+struct OffBeside {
+  T mm, axis;
+};
+template <class T>
+OffBeside<T> larger_of(const OffBeside<T>& a, const OffBeside<T>& b) {
+  return {lanes::larger(a.mm, b.mm), lanes::larger(a.axis, b.axis)};
+}
+template <class T>
+OffBeside<T> chosen(const lanes::Mask<T>& mask, const OffBeside<T>& a, const OffBeside<T>& b) {
+  return {lanes::select(mask, a.mm, b.mm), lanes::select(mask, a.axis, b.axis)};
+}
+
 // How far the tool of a block is off the path, from its tip to its flute length, while the place of the path
 // runs evenly. The block goes on a parabola, its tool axis on an arc at an even pace and a parabola beside
 // it, but for the rests. Less its place the tip is then on a parabola, and so is the axis but for what the
@@ -37,10 +52,11 @@ class ToolBeside {
         chord2_(length2(turn_)),
         tip_sag_(lanes::load_vectors<T>(poses.sag_mm, row)),
         axis_sag_(lanes::load_vectors<T>(poses.axis_sag, row)),
-        rest_mm_(lanes::load<T>(&poses.rest_mm[row]) + flute_mm * lanes::load<T>(&poses.axis_rest[row])) {}
+        axis_rest_(lanes::load<T>(&poses.axis_rest[row])),
+        rest_mm_(lanes::load<T>(&poses.rest_mm[row]) + flute_mm * axis_rest_) {}
 
   // Of a part of the block, beside a part of the segment.
-  T off_mm(const Between<T>& part, const SegmentsOf<T>& segment, const Between<T>& place) const {
+  OffBeside<T> off(const Between<T>& part, const SegmentsOf<T>& segment, const Between<T>& place) const {
     constexpr double kShortArc2 = 0.0625;
     constexpr double kTurn2OverChord2 = 1.02;  // up to there, and the slope of one by the other
     constexpr double kOnChord = 0.02;  // of its turn's cube a place of the arc is off that of its chord
@@ -64,12 +80,16 @@ class ToolBeside {
     const lanes::Triple<T> tip_sag = T(length * length) * tip_sag_;
     const lanes::Triple<T> axis_sag = T(length * length) * axis_sag_;
     const T tip_off = path::farthest_bowed<T>(tip0, tip1, tip_sag);
-    const T end_off =
-        path::farthest_bowed<T>(tip0 + flute_mm_ * (axis0 + begin.axis_sag),
-                                tip1 + flute_mm_ * (axis1 + end.axis_sag), tip_sag + flute_mm_ * axis_sag);
-    const auto known = (chord2_ <= kShortArc2) & (segment2 <= kShortArc2);
-    return lanes::select(known, T(lanes::larger(tip_off, end_off) + rest_mm_ + flute_mm_ * arcs),
-                         lanes::splat<T>(kNotKnown));
+    const lanes::Triple<T> from_axis = axis0 + begin.axis_sag;
+    const lanes::Triple<T> to_axis = axis1 + end.axis_sag;
+    const T end_off = path::farthest_bowed<T>(tip0 + flute_mm_ * from_axis, tip1 + flute_mm_ * to_axis,
+                                              tip_sag + flute_mm_ * axis_sag);
+    const T axis_off = path::farthest_bowed<T>(from_axis, to_axis, axis_sag);
+    const lanes::Mask<T> known = (chord2_ <= kShortArc2) & (segment2 <= kShortArc2);
+    const T none = lanes::splat<T>(kNotKnown);
+    return chosen<T>(
+        known, {lanes::larger(tip_off, end_off) + rest_mm_ + flute_mm_ * arcs, axis_off + axis_rest_ + arcs},
+        {none, none});
   }
   // Where on the segment the block is nearest at this fraction of it as a whole tool; `t`: about there.
   T nearest_on(const SegmentsOf<T>& segment, const T& x, const T& t) const {
@@ -114,7 +134,7 @@ class ToolBeside {
   lanes::Triple<T> turn_;
   T chord2_;
   lanes::Triple<T> tip_sag_, axis_sag_;
-  T rest_mm_;
+  T axis_rest_, rest_mm_;
 };
 
 }  // namespace trunnion::post
