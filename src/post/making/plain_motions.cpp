@@ -82,11 +82,13 @@ std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end
   return i;
 }
 
+// The path's axis turns at nearly all points: that is asked first.
 bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const {
-  if (work_.errors.turner == nullptr || work_.same_rotary(from, to)) return false;
   const Chunk& chunk = *work_.now.chunk;
-  const path::Point before = i > 0 ? chunk.point(i - 1) : chunk.before;
-  return chunk.motions[i].point.pose.axis_P == before.axis_P && work_.same_rotary(chunk.joints[i], before.q);
+  const Vec3& before_P = i > 0 ? chunk.motions[i - 1].point.pose.axis_P : chunk.before.axis_P;
+  if (chunk.motions[i].point.pose.axis_P != before_P) return false;
+  const JointVector& before = i > 0 ? chunk.joints[i - 1] : chunk.before.q;
+  return !work_.same_rotary(from, to) && work_.same_rotary(chunk.joints[i], before);
 }
 
 // The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
@@ -94,6 +96,7 @@ bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const Join
 std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
   const Chunk::Corrections& known = work_.now.chunk->corrections;
   if (known.keeps.empty()) return i;
+  const bool turns_tool = work_.errors.turner != nullptr;
   const JointVector* last = &work_.at.joints;
   std::size_t count = run.count;
   for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
@@ -102,7 +105,7 @@ std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t en
     const JointVector* const from = &known.joints[k - 1];
     const JointVector& q = known.joints[k];
     if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) ||
-        !work_.axis_words.are_within_travel(q) || turns_idly(i, *from, q))
+        !work_.axis_words.are_within_travel(q) || (turns_tool && turns_idly(i, *from, q)))
       break;
     last = &q;
     ++count;
