@@ -7,7 +7,7 @@ what the file cannot hold: the verdict must name the error's kind, from the log 
 model that was found, and where the true tool goes is compared with the blade's path: before and after. What the probe allows: the same with logs that
 differ in the probe's scatter only, and the right kind given (--floor of them). Held: the kind; at least 50 um before; after, at most 1.5 times that.
 
-Without --control the programs are followed word for word in a moment, with it LinuxCNC itself runs all four, the joints a row a millisecond (half an hour
+Without --control the programs are followed word for word in a moment, with it LinuxCNC itself runs all four, the joints a row a millisecond (an hour
 of wall time; exit code 77: LinuxCNC is not installed, or TRUNNION_PROBE_LOOP is not set).
 """
 import argparse
@@ -120,7 +120,8 @@ class Shop:
         nc, log, csv = (self.folder / f"{name}.{end}" for end in ("nc", "txt", "csv"))
         self.call("probe", "program", "-m", machine, "-c", "linuxcnc", "--ball-radius-mm", 12.7, "--stylus-radius-mm", 3, "--log", "touches.txt", "--json", self.folder / f"{name}_program.json", *options, "-o", nc)
         if self.control:
-            shutil.copy(self.on_control(nc, machine, STYLUS, name, 1500, True) / "touches.txt", log)
+            planned_s = json.loads((self.folder / f"{name}_program.json").read_text())["seconds"]
+            shutil.copy(self.on_control(nc, machine, STYLUS, name, 1.5 * planned_s + 120, True) / "touches.txt", log)
         else:
             log.write_text(run_probing(nc.read_text(), self.hidden, self.seed))
         self.call("probe", "read", log, "-m", machine, "-c", "linuxcnc", "--program", nc, "-o", csv, "--json", self.folder / f"{name}.json")
@@ -335,7 +336,7 @@ def main():
     parser.add_argument("--floor", type=int, default=8)
     args = parser.parse_args()
     if args.control and "TRUNNION_PROBE_LOOP" not in os.environ:
-        print("skipped: half an hour of wall time; TRUNNION_PROBE_LOOP=1 asks for it")
+        print("skipped: an hour of wall time; TRUNNION_PROBE_LOOP=1 asks for it")
         sys.exit(77)
     if args.control and not shutil.which("linuxcnc"):
         print("skipped: linuxcnc is not installed")
