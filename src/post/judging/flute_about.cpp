@@ -18,7 +18,7 @@ bool FluteAbout::counts(std::size_t j, std::size_t segment) const {
 
 namespace {
 
-constexpr double kMiddle = 0.5;     // where a search for the nearest place begins
+constexpr double kMidPlace = 0.5;   // where a search for the nearest place begins
 constexpr double kNotKnown = -1.0;  // of a place
 
 lanes::Triple<double> triple_of(const Vec3& v) {
@@ -40,7 +40,7 @@ bool FluteAbout::keeps_on(const Part& part, std::size_t j, double limit_mm) cons
   const Target& b = path_.points()[j + 1];
   const path::FluteSegment segment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, b.flute_mm);
   const auto place = [&](const Vertex& end, double t) {
-    return t < 0.0 ? segment.nearest(end.tip_P, end.axis_P, kMiddle) : t;
+    return t < 0.0 ? segment.nearest(end.tip_P, end.axis_P, kMidPlace) : t;
   };
   return meter_.keeps_flute({part.from, part.to, place(part.from, part.t0), place(part.to, part.t1)}, segment,
                             limit_mm);
@@ -112,7 +112,7 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
     const path::FluteSegment path({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, flute_mm);
     for (std::size_t k = 0; k < 2; ++k) {
       const ToolPose& end = k == 0 ? from : v;
-      const double t = path.nearest(end.tip_P, end.axis_P, kMiddle);
+      const double t = path.nearest(end.tip_P, end.axis_P, kMidPlace);
       at_end_mm[k] = std::min(at_end_mm[k], path.off(end.tip_P, end.axis_P, t).largest_mm(flute_mm));
     }
   }
