@@ -75,7 +75,7 @@ bool FluteAbout::keeps_between_corners(const Vertex& from, const Vertex& v, std:
 
 bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment, double limit_mm,
                        int halvings) const {
-  constexpr int kMostHalvings = 14;
+  constexpr int kMostCuts = 14;
   const PathPoints& points = path_.points();
   const auto [first, last] = path_.segments_about(segment);
   for (std::size_t j = first; j <= last; ++j) {
@@ -84,7 +84,7 @@ bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment,
     if (!counts(j, segment)) continue;
     if (meter_.keeps_flute({from, v, 0.0, 1.0}, a, b, limit_mm)) return true;
   }
-  if (halvings == kMostHalvings) return false;
+  if (halvings == kMostCuts) return false;
   const Vertex middle = meter_.middle_of(from, v, program_);
   return keeps(from, middle, segment, limit_mm, halvings + 1) &&
          keeps(middle, v, segment, limit_mm, halvings + 1);
@@ -92,7 +92,7 @@ bool FluteAbout::keeps(const Vertex& from, const Vertex& v, std::size_t segment,
 
 DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std::size_t segment,
                                         double known_mm, int halvings) const {
-  constexpr int kMostHalvings = 12;
+  constexpr int kMostCuts = 12;
   constexpr double kSharp = 1.05;
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const PathPoints& points = path_.points();
@@ -119,7 +119,7 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
   const double found_mm = std::max(at_end_mm[0], at_end_mm[1]);
   least.lower = std::min(found_mm, least.upper);
   const bool is_sharp = least.upper <= std::max({limit_mm_, known_mm, kSharp * found_mm});
-  if (is_sharp || halvings == kMostHalvings) return least;
+  if (is_sharp || halvings == kMostCuts) return least;
   const Vertex middle = meter_.middle_of(from, v, program_);
   const auto before = of(from, middle, segment, known_mm, halvings + 1);
   const auto behind = of(middle, v, segment, known_mm, halvings + 1);
