@@ -154,7 +154,7 @@ class FluteSearch {
   void all(const Station& a, const Station& b, const FluteCertifier::Places& about) {
     const double rounding = rounding_of(a, b);
     const auto place_of = [&](const Station& at, double near) {
-      const Place out = place(at.tip_P, at.axis_P, near);
+      Place out = place(at.tip_P, at.axis_P, near);
       lower_ = std::max(lower_, out.off.largest_mm(segment_.flute_mm()) - rounding);
       return out;
     };

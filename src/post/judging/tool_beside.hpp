@@ -87,9 +87,9 @@ class ToolBeside {
     const T axis_off = path::farthest_bowed<T>(from_axis, to_axis, axis_sag);
     const lanes::Mask<T> known = (chord2_ <= kShortArc2) & (segment2 <= kShortArc2);
     const T none = lanes::splat<T>(kNotKnown);
-    return chosen<T>(
-        known, {lanes::larger(tip_off, end_off) + rest_mm_ + flute_mm_ * arcs, axis_off + axis_rest_ + arcs},
-        {none, none});
+    const OffBeside<T> off{lanes::larger(tip_off, end_off) + rest_mm_ + flute_mm_ * arcs,
+                           axis_off + axis_rest_ + arcs};
+    return chosen<T>(known, off, OffBeside<T>{none, none});
   }
   // Where on the segment the block is nearest at this fraction of it as a whole tool; `t`: about there.
   T nearest_on(const SegmentsOf<T>& segment, const T& x, const T& t) const {
