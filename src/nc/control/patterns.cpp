@@ -27,6 +27,10 @@ std::vector<std::string> setup_words(std::string_view line) {
 
 namespace {
 
+// The list of words that are taken and change nothing; other lines of a controller file are split and
+// reordered.
+constexpr const char* kReadSilent = "[read] silent";
+
 using Type = PatternToken::Type;
 
 class Compiler {
@@ -257,9 +261,10 @@ class Compiler {
     const bool remembers = has_placeholder(tokens);
     const auto words = words_of(tokens);
     // `G187 P2`: P2 by itself, in a line with an arc, is not silent.
-    const bool has_argument = std::any_of(words.begin(), words.end(), [](const PatternWord& word) {
-      return word.letter != 'G' && word.letter != 'M';
-    });
+    const bool has_argument =
+        origin == kReadSilent && std::any_of(words.begin(), words.end(), [](const PatternWord& word) {
+          return word.letter != 'G' && word.letter != 'M';
+        });
     if (remembers || words.empty() || (has_argument && words.size() > 1)) {
       if (const auto same = found_.find(key_of(tokens)); same != found_.end()) {
         if (placeholders_of(tokens) != placeholders_of(same->second.tokens))
@@ -408,7 +413,7 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   compiler.add(c.optional_stop, {EventKind::stop, 1}, "[stop] optional");
   compiler.add_silent(c.run_time.begin, "[run_time] begin");
   compiler.add_silent(c.program.setup, "[program] setup");
-  compiler.add_silent(c.silent, "[read] silent");
+  compiler.add_silent(c.silent, kReadSilent);
   for (std::size_t i = 0; i < c.allowed.size(); ++i)
     compiler.add({c.allowed[i]}, {EventKind::allowed, static_cast<int>(i)}, "[read] allowed");
   return compiler.finish();
