@@ -133,6 +133,23 @@ TEST(OtherWords, WordsOfASilentLineAreSilentTogether) {
   EXPECT_EQ(errors("G1 X5. P2"), 1);
 }
 
+// LinuxCNC stops at two motion words, Fanuc takes the last.
+TEST(OtherWords, ABlockIsARapidOrAFeedMotion) {
+  const auto errors = [](const char* control, const char* words) {
+    Diagnostics d;
+    ReaderOptions options;
+    options.others = true;
+    const std::string text = std::string("G21 G90\nG0 X0. Y0. Z5.\nF100.\n") + words + " X1.\nM30\n";
+    return read_program(test::shipped_controller(control), text, "p.nc", d, options) ? 0 : 1;
+  };
+  for (const char* control : {"linuxcnc", "fanuc_30i", "haas_ngc", "iso"}) {
+    EXPECT_EQ(errors(control, "G0 G1"), 1) << control;
+    EXPECT_EQ(errors(control, "G1 G0"), 1) << control;
+    EXPECT_EQ(errors(control, "G1 G1"), 0) << control;
+    EXPECT_EQ(errors(control, "G0"), 0) << control;
+  }
+}
+
 // LinuxCNC stops at the number of any O word that it passes by.
 TEST(OtherWords, APartThatIsPassedByHasReadableOWords) {
   const auto errors = [](const char* word) {

@@ -218,6 +218,10 @@ bool Reader::State::take_simple(Word& word, LineMotion& m) {
 }
 
 void Reader::State::set_kind(MotionKind kind, LineMotion& m) {
+  if (language.others && m.named && m.kind && *m.kind != kind)
+    error(
+        1,
+        "a rapid and a motion at a feed in one block: which of them counts differs from control to control");
   m.kind = kind;
   m.named = true;
 }

@@ -13,6 +13,8 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from campaign import judge  # noqa: E402
 
+# Not here, since what differs is no fault of the reader: a feed of rotary axes from the pole (C at its beginning is free), G10 L2 (rs274 counts from the
+# shift), M0 (what is written comes down to the place again), and G73 behind G83 with its Z left out (taken as on Fanuc, refused by LinuxCNC).
 HEAD = "G21 G90 G94 G17 G40 G49 G80\nG54\nT1 M6\nS1000 M3\nG43 H1\nG0 A0 C0\nG0 X0 Y0\nG0 Z60\nF200\n"
 END = "G0 Z100\nM5\nM30\n"
 WORDS = {
@@ -99,6 +101,7 @@ WORDS = {
     "lower": "g1z40x5y-.5\n",
     "spaces": "G 1 Z 4 0 X - 5\n",
     "semicolon": "G1 Z40 X5 ; Y9\nY1 (Z2)\n",
+    "2 g": "G0 G1 Z40\n",
     "m words": "G1 Z40 M8 X4 M3\nX1 M9\n",
     "m6 mid": "G1 Z40\nG0 Z90\nT2 M6\nG43\nG0 X5\nZ60\nG1 Z40\n",
     "m6 mid no g43": "G1 Z40\nG0 Z90\nT2 M6\nG0 X5\nZ60\nG1 Z40\n",
