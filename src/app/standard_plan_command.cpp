@@ -26,22 +26,26 @@ struct StandardPlanOptions {
   ResultOptions result;
 };
 
-Result<void> add_cuts_of(const StandardPlanOptions& options, std::vector<ToolPose>& out) {
+// Each cut begins where a rapid has brought the tool.
+Result<std::vector<std::vector<ToolPose>>> cuts_of(const AgainstOptions& path, Diagnostics& diagnostics) {
   constexpr post::PathTolerance kChords{0.01, Angle::degrees(0.05)};  // of arcs; a measurement needs no more
-  auto text = options.path.open();
+  auto text = path.open();
   if (!text) return tl::unexpected(text.error());
-  // No motion of a measurement needs the tool that the file loads.
+  // The tip is led, whatever the length of the tool that the file loads.
   post::ToolOptions tools;
   tools.tool = 1;
   tools.length_mm = 1.0;
-  const auto points = post::cl_points(std::move(*text), kChords, tools);
+  const auto points = post::cl_points(std::move(*text), kChords, tools, diagnostics);
   if (!points) return tl::unexpected(points.error());
-  for (const post::ClPoint& p : *points)
-    if (!p.rapid) out.push_back({p.tip_P, p.axis_P});
-  if (out.size() < 2)
-    return fail(ErrorCode::wrong_input, "the path has " + std::to_string(out.size()) + " points to cut",
-                options.path.file);
-  return {};
+  std::vector<std::vector<ToolPose>> out;
+  for (const post::ClPoint& p : *points) {
+    if (out.empty() || (p.rapid && out.back().size() > 1)) out.emplace_back();
+    if (p.rapid) out.back().clear();
+    out.back().push_back({p.tip_P, p.axis_P});
+  }
+  while (!out.empty() && out.back().size() < 2) out.pop_back();
+  if (out.empty()) return fail(ErrorCode::wrong_input, "the path has nothing that is cut", path.file);
+  return out;
 }
 
 Result<diagnosis::StandardSetUp> set_up_of(const StandardPlanOptions& options) {
@@ -74,14 +78,18 @@ ExitCode run(StandardPlanOptions& options) {
   if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   if (const auto loaded = options.path.load({options.machine, ""}, diagnostics); !loaded)
-    return print_error(loaded.error());
+    return print_failure(diagnostics, loaded.error());
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return static_cast<ExitCode>(exit);
   auto set_up = set_up_of(options);
   if (!set_up) return print_error(set_up.error());
-  if (options.kind == "path")
-    if (const auto added = add_cuts_of(options, set_up->path); !added) return print_error(added.error());
+  if (options.kind == "path") {
+    auto cuts = cuts_of(options.path, diagnostics);
+    if (!cuts) return print_failure(diagnostics, cuts.error());
+    set_up->cuts = std::move(*cuts);
+  }
+  print(diagnostics);
   const auto runs = diagnosis::standard_plan(*machine, options.kind, *set_up);
   if (!runs) return print_error(runs.error());
   config::Array tables;

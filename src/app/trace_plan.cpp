@@ -29,9 +29,10 @@ Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine
   plan.axis_tolerance_rad = program.options.axis_tolerance.rad();
   auto path = program.against.open();
   if (!path) return tl::unexpected(path.error());
+  Diagnostics said_before;  // when the program was verified
   const auto points =
       post::cl_points(std::move(*path), {program.options.tolerance_mm, program.options.axis_tolerance},
-                      program.options.tools);
+                      program.options.tools, said_before);
   if (!points) return tl::unexpected(points.error());
   for (const post::ClPoint& p : *points)
     plan.path.push_back({p.tip_P, p.axis_P, p.flute_mm, p.line, p.rapid});

@@ -9,8 +9,7 @@
 namespace trunnion::post {
 
 Result<std::vector<ClPoint>> cl_points(PathText path, const PathTolerance& tolerance,
-                                       const ToolOptions& tools) {
-  Diagnostics said;
+                                       const ToolOptions& tools, Diagnostics& said) {
   path.reading = reading_within(path.reading, tolerance.mm);
   const auto records = records_of(std::move(path), {&tools, tolerance.axis}, said);
   FluteLength flute(tools);
@@ -24,6 +23,7 @@ Result<std::vector<ClPoint>> cl_points(PathText path, const PathTolerance& toler
       out.push_back({motion->tip_P, motion->axis_P, flute.mm(), record.where.line, motion->rapid});
   }
   if (records->read_failure()) return tl::unexpected(*records->read_failure());
+  if (said.has_errors()) return tl::unexpected(said.first_error());
   return out;
 }
 

@@ -10,7 +10,7 @@
 
 #include "trunnion/base/files.hpp"
 
-#include "support/folders.hpp"
+#include "support/command.hpp"
 
 namespace trunnion {
 namespace {
@@ -21,45 +21,22 @@ using ::testing::Not;
 
 const std::string kBatchProgram = test::binary_folder() + "/trunnion";
 
-class BatchCommand : public testing::Test {
+class BatchCommand : public test::CommandTest {
  protected:
-  struct Outcome {
-    int code = -1;
-    std::string messages;
-    std::string output;
-  };
-
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "trunnion_batch_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+    CommandTest::SetUp();
     fs::create_directory(folder_ / "in");
     for (const char* part : {"a", "b", "c"}) write_part(std::string("in/") + part + ".cls");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void write_part(const std::string& name, const std::string& end = "") const {
     std::ofstream(folder_ / name) << "LOADTL/1\nFEDRAT/500\nRAPID\nGOTO/0,0,50,0,0,1\nGOTO/1,0,10,0,0.6,0.8\n"
                                      "GOTO/10,1,8,0,0.28,0.96\n"
                                   << end;
   }
-  std::string text(const std::string& name) const {
-    return read_file((folder_ / name).string()).value_or("");
-  }
-
-  // Runs `words` in the folder, after `before` (for the shell).
-  Outcome run(const std::string& words, const std::string& before = "",
-              const std::string& program = kBatchProgram) const {
-    const std::string line =
-        "cd '" + folder_.string() + "' && " + before + " '" + program + "' " + words + " 2>messages >output";
-    const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("messages"), text("output")};
-  }
   Outcome batch(const std::string& words, const std::string& before = "") const {
     return run("batch in -m paper -o out " + words, before);
   }
-
-  fs::path folder_;
 };
 
 // Another build may be a mended one, whatever version it says.

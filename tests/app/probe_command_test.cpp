@@ -1,16 +1,11 @@
 // `trunnion probe program`, `trunnion probe read` and `trunnion machine calibrate` as a user runs them.
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/wait.h>
-
-#include "trunnion/base/files.hpp"
 
 #include "probe/hidden_machine.hpp"
-#include "support/folders.hpp"
+#include "support/command.hpp"
 
 namespace trunnion {
 namespace {
@@ -18,30 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class ProbeCommand : public testing::Test {
+class ProbeCommand : public test::CommandTest {
  protected:
-  struct Outcome {
-    int code = -1;
-    std::string messages, output;
-  };
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "trunnion_probe_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string text(const std::string& name) const {
-    return read_file((folder_ / name).string()).value_or("");
-  }
-  void write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(folder_ / name) << bytes;
-  }
-  Outcome run(const std::string& words, const std::string& before = "") const {
-    const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + test::binary_folder() +
-                             "/trunnion' " + words + " 2>messages >output";
-    const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("messages"), text("output")};
-  }
   Outcome program(const std::string& words = "-o p.nc") const {
     return run(
         "probe program -m trunnion_offset --ball-mm 60,40,30 --ball-radius-mm 12.7 --stylus-radius-mm 3 " +
@@ -58,7 +31,6 @@ class ProbeCommand : public testing::Test {
     hidden.noise_mm = 0.0005;
     return test::run_probing(text("p.nc"), hidden, 1).log;
   }
-  fs::path folder_;
 };
 
 TEST_F(ProbeCommand, PutsAMachineFileRight) {

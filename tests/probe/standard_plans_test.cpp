@@ -101,30 +101,33 @@ TEST(StandardPlan, LeadsTheTipRoundAConeWithTheToolAlongIt) {
   }
 }
 
-// A bent path of three points: readings at equal ways, the tool's turn counted 50 mm up it, tip and axis on
-// the path by the chain above.
-TEST(StandardPlan, FollowsAGivenPathAtEqualWays) {
+// A cut of 40 mm with a turn at its end, and one of 10 mm elsewhere: readings at equal ways, the turn counted
+// 50 mm up the tool, none on the way between; tip and axis by the chain above.
+TEST(StandardPlan, FollowsTheCutsOfAPathAtEqualWays) {
   const Given given("trunnion_offset");
   diagnosis::StandardSetUp set_up;
-  const Vec3 tilted = Vec3(0.0, -std::sin(0.3), std::cos(0.3));
-  set_up.path = {{{0, 0, 30}, Vec3::UnitZ()}, {{40, 0, 30}, Vec3::UnitZ()}, {{40, 0, 30}, tilted}};
-  set_up.poses = 12;  // 40 mm and 15 mm of turning: 5 mm each
+  const auto tilted = [](double by) { return Vec3(0.0, -std::sin(by), std::cos(by)); };
+  set_up.cuts = {{{{0, 0, 30}, Vec3::UnitZ()}, {{40, 0, 30}, Vec3::UnitZ()}, {{40, 0, 30}, tilted(0.3)}},
+                 {{{0, 50, 40}, Vec3::UnitZ()}, {{0, 60, 40}, Vec3::UnitZ()}}};
+  set_up.poses = 27;  // 40 mm, 15 mm of turning, 10 mm: 2.5 mm each
   const auto runs = standard_plan(given.machine, "path", set_up);
   ASSERT_TRUE(runs) << runs.error().text();
   ASSERT_EQ(runs->size(), 1U);
   const auto& poses = std::get<diagnosis::PlanPoses>((*runs)[0].path).poses;
-  ASSERT_EQ(poses.size(), 12U);
+  ASSERT_EQ(poses.size(), 27U);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const JointVector& q = poses[i];
     const Eigen::Isometry3d back = part_at(q[3], q[4]).inverse();
     const Vec3 tip = back * Vec3(q[0], q[1], q[2] - given.machine.tool_length_mm);
-    EXPECT_NEAR((tip - Vec3(std::min(40.0, 5.0 * static_cast<double>(i)), 0.0, 30.0)).norm(), 0.0, 1e-8);
-    const double turn = 0.1 * std::max(0.0, static_cast<double>(i) - 8.0);
-    EXPECT_NEAR((back.linear() * Vec3::UnitZ() - Vec3(0.0, -std::sin(turn), std::cos(turn))).norm(), 0.0,
-                1e-9);
+    const double way = 2.5 * static_cast<double>(i);
+    const Vec3 there = way <= 55.0 ? Vec3(std::min(40.0, way), 0.0, 30.0) : Vec3(0.0, way - 5.0, 40.0);
+    const double turn = way <= 40.0 || way > 55.0 ? 0.0 : (way - 40.0) / 50.0;
+    EXPECT_NEAR((tip - there).norm(), 0.0, 1e-8) << i;
+    EXPECT_NEAR((back.linear() * Vec3::UnitZ() - tilted(turn)).norm(), 0.0, 1e-9) << i;
   }
-  set_up.path.pop_back();
-  set_up.path.pop_back();
+  set_up.cuts.back().pop_back();
+  EXPECT_FALSE(standard_plan(given.machine, "path", set_up));
+  set_up.cuts.clear();
   EXPECT_FALSE(standard_plan(given.machine, "path", set_up));
 }
 

@@ -19,8 +19,8 @@ struct StandardSetUp {
     Angle half_apex = Angle::degrees(15.0);
     Angle inclination = Angle::degrees(10.0);  // of its axis to the table's normal
   } cone;
-  std::vector<ToolPose> path;  // of `path`: the cuts of a part
-  std::size_t poses = 200;     // along it
+  std::vector<std::vector<ToolPose>> cuts;  // of `path`: of a part, each two poses or more
+  std::size_t poses = 200;                  // along them, the ways between cuts left out
 };
 
 /// "rtest", "bk1", "bk2", "frustum", "path".

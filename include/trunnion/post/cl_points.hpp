@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "trunnion/base/diagnostics.hpp"
 #include "trunnion/post/path_text.hpp"
 #include "trunnion/post/tools.hpp"
 
@@ -21,9 +22,9 @@ struct PathTolerance {
   Angle axis;
 };
 
-/// All motions of a path, arcs as chords within a tenth of the tolerance. What its text has to say beside
-/// them was said when it was verified: nothing is reported twice.
+/// All motions of a path, arcs as chords within a tenth of the tolerance. `said` gets what its text has to
+/// say beside them; fails with the first of its errors.
 Result<std::vector<ClPoint>> cl_points(PathText path, const PathTolerance& tolerance,
-                                       const ToolOptions& tools);
+                                       const ToolOptions& tools, Diagnostics& said);
 
 }  // namespace trunnion::post

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
@@ -27,18 +28,28 @@ ToolPose between(const ToolPose& a, const ToolPose& b, double t) {
   return {a.tip_P + t * (b.tip_P - a.tip_P), slerp(a.axis_P, b.axis_P, t)};
 }
 
-// So many poses at equal ways along the path, its ends among them.
-std::vector<ToolPose> stations_of(const std::vector<ToolPose>& path, std::size_t count) {
-  std::vector<double> way = {0.0};
-  for (std::size_t i = 1; i < path.size(); ++i) way.push_back(way.back() + way_between(path[i - 1], path[i]));
+// So many poses at equal ways along the cuts, their ends among them.
+std::vector<ToolPose> stations_of(const std::vector<std::vector<ToolPose>>& cuts, std::size_t count) {
+  struct Piece {
+    const ToolPose& from;
+    const ToolPose& to;
+    double begin, end;  // of its way
+  };
+  std::vector<Piece> pieces;
+  double way = 0.0;
+  for (const std::vector<ToolPose>& cut : cuts)
+    for (std::size_t i = 1; i < cut.size(); ++i) {
+      const double begin = std::exchange(way, way + way_between(cut[i - 1], cut[i]));
+      pieces.push_back({cut[i - 1], cut[i], begin, way});
+    }
   std::vector<ToolPose> out;
-  std::size_t i = 1;
+  auto piece = pieces.begin();
   for (std::size_t k = 0; k < count; ++k) {
-    const double at = way.back() * static_cast<double>(k) / static_cast<double>(count - 1);
-    while (i + 1 < path.size() && way[i] < at) ++i;
-    const double piece = way[i] - way[i - 1];
+    const double at = way * static_cast<double>(k) / static_cast<double>(count - 1);
+    while (piece + 1 != pieces.end() && piece->end < at) ++piece;
+    const double length = piece->end - piece->begin;
     out.push_back(
-        between(path[i - 1], path[i], piece > 0.0 ? std::min(1.0, (at - way[i - 1]) / piece) : 1.0));
+        between(piece->from, piece->to, length > 0.0 ? std::min(1.0, (at - piece->begin) / length) : 1.0));
   }
   return out;
 }
@@ -52,7 +63,7 @@ class StandardPlans {
         inner_(machine.rotary_axes().back()) {}
 
   Result<std::vector<PlanRun>> make(std::string_view kind) {
-    if (kind == "path") led(base("path"), stations_of(set_up_.path, set_up_.poses));
+    if (kind == "path") led(base("path"), stations_of(set_up_.cuts, set_up_.poses));
     for (std::size_t i = 0; kind != "path" && i < set_up_.balls_P.size(); ++i) {
       place_P_ = set_up_.balls_P[i];
       suffix_ = set_up_.balls_P.size() > 1 ? ", ball " + std::to_string(i + 1) : "";
@@ -232,8 +243,10 @@ Result<std::vector<PlanRun>> standard_plan(const Machine& machine, std::string_v
     return fail(ErrorCode::wrong_input,
                 "machine '" + machine.name + "' has no two rotary axes: these plans are for such",
                 machine.file);
-  if (kind == "path" && (set_up.path.size() < 2 || set_up.poses < 2))
-    return fail(ErrorCode::wrong_input, "a path needs two points, and a plan of it two poses");
+  const bool is_cut = std::all_of(set_up.cuts.begin(), set_up.cuts.end(),
+                                  [](const std::vector<ToolPose>& cut) { return cut.size() > 1; });
+  if (kind == "path" && (set_up.cuts.empty() || !is_cut || set_up.poses < 2))
+    return fail(ErrorCode::wrong_input, "a cut needs two points, and a plan of it two poses");
   return StandardPlans(machine, set_up).make(kind);
 }
 
