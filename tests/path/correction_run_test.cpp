@@ -265,5 +265,65 @@ TEST(CorrectionRun, TurnsTheToolAndKeepsItsFlute) {
   EXPECT_LT(digits, turned / 50);
 }
 
+// Where the tip stands at the outer rotary axis its own way is short, and what the axis leaves the path by
+// decides.
+TEST(CorrectionRun, KeepsTheFluteWhereTheTipHardlyMoves) {
+  std::mt19937_64 random(20261124);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::size_t kept = 0, others = 0, tip_alone = 0;
+  each_machine_with_errors(
+      random, [&](const Machine& machine, const TableKinematics& kinematics, const Model& model, int) {
+        const Vec3 tool = machine.tool_vector();
+        const Rounding rounding = test::four_decimals(machine);
+        const ModelEvaluator truth(model);
+        const Compensator compensator(machine, model, tool);
+        CorrectionRun run(compensator, kinematics, rounding);
+        constexpr std::size_t kCount = 60;
+        const AxisId outer = machine.rotary_axes().front();
+        const Vec3 at_axis_P = machine.axes[outer].point_mm - machine.part_zero_mm;
+        PlaceWalk walk;
+        JointVector q;
+        for (const AxisId id : machine.rotary_axes()) q[id] = 0.3 + 0.2 * u(random);
+        for (std::size_t i = 0; i < kCount; ++i) {
+          for (const AxisId id : machine.rotary_axes())
+            q[id] = std::clamp(q[id] + 0.03 * u(random), std::max(0.1, machine.axes[id].min),
+                               std::min(1.2, machine.axes[id].max));
+          solve_linear(machine, at_axis_P + 0.5 * Vec3(u(random), u(random), u(random)), tool, q);
+          const ToolPose pose = kinematics.pose(q);
+          JointVector rounded = q;
+          walk.sines.push_back(round_to_words(kinematics, rounding, pose.tip_P, rounded));
+          walk.nominal.push_back(rounded);
+          walk.poses.push_back(pose);
+        }
+        const double tolerance_mm = 0.004, flute_mm = 100.0;
+        run.correct(places_of(walk), tolerance_mm, 0.0);
+        const std::vector<std::uint8_t> tip_keeps(run.keeps().begin(), run.keeps().end());
+        run.correct(places_of(walk), tolerance_mm, flute_mm);
+        for (std::size_t i = 1; i < kCount; ++i) {
+          tip_alone += tip_keeps[i] != 0 && run.keeps()[i] == 0;
+          if (run.keeps()[i] == 0) {
+            ++others;
+            continue;
+          }
+          ++kept;
+          const FluteSegment segment(
+              {walk.poses[i - 1].tip_P, walk.poses[i].tip_P, walk.poses[i - 1].axis_P, walk.poses[i].axis_P},
+              flute_mm);
+          for (int k = 0; k <= 16; ++k) {
+            MachineState state;
+            state.q = JointVector::interpolate(run.joints()[i - 1], run.joints()[i], k / 16.0);
+            ToolPose at = tool_pose(forward(machine, state.q, tool, truth.errors(state)));
+            at.tip_P -= compensator.datum_shift();
+            const double place = segment.nearest(at.tip_P, at.axis_P, k / 16.0);
+            ASSERT_LE(segment.off(at.tip_P, at.axis_P, place).largest_mm(flute_mm), tolerance_mm)
+                << machine.name << ' ' << i;
+          }
+        }
+      });
+  EXPECT_GT(kept, 100U);
+  EXPECT_GT(others, 100U);
+  EXPECT_GT(tip_alone, 100U);
+}
+
 }  // namespace
 }  // namespace trunnion::path
