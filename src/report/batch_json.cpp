@@ -53,8 +53,9 @@ std::string batch_table(const std::vector<post::BatchResult>& results) {
 
 std::string batch_summary(const std::vector<post::BatchResult>& results) {
   const BatchCounts c = count(results);
-  std::string out = std::to_string(results.size()) + " files: " + std::to_string(c.posted) + " posted, " +
-                    std::to_string(c.skipped) + " unchanged, " + std::to_string(c.failed) + " failed";
+  std::string out = std::to_string(results.size()) + (results.size() == 1 ? " file: " : " files: ") +
+                    std::to_string(c.posted) + " posted, " + std::to_string(c.skipped) + " unchanged, " +
+                    std::to_string(c.failed) + " failed";
   if (c.would_post > 0) out += ", " + std::to_string(c.would_post) + " to be posted";
   if (c.not_run > 0) out += ", " + std::to_string(c.not_run) + " not run (interrupted)";
   return out;

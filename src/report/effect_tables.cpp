@@ -43,14 +43,30 @@ std::string parameters_text(const ModelEffect& effect) {
   return joined(parts, ", ");
 }
 
+// What the keys that `improve` writes mean; another key stands as it is.
+std::string evidence_words(const std::string& key) {
+  constexpr std::pair<const char*, const char*> kWords[] = {
+      {"chi2_drop", "chi-square falls by"},
+      {"dof", "parameters"},
+      {"p_value", "p"},
+      {"heldout_rms_before_um", "held out, µm before"},
+      {"heldout_rms_after_um", "after"},
+      {"heldout_rms_before_urad", "held out, µrad before"},
+      {"heldout_rms_after_urad", "µrad after"}};
+  for (const auto& [name, words] : kWords)
+    if (key == name) return words;
+  return key;
+}
+
 std::string evidence_text(const config::Table& evidence) {
   std::vector<std::string> parts;
   for (const auto& [key, value] : evidence) {
-    if (const auto* text = value.as_string()) parts.push_back(key + " " + *text);
+    const std::string words = evidence_words(key);
+    if (const auto* text = value.as_string()) parts.push_back(words + " " + *text);
     if (const auto* number = std::get_if<double>(&value.data))
-      parts.push_back(key + " " + short_number(*number, 3));
+      parts.push_back(words + " " + short_number(*number, 3));
     if (const auto* whole = std::get_if<std::int64_t>(&value.data))
-      parts.push_back(key + " " + std::to_string(*whole));
+      parts.push_back(words + " " + std::to_string(*whole));
   }
   return joined(parts, ", ");
 }
@@ -157,7 +173,7 @@ std::optional<Figure> rivals_figure(const Diagnosis& d) {
         plot.values[i][j] = plot.values[j][i] = std::max(plot.values[j][i], rival.rho);
     }
   }
-  return Figure{"pairs", "Who looks like whom",
+  return Figure{"pairs", "Effects that look alike in these data",
                 "Largest cosine between what two effects do to these readings; dark where it was below what "
                 "counts as a rival.",
                 std::move(plot)};

@@ -116,10 +116,13 @@ void add_position_figures(const Columns& csv, Section& section) {
 }
 
 Table columns_table(const ordered_json& json) {
-  Table out = table_of(json["ranges"],
-                       {{"column", "column"}, {"smallest", "smallest", 6}, {"largest", "largest", 6}});
+  ordered_json ranges = ordered_json::array();
+  for (const auto& range : json["ranges"])
+    if (!range["smallest"].is_null()) ranges.push_back(range);
+  Table out =
+      table_of(ranges, {{"column", "column"}, {"smallest", "smallest", 6}, {"largest", "largest", 6}});
   out.id = "columns";
-  out.title = "Columns";
+  out.title = "Range of each column with numbers";
   return out;
 }
 
@@ -319,10 +322,10 @@ Page machine_check_page(const Machine& machine, const std::vector<BodyMesh>& bod
   const auto& beyond = json["beyond_travel_at_part_zero"];
   const auto& open = json["left_open"];
   page.tone = beyond.empty() ? Tone::good : Tone::neutral;
-  page.verdict =
-      "The tool axis reaches every direction up to " +
-      short_number(number_at(json, "tool_axis_every_way_deg"), 4) + "° from the spindle, some up to " +
-      short_number(number_at(json, "tool_axis_one_way_deg"), 4) + "°. With the tip at the part's zero ";
+  const std::string every = short_number(number_at(json, "tool_axis_every_way_deg"), 4);
+  const std::string some = short_number(number_at(json, "tool_axis_one_way_deg"), 4);
+  page.verdict = "The tool axis reaches every direction up to " + every + "° from the spindle" +
+                 (every == some ? "" : ", some up to " + some + "°") + ". With the tip at the part's zero ";
   page.verdict += beyond.empty() ? "every axis stays within its travel wherever the rotary axes stand." : "";
   for (std::size_t i = 0; i < beyond.size(); ++i)
     page.verdict += (i == 0 ? "" : ", ") + text_at(beyond[i], "axis") + " would go " +

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
 #include "trunnion/base/units.hpp"
@@ -41,43 +40,43 @@ void add_readings(ordered_json& out, const LineTest& test, bool rotary) {
   }
 }
 
-double mean_square(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double v : values) sum += v * v;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+// In the words of a ball bar's report.
+std::string cause_text(CircleCause::Kind kind, const std::string& plane) {
+  const std::string first = plane.substr(0, 1), second = plane.substr(1);
+  switch (kind) {
+    case CircleCause::Kind::scale_mismatch:
+      return "scale mismatch";
+    case CircleCause::Kind::squareness:
+      return "squareness";
+    case CircleCause::Kind::lost_motion_first:
+      return "lost motion of " + first;
+    case CircleCause::Kind::lost_motion_second:
+      return "lost motion of " + second;
+    case CircleCause::Kind::servo_mismatch:
+      return "servo mismatch";
+    case CircleCause::Kind::radius:
+      return "radius differs with direction";
+  }
+  return {};
 }
 
-// Squareness and scales are the second harmonic of the mean of both directions, the reversal is half of their
-// difference: the three are at right angles to each other and to what is left.
-ordered_json causes_of(const CircularTest& test, const std::vector<const CircularPath*>& paths) {
-  std::vector<double> all;
-  std::vector<double> mean[2];  // of each direction
-  for (const CircularPath* path : paths) {
-    const CircleFit fit = fit_circle(path->points, Centre::least_squares);
-    for (const RadialPoint& p : path->points)
-      all.push_back(p.radial_mm - fit.radius - fit.x * std::cos(p.angle_rad) - fit.y * std::sin(p.angle_rad));
-    double sum = 0.0;
-    for (const RadialPoint& p : path->points) sum += p.radial_mm;
-    if (!path->points.empty())
-      mean[path->counter_clockwise ? 1 : 0].push_back(sum / static_cast<double>(path->points.size()));
-  }
-  const auto middle = [](const std::vector<double>& v) {
-    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(std::max<std::size_t>(v.size(), 1));
-  };
-  const bool both = !mean[0].empty() && !mean[1].empty();
-  const double reversal = both ? std::pow((middle(mean[0]) - middle(mean[1])) / 2.0, 2) : 0.0;
-  const double scales = std::pow(test.scale_mismatch / 2.0, 2) / 2.0;
-  const double square = std::pow(test.opening_rad * test.radius_mm / 2.0, 2) / 2.0;
-  const double shape = mean_square(all);
-  const double whole = std::max(shape + reversal, scales + square + reversal);
+ordered_json causes_json(const CircularTest& test, const std::vector<const CircularPath*>& paths) {
   ordered_json out = ordered_json::array();
-  if (whole <= 0.0) return out;
-  const double per_cent = 100.0 / whole;
-  out.push_back({{"cause", "scales of the axes differ"}, {"per_cent", per_cent * scales}});
-  out.push_back({{"cause", "axes are not square"}, {"per_cent", per_cent * square}});
-  if (both) out.push_back({{"cause", "directions differ in radius"}, {"per_cent", per_cent * reversal}});
-  out.push_back(
-      {{"cause", "other"}, {"per_cent", per_cent * std::max(0.0, whole - scales - square - reversal)}});
+  double left = 1.0;
+  for (const CircleCause& cause : circle_causes(paths)) {
+    const bool angle = cause.kind == CircleCause::Kind::squareness;
+    // Scales and squareness have their figures already.
+    const double size = cause.kind == CircleCause::Kind::scale_mismatch ? test.scale_mismatch
+                        : angle                                         ? test.opening_rad
+                                                                        : cause.size_mm;
+    out.push_back({{"cause", cause_text(cause.kind, test.plane)},
+                   {"per_cent", 100.0 * cause.share},
+                   {"size", size * factor_of(angle)},
+                   {"unit", angle ? "urad" : "um"}});
+    left -= cause.share;
+  }
+  if (!out.empty())
+    out.push_back({{"cause", "other"}, {"per_cent", 100.0 * left}, {"size", nullptr}, {"unit", nullptr}});
   return out;
 }
 
@@ -207,7 +206,7 @@ std::string iso230_4_json(const std::vector<CircularTest>& tests, const std::vec
       own.push_back(&path);
       one["paths"].push_back(path_json(path));
     }
-    one["causes"] = causes_of(test, own);
+    one["causes"] = causes_json(test, own);
     out["circles"].push_back(std::move(one));
   }
   return json_text(out);

@@ -86,7 +86,8 @@ Table targets_table(const ordered_json& line, const std::string& id) {
   Table out = table_of(rows, columns);
   out.id = id;
   out.title = text_at(line, "axis") + ", target by target / " + unit_of(line);
-  for (const auto& note : line["notes"]) out.caption += (out.caption.empty() ? "" : " ") + cell_text(note);
+  for (const auto& note : line["notes"])
+    out.caption += (out.caption.empty() ? "" : " ") + as_sentence(cell_text(note));
   return out;
 }
 
@@ -168,42 +169,69 @@ double radians(double degrees) {
   return degrees * kRadPerDegree;
 }
 
-// Radial deviations drawn around a circle of their own size: as a ball bar's report has it.
-XyPlot polar(const std::string& unit, double largest) {
-  XyPlot plot;
-  plot.equal_scales = true;
-  plot.x = {"radial deviation", unit};
-  plot.y = {"radial deviation", unit};
-  constexpr int kSides = 180;
-  Series circle{"nominal", Mark::line, {}, {}, {}, {}, 7};
-  for (int i = 0; i <= kSides; ++i) {
-    const double a = radians(360.0 * i / kSides);
-    circle.x.push_back(largest * std::cos(a));
-    circle.y.push_back(largest * std::sin(a));
-  }
-  plot.series.push_back(std::move(circle));
-  return plot;
+// A ring every 1, 2 or 5 units, two to five of them on either side of the nominal circle.
+double ring_step(double largest) {
+  const double rough = largest / 2.5;
+  const double ten = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double step : {1.0, 2.0, 5.0})
+    if (step * ten >= rough) return step * ten;
+  return 10.0 * ten;
 }
 
-void add_polar(XyPlot& plot, const std::string& name, const ordered_json& path, double zero) {
+/// Radial deviations about a circle of their own size, with rings: as a ball bar's report has them.
+struct PolarPlot {
+  XyPlot plot;
+  double zero = 3.0;  // radius of the nominal circle: the circle stays open, its shape stays visible
+  double step = 1.0;  // from ring to ring
+};
+
+PolarPlot polar(const ordered_json& paths, const std::string& first, const std::string& second) {
+  double largest = 0.0;
+  for (const auto& path : paths)
+    for (const double v : numbers_of(path["radial"])) largest = std::max(largest, std::abs(v));
+  if (largest <= 0.0) largest = 1.0;
+  PolarPlot out{{}, 3.0 * largest, ring_step(largest)};
+  out.plot.equal_scales = true;
+  out.plot.numbered = false;
+  out.plot.x = {first, ""};
+  out.plot.y = {second, ""};
+  const int rings = static_cast<int>(std::ceil(largest / out.step));
+  constexpr int kSides = 180;
+  Series faint{"", Mark::line, {}, {}, {}, {}, kRuleColour};
+  Series nominal{"nominal", Mark::line, {}, {}, {}, {}, 7};
+  for (int ring = -rings; ring <= rings; ++ring) {
+    const double radius = out.zero + ring * out.step;
+    Series& s = ring == 0 ? nominal : faint;
+    for (int i = 0; i <= kSides; ++i) {
+      const double a = radians(360.0 * i / kSides);
+      s.x.push_back(radius * std::cos(a));
+      s.y.push_back(radius * std::sin(a));
+    }
+    s.x.push_back(kGap);
+    s.y.push_back(kGap);
+  }
+  out.plot.series = {std::move(faint), std::move(nominal)};
+  return out;
+}
+
+void add_path(PolarPlot& polar, const std::string& name, const ordered_json& path) {
   const auto angle = numbers_of(path["angle_deg"]);
   const auto radial = numbers_of(path["radial"]);
   Series s;
   s.name = name;
-  for (std::size_t i = 0; i < angle.size() && i < radial.size(); ++i) {
-    s.x.push_back((zero + radial[i]) * std::cos(radians(angle[i])));
-    s.y.push_back((zero + radial[i]) * std::sin(radians(angle[i])));
+  s.colour = static_cast<int>(polar.plot.series.size()) - 2;
+  const std::size_t count = std::min(angle.size(), radial.size());
+  const auto add = [&](std::size_t i) {
+    s.x.push_back((polar.zero + radial[i]) * std::cos(radians(angle[i])));
+    s.y.push_back((polar.zero + radial[i]) * std::sin(radians(angle[i])));
     s.labels.push_back(short_number(angle[i], 4) + "°: " + short_number(radial[i], 4));
-  }
-  plot.series.push_back(std::move(s));
-}
-
-// Three times the largest deviation: the circle stays open, its shape stays visible.
-double circle_size(const ordered_json& paths) {
-  double largest = 0.0;
-  for (const auto& path : paths)
-    for (const double v : numbers_of(path["radial"])) largest = std::max(largest, std::abs(v));
-  return largest > 0.0 ? 3.0 * largest : 1.0;
+  };
+  for (std::size_t i = 0; i < count; ++i) add(i);
+  // A whole turn ends where it began.
+  if (count > 2 &&
+      std::abs(std::remainder(angle[count - 1] - angle[0], 360.0)) < 2.5 * 360.0 / static_cast<double>(count))
+    add(0);
+  polar.plot.series.push_back(std::move(s));
 }
 
 }  // namespace
@@ -256,27 +284,32 @@ Page circles_page(const ResultText& result) {
             (circle["G_b"].is_null() ? std::string("not measured") : um_text(number_at(circle, "G_b"))) + ".";
     Section section{name, {}};
     if (circle.contains("paths") && !circle["paths"].empty()) {
-      const double size = circle_size(circle["paths"]);
-      XyPlot plot = polar("µm", size);
-      for (const auto& path : circle["paths"]) add_polar(plot, text_at(path, "sense"), path, size);
+      const std::string plane = text_at(circle, "plane");
+      PolarPlot drawn = polar(circle["paths"], "+" + plane.substr(0, 1), "+" + plane.substr(1));
+      for (const auto& path : circle["paths"]) add_path(drawn, text_at(path, "sense"), path);
       section.items.emplace_back(
-          Figure{id, "Polar plot, " + name,
-                 "Radial deviation about the least-squares centre; the grey circle is the nominal one, the "
-                 "first axis of the plane to the right.",
-                 std::move(plot)});
+          Figure{id, "Polar plot, " + name + ", " + short_number(drawn.step) + " µm a ring",
+                 "Radial deviation about the least-squares centre of each path, outwards "
+                 "where the circle is too large.",
+                 std::move(drawn.plot)});
     }
-    if (circle.contains("causes")) {
+    if (circle.contains("causes") && !circle["causes"].empty()) {
       const auto& causes = circle["causes"];
       XyPlot bars = bar_plot({"share of the mean square", "%"}, texts_of(causes, "cause"));
       add_bars(bars, "", numbers_of(causes, "per_cent"));
       section.items.emplace_back(Figure{id + "-causes", "What shapes the circle",
-                                        "Of the mean square of the deviations from the least-squares circle.",
+                                        "Shares of the mean square of the deviations, all causes fitted "
+                                        "together. A negative share: the cause undoes others.",
                                         std::move(bars)});
       const auto most = std::max_element(causes.begin(), causes.end(), [](const auto& a, const auto& b) {
         return number_at(a, "per_cent") < number_at(b, "per_cent");
       });
       if (most != causes.end())
-        said += " Mostly " + text_at(*most, "cause") + " (" + cell_text((*most)["per_cent"], 3) + " %).";
+        said +=
+            (*most)["size"].is_null()
+                ? " No known cause explains most of it (other " + cell_text((*most)["per_cent"], 3) + " %)."
+                : " Main cause: " + text_at(*most, "cause") + " " + cell_text((*most)["size"], 3) + " " +
+                      unit_of(*most) + " (" + cell_text((*most)["per_cent"], 3) + " %).";
     }
     ordered_json rows = ordered_json::array();
     for (const auto& way : {"clockwise", "counter_clockwise"}) {
@@ -297,6 +330,19 @@ Page circles_page(const ResultText& result) {
                     cell_text(circle["D"]) + " µm; scales differ by " +
                     cell_text(circle["scale_mismatch_um"]) + " µm on the radius, the axes open by " +
                     cell_text(circle["opening_urad"]) + " µrad.";
+    if (circle.contains("causes") && !circle["causes"].empty()) {
+      ordered_json causes = circle["causes"];
+      for (auto& cause : causes) cause["unit"] = cause["unit"].is_null() ? "" : unit_of(cause);
+      Table list = table_of(
+          causes, {{"cause", "cause"}, {"per_cent", "share / %"}, {"size", "size"}, {"unit", "unit"}});
+      list.id = id + "-causes-table";
+      list.title = "Causes";
+      list.caption =
+          "Lost motion: what the axis lacks after it turned round. Servo mismatch: the amplitude of the "
+          "ellipse at "
+          "45° that turns over with the direction. Other: what none of them explains, noise among it.";
+      section.items.emplace_back(std::move(list));
+    }
     section.items.emplace_back(std::move(table));
     page.sections.push_back(std::move(section));
     page.verdict += (page.verdict.empty() ? "" : " ") + said;
@@ -321,11 +367,11 @@ Page rotation_page(const ResultText& result) {
                     " " + unit + ", of which each turn repeats " + cell_text(motion["synchronous"], 3) + " " +
                     unit + ".";
     if (!motion.contains("paths") || motion["paths"].empty()) continue;
-    const double size = circle_size(motion["paths"]);
-    XyPlot plot = polar(unit, size);
-    for (const auto& path : motion["paths"]) add_polar(plot, text_at(path, "turn"), path, size);
-    section.items.emplace_back(Figure{"motion-" + std::to_string(++number), name,
-                                      "As read, about the circle that stands for none.", std::move(plot)});
+    PolarPlot drawn = polar(motion["paths"], "0°", "90°");
+    for (const auto& path : motion["paths"]) add_path(drawn, text_at(path, "turn"), path);
+    section.items.emplace_back(Figure{
+        "motion-" + std::to_string(++number), name + ", " + short_number(drawn.step) + " " + unit + " a ring",
+        "As read, about the circle that stands for none.", std::move(drawn.plot)});
   }
   Table table = table_of(motions, {{"axis", "axis"},
                                    {"kind", "kind"},

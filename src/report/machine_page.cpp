@@ -18,9 +18,9 @@ Table zero_table(const ordered_json& zero) {
   out.columns = {"program", "where"};
   for (const auto& [name, one] : zero.items()) {
     for (const auto& line : one["text"])
-      out.rows.push_back(
-          {name == "tool_centre_point" ? "with tool-centre-point control (--rtcp)" : "without it",
-           cell_text(line)});
+      out.rows.push_back({name == "tool_centre_point" ? "with tool-centre-point control (--rtcp)"
+                                                      : "without tool-centre-point control",
+                          cell_text(line)});
   }
   return out;
 }

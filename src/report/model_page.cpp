@@ -73,6 +73,12 @@ std::vector<std::string> names_of(const std::vector<diagnosis::Dependence>& all)
   return out;
 }
 
+std::string verdict_words(diagnosis::Verdict verdict) {
+  std::string out(diagnosis::text_of(verdict));
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
 Section model_section(const ModelPageInput& input, const Model& model) {
   return {
       "What the model knows",
@@ -302,7 +308,7 @@ Page diagnosis_page(const ModelPageInput& input, const Diagnosis& d) {
       d.verdict == diagnosis::Verdict::nothing_to_find || d.verdict == diagnosis::Verdict::named;
   Page page = start(input, "What the model of " + input.machine->name + " lacks", headline(d),
                     clear ? Tone::good : Tone::neutral);
-  page.facts = {{"verdict", "verdict", std::string(diagnosis::text_of(d.verdict)), std::nullopt},
+  page.facts = {{"verdict", "verdict", verdict_words(d.verdict), std::nullopt},
                 {"effects", "missing", d.effects.empty() ? "–" : joined(d.effects, " + "), std::nullopt},
                 {"confidence", "confidence", short_number(100 * d.confidence, 3) + " %", d.confidence},
                 {"chi2", "chi-square", short_number(d.chi2, 5), d.chi2},
@@ -403,7 +409,7 @@ Page improve_page(const ModelPageInput& input, const std::vector<diagnosis::Impr
     entry.parent = k == 0 ? "" : "step " + std::to_string(k - 1);
     entries.push_back(std::move(entry));
     const auto& d = step.diagnosis;
-    said.rows.push_back({std::to_string(k), std::string(diagnosis::text_of(d.verdict)),
+    said.rows.push_back({std::to_string(k), verdict_words(d.verdict),
                          d.effects.empty() ? "–" : joined(d.effects, " + "),
                          short_number(100 * d.confidence, 3)});
   }
@@ -438,11 +444,15 @@ Page simulation_page(const ModelPageInput& input, const Model& truth, const std:
   const double rms = readings.um.empty() ? 0.0 : std::sqrt(squares / count);
   page.facts = {{"readings", "readings", std::to_string(readings.um.size()), count},
                 {"rms_um", "rms reading", um_text(rms), rms}};
+  Figure vectors = vectors_figure(readings, vector_scale(readings), "vectors", "Readings as vectors");
+  std::get<SpacePlot>(vectors.plot).colour.label = "reading";
+  BoxPlot by_run = residual_by_run(readings);
+  by_run.y.label = "reading";
   Section first{"What the machine would show",
-                {vectors_figure(readings, vector_scale(readings), "vectors", "Readings as vectors"),
+                {std::move(vectors),
                  Figure{"runs", "Readings by run",
                         "Box: the middle half; whiskers to 1.5 times its length; beyond: single readings.",
-                        residual_by_run(readings)}}};
+                        std::move(by_run)}}};
   page.sections.push_back(std::move(first));
   if (!truth.effects.empty()) {
     page.sections.push_back(model_section(input, truth));

@@ -10,6 +10,7 @@
 #include "report/axis_figures.hpp"
 #include "report/nc_figures.hpp"
 #include "report/svg.hpp"
+#include "report/texts.hpp"
 
 namespace trunnion::report {
 namespace {
@@ -53,14 +54,22 @@ Fact limits_fact(const post::VerifyReport& r) {
   return out;
 }
 
+// The two questions that follow the figure: where, and which block is it?
+std::string worst_text(const post::VerifyReport& r) {
+  if (r.worst.empty()) return "";
+  const auto& w = r.worst.front();
+  return " Worst at NC line " + std::to_string(w.nc_line) + " (CL line " + std::to_string(w.cl_line) +
+         "): " + length_text(w.tip_mm) + ".";
+}
+
 std::string verdict_of(const post::VerifyReport& r) {
-  const std::string figures = "tip stays within " + length_text(r.largest_tip_deviation_mm()) +
-                              " of its path (" + (r.certified ? "proved" : "sampled") + "; tolerance " +
-                              length_text(r.tolerance_mm) + "), the tool axis within " +
-                              short_number(r.max_axis_deviation.deg(), 3) + "° (tolerance " +
-                              short_number(r.axis_tolerance.deg(), 3) + "°) of its great circle and within " +
-                              short_number(r.max_axis_deviation_at_tip.deg(), 3) +
-                              "° of where the path has it at the tip's place. " + post::flute_text(r) + ".";
+  const std::string figures =
+      "tip stays within " + length_text(r.largest_tip_deviation_mm()) + " of its path (" +
+      (r.certified ? "proved" : "sampled") + "; tolerance " + length_text(r.tolerance_mm) +
+      "), the tool axis within " + short_number(r.max_axis_deviation.deg(), 3) + "° (tolerance " +
+      short_number(r.axis_tolerance.deg(), 3) + "°) of its great circle and within " +
+      short_number(r.max_axis_deviation_at_tip.deg(), 3) + "° of where the path has it at the tip's place. " +
+      as_sentence(post::flute_text(r)) + worst_text(r);
   const std::string machine = r.on_truth ? " Evaluated on the machine with its errors." : "";
   if (r.passed()) return "Verified: the " + figures + machine;
   std::string why;
@@ -135,6 +144,23 @@ Table checks_table(const post::VerifyReport& r) {
   return table;
 }
 
+// Before compensation and after it, from one place: what the correction is worth.
+std::string compensation_text(const Scene& scene) {
+  const auto colouring = [&](std::string_view column) {
+    return std::find_if(scene.colourings.begin(), scene.colourings.end(),
+                        [&](const auto& c) { return c.column == column; });
+  };
+  const auto before = colouring("machine_um");
+  if (before == scene.colourings.end()) return "";
+  std::string out =
+      " Without compensation the machine's errors put the tip off by up to " + um_text(before->largest);
+  const auto column = std::find_if(scene.columns.begin(), scene.columns.end(),
+                                   [](const auto& c) { return c.name == "machine_um"; });
+  if (!scene.worst.empty() && column != scene.columns.end())
+    out += ", by " + um_text(column->values[scene.worst.front()]) + " at the worst place";
+  return out + ".";
+}
+
 Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegment>& segments) {
   const post::VerifyReport& r = *input.verification;
   Scene scene = program_scene({*input.machine, r, segments, input.errors, input.nc_text, input.cl_text});
@@ -152,6 +178,12 @@ Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegme
         " blocks: every block about the worst places, else the smallest and the largest of each stretch.";
   scene.path_figure = kPathFigure;
   scene.still = path_plot(r, 0.0);
+  // What compensation changes is what is asked of such a program first.
+  for (std::size_t k = 0; k < scene.colourings.size(); ++k)
+    if (r.on_truth && scene.colourings[k].column == "machine_um") scene.beside = k;
+  if (scene.beside)
+    scene.caption +=
+        " The handle on the lower edge of the picture moves the border between after and before.";
   const std::vector<std::size_t> stops = scene.worst;
   Section section{"Path", {}};
   section.items.emplace_back(std::move(scene));
@@ -269,6 +301,7 @@ Page nc_page(const NcPageInput& input) {
   if (r.blocks.empty()) return page;
   const auto segments = programmed_segments(*input.machine, r);
   page.sections.push_back(path_section(input, segments));
+  if (r.on_truth) page.verdict += compensation_text(std::get<Scene>(page.sections.back().items.front()));
   Section deviation{"Deviation", {deviation_figure(r, segments), axis_deviation_figure(r)}};
   if (!segments.empty()) {
     deviation.items.emplace_back(inserted_figure(r, segments));

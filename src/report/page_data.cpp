@@ -64,8 +64,11 @@ ordered_json series(const Series& s, std::size_t index) {
 }
 
 ordered_json plot_data(const XyPlot& plot) {
-  ordered_json out = {
-      {"kind", "xy"}, {"x", scale(plot.x)}, {"y", scale(plot.y)}, {"equal", plot.equal_scales}};
+  ordered_json out = {{"kind", "xy"},
+                      {"x", scale(plot.x)},
+                      {"y", scale(plot.y)},
+                      {"equal", plot.equal_scales},
+                      {"numbered", plot.numbered}};
   out["series"] = ordered_json::array();
   for (std::size_t i = 0; i < plot.series.size(); ++i) out["series"].push_back(series(plot.series[i], i));
   out["levels"] = ordered_json::array();
@@ -161,6 +164,7 @@ ordered_json scene_data(const Scene& scene) {
     out["colourings"].push_back(
         {{"column", c.column}, {"label", c.label}, {"unit", c.unit}, {"largest", c.largest}});
   for (const auto& s : scene.stands) out["stands"].push_back({{"text", s.text}, {"q", s.q}});
+  if (!scene.start.empty()) out["start"] = scene.start;
   if (scene.beside) out["beside"] = *scene.beside;
   const auto put_text = [&](const char* name, const Scene::Text& text) {
     if (!text.lines.empty()) out[name] = {{"lines", packed(text.lines)}, {"of_blocks", text.of_blocks}};

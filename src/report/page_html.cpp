@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/report/page.hpp"
 
@@ -44,7 +46,7 @@ std::string html_of(const Paragraph& paragraph) {
   return "<p>" + escaped(paragraph.text) + "</p>\n";
 }
 
-// A flat figure without a neighbour takes the whole row.
+// A figure without a neighbour takes the whole row, but for a matrix and a circle: they are square.
 bool stands_alone(const std::vector<Item>& items, std::size_t at) {
   const auto is_figure = [&](std::size_t i) { return std::holds_alternative<Figure>(items[i]); };
   if (!is_figure(at)) return false;
@@ -52,8 +54,9 @@ bool stands_alone(const std::vector<Item>& items, std::size_t at) {
   while (first > 0 && is_figure(first - 1)) --first;
   const bool last = at + 1 == items.size() || !is_figure(at + 1);
   const auto& plot = std::get<Figure>(items[at]).plot;
-  return last && (at - first) % 2 == 0 && std::holds_alternative<XyPlot>(plot) &&
-         !std::get<XyPlot>(plot).equal_scales;
+  const auto* flat = std::get_if<XyPlot>(&plot);
+  return last && (at - first) % 2 == 0 &&
+         (std::holds_alternative<SpacePlot>(plot) || (flat != nullptr && !flat->equal_scales));
 }
 
 std::string html_of(const Figure& figure) {
@@ -70,6 +73,7 @@ std::string html_of(const Figure& figure) {
 }
 
 std::string html_of(const Table& table) {
+  constexpr std::size_t kLongCell = 30;  // letters: a column of sentences is not squeezed to a word a line
   std::string out = "<figure class=\"table\" id=\"" + table.id + "\"><h3>" + escaped(table.title) +
                     "</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" +
                     escaped(table.title) + "\"><table><thead><tr>";
@@ -83,7 +87,8 @@ std::string html_of(const Table& table) {
     out += "<tr>";
     for (std::size_t c = 0; c < table.rows[r].size(); ++c) {
       const bool button = c == 0 && r < table.go_to.size();
-      out += "<td" + std::string(cell_class(c)) + ">" +
+      const bool words = table.rows[r][c].size() > kLongCell;
+      out += "<td" + std::string(words ? " class=\"words\"" : cell_class(c)) + ">" +
              (button ? "<button type=\"button\" data-stop=\"" + std::to_string(table.go_to[r]) + "\">" : "") +
              escaped(table.rows[r][c]) + (button ? "</button>" : "") + "</td>";
     }
@@ -111,8 +116,12 @@ std::string facts_html(const Page& page) {
   if (page.facts.empty()) return "";
   constexpr std::size_t kLongFact = 40;  // letters: a sentence gets a row of its own
   std::string out = "<dl class=\"facts\">";
-  for (const Fact& fact : page.facts) {
-    const bool is_long = fact.text.size() > kLongFact;
+  // Those of a row of their own come last: they leave no holes among the others.
+  std::vector<Fact> facts = page.facts;
+  const auto is_short = [](const Fact& fact) { return fact.text.size() <= kLongFact; };
+  std::stable_partition(facts.begin(), facts.end(), is_short);
+  for (const Fact& fact : facts) {
+    const bool is_long = !is_short(fact);
     out += std::string(is_long ? "<div class=\"long\">" : "<div>") + "<dt>" + escaped(fact.label) +
            "</dt><dd data-fact=\"" + escaped(fact.id) + "\"" +
            (fact.value ? " data-value=\"" + shortest_text(*fact.value) + "\"" : "") + ">" +

@@ -1,5 +1,6 @@
 // The poses of planned runs on the machine.
 #include <algorithm>
+#include <cmath>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
@@ -28,6 +29,27 @@ std::string pose_text(const Machine& machine, const std::string& run, const Join
   return out;
 }
 
+// With all axes at zero the spindle's nose may be at the part's zero, the tool within the table: a machine
+// that is looked at stands with its tool clear above the part.
+std::vector<double> clear_of_part(const Machine& machine, double size_mm) {
+  constexpr double kUpright = 0.9;  // cosine between an axis and the tool
+  constexpr double kAbove = 0.6;    // of the table's radius
+  std::vector<double> out(machine.axes.size(), 0.0);
+  const Pose X_MP = part_in_machine(machine, JointVector{});
+  const Vec3 tip = X_MP * forward(machine, JointVector{}, machine.tool_vector()).p;
+  const double lift_mm = kAbove * size_mm - (tip - X_MP.p).z();
+  if (lift_mm <= 0.0) return out;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const Axis& axis = machine.axes[id];
+    const double up = axis.direction.z() * (axis.carries_part ? -1.0 : 1.0);
+    if (axis.kind != AxisKind::linear || std::abs(up) < kUpright) continue;
+    const double wanted = lift_mm / up;
+    out[id] = axis.has_limits() ? std::clamp(wanted, axis.min, axis.max) : wanted;
+    break;
+  }
+  return out;
+}
+
 }  // namespace
 
 void add_stand(std::vector<Scene::Stand>& stands, const Machine& machine, const std::string& run,
@@ -52,6 +74,7 @@ Scene stands_scene(const Machine& machine, std::vector<Scene::Stand> stands) {
 Scene jog_scene(const Machine& machine, const std::vector<BodyMesh>& meshes) {
   Scene out = machine_solids(machine, kDrawnTable_mm);
   put_meshes(out, meshes);
+  out.start = clear_of_part(machine, out.size_mm);
   out.title = "The machine, moved by hand";
   out.caption =
       "Move an axis and compare with the machine: an arrow shows the way of its body for a positive command. "

@@ -245,8 +245,10 @@ Page plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& ru
   const auto json = ordered_json::parse(result.json);
   Page page = opened(result);
   if (json["runs"].empty()) return page;
-  page.verdict = "Measure next: " + list_text(ordered_json(texts_of(json["runs"], "id"))) + ", " +
-                 short_number(number_at(json, "minutes"), 3) +
+  std::string runs_text;
+  for (const auto& id : texts_of(json["runs"], "id"))
+    runs_text += (runs_text.empty() ? "\"" : ", \"") + id + "\"";
+  page.verdict = "Measure next: " + runs_text + ", " + short_number(number_at(json, "minutes"), 3) +
                  " min; the chance of a wrong name falls from " +
                  chance_text(number_at(json, "chance_of_wrong_name_before")) + " to " +
                  chance_text(number_at(json, "chance_of_wrong_name_after")) + ".";
@@ -254,11 +256,13 @@ Page plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& ru
   add_bars(chance, "",
            {100 * number_at(json, "chance_of_wrong_name_before"),
             100 * number_at(json, "chance_of_wrong_name_after")});
-  Section first{"What it is for", {Paragraph{text_at(json, "why")}}};
+  Section first{"What it is for", {}};
   first.items.emplace_back(Figure{"chance", "What it is worth", "", std::move(chance)});
-  XyPlot minutes = bar_plot({"time", "min"}, texts_of(json["runs"], "id"));
-  add_bars(minutes, "", numbers_of(json["runs"], "minutes"));
-  first.items.emplace_back(Figure{"minutes", "What it takes", "", std::move(minutes)});
+  if (json["runs"].size() > 1) {
+    XyPlot minutes = bar_plot({"time", "min"}, texts_of(json["runs"], "id"));
+    add_bars(minutes, "", numbers_of(json["runs"], "minutes"));
+    first.items.emplace_back(Figure{"minutes", "What it takes", "", std::move(minutes)});
+  }
   page.sections.push_back(std::move(first));
   if (auto scene = planned_scene(machine, runs))
     page.sections.push_back({"Where the machine goes", {std::move(*scene)}});

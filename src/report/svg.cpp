@@ -80,6 +80,7 @@ std::string scale_text(const Scale& scale) {
 
 std::string palette(int i) {
   constexpr int kColours = 8;
+  if (i == kRuleColour) return "var(--rule)";
   return "var(--c" + std::to_string(i % kColours) + ")";
 }
 

@@ -24,6 +24,7 @@ std::string scale_text(const Scale& scale);
 
 /// CSS colour of palette index i: a variable of the style sheet (Okabe-Ito order, one set for light and one
 /// for dark).
+inline constexpr int kRuleColour = -1;  // of lines that only guide the eye
 std::string palette(int i);
 
 /// Colour of `t` in [0, 1] on the scale that the interactive plots use too (cividis: even in brightness and

@@ -38,6 +38,19 @@ int colour_of(const XyPlot& plot, std::size_t i) {
   return plot.series[i].colour.value_or(static_cast<int>(i));
 }
 
+// Height that names take which are too long to stand beside each other, and are turned therefore.
+double room_of_names(const std::vector<std::string>& categories) {
+  constexpr double kLetter = 6.4;  // width of one
+  constexpr double kSlope = 0.5;   // sine of the angle by which they are turned
+  constexpr double kMost = 130.0;
+  std::size_t longest = 0;
+  for (const auto& name : categories) longest = std::max(longest, name.size());
+  const double pitch =
+      (kWidth - kLeft - kRight) / static_cast<double>(std::max<std::size_t>(1, categories.size()));
+  const double width = kLetter * static_cast<double>(longest);
+  return width < pitch ? 0.0 : std::min(kSlope * width, kMost);
+}
+
 void frame(Svg& svg, const DrawnScale& x, const DrawnScale& y, const Scale& x_text, const Scale& y_text,
            double top, double bottom, const std::vector<std::string>& categories) {
   for (const double tick : y.ticks()) {
@@ -50,17 +63,31 @@ void frame(Svg& svg, const DrawnScale& x, const DrawnScale& y, const Scale& x_te
       svg.text(x.at(tick), bottom + 17, short_number(tick), "class=\"tick\" text-anchor=\"middle\"");
     }
   }
+  const bool turned = room_of_names(categories) > 0.0;
   for (std::size_t i = 0; i < categories.size(); ++i) {
-    svg.text(x.at(static_cast<double>(i)), bottom + 17, categories[i],
-             "class=\"tick\" text-anchor=\"middle\"");
+    const double at = x.at(static_cast<double>(i));
+    const std::string where = short_number(at) + " " + short_number(bottom + 15);
+    svg.text(at, bottom + (turned ? 15 : 17), categories[i],
+             turned ? "class=\"tick\" text-anchor=\"end\" transform=\"rotate(-30 " + where + ")\""
+                    : std::string("class=\"tick\" text-anchor=\"middle\""));
   }
   svg.line(kLeft, bottom, kWidth - kRight, bottom, "class=\"axis\"");
   svg.line(kLeft, top, kLeft, bottom, "class=\"axis\"");
-  svg.text((kLeft + kWidth - kRight) / 2, bottom + 38, scale_text(x_text),
+  svg.text((kLeft + kWidth - kRight) / 2, bottom + 38 + room_of_names(categories), scale_text(x_text),
            "class=\"label\" text-anchor=\"middle\"");
   const std::string middle = short_number((top + bottom) / 2);
   svg.text(16, (top + bottom) / 2, scale_text(y_text),
            "class=\"label\" text-anchor=\"middle\" transform=\"rotate(-90 16 " + middle + ")\"");
+}
+
+// Of a plot without numbers: where its axes point, through the middle.
+void cross(Svg& svg, const DrawnScale& x, const DrawnScale& y, const XyPlot& plot) {
+  const double right = x.at(x.value_max());
+  const double top = y.at(y.value_max());
+  svg.line(x.at(x.value_min()), y.at(0.0), right, y.at(0.0), "class=\"grid\"");
+  svg.line(x.at(0.0), y.at(y.value_min()), x.at(0.0), top, "class=\"grid\"");
+  svg.text(right - 4, y.at(0.0) - 4, scale_text(plot.x), "class=\"label\" text-anchor=\"end\"");
+  svg.text(x.at(0.0) + 6, top + 12, scale_text(plot.y), "class=\"label\"");
 }
 
 void draw_line(Svg& svg, const Series& s, const DrawnScale& x, const DrawnScale& y,
@@ -177,14 +204,17 @@ void equalise(Range& x, Range& y, double width, double height) {
 std::string svg_of(const XyPlot& plot, std::string_view title) {
   Svg svg(kWidth, kHeight, title);
   const double top = kTop + legend(svg, plot);
-  const double bottom = kHeight - kBottom;
+  const double bottom = kHeight - kBottom - room_of_names(plot.categories);
   Range x_range;
   Range y_range;
   ranges_of(plot, x_range, y_range);
   if (plot.equal_scales) equalise(x_range, y_range, kWidth - kLeft - kRight, bottom - top);
   const DrawnScale x(x_range.min, x_range.max, plot.x.logarithmic, kLeft, kWidth - kRight);
   const DrawnScale y(y_range.min, y_range.max, plot.y.logarithmic, bottom, top);
-  frame(svg, x, y, plot.x, plot.y, top, bottom, plot.categories);
+  if (plot.numbered)
+    frame(svg, x, y, plot.x, plot.y, top, bottom, plot.categories);
+  else
+    cross(svg, x, y, plot);
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& s = plot.series[i];
     const std::string colour = palette(colour_of(plot, i));
@@ -212,13 +242,13 @@ std::string svg_of(const XyPlot& plot, std::string_view title) {
 
 std::string svg_of(const BoxPlot& plot, std::string_view title) {
   Svg svg(kWidth, kHeight, title);
-  const double bottom = kHeight - kBottom;
   Range range;
   std::vector<std::string> names;
   for (const auto& sample : plot.samples) {
     names.push_back(sample.name);
     for (const double v : sample.values) range.take(v);
   }
+  const double bottom = kHeight - kBottom - room_of_names(names);
   range.pad(0.05);
   const DrawnScale x(-0.5, static_cast<double>(std::max<std::size_t>(names.size(), 1)) - 0.5, false, kLeft,
                      kWidth - kRight);

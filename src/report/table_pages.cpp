@@ -25,7 +25,7 @@ const ordered_json* named(const ordered_json& rows, const std::string& name, dou
 Figure by_nodes(const ordered_json& json) {
   XyPlot plot;
   plot.x = {"nodes an axis", ""};
-  plot.y = {"error left at random points, rms", "µm"};
+  plot.y = {"error left at random points, rms", "µm", true};  // one table hides the others
   std::vector<std::string> names;
   for (const auto& name : texts_of(json["models"], "name")) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);

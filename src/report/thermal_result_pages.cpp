@@ -23,9 +23,9 @@ std::vector<std::string> chosen(const ordered_json& sensors, std::string_view ke
 std::string screened(const std::string& channel, const ordered_json& j) {
   const auto by_runs = chosen(j["sensors"], "chosen_by_held_out_runs");
   const auto& left = j["heldout_rmse_um"];
-  return channel + ": " + (by_runs.empty() ? "no sensor helps on runs" : joined(by_runs, ", ") + " on runs") +
-         " that were held out, error " + um_text(number_at(left, "chosen_by_held_out_runs")) +
-         " (all sensors " + um_text(number_at(left, "all")) + ", those chosen by p " +
+  return channel + ": " + (by_runs.empty() ? "no sensor helps" : "use " + joined(by_runs, ", ")) +
+         "; the error on held-out runs is " + um_text(number_at(left, "chosen_by_held_out_runs")) +
+         " (with all sensors " + um_text(number_at(left, "all")) + ", with those chosen by p " +
          um_text(number_at(left, "chosen_by_p")) + ").";
 }
 
@@ -65,7 +65,8 @@ Section screen_section(const std::string& channel, const ordered_json& j) {
                   "; likeness (Jaccard) of the choices by p over folds " + cell_text(j["jaccard_of_p"], 3) +
                   ".";
   out.items.emplace_back(std::move(table));
-  for (const auto& warning : j["warnings"]) out.items.emplace_back(Paragraph{cell_text(warning)});
+  for (const auto& warning : j["warnings"])
+    out.items.emplace_back(Paragraph{as_sentence(cell_text(warning))});
   return out;
 }
 

@@ -121,7 +121,7 @@ function spentSince(before) {
 
 // The pictures of README.md, and nothing else: `PICTURES=folder`.
 if (process.env.PICTURES) {
-  for (const [name, section] of [['post', '#scene'], ['compare', '#section-1'], ['diagnose', '#section-2'], ['thermal', 'main']]) {
+  for (const [name, section] of [['post', '#scene'], ['compare', '#scene'], ['diagnose', '#section-3'], ['improve', '#section-2'], ['thermal', 'main'], ['plan', '#section-2']]) {
     const {page} = await open(name);
     await activateAll(page);
     await page.evaluate((at) => document.querySelector(at).scrollIntoView(), section);
@@ -238,13 +238,13 @@ console.log(`nothing leaves the pages: ${pressed} buttons pressed on ${names.len
   await page.waitForFunction(() => document.querySelector('.has-print'));
   assert.equal((await shown()).length, figures);
   assert.ok((await shown()).includes('printed'));
-  assert.ok((await page.$eval('.printed', (e) => e.src.length)) > 5000, 'the picture is not empty');
+  assert.ok((await page.$eval('.printed img', (e) => e.src.length)) > 5000, 'the picture is not empty');
   await page.screenshot({path: 'post-print.png', fullPage: true, timeout: 120000});
   await page.close();
 }
 
 // A narrow window: nothing is wider than it, and the buttons can be pressed.
-for (const name of ['post', 'machine', 'improve', 'thermal', 'circle']) {
+for (const name of ['post', 'compensated', 'compare', 'plan', 'machine', 'improve', 'thermal', 'circle']) {
   const {page, troubles} = await open(name);
   await page.setViewportSize({width: 420, height: 800});
   await page.evaluate(() => trunnionScene());
@@ -348,6 +348,9 @@ for (const name of ['improve', 'history']) {
   await page.waitForFunction((b) => s.state.block > b, below.block);
   await page.keyboard.press('Space');
   assert.equal(await page.evaluate(() => s.state.playing), false);
+  const [yaw, pan] = await page.evaluate(() => [s.state.yaw, s.state.pan[0]]);
+  await page.keyboard.press('Shift+ArrowRight');
+  assert.ok(await page.evaluate(([a, b]) => s.state.yaw === a && s.state.pan[0] > b, [yaw, pan]), 'with shift the arrows move the picture');
   await page.focus('#stop');
   await page.keyboard.press('Home');
   assert.equal((await here()).block, 0);
@@ -371,6 +374,18 @@ for (const name of ['improve', 'history']) {
   const more = await compensated.page.$$eval('select.beside option', (all) => all.map((o) => o.textContent));
   assert.ok(more.includes('machine error before compensation') && !choices.includes('machine error before compensation'), `${more}`);
   assert.ok(more.includes('tip deviation on the machine with its errors'), `${more}`);
+  // It opens with after on the left and before on the right, at the worst place, and its sentence says both.
+  const {nc_line, tip_mm} = JSON.parse(readFileSync('compensated.json', 'utf8')).worst?.[0] ?? JSON.parse(readFileSync('compensated.json', 'utf8')).verification.worst[0];
+  const [left, right, before, largest_um] = await compensated.page.evaluate(async () => {
+    const t = await trunnionScene();
+    const column = t.columns.machine_um;
+    return [t.source.colourings[t.state.colour].column, t.source.colourings[t.state.other].column, column[t.state.block], column.reduce((a, b) => Math.max(a, b))];
+  });
+  assert.deepEqual([left, right], ['tip_um', 'machine_um']);
+  const sentence = await compensated.page.textContent('#verdict');
+  const short = (v) => String(Number(v.toPrecision(3)));
+  assert.ok(sentence.includes(`Worst at NC line ${nc_line} (CL line`) && sentence.includes(`: ${Number((1000 * tip_mm).toPrecision(4))} µm.`), sentence);
+  assert.ok(sentence.includes(`up to ${short(largest_um)} µm, by ${short(before)} µm at the worst place`), sentence);
   await compensated.page.close();
   console.log(`scene: ${worst.length} worst places, hover, click, text, keys, play and swipe agree with the JSON and the program`);
 }
@@ -431,6 +446,8 @@ for (const name of ['improve', 'history']) {
   const {page, troubles} = await open('machine');
   const axes = JSON.parse(readFileSync('machine.json', 'utf8')).axes;
   await page.evaluate(async () => { globalThis.s = await trunnionScene(); });
+  // It stands with its tool clear above the part's zero.
+  assert.ok(await page.evaluate(() => kinematics.tipInPart(s.source, s.state.q)[2] > 10), 'the tool is clear of the table');
   assert.deepEqual(await page.$$eval('.mark', (all) => all.map((e) => e.textContent)), axes.map((a) => `+${a.name}`));
   for (const axis of axes) {
     assert.equal(await page.textContent(`label[for=jog-${axis.name}]`), `+${axis.name}: ${axis.motion}`);

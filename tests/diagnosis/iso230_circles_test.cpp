@@ -125,6 +125,68 @@ TEST(Iso2304, BacklashOpensTheTwoWays) {
   EXPECT_NEAR(test.clockwise->G, test.counter_clockwise->G, 1e-9);
 }
 
+// Each cause alone, given as what it does to X and Y, is named with its size and has the whole share;
+// together each keeps its size, and their shares are what is left after the part of noise.
+TEST(Iso2304, CausesAreToldApartWithTheirSizes) {
+  using Kind = CircleCause::Kind;
+  const double radius = 50.0;
+  struct Case {
+    Kind kind;
+    double size_mm;
+    std::function<Vec3(const Vec3&, int)> deviation;
+  };
+  const auto step = [](double v, double size) { return v > 1e-9 ? size : v < -1e-9 ? -size : 0.0; };
+  // p is from the table's zero, the circle about X = 20.
+  const std::vector<Case> cases = {
+      {Kind::scale_mismatch, 40e-6 * radius,
+       [](const Vec3& p, int) { return Vec3(30e-6 * p.x(), -10e-6 * p.y(), 0.0); }},
+      {Kind::squareness, 40e-6 * radius, [](const Vec3& p, int) { return Vec3(-40e-6 * p.y(), 0.0, 0.0); }},
+      {Kind::lost_motion_first, 0.008,
+       [&](const Vec3& p, int sense) { return Vec3(-step(-sense * p.y(), 0.004), 0.0, 0.0); }},
+      {Kind::lost_motion_second, -0.006,
+       [&](const Vec3& p, int sense) { return Vec3(0.0, step(sense * (p.x() - 20.0), 0.003), 0.0); }},
+      // Y lags: it is where it was a time before, by 0.1 mrad of the circle.
+      {Kind::servo_mismatch, -0.5 * 1e-4 * radius,
+       [](const Vec3& p, int sense) { return Vec3(0.0, -1e-4 * sense * (p.x() - 20.0), 0.0); }},
+      {Kind::radius, 0.003,
+       [&](const Vec3& p, int sense) {
+         return Vec3(0.0015 * sense * (p - Vec3(20.0, 0.0, p.z())) / radius);
+       }},
+  };
+  const auto causes_of = [&](const std::function<Vec3(const Vec3&, int)>& deviation) {
+    const auto paths = circular_paths(circle(radius, 20.0, deviation)).value();
+    std::vector<const CircularPath*> all;
+    for (const auto& path : paths) all.push_back(&path);
+    return circle_causes(all);
+  };
+  for (const Case& one : cases) {
+    const auto causes = causes_of(one.deviation);
+    ASSERT_EQ(causes.size(), cases.size());
+    for (const CircleCause& cause : causes) {
+      const bool own = cause.kind == one.kind;
+      EXPECT_NEAR(cause.size_mm, own ? one.size_mm : 0.0, 1e-9) << static_cast<int>(one.kind);
+      EXPECT_NEAR(cause.share, own ? 1.0 : 0.0, 1e-9) << static_cast<int>(one.kind);
+    }
+  }
+  const auto together = causes_of([&](const Vec3& p, int sense) {
+    Vec3 sum = Vec3::Zero();
+    for (const Case& one : cases) sum += one.deviation(p, sense);
+    return sum;
+  });
+  double shares = 0.0;
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    EXPECT_EQ(together[k].kind, cases[k].kind);
+    EXPECT_NEAR(together[k].size_mm, cases[k].size_mm, 1e-9);
+    shares += together[k].share;
+  }
+  EXPECT_NEAR(shares, 1.0, 1e-9);
+  // A quarter of a circle tells none of them apart.
+  Readings quarter = circle(radius, 20.0, cases[0].deviation);
+  std::erase_if(quarter.rows, [](const Reading& r) { return r.position[0] < 20.0 || r.position[1] < 0.0; });
+  const auto arcs = circular_paths(quarter).value();
+  EXPECT_TRUE(circle_causes({&arcs.front()}).empty());
+}
+
 TEST(Iso2304, SplitsARunThatTurnsRound) {
   Readings readings = circle(50.0, 0.0, [](const Vec3&, int) { return Vec3::Zero(); });
   for (Reading& r : readings.rows) r.run = "1";

@@ -70,4 +70,24 @@ struct CircularTest {
 };
 Result<std::vector<CircularTest>> evaluate_circles(const std::vector<CircularPath>& paths);
 
+/// One cause of a circle's shape, as the report of a ball bar lists them.
+struct CircleCause {
+  enum class Kind {
+    scale_mismatch,
+    squareness,
+    lost_motion_first,
+    lost_motion_second,
+    servo_mismatch,
+    radius
+  };
+  Kind kind = Kind::scale_mismatch;
+  double share = 0.0;    // of the mean square about each path's centre and the common radius
+  double size_mm = 0.0;  // on the radius: scales and squareness twice the amplitude, lost motion its b,
+                         // servo mismatch the amplitude, radius counter-clockwise less clockwise
+};
+/// The causes of the shape of one circle's paths, all fitted together; what they leave is 1 less the sum of
+/// the shares. Servo mismatch and radius are told from the others by both directions only. Empty where the
+/// paths go through less than half a turn, or deviate by nothing.
+std::vector<CircleCause> circle_causes(const std::vector<const CircularPath*>& paths);
+
 }  // namespace trunnion::iso230

@@ -50,6 +50,7 @@ struct XyPlot {
   std::vector<Level> levels;            // horizontal
   std::vector<std::string> categories;  // names of x = 0, 1, 2 ... instead of numbers
   bool equal_scales = false;            // one unit of x is as long as one of y (circles stay round)
+  bool numbered = true;                 // numbers and grid at the axes; a polar plot has rings
 };
 
 /// Box, whiskers to 1.5 interquartile ranges, and what lies beyond, of each sample.
@@ -178,6 +179,7 @@ struct Scene {
   std::vector<Colouring> colourings;
   std::optional<std::size_t> beside;  // the colouring that stands right of the first one at the beginning
   std::vector<std::size_t> worst;     // blocks, worst first
+  std::vector<double> start;  // where a machine without a program stands at the beginning; empty: at zero
   std::vector<Stand> stands;  // of a scene without a program: a list beside it moves the machine there
   Texts texts;
   std::string path_figure;         // a flat figure over path length that follows

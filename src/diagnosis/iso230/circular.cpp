@@ -94,14 +94,19 @@ Result<std::vector<CircularPath>> paths_of(const std::vector<const Reading*>& ro
   return out;
 }
 
-// A full circle leaves no gap above twice its mean step.
-bool is_full(const CircularPath& path) {
+double largest_gap(const CircularPath& path) {
   std::vector<double> angles;
   for (const RadialPoint& p : path.points) angles.push_back(p.angle_rad);
   std::sort(angles.begin(), angles.end());
   double gap = angles.front() + kTwoPi - angles.back();
   for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
-  return gap < 2.5 * kTwoPi / static_cast<double>(angles.size()) || gap < 0.1;
+  return gap;
+}
+
+// A full circle leaves no gap above twice its mean step.
+bool is_full(const CircularPath& path) {
+  const double gap = largest_gap(path);
+  return gap < 2.5 * kTwoPi / static_cast<double>(path.points.size()) || gap < 0.1;
 }
 
 CircularTest::OneWay one_way(const CircularPath& path) {
@@ -148,6 +153,33 @@ std::pair<double, double> second_harmonic(const std::vector<RadialPoint>& points
   return {z[3], z[4]};
 }
 
+// -1, 0, 1: an axis that turns round here has no direction.
+double sign_of(double v) {
+  constexpr double kTurnsRound = 1e-9;
+  return v > kTurnsRound ? 1.0 : v < -kTurnsRound ? -1.0 : 0.0;
+}
+
+// What one unit of a cause does to the radius at angle t; `sense` is 1 counter-clockwise, -1 clockwise.
+// Lost motion b leaves an axis b/2 behind its direction of motion: of the first axis that is -sense sin t, of
+// the second sense cos t.
+double shape_of(CircleCause::Kind kind, double t, double sense) {
+  switch (kind) {
+    case CircleCause::Kind::scale_mismatch:
+      return 0.5 * std::cos(2 * t);
+    case CircleCause::Kind::squareness:
+      return -0.5 * std::sin(2 * t);
+    case CircleCause::Kind::lost_motion_first:
+      return 0.5 * sense * sign_of(std::sin(t)) * std::cos(t);
+    case CircleCause::Kind::lost_motion_second:
+      return -0.5 * sense * sign_of(std::cos(t)) * std::sin(t);
+    case CircleCause::Kind::servo_mismatch:
+      return sense * std::sin(2 * t);
+    case CircleCause::Kind::radius:
+      return 0.5 * sense;
+  }
+  return 0.0;
+}
+
 }  // namespace
 
 Result<std::vector<CircularPath>> circular_paths(const Readings& readings) {
@@ -192,6 +224,53 @@ Result<std::vector<CircularTest>> evaluate_circles(const std::vector<CircularPat
     test.opening_rad = -2.0 * sin2 / test.radius_mm;
     out.push_back(std::move(test));
   }
+  return out;
+}
+
+std::vector<CircleCause> circle_causes(const std::vector<const CircularPath*>& paths) {
+  constexpr double kDependent = 1e-6;  // of the largest pivot
+  using Kind = CircleCause::Kind;
+  std::vector<Kind> kinds = {Kind::scale_mismatch, Kind::squareness, Kind::lost_motion_first,
+                             Kind::lost_motion_second};
+  Eigen::Index rows = 0;
+  bool ways[2] = {false, false};
+  for (const CircularPath* path : paths) {
+    if (largest_gap(*path) > 0.5 * kTwoPi) return {};
+    ways[path->counter_clockwise ? 1 : 0] = true;
+    rows += static_cast<Eigen::Index>(path->points.size());
+  }
+  if (ways[0] && ways[1]) kinds.insert(kinds.end(), {Kind::servo_mismatch, Kind::radius});
+  const auto causes = static_cast<Eigen::Index>(kinds.size());
+  // Where the ball was set up, path by path, and the common radius are none of them.
+  Eigen::MatrixXd set_up = Eigen::MatrixXd::Zero(rows, 1 + 2 * static_cast<Eigen::Index>(paths.size()));
+  Eigen::MatrixXd shapes(rows, causes);
+  Eigen::VectorXd radial(rows);
+  Eigen::Index row = 0, column = 1;
+  for (const CircularPath* path : paths) {
+    for (const RadialPoint& p : path->points) {
+      set_up(row, 0) = 1.0;
+      set_up(row, column) = std::cos(p.angle_rad);
+      set_up(row, column + 1) = std::sin(p.angle_rad);
+      for (Eigen::Index k = 0; k < causes; ++k)
+        shapes(row, k) =
+            shape_of(kinds[static_cast<std::size_t>(k)], p.angle_rad, path->counter_clockwise ? 1.0 : -1.0);
+      radial[row++] = p.radial_mm;
+    }
+    column += 2;
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> of_set_up(set_up);
+  radial -= set_up * of_set_up.solve(radial);
+  shapes -= set_up * of_set_up.solve(shapes);
+  const double whole = radial.squaredNorm();
+  if (rows == 0 || whole <= 0.0) return {};
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> of_shapes;
+  of_shapes.setThreshold(kDependent);
+  of_shapes.compute(shapes);
+  const Eigen::VectorXd sizes = of_shapes.solve(radial);
+  std::vector<CircleCause> out;
+  for (Eigen::Index k = 0; k < causes; ++k)
+    out.push_back(
+        {kinds[static_cast<std::size_t>(k)], sizes[k] * shapes.col(k).dot(radial) / whole, sizes[k]});
   return out;
 }
 

@@ -265,7 +265,7 @@ std::string what_next(const Diagnosis& d) {
            "' once more, with a set-up of its own: what the other runs say does not hold in it.";
   if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
     return "No run of the menu helps here: " + d.paragraph;
-  return "No further measurement is needed for the verdict '" + std::string(text_of(d.verdict)) + "'.";
+  return "No further measurement is needed: these data decide it.";
 }
 
 std::string_view text_of(Verdict verdict) {

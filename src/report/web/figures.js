@@ -29,7 +29,7 @@ const figures = (() => {
     color: css('--ink'),
     showbackground: false,
   });
-  const colour = (i) => css(`--c${i % 8}`);
+  const colour = (i) => (i < 0 ? css('--rule') : css(`--c${i % 8}`));
   const faint = (hex) => `${hex}38`;
 
   function flatTraces(f) {
@@ -59,8 +59,14 @@ const figures = (() => {
     if (f.categories) {
       layout.xaxis.tickvals = f.categories.map((_, i) => i);
       layout.xaxis.ticktext = f.categories;
+      // Every name stands: turned where there is no room, and never left out.
+      Object.assign(layout.xaxis, {autotickangles: [0, -35, -60, -90], ticklabeloverflow: 'allow'});
+      // One bar or two are no wider than they would be among three.
+      const room = Math.max(0, 3 - f.categories.length) / 2;
+      if (room) layout.xaxis.range = [-0.5 - room, f.categories.length - 0.5 + room];
     }
     if (f.equal) layout.yaxis.scaleanchor = 'x';
+    if (!f.numbered) [layout.xaxis, layout.yaxis].forEach((axis) => Object.assign(axis, {showticklabels: false, showgrid: false, zeroline: true}));
     for (const level of f.levels) {
       layout.shapes.push({type: 'line', xref: 'paper', x0: 0, x1: 1, y0: level.value, y1: level.value,
                           line: {color: css('--bad'), width: 1.3, dash: 'dash'}});
@@ -70,9 +76,14 @@ const figures = (() => {
     return layout;
   }
 
+  // The whole box with the names of its axes is in the picture; a narrow one is looked at from farther away.
+  const eye = () => {
+    const far = innerWidth < 600 ? 1.9 : 1.25;
+    return {x: 1.15 * far, y: -1.45 * far, z: 0.85 * far};
+  };
   function spaceScene(f) {
     const axis = (name) => spaceAxis(name, f.unit);
-    return {xaxis: axis('X'), yaxis: axis('Y'), zaxis: axis('Z'), aspectmode: 'data', camera: {eye: {x: 1.15, y: -1.45, z: 0.85}, center: {x: 0, y: 0, z: -0.1}}};
+    return {xaxis: axis('X'), yaxis: axis('Y'), zaxis: axis('Z'), aspectmode: 'data', camera: {eye: eye(), center: {x: 0, y: 0, z: -0.12}}};
   }
   const colourBar = (f) => ({title: {text: title(f.colour), side: 'right'}, thickness: 14, len: 0.8});
 
@@ -131,6 +142,13 @@ const figures = (() => {
     return {...layoutOf(), margin: {l: 0, r: 0, t: 0, b: 0}, scene: spaceScene(f)};
   }
 
+  // Room that a long list of names takes from a chart of `width` pixels, beyond what two rows of it take.
+  function nameRows_px(f, width) {
+    const named = f.kind === 'xy' ? f.series.filter((s) => s.name !== '').length : 0;
+    const perRow = Math.max(1, Math.floor((width - 80) / 190));
+    return 19 * Math.max(0, Math.ceil(named / perRow) - 2);
+  }
+
   const isSpace = (f) => f.kind === 'path' || f.kind === 'vectors';
-  return {traces, layout, flatLayout, isSpace};
+  return {traces, layout, flatLayout, isSpace, nameRows_px};
 })();

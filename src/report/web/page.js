@@ -27,6 +27,8 @@
     const holder = element.querySelector('.live');
     holder.hidden = false;
     holder.classList.toggle('space', space);
+    const rows_px = figures.nameRows_px(f, holder.clientWidth);
+    if (rows_px > 0) holder.style.height = `${holder.clientHeight + rows_px}px`;
     holder.setAttribute('role', 'group');
     holder.setAttribute('aria-label', `${element.querySelector('h3').textContent}. ${element.querySelector('figcaption').textContent}`);
     element.querySelector('.still').hidden = true;

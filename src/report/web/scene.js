@@ -21,7 +21,7 @@ const scene = (() => {
     let standShown = () => {};
     const q = (block) => source.axes.map((a) => columns[a.name][block]);
     const state = {
-      block: 0, q: hasProgram ? q(0) : source.axes.map(() => 0), view: hasProgram ? 'part' : 'machine', links: false, machine: !hasProgram, surface: true,
+      block: 0, q: hasProgram ? q(0) : [...(source.start ?? source.axes.map(() => 0))], view: hasProgram ? 'part' : 'machine', links: false, machine: !hasProgram, surface: true,
       arrows: !hasProgram && !stands.length, colour: 0, other: source.beside ?? -1, swipe: 0.5, oneScale: true, log: false, playing: false, speed: 10, yaw: -0.9, pitch: 0.55, zoom: 1, pan: [0, 0],
     };
 
@@ -168,7 +168,7 @@ const scene = (() => {
     let ncLine = () => undefined, clLine = () => undefined;  // texts of a block's lines
     let numberOf = (line) => line + 1;
     let lineOfBlock = (block) => columns.nc_line[block] - 1;
-    const positions = () => source.axes.map((a, k) => `${a.name} ${state.q[k].toFixed(a.rotary ? 4 : 4)} ${a.rotary ? '°' : 'mm'}`).join('  ');
+    const positions = () => source.axes.map((a, k) => `${a.name} ${state.q[k].toFixed(4)} ${a.rotary ? '°' : 'mm'}`.replaceAll(' ', '\u00a0')).join('  ');
     const figureOf = (k, block) => `${short(columns[colourings[k].column][block])} ${colourings[k].unit}`;
     function say() {
       const rows = [];
@@ -265,6 +265,7 @@ const scene = (() => {
       draw();
     });
     const machineBox = tick_('machine', state.machine, (on) => { state.machine = on; });
+    const zooms = [button('nearer', () => nearer(1.5)), button('farther', () => nearer(1 / 1.5))];
     const whole = button('whole view', () => { state.pan = [0, 0]; state.zoom = 1; draw(); });
     const legend = make('div', {className: 'legend'});
     function tell() {
@@ -275,8 +276,8 @@ const scene = (() => {
       swipe.hidden = swipeLine.hidden = oneScale.hidden = state.other < 0;
       swipeLine.style.left = `${100 * state.swipe}%`;
       canvas.setAttribute('aria-label', hasProgram
-        ? `${state.view === 'part' ? 'The part' : 'The machine'}, coloured by ${colourings[state.colour].label}${state.other >= 0 ? ` on the left and ${colourings[state.other].label} on the right` : ''}. Arrow keys turn, plus and minus zoom, space plays, comma and full stop step, w goes to the worst place.`
-        : `The machine. Arrow keys turn, plus and minus zoom${stands.length ? ', comma and full stop step from pose to pose' : ''}.`);
+        ? `${state.view === 'part' ? 'The part' : 'The machine'}, coloured by ${colourings[state.colour].label}${state.other >= 0 ? ` on the left and ${colourings[state.other].label} on the right` : ''}. Arrow keys turn, with shift they move, plus and minus zoom, space plays, comma and full stop step, w goes to the worst place.`
+        : `The machine. Arrow keys turn, with shift they move, plus and minus zoom${stands.length ? ', comma and full stop step from pose to pose' : ''}.`);
     }
     const options = colourings.map((c, k) => [k, c.label]);
     const [colourLabel] = choice('colour', options, 0, (v) => { state.colour = Number(v); tell(); say(); draw(); });
@@ -298,14 +299,14 @@ const scene = (() => {
     stage.append(row, legend, controls);
     if (hasProgram) {
       controls.append(colourLabel, otherLabel, oneScale, logScale, tick_('surface', true, (on) => { state.surface = on; }),
-                      tick_('linking moves', false, (on) => { state.links = on; }), viewLabel, machineBox, tick_('axes', false, (on) => { state.arrows = on; }), whole);
+                      tick_('linking moves', false, (on) => { state.links = on; }), viewLabel, machineBox, tick_('axes', false, (on) => { state.arrows = on; }), ...zooms, whole);
       const drive = make('div', {className: 'controls', role: 'group', 'aria-label': 'Along the program'}, playButton, speedLabel,
                          button('◀ step', () => step(-1)), button('step ▶', () => step(1)), ...(source.worst.length ? [button('worst place', worst)] : []));
       playButton.addEventListener('click', () => play(!state.playing));
       slider.addEventListener('input', () => (play(false), moveTo(Number(slider.value))));
       stage.append(drive, make('p', {className: 'slider'}, make('label', {htmlFor: 'stop'}, 'block'), slider), said);
     } else {
-      controls.append(viewLabel, machineBox, tick_('arrows', !stands.length, (on) => { state.arrows = on; }), whole);
+      controls.append(viewLabel, machineBox, tick_('arrows', !stands.length, (on) => { state.arrows = on; }), ...zooms, whole);
       if (stands.length) besideStands();
       else besideSliders();
       stage.append(said);
@@ -315,12 +316,16 @@ const scene = (() => {
     function besideSliders() {
       source.axes.forEach((axis, k) => {
         const reach = axis.max > axis.min ? [axis.min, axis.max] : axis.rotary ? [-180, 180] : [-source.size, source.size];
-        const jog = make('input', {type: 'range', min: reach[0], max: reach[1], step: 'any', value: 0, id: `jog-${axis.name}`});
-        const value = make('output', {}, axis.rotary ? '0 °' : '0 mm');
-        jog.addEventListener('input', () => {
-          state.q[k] = Number(jog.value);
+        const jog = make('input', {type: 'range', min: reach[0], max: reach[1], step: 'any', value: state.q[k], id: `jog-${axis.name}`});
+        const value = make('output', {});
+        const tellPlace = () => {
           value.textContent = `${short(state.q[k], 5)} ${axis.rotary ? '°' : 'mm'}`;
           jog.setAttribute('aria-valuetext', value.textContent);
+        };
+        tellPlace();
+        jog.addEventListener('input', () => {
+          state.q[k] = Number(jog.value);
+          tellPlace();
           say();
           draw();
         });
@@ -417,10 +422,12 @@ const scene = (() => {
       ...(source.worst.length ? {w: worst} : {}),
       ...(stands.length ? {',': () => standAt(state.block - 1), '.': () => standAt(state.block + 1)} : {}),
     };
+    const shifts = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]};
     canvas.addEventListener('keydown', (e) => {
       if (!keys[e.key] || e.ctrlKey || e.metaKey || e.altKey) return;
       e.preventDefault();
-      keys[e.key]();
+      if (e.shiftKey && shifts[e.key]) state.pan = state.pan.map((v, k) => v + shifts[e.key][k]);
+      else keys[e.key]();
       draw();
     });
 
@@ -472,11 +479,16 @@ const scene = (() => {
     new ResizeObserver(draw).observe(canvas);
     draw();
     // Paper gets the picture as it stands, machine and all, on white.
-    const printed = make('img', {className: 'printed', alt: 'the scene as it was shown'});
+    const onPaper = make('img', {alt: 'the scene as it was shown'});
+    const printed = make('div', {className: 'printed'}, onPaper);
     stage.after(printed);
     function picture() {
       drawNow('#ffffff');
-      printed.src = canvas.toDataURL('image/png');
+      onPaper.src = canvas.toDataURL('image/png');
+      // The arrows stand on it as on the screen, whatever the paper's width.
+      const drawn = marks.firstElementChild?.cloneNode(true);
+      drawn?.setAttribute('viewBox', `0 0 ${canvas.clientWidth || canvas.width} ${canvas.clientHeight || canvas.height}`);
+      printed.replaceChildren(onPaper, ...(drawn ? [drawn] : []));
       figure.classList.add('has-print');
       draw();
     }
