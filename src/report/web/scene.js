@@ -74,12 +74,14 @@ const scene = (() => {
     // ---- the camera: parallel, turned by yaw and pitch
     let camera = identity();
     let world = identity();  // machine axes, or the part's, into what the camera sees
+    let shownSize = [1, 1];  // of the canvas when it was last on the screen: on paper it is hidden
     function look() {
+      if (canvas.clientWidth) shownSize = [canvas.clientWidth, canvas.clientHeight];
       const part = kinematics.part(source, state.q);
       world = state.view === 'part' ? inverse(part) : identity();
       const middle = state.view === 'part' ? bounds.middle : hasProgram ? moved(part, bounds.middle) : bounds.middle;
       const size = (state.view === 'machine' && hasProgram ? 2.4 * source.size : bounds.size) / state.zoom;
-      const [width, height] = [canvas.clientWidth || 1, canvas.clientHeight || 1];
+      const [width, height] = shownSize;
       const unit = Math.min(width, height) / (2 * size);  // pixels a millimetre
       const [sy, cy, sp, cp] = [Math.sin(state.yaw), Math.cos(state.yaw), Math.sin(state.pitch), Math.cos(state.pitch)];
       // Rows: right, up, towards the eye.
@@ -94,7 +96,7 @@ const scene = (() => {
     }
     function onScreen(p) {
       const [x, y] = moved(camera, p);
-      return [(x + 1) / 2 * canvas.clientWidth, (1 - y) / 2 * canvas.clientHeight];
+      return [(x + 1) / 2 * shownSize[0], (1 - y) / 2 * shownSize[1]];
     }
 
     let asked = false;
@@ -487,7 +489,7 @@ const scene = (() => {
       onPaper.src = canvas.toDataURL('image/png');
       // The arrows stand on it as on the screen, whatever the paper's width.
       const drawn = marks.firstElementChild?.cloneNode(true);
-      drawn?.setAttribute('viewBox', `0 0 ${canvas.clientWidth || canvas.width} ${canvas.clientHeight || canvas.height}`);
+      drawn?.setAttribute('viewBox', `0 0 ${shownSize.join(' ')}`);
       printed.replaceChildren(onPaper, ...(drawn ? [drawn] : []));
       figure.classList.add('has-print');
       draw();
