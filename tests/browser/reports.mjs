@@ -121,7 +121,7 @@ function spentSince(before) {
 
 // The pictures of README.md, and nothing else: `PICTURES=folder`.
 if (process.env.PICTURES) {
-  for (const [name, section] of [['post', '#scene'], ['compare', '#scene'], ['diagnose', '#section-3'], ['improve', '#section-2'], ['thermal', 'main'], ['plan', '#section-2']]) {
+  for (const [name, section] of [['post', '#scene'], ['compare', '#scene'], ['diagnose', '#section-3'], ['improve', '#section-2'], ['thermal', 'main']]) {
     const {page} = await open(name);
     await activateAll(page);
     await page.evaluate((at) => document.querySelector(at).scrollIntoView(), section);
