@@ -163,8 +163,8 @@ ordered_json scene_data(const Scene& scene) {
   for (const auto& c : scene.colourings)
     out["colourings"].push_back(
         {{"column", c.column}, {"label", c.label}, {"unit", c.unit}, {"largest", c.largest}});
-  for (const auto& s : scene.stands) out["stands"].push_back({{"text", s.text}, {"q", s.q}});
-  if (!scene.start.empty()) out["start"] = scene.start;
+  for (const auto& s : scene.by_hand.stands) out["stands"].push_back({{"text", s.text}, {"q", s.q}});
+  if (!scene.by_hand.start.empty()) out["start"] = scene.by_hand.start;
   if (scene.beside) out["beside"] = *scene.beside;
   const auto put_text = [&](const char* name, const Scene::Text& text) {
     if (!text.lines.empty()) out[name] = {{"lines", packed(text.lines)}, {"of_blocks", text.of_blocks}};

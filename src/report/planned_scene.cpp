@@ -62,7 +62,7 @@ void add_stand(std::vector<Scene::Stand>& stands, const Machine& machine, const 
 
 Scene stands_scene(const Machine& machine, std::vector<Scene::Stand> stands) {
   Scene out = machine_solids(machine, kDrawnTable_mm);
-  out.stands = std::move(stands);
+  out.by_hand.stands = std::move(stands);
   out.title = "The poses, on the machine";
   out.caption =
       "Choose a pose in the list, or step with comma and full stop: the machine goes there. Positions are "
@@ -74,7 +74,7 @@ Scene stands_scene(const Machine& machine, std::vector<Scene::Stand> stands) {
 Scene jog_scene(const Machine& machine, const std::vector<BodyMesh>& meshes) {
   Scene out = machine_solids(machine, kDrawnTable_mm);
   put_meshes(out, meshes);
-  out.start = clear_of_part(machine, out.size_mm);
+  out.by_hand.start = clear_of_part(machine, out.size_mm);
   out.title = "The machine, moved by hand";
   out.caption =
       "Move an axis and compare with the machine: an arrow shows the way of its body for a positive command. "

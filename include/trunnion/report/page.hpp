@@ -152,6 +152,12 @@ struct Scene {
     std::string text;
     std::vector<double> q;
   };
+  /// A machine without a program: where it stands at the beginning (empty: at zero), and a list beside it
+  /// that moves it.
+  struct ByHand {
+    std::vector<double> start;
+    std::vector<Stand> stands;
+  };
   /// The files, lines as they are; empty: not at hand. `of_blocks`: line i is that of block i, where the
   /// whole file is too long for a page.
   struct Text {
@@ -179,8 +185,7 @@ struct Scene {
   std::vector<Colouring> colourings;
   std::optional<std::size_t> beside;  // the colouring that stands right of the first one at the beginning
   std::vector<std::size_t> worst;     // blocks, worst first
-  std::vector<double> start;  // where a machine without a program stands at the beginning; empty: at zero
-  std::vector<Stand> stands;  // of a scene without a program: a list beside it moves the machine there
+  ByHand by_hand;
   Texts texts;
   std::string path_figure;         // a flat figure over path length that follows
   std::optional<SpacePlot> still;  // on paper, and where nothing in space can be drawn
