@@ -335,6 +335,9 @@ Page circles_page(const ResultText& result) {
       for (auto& cause : causes) cause["unit"] = cause["unit"].is_null() ? "" : unit_of(cause);
       Table list = table_of(
           causes, {{"cause", "cause"}, {"per_cent", "share / %"}, {"size", "size"}, {"unit", "unit"}});
+      // A tenth of a per cent is more than such a fit can tell.
+      for (std::size_t i = 0; i < list.rows.size(); ++i)
+        list.rows[i][1] = fixed_text(number_at(causes[i], "per_cent"), 1);
       list.id = id + "-causes-table";
       list.title = "Causes";
       list.caption =

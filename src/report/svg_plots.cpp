@@ -147,23 +147,46 @@ void draw_bars(Svg& svg, const XyPlot& plot, std::size_t which, const DrawnScale
   }
 }
 
+double letters_of(const std::string& utf8) {
+  return static_cast<double>(std::count_if(
+      utf8.begin(), utf8.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+// How a series is drawn, before its name.
+void legend_mark(Svg& svg, double x, double y, const Series& series, const std::string& colour) {
+  constexpr double kWide = 14;
+  switch (series.mark) {
+    case Mark::line:
+      svg.rect(x, y - 1, kWide, 2, "fill=\"" + colour + "\"");
+      return;
+    case Mark::points:
+      svg.circle(x + kWide / 2, y, 3, "fill=\"" + colour + "\"");
+      return;
+    case Mark::bars:
+      svg.rect(x, y - 3, kWide, 6, "fill=\"" + colour + "\"");
+      return;
+    case Mark::band:
+      svg.rect(x, y - 3, kWide, 6, "fill=\"" + colour + "\" opacity=\"0.2\"");
+      return;
+  }
+}
+
 // Names in rows above the plot; returns the height taken.
 double legend(Svg& svg, const XyPlot& plot) {
-  std::vector<std::pair<std::string, std::string>> entries;  // colour, name
-  for (std::size_t i = 0; i < plot.series.size(); ++i) {
-    if (!plot.series[i].name.empty()) entries.emplace_back(palette(colour_of(plot, i)), plot.series[i].name);
-  }
-  if (entries.size() < 2) return 0.0;
+  std::vector<std::size_t> named;
+  for (std::size_t i = 0; i < plot.series.size(); ++i)
+    if (!plot.series[i].name.empty()) named.push_back(i);
+  if (named.size() < 2) return 0.0;
   double at = kLeft;
   double row = kTop;
-  for (const auto& [colour, name] : entries) {
-    const double width = 30.0 + 6.6 * static_cast<double>(name.size());
+  for (const std::size_t i : named) {
+    const double width = 36.0 + 7.2 * letters_of(plot.series[i].name);
     if (at > kLeft && at + width > kWidth) {
       at = kLeft;
       row += kLegendRow;
     }
-    svg.rect(at, row - 6, 14, 6, "fill=\"" + colour + "\"");
-    svg.text(at + 19, row + 1, name, "class=\"tick\"");
+    legend_mark(svg, at, row - 3, plot.series[i], palette(colour_of(plot, i)));
+    svg.text(at + 19, row + 1, plot.series[i].name, "class=\"tick\"");
     at += width;
   }
   return row + kLegendRow - kTop;
