@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/report/command_pages.hpp"
 
