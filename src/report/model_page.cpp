@@ -241,6 +241,9 @@ Page evaluation_page(const ModelPageInput& input, const Model& model, const diag
   add_size(page, "rms", "rms residual", e.displacement.rms, e.rotation.rms);
   add_size(page, "p95", "95 % are below", e.displacement.p95, e.rotation.p95);
   add_size(page, "max", "largest residual", e.displacement.largest, e.rotation.largest);
+  if (e.displacement.rms > 0.0)
+    page.verdict += " It leaves " + um_text(e.displacement.rms) + " rms, at most " +
+                    um_text(e.displacement.largest) + ".";
   page.facts.insert(page.facts.end(), {{"chi2", "chi-square", short_number(e.chi2, 5), e.chi2},
                                        {"dof", "degrees of freedom", short_number(e.dof, 6), e.dof}});
   const Residuals residuals = residuals_of(*input.machine, *input.data, as_it_stands(input, model));

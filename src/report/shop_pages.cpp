@@ -134,15 +134,20 @@ Page batch_page(const ResultText& result) {
   std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
     return (text_at(a, "state") == "failed") > (text_at(b, "state") == "failed");
   });
-  Table table = table_of(items, {{"output", "program"},
-                                 {"state", "state"},
-                                 {"within_tolerance", "within tolerance"},
-                                 {"certified_tip_deviation_mm", "tip within / mm", 4},
-                                 {"points_in", "CL points"},
-                                 {"points_inserted", "inserted"},
-                                 {"seconds", "seconds", 3},
-                                 {"error", "error"},
-                                 {"warnings", "warnings"}});
+  // In the unit of the sentence and the picture.
+  ordered_json rows = items;
+  for (auto& row : rows)
+    if (row.contains("certified_tip_deviation_mm") && row["certified_tip_deviation_mm"].is_number())
+      row["tip_um"] = 1e3 * number_at(row, "certified_tip_deviation_mm");
+  Table table = table_of(rows, {{"output", "program"},
+                                {"state", "state"},
+                                {"within_tolerance", "within tolerance"},
+                                {"tip_um", "tip within / µm", 4},
+                                {"points_in", "CL points"},
+                                {"points_inserted", "inserted"},
+                                {"seconds", "seconds", 3},
+                                {"error", "error"},
+                                {"warnings", "warnings"}});
   table.id = "programs";
   table.title = "Programs";
   table.caption = "What failed stands first.";

@@ -88,12 +88,20 @@ Page thermal_split_page(const ResultText& result) {
   const auto json = ordered_json::parse(result.json);
   Page page = opened(result);
   page.tone = json["refused"].empty() ? Tone::good : Tone::bad;
-  page.verdict += " Rank " + cell_text(json["rank"]) + " of " + cell_text(json["parameters_count"]) +
-                  "; the displacements are met within " + um_text(number_at(json, "rms_um")) + " rms.";
   const ordered_json rows = named_rows(json.value("parameters", ordered_json::object()));
   ordered_json known = ordered_json::array();
   for (const auto& row : rows)
     if (row["identifiable"].get<bool>()) known.push_back(row);
+  // What moved is what is asked for; whether these poses can tell stands behind it.
+  const auto most = std::max_element(known.begin(), known.end(), [](const auto& a, const auto& b) {
+    return std::abs(number_at(a, "value_um")) < std::abs(number_at(b, "value_um"));
+  });
+  if (most != known.end())
+    page.verdict = "Moved most since the datum: " + text_at(*most, "name") + ", by " +
+                   um_text(number_at(*most, "value_um")) + " (standard deviation " +
+                   um_text(number_at(*most, "sigma_um")) + "). " + page.verdict;
+  page.verdict += " Rank " + cell_text(json["rank"]) + " of " + cell_text(json["parameters_count"]) +
+                  "; the displacements are met within " + um_text(number_at(json, "rms_um")) + " rms.";
   XyPlot plot = bar_plot({"moved since the datum", "µm"}, texts_of(known, "name"));
   Series points;
   points.mark = Mark::points;
