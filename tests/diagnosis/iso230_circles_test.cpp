@@ -56,6 +56,7 @@ TEST(CircleFit, NoOtherCentreHasANarrowerZone) {
   for (int trial = 0; trial < 20; ++trial) {
     std::vector<RadialPoint> points;
     const double arc = trial % 4 == 3 ? 2.5 : kTwoPi;  // arcs too
+    points.reserve(100);
     for (int i = 0; i < 100; ++i) points.push_back({arc * i / 100.0, noise(random)});
     const CircleFit zone = fit_circle(points, Centre::minimum_zone);
     for (int k = 0; k < 300; ++k) {
@@ -156,6 +157,7 @@ TEST(Iso2304, CausesAreToldApartWithTheirSizes) {
   const auto causes_of = [&](const std::function<Vec3(const Vec3&, int)>& deviation) {
     const auto paths = circular_paths(circle(radius, 20.0, deviation)).value();
     std::vector<const CircularPath*> all;
+    all.reserve(paths.size());
     for (const auto& path : paths) all.push_back(&path);
     return circle_causes(all);
   };

@@ -490,7 +490,7 @@ const scene = (() => {
       // The arrows stand on it as on the screen, whatever the paper's width.
       const drawn = marks.firstElementChild?.cloneNode(true);
       drawn?.setAttribute('viewBox', `0 0 ${shownSize.join(' ')}`);
-      printed.replaceChildren(onPaper, ...(drawn ? [drawn] : []));
+      printed.replaceChildren(make('div', {className: 'shown'}, onPaper, ...(drawn ? [drawn] : [])), legend.cloneNode(true));
       figure.classList.add('has-print');
       draw();
     }
