@@ -234,7 +234,8 @@ void Context::take_clear_plane(const PostWord& word) {
 }
 
 void Context::retract(SourceRef where) {
-  if (!modal.clear_plane) return error(where, "RETRCT: there is no clearance plane (CLEARP) before it");
+  if (!modal.clear_plane)
+    return error(where, "RETRCT: there is no clearance plane (CLEARP) before it, in this frame");
   if (!modal.has_position) return error(where, "RETRCT before any position");
   const double rises = modal.axis_A.dot(modal.clear_plane->normal_A);
   const double missing = modal.clear_plane->distance_mm - modal.tip_A.dot(modal.clear_plane->normal_A);
@@ -310,6 +311,7 @@ void Context::take_mcs(SourceRef where, const Pose& X_PM) {
   modal.tip_A = X_MA * modal.tip_A;
   modal.axis_A = Vec3::UnitZ();
   modal.axis_unsure = false;
+  if (!same_pose(modal.X_PA, X_PM)) modal.clear_plane.reset();  // it was given in the frame before
   modal.X_PA = same ? Pose::identity() : X_PM;
   modal.turned = !same;
   emit(where, Frame{"MCS", std::make_shared<const Pose>(X_PM), !same});
@@ -357,6 +359,7 @@ void Context::settle_msys(const Vec3& axis_A) {
       const Pose X_new_old = X_PM.inverse() * modal.X_PA;
       modal.tip_A = X_new_old * modal.tip_A;
       modal.axis_A = X_new_old.R * modal.axis_A;
+      if (!same_pose(modal.X_PA, X_PM)) modal.clear_plane.reset();
       modal.X_PA = X_PM;
       modal.turned = true;
     }

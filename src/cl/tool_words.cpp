@@ -47,6 +47,10 @@ void read_tool_number(Context& context, const Statement& statement, std::size_t 
     } else if (is_register_word(statement.fields[i].text)) {
       change.length_register = context.whole(statement, ++i);
       if (!change.length_register) return;
+    } else if (const std::string_view text = statement.fields[i].text; !text.empty() && !parse_number(text)) {
+      context.warning_once("LOADTL/" + std::string(text), statement.fields[i].where,
+                           std::string(statement.word) + ": " + std::string(text.substr(0, 40)) +
+                               " is not known and was skipped, with what stands behind it");
     }
   }
   context.emit(statement.where, change);

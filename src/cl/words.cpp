@@ -29,6 +29,10 @@ constexpr std::string_view kSilent[] = {
     "MACHIN", "MCHTOL", "INTOL", "OUTTOL", "TOLER", "THICK", "AUTOPS", "PSIS", "CUT", "DNTCUT", "NOPOST",
     "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL", "END"};
 
+// Between the center of an arc and its end they would change what one of the two means.
+constexpr std::string_view kBreakArcs[] = {"MCS",  "MSYS",   "TLAXIS", "MULTAX", "UNITS", "UNIT",
+                                           "FROM", "LOADTL", "LOAD",   "CYCLE",  "RETRCT"};
+
 using ReadingTable = std::unordered_map<std::string_view, Reading>;
 
 const ReadingTable& readings() {
@@ -89,6 +93,13 @@ void read_statement(Context& context, const Statement& statement) {
   if (context.modal.ended) {
     context.warning_once("after FINI", statement.where,
                          std::string(statement.word.substr(0, 40)) + ": what follows FINI is not read");
+    return;
+  }
+  if (context.modal.pending_arc && is_in(kBreakArcs, statement.word)) {
+    context.error(statement.where, std::string(statement.word) + " between " +
+                                       std::string(context.modal.pending_arc->word) +
+                                       " and the end (GOTO) of its arc");
+    context.modal.pending_arc.reset();
     return;
   }
   if (!context.modal.synonyms.empty()) {

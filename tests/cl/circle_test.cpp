@@ -83,6 +83,23 @@ TEST(Circle, FaultsAreNamedWithTheirNumbers) {
             "where it ends is not known (Creo: CIRC_INTERPOLATION POINTS_ONLY or APT_FORMAT)\n");
 }
 
+// They would change what the center or the end means.
+TEST(Circle, NothingStandsBetweenItsCenterAndItsEnd) {
+  for (const char* between :
+       {"MCS/1,0,0,0,1,0,0,0,1,0,0,5", "MSYS/0,0,5,1,0,0,0,1,0", "TLAXIS/0,0.6,0.8", "MULTAX/OFF",
+        "UNITS/INCHES", "FROM/7,0,50", "LOADTL/2", "CYCLE/DRILL,DEPTH,5,CLEAR,3"}) {
+    const std::string text =
+        std::string("GOTO/10,0,50,0,0,1\nCIRCLE/0,0,50,0,0,1\n") + between + "\nGOTO/0,10,50\n";
+    const std::string word(between, std::string(between).find('/'));
+    EXPECT_NE(joined(read(text).findings)
+                  .find("3:1: error: " + word + " between CIRCLE and the end (GOTO) of its arc\n"),
+              std::string::npos)
+        << joined(read(text).findings);
+  }
+  EXPECT_EQ(joined(read("GOTO/10,0,50,0,0,1\nCIRCLE/0,0,50,0,0,1\nFEDRAT/9,MMPM\nGOTO/0,10,50\n").findings),
+            "");
+}
+
 TEST(Circle, MovarcTurnsByItsAngleRightHandedAboutItsNormal) {
   const auto arc_of = [](const std::string& arc, const std::string& end) {
     return read("GOTO/20,0,10\nMOVARC/0,0,10,0,0," + arc + "\nGOTO/" + end + "\n", keep_arcs());

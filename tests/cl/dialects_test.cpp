@@ -59,6 +59,10 @@ TEST(Nci, WhatIsNotUnderstoodIsAnErrorByCode) {
       "1:1: error: NCI 1: cutter compensation changes the geometry and is not understood by this program\n");
   EXPECT_EQ(joined(read("81\n0 0 0 0\n", nci()).findings),
             "1:1: error: NCI 81 changes the geometry and is not understood by this program\n");
+  for (const char* code : {"1018", "1019"})  // a subprogram
+    EXPECT_EQ(joined(read(std::string(code) + "\n1 0\n1\n0 1 2 3 60 0\n", nci()).findings),
+              std::string("1:1: error: NCI ") + code +
+                  " changes the geometry and is not understood by this program\n");
   EXPECT_EQ(joined(read("1014\n1 0 0 0 0 1 0 -1 0\n1\n0 1 2 3 60 0\n", nci()).findings),
             "3:1: error: NCI 1 in a turned plane (1014, 1027) is not understood by this program\n");
   EXPECT_EQ(

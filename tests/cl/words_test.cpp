@@ -116,6 +116,30 @@ TEST(Words, PointsAndAxesBehindMcsAreGivenInIt) {
             "1:1: error: MCS: its axes are not three unit vectors at right angles, right-handed\n");
 }
 
+// The plane of CLEARP was given in the frame before: at its number the tool would stay 30 mm too low.
+TEST(Words, AClearancePlaneIsThatOfItsFrame) {
+  const std::string head = "GOTO/0,0,50,0,0,1\nCLEARP/XYPLAN,60\n";
+  EXPECT_EQ(read(head + "RETRCT\n").motions().back().tip_P, Vec3(0, 0, 60));
+  const std::string mcs = "MCS/1,0,0,0,1,0,0,0,1,0,0,-30\nGOTO/0,0,80\n";
+  EXPECT_NE(joined(read(head + mcs + "RETRCT\n").findings)
+                .find("no clearance plane (CLEARP) before it, in this frame"),
+            std::string::npos);
+  EXPECT_EQ(read(head + mcs + "CLEARP/XYPLAN,90\nRETRCT\n").motions().back().tip_P, Vec3(0, 0, 60));
+  EXPECT_EQ(read(head + "MCS/1,0,0,0,1,0,0,0,1,0,0,0\nGOTO/0,0,20\nRETRCT\n").motions().back().tip_P,
+            Vec3(0, 0, 60));
+  const std::string msys = "MSYS/0,0,0,1,0,0,0,1,0\n";
+  EXPECT_NE(joined(read(msys + head + "MSYS/0,0,-30,1,0,0,0,1,0\nGOTO/0,0,80\nRETRCT\n").findings)
+                .find("in this frame"),
+            std::string::npos);
+}
+
+// A word that might move the tool's point does not get lost without a word.
+TEST(Words, WhatStandsBehindAToolIsNotSkippedInSilence) {
+  EXPECT_NE(joined(read("LOADTL/2,SETOOL,0,0,30\nGOTO/0,0,5\n").findings).find("LOADTL: SETOOL is not known"),
+            std::string::npos);
+  EXPECT_EQ(joined(read("LOADTL/2,ADJUST,2,LENGTH,80\nGOTO/0,0,5\n").findings), "");
+}
+
 TEST(Words, TheAxisBehindMultaxOffDependsOnTheSystem) {
   const std::string path = "GOTO/0,0,0,0.6,0,0.8\nMULTAX/OFF\nGOTO/1,2,3\n";
   EXPECT_EQ(

@@ -149,7 +149,7 @@ TEST(PostWords, RetractGoesAlongTheToolAxisToThePlane) {
   const auto& blocks = p.report->verification->blocks;
   EXPECT_LT((blocks[blocks.size() - 2].tip_P - Vec3(46, 0, 50)).norm(), 1e-3);
   EXPECT_EQ(posted("FEDRAT/9,MMPM\nGOTO/0,0,0\nRETRCT\n", machine).report.error().text(),
-            "part.cls:3:1: error: RETRCT: there is no clearance plane (CLEARP) before it");
+            "part.cls:3:1: error: RETRCT: there is no clearance plane (CLEARP) before it, in this frame");
 }
 
 TEST(PostWords, ToleranceInTheFileIsActedOnAndNeverLoosens) {

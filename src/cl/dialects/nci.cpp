@@ -6,6 +6,7 @@
 //   tool axis towards the spindle, feed 1000 - 1002 -, -, -, tool, diameter offset, length offset, -, spindle
 //   speed (< 0 counterclockwise), -, coolant 1013        compensation, diameter, corner radius 1014, 1027
 //   tool plane (9), working coordinate system (9 and 3)
+//   1018, 1019  begin and end of a subprogram ("MP Post Reference Guide" of version 9.1, chapter 6): refused
 // Feed -1: unchanged, -2: rapid.
 #include "cl/nci.hpp"
 
@@ -104,7 +105,8 @@ void NciReader::read(Context& context, std::uint64_t code, const Statement& stat
     std::array<double, 12> matrix{};
     if (!context.numbers(statement, 0, code == 1014 ? 9 : 12, matrix.data())) return;
     (code == 1014 ? plane_turned_ : system_turned_) = !is_identity(matrix);
-  } else if (code < 1000 && code != 80) {
+  } else if ((code < 1000 && code != 80) || code == 1018 || code == 1019) {
+    // 1018, 1019: a subprogram, whose motions may run again elsewhere.
     context.error(statement.where, std::string(statement.word) +
                                        " changes the geometry and is not understood by this program");
   }
