@@ -450,6 +450,43 @@ TEST(OtherWords, AModuloAxisGoesTheWayThatItsWordSays) {
 }
 
 // Over the place that the line names, in the coordinates in force.
+// Siemens: DC is the shorter way to a place, whatever G90 and G91 say.
+TEST(OtherWords, TheShorterWayLeadsToAPlaceUnderIncrementsToo) {
+  const auto motions = all_of<Motion>(
+      read("G710 G90\nG0 X0 Y0 Z0 C30\nG91 G1 C=DC(40) F100\nX5 C=DC(20)\nC10\nM30\n", "siemens_840d_sl"));
+  ASSERT_EQ(motions.size(), 4u);
+  EXPECT_EQ(motions[1].words[AxisLetter::C], 40'000'000'000);
+  EXPECT_EQ(motions[2].words[AxisLetter::C], 20'000'000'000);
+  EXPECT_DOUBLE_EQ(mm(motions[2].words, AxisLetter::X), 5.0);
+  EXPECT_EQ(motions[3].words[AxisLetter::C], 30'000'000'000);
+}
+
+TEST(OtherWords, AHolesFeedPerRevolutionFollowsTheSpindle) {
+  const auto holes = all_of<Hole>(
+      read("G21 G90\nG0 X0. Y0. Z9.\nS100 M3\nG95\nG81 X1. Y1. Z-1. R1. F.5\nX2.\nS200\nX3.\nG80\nM30\n",
+           "fanuc_30i"));
+  ASSERT_EQ(holes.size(), 3u);
+  const FeedFormat feed = test::shipped_controller("fanuc_30i").numbers.feed;
+  EXPECT_NEAR(feed.internal(FeedMode::per_minute, holes[1].feed) * 60.0, 50.0, 0.05);
+  EXPECT_NEAR(feed.internal(FeedMode::per_minute, holes[2].feed) * 60.0, 100.0, 0.05);
+}
+
+// What the rules against doubled words and doubtful heights must leave alone.
+TEST(OtherWords, WhatStandsOnceIsTaken) {
+  EXPECT_EQ(all_of<Motion>(read("% (PART 7)\nG21 G90 G17\nG0 X0. Y0. Z0. M3 S100 M8\nG1 X5. F100\nM30\n%\n",
+                                "fanuc_30i"))
+                .size(),
+            2u);
+  // Straight up to R, and back to it.
+  EXPECT_EQ(
+      all_of<Hole>(read("G21 G90\nG0 X0. Y0. Z1.\nG99 G81 Z-5. R2. F100.\nX5.\nG80\nM30\n", "fanuc_30i"))
+          .size(),
+      2u);
+  EXPECT_EQ(all_of<Hole>(read("G21 G90\nG0 X0 Y0 Z1\nG98 G81 X1 Y1 Z-5 R2 F100\nG80\nM2\n")).size(), 1u);
+  // LinuxCNC keeps its kinematics over a tool change.
+  EXPECT_EQ(all_of<ToolCall>(read("G21 G90\nM428\nT1 M6\nM2\n")).size(), 1u);
+}
+
 TEST(OtherWords, AReferencePointIsGoneToByWayOfAPlace) {
   const auto m = motions_of(
       "G21 G90\nG0 X0. Y0. Z50.\nG28 Z80.\nG0 X0. Y0. Z50.\nG91 G28 Z5.\nG90\nG0 X0. Y0. Z50.\n"
@@ -530,6 +567,60 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
        "with its radius and its centre"},
       {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\nG3 X0 Y1 I0 J0.5 P0 F100\nM2\n", "a number of turns"},
       {"haas_ngc", "G21 G90\nG0 X0. Y0. Z0.\nG254\nG52 X1. Y1. Z1.\nM30\n", "in a tilted plane"},
+      {"fanuc_30i", "G21 G90\nG0 X10. Y0. Z0.\nG2 X-10. Y0. I-5. I-10. F100.\nM30\n", "two I words"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG28 X1. X2.\nM30\n", "two X words"},
+      {"fanuc_30i", "G21 G90\nT1 T2 M6\nM30\n", "two T words"},
+      {"siemens_840d_sl", "G710 G90\nTRANS X5 X7\nM30\n", "two X words"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 X+5 X+7\n3 M2\n",
+       "two X words"},
+      // Heights of a cycle in other coordinates than it began in.
+      {"fanuc_30i", "G21 G90 G54\nG0 X0. Y0. Z50.\nG81 X1. Y1. Z-5. R2. F100.\nG55\nX5. Y5.\nM30\n",
+       "say it anew"},
+      {"fanuc_30i",
+       "G21 G90 G54\nG0 X0. Y0. Z50.\nG81 X1. Y1. Z-5. R2. F100.\nG10 L2 P1 X1. Y2. Z3.\nX5.\nM30\n",
+       "say it anew"},
+      {"fanuc_30i", "G21 G90 G54\nG0 X0. Y0. Z50.\nG81 X1. Y1. Z-5. R2. F100.\nG43 H2\nX5.\nM30\n",
+       "say it anew"},
+      {"fanuc_30i", "G21 G90 G54\nG0 X0. Y0. Z50.\nG81 X1. Y1. Z-5. R2. F100.\nG43.4 H1\nX5.\nM30\n",
+       "say it anew"},
+      // rs274: from R 2 to a clearance of 52, since R counts from where the tool is.
+      {"linuxcnc", "G21 G90\nG0 X0 Y0 Z50\nG99 G81 X10 Y10 Z-5 R2 F100\nG91 X20\nG90 G80\nM2\n",
+       "goes on in increments"},
+      {"siemens_840d_sl", "G710 G90\nG0 X0 Y0 Z50\nF100\nG18\nCYCLE81(50,0,0,-10)\nM30\n",
+       "setting data 42940"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z1.\nG98 G81 X1. Y1. Z-5. R2. F100.\nM30\n", "from below its R"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z1.\nG98 G81 Z-5. R2. F100.\nM30\n", "from below its R"},
+      {"haas_ngc", "G21 G90\nG0 X0. Y0. Z9.\nG99 G81 X1. Y1. Z-5. R2. F100.\nG81 X2. Y1. Z-5. R3.\nM30\n",
+       "from below its R"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z50.\nM29 S500\nG84 X1. Y1. Z-5. R2. F500.\nS1000\nX5.\nM30\n",
+       "another speed under a tapping cycle"},
+      {"fanuc_30i", "G20 G90\nG0 X0. Y0. Z9.\nG81 X1. Y1. Z-1. R1. F10\nM30\n", "F has no decimal point"},
+      {"haas_ngc", "G21 G90\nG0 X0. Y0. Z9.\nG1 X5. F500\nM30\n", "F has no decimal point"},
+      {"haas_ngc", "G21 G90\nG0 X0. Y0. Z9.\nG81 X1. Y1. Z-1. R1. F10\nM30\n", "F has no decimal point"},
+      {"fanuc_30i", "O1\nG21 G90\nG0 X0. Y0. Z9.\nG1 X5. F100.\nO2\nX6.\nM30\n",
+       "another program begins here"},
+      {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z9.\nG81 X1. Y1. Z-1. R1. F10.\nG81 F20.\nM30\n",
+       "whether it drills here"},
+      {"fanuc_30i", "G21 G90\nM98 P7 L0\nM30\nO7\nM99\n", "'L0'"},
+      {"fanuc_30i", "%\nG21 G90\nG0 X0. Y0. Z0.\n% G1 X5. F100.\nM30\n%\n", "in the line of '%'"},
+      {"fanuc_30i", "G21 G90\nG91 G52 X5. Y0. Z0.\nM30\n", "a shift under 'G91'"},
+      {"fanuc_30i", "G21 G90\nT1 M6\nG43.4 H1\nG0 X0. Y0. Z50. A0. C0.\nT2 M6\nM30\n",
+       "a tool change under tool-centre-point control"},
+      {"siemens_840d_sl", "G710 G90\nTRAORI\nT2\nM6\nM30\n", "a tool change under tool-centre-point control"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 M128\n2 TOOL CALL 2 Z S100\n3 M2\n",
+       "a tool change under tool-centre-point control"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 TRANS DATUM AXIS X+5 Y+0 Z+0\n2 CYCL DEF 7.0 DATUM SHIFT\n3 CYCL DEF 7.1 X+3\n4 "
+       "M2\n",
+       "another one of the program's own"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 TRANS DATUM AXIS X+5 Y+0 Z+0\n2 CYCL DEF 247 DATUM SETTING ~\nQ339=+2\n4 M2\n",
+       "a preset, and the program's own shift"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 X+3\n3 CYCL DEF 247 DATUM SETTING "
+       "~\nQ339=+1\n4 "
+       "M2\n",
+       "another work offset"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 C X+0 Y+1 DR+ F100\n2 M2\n",
        "from a place that is not known"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 R0 FMAX\n2 C X+0 Y+1 DR+ F100\n3 M2\n",

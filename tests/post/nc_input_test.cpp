@@ -316,6 +316,25 @@ TEST(NcInput, WhatIsNotUnderstoodIsRefusedByItsLine) {
   }
 }
 
+// Words of the gauge point, length compensation off: where it was on for the tool before, controls keep it.
+TEST(NcInput, ALengthThatMayStillBeOnIsRefused) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.output_point = OutputPoint::spindle;
+  const auto with = [](const std::string& before, const std::string& behind) {
+    return "G21 G90 G17\nG54\nT1 M6\nS1000 M3\n" + before +
+           "G0 A30 C0\nG0 X40 Y0\nG0 Z150\nG1 Z140 F500\nG0 Z300\nT2 M6\n" + behind +
+           "S1000 M3\nG0 A30 C0\nG0 X40 Y0\nG0 Z150\nG1 Z145 F500\nM2\n";
+  };
+  const auto p = reposted(with("G43 H1\n", ""), {machine}, machine);
+  ASSERT_FALSE(p.report);
+  EXPECT_NE(p.report.error().text().find("length compensation was on before it"), std::string::npos)
+      << p.report.error().text();
+  const auto ended = reposted(with("G43 H1\nG49\n", "G49\n"), {machine}, machine);
+  EXPECT_TRUE(ended.report) << ended.report.error().text();
+  const auto off = reposted(with("", ""), {machine}, machine);
+  EXPECT_TRUE(off.report) << off.report.error().text();
+}
+
 std::size_t count_of(const std::string& text, const std::string& what) {
   std::size_t out = 0;
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++out;

@@ -108,6 +108,20 @@ bool OtherWords::fail(std::uint32_t column, const std::string& message) {
   return false;
 }
 
+bool OtherWords::has_each_once(const ParsedLine& line) {
+  error.clear();
+  std::uint32_t seen = 0;
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    const Word& word = line.words[i];
+    if (word.letter == 'G' || word.letter == 'M' || !is_letter(word.letter)) continue;
+    const std::uint32_t bit = 1U << (static_cast<unsigned>(word.letter - '@') & 31U);
+    if ((seen & bit) != 0)
+      return fail(word.column, std::string("two ") + word.letter + " words in one block");
+    seen |= bit;
+  }
+  return true;
+}
+
 bool OtherWords::take_modes(ParsedLine& line) {
   error.clear();
   const bool inches = said_.inches;
@@ -395,6 +409,7 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
       return std::nullopt;
     }
     code->used = true;
+    bool says_place = false;
     for (const PatternWord& wanted : pattern.words) {
       if (wanted.is_fixed) continue;
       const auto word = std::find_if(
@@ -403,6 +418,8 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
       if (word != line.words.begin() + line.word_count) {
         word->used = true;
         found.captures.set(wanted.placeholder, word->number);
+        says_place = says_place || (wanted.placeholder != Placeholder::feed && wanted.letter != 'P' &&
+                                    wanted.letter != 'Q');
         continue;
       }
       const bool may_stand_before = wanted.placeholder == Placeholder::x ||
@@ -414,6 +431,10 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
         return std::nullopt;
       }
       found.captures.set(wanted.placeholder, cycle_[wanted.placeholder]);
+    }
+    if (!says_place) {
+      fail(code->column, "a drilling cycle without X, Y, Z and R: controls differ in whether it drills here");
+      return std::nullopt;
     }
     cycle_ = found.captures;
     circle_.reset();

@@ -21,6 +21,8 @@ class OtherWords {
 
   /// The word is one of these: no other meaning of it counts.
   bool claims(char letter, const Number& number) const;
+  /// False, with `error`: two words of one letter, of which controls take the first, the last or none.
+  bool has_each_once(const ParsedLine& line);
   /// Takes the words of the line that stay in force, whatever their order. True where they change the unit.
   bool take_modes(ParsedLine& line);
   /// A circle or a drilling cycle that begins in this line: its words are used. Nothing where there is none,

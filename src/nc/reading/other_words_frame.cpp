@@ -95,6 +95,8 @@ bool OtherWords::take_frame(ParsedLine& line, const AxisWords& position, const c
 bool OtherWords::take_shift(ParsedLine& line, const AxisWords& position, bool sets_position) {
   bool any = false;
   error_column = 0;
+  if (!sets_position && said_.increments)
+    return fail(0, "a shift under '" + c_.incremental.on + "': controls differ in whether it is added");
   for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y, AxisLetter::Z}) {
     Word* word = find_unused(line, letter_of(letter));
     if (word == nullptr) {

@@ -182,7 +182,8 @@ bool Reader::State::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
   }
   m.words.set(letter, quanta);
   if (c.rotary.has_modulo_word(letter) && !word.modulo) m.means.straight |= AxisWords::bit(letter);
-  if (word.means == Word::Means::place) m.means.places |= AxisWords::bit(letter);
+  // The shorter way to a place, under increments too.
+  if (word.means == Word::Means::place || word.modulo) m.means.places |= AxisWords::bit(letter);
   if (word.means == Word::Means::way) m.means.ways |= AxisWords::bit(letter);
   if (m.column == 0) m.column = word.column;
   word.used = true;
@@ -233,6 +234,15 @@ void Reader::State::set_feed_mode(FeedMode mode) {
   at_once.layouts = {};
 }
 
+// In whole mm a minute alone most controls need none; others have a reason.
+void Reader::State::check_point_of_feed(const Number& number, std::uint32_t column) {
+  if (!language.others || !c.numbers.point_required || number.has_point || number.mantissa == 0) return;
+  const auto reason = c.refused.find("F");
+  if (reason != c.refused.end()) return error(column, "F has no decimal point: " + reason->second);
+  if (language.others->per_revolution() || language.others->in_inches())
+    error(column, "F has no decimal point: the control would take it for a number of increments");
+}
+
 void Reader::State::take_modes(LineMotion& m) {
   if (m.kind) modal.motion_kind = m.kind;
   if (m.mode && language.others && language.others->per_revolution()) {
@@ -240,11 +250,7 @@ void Reader::State::take_modes(LineMotion& m) {
     feed = 0;
   }
   if (m.mode) set_feed_mode(*m.mode);
-  // In whole mm a minute alone F needs none.
-  if (m.has_feed && language.others && c.numbers.point_required && !m.feed.has_point &&
-      m.feed.mantissa != 0 && (language.others->per_revolution() || language.others->in_inches()))
-    error(std::max(m.column, 1U),
-          "F has no decimal point: the control would take it for a number of increments");
+  if (m.has_feed) check_point_of_feed(m.feed, std::max(m.column, 1U));
   if (language.others && language.others->per_revolution()) {
     if (m.has_feed && !to_rounded_quanta(m.feed, kTurnDecimals, language.others->feed_of_turn()))
       language.others->feed_of_turn() = 0;
@@ -492,6 +498,10 @@ void Reader::State::run_line_of_others() {
     error(std::max(others.error_column, 1U), others.error);
     return true;
   };
+  if (!others.has_each_once(parsed)) {
+    refused();
+    return;
+  }
   const bool per_revolution = others.per_revolution();
   // Some keep the number of F, some the speed.
   if (others.take_modes(parsed) && !c.input.unit_keeps_speed) feed = others.feed_of_turn() = 0;
@@ -583,7 +593,8 @@ void Reader::State::run_frame_line(std::string_view text, std::size_t name) {
   if (!parsed.error.empty()) return error(parsed.error_column, parsed.error);
   if (!parsed.phrases.empty())
     return error(1, "'" + c.input.places.frames[name] + "' stands in a line of its own");
-  if (!language.others->take_named_frame(parsed, name, angle, against_frame(name >= 2)))
+  if (!language.others->has_each_once(parsed) ||
+      !language.others->take_named_frame(parsed, name, angle, against_frame(name >= 2)))
     error(std::max(language.others->error_column, 1U), language.others->error);
 }
 
@@ -605,7 +616,10 @@ bool Reader::State::run_datum_shift(std::string_view text) {
   language.scanner.scan(rest->data(), rest->data(), rest->data() + rest->size(), parsed);
   if (!parsed.error.empty() || !parsed.phrases.empty() || parsed.word_count == 0) {
     error(1, "a datum shift is read with X, Y and Z, and nothing else in its lines");
-  } else if (!language.others->take_datum_shift(
+  } else if (program.shift_added) {
+    error(1, "a datum shift, and another one of the program's own is in force: end that first");
+  } else if (!language.others->has_each_once(parsed) ||
+             !language.others->take_datum_shift(
                  parsed, modal.cycle || (modal.tcp && c.offset_shift.not_under_tcp) ? against_frame(false)
                                                                                     : nullptr)) {
     error(1, language.others->error);
@@ -628,6 +642,7 @@ bool Reader::State::run_pole_line(const char* begin, const char* p, const char* 
   parsed.clear();
   language.scanner.scan(line.data(), line.data() + (p - begin), line.data() + line.size(), parsed);
   if (!parsed.error.empty()) return error(parsed.error_column, parsed.error), true;
+  if (!others.has_each_once(parsed)) return refused();
   for (auto& comment : parsed.comments) emit(Comment{std::move(comment), false});
   LineMotion m;
   std::vector<FoundEvent> events = find_events(m);
@@ -715,6 +730,14 @@ bool Reader::State::is_no_block_of_others(std::string_view text) {
     away.axes.mask = AxisWords::bit(AxisLetter::Z);
     run_machine_motion(away);
     return true;
+  }
+  // A comment may stand behind it.
+  const auto& comments = c.comments;
+  if (text.size() > 1 && text.front() == '%' && !comments.close.empty()) {
+    std::string_view rest = text.substr(1);
+    while (is_blank(rest.front())) rest.remove_prefix(1);
+    if (rest.starts_with(comments.open) && rest.find(comments.close) + comments.close.size() == rest.size())
+      text = "%";
   }
   if (text != "%") return false;
   if (program.begun_by_tape) {

@@ -223,6 +223,9 @@ void Reader::State::run_event(const FoundEvent& found) {
       found.pattern->origin.starts_with("[tilted_plane] on"))
     program.plane_since = findings.line;
   if (found.event.kind == EventKind::plane_off) program.plane_since = 0;
+  if (found.event.kind == EventKind::tape && language.others)
+    return error(std::max(found.column, 1U),
+                 "words in the line of '%', at which the control begins or stops reading");
   if (found.event.kind == EventKind::tape) return run_tape(found);
   if (found.event.kind != EventKind::program_start) program.said_anything = true;
   switch (found.event.kind) {
@@ -308,7 +311,7 @@ void Reader::State::run_event(const FoundEvent& found) {
 }
 
 void Reader::State::run_program_start(const FoundEvent& found) {
-  if (program.frame && program.said_anything)
+  if ((program.frame || language.others) && (program.said_anything || modal.position.mask != 0))
     return error(std::max(found.column, 1U), "another program begins here");
   if (program.started) return;
   ProgramStart start;
@@ -355,6 +358,8 @@ void Reader::State::run_tool(const FoundEvent& found) {
   call.tool = whole(found, Placeholder::tool, -1);
   if (call.tool < 0) return error(found.column, "a tool change without a tool");
   call.length_offset = whole(found, Placeholder::length_offset, call.tool);
+  if (language.others && modal.tcp && c.tcp.off_for_tool_change && !c.tcp.switches_kinematics)
+    return error(std::max(found.column, 1U), "a tool change under tool-centre-point control: end that first");
   modal.change_tool();
   emit(call);
 }
@@ -390,8 +395,12 @@ bool Reader::State::kinematics_unknown(std::uint32_t column) {
 }
 
 void Reader::State::run_work_offset(std::int64_t index) {
-  if (language.others && !language.others->frame().is_idle() && modal.work_offset != 0 &&
-      modal.work_offset != index)
+  // A preset takes back all shifts, on controls that have cycles for both.
+  const bool ends_shift = !c.input.places.datum_shift.empty();
+  if (language.others && ends_shift && program.shift_added)
+    return error(1, "a preset, and the program's own shift is in force: end that first");
+  if (language.others && !language.others->frame().is_idle() &&
+      (ends_shift || (modal.work_offset != 0 && modal.work_offset != index)))
     return error(1, "another work offset, and the program's own shift or turn is in force: end that first");
   const AxisWords before = modal.position;
   if (!modal.call_work_offset(index)) return;
@@ -418,6 +427,7 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
+  if (now.kind == OffsetShift::Kind::add) program.shift_added = now.offset != std::array<std::int64_t, 3>{};
   modal.position.forget(kLinearAxes);
   emit(now);
 }

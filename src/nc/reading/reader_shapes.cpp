@@ -156,6 +156,8 @@ bool Reader::State::gear(const FoundEvent& found, const Template& words, Hole& h
 void Reader::State::run_cycle(const FoundEvent& found) {
   modal.motion_kind.reset();
   if (!shape_may_begin(found)) return;
+  if (language.others && language.others->in_other_plane())
+    return error(found.column, "a drilling cycle in another plane than X Y");
   const int decimals = language.format.decimals(AxisLetter::X);
   // A value on a line before counts only where the cycle's own words have it there.
   const bool is_tap = found.event.argument >= static_cast<int>(Hole::Kind::tap);
@@ -165,6 +167,9 @@ void Reader::State::run_cycle(const FoundEvent& found) {
     const bool dwells = !is_tap && holds(c.cycles.dwell[static_cast<std::size_t>(found.event.argument)], p);
     return kept.has(p) && (holds(words, p) || dwells);
   };
+  if (given(Placeholder::feed))
+    check_point_of_feed((found.captures.has(Placeholder::feed) ? found.captures : kept)[Placeholder::feed],
+                        found.column);
   if (language.others && language.others->per_revolution()) {
     if (given(Placeholder::feed)) {
       const Number& number =
@@ -238,6 +243,12 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   if (found.captures.has(Placeholder::x)) place.set(AxisLetter::X, scaled(found, Placeholder::x, decimals));
   if (found.captures.has(Placeholder::y)) place.set(AxisLetter::Y, scaled(found, Placeholder::y, decimals));
   place = frame.position_of(place);
+  if (language.others && c.cycles.initial_at_start && modal.position[AxisLetter::Z] < hole.clear &&
+      ((place.mask & kPlaneWords) != kPlaneWords || place[AxisLetter::X] != modal.position[AxisLetter::X] ||
+       place[AxisLetter::Y] != modal.position[AxisLetter::Y] ||
+       (!cycle_return.to_clear.value_or(false) && cycle_return.initial < hole.clear)))
+    return error(found.column,
+                 "a drilling cycle from below its R: the control goes across there, and may return there");
   modal.cycle = hole;
   run_hole(place[AxisLetter::X], place[AxisLetter::Y], found.column);
   if (!c.cycles.modal() || stands_there) modal.cycle.reset();
@@ -248,21 +259,32 @@ bool Reader::State::run_next_hole(const LineMotion& m) {
     modal.cycle.reset();
     return false;
   }
-  if (language.others && language.others->in_other_plane()) {
-    error(m.column, "a drilling cycle goes on in another plane");
+  const auto refuse = [&](const char* why) {
+    error(m.column, why);
     return true;
-  }
+  };
+  // A shift, an offset or a length since: which of them its heights count from, controls differ in.
+  if ((modal.position.mask & kXyz) != kXyz)
+    return refuse("a drilling cycle goes on in other coordinates than those in which it began: say it anew");
+  if (language.others && language.others->in_other_plane())
+    return refuse("a drilling cycle goes on in another plane");
+  // LinuxCNC counts its heights from where the tool is, then.
+  if (language.others && language.others->in_increments())
+    return refuse("a drilling cycle goes on in increments: controls differ in what its heights are then");
+  std::int64_t rpm = 0;
+  if (language.others && modal.cycle->kind == Hole::Kind::tap && kept.has(Placeholder::rpm) &&
+      to_rounded_quanta(kept[Placeholder::rpm], 0, rpm) && rpm != modal.cycle->thread.rpm)
+    return refuse("another speed under a tapping cycle: it stands in front of the cycle's own words");
   if ((m.words.mask & ~kPlaneWords) != 0) {
-    error(m.column, "under a drilling cycle X and Y may follow; all other words with the cycle's own");
-    return true;
+    return refuse("under a drilling cycle X and Y may follow; all other words with the cycle's own");
   }
   if (m.has_feed) {
-    if (modal.cycle->kind == Hole::Kind::tap) {
-      error(m.column, "another F under a tapping cycle: it stands with the cycle's own words");
-      return true;
-    }
+    if (modal.cycle->kind == Hole::Kind::tap)
+      return refuse("another F under a tapping cycle: it stands with the cycle's own words");
     modal.cycle->feed = feed;
   }
+  if (language.others && language.others->per_revolution() && modal.cycle->kind != Hole::Kind::tap)
+    modal.cycle->feed = feed;  // as the spindle turns now
   const auto place = [&](AxisLetter letter) {
     return m.words.has(letter) ? m.words[letter] : modal.position[letter];
   };

@@ -92,6 +92,7 @@ struct ProgramPlace {
   bool begun_by_tape = false;   // '%' in front of all
   std::uint32_t tape_line = 0;  // with a '%' of a program that did not begin with one
   bool follows_part = false;    // TiltedPlane::follows_part
+  bool shift_added = false;     // OffsetShift::Kind::add that is not zero, of others
   /// Line with the words of a tilted plane that has not been entered, of programs that somebody else wrote.
   std::uint32_t plane_since = 0;
   std::uint32_t increments_since = 0;  // line from which on coordinates are increments; 0: they are absolute
@@ -184,6 +185,7 @@ struct Reader::State {
   void set_kind(MotionKind kind, LineMotion& m);
   void set_feed_mode(FeedMode mode);
   void take_modes(LineMotion& m);
+  void check_point_of_feed(const Number& number, std::uint32_t column);
   /// The zero goes with the part from here on, or it does not. False, with a message.
   bool follow_part(bool on);
   /// False, with a message: which way it turns is not said.

@@ -262,6 +262,10 @@ bool Unfolder::run_call(const std::string& text) {
            std::to_string(in.largest_program) + " here; how often it is called is said by L");
       return true;
     }
+    if (times == 0) {
+      fail("'L0': how often controls run a subprogram then differs");
+      return true;
+    }
     const std::size_t to = find_program(number, name == &in.call ? 'O' : 'N');
     if (to == kept_.size()) {
       fail(std::string("no ") + (name == &in.call ? "O" : "N") + std::to_string(number) +

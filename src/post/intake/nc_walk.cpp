@@ -103,12 +103,15 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
   if (const auto* length = std::get_if<nc::LengthCompensation>(&block)) {
     if (!origin_.controller->length.on.empty() && length->number > 1) use_register(length->number);
     if (length->number > 0) hold_register(length->number, where);
+    change_.length_on = length->number > 0;
+    change_.length_open = false;
     in_force_.add_length(length->number > 0);
   }
   if (const auto* control = std::get_if<nc::TcpControl>(&block)) {
     if (control->on) use_register(control->length_offset);
     if (control->on && control->length_offset > 0) hold_register(control->length_offset, where);
     in_force_.tcp = control->on;
+    if (origin_.controller->tcp.replaces_length) change_.length_on = change_.length_open = false;
     if (origin_.controller->tcp.replaces_length) in_force_.add_length(false);
     at_.reset();
   }
@@ -178,6 +181,7 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
     change.length_register = static_cast<std::uint32_t>(call.length_offset);
   change_.tool = cl::Record{where, change};
   change_.register_used.reset();
+  if (std::exchange(change_.length_on, false)) change_.length_open = true;
   moved_.low = false;
   moved_.above = false;
   spindle_ = {};
@@ -270,6 +274,14 @@ bool NcWalk::may_cut(SourceRef where) {
                "; --tool N, as if its change and its length stood in front of the program, or "
                "--tool-length-mm L for "
                "words of the spindle's gauge point)");
+    return false;
+  }
+  if (change_.length_open && !in_force_.in_part()) {
+    refuse(
+        where, "open length",
+        "a cut behind a tool change, and length compensation was on before it: whether it still is, and with "
+        "which register, controls differ in ('" +
+            origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() + "')");
     return false;
   }
   return true;

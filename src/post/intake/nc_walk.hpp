@@ -104,6 +104,8 @@ class NcWalk {
     std::optional<cl::Record> tool;
     std::vector<cl::Record> behind;
     std::optional<std::int64_t> register_used;  // by the tool in the spindle
+    bool length_on = false;                     // a word said so, for this tool
+    bool length_open = false;                   // for the tool before it, and nothing since
   } change_;
   nc::Spindle spindle_;
   JointVector rotary_;          // as STANDS had them, or the motions since
