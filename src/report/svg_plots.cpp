@@ -16,6 +16,7 @@ constexpr double kRight = 16;
 constexpr double kTop = 14;
 constexpr double kBottom = 46;
 constexpr double kLegendRow = 20;
+constexpr double kLetter = 7.2;             // width of one, on paper too
 constexpr std::size_t kDrawnPoints = 1600;  // of a line: about three a drawing unit
 
 struct Range {
@@ -38,17 +39,22 @@ int colour_of(const XyPlot& plot, std::size_t i) {
   return plot.series[i].colour.value_or(static_cast<int>(i));
 }
 
+double letters_of(const std::string& utf8) {
+  return static_cast<double>(std::count_if(
+      utf8.begin(), utf8.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
 // Height that names take which are too long to stand beside each other, and are turned therefore.
 double room_of_names(const std::vector<std::string>& categories) {
-  constexpr double kLetter = 6.4;  // width of one
-  constexpr double kSlope = 0.5;   // sine of the angle by which they are turned
+  constexpr double kBetween = 8.0;
+  constexpr double kSlope = 0.5;  // sine of the angle by which they are turned
   constexpr double kMost = 130.0;
-  std::size_t longest = 0;
-  for (const auto& name : categories) longest = std::max(longest, name.size());
+  double longest = 0.0;
+  for (const auto& name : categories) longest = std::max(longest, letters_of(name));
   const double pitch =
       (kWidth - kLeft - kRight) / static_cast<double>(std::max<std::size_t>(1, categories.size()));
-  const double width = kLetter * static_cast<double>(longest);
-  return width < pitch ? 0.0 : std::min(kSlope * width, kMost);
+  const double width = kLetter * longest;
+  return width + kBetween < pitch ? 0.0 : std::min(kSlope * width, kMost);
 }
 
 void frame(Svg& svg, const DrawnScale& x, const DrawnScale& y, const Scale& x_text, const Scale& y_text,
@@ -147,11 +153,6 @@ void draw_bars(Svg& svg, const XyPlot& plot, std::size_t which, const DrawnScale
   }
 }
 
-double letters_of(const std::string& utf8) {
-  return static_cast<double>(std::count_if(
-      utf8.begin(), utf8.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
 // How a series is drawn, before its name.
 void legend_mark(Svg& svg, double x, double y, const Series& series, const std::string& colour) {
   constexpr double kWide = 14;
@@ -180,7 +181,7 @@ double legend(Svg& svg, const XyPlot& plot) {
   double at = kLeft;
   double row = kTop;
   for (const std::size_t i : named) {
-    const double width = 36.0 + 7.2 * letters_of(plot.series[i].name);
+    const double width = 36.0 + kLetter * letters_of(plot.series[i].name);
     if (at > kLeft && at + width > kWidth) {
       at = kLeft;
       row += kLegendRow;

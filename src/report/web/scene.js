@@ -25,13 +25,20 @@ const scene = (() => {
       arrows: !hasProgram && !stands.length, colour: 0, other: source.beside ?? -1, swipe: 0.5, oneScale: true, log: false, playing: false, speed: 10, yaw: -0.9, pitch: 0.55, zoom: 1, pan: [0, 0],
     };
 
+    // Rows: right, up, towards the eye.
+    function axesOfView() {
+      const [sy, cy, sp, cp] = [Math.sin(state.yaw), Math.cos(state.yaw), Math.sin(state.pitch), Math.cos(state.pitch)];
+      return [[cy, sy, 0], [-sp * sy, sp * cy, cp], [cp * sy, -cp * cy, sp]];
+    }
+
     // ---- what is drawn
     const bodies = [];
     for (const b of source.bodies) {
       const [x, y, z] = await Promise.all(b.corners.map(core.unpackedColumn));
       const corners = new Float32Array(3 * x.length);
       for (let i = 0; i < x.length; i++) corners.set([x[i], y[i], z[i]], 3 * i);
-      bodies.push({...b, corners: gl.corners(corners), count: x.length, colour: bodyColour[b.role] ?? '#888888'});
+      const ends = [x, y, z].map((v) => [v.reduce((a, c) => Math.min(a, c), Infinity), v.reduce((a, c) => Math.max(a, c), -Infinity)]);
+      bodies.push({...b, ends, corners: gl.corners(corners), count: x.length, colour: bodyColour[b.role] ?? '#888888'});
     }
     const points = new Float32Array(3 * count);
     for (let i = 0; i < count; i++) points.set(kinematics.tipInPart(source, q(i)), 3 * i);
@@ -61,9 +68,26 @@ const scene = (() => {
       return buffers.get(key);
     }
 
+    // How far the machine reaches from `middle` across the first view, wherever it is sent.
+    function reach(middle) {
+      const [right, up] = axesOfView();
+      const along = (row, p) => Math.abs(row.reduce((sum, v, k) => sum + v * (p[k] - middle[k]), 0));
+      let most = 0;
+      for (const place of stands.length ? stands.map((s) => s.q) : [state.q]) {
+        for (const b of bodies) {
+          const pose = carried(source, b.part_side, Math.min(b.axes, (b.part_side ? source.part_chain : source.tool_chain).length), place);
+          for (let k = 0; k < 8; k++) {
+            const p = moved(pose, b.ends.map((e, i) => e[(k >> i) & 1]));
+            most = Math.max(most, along(up, p), along(right, p));
+          }
+        }
+      }
+      return most;
+    }
+
     // The middle and size of what is looked at.
     const bounds = (() => {
-      if (!hasProgram) return {middle: source.part, size: 2.6 * source.size};
+      if (!hasProgram) return {middle: source.part, size: Math.max(2.6 * source.size, reach(source.part))};
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const i of cut.rows.length ? cut.rows : cut.links) {
         for (let k = 0; k < 3; k++) low[k] = Math.min(low[k], points[3 * i + k]), high[k] = Math.max(high[k], points[3 * i + k]);
@@ -83,9 +107,7 @@ const scene = (() => {
       const size = (state.view === 'machine' && hasProgram ? 2.4 * source.size : bounds.size) / state.zoom;
       const [width, height] = shownSize;
       const unit = Math.min(width, height) / (2 * size);  // pixels a millimetre
-      const [sy, cy, sp, cp] = [Math.sin(state.yaw), Math.cos(state.yaw), Math.sin(state.pitch), Math.cos(state.pitch)];
-      // Rows: right, up, towards the eye.
-      const rows = [[cy, sy, 0], [-sp * sy, sp * cy, cp], [cp * sy, -cp * cy, sp]];
+      const rows = axesOfView();
       const scale = [2 * unit / width, 2 * unit / height, -1 / (40 * Math.max(size, source.size))];
       camera = identity();
       rows.forEach((row, r) => {
@@ -135,7 +157,7 @@ const scene = (() => {
     const marks = make('div', {className: 'marks', 'aria-hidden': 'true'});
     function arrows() {
       if (!state.arrows) return void marks.replaceChildren();
-      const length = 0.55 * source.size / (state.view === 'part' ? 1 : 1);
+      const length = 0.55 * source.size;
       const shapes = source.axes.map((axis, k) => {
         const chain = axis.carries_part ? source.part_chain : source.tool_chain;
         const pose = product(world, carried(source, axis.carries_part, chain.indexOf(k) + 1, state.q));
