@@ -74,9 +74,11 @@ std::string html_of(const Figure& figure) {
 
 std::string html_of(const Table& table) {
   constexpr std::size_t kLongCell = 30;  // letters: a column of sentences is not squeezed to a word a line
-  std::string out = "<figure class=\"table\" id=\"" + table.id + "\"><h3>" + escaped(table.title) +
-                    "</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" +
-                    escaped(table.title) + "\"><table><thead><tr>";
+  constexpr std::size_t kWide = 12;      // columns: more stand in small letters on paper
+  std::string out =
+      "<figure class=\"table\" id=\"" + table.id + "\"><h3>" + escaped(table.title) +
+      "</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(table.title) +
+      (table.columns.size() > kWide ? "\"><table class=\"wide\">" : "\"><table>") + "<thead><tr>";
   const auto cell_class = [&](std::size_t c) {
     return c < table.numeric.size() && table.numeric[c] ? " class=\"number\"" : "";
   };

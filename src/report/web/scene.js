@@ -68,26 +68,29 @@ const scene = (() => {
       return buffers.get(key);
     }
 
-    // How far the machine reaches from `middle` across the first view, wherever it is sent.
-    function reach(middle) {
-      const [right, up] = axesOfView();
-      const along = (row, p) => Math.abs(row.reduce((sum, v, k) => sum + v * (p[k] - middle[k]), 0));
-      let most = 0;
+    // The middle and size, across the first view, of the machine wherever it is sent.
+    function machineBounds() {
+      const rows = axesOfView();
+      const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const place of stands.length ? stands.map((s) => s.q) : [state.q]) {
         for (const b of bodies) {
           const pose = carried(source, b.part_side, Math.min(b.axes, (b.part_side ? source.part_chain : source.tool_chain).length), place);
           for (let k = 0; k < 8; k++) {
             const p = moved(pose, b.ends.map((e, i) => e[(k >> i) & 1]));
-            most = Math.max(most, along(up, p), along(right, p));
+            rows.forEach((row, r) => {
+              const at = row.reduce((sum, v, i) => sum + v * p[i], 0);
+              low[r] = Math.min(low[r], at), high[r] = Math.max(high[r], at);
+            });
           }
         }
       }
-      return most;
+      const middle = [0, 1, 2].map((k) => rows.reduce((sum, row, r) => sum + row[k] * (low[r] + high[r]) / 2, 0));
+      return {middle, size: 0.52 * Math.max(high[0] - low[0], high[1] - low[1])};
     }
 
     // The middle and size of what is looked at.
     const bounds = (() => {
-      if (!hasProgram) return {middle: source.part, size: Math.max(2.6 * source.size, reach(source.part))};
+      if (!hasProgram) return machineBounds();
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const i of cut.rows.length ? cut.rows : cut.links) {
         for (let k = 0; k < 3; k++) low[k] = Math.min(low[k], points[3 * i + k]), high[k] = Math.max(high[k], points[3 * i + k]);
