@@ -143,7 +143,8 @@ void add_limits(Page& page, const ordered_json& json) {
     std::string& list = result == "beyond" ? beyond : undecided;
     if (result == "within") continue;
     list += (list.empty() ? "" : ", ") + text_at(row, "name") + " " + cell_text(row["value"], 3) +
-            (row["value"].is_null() ? "" : " " + unit) + " (limit " + cell_text(row["limit"], 3) + ")";
+            (row["value"].is_null() ? "" : " " + unit) + " (limit " + cell_text(row["limit"], 3) + " " +
+            unit + ")";
   }
   const bool passed = json["passed"].get<bool>();
   page.tone = passed ? Tone::good : beyond.empty() ? Tone::neutral : Tone::bad;
@@ -152,11 +153,11 @@ void add_limits(Page& page, const ordered_json& json) {
   if (!undecided.empty()) said += (said.empty() ? "" : " ") + ("Not proved to be within: " + undecided + ".");
   page.verdict = said + " " + page.verdict;
   Table table = table_of(rows, {{"name", "value"},
+                                {"result", "result"},
                                 {"value", "measured"},
                                 {"limit", "limit"},
                                 {"uncertainty", "uncertainty U"},
-                                {"unit", "unit"},
-                                {"result", "result"}});
+                                {"unit", "unit"}});
   table.id = "limits";
   table.title = "Limits";
   table.caption =

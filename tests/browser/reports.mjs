@@ -121,7 +121,7 @@ function spentSince(before) {
 
 // The pictures of README.md, and nothing else: `PICTURES=folder`.
 if (process.env.PICTURES) {
-  for (const [name, section] of [['post', '#scene'], ['compare', '#scene'], ['diagnose', '#section-3'], ['improve', '#section-2'], ['thermal', 'main']]) {
+  for (const [name, section] of [['post', '#scene'], ['compare', '#scene'], ['diagnose', '#section-3'], ['improve', '#section-2'], ['thermal', 'main'], ['compensated', '#scene']]) {
     const {page} = await open(name);
     await activateAll(page);
     await page.evaluate((at) => document.querySelector(at).scrollIntoView(), section);
@@ -436,7 +436,7 @@ for (const name of ['improve', 'history']) {
   assert.ok(beyond.length > 0);
   for (const l of beyond) assert.ok((await page.textContent('#verdict')).includes(`${l.of} ${l.symbol}`), l.symbol);
   assert.ok(await page.$('#verdict.bad'));
-  const rows = await page.$$eval('#limits tbody tr', (all) => all.map((r) => r.lastElementChild.textContent));
+  const rows = await page.$$eval('#limits tbody tr', (all) => all.map((r) => r.children[1].textContent));
   assert.deepEqual(rows, json.limits.map((l) => l.result));
   assert.deepEqual(troubles, []);
   await page.close();
