@@ -471,6 +471,17 @@ TEST(OtherWords, AHolesFeedPerRevolutionFollowsTheSpindle) {
   EXPECT_NEAR(feed.internal(FeedMode::per_minute, holes[2].feed) * 60.0, 100.0, 0.05);
 }
 
+// Haas, G254: behind a rotation X, Y and Z are to be said anew.
+TEST(OtherWords, AZeroThatGoesWithThePartLeavesNoPlaceKnownWhenItTurns) {
+  const auto motions = all_of<Motion>(
+      read("G21 G90\nG0 A0. C0.\nG254\nG0 X1. Y2. Z3.\nG0 A30.\nG0 X4.\nA40. Y5.\nG255\nM30\n", "haas_ngc"));
+  ASSERT_EQ(motions.size(), 5u);
+  EXPECT_EQ(motions[1].words.mask & kXyz, kXyz);
+  EXPECT_EQ(motions[2].words.mask & kXyz, 0);
+  EXPECT_EQ(motions[3].words.mask & kXyz, AxisWords::bit(AxisLetter::X));
+  EXPECT_EQ(motions[4].words.mask & kXyz, AxisWords::bit(AxisLetter::Y));
+}
+
 // What the rules against doubled words and doubtful heights must leave alone.
 TEST(OtherWords, WhatStandsOnceIsTaken) {
   EXPECT_EQ(all_of<Motion>(read("% (PART 7)\nG21 G90 G17\nG0 X0. Y0. Z0. M3 S100 M8\nG1 X5. F100\nM30\n%\n",
@@ -538,6 +549,10 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"siemens_840d_sl", "G710 G90\nG0 X0 Y0 Z0\nROT X30\nM30\n", "tilts the part"},
       {"siemens_840d_sl", "G710 G90\nG0 X=10+R1\nM30\n", "R1 has no value"},
       {"siemens_840d_sl", "G710 G90\nDEF REAL _A\n_B=5\nG0 X=_A\nM30\n", "'_B' is not understood"},
+      // INT takes the nearest whole number.
+      {"siemens_840d_sl", "G710 G90\nDEF INT AA=3.5\nG0 X=AA\nM30\n", "'AA', which holds whole numbers"},
+      {"siemens_840d_sl", "G710 G90\nDEF INT AA\nAA=7/2\nG0 X=AA\nM30\n", "the control rounds it"},
+      {"siemens_840d_sl", "G710 G90\nTRANS X5\nATRANS\nG0 X1\nM30\n", "'ATRANS' without an axis"},
       {"siemens_840d_sl", "G710 G90\nR1=1\nR1=2 R2=R1\nM30\n", "set and used in one line"},
       {"siemens_840d_sl", "G710 G90\nR1=2 G1 X5\nM30\n", "no variable"},
       {"siemens_840d_sl", "G710 G90\nG0 C400\nM30\n", "counts modulo one turn"},
@@ -566,6 +581,7 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG2 X5. Y5. R5. I5. F100.\nM30\n",
        "with its radius and its centre"},
       {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\nG3 X0 Y1 I0 J0.5 P0 F100\nM2\n", "a number of turns"},
+      {"haas_ngc", "G21 G90\nN7 G0 X0. Y0. Z0.\nM97 P7\nM30\nN7 G1 X5. F9.\nM99\n", "or more than one"},
       {"haas_ngc", "G21 G90\nG0 X0. Y0. Z0.\nG254\nG52 X1. Y1. Z1.\nM30\n", "in a tilted plane"},
       {"fanuc_30i", "G21 G90\nG0 X10. Y0. Z0.\nG2 X-10. Y0. I-5. I-10. F100.\nM30\n", "two I words"},
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG28 X1. X2.\nM30\n", "two X words"},

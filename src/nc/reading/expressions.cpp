@@ -284,6 +284,9 @@ bool Expressions::assign(const char* p, const char* end) {
     if (is_of_control(name))
       return fail("variable " + how_.mark + name + " is the control's: what setting it does is not known");
     if (std::abs(result) > kLargestValue) return fail("a value beyond 10000000");
+    if (whole_.contains(name) && result != std::floor(result))
+      return fail("a value with a fraction for '" + name +
+                  "', which holds whole numbers: the control rounds it");
     const bool is_used = std::any_of(set.begin(), set.end(), [&](const auto& one) {
       return std::find(read_.begin(), read_.end(), one.first) != read_.end();
     });

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,8 +32,11 @@ class Expressions {
   /// `#1=...`, and nothing else, from `p` on; in LinuxCNC's words several of them, each with the values
   /// before the line. False, with `error`.
   bool assign(const char* p, const char* end);
-  /// A variable with a name of its own, at 0.
-  void define(const std::string& name) { scopes_.front()[name] = 0.0; }
+  /// A variable with a name of its own, at 0; `whole`: it holds no fractions.
+  void define(const std::string& name, bool whole) {
+    scopes_.front()[name] = 0.0;
+    if (whole) whole_.insert(name);
+  }
   /// A variable of the program stands at `p`, which then stands behind its name.
   bool is_variable(const char*& p, const char* end) const;
   static bool is_function(const char* p, const char* end);
@@ -57,6 +61,7 @@ class Expressions {
   int depth_ = 0;
   std::vector<Scope> scopes_;      // the first one is of all
   std::vector<std::string> read_;  // variables, since a line began
+  std::set<std::string> whole_;
 };
 
 /// As a program has it: nine decimals at most, no exponent.

@@ -189,6 +189,8 @@ bool OtherWords::take_named_frame(ParsedLine& line, std::size_t name, std::optio
   circle_.reset();
   // A shift or a turn anew takes away all that such words have said before.
   const bool anew = name == 0 || name == kTurnAnew;
+  if (!anew && line.word_count == 0 && !turn_in_plane)
+    return fail(1, "'" + said + "' without an axis: what the control takes back then is not read");
   if (anew) frames_.now.reset();
   if (turns)
     frames_.now.turn_about(0, 0, rad);

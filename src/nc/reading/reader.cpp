@@ -353,13 +353,18 @@ void Reader::State::run_motion(LineMotion& m) {
     motion.feed_mode = FeedMode::per_minute;
     motion.feed = 0;
   }
+  bool turns = false;
   for (unsigned rest = m.words.mask; rest != 0; rest &= rest - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const auto letter = static_cast<AxisLetter>(i);
     std::int64_t value = m.words.quanta[i];
     if (c.rotary.modulo_axes != 0 && !wind(letter, m, value)) return;
+    turns = turns || (is_rotary(letter) && (!modal.position.has(letter) || modal.position[letter] != value));
     modal.position.set(letter, value);
   }
+  // The zero has gone with the part: Haas (UMC-750 manual, G254) wants X, Y and Z said anew before a cut.
+  if (program.follows_part && turns)
+    modal.position.forget(static_cast<std::uint16_t>(kLinearAxes & ~m.words.mask));
   motion.words = modal.position;
   motion.source = {findings.line, m.column};
   if (!parsed.has_values) return emit(motion_block);

@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kDeepestCalls = 32;        // calls within calls, loops within loops
 constexpr std::uint64_t kMostLines = 1'000'000;  // that are run
 constexpr std::int64_t kMostTimes = 100'000;
+constexpr std::int64_t kLastNumber = 99'999;  // of blocks
 
 bool reads(const char*& p, const char* end, std::string_view word) {
   const char* s = p;
@@ -113,9 +114,20 @@ void Unfolder::take_line(std::string_view text) {
   if (over_) return;
   if (first_kept_ != 0) return kept_.emplace_back(text), void();
   ++line_;
-  if (!folds(text)) return run(text, line_);
+  if (!folds(text)) {
+    if (!c_.input.flow.call_line.empty()) note_number(text);
+    return run(text, line_);
+  }
   first_kept_ = line_;
   kept_.emplace_back(text);
+}
+
+void Unfolder::note_number(std::string_view text) {
+  const char* p = skip_blanks(text.data(), text.data() + text.size());
+  std::int64_t number = 0;
+  if (!reads_whole(p, text.data() + text.size(), "N", number) || number > kLastNumber) return;
+  if (numbers_.empty()) numbers_.resize(static_cast<std::size_t>(kLastNumber) + 1);
+  numbers_[static_cast<std::size_t>(number)] = true;
 }
 
 // A line from which on the order of the lines may be another one.
@@ -269,7 +281,7 @@ bool Unfolder::run_call(const std::string& text) {
     const std::size_t to = find_program(number, name == &in.call ? 'O' : 'N');
     if (to == kept_.size()) {
       fail(std::string("no ") + (name == &in.call ? "O" : "N") + std::to_string(number) +
-           " behind this line: put the subprogram into this file, behind the program");
+           " behind this line, or more than one: put the subprogram into this file, behind the program");
       return true;
     }
     return call(to, times, false);
@@ -280,6 +292,10 @@ bool Unfolder::run_call(const std::string& text) {
 // Two of the same number are refused where they are called.
 std::size_t Unfolder::find_program(std::int64_t number, char letter) const {
   std::size_t found = kept_.size();
+  // The control looks for it from the beginning on.
+  if (letter == 'N' && static_cast<std::size_t>(number) < numbers_.size() &&
+      numbers_[static_cast<std::size_t>(number)])
+    return found;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     const std::string& text = kept_[i];
     const char* p = skip_blanks(text.data(), text.data() + text.size());

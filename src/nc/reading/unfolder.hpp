@@ -68,6 +68,7 @@ class Unfolder {
   std::size_t find_program(std::int64_t number, char letter) const;
   std::size_t find_label(const std::string& name) const;
   void fail(const std::string& message);
+  void note_number(std::string_view text);
 
   const Controller& c_;
   Sink sink_;
@@ -75,6 +76,7 @@ class Unfolder {
   ValueWords values_;
   std::string carry_;
   std::vector<std::string> kept_;
+  std::vector<bool> numbers_;                // N of lines that are not kept, where lines are called by them
   std::uint32_t first_kept_ = 0, line_ = 0;  // lines of the text
   std::size_t next_ = 0;                     // of kept_
   std::vector<Frame> frames_;

@@ -113,7 +113,8 @@ ValueWords::Line ValueWords::take_marked(std::string_view plain, std::string& ou
 ValueWords::Line ValueWords::define(const char* p, const char* end) {
   p = skip_blanks(p, end);
   // Variables of other kinds hold no number, and no word is one.
-  if (!takes(p, end, "REAL") && !takes(p, end, "INT") && !takes(p, end, "BOOL")) return Line::taken;
+  const bool real = takes(p, end, "REAL");
+  if (!real && !takes(p, end, "INT") && !takes(p, end, "BOOL")) return Line::taken;
   do {
     p = skip_blanks(p, end);
     std::string name;
@@ -123,7 +124,7 @@ ValueWords::Line ValueWords::define(const char* p, const char* end) {
       return wrong("'" + c_.input.flow.define + "' is read with names, each with a value or none");
     double value = 0.0;
     if (p != end && *p == '=' && !expressions.calculated(++p, end, value)) return Line::wrong;
-    expressions.define(name);
+    expressions.define(name, !real);
     if (value != 0.0) {
       const std::string line = name + "=" + number_text(value, true);
       if (!expressions.assign(line.data(), line.data() + line.size())) return Line::wrong;
