@@ -172,6 +172,7 @@ TEST(OtherWords, G98AndG99BetweenHolesAreAboutTheNextOne) {
              "Z50.\nM30\n",
              control));
     std::vector<double> back;
+    back.reserve(holes.size());
     for (const Hole& hole : holes) back.push_back(mm(hole.words, AxisLetter::Z));
     EXPECT_EQ(back, (std::vector<double>{3.0, 3.0, 50.0, 50.0, 3.0})) << control;
   }
@@ -651,6 +652,8 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+Q1 R0 FMAX\n2 M2\n", "Q1 has no value"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 #5\n3 M2\n",
        "a datum shift"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 Q201 = -20\n2 M2\n", "Q201 is the control's"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 FN 0: Q203 = +9\n2 M2\n", "Q203 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CALL LBL 7\n2 M2\n3 END PGM P MM\n", "no 'LBL 7'"},
   };
   for (const Case& k : cases) {
