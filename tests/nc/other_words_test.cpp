@@ -398,6 +398,19 @@ TEST(OtherWords, PolarWordsLeadWhereTheirAnglesSay) {
 }
 
 // As a post-processor for this control leads in: across Y and Z, then tangential.
+// The sense of a circle is not that of its remark.
+TEST(OtherWords, ARemarkHoldsNoWordsOfAPole) {
+  for (const char* remark : {"", " ; was DR+", " ; was DR-", " ;DR+ IPA+5 R+9"}) {
+    const auto arcs = all_of<Arc>(read(
+        std::string("0 BEGIN PGM P MM\n1 L X+10 Y+0 Z+0 FMAX\n2 CC X+0 Y+0 ; X+5\n3 C X+0 Y+10 DR- F100") +
+            remark + "\n4 M2\n",
+        "heidenhain_tnc640"));
+    ASSERT_EQ(arcs.size(), 1u) << remark;
+    EXPECT_TRUE(arcs[0].clockwise) << remark;
+    EXPECT_EQ(arcs[0].center, (std::array<std::int64_t, 2>{0, 0})) << remark;
+  }
+}
+
 TEST(OtherWords, APoleInAnotherPlane) {
   const auto arcs =
       all_of<Arc>(read("0 BEGIN PGM P MM\n1 L X+37.996 Y+88.53 Z+2 R0 FMAX\n2 L Z+0.996 F1524\n3 CC  "
@@ -652,6 +665,21 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+Q1 R0 FMAX\n2 M2\n", "Q1 has no value"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CYCL DEF 7.0 DATUM SHIFT\n2 CYCL DEF 7.1 #5\n3 M2\n",
        "a datum shift"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 FMAX\n2 CC X+0 Y+0\n3 C X+0 Y+1 DR+ DR- F100\n4 M2\n",
+       "both senses"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 FMAX\n2 CC X+0 Y+0\n3 LP PR+1 ; PA+90\n4 M2\n",
+       "its radius and its angle"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 CC X+0 Y+0\n2 CYCL DEF 247 DATUM SETTING ~\nQ339=+2\n4 L X+1 Y+0 Z+0 FMAX\n5 C "
+       "X+0 Y+1 DR+ "
+       "F100\n6 M2\n",
+       "no pole"},
+      {"heidenhain_tnc640",
+       "0 BEGIN PGM P MM\n1 CC X+0 Y+0\n2 TRANS DATUM AXIS X+5 Y+0 Z+0\n3 L X+1 Y+0 Z+0 FMAX\n4 C X+0 Y+1 "
+       "DR+ "
+       "F100\n5 M2\n",
+       "no pole"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 Q201 = -20\n2 M2\n", "Q201 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 FN 0: Q203 = +9\n2 M2\n", "Q203 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CALL LBL 7\n2 M2\n3 END PGM P MM\n", "no 'LBL 7'"},

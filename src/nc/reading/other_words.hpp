@@ -98,6 +98,8 @@ class OtherWords {
     std::optional<double> angle_rad, more_rad;  // from the plane's first axis; from where the tool is
     AxisWords end;                              // of the other words, resolved
   };
+  /// Other coordinates than those in which it was set.
+  void forget_pole() { pole_.reset(); }
   /// Takes them out of the text: blanks stand in their place. False, with `error`.
   bool take_pole_words(std::string& line, std::size_t from, PoleLine& out);
   /// The pole, the arcs of the line (`arcs`), or the end of a straight line (`out.end`).

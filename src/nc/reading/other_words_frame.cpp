@@ -280,6 +280,7 @@ bool OtherWords::take_pole_words(std::string& line, std::size_t from, PoleLine& 
     const std::string& turns = clockwise ? c_.input.pole.clockwise : c_.input.pole.counterclockwise;
     const auto at = line.find(turns, from);
     if (turns.empty() || at == std::string::npos) continue;
+    if (out.clockwise) return fail(static_cast<std::uint32_t>(at) + 1, "a circle with both senses");
     out.clockwise = clockwise;
     std::fill_n(line.begin() + static_cast<std::ptrdiff_t>(at), turns.size(), ' ');
   }

@@ -643,6 +643,10 @@ bool Reader::State::run_pole_line(const char* begin, const char* p, const char* 
     return true;
   };
   others.error_column = 1;
+  // A remark may hold the same words.
+  if (const auto remark = line.find(c.comments.open, static_cast<std::size_t>(p - begin));
+      remark != std::string::npos && c.comments.close.empty())
+    line.resize(remark);
   if (!others.take_pole_words(line, static_cast<std::size_t>(p - begin), said)) return refused();
   parsed.clear();
   language.scanner.scan(line.data(), line.data() + (p - begin), line.data() + line.size(), parsed);

@@ -382,7 +382,9 @@ void Reader::State::run_tcp(bool on, std::int64_t offset) {
       (language.others->frame().turns() || c.offset_shift.not_under_tcp))
     return error(
         1, "tool-centre-point control, and the program's own shift or turn is in force: end that first");
-  if (modal.switch_tcp(on, offset, c.tcp.replaces_length)) emit(TcpControl{on, offset});
+  if (!modal.switch_tcp(on, offset, c.tcp.replaces_length)) return;
+  if (language.others) language.others->forget_pole();
+  emit(TcpControl{on, offset});
 }
 
 // A motion under kinematics that are not known may go anywhere.
@@ -404,6 +406,7 @@ void Reader::State::run_work_offset(std::int64_t index) {
     return error(1, "another work offset, and the program's own shift or turn is in force: end that first");
   const AxisWords before = modal.position;
   if (!modal.call_work_offset(index)) return;
+  if (language.others) language.others->forget_pole();
   // Rotary axes have no offset here, nor in a place of the machine.
   for (const AxisLetter letter : kAllAxisLetters)
     if (language.others && is_rotary(letter) && before.has(letter))
@@ -427,6 +430,7 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = scaled(found, kOrigin[i], language.format.decimals(AxisLetter::X));
+  if (language.others) language.others->forget_pole();
   if (now.kind == OffsetShift::Kind::add) program.shift_added = now.offset != std::array<std::int64_t, 3>{};
   modal.position.forget(kLinearAxes);
   emit(now);
