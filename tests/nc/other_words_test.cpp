@@ -636,6 +636,8 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"fanuc_30i", "G21 G90\nG91 G52 X5. Y0. Z0.\nM30\n", "a shift under 'G91'"},
       {"fanuc_30i", "G21 G90\nT1 M6\nG43.4 H1\nG0 X0. Y0. Z50. A0. C0.\nT2 M6\nM30\n",
        "a tool change under tool-centre-point control"},
+      {"siemens_840d_sl", "G710 G90\nCYCLE800(0,\"\",200000,57,0,0,0,30,0,0,0,0,0,0,0,1)\nM30\n",
+       "direction 0"},
       {"siemens_840d_sl", "G710 G90\nTRAORI\nT2\nM6\nM30\n", "a tool change under tool-centre-point control"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 M128\n2 TOOL CALL 2 Z S100\n3 M2\n",
        "a tool change under tool-centre-point control"},

@@ -508,7 +508,13 @@ void Reader::State::run_plane(const FoundEvent& found) {
   }
   if (counts_from_shift && modal.plane) language.others->take_frame_back();
   if (counts_from_shift) now.origin = language.others->set_frame_aside();
-  now.direction = whole(found, Placeholder::direction, 1) < 0 ? -1 : 1;
+  const std::int64_t direction = whole(found, Placeholder::direction, 1);
+  if (language.others && direction == 0)
+    return error(
+        std::max(found.column, 1U),
+        "a tilted plane that leaves the rotary axes where they are (direction 0): where they stand to "
+        "it is not said");
+  now.direction = direction < 0 ? -1 : 1;
   modal.switch_plane(true);
   emit(now);
 }
