@@ -102,7 +102,12 @@ std::string headline(const Diagnosis& d) {
       break;
     case Verdict::ambiguous: {
       std::vector<std::string> sets;
-      for (const auto& set : d.sets) sets.push_back(joined(set, " + "));
+      // A sentence that names a dozen says nothing; all of them stand below, in words.
+      constexpr std::size_t kNamed = 4;
+      const std::size_t shown = d.sets.size() > kNamed + 1 ? kNamed : d.sets.size();
+      for (std::size_t i = 0; i < shown; ++i) sets.push_back(joined(d.sets[i], " + "));
+      if (shown < d.sets.size())
+        sets.push_back("one of " + std::to_string(d.sets.size() - shown) + " others");
       for (const auto& b : d.bookkeeping)
         sets.push_back("a mistake in the files (" + std::string(text_of(b.convention.kind)) + ")");
       out = "Something is missing, and these data cannot tell which: " + joined(sets, " or ");

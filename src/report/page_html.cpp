@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <sstream>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/report/page.hpp"
@@ -72,13 +73,30 @@ std::string html_of(const Figure& figure) {
          "</figcaption></figure>\n";
 }
 
+// What the columns take on paper, in its letters, px: no word of a heading and no cell is broken.
+double paper_width(const Table& table) {
+  constexpr double kBold = 7.0, kPlain = 6.3, kPadding = 8.0;
+  double out = 0.0;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    std::istringstream heading(table.columns[c]);
+    double widest = 0.0;
+    for (std::string word; heading >> word;)
+      widest = std::max(widest, kBold * static_cast<double>(word.size()));
+    const bool numbers = c < table.numeric.size() && table.numeric[c];
+    for (const auto& row : table.rows)
+      if (numbers && c < row.size()) widest = std::max(widest, kPlain * static_cast<double>(row[c].size()));
+    out += widest + kPadding;
+  }
+  return out;
+}
+
 std::string html_of(const Table& table) {
+  constexpr double kPaper = 678.0;       // A4 within its margins: a wider table stands in smaller letters
   constexpr std::size_t kLongCell = 30;  // letters: a column of sentences is not squeezed to a word a line
-  constexpr std::size_t kWide = 12;      // columns: more stand in small letters on paper
   std::string out =
       "<figure class=\"table\" id=\"" + table.id + "\"><h3>" + escaped(table.title) +
       "</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(table.title) +
-      (table.columns.size() > kWide ? "\"><table class=\"wide\">" : "\"><table>") + "<thead><tr>";
+      (paper_width(table) > kPaper ? "\"><table class=\"wide\">" : "\"><table>") + "<thead><tr>";
   const auto cell_class = [&](std::size_t c) {
     return c < table.numeric.size() && table.numeric[c] ? " class=\"number\"" : "";
   };
