@@ -73,18 +73,31 @@ std::string html_of(const Figure& figure) {
          "</figcaption></figure>\n";
 }
 
-// What the columns take on paper, in its letters, px: no word of a heading and no cell is broken.
+// A path may break behind each folder.
+std::string cell_of(const std::string& text) {
+  std::string out;
+  for (const char c : escaped(text)) {
+    out += c;
+    if (c == '/') out += "<wbr>";
+  }
+  return out;
+}
+
+// What the columns take on paper at the least, in its letters, px: no word and no number is broken.
 double paper_width(const Table& table) {
   constexpr double kBold = 7.0, kPlain = 6.3, kPadding = 8.0;
+  const auto longest_word = [](const std::string& text) {
+    std::istringstream words(text);
+    std::size_t out = 0;
+    for (std::string word; words >> word;) out = std::max(out, word.size());
+    return static_cast<double>(out);
+  };
   double out = 0.0;
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
-    std::istringstream heading(table.columns[c]);
-    double widest = 0.0;
-    for (std::string word; heading >> word;)
-      widest = std::max(widest, kBold * static_cast<double>(word.size()));
-    const bool numbers = c < table.numeric.size() && table.numeric[c];
+    double widest = kBold * longest_word(table.columns[c]);
     for (const auto& row : table.rows)
-      if (numbers && c < row.size()) widest = std::max(widest, kPlain * static_cast<double>(row[c].size()));
+      if (c < row.size() && row[c].find('/') == std::string::npos)
+        widest = std::max(widest, kPlain * longest_word(row[c]));
     out += widest + kPadding;
   }
   return out;
@@ -110,7 +123,7 @@ std::string html_of(const Table& table) {
       const bool words = table.rows[r][c].size() > kLongCell;
       out += "<td" + std::string(words ? " class=\"words\"" : cell_class(c)) + ">" +
              (button ? "<button type=\"button\" data-stop=\"" + std::to_string(table.go_to[r]) + "\">" : "") +
-             escaped(table.rows[r][c]) + (button ? "</button>" : "") + "</td>";
+             cell_of(table.rows[r][c]) + (button ? "</button>" : "") + "</td>";
     }
     out += "</tr>\n";
   }

@@ -86,6 +86,17 @@ async function verdictSaysJson(page, name) {
   return said.length;
 }
 
+// Tables that A4 within its margins would cut, with their widths.
+async function widerThanPaper(page) {
+  const screen = page.viewportSize();
+  await page.setViewportSize({width: 718, height: screen.height});
+  await page.emulateMedia({media: 'print'});
+  const out = await page.$$eval('table', (all) => all.filter((t) => t.scrollWidth > t.parentElement.clientWidth).map((t) => [t.closest('figure').id, t.scrollWidth]));
+  await page.emulateMedia({media: null});
+  await page.setViewportSize(screen);
+  return out;
+}
+
 async function activateAll(page) {
   const count = await page.$$eval('figure[data-figure]', (all) => all.length);
   for (let i = 0; i < count; i++) {
@@ -212,6 +223,7 @@ for (const name of names) {
   const compared = await factsEqualJson(page, name);
   assert.ok(compared >= (leastFacts[name] ?? 0), `${name}: only ${compared} facts compared`);
   const shown = await tablesShowJson(page, name) + await verdictSaysJson(page, name);
+  assert.deepEqual(await widerThanPaper(page), [], `${name}: tables that paper cuts`);
   const drawn = await activateAll(page);
   assert.ok(drawn + (await page.$$eval('td, .scene, pre', (all) => all.length)) >= 1, `${name}: nothing to see`);
   const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
