@@ -190,7 +190,7 @@ Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, cons
         list.clear();
         for (int i = 0; from + i * options.step <= to + 1e-9; ++i) list.push_back(from + i * options.step);
       }
-    auto map = corrections_of(machine, parts[d], inputs, nodes, outputs, *rest, machine.tool_vector());
+    auto map = corrections_of(machine, parts[d], {inputs, nodes, outputs, *rest, machine.tool_vector()});
     if (!map) return tl::unexpected(map.error());
     // An axis that this domain does not correct has no table.
     std::erase_if(map->outputs, [](const CorrectionMap::Output& o) {

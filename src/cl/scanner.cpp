@@ -202,28 +202,28 @@ bool Scanner::compact(std::string_view line, std::size_t begin) {
   bool blank = true;  // the end of a line parts two numbers as a blank does
   for (std::size_t i = begin; i < line.size(); ++i) {
     const char c = line[i];
-    if (c == '\'') in_quotes_ = !in_quotes_;
-    if (!in_quotes_ && c == '$') return i + 1 >= line.size() || line[i + 1] != '$';
+    if (c == '\'') compacted_.in_quotes = !compacted_.in_quotes;
+    if (!compacted_.in_quotes && c == '$') return i + 1 >= line.size() || line[i + 1] != '$';
     if (is_blank(c)) {
       blank = true;
       continue;
     }
-    compacted_.push_back(upper(c));
-    places_.push_back({line_, column_of(i)});
-    after_blank_.push_back(blank ? 1 : 0);
+    compacted_.text.push_back(upper(c));
+    compacted_.places.push_back({line_, column_of(i)});
+    compacted_.after_blank.push_back(blank ? 1 : 0);
     blank = false;
   }
   return false;
 }
 
 bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& statement) {
-  compacted_.clear();
-  places_.clear();
-  after_blank_.clear();
-  in_quotes_ = false;
+  compacted_.text.clear();
+  compacted_.places.clear();
+  compacted_.after_blank.clear();
+  compacted_.in_quotes = false;
   bool continued = compact(line, begin);
   while (continued) {
-    in_quotes_ = false;
+    compacted_.in_quotes = false;
     const SourceRef place{line_, column_of(line.find_last_not_of(" \t"))};
     if (!physical_line(line)) {
       if (!stopped_) findings_.error(place, "the file ends after a continuation ($)");
@@ -231,7 +231,7 @@ bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& stat
     }
     if (begins_goto(line)) {
       unread_line(line);
-      if (!compacted_.empty() && compacted_.back() == ',') compacted_.pop_back();
+      if (!compacted_.text.empty() && compacted_.text.back() == ',') compacted_.text.pop_back();
       findings_.warning(
           place, "continued by $, but the next line is a new GOTO: the statement is taken as it stands");
       break;
@@ -240,24 +240,26 @@ bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& stat
     if (first != std::string_view::npos && line.substr(first).starts_with("$$"))
       continue;  // a comment in between
     continued = compact(line, 0);
-    if (compacted_.size() > kLongestStatement) {
+    if (compacted_.text.size() > kLongestStatement) {
       fatal(statement.where, "a statement of more than " + std::to_string(kLongestStatement) + " characters");
       return false;
     }
   }
-  if (compacted_.empty()) return false;
+  if (compacted_.text.empty()) return false;
   split(statement);
   return true;
 }
 
 void Scanner::append_field(std::size_t begin, std::size_t end, Statement& statement) {
   Field field;
-  field.text = std::string_view(compacted_).substr(begin, end - begin);
+  field.text = std::string_view(compacted_.text).substr(begin, end - begin);
   // An empty field stands where its comma is, or behind the last character.
-  field.where =
-      begin < places_.size() ? places_[begin] : SourceRef{places_.back().line, places_.back().column + 1};
+  field.where = begin < compacted_.places.size()
+                    ? compacted_.places[begin]
+                    : SourceRef{compacted_.places.back().line, compacted_.places.back().column + 1};
   for (std::size_t i = begin + 1; i < end; ++i) {
-    if (after_blank_[i] != 0 && number_character(compacted_[i]) && number_character(compacted_[i - 1])) {
+    if (compacted_.after_blank[i] != 0 && number_character(compacted_.text[i]) &&
+        number_character(compacted_.text[i - 1])) {
       field.blank_inside_number = true;
     }
   }
@@ -265,8 +267,8 @@ void Scanner::append_field(std::size_t begin, std::size_t end, Statement& statem
 }
 
 void Scanner::split(Statement& statement) {
-  const std::string_view all = compacted_;
-  statement.where = places_.front();
+  const std::string_view all = compacted_.text;
+  statement.where = compacted_.places.front();
   std::size_t at = all.find_first_of("/,(=");
   if (at == std::string_view::npos) at = all.size();
   statement.word = all.substr(0, at);

@@ -70,10 +70,14 @@ class Scanner {
   GotoLayout layout_;
   std::size_t last_length_ = 0;  // of the last plain GOTO of six numbers on one line
 
-  std::string compacted_;          // statement at hand, upper case, no blanks
-  std::vector<SourceRef> places_;  // of each character of compacted_
-  std::vector<char> after_blank_;  // 1 where a blank stood before the character
-  bool in_quotes_ = false;
+  /// The statement at hand, upper case, no blanks.
+  struct Compacted {
+    std::string text;
+    std::vector<SourceRef> places;  // of each character
+    std::vector<char> after_blank;  // 1 where a blank stood before the character
+    bool in_quotes = false;
+  };
+  Compacted compacted_;
 };
 
 }  // namespace trunnion::cl

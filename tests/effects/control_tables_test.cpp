@@ -133,8 +133,8 @@ class Controls : public ::testing::TestWithParam<bool> {
                  {{"EYY", [](double u, double) { return -0.006 * std::sin(u / 50.0); }}})};
   CorrectionMap corrections(const std::string& input, const std::vector<std::string>& outputs,
                             const ErrorTable& of) {
-    auto map = corrections_of(machine_, {of}, {input}, {of.nodes[0]}, outputs, JointVector{},
-                              machine_.tool_vector());
+    auto map = corrections_of(machine_, {of},
+                              {{input}, {of.nodes[0]}, outputs, JointVector{}, machine_.tool_vector()});
     if (!map) throw std::runtime_error(map.error().text());
     return *map;
   }
@@ -263,8 +263,12 @@ TEST_P(Controls, CecProductsCarryTheYawOfAStackedAxis) {
   // Yaw of X with the lever of Y: the correction of X is a product of a function of X and one of Y, exactly.
   const auto yaw = table_over({"X"}, {steps(-250, 250, 21)},
                               {{"ECX", [](double u, double) { return 40e-6 * std::sin(u / 80.0); }}});
-  const auto map = corrections_of(machine_, {yaw}, {"X", "Y"}, {yaw.nodes[0], steps(-200, 200, 9)},
-                                  {"X", "Y"}, at(machine_, 0, 0, 40), machine_.tool_vector());
+  const auto map = corrections_of(machine_, {yaw},
+                                  {{"X", "Y"},
+                                   {yaw.nodes[0], steps(-200, 200, 9)},
+                                   {"X", "Y"},
+                                   at(machine_, 0, 0, 40),
+                                   machine_.tool_vector()});
   ASSERT_TRUE(map.has_value()) << map.error().text();
   const std::string text =
       written("siemens", {.errors = {}, .location = {}, .corrections = {*map}}, machine_);
@@ -363,8 +367,9 @@ TEST_P(Controls, TwoAxisTableBringsTheToolHome) {
       table_over({"X", "Y"}, {steps(-250, 250, 11), steps(-200, 200, 9)},
                  {{"EXX", [](double u, double v) { return 0.02 * std::sin((u + v) / 100.0); }},
                   {"EYY", [](double u, double v) { return 0.01 * std::cos((u - v) / 60.0); }}});
-  const auto map = corrections_of(machine_, {cross}, {"Y", "X"}, {cross.nodes[1], cross.nodes[0]}, {"X", "Y"},
-                                  JointVector{}, machine_.tool_vector());
+  const auto map = corrections_of(
+      machine_, {cross},
+      {{"Y", "X"}, {cross.nodes[1], cross.nodes[0]}, {"X", "Y"}, JointVector{}, machine_.tool_vector()});
   ASSERT_TRUE(map.has_value());
   const std::string text =
       written("aerotech", {.errors = {}, .location = {}, .corrections = {*map}}, machine_);

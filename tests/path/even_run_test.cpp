@@ -120,7 +120,7 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
       for (const EvenRun::Settled& of : even.settle(tolerance, enough_mm, known_mm, points)) {
         std::vector<Point> alone;
         const SegmentReport report =
-            refiner.decide(point_of(walk, of.number - 1), point_of(walk, of.number), tolerance, known_mm,
+            refiner.decide({point_of(walk, of.number - 1), point_of(walk, of.number)}, tolerance, known_mm,
                            alone, &walk.sines[of.number - 1], &walk.sines[of.number]);
         EXPECT_TRUE(report.converged);
         if (exact) {

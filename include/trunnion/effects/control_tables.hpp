@@ -79,14 +79,19 @@ const TableFormat* table_format(std::string_view name);
 JointVector corrected_position(const Machine& machine, const JointVector& q, const Vec3& tool_mm,
                                const ChainErrors& errors);
 
-/// Corrections of the linear axes `outputs` at the nodes of `inputs`, all other axes as in `rest`, that bring
-/// the tool tip (tool vector `tool_mm`) where it was commanded on a machine with these error tables: inverse
+/// Where corrections are worked out: of the linear axes `outputs`, at the nodes of `inputs` (one axis or
+/// two), all other axes as in `rest`, for the tool vector `tool_mm`.
+struct CorrectionGrid {
+  std::vector<std::string> inputs;
+  std::vector<std::vector<double>> nodes;  // of each input, mm or rad
+  std::vector<std::string> outputs;
+  JointVector rest;
+  Vec3 tool_mm;
+};
+/// Corrections that bring the tool tip where it was commanded on a machine with these error tables: inverse
 /// of the exact chain, below 1 nm. The orientation is not corrected.
 Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<ErrorTable>& errors,
-                                     const std::vector<std::string>& inputs,
-                                     const std::vector<std::vector<double>>& nodes,
-                                     const std::vector<std::string>& outputs, const JointVector& rest,
-                                     const Vec3& tool_mm);
+                                     const CorrectionGrid& grid);
 
 /// The error tables whose corrections these are: each output becomes a translation component
 /// (E<direction><axis>) of the output axis itself when it is an input too, else of the first input axis.

@@ -87,13 +87,18 @@ class Refiner {
 
   /// Appends to `out` the points to insert between `a` and `b` (neither of the two themselves).
   SegmentReport refine(const Point& a, const Point& b, const Tolerance& tolerance, std::vector<Point>& out);
+  /// A segment, and the sines of the rotary positions of its ends where they are known.
+  struct Ends {
+    const Point& a;
+    const Point& b;
+    const TableKinematics::Sines* sines_a = nullptr;
+    const TableKinematics::Sines* sines_b = nullptr;
+  };
   /// As `refine`, without the figures that only a report of the segment wants: `programmed_mm`, `tip_mm`,
   /// `axis` and `harmonic_fails` stay as they are, and so do `predicted_mm` and `midpoint_mm` where both are
   /// proved to be at most `known_mm`.
-  /// `sines_a`, `sines_b`: of the rotary positions of `a` and `b`, where they are known.
-  SegmentReport decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
-                       std::vector<Point>& out, const TableKinematics::Sines* sines_a = nullptr,
-                       const TableKinematics::Sines* sines_b = nullptr);
+  SegmentReport decide(const Ends& ends, const Tolerance& tolerance, double known_mm,
+                       std::vector<Point>& out);
   /// The first bounds of `decide` settle what they can: no predictor is asked what it thinks of such a
   /// segment. Then its report is `kept`.
   bool bounds_decide() const;

@@ -46,19 +46,25 @@ class Menu {
     const auto [low, high] = range(a);
     return 0.5 * (low + high);
   }
-  PlanRun base(const std::string& id, double minutes, Quantity quantity, std::vector<Vec3> n) const {
+  /// What a run reads.
+  struct Reads {
+    std::string id;
+    double minutes;
+    Quantity quantity;
+    std::vector<Vec3> n;
+  };
+  PlanRun base(Reads reads) const {
     PlanRun run;
-    run.id = id;
-    run.minutes = minutes;
-    run.quantity = quantity;
-    run.n = std::move(n);
+    run.id = std::move(reads.id);
+    run.minutes = reads.minutes;
+    run.quantity = reads.quantity;
+    run.n = std::move(reads.n);
     run.tool_mm = machine_.tool_vector();
-    run.u_random = quantity == Quantity::displacement ? u_mm_ : u_rad_;
+    run.u_random = run.quantity == Quantity::displacement ? u_mm_ : u_rad_;
     return run;
   }
-  PlanRun sweep(const std::string& id, double minutes, Quantity quantity, std::vector<Vec3> n, AxisId a,
-                std::size_t points, double low, double high) const {
-    PlanRun run = base(id, minutes, quantity, std::move(n));
+  PlanRun sweep(Reads reads, AxisId a, std::size_t points, double low, double high) const {
+    PlanRun run = base(std::move(reads));
     run.both_directions = true;
     run.path = PlanSweep{a, low, high, points, home_};
     return run;
@@ -68,15 +74,15 @@ class Menu {
     const auto [low, high] = range(a);
     const std::string& name = machine_.axes[a].name;
     const Vec3 along = machine_.axes[a].direction;
-    out_.push_back(sweep("laser " + name, 15, Quantity::displacement, {along}, a, 21, low, high));
+    out_.push_back(sweep({"laser " + name, 15, Quantity::displacement, {along}}, a, 21, low, high));
     out_.push_back(
-        sweep("laser and straightness " + name, 30, Quantity::displacement, kAll, a, 21, low, high));
-    out_.push_back(sweep("angles " + name, 25, Quantity::rotation, kAll, a, 21, low, high));
+        sweep({"laser and straightness " + name, 30, Quantity::displacement, kAll}, a, 21, low, high));
+    out_.push_back(sweep({"angles " + name, 25, Quantity::rotation, kAll}, a, 21, low, high));
     const double centre = 0.5 * (low + high), half = std::min(0.5 * (high - low), 26.0);
-    out_.push_back(sweep("laser " + name + ", fine steps", 20, Quantity::displacement, {along}, a, 105,
+    out_.push_back(sweep({"laser " + name + ", fine steps", 20, Quantity::displacement, {along}}, a, 105,
                          centre - half, centre + half));
     for (const auto& [feed, word] : {std::pair{kSlow, "slow"}, std::pair{kFast, "fast"}}) {
-      out_.push_back(sweep("laser " + name + " on the fly, " + word, 5, Quantity::displacement, {along}, a,
+      out_.push_back(sweep({"laser " + name + " on the fly, " + word, 5, Quantity::displacement, {along}}, a,
                            41, low, high));
       out_.back().feed_mm_s = feed;
     }
@@ -85,9 +91,10 @@ class Menu {
   void rotary(AxisId a) {
     const auto [low, high] = range(a);
     const std::string& name = machine_.axes[a].name;
-    out_.push_back(sweep("angles " + name, 20, Quantity::rotation, kAll, a, 25, low, high));
-    out_.push_back(sweep("angles " + name + ", fine steps", 30, Quantity::rotation,
-                         {machine_.axes[a].direction}, a, 145, low, high));
+    out_.push_back(sweep({"angles " + name, 20, Quantity::rotation, kAll}, a, 25, low, high));
+    out_.push_back(
+        sweep({"angles " + name + ", fine steps", 30, Quantity::rotation, {machine_.axes[a].direction}}, a,
+              145, low, high));
   }
 
   // A ball on the table, followed by the tool over all rotary positions; a second height, a second tool
@@ -108,7 +115,7 @@ class Menu {
       grid.values.emplace_back(rotaries[k], values);
     }
     for (const auto& [height, text] : {std::pair{50.0, ""}, std::pair{150.0, ", ball raised by 100 mm"}}) {
-      PlanRun run = base(std::string("R-test") + text, 20, Quantity::displacement, kAll);
+      PlanRun run = base({std::string("R-test") + text, 20, Quantity::displacement, kAll});
       grid.ball_P = Vec3(100.0, 0.0, height);
       run.path = grid;
       out_.push_back(run);
@@ -117,7 +124,7 @@ class Menu {
       run.both_directions = true;
       out_.push_back(run);
     }
-    PlanRun run = base("R-test with a tool 80 mm longer", 20, Quantity::displacement, kAll);
+    PlanRun run = base({"R-test with a tool 80 mm longer", 20, Quantity::displacement, kAll});
     run.tool_mm.z() -= 80.0;
     run.path = grid;
     out_.push_back(run);
@@ -131,8 +138,10 @@ class Menu {
       for (std::size_t k = i + 1; k < linear.size(); ++k)
         for (const auto& [feed, word] : {std::pair{kSlow, "slow"}, std::pair{kFast, "fast"}}) {
           PlanRun run =
-              base("ball-bar " + machine_.axes[linear[i]].name + machine_.axes[linear[k]].name + ", " + word,
-                   8, Quantity::displacement, {});
+              base({"ball-bar " + machine_.axes[linear[i]].name + machine_.axes[linear[k]].name + ", " + word,
+                    8,
+                    Quantity::displacement,
+                    {}});
           run.radial = true;
           run.both_directions = true;
           run.feed_mm_s = feed;
@@ -156,7 +165,7 @@ class Menu {
       }
       if (!(along.norm() > 0.0)) return;
       PlanRun run =
-          base("diagonal " + std::to_string(corner + 1), 15, Quantity::displacement, {along.normalized()});
+          base({"diagonal " + std::to_string(corner + 1), 15, Quantity::displacement, {along.normalized()}});
       run.both_directions = true;
       run.path = line;
       out_.push_back(run);
@@ -165,7 +174,7 @@ class Menu {
 
   void warm_up() {
     PlanRun run =
-        base("spindle warm-up, 60 min at 8000 rpm and 60 min at rest", 120, Quantity::displacement, kAll);
+        base({"spindle warm-up, 60 min at 8000 rpm and 60 min at rest", 120, Quantity::displacement, kAll});
     run.path = PlanPoses{{home_}};
     run.repeat = 60;
     run.spindle_rpm = {{0.0, 8000.0}, {60.0 * kSecondsPerMinute, 0.0}};

@@ -104,10 +104,8 @@ JointVector corrected_position(const Machine& machine, const JointVector& q, con
 }
 
 Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<ErrorTable>& errors,
-                                     const std::vector<std::string>& inputs,
-                                     const std::vector<std::vector<double>>& nodes,
-                                     const std::vector<std::string>& outputs, const JointVector& rest,
-                                     const Vec3& tool_mm) {
+                                     const CorrectionGrid& grid) {
+  const auto& [inputs, nodes, outputs, rest, tool_mm] = grid;
   TRUNNION_EXPECTS(inputs.size() == nodes.size() && !inputs.empty() && inputs.size() <= 2);
   const auto table = TableErrors::create(machine, errors);
   if (!table) return tl::unexpected(table.error());

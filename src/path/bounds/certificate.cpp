@@ -80,7 +80,8 @@ class Search {
     if (can_halve && remainder > allowed_remainder()) return halves(a, b, halvings);
     for (std::size_t i = 0; i < kFirstParts; ++i) {
       const double s = static_cast<double>(i) / kFirstParts - 0.5;
-      if (part(polynomial, remainder, s, s + 1.0 / kFirstParts, feet_[i], feet_[i + 1], can_halve)) continue;
+      if (part(polynomial, remainder, {s, s + 1.0 / kFirstParts, feet_[i], feet_[i + 1]}, can_halve))
+        continue;
       return halves(a, b, halvings);
     }
   }
@@ -134,8 +135,13 @@ class Search {
   }
 
   // False when only a smaller remainder, by halving the piece, can bring a decision.
-  bool part(const Polynomial& polynomial, double remainder, double s0, double s1, const Foot& f0,
-            const Foot& f1, bool can_halve) {
+  struct Part {
+    double s0, s1;  // where it begins and ends
+    const Foot& f0;
+    const Foot& f1;
+  };
+  bool part(const Polynomial& polynomial, double remainder, const Part& of, bool can_halve) {
+    const auto& [s0, s1, f0, f1] = of;
     const double h = s1 - s0;
     const double middle = 0.5 * (s0 + s1);
     const double bound = shape_.part(f0, f1, h, polynomial.bend(middle, 0.5 * h)) + remainder;
@@ -154,8 +160,8 @@ class Search {
     const Foot f = shape_.foot(polynomial.at(middle));
     ++evaluations_;
     lower_ = std::max(lower_, Shape::distance(f) - remainder);
-    return beyond() || (part(polynomial, remainder, s0, middle, f0, f, can_halve) &&
-                        part(polynomial, remainder, middle, s1, f, f1, can_halve));
+    return beyond() || (part(polynomial, remainder, {s0, middle, f0, f}, can_halve) &&
+                        part(polynomial, remainder, {middle, s1, f, f1}, can_halve));
   }
 
   const TableKinematics& kinematics_;

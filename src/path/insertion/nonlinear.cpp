@@ -25,8 +25,7 @@ struct Refiner::Work {
   std::size_t end = 0;
   bool known = false;
 
-  SegmentEnds ends(const Point& from, const Point& to, const TableKinematics::Sines* sines_from = nullptr,
-                   const TableKinematics::Sines* sines_to = nullptr) {
+  SegmentEnds ends(const Ends& of) {
     const auto put = [&](Station& s, const Point& at, const TableKinematics::Sines* sines) {
       if (sines != nullptr)
         put_station(segment.kinematics(), at.q, *sines, s);
@@ -34,11 +33,11 @@ struct Refiner::Work {
         put_station(segment.kinematics(), at.q, s);
     };
     const std::size_t start = end;
-    if (!known || !(stations[start].q == from.q)) put(stations[start], from, sines_from);
+    if (!known || !(stations[start].q == of.a.q)) put(stations[start], of.a, of.sines_a);
     end = 1 - start;
-    put(stations[end], to, sines_to);
+    put(stations[end], of.b, of.sines_b);
     known = true;
-    return {&from, &to, &stations[start], &stations[end], false};
+    return {&of.a, &of.b, &stations[start], &stations[end], false};
   }
 };
 
@@ -51,13 +50,12 @@ Refiner& Refiner::operator=(Refiner&&) noexcept = default;
 
 SegmentReport Refiner::refine(const Point& a, const Point& b, const Tolerance& tolerance,
                               std::vector<Point>& out) {
-  return work_->segment.refine(work_->ends(a, b), tolerance, out);
+  return work_->segment.refine(work_->ends({a, b}), tolerance, out);
 }
 
-SegmentReport Refiner::decide(const Point& a, const Point& b, const Tolerance& tolerance, double known_mm,
-                              std::vector<Point>& out, const TableKinematics::Sines* sines_a,
-                              const TableKinematics::Sines* sines_b) {
-  return work_->segment.decide(work_->ends(a, b, sines_a, sines_b), tolerance, known_mm, out);
+SegmentReport Refiner::decide(const Ends& ends, const Tolerance& tolerance, double known_mm,
+                              std::vector<Point>& out) {
+  return work_->segment.decide(work_->ends(ends), tolerance, known_mm, out);
 }
 
 bool Refiner::bounds_decide() const {
@@ -68,7 +66,7 @@ SegmentReport Refiner::kept() const {
 }
 
 SegmentReport Refiner::measure(const Point& a, const Point& b, const Tolerance& tolerance) {
-  return work_->segment.measure(work_->ends(a, b), tolerance);
+  return work_->segment.measure(work_->ends({a, b}), tolerance);
 }
 
 void Refiner::refine_run(std::span<const Point> run, const Tolerance& tolerance, std::vector<Point>& out,

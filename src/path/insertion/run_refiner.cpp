@@ -203,7 +203,7 @@ bool RunRefiner::one_piece(std::span<const Point> run, std::size_t first, std::s
       if (off.largest_mm(within.flute.length_mm) > within.tip_mm) return false;
     }
     segment_.start({&run[k], &run[k + 1], &from, &to, true}, within);
-    if (!segment_.piece_within(from, to)) return false;
+    if (!segment_.judge().within(from, to)) return false;
     dropped_.push_back(segment_.span_report(stations_[k], stations_[k + 1], from, to));
     from = to;
   }

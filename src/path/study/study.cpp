@@ -116,9 +116,9 @@ std::optional<std::size_t> greedy_points(SegmentRefiner& segment, const Point& f
   double t = 0.0;
   std::size_t points = 0;
   double step = 1.0;
-  while (!segment.piece_within(at, end) && points < limit) {
+  while (!segment.judge().within(at, end) && points < limit) {
     const auto within = [&](double to_t) {
-      return segment.piece_within(at, maker.node(to_t, {}, how, false).station);
+      return segment.judge().within(at, maker.node(to_t, {}, how, false).station);
     };
     double good = t;
     double bad = std::min(1.0, t + 2.0 * step);

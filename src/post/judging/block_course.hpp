@@ -43,7 +43,7 @@ class BlockCourse {
     // About where its ends are: near the end of a segment of the path, or at a point between.
     const double t0 = fraction_of(ends_[0], a, b);
     const double t1 = fraction_of(ends_[1], a, b);
-    return meter_->beside(ends_[0], ends_[1], a, b, t0, t1, state, known).flute_mm.upper;
+    return meter_->beside({ends_[0], ends_[1], t0, t1}, a, b, state, known).flute_mm.upper;
   }
 
   /// From its segment, of the block between these joint positions that is about to go out.

@@ -163,7 +163,7 @@ void CutJudge::take_beside(const Piece& piece) const {
   if (b.flute_mm == 0.0) known.flute_mm.upper = std::numeric_limits<double>::infinity();
   if (b.flute_mm > 0.0 && !(piece.to.off_chord_mm > 0.0F))
     known.flute_mm.upper = report.certified_flute_deviation_mm;
-  auto beside = meter_.beside(piece.from, piece.to, a, b, piece.t0, piece.t1, program_, known);
+  auto beside = meter_.beside({piece.from, piece.to, piece.t0, piece.t1}, a, b, program_, known);
   report.max_axis_deviation_at_tip =
       std::max(report.max_axis_deviation_at_tip, Angle::radians(beside.axis_rad.upper));
   if (beside.flute_mm.upper > report.tolerance_mm)
@@ -182,7 +182,8 @@ void CutJudge::record_flute(const Piece& piece, const FluteFound& found) const {
   if (!(flute_mm > found.known_mm)) {
     DeviationMeter::Beside known;
     known.axis_rad.upper = kPi;  // not asked for
-    flute_mm = meter_.beside(piece.from, piece.to, a, b, piece.t0, piece.t1, program_, known).flute_mm.upper;
+    flute_mm =
+        meter_.beside({piece.from, piece.to, piece.t0, piece.t1}, a, b, program_, known).flute_mm.upper;
     if (flute_mm > found.limit_mm)
       flute_mm = FluteAbout(meter_, path_, program_, found.limit_mm, found.in_cone)
                      .of(piece.from, piece.to, piece.segment, 0.0)
@@ -200,7 +201,7 @@ void CutJudge::take_flute_in_cone(const Piece& piece) const {
   DeviationMeter::Beside known;
   known.axis_rad.upper = kPi;  // not asked for
   known.flute_mm.upper = record_.known_in_cone_mm(b.flute_mm);
-  auto beside = meter_.beside(piece.from, piece.to, a, b, piece.t0, piece.t1, program_, known);
+  auto beside = meter_.beside({piece.from, piece.to, piece.t0, piece.t1}, a, b, program_, known);
   const double limit_mm = record_.cone_limit_mm(b.flute_mm);
   if (beside.flute_mm.upper > limit_mm)
     beside.flute_mm = FluteAbout(meter_, path_, program_, limit_mm, true)

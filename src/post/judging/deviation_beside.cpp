@@ -46,10 +46,10 @@ Vertex DeviationMeter::middle_of(const Vertex& from, const Vertex& to, const Pro
   return middle;
 }
 
-DeviationMeter::Beside DeviationMeter::beside(const Vertex& from, const Vertex& to, const Target& a,
-                                              const Target& b, double t0, double t1,
+DeviationMeter::Beside DeviationMeter::beside(const Stretch& part, const Target& a, const Target& b,
                                               const ProgramState& program,
                                               const Beside& uninteresting) const {
+  const auto& [from, to, t0, t1] = part;
   Beside out;
   const BesidePath path{a, b, path::FluteSegment({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, b.flute_mm), program,
                         uninteresting};

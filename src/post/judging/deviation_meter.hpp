@@ -100,26 +100,35 @@ class DeviationMeter {
     const Effect* unbounded = nullptr;  // the effect that prevented the proof, if it was one
   };
 
-  /// A proved upper bound is a little above the truth; where it straddles `tolerance_mm` or `axis_tolerance`
-  /// the question is decided.
-  DeviationMeter(const Machine& machine, const Vec3& tool_mm, const ModelEvaluator* truth,
-                 const OffsetTracker* offsets, bool certify, double tolerance_mm, Angle axis_tolerance)
+  /// What the machine is beside its nominal chain: nothing on the nominal one.
+  struct Errors {
+    const ModelEvaluator* truth = nullptr;
+    const OffsetTracker* offsets = nullptr;
+  };
+  /// A proved upper bound is a little above the truth; where it straddles a tolerance the question is
+  /// decided.
+  struct Limits {
+    double tip_mm;
+    Angle axis;
+    bool certify;  // else samples will do
+  };
+  DeviationMeter(const Machine& machine, const Vec3& tool_mm, const Errors& errors, const Limits& limits)
       : machine_(machine),
         tool_mm_(tool_mm),
-        truth_(truth),
-        offsets_(offsets),
-        asked_(certify),
-        certify_(certify && truth == nullptr && offsets == nullptr),
-        tolerance_mm_(tolerance_mm),
-        axis_tolerance_(axis_tolerance),
+        truth_(errors.truth),
+        offsets_(errors.offsets),
+        asked_(limits.certify),
+        certify_(limits.certify && truth_ == nullptr && offsets_ == nullptr),
+        tolerance_mm_(limits.tip_mm),
+        axis_tolerance_(limits.axis),
         certifier_(TableKinematics(machine, tool_mm)),
         with_errors_(machine, tool_mm) {
-    if (truth == nullptr) return;
-    fixed_ = offsets == nullptr && truth->depends_on() <= DependsOn::position;
-    knows_motion_ = truth->depends_on() >= DependsOn::motion;
-    datum_P_ = datum_shift_P(machine, *truth);
-    with_errors_.hold(truth->constant(), truth->varying());
-    course_.emplace(machine_, tool_mm_, *truth);
+    if (truth_ == nullptr) return;
+    fixed_ = offsets_ == nullptr && truth_->depends_on() <= DependsOn::position;
+    knows_motion_ = truth_->depends_on() >= DependsOn::motion;
+    datum_P_ = datum_shift_P(machine, *truth_);
+    with_errors_.hold(truth_->constant(), truth_->varying());
+    course_.emplace(machine_, tool_mm_, *truth_);
   }
   DeviationMeter(const DeviationMeter&) = delete;
   DeviationMeter& operator=(const DeviationMeter&) = delete;
@@ -191,10 +200,10 @@ class DeviationMeter {
     Interval flute_mm;  // the tool from its tip to its flute length, from the nearest place of the path
     bool proved = true;
   };
-  /// Of the motion along the part of the segment a-b from fraction `t0` to `t1`. What is proved to change
-  /// nothing of `uninteresting` is left out.
-  Beside beside(const Vertex& from, const Vertex& to, const Target& a, const Target& b, double t0, double t1,
-                const ProgramState& program, const Beside& uninteresting) const;
+  /// Of the motion along a part of the segment a-b. What is proved to change nothing of `uninteresting` is
+  /// left out.
+  Beside beside(const Stretch& part, const Target& a, const Target& b, const ProgramState& program,
+                const Beside& uninteresting) const;
 
   /// Half way from `from` to `to`, as the control moves the axes.
   Vertex middle_of(const Vertex& from, const Vertex& to, const ProgramState& program) const;

@@ -107,7 +107,7 @@ DeviationMeter::Interval FluteAbout::of(const Vertex& from, const Vertex& v, std
     const Target& a = points[j];
     const Target& b = points[j + 1];
     if (!counts(j, segment)) continue;
-    const auto beside = meter_.beside(from, v, a, b, 0.0, 1.0, program_, known);
+    const auto beside = meter_.beside({from, v, 0.0, 1.0}, a, b, program_, known);
     if (beside.flute_mm.upper < least.upper) least = beside.flute_mm;
     const path::FluteSegment path({a.tip_P, b.tip_P, a.axis_P, b.axis_P}, flute_mm);
     for (std::size_t k = 0; k < 2; ++k) {

@@ -199,9 +199,9 @@ void MachineJudge::put_in_spindle(double length_mm) {
   Vertex& stands = *ends_.previous;
   if (ends_.has_previous) kinematics.solve_linear(stands.station.tip_P, kinematics.sines(stands.q), stands.q);
   record_.tool_length_mm = tool_.length_mm = length_mm;
-  tool_.meter.emplace(judged_.machine, Vec3(0.0, 0.0, -length_mm), options().truth,
-                      as_run_.offsets ? &*as_run_.offsets : nullptr, options().certify,
-                      options().tolerance_mm, options().axis_tolerance);
+  const DeviationMeter::Errors errors{options().truth, as_run_.offsets ? &*as_run_.offsets : nullptr};
+  const DeviationMeter::Limits limits{options().tolerance_mm, options().axis_tolerance, options().certify};
+  tool_.meter.emplace(judged_.machine, Vec3(0.0, 0.0, -length_mm), errors, limits);
   at_once_.begin(meter().kinematics());
   ends_.last.bows.reset();
   if (!ends_.has_previous) return;
@@ -498,7 +498,7 @@ void MachineJudge::feed_beyond_end(const Vertex& v) {
   trail_.clear();
   const Target& last = points().back();
   record_.take_deviation(meter().of(*ends_.previous, v, last, last, as_run_.state, {}), last.in_cone);
-  record_.take_flute(meter().beside(*ends_.previous, v, last, last, 0.0, 0.0, as_run_.state, {}), last,
+  record_.take_flute(meter().beside({*ends_.previous, v, 0.0, 0.0}, last, last, as_run_.state, {}), last,
                      v.nc_line, last.in_cone);
   record_.end_cut(v, last.line, false);
 }

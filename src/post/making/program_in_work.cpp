@@ -26,9 +26,11 @@ void ProgramInWork::set_tool(const SpindleTool& to) {
   errors.set_tool(to);
   modes.tolerances.set_flute(to.flute_mm);
   if (errors.compensator == nullptr && !thermal.has_offsets()) return;
-  course.set_meter(errors.state, posting.machine, to.vector(), errors.evaluator.get(), thermal.followed(),
-                   posting.options.nonlinear.certify, posting.options.tolerance_mm,
-                   posting.options.axis_tolerance.value_or(posting.machine.axis_tolerance));
+  const DeviationMeter::Errors of{errors.evaluator.get(), thermal.followed()};
+  const DeviationMeter::Limits limits{posting.options.tolerance_mm,
+                                      posting.options.axis_tolerance.value_or(posting.machine.axis_tolerance),
+                                      posting.options.nonlinear.certify};
+  course.set_meter(errors.state, posting.machine, to.vector(), of, limits);
 }
 
 bool ProgramInWork::same_rotary(const JointVector& a, const JointVector& b) const {

@@ -93,7 +93,7 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
   if (rapid) {
     const bool stays =
         !turns_.rewinds(to, to.q) &&
-        refined_.rapids.decide(work_.at.point, to, work_.modes.tolerances.rapid(), 0.0, refined_.inserted)
+        refined_.rapids.decide({work_.at.point, to}, work_.modes.tolerances.rapid(), 0.0, refined_.inserted)
             .converged;
     if (!stays) {
       auto done = turns_.rapid_above(to);
@@ -101,7 +101,8 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
       return done;
     }
   } else {
-    note(refined_.cuts.decide(work_.at.point, to, work_.modes.tolerances.cutting(), 0.0, refined_.inserted));
+    note(
+        refined_.cuts.decide({work_.at.point, to}, work_.modes.tolerances.cutting(), 0.0, refined_.inserted));
   }
   for (const path::Point& point : refined_.inserted) {
     if (auto done = go_to(point, motion); !done) return done;

@@ -106,9 +106,9 @@ void Preparer::decide(Chunk& chunk, std::size_t i, const path::Tolerance& tolera
   const TableKinematics::Sines sines_b = sines_at(i);
   segment.first = static_cast<std::uint32_t>(chunk.inserted.size());
   segment.report = static_cast<std::int32_t>(chunk.reports.size());
-  const path::SegmentReport& report =
-      chunk.reports.emplace_back(refiner_.decide(from, chunk.point(i), tolerance, known_.predicted_mm,
-                                                 chunk.inserted, i == 0 ? nullptr : &sines_a, &sines_b));
+  const path::Point to = chunk.point(i);
+  const path::SegmentReport& report = chunk.reports.emplace_back(refiner_.decide(
+      {from, to, i == 0 ? nullptr : &sines_a, &sines_b}, tolerance, known_.predicted_mm, chunk.inserted));
   known_.predicted_mm = std::max(known_.predicted_mm, std::min(report.predicted_mm, report.midpoint_mm));
   known_.midpoint_mm = std::max(known_.midpoint_mm, report.midpoint_mm);
 }
