@@ -398,6 +398,21 @@ TEST(OtherWords, PolarWordsLeadWhereTheirAnglesSay) {
 }
 
 // As a post-processor for this control leads in: across Y and Z, then tangential.
+// Heidenhain's manuals: F behind M128 is the feed of the axes that make up for the rotary ones.
+TEST(OtherWords, TheFeedBehindM128IsNoneOfTheCut) {
+  const FeedFormat feed = test::shipped_controller("heidenhain_tnc640").numbers.feed;
+  for (const char* line : {"L X+5 F125\n3 M128 F9000", "L X+5 F125\n3 L M128 F9000",
+                           "L X+5 F125\n3 L Y+1 M128 F9000", "L X+5 Y+1 F125 M128 F9000"}) {
+    const auto motions = all_of<Motion>(
+        read(std::string("0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 FMAX\n2 ") + line + "\n4 L X+9 Y+9 Z+9\n5 M2\n",
+             "heidenhain_tnc640"));
+    EXPECT_NEAR(feed.internal(FeedMode::per_minute, motions.back().feed) * 60.0, 125.0, 0.01) << line;
+  }
+  const auto own = all_of<Motion>(
+      read("0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 FMAX\n2 L X+5 F200 M128\n3 M2\n", "heidenhain_tnc640"));
+  EXPECT_NEAR(feed.internal(FeedMode::per_minute, own.back().feed) * 60.0, 200.0, 0.01);
+}
+
 // The sense of a circle is not that of its remark.
 TEST(OtherWords, ARemarkHoldsNoWordsOfAPole) {
   for (const char* remark : {"", " ; was DR+", " ; was DR-", " ;DR+ IPA+5 R+9"}) {
@@ -682,6 +697,10 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
        "DR+ "
        "F100\n5 M2\n",
        "no pole"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 F9 F8\n2 M2\n", "two F words"},
+      // "M128 becomes effective at the start of block, M129 at the end of block" (TNC 426/430, page 169).
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 M128\n2 L X+0 Y+0 Z+0 A+5 F9 M129\n3 M2\n",
+       "from the end of its block"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 Q201 = -20\n2 M2\n", "Q201 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 FN 0: Q203 = +9\n2 M2\n", "Q203 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CALL LBL 7\n2 M2\n3 END PGM P MM\n", "no 'LBL 7'"},

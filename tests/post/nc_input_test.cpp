@@ -22,7 +22,7 @@ struct ReadFrom {
 };
 
 test::Posted reposted(const std::string& nc, const ReadFrom& from, const Machine& given,
-                      PostOptions options = {}, const std::string& control = "linuxcnc") {
+                      const PostOptions& options = {}, const std::string& control = "linuxcnc") {
   Machine machine = given;
   machine.switchable_kinematics = machine.switchable_kinematics || options.rtcp;
   Machine made_for = from.machine;

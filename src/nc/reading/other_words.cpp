@@ -114,6 +114,7 @@ bool OtherWords::has_each_once(const ParsedLine& line) {
   for (std::size_t i = 0; i < line.word_count; ++i) {
     const Word& word = line.words[i];
     if (word.letter == 'G' || word.letter == 'M' || !is_letter(word.letter)) continue;
+    if (word.letter == 'F' && !c_.motion.modal) continue;  // F125 M128 F1000
     const std::uint32_t bit = 1U << (static_cast<unsigned>(word.letter - '@') & 31U);
     if ((seen & bit) != 0)
       return fail(word.column, std::string("two ") + word.letter + " words in one block");

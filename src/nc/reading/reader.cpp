@@ -536,9 +536,28 @@ void Reader::State::run_line_of_others() {
   if (shape) events.push_back(*shape);
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
+  leave_feed_of_tcp(events);
   if (!take_words(m)) return;
+  if (!c.motion.modal && m.words.mask != 0 && modal.tcp &&
+      std::any_of(events.begin(), events.end(),
+                  [](const FoundEvent& found) { return found.event.kind == EventKind::tcp_off; }))
+    return error(std::max(m.column, 1U),
+                 "'" + c.tcp.off.back() + "' beside a motion: it holds from the end of its block on there");
   if (events.empty()) return run_motion(m);
   run_events(events, m);
+}
+
+// 'L X+0 Y+38.5 IB-15 RL F125 M128 F1000' of Heidenhain's manuals: the second F is how fast the axes make up
+// for the rotary ones, and no feed of the cut.
+void Reader::State::leave_feed_of_tcp(const std::vector<FoundEvent>& events) {
+  if (c.motion.modal) return;
+  for (const FoundEvent& found : events) {
+    if (found.event.kind != EventKind::tcp_on) continue;
+    for (std::size_t i = 0; i < parsed.word_count; ++i) {
+      Word& word = parsed.words[i];
+      if (word.letter == 'F' && word.column > found.column) word.used = true;
+    }
+  }
 }
 
 // A line of several that mean a tilted plane only together: in some controls it turns the coordinates alone.

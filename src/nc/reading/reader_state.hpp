@@ -202,6 +202,7 @@ struct Reader::State {
   bool is_raw(std::string_view text) const;
   void run_line();
   void run_line_of_others();
+  void leave_feed_of_tcp(const std::vector<FoundEvent>& events);
   void note_unit();
   /// With a message: a motion where the words of a tilted plane wait for the word that enters it.
   bool waits_for_plane();
