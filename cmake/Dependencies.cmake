@@ -41,6 +41,15 @@ find_library(ZLIB_LIBRARY NAMES z)
 trunnion_need_header(MOSQUITTO_INCLUDE mosquitto.h libmosquitto-dev) # the library is loaded when it is needed
 trunnion_need_header(MUPARSER_INCLUDE muParserDLL.h libmuparser-dev)
 trunnion_need_library(MUPARSER_LIBRARY muparser libmuparser-dev) # loaded when it is needed
+if(TRUNNION_PYTHON)
+  # The system's Python, for which Debian's numpy and pybind11 are; -DPython_EXECUTABLE=... names another.
+  if(NOT DEFINED Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python_EXECUTABLE /usr/bin/python3)
+  endif()
+  trunnion_need(Python "python3-dev python3-numpy" COMPONENTS Interpreter Development.Module NumPy)
+  set(PYBIND11_FINDPYTHON ON)
+  trunnion_need(pybind11 pybind11-dev)
+endif()
 if(TRUNNION_TESTS)
   trunnion_need(GTest libgtest-dev)
 endif()

@@ -1,5 +1,6 @@
-# cmake --install, and packages by CPack: `trunnion` (the program, its data and texts) and `libtrunnion-dev` (headers, static libraries,
-# find_package(trunnion), pkg-config). Nothing installed holds a path of the build: what belongs to the program is found from its place.
+# cmake --install, and packages by CPack: `trunnion` (the program, its data and texts), `libtrunnion-dev` (headers, static libraries,
+# find_package(trunnion), pkg-config) and `python3-trunnion` (TRUNNION_PYTHON). Nothing installed holds a path of the build: what belongs to
+# the program is found from its place.
 # Where Debian looks for libraries of one architecture, under /usr/local too.
 if(NOT DEFINED CMAKE_INSTALL_LIBDIR AND CMAKE_LIBRARY_ARCHITECTURE AND EXISTS /etc/debian_version)
   set(CMAKE_INSTALL_LIBDIR lib/${CMAKE_LIBRARY_ARCHITECTURE} CACHE PATH "Folder of libraries below the prefix")
@@ -58,6 +59,11 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL trunnion dev)
+set(packages trunnion=trunnion libtrunnion-dev=dev)
+if(TRUNNION_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  list(APPEND packages python3-trunnion=python)
+endif()
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_TRUNNION_PACKAGE_NAME trunnion)
@@ -68,15 +74,34 @@ set(CPACK_DEBIAN_TRUNNION_PACKAGE_RECOMMENDS "libmuparser2v5, libmosquitto1")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "five-axis post-processor for dual-turntable machines")
 set(CPACK_COMPONENT_TRUNNION_DESCRIPTION "Turns a CAM system's cutter-location (CL) file into NC code, keeps the
  nonlinear error of the moving tool inside a proved tolerance, corrects the
- machine's geometric and thermal errors, and reads every program back before
- it lets it out. Compares the model of a machine with measurements and says
- which physical effect is missing.")
+ machine's geometric and thermal errors, and re-reads and checks every program
+ before it releases it. Compares the model of a machine with measurements and
+ names the missing physical effect, or the measurement that would tell.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtrunnion-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libexpected-dev, libtbb-dev, libcsv-dev, libsvm-dev, libxxhash-dev, zlib1g-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and static libraries of trunnion: kinematics of machines whose two
  rotary axes carry the part, models of their errors, posting and verification
  of NC programs, diagnosis of measurements. Found by CMake and pkg-config.")
+if(TRUNNION_PYTHON)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-trunnion)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  # Machines and controls are those of the program.
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "trunnion (= ${PROJECT_VERSION}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}),\
+ python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "libmuparser2v5")
+  # Compiled when it is installed, so that removing it leaves nothing behind.
+  file(WRITE ${CMAKE_BINARY_DIR}/generated/python/postinst "#!/bin/sh\nset -e\nif [ \"$1\" = configure ]; then py3compile -p python3-trunnion; fi\n")
+  file(WRITE ${CMAKE_BINARY_DIR}/generated/python/prerm "#!/bin/sh\nset -e\npy3clean -p python3-trunnion\n")
+  file(CHMOD ${CMAKE_BINARY_DIR}/generated/python/postinst ${CMAKE_BINARY_DIR}/generated/python/prerm
+    PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/generated/python/postinst ${CMAKE_BINARY_DIR}/generated/python/prerm)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module of trunnion, on numpy arrays: kinematics of machines whose two
+ rotary axes carry the part, NC programs posted and verified, models of a
+ machine's errors fitted to measurements. The same numbers as the program's.")
+endif()
 # What every Debian package brings. The changelog is the newest entry of CHANGELOG.md in Debian's form.
 file(STRINGS CHANGELOG.md lines)
 set(TRUNNION_CHANGES "")
@@ -92,7 +117,7 @@ foreach(line IN LISTS lines)
 endforeach()
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS CHANGELOG.md)
 string(TIMESTAMP TRUNNION_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
-foreach(of trunnion=trunnion libtrunnion-dev=dev)
+foreach(of ${packages})
   string(REPLACE "=" ";" of ${of})
   list(GET of 0 name)
   list(GET of 1 component)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <filesystem>
 #include <spdlog/spdlog.h>
 
@@ -23,8 +24,13 @@ constexpr double kMostSmoothing_mm = 1.0;  // more would be no finish of any kin
 
 namespace fs = std::filesystem;
 
-fs::path program_folder() {
+// The folder of the program, or of the library that another program (Python) has loaded this code from.
+fs::path own_folder() {
   std::error_code ec;
+  Dl_info info{};
+  if (::dladdr(reinterpret_cast<const void*>(&postconfigs_folder), &info) != 0 &&
+      fs::path(info.dli_fname).extension() == ".so")
+    return fs::canonical(info.dli_fname, ec).parent_path();
   const fs::path self = fs::read_symlink("/proc/self/exe", ec);
   return ec ? fs::path(".") : self.parent_path();
 }
@@ -40,9 +46,14 @@ std::string listed(const std::vector<std::string>& names) {
 std::string postconfigs_folder() {
   if (const char* given = std::getenv("TRUNNION_POSTCONFIGS")) return given;  // NOLINT(concurrency-mt-unsafe)
   std::error_code ec;
-  const fs::path beside = program_folder() / "postconfigs";  // of a build folder: a link to the sources'
+  const fs::path own = own_folder();
+  const fs::path beside = own / "postconfigs";  // of a build folder: a link to the sources'
   if (fs::is_directory(beside, ec)) return beside.string();
-  return (program_folder() / ".." / "share" / "trunnion" / "postconfigs").lexically_normal().string();
+  const fs::path installed = fs::path("share") / "trunnion" / "postconfigs";
+  for (fs::path above = own.parent_path(); above.has_relative_path(); above = above.parent_path()) {
+    if (fs::is_directory(above / installed, ec)) return (above / installed).string();
+  }
+  return (own / ".." / installed).lexically_normal().string();
 }
 
 void MachineOptions::add_to(CLI::App& command, bool with_controller) {
@@ -125,10 +136,10 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
 }
 
 void ClCliOptions::add_to(CLI::App& c) {
-  c.add_option(
-       "--msys", msys,
-       "points of an NX file: given in MSYS unless the tool would come from below (auto), given in the "
-       "absolute system (apply), as they stand (ignore)")
+  c.add_option("--msys", msys,
+               "points of an NX file: decide by the tool's direction (auto), convert them from the absolute "
+               "system to "
+               "MSYS (apply), use them as written (ignore)")
       ->check(CLI::IsMember({"auto", "apply", "ignore"}))
       ->capture_default_str();
   c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");
@@ -194,8 +205,8 @@ void PostCliOptions::add_to(CLI::App& c) {
                "largest angle of the tool axis from its great circle (the machine's)")
       ->check(above_zero());
   c.add_option("--nonlinear", nonlinear,
-               "what is done about the nonlinear error: fewest points on both sides of the path (adaptive), "
-               "points on it (reinsert), moved points of the straight course (subtract), nothing")
+               "how the path is kept in tolerance: adaptive (fewest blocks), reinsert (points exactly on the "
+               "path), subtract (no added points, ends shifted), none")
       ->check(CLI::IsMember({"none", "reinsert", "subtract", "adaptive"}))
       ->capture_default_str();
   c.add_option("--predictor", predictor, "harmonic, harmonic2..9, parabola, skew, quartic or exact")

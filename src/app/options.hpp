@@ -15,8 +15,8 @@
 namespace trunnion::app {
 
 /// Folder with `machines` and `controllers`: the environment's TRUNNION_POSTCONFIGS, else found from the
-/// place of the program: ../share/trunnion/postconfigs where it is installed, postconfigs in its build
-/// folder.
+/// place of the program (or of the Python module): share/trunnion/postconfigs in a folder above it where it
+/// is installed, postconfigs beside it in a build folder.
 std::string postconfigs_folder();
 
 /// Names of the files that ship in postconfigs/`kind` ("machines", "controllers"), sorted.

@@ -124,7 +124,7 @@ void add_thermal_split_command(CLI::App& thermal, int& exit) {
                       "the datum was probed at this pose on the drifted machine: A=0,C=0 (default: "
                       "the machine file's [datum])")
           ->delimiter(',');
-  sub->add_flag("--rides", options->rides, "the datum was set cold and rides with the table")
+  sub->add_flag("--rides", options->rides, "zero was set on the cold machine and moves with the table")
       ->excludes(probed);
   sub->add_option("--need", options->need,
                   "exit code 1 unless these are told apart (tool_x, tool_y, X0C, Y0C)")

@@ -68,9 +68,15 @@ void judge_unknown(Context& context, const Statement& statement) {
   const std::string word(statement.word.substr(0, 40));
   const char first = word.empty() ? '\0' : word.front();
   if (first < 'A' || first > 'Z') {
-    context.error(statement.where, "a statement begins with '" +
+    if (statement.text.starts_with("(") || statement.text.starts_with("%")) {
+      context.error(statement.where, "this is not CL text (the line starts with '" +
+                                         std::string(statement.text.substr(0, 1)) +
+                                         "'); is it an NC program? then use `trunnion verify`");
+      return;
+    }
+    context.error(statement.where, "the line starts with '" +
                                        (word.empty() ? std::string(statement.text.substr(0, 1)) : word) +
-                                       "': a word is needed (a lost continuation?)");
+                                       "', not with a word; does the line before it lack its $?");
     return;
   }
   if (statement.text.starts_with("=")) {

@@ -9,8 +9,9 @@ namespace trunnion::report {
 /// changes, travel. `report.blocks` must not be empty.
 Section axes_section(const Machine& machine, const post::VerifyReport& report);
 
-/// How far the inner rotary axis is from having no say in the tool axis: |k . (n0 x n1)| is the sine of that
-/// angle (k the spindle, n0 and n1 the rotary axes, all as turned at the block). The sign tells the two
+/// How far a block is from the pole, where the inner rotary axis cannot change the tool direction:
+/// |k . (n0 x n1)| is the sine of that angle (k the spindle, n0 and n1 the rotary axes, all as turned at the
+/// block). The sign tells the two
 /// rotary solutions apart: their Jacobian's determinant changes it where they meet.
 struct PolePlace {
   double distance_rad = 0.0;  // 0 at the pole

@@ -115,11 +115,11 @@ std::string study_text(const path::StudyResult& result) {
   std::size_t failing = 0;
   for (const path::SegmentStudy& s : result.worst) failing += s.harmonic_fails ? 1 : 0;
   const path::SegmentStudy& s = result.worst.front();
-  std::snprintf(
-      line, sizeof line,
-      "\nlargest error as programmed: %.6f mm proved, %.6f mm predicted by the harmonic (CL line %u, rotary "
-      "step %.2f deg)\n",
-      s.certified_mm, s.predicted_mm.front(), s.where.line, s.largest_turn.deg());
+  std::snprintf(line, sizeof line,
+                "\nerror without inserted points: %.6f mm proved, %.6f mm predicted by the harmonic (CL line "
+                "%u, rotary "
+                "step %.2f deg)\n",
+                s.certified_mm, s.predicted_mm.front(), s.where.line, s.largest_turn.deg());
   out += line;
   return out + "the harmonic fails on " + std::to_string(failing) + " of the " +
          std::to_string(result.worst.size()) + " worst segments\n";

@@ -127,7 +127,7 @@ Figure predictors_figure(const path::StudyResult& result) {
 Table worst_table(const path::StudyResult& result) {
   Table out;
   out.id = "worst";
-  out.title = "Largest errors as programmed: proved beside predicted (µm)";
+  out.title = "Errors without inserted points: proved beside predicted (µm)";
   out.caption =
       "The harmonic fails where a rotary axis turns by more than 60° or the error is S-shaped, so that its "
       "middle tells nothing.";
@@ -167,7 +167,7 @@ Page study_page(const path::StudyResult& result, const std::string& cl_file, con
                    " (proved; CL line " + std::to_string(worst.where.line) + "). " +
                    (unmet == 0 ? "Every placement meets every tolerance, proved on every piece."
                                : count(unmet) + " segments did not meet their tolerance.");
-    page.facts.push_back({"largest_error_mm", "largest error as programmed",
+    page.facts.push_back({"largest_error_mm", "error without inserted points",
                           um_text(kUmPerMm * worst.certified_mm), worst.certified_mm});
   }
   page.sections.push_back({"Points by placement", {counts_figure(result), counts_table(result)}});

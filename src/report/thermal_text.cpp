@@ -29,7 +29,7 @@ std::string score_line(const Score& s, bool chosen) {
 std::string thermal_fit_text(const FitResult& result, const thermal::FitOptions& options) {
   const std::string minutes = shortest_text(options.measure_every_s / kSecondsPerMinute);
   const std::string hours = shortest_text(options.window_s / (kSecondsPerMinute * kSecondsPerMinute));
-  std::string out = "Held-out errors in um, leave-one-run-out, measured each " + minutes + " min.\n";
+  std::string out = "Error on runs left out of the fit, um; measured each " + minutes + " min.\n";
   for (std::size_t c = 0; c < result.channels.size(); ++c) {
     const ChannelReport& channel = result.channels[c];
     out += "\n" + left(channel.channel, 18) + right("rmse", 10) + right("p95", 10) + right("worst run", 10) +

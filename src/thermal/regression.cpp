@@ -40,7 +40,10 @@ Result<Regression> regress(const MatrixXd& X, const VectorXd& y) {
   const Eigen::RowVectorXd mean = X.colwise().mean();
   MatrixXd Z = X.rowwise() - mean;
   const VectorXd scale = Z.colwise().norm().transpose();
-  if (!(scale.array() > 0.0).all()) return fail(ErrorCode::wrong_input, "a regressor does not vary");
+  if (const auto constant = X.cols() - (scale.array() > 0.0).count(); constant > 0) {
+    return fail(ErrorCode::wrong_input, std::to_string(constant) + " of " + std::to_string(X.cols()) +
+                                            " inputs are constant in this data");
+  }
   Z = Z * scale.cwiseInverse().asDiagonal();
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z);
   if (qr.rank() < Z.cols()) return fail(ErrorCode::wrong_input, "the regressors are linearly dependent");

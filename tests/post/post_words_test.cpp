@@ -53,10 +53,10 @@ TEST(PostWords, LimitsNarrowTheTravelFromThereOn) {
   const auto inch =
       posted("UNITS/INCHES\nLIMITS/XAXIS,-1.,1.\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine);
   ASSERT_FALSE(inch.report);
-  EXPECT_EQ(
-      inch.report.error().text(),
-      "part.cls:5:1: error: axis X would stand at 38.1000 mm, 12.7000 mm beyond its limits of -25.4000 mm to "
-      "25.4000 mm");
+  EXPECT_EQ(inch.report.error().text(),
+            "part.cls:5:1: error: axis X would have to go to 38.1000 mm, 12.7000 mm beyond its limits of "
+            "-25.4000 mm to "
+            "25.4000 mm");
   EXPECT_TRUE(
       posted("UNITS/MM\nLIMITS/XAXIS,-1.,1.\nLIMITS/OFF\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine)
           .report);

@@ -63,7 +63,7 @@ TEST(TightLimits, WhatNoPositionHoldsIsNamed) {
   }
   EXPECT_NE(error.find("part.cls:5:"), std::string::npos) << error;
   EXPECT_NE(error.find("from line 4"), std::string::npos) << error;
-  EXPECT_NE(error.find("axis C would stand at"), std::string::npos) << error;
+  EXPECT_NE(error.find("axis C would have to go to"), std::string::npos) << error;
   EXPECT_NE(error.find("beyond its limits of -170.0000 deg to 170.0000 deg"), std::string::npos) << error;
 }
 

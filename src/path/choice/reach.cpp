@@ -32,7 +32,7 @@ Reach reach_of_solution(const Machine& machine, const RotarySolution& solution) 
     }
     if (by <= out.beyond_rad) continue;
     out.beyond_rad = by;
-    out.text = "axis " + axis.name + " would stand at " + degrees_text(best) + ", " + degrees_text(by) +
+    out.text = "axis " + axis.name + " would have to go to " + degrees_text(best) + ", " + degrees_text(by) +
                " beyond its limits of " + degrees_text(axis.min) + " to " + degrees_text(axis.max);
   }
   return out;

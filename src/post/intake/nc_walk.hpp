@@ -18,7 +18,7 @@ namespace trunnion::post {
 /// out. Where the tool is and what it points to is in P; the program's own way to and from the part is its
 /// machine's business and is left out but for its ends: whoever posts the path makes a way of its own.
 ///
-/// What changes where the tool goes and has no record is an error by its line.
+/// What changes where the tool goes and has no record is rejected, with its line.
 class NcWalk {
  public:
   /// What the records are to keep to.

@@ -50,7 +50,7 @@ std::string BeyondTravel::text(const Axis& axis, const Positions& beyond) {
            short_number(std::abs(along_mm)) + "): " + short_number(beyond.worst.by) +
            (above ? " above" : " below") + " the limit of " + shortest_text(above ? axis.max : axis.min);
   } else {
-    text = "axis " + axis.name + " would stand at " + number(beyond.worst.value) + ", " +
+    text = "axis " + axis.name + " would have to go to " + number(beyond.worst.value) + ", " +
            number(beyond.worst.by) + " beyond its limits of " + number(axis.min) + " to " + number(axis.max);
   }
   if (beyond.count > 1) {

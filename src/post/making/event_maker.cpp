@@ -178,7 +178,7 @@ Result<void> EventMaker::take_post_word(const cl::PostWord& word, SourceRef wher
     if (axis.within_limits(turn->angle))
       return safe_way_.turn_table(turn->axis, turn->angle, turn->now, where);
     return fail(ErrorCode::check_failed,
-                word.word + ": axis " + axis.name + " would stand at " +
+                word.word + ": axis " + axis.name + " would have to go to " +
                     fixed_text(turn->angle * kDegreePerRad, 4) + " deg, beyond its limits",
                 work_.posting.job.cl_file, where);
   }
