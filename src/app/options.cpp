@@ -138,8 +138,7 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
 void ClCliOptions::add_to(CLI::App& c) {
   c.add_option("--msys", msys,
                "points of an NX file: decide by the tool's direction (auto), convert them from the absolute "
-               "system to "
-               "MSYS (apply), use them as written (ignore)")
+               "system to MSYS (apply), use them as written (ignore)")
       ->check(CLI::IsMember({"auto", "apply", "ignore"}))
       ->capture_default_str();
   c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");

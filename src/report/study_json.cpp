@@ -117,8 +117,7 @@ std::string study_text(const path::StudyResult& result) {
   const path::SegmentStudy& s = result.worst.front();
   std::snprintf(line, sizeof line,
                 "\nerror without inserted points: %.6f mm proved, %.6f mm predicted by the harmonic (CL line "
-                "%u, rotary "
-                "step %.2f deg)\n",
+                "%u, rotary step %.2f deg)\n",
                 s.certified_mm, s.predicted_mm.front(), s.where.line, s.largest_turn.deg());
   out += line;
   return out + "the harmonic fails on " + std::to_string(failing) + " of the " +

@@ -127,10 +127,10 @@ TEST(SolutionChoice, BeyondLimitsNamesLineAxisAndAmount) {
                                        options_for(machine, ChoiceMethod::global), out, summary);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::check_failed);
-  EXPECT_EQ(result.error().text(),
-            "part.cls:17:3: error: tool axis (0.0000000, 0.7660444, -0.6427876) cannot be reached: axis A "
-            "would have to go to "
-            "130.0000 deg, 10.0000 deg beyond its limits of -30.0000 deg to 120.0000 deg");
+  EXPECT_EQ(
+      result.error().text(),
+      "part.cls:17:3: error: tool axis (0.0000000, 0.7660444, -0.6427876) cannot be reached: axis A "
+      "would have to go to 130.0000 deg, 10.0000 deg beyond its limits of -30.0000 deg to 120.0000 deg");
 }
 
 TEST(SolutionChoice, LimitedCTurnsBackAtARapidOrIsFlagged) {

@@ -229,8 +229,7 @@ TEST(Post, LimitsNameTheAxisTheLineAndTheAmount) {
   EXPECT_EQ(p.report.error().code, ErrorCode::check_failed);
   EXPECT_EQ(p.report.error().text(),
             "part.cls:3:1: error: axis X would have to go to 600.0000 mm, 100.0000 mm beyond its limits of "
-            "-500.0000 mm to "
-            "500.0000 mm");
+            "-500.0000 mm to 500.0000 mm");
 }
 
 TEST(Post, CThatMustTurnBackLeavesThePartAlongTheToolAxis) {

@@ -55,8 +55,7 @@ TEST(PostWords, LimitsNarrowTheTravelFromThereOn) {
   ASSERT_FALSE(inch.report);
   EXPECT_EQ(inch.report.error().text(),
             "part.cls:5:1: error: axis X would have to go to 38.1000 mm, 12.7000 mm beyond its limits of "
-            "-25.4000 mm to "
-            "25.4000 mm");
+            "-25.4000 mm to 25.4000 mm");
   EXPECT_TRUE(
       posted("UNITS/MM\nLIMITS/XAXIS,-1.,1.\nLIMITS/OFF\nFEDRAT/40,IPM\nGOTO/0,0,0\nGOTO/1.5,0,0\n", machine)
           .report);

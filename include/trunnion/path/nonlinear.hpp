@@ -20,7 +20,7 @@ enum class Method : std::uint8_t {
              // (paper 001, 3.2.1)
   subtract,  // intermediate points whose linear axes are moved by -R_MP e(t), rotary axes left (paper 001,
              // Eq. 3.4)
-  adaptive   // fewest points: two-sided placement inside the tube of the tolerance, each piece certified
+  adaptive   // fewest points: points on both sides of the path, each piece proved within tolerance
 };
 
 std::optional<Method> method_from_text(std::string_view text);

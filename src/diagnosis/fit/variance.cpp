@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <cstdint>
 
 #include "diagnosis/fit/linalg.hpp"
 
@@ -54,23 +52,29 @@ class RestrictedLikelihood {
   MatrixXd system_;
 };
 
-// Minimum over tau >= 0: a grid in units of the noise, then Brent's method between the neighbours of the
+// Minimum over tau >= 0: a grid in units of the noise, then golden section between the neighbours of the
 // best.
 template <class F>
 double minimise(const F& f, double unit) {
   constexpr std::array kGrid = {0.0, 0.1, 0.2,  0.35, 0.6,  1.0,   1.6,   2.5,
                                 4.0, 7.0, 12.0, 25.0, 60.0, 150.0, 400.0, 1000.0};
-  const auto in_units = [&](double times) { return f(times * unit); };
   std::size_t best = 0;
   double value = f(0.0);
   const double at_zero = value;
   for (std::size_t k = 1; k < kGrid.size(); ++k)
-    if (const double v = in_units(kGrid[k]); v < value) best = k, value = v;
-  const double low = kGrid[best > 0 ? best - 1 : 0], high = kGrid[std::min(best + 1, kGrid.size() - 1)];
-  constexpr int kBits = 10;  // a standard deviation to a thousandth: its own uncertainty is far larger
-  std::uintmax_t most = 20;
-  const auto [times, least] = boost::math::tools::brent_find_minima(in_units, low, high, kBits, most);
-  return least < at_zero - 1e-6 ? times * unit : 0.0;
+    if (const double v = f(kGrid[k] * unit); v < value) best = k, value = v;
+  double low = kGrid[best > 0 ? best - 1 : 0] * unit,
+         high = kGrid[std::min(best + 1, kGrid.size() - 1)] * unit;
+  constexpr double kGolden = 0.6180339887498949;
+  for (int i = 0; i < 12; ++i) {
+    const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    if (f(a) < f(b))
+      high = b;
+    else
+      low = a;
+  }
+  const double tau = 0.5 * (low + high);
+  return f(tau) < at_zero - 1e-6 ? tau : 0.0;
 }
 
 }  // namespace

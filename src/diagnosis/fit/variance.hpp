@@ -17,7 +17,7 @@ double typical_u(const Observations& observations, Quantity quantity);
 
 /// Restricted maximum likelihood of the unknown common standard deviations, one for each quantity (Patterson
 /// and Thompson 1971): minimises ln|C| + ln|X' C^-1 X| + r' C^-1 r, X = set-ups and `columns`, over a grid,
-/// then by Brent's method.
+/// then by golden section.
 EstimatedCommon estimate_common(const Observations& observations, const NoiseModel& noise, bool free_setup,
                                 const MatrixXd& columns, const VectorXd& raw_residual);
 

@@ -1,9 +1,7 @@
 #include "diagnosis/search/atoms.hpp"
 
 #include <algorithm>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <oneapi/tbb/parallel_for.h>
 #include <random>
@@ -267,15 +265,21 @@ Atom Atoms::refined(const Atom& atom, const Remainder& given) const {
   if (!(high > low)) return atom;
   Atom best = atom;
   double best_drop = score(atom, given).drop;
-  const auto lost = [&](double u) {
+  constexpr double kGolden = 0.6180339887498949;
+  const auto value = [&](double u) {
     Atom trial = make_atom(atom.family, atom.variant, {from(u)});
     const double drop = score(trial, given).drop;
     if (drop > best_drop) best_drop = drop, best = std::move(trial);
-    return -drop;
+    return drop;
   };
-  constexpr int kBits = 20;
-  std::uintmax_t most = 12;  // each is a fit
-  boost::math::tools::brent_find_minima(lost, low, high, kBits, most);
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double fa = value(a), fb = value(b);
+  for (int i = 0; i < 10; ++i) {
+    if (fa > fb)
+      high = b, b = a, fb = fa, a = high - kGolden * (high - low), fa = value(a);
+    else
+      low = a, a = b, fa = fb, b = low + kGolden * (high - low), fb = value(b);
+  }
   return best;
 }
 

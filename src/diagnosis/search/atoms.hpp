@@ -68,7 +68,7 @@ class Atoms {
     double p = 1.0;  // chi-square tail of drop / scale
   };
   std::vector<Best> best_of_each(const std::vector<const Atom*>& set, double scale) const;
-  /// A better shape between the grid's points, by Brent's method on the score; the atom itself where there is
+  /// A better shape between the grid's points, by golden section on the score; the atom itself where there is
   /// none.
   Atom refined(const Atom& atom, const Remainder& given) const;
   Atom make_atom(std::size_t family, std::size_t variant, const std::vector<double>& shape) const;

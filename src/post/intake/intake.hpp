@@ -14,7 +14,7 @@ namespace trunnion::post {
 /// First stage: gathers the records of the CL file into chunks and chooses the joints of their motions. A
 /// chunk ends where nothing that follows can change the choice: before the rapid that begins a new run, at a
 /// tool change, and within a long run behind a point that one position only reaches. A long run in which
-/// there is no such point is buffered to its end, packed, and goes on in pieces.
+/// there is no such point is buffered (packed) to its end and then goes on in pieces.
 class Intake {
  public:
   /// `quantum`: of the words, as path::Rounding has it. `store` must outlive the intake.

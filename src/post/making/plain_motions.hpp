@@ -12,7 +12,7 @@ class PlainMotions {
                SegmentMaker& segments)
       : work_(work), places_(places), bend_(bend), blocks_(blocks), segments_(segments) {}
 
-  /// Words are positions of the axes, and nothing but the place has a say in where those go: on the nominal
+  /// Words are positions of the axes, and nothing but the place decides where those go: on the nominal
   /// machine, or on one whose errors hang on the position alone.
   bool serve() const;
   /// As SegmentMaker::make for the motions from `first` on, up to `end`: those that were prepared, cut at a

@@ -9,7 +9,7 @@
 namespace trunnion::post {
 
 /// Second stage, for several chunks at once: puts the chosen points on the word grid and refines the segments
-/// between them, as far as no other stage has a say in them. What it makes is taken over by the pipeline
+/// between them, as far as no other stage decides them. What it makes is taken over by the pipeline
 /// where the path comes there from the same point under the same tolerance, so that a chunk's result does not
 /// hang on who prepared it.
 class Preparer {
