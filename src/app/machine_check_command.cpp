@@ -18,9 +18,11 @@ struct MachineCheckCommand {
   ResultOptions result;
 };
 
-// What a file need not say, and what then is not known.
-std::vector<std::string> left_open(const Machine& machine) {
+// What a file need not say, and what then is not known. `controller`: given by an option.
+std::vector<std::string> left_open(const Machine& machine, const std::string& controller) {
   std::vector<std::string> out;
+  if (!machine.controller && controller.empty())
+    out.emplace_back("no [machine] controller: programs are for linuxcnc unless -c names another control");
   for (const Axis& axis : machine.axes) {
     if (!axis.rapid)
       out.push_back("axis " + axis.name +
@@ -79,7 +81,7 @@ ExitCode run(const MachineCheckCommand& command) {
   if (!bodies) return print_failure(diagnostics, bodies.error());
   print(diagnostics);
   const MachineReach reach = machine_reach(machine);
-  const std::vector<std::string> notes = left_open(machine);
+  const std::vector<std::string> notes = left_open(machine, command.machine.controller);
   const std::vector<std::string> doubts = unusual(machine);
 
   nlohmann::ordered_json json = {{"name", machine.name},

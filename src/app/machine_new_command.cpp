@@ -98,6 +98,13 @@ struct Draft {
   bool sense_known = false;
 };
 
+Result<void> take_controller(const std::string& text, Draft& draft) {
+  const auto found = nc::find_controller(text, postconfigs_folder() + "/controllers");
+  if (!found) return tl::unexpected(found.error());
+  draft.machine.controller = text;
+  return {};
+}
+
 Result<void> take_positive(const std::string& text, Draft& draft) {
   if (text != "table" && text != "tool")
     return fail(ErrorCode::wrong_use, "--positive " + text + ": table or tool");
@@ -112,6 +119,16 @@ struct Question {
   std::string text;
   std::function<Result<void>(const std::string& answer, Draft& draft)> take;
 };
+
+// Asked where other questions are: who gives all else by options and no control means LinuxCNC, as `post`
+// does.
+Question control_question() {
+  std::string names;
+  for (const std::string& name : shipped_names("controllers")) {
+    if (name != "iso") names += (names.empty() ? "" : ", ") + name;
+  }
+  return {"--controller", "Which control does it have (" + names + ", or a file)?", take_controller};
+}
 
 std::vector<Question> questions_of(const Draft& draft) {
   const NewMachine& machine = draft.machine;
@@ -159,15 +176,26 @@ std::optional<std::string> answer_line() {
   return out;
 }
 
-// The first question is asked again until its answer can be taken; answers open further ones.
-Result<void> ask(Draft& draft) {
-  for (auto questions = questions_of(draft); !questions.empty(); questions = questions_of(draft)) {
-    const Question& q = questions.front();
-    std::fprintf(stderr, "%s\n> ", q.text.c_str());
+// Asks until the answer can be taken.
+Result<void> ask(const Question& question, Draft& draft) {
+  for (;;) {
+    std::fprintf(stderr, "%s\n> ", question.text.c_str());
     const auto answer = answer_line();
-    if (!answer) return fail(ErrorCode::wrong_use, "no answer to: " + q.text);
-    if (const auto taken = q.take(*answer, draft); !taken)
-      std::fprintf(stderr, "%s\n", taken.error().message.c_str());
+    if (!answer) return fail(ErrorCode::wrong_use, "no answer to: " + question.text);
+    const auto taken = question.take(*answer, draft);
+    if (taken) return {};
+    std::fprintf(stderr, "%s\n", taken.error().message.c_str());
+  }
+}
+
+// Answers open further questions.
+Result<void> ask_all(Draft& draft) {
+  auto questions = questions_of(draft);
+  if (!questions.empty() && !draft.machine.controller) {
+    if (auto asked = ask(control_question(), draft); !asked) return asked;
+  }
+  for (; !questions.empty(); questions = questions_of(draft)) {
+    if (auto asked = ask(questions.front(), draft); !asked) return asked;
   }
   return {};
 }
@@ -206,6 +234,7 @@ Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics)
     auto read = machine_of_ini(*text, c.from.ini, diagnostics);
     if (!read) return tl::unexpected(read.error());
     draft = {std::move(*read), true};
+    draft.machine.controller = "linuxcnc";
   }
   if (!c.name.empty()) draft.machine.name = c.name;
   if (!c.controller.empty()) draft.machine.controller = c.controller;
@@ -228,7 +257,7 @@ ExitCode print_missing(const std::vector<Question>& missing) {
 }
 
 Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
-  if (auto asked = ask(draft); !asked) return asked;
+  if (auto asked = ask_all(draft); !asked) return asked;
   for (const char letter : "XYZ" + draft.machine.rotary) {
     const auto& rapid = letter <= 'C' ? c.rapid_deg_min : c.rapid_mm_min;
     if (rapid)
@@ -248,7 +277,10 @@ ExitCode run(const MachineNewCommand& command) {
   auto draft = from_options(command, diagnostics);
   if (!draft) return print_failure(diagnostics, draft.error());
   const auto missing = questions_of(*draft);
-  if (!missing.empty() && !command.ask && ::isatty(STDIN_FILENO) != 1) return print_missing(missing);
+  if (!missing.empty() && !command.ask && ::isatty(STDIN_FILENO) != 1) {
+    print(diagnostics);
+    return print_missing(missing);
+  }
   if (const auto filled = fill_in(command, *draft); !filled) return print_error(filled.error());
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();

@@ -153,6 +153,23 @@ std::optional<Vec3> vector_of(const ToldNumbers& told, const std::string& name) 
   return out;
 }
 
+// A point of which the list has some numbers has all of them, unless a line was left out.
+void warn_of_lines_left_out(const ToldNumbers& told, const std::vector<std::string>& lines,
+                            const std::string& file, Diagnostics& diagnostics) {
+  for (const std::string& line : lines) {
+    for (const std::string& name : pattern_of(line).names) {
+      const std::string point = name.substr(0, name.size() - 1);
+      const auto beside = told.lower_bound(point);
+      if (!is_length(name) || told.contains(name) || beside == told.end() ||
+          !beside->first.starts_with(point) || !is_length(beside->first))
+        continue;
+      diagnostics.warning(file, {},
+                          "no line '" + line.substr(0, line.find('{')) + "...': its other numbers are there");
+      break;
+    }
+  }
+}
+
 // From one axis to the other. Where the control's lines never ask for a component it counts as 0: a shift
 // along the axis.
 std::optional<Vec3> way_of(ToldNumbers told, const std::string& name, const std::vector<std::string>& lines) {
@@ -272,6 +289,7 @@ Result<AxisPlaces> axis_places(const ControlNumbers& numbers, const std::string&
     return fail(ErrorCode::wrong_input, "no line is one of these of " + controller.name + ":" + known,
                 numbers.file);
   }
+  warn_of_lines_left_out(told, **lines, numbers.file, diagnostics);
   const auto crossing = vector_of(told, "crossing.");
   auto outer = either(vector_of(told, "outer."), crossing);
   auto inner = either(vector_of(told, "inner."), either(minus(vector_of(told, "minus_inner.")), crossing));

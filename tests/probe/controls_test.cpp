@@ -329,6 +329,18 @@ TEST(ControlNumbers, ReadBackAreTheSameAxes) {
   }
 }
 
+TEST(ControlNumbers, ALineThatWasLeftOutIsNamed) {
+  Diagnostics diagnostics;
+  const Given haas("trunnion_offset", "haas_ngc");
+  const auto places = axis_places({"settings.txt", "SETTING 255 = -381\nSETTING 256 = -254\n", 1.0}, "BC",
+                                  haas.control, diagnostics);
+  ASSERT_TRUE(places) << places.error().text();
+  EXPECT_TRUE(places->points_mm.empty());
+  ASSERT_EQ(diagnostics.findings().size(), 1U);
+  EXPECT_EQ(diagnostics.findings()[0].text(),
+            "settings.txt: warning: no line 'SETTING 257 = ...': its other numbers are there");
+}
+
 TEST(ControlNumbers, AsPeopleCopyThem) {
   Diagnostics diagnostics;
   const Given haas("trunnion_offset", "haas_ngc");
