@@ -96,12 +96,14 @@ Result<void> take_rotary(const std::string& text, NewMachine& machine) {
 struct Draft {
   NewMachine machine;
   bool sense_known = false;
+  bool control_known = false;
 };
 
 Result<void> take_controller(const std::string& text, Draft& draft) {
   const auto found = nc::find_controller(text, postconfigs_folder() + "/controllers");
   if (!found) return tl::unexpected(found.error());
   draft.machine.controller = text;
+  draft.control_known = true;
   return {};
 }
 
@@ -191,7 +193,7 @@ Result<void> ask(const Question& question, Draft& draft) {
 // Answers open further questions.
 Result<void> ask_all(Draft& draft) {
   auto questions = questions_of(draft);
-  if (!questions.empty() && !draft.machine.controller) {
+  if (!questions.empty() && !draft.control_known) {
     if (auto asked = ask(control_question(), draft); !asked) return asked;
   }
   for (; !questions.empty(); questions = questions_of(draft)) {
@@ -233,11 +235,10 @@ Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics)
     if (!text) return tl::unexpected(text.error());
     auto read = machine_of_ini(*text, c.from.ini, diagnostics);
     if (!read) return tl::unexpected(read.error());
-    draft = {std::move(*read), true};
-    draft.machine.controller = "linuxcnc";
+    draft = {std::move(*read), true, true};
   }
   if (!c.name.empty()) draft.machine.name = c.name;
-  if (!c.controller.empty()) draft.machine.controller = c.controller;
+  if (!c.controller.empty()) draft.machine.controller = c.controller, draft.control_known = true;
   Result<void> taken;
   if (!c.rotary.empty()) taken = take_rotary(c.rotary, draft.machine);
   if (taken && !c.positive.empty()) taken = take_positive(c.positive, draft);
