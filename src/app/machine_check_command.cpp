@@ -18,11 +18,9 @@ struct MachineCheckCommand {
   ResultOptions result;
 };
 
-// What a file need not say, and what then is not known. `controller`: given by an option.
-std::vector<std::string> left_open(const Machine& machine, const std::string& controller) {
+// What a file need not say, and what then is not known.
+std::vector<std::string> left_open(const Machine& machine) {
   std::vector<std::string> out;
-  if (!machine.controller && controller.empty())
-    out.emplace_back("no [machine] controller: programs are for linuxcnc unless -c names another control");
   for (const Axis& axis : machine.axes) {
     if (!axis.rapid)
       out.push_back("axis " + axis.name +
@@ -81,7 +79,10 @@ ExitCode run(const MachineCheckCommand& command) {
   if (!bodies) return print_failure(diagnostics, bodies.error());
   print(diagnostics);
   const MachineReach reach = machine_reach(machine);
-  const std::vector<std::string> notes = left_open(machine, command.machine.controller);
+  std::vector<std::string> notes = left_open(machine);
+  if (!machine.controller && command.machine.controller.empty())
+    notes.push_back("no [machine] controller: programs are for " + files->controller.name +
+                    " unless -c names another control");
   const std::vector<std::string> doubts = unusual(machine);
 
   nlohmann::ordered_json json = {{"name", machine.name},

@@ -122,8 +122,7 @@ struct Question {
   std::function<Result<void>(const std::string& answer, Draft& draft)> take;
 };
 
-// Asked where other questions are: who gives all else by options and no control means LinuxCNC, as `post`
-// does.
+// Asked where other questions are: who gives all else, and no control, gets what `post` takes then.
 Question control_question() {
   std::string names;
   for (const std::string& name : shipped_names("controllers")) {
