@@ -61,8 +61,8 @@ Machine machine_of(bool tables_move) {
 }
 
 std::vector<double> steps(double from, double to, int count) {
-  std::vector<double> out;
-  for (int i = 0; i < count; ++i) out.push_back(from + (to - from) * i / (count - 1));
+  std::vector<double> out(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) out[static_cast<std::size_t>(i)] = from + (to - from) * i / (count - 1);
   return out;
 }
 

@@ -119,9 +119,10 @@ void settles_as_one_at_a_time(const Machine& machine, const NonlinearOptions& op
       const double enough_mm = count % 2 == 0 ? 0.0 : tip_mm;
       for (const EvenRun::Settled& of : even.settle(tolerance, enough_mm, known_mm, points)) {
         std::vector<Point> alone;
-        const SegmentReport report =
-            refiner.decide({point_of(walk, of.number - 1), point_of(walk, of.number)}, tolerance, known_mm,
-                           alone, &walk.sines[of.number - 1], &walk.sines[of.number]);
+        const Point a = point_of(walk, of.number - 1);
+        const Point b = point_of(walk, of.number);
+        const SegmentReport report = refiner.decide(
+            {a, b, &walk.sines[of.number - 1], &walk.sines[of.number]}, tolerance, known_mm, alone);
         EXPECT_TRUE(report.converged);
         if (exact) {
           EXPECT_LE(report.predicted_mm, known_mm);
