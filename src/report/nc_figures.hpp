@@ -42,6 +42,8 @@ std::size_t block_of(const post::VerifyReport& report, const post::WorstPlace& p
 /// The machine of this file as solids, its axes at zero; `size_mm` is the radius of what stands on its table.
 /// Extents that the machine file does not give follow from that.
 Scene machine_solids(const Machine& machine, double size_mm);
+/// From where a body stands with the axes at zero to where it stands at the beginning (Scene::ByHand).
+Pose standing(const Scene& scene, const Scene::Body& body);
 
 /// A ball that the table carries, its centre with the axes at zero.
 Scene::Body ball_on_part(const Machine& machine, const Vec3& centre_M, double radius_mm);

@@ -261,4 +261,21 @@ void put_meshes(Scene& scene, const std::vector<BodyMesh>& meshes) {
   }
 }
 
+Pose standing(const Scene& scene, const Scene::Body& body) {
+  const Scene::ByHand& by_hand = scene.by_hand;
+  const bool at_stand = by_hand.start.empty() && !by_hand.stands.empty();
+  const std::vector<double>& q = at_stand ? by_hand.stands.front().q : by_hand.start;
+  const std::vector<std::size_t>& chain = body.on_part_side ? scene.chains.part : scene.chains.tool;
+  Pose out;
+  for (std::size_t i = 0; i < std::min(body.axes, chain.size()) && !q.empty(); ++i) {
+    const Scene::SceneAxis& axis = scene.axes[chain[i]];
+    const Vec3 direction(axis.direction[0], axis.direction[1], axis.direction[2]);
+    const Vec3 point(axis.point[0], axis.point[1], axis.point[2]);
+    const double at = q[chain[i]];
+    out = out * (axis.rotary ? Pose::rotation(direction, point, Angle::degrees(at))
+                             : Pose{Mat3::Identity(), at * direction});
+  }
+  return out;
+}
+
 }  // namespace trunnion::report

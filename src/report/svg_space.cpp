@@ -7,6 +7,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/vec.hpp"
 
+#include "report/nc_figures.hpp"
 #include "report/svg.hpp"
 
 namespace trunnion::report {
@@ -164,23 +165,23 @@ std::string svg_of(const Scene& scene) {
   std::vector<Drawn> all;
   std::vector<std::array<double, 2>> points;
   for (const Scene::Body& body : scene.bodies) {
+    const Pose stands = standing(scene, body);
+    const auto place = [&](std::size_t i) -> Vec3 {
+      return stands * Vec3(body.corners[i][0], body.corners[i][1], body.corners[i][2]);
+    };
     for (std::size_t i = 0; i + 2 < body.corners.size(); i += 3) {
+      const std::array<Vec3, 3> at = {place(i), place(i + 1), place(i + 2)};
       Drawn one{{}, 0.0, 0};
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto& c = body.corners[i + k];
-        one.corners.at(k) = project(c[0], c[1], c[2]);
-        one.away += -c[0] * project.sin_turn + c[1] * project.cos_turn - c[2] * project.sin_rise;
+        const Vec3& p = at.at(k);
+        one.corners.at(k) = project(p.x(), p.y(), p.z());
+        one.away += -p.x() * project.sin_turn + p.y() * project.cos_turn - p.z() * project.sin_rise;
       }
       const auto& [a, b, c] = one.corners;
       // Downwards is positive: what runs clockwise here looks to the eye.
       const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
       if (area >= 0.0) continue;
-      const auto& p = body.corners[i];
-      const auto& q = body.corners[i + 1];
-      const auto& r = body.corners[i + 2];
-      const Vec3 normal = (Vec3(q[0], q[1], q[2]) - Vec3(p[0], p[1], p[2]))
-                              .cross(Vec3(r[0], r[1], r[2]) - Vec3(p[0], p[1], p[2]))
-                              .normalized();
+      const Vec3 normal = (at[1] - at[0]).cross(at[2] - at[0]).normalized();
       constexpr double kDark = 90.0;
       constexpr double kLight = 130.0;
       one.grey = static_cast<int>(kDark + kLight * std::abs(normal.dot(Vec3(0.3, -0.5, 0.8))));

@@ -54,6 +54,40 @@ TEST_P(Solids, StandOnTheRightSides) {
   }
 }
 
+// The still picture, where nothing in space can be drawn: as the chain of the kinematics has it.
+TEST_P(Solids, StandAsTheAxesDo) {
+  const Machine machine = test::shipped_machine(GetParam());
+  JointVector q;
+  Scene::Stand stand;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const bool rotary = machine.axes[id].kind == AxisKind::rotary;
+    const double at = rotary ? 10.0 + 7.0 * static_cast<double>(id) : 30.0 - 11.0 * static_cast<double>(id);
+    stand.q.push_back(at);
+    q[id] = rotary ? at * kRadPerDegree : at;
+  }
+  const Scene scene = stands_scene(machine, {stand});
+  const Pose X_MP = part_in_machine(machine, q);
+  const Vec3 part_M = standing(scene, body(scene, "table")) * vec(scene.zero.part_M);
+  EXPECT_NEAR((part_M - X_MP.p).norm(), 0.0, 1e-3);
+  const Vec3 tip_at_zero = vec(scene.zero.spindle_M) - scene.zero.tool_length_mm * Vec3::UnitZ();
+  const Vec3 tip_M = standing(scene, body(scene, "flute")) * tip_at_zero;
+  EXPECT_NEAR((tip_M - X_MP * forward(machine, q, machine.tool_vector()).p).norm(), 0.0, 1e-3);
+}
+
+TEST_P(Solids, OfAMachineMovedByHandBeginClearOfTheTable) {
+  const Scene scene = jog_scene(test::shipped_machine(GetParam()), {});
+  const auto heights = [&](std::string_view role) {
+    const Scene::Body& of = body(scene, role);
+    std::array<double, 2> out = {1e9, -1e9};
+    for (const auto& c : of.corners) {
+      const double z = (standing(scene, of) * vec(c)).z();
+      out = {std::min(out[0], z), std::max(out[1], z)};
+    }
+    return out;
+  };
+  EXPECT_GT(heights("flute")[0], heights("table")[1]);
+}
+
 // What the program's page is drawn from: the file's machine has C about -Z, its mirror image about +Z.
 TEST(SolidsOf, AreTheSameForTheOtherSenseOfC) {
   Machine machine = test::shipped_machine("trunnion_offset");
