@@ -27,5 +27,6 @@ OptionValue value_of(const CLI::Option& option);
 inline constexpr const char* kMachineName = "MACHINE";
 inline constexpr const char* kControllerName = "CONTROLLER";
 inline constexpr const char* kEffectName = "EFFECT";
+inline constexpr const char* kMakerName = "MAKER_MACHINE";
 
 }  // namespace trunnion::app

@@ -47,6 +47,7 @@ std::string listed_kind(const std::string& type) {
   if (type == kMachineName) return "machines";
   if (type == kControllerName) return "controllers";
   if (type == kEffectName) return "effects";
+  if (type == kMakerName) return "makers";
   return "";
 }
 

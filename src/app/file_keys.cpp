@@ -9,6 +9,7 @@
 #include "trunnion/diagnosis/plan.hpp"
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/machine.hpp"
+#include "trunnion/machine/maker_machine.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/post/batch.hpp"
 #include "trunnion/thermal/model.hpp"
@@ -161,6 +162,11 @@ std::vector<Probe> batch_probes() {
   return {{"[[part]]\nfile = \"part.cls\"\n", {}, {}, {}}};
 }
 
+std::vector<Probe> maker_probes() {
+  const std::string head = "name = \"probe\"\nrotary = \"AC\"\nsources = [\"\"]\n[[axis]]\nname = \"";
+  return {{head + "X\"\n", "axis", "name", "^[XYZ]$"}, {head + "A\"\n", "axis", "name", "^[ABC]$"}};
+}
+
 // Reads one probe, `file`; what is wrong with it does not matter.
 using Read = std::function<void(const std::string& file, Diagnostics& diagnostics)>;
 
@@ -208,6 +214,11 @@ FileKind file_kind(const std::string& kind) {
   if (kind == "thermal") {
     return {thermal_probes(), {[](const std::string& file, Diagnostics& d) {
               static_cast<void>(thermal::load_model(file, d));
+            }}};
+  }
+  if (kind == "maker") {
+    return {maker_probes(), {[](const std::string& file, Diagnostics& d) {
+              if (const auto text = read_file(file)) static_cast<void>(parse_maker_machine(*text, file, d));
             }}};
   }
   return {batch_probes(), {[](const std::string& file, Diagnostics& d) {
@@ -265,8 +276,8 @@ Result<config::FileRecord> record_of(const FileKind& kind, const std::string& te
 }  // namespace
 
 const std::vector<std::string>& file_kinds() {
-  static const std::vector<std::string> kinds = {"machine", "controller", "model",
-                                                 "plan",    "thermal",    "batch"};
+  static const std::vector<std::string> kinds = {"machine", "controller", "model", "plan",
+                                                 "thermal", "batch",      "maker"};
   return kinds;
 }
 

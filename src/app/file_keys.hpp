@@ -21,7 +21,7 @@ struct FileKeys {
   std::vector<KeyVariant> variants;  // the last of a path is the one where no condition holds
 };
 
-/// "machine", "controller", "model", "plan", "thermal", "batch".
+/// "machine", "controller", "model", "plan", "thermal", "batch", "maker".
 const std::vector<std::string>& file_kinds();
 
 /// Lets the reader of this kind read probes, in which every table stands once, and writes down what it asks

@@ -30,13 +30,15 @@ struct Explained {
   const char* heading;
   const char* title;
 };
-constexpr std::array<Explained, 11> kExplained = {{
+constexpr std::array<Explained, 12> kExplained = {{
     {"machine", "README.md", "## Machine files", "machine file of trunnion"},
     {"controller", "README.md", "# Machine and controller files", "controller file of trunnion"},
     {"model", "files.md", "## Models of a machine's errors", "model of a machine's errors for trunnion"},
     {"plan", "files.md", "## Measurement plans", "measurement plan of trunnion"},
     {"thermal", "files.md", "## Thermal models", "thermal model of trunnion"},
     {"batch", "files.md", "## Manifests of batches", "manifest of trunnion batch"},
+    {"maker", "files.md", "## Machines that are sold",
+     "what is public of a machine, for trunnion machine new"},
     {"measurements", "files.md", "## Measurement files", "measurement file of trunnion"},
     {"tools", "files.md", "## Tool files", "tool file of trunnion"},
     {"trace", "files.md", "## Traces", "trace of a machine's axes for trunnion"},

@@ -9,9 +9,10 @@
 #include <unistd.h>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
-#include "trunnion/machine/new_machine.hpp"
+#include "trunnion/machine/maker_machine.hpp"
 #include "trunnion/probe/control_numbers.hpp"
 #include "trunnion/report/command_pages.hpp"
 
@@ -23,10 +24,11 @@ namespace {
 
 struct MachineNewCommand {
   std::string output;
-  /// What the control knows of its axes already.
-  struct FromControl {
+  /// What is known of it already: in its control, or of all machines of its kind.
+  struct Known {
     std::string ini, numbers;
     std::string unit = "mm";  // of the numbers
+    std::string like;
   } from;
   std::string name;
   std::string controller;
@@ -97,6 +99,7 @@ struct Draft {
   NewMachine machine;
   bool sense_known = false;
   bool control_known = false;
+  std::optional<MakerMachine> like = std::nullopt;
 };
 
 Result<void> take_controller(const std::string& text, Draft& draft) {
@@ -158,9 +161,14 @@ std::vector<Question> questions_of(const Draft& draft) {
   for (const char letter : "XYZ" + machine.rotary) {
     if (machine.travel.contains(letter)) continue;
     const std::string name(1, letter);
+    std::string published;
+    if (draft.like && draft.like->length_mm.contains(letter))
+      published =
+          " (" + shortest_text(draft.like->length_mm.at(letter)) + " mm from end to end, as published)";
     out.push_back({"--travel " + name + "=MIN:MAX",
                    "Travel of " + name +
-                       (letter <= 'C' ? " in degrees, as -30:120, or cyclic?" : " in mm, as -300:300?"),
+                       (letter <= 'C' ? " in degrees, as -30:120, or cyclic?"
+                                      : " in mm, as -300:300" + published + "?"),
                    [name](const std::string& answer, Draft& d) {
                      return take_travel(name + "=" + answer, d.machine);
                    }});
@@ -226,15 +234,56 @@ Result<void> take_numbers(const MachineNewCommand& c, Draft& draft, Diagnostics&
   return {};
 }
 
+// Of a machine that a maker sells: travel and speeds, where they are public.
+Result<void> take_like(const std::string& name, Draft& draft, Diagnostics& diagnostics) {
+  const std::string file = name.find_first_of("/.") != std::string::npos
+                               ? name
+                               : postconfigs_folder() + "/makers/" + name + ".toml";
+  const auto names = shipped_names("makers");
+  if (file != name && std::find(names.begin(), names.end(), name) == names.end()) {
+    std::string all;
+    for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
+    return fail(ErrorCode::wrong_use, "--like " + name + ": no machine of that name is known" +
+                                          did_you_mean(name, names) + "; there are: " + all);
+  }
+  const auto text = read_file(file);
+  if (!text) return tl::unexpected(text.error());
+  auto like = parse_maker_machine(*text, file, diagnostics);
+  if (!like) return tl::unexpected(like.error());
+  draft.machine = like->machine;
+  draft.control_known = like->machine.controller.has_value();
+  draft.like = std::move(*like);
+  return {};
+}
+
+// The ends of the travel are those of one machine: longer than any that was sold is a slip.
+void compare_travel(const Draft& draft, Diagnostics& diagnostics) {
+  if (!draft.like) return;
+  constexpr double kRounding_mm = 1.0;  // data sheets are in whole mm
+  for (const auto& [letter, length] : draft.like->length_mm) {
+    const auto travel = draft.machine.travel.find(letter);
+    if (travel == draft.machine.travel.end()) continue;
+    const double given = travel->second.max - travel->second.min;
+    if (given > length + kRounding_mm)
+      diagnostics.warning({}, {},
+                          std::string("the travel of ") + letter + " is " + shortest_text(given) +
+                              " mm, longer than the " + shortest_text(length) + " mm that are published");
+  }
+}
+
 Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics) {
   Draft draft;
   draft.machine.name = "new machine";
+  if (!c.from.like.empty()) {
+    if (auto known = take_like(c.from.like, draft, diagnostics); !known) return tl::unexpected(known.error());
+  }
   if (!c.from.ini.empty()) {
     const auto text = read_file(c.from.ini);
     if (!text) return tl::unexpected(text.error());
     auto read = machine_of_ini(*text, c.from.ini, diagnostics);
     if (!read) return tl::unexpected(read.error());
-    draft = {std::move(*read), true, true};
+    draft.machine = std::move(*read);
+    draft.sense_known = draft.control_known = true;
   }
   if (!c.name.empty()) draft.machine.name = c.name;
   if (!c.controller.empty()) draft.machine.controller = c.controller, draft.control_known = true;
@@ -269,6 +318,15 @@ Result<void> fill_in(const MachineNewCommand& c, Draft& draft) {
   return {};
 }
 
+// For the head of the file: figures that nobody measured.
+std::string published(const MakerMachine& like) {
+  std::string out =
+      "\nTravel and speeds that were not answered are those of a " + like.machine.name + ", as published in:";
+  for (const std::string& source : like.sources) out += "\n- " + source;
+  if (!like.differs.empty()) out += "\nThese differ in, or do not say: " + like.differs + ".";
+  return out + "\nCompare them with the machine's plate.";
+}
+
 ExitCode run(const MachineNewCommand& command) {
   if (const auto apart = command.result.apart_from(command.output, {command.from.ini, command.from.numbers});
       !apart)
@@ -285,11 +343,13 @@ ExitCode run(const MachineNewCommand& command) {
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  const std::string source = !command.from.ini.empty() ? "From " + name_of(command.from.ini) + "."
-                             : !command.from.numbers.empty()
-                                 ? "From the control's numbers in " + name_of(command.from.numbers) +
-                                       " and what was answered to `trunnion machine new`."
-                                 : "From what was answered to `trunnion machine new`.";
+  std::string source = !command.from.ini.empty() ? "From " + name_of(command.from.ini) + "."
+                       : !command.from.numbers.empty()
+                           ? "From the control's numbers in " + name_of(command.from.numbers) +
+                                 " and what was answered to `trunnion machine new`."
+                           : "From what was answered to `trunnion machine new`.";
+  if (draft->like) source += published(*draft->like);
+  compare_travel(*draft, diagnostics);
   const std::string text = machine_file_text(draft->machine, source);
   // A file that cannot be read is not written: two axes may be parallel, a travel may be too large.
   const auto read = parse_machine(text, command.output, diagnostics);
@@ -313,12 +373,20 @@ ExitCode run(const MachineNewCommand& command) {
 
 void add_machine_new_command(CLI::App& machine, int& exit) {
   auto command = std::make_shared<MachineNewCommand>();
-  CLI::App* c = machine.add_subcommand(
-      "new", "make a machine file: from options, answers at the terminal, or a control's ini");
+  CLI::App* c = machine.add_subcommand("new",
+                                       "make a machine file: from options, answers at the terminal, a "
+                                       "control's ini, or what is public of a machine");
   c->add_option("-o,--output", command->output, "machine file to write (- is standard output)")->required();
-  c->add_option("--ini", command->from.ini,
-                "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
-                "files beside it");
+  CLI::Option* ini = c->add_option(
+      "--ini", command->from.ini,
+      "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
+      "files beside it");
+  c->add_option("--like", command->from.like,
+                "a machine that is sold, by its name or file: travel and speeds are what is public of it, "
+                "the rest is asked for; where "
+                "its axes lie is measured at each machine")
+      ->type_name(kMakerName)
+      ->excludes(ini);
   c->add_option("--numbers", command->from.numbers,
                 "the control's own numbers for its rotary axes, a line each, as `machine calibrate "
                 "--parameters` writes them (settings, machine data, kinematics): points and senses are read "

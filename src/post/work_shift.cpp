@@ -41,6 +41,11 @@ Result<nc::OffsetShift::Kind> WorkShift::kind(bool local) const {
                 "the work offset was probed ([datum]): its value is not known here and must not be set anew; "
                 "use --thermal-output local-shift");
   }
+  if (shift.last_set > 0 && active_ > shift.last_set)
+    return fail(ErrorCode::wrong_use,
+                "the program calls work offset " + std::to_string(active_) + ", and '" + controller_.name +
+                    "' sets the first " + std::to_string(shift.last_set) +
+                    " only ([offset_shift] last_set); use --thermal-output local-shift");
   return Kind::set;
 }
 

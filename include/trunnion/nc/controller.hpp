@@ -191,6 +191,8 @@ struct Controller {
     /// Neither is allowed under tool-centre-point control: it is switched off before and on again by the next
     /// motion.
     bool not_under_tcp = true;
+    /// The last offset whose number stands in {index}; those behind it are set by other words. 0: all are.
+    std::int64_t last_set = 0;
   } offset_shift;
   /// Values that the control holds while the program runs, in words such as X[12.3-#511*.5].
   struct RunTime {
@@ -293,6 +295,7 @@ struct Controller {
       Template skipped;          // lines that begin so say nothing of the path
       Template silent;           // words that say nothing of it
       std::string rapid_suffix;  // another spelling of [motion] rapid_suffix
+      Template dwell;            // another spelling of [dwell] words
       Template away;             // lines that take the tool along its axis to the end of the travel
       std::string tool_name;     // what stands before the name of a tool in quotes
     } lines;
@@ -330,6 +333,19 @@ struct Controller {
       std::string call, call_line, end_call;   // M98 P L, M97 P L, M99: subprograms of the same file
       std::int64_t largest_program = 9999;     // P beyond it says something else
       std::string label, call_label, repeats;  // LBL 1, CALL LBL 1 REP 3
+      /// Drilling cycles with a safety distance of their own, and calls of them at one place after another.
+      struct Holes {
+        struct Cycle {
+          std::string begins;  // CYCLE81( or CYCL DEF 200
+          Hole::Kind kind = Hole::Kind::drill;
+          /// What its values mean, by their place or as Q200=above (reading/hole_calls.hpp).
+          std::vector<std::string> values;
+          Template lines;  // what it stands for; empty: the words of [cycles]
+        };
+        std::vector<Cycle> cycles;
+        std::string call, call_word;  // CYCL CALL, and M99 behind a motion: of the cycle that was said last
+        std::string modal_call;       // MCALL: behind every motion, until it stands alone
+      } holes;
     } flow;
   } input;
 

@@ -282,6 +282,7 @@ void read_modes(Section& root, Controller& c) {
     read_template(s, "set", {P::index, P::x, P::y, P::z}, c.offset_shift.set);
     read_template(s, "add", {P::x, P::y, P::z}, c.offset_shift.add);
     read_into(s, "not_under_tcp", c.offset_shift.not_under_tcp);
+    read_integer(s, "last_set", c.offset_shift.last_set, 0, 99);
   });
   in_section(root, "run_time", [&](Section& s) {
     using P = Placeholder;
@@ -345,6 +346,7 @@ void read_modes(Section& root, Controller& c) {
     read_into(s, "tool_name", c.input.lines.tool_name);
     read_into(s, "rapid_suffix", c.input.lines.rapid_suffix);
     read_template(s, "away", {}, c.input.lines.away);
+    read_template(s, "dwell", {Placeholder::seconds, Placeholder::milliseconds}, c.input.lines.dwell);
     c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);
     c.input.counterclockwise = s.find_text("counterclockwise").value_or(c.input.counterclockwise);
     c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);
@@ -374,6 +376,9 @@ void read_modes(Section& root, Controller& c) {
     text("label", c.input.flow.label);
     text("call_label", c.input.flow.call_label);
     text("repeats", c.input.flow.repeats);
+    text("call_cycle", c.input.flow.holes.call);
+    text("call_cycle_word", c.input.flow.holes.call_word);
+    text("modal_call", c.input.flow.holes.modal_call);
     text("zero_follows", c.input.places.zero_follows);
     text("zero_stays", c.input.places.zero_stays);
     text("datum_shift", c.input.places.datum_shift);

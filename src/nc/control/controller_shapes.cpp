@@ -1,4 +1,5 @@
 #include "nc/control/section_reading.hpp"
+#include "nc/reading/hole_calls.hpp"
 
 namespace trunnion::nc {
 namespace {
@@ -61,6 +62,36 @@ void read_cycles(Section& s, Controller& c) {
   if (steps && !(y.back_mm > 0.0)) s.error("back_mm", "'back_mm' must be above 0 for cycles with steps");
 }
 
+// Those of a file replace those of its base.
+void read_cycles_of_others(Section& root, Controller& c) {
+  auto sections = root.sections("cycle_of_others");
+  if (!sections.empty()) c.input.flow.holes.cycles.clear();
+  for (Section& s : sections) {
+    Controller::Input::Flow::Holes::Cycle cycle;
+    cycle.begins = s.text("begins");
+    read_choice<Hole::Kind>(s, "kind",
+                            {{"drill", Hole::Kind::drill},
+                             {"peck", Hole::Kind::peck},
+                             {"chip_break", Hole::Kind::chip_break},
+                             {"feed_out", Hole::Kind::feed_out},
+                             {"tap", Hole::Kind::tap}},
+                            cycle.kind);
+    cycle.values = s.texts("values");
+    read_template(s, "lines", {P::clear, P::bottom, P::depth, P::back, P::rise, P::feed, P::seconds},
+                  cycle.lines);
+    if (cycle.begins.empty()) s.error("begins", "'begins' is empty");
+    const bool by_place = cycle.begins.ends_with('(');
+    for (const std::string& value : cycle.values) {
+      const auto sign = value.find('=');
+      if (by_place != (sign == std::string::npos) ||
+          !is_meaning_in_cycle(std::string_view(value).substr(by_place ? 0 : sign + 1)))
+        s.error("values", "'" + value + "' is no value of a cycle");
+    }
+    s.finish();
+    c.input.flow.holes.cycles.push_back(std::move(cycle));
+  }
+}
+
 void read_probing(Section& s, Controller& c) {
   auto& p = c.probing;
   read_template(s, "touch", {P::x, P::y, P::z, P::dx, P::dy, P::dz, P::distance, P::feed}, p.touch);
@@ -92,6 +123,7 @@ void read_probing(Section& s, Controller& c) {
 void read_shapes(Section& root, Controller& c) {
   in_section(root, "arcs", [&](Section& s) { read_arcs(s, c); });
   in_section(root, "cycles", [&](Section& s) { read_cycles(s, c); });
+  read_cycles_of_others(root, c);
   in_section(root, "probing", [&](Section& s) { read_probing(s, c); });
   in_section(root, "axis_numbers", [&](Section& s) {
     for (const auto& axes : s.keys("^(any|[ABC]{1,3})$")) {

@@ -406,6 +406,7 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   compiler.add(c.program.end, {EventKind::program_end}, "[program] end");
   for (const auto& word : c.program.also_end) compiler.add({word}, {EventKind::program_end}, "[read] end");
   compiler.add(c.dwell, {EventKind::dwell}, "[dwell] words");
+  compiler.add(c.input.lines.dwell, {EventKind::dwell}, "[input] dwell");
   for (const AxisLetter letter : kAllAxisLetters) {
     compiler.add_retract(c.retract[index(letter)], letter);
   }

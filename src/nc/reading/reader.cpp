@@ -82,11 +82,20 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
     modal.length = -1;
   }
   if (options.others) {
+    program.holes.emplace(c);
     program.unfolder.emplace(
         c,
-        [this](std::string_view line, std::uint32_t number) {
-          findings.line = number - 1;
-          read_line(line);
+        [this](std::string_view text, std::uint32_t number) {
+          const auto read = [&](std::string_view line) {
+            findings.line = number - 1;
+            read_line(line);
+          };
+          if (!program.holes->take(text, read)) {
+            read(text);
+          } else if (!program.holes->error.empty()) {
+            findings.line = number;
+            error(1, program.holes->error);
+          }
           return !program.ended;
         },
         [this](std::uint32_t number, const std::string& message) {

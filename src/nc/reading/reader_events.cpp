@@ -424,6 +424,11 @@ void Reader::State::run_offset_shift(const FoundEvent& found) {
     return error(std::max(found.column, 1U),
                  "a shift, and another one of the program's own is in force: end that first");
   if (now.kind == OffsetShift::Kind::set) now.index = whole(found, Placeholder::index, 1);
+  if (now.kind == OffsetShift::Kind::set && c.offset_shift.last_set > 0 &&
+      now.index > c.offset_shift.last_set)
+    return error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
+                                                 " is set: these words set the first " +
+                                                 std::to_string(c.offset_shift.last_set));
   if (now.kind == OffsetShift::Kind::set && language.others && now.index < 1)
     return error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
                                                  " is set: what it counts for differs between controls");
@@ -530,9 +535,13 @@ void Reader::State::check_origin(const FoundEvent& found) {
 
 void Reader::State::run_dwell(const FoundEvent& found) {
   Dwell now;
-  now.milliseconds = found.captures.has(Placeholder::milliseconds)
-                         ? whole(found, Placeholder::milliseconds, 0)
-                         : scaled(found, Placeholder::seconds, 3);
+  const bool in_seconds = found.captures.has(Placeholder::seconds);
+  // Where a number without its point counts increments, one of seconds counts their thousandths.
+  const bool has_point = !c.numbers.point_required || found.captures[Placeholder::seconds].has_point;
+  if (in_seconds && has_point)
+    now.milliseconds = scaled(found, Placeholder::seconds, 3);
+  else
+    now.milliseconds = whole(found, in_seconds ? Placeholder::seconds : Placeholder::milliseconds, 0);
   emit(now);
 }
 

@@ -11,6 +11,7 @@
 
 #include "nc/control/patterns.hpp"
 #include "nc/modal_state.hpp"
+#include "nc/reading/hole_calls.hpp"
 #include "nc/reading/other_words.hpp"
 #include "nc/reading/reader_line.hpp"
 #include "nc/reading/run_layout.hpp"
@@ -85,6 +86,7 @@ struct RunLines {
 /// Where the text is in a program.
 struct ProgramPlace {
   std::optional<Unfolder> unfolder;   // of programs that somebody else wrote
+  std::optional<HoleCalls> holes;     // the same
   std::optional<WholeProgram> frame;  // where the text is a whole program
   bool said_anything = false;         // but for its first lines
   bool started = false;

@@ -59,6 +59,11 @@ std::string bare(std::string_view text, const Controller& c) {
   }
   std::string result(p, end);
   while (!result.empty() && is_blank(result.back())) result.pop_back();
+  // `Q200=+2 ;SET-UP CLEARANCE ~` goes on with the next line.
+  const auto last = text.find_last_not_of(" \t\r");
+  if (!c.input.flow.formula.empty() && last != std::string_view::npos && text[last] == '~' &&
+      !result.ends_with('~'))
+    result += " ~";
   return result;
 }
 
