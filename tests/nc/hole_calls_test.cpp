@@ -9,11 +9,11 @@ namespace trunnion::nc {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr int kDecimals = 6;
+constexpr int kSixDecimals = 6;
 
 Result<std::vector<Block>> blocks_of(const std::string& control, const std::string& text, std::string& said) {
   Controller c = test::shipped_controller(control);
-  c.numbers.axes = AxisFormat(kDecimals, kDecimals);
+  c.numbers.axes = AxisFormat(kSixDecimals, kSixDecimals);
   ReaderOptions options;
   options.others = true;
   Diagnostics diagnostics;
@@ -22,8 +22,8 @@ Result<std::vector<Block>> blocks_of(const std::string& control, const std::stri
   return out;
 }
 
-double mm(std::int64_t quanta) {
-  return AxisFormat(kDecimals, kDecimals).internal(AxisLetter::X, quanta);
+double millimetres(std::int64_t quanta) {
+  return AxisFormat(kSixDecimals, kSixDecimals).internal(AxisLetter::X, quanta);
 }
 
 std::vector<Hole> holes(const std::string& control, const std::string& text) {
@@ -65,15 +65,15 @@ TEST(HoleCalls, AKlartextCycleIsDrilledAtEachPlaceThatCallsIt) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Hole& hole = found[i];
     EXPECT_EQ(hole.kind, Hole::Kind::peck);
-    EXPECT_DOUBLE_EQ(mm(hole.words[AxisLetter::X]), places[i][0]);
-    EXPECT_DOUBLE_EQ(mm(hole.words[AxisLetter::Y]), places[i][1]);
-    EXPECT_DOUBLE_EQ(mm(hole.clear), 12.0);
-    EXPECT_DOUBLE_EQ(mm(hole.bottom), -10.0);
-    EXPECT_DOUBLE_EQ(mm(hole.step), 5.0);
-    EXPECT_DOUBLE_EQ(mm(hole.words[AxisLetter::Z]), 60.0);
+    EXPECT_DOUBLE_EQ(millimetres(hole.words[AxisLetter::X]), places[i][0]);
+    EXPECT_DOUBLE_EQ(millimetres(hole.words[AxisLetter::Y]), places[i][1]);
+    EXPECT_DOUBLE_EQ(millimetres(hole.clear), 12.0);
+    EXPECT_DOUBLE_EQ(millimetres(hole.bottom), -10.0);
+    EXPECT_DOUBLE_EQ(millimetres(hole.step), 5.0);
+    EXPECT_DOUBLE_EQ(millimetres(hole.words[AxisLetter::Z]), 60.0);
     EXPECT_EQ(hole.dwell_ms, 500);
   }
-  EXPECT_DOUBLE_EQ(mm(found[1].from[AxisLetter::Z]), 60.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[1].from[AxisLetter::Z]), 60.0);
 }
 
 // Q204 below Q200 is not used: the tool returns to the set-up clearance.
@@ -84,9 +84,9 @@ TEST(HoleCalls, ValuesInOneLineAndASmallSecondClearance) {
                      "8 L X+1 Y+2 R0 FMAX M99\n"));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].kind, Hole::Kind::peck);  // the stroke from 3 mm above the surface is longer than 8 mm
-  EXPECT_DOUBLE_EQ(mm(found[0].clear), 2.0);
-  EXPECT_DOUBLE_EQ(mm(found[0].bottom), -9.0);
-  EXPECT_DOUBLE_EQ(mm(found[0].words[AxisLetter::Z]), 2.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].clear), 2.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].bottom), -9.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].words[AxisLetter::Z]), 2.0);
 }
 
 TEST(HoleCalls, ParametersOfTheProgramStandInTheCycle) {
@@ -96,7 +96,7 @@ TEST(HoleCalls, ParametersOfTheProgramStandInTheCycle) {
                      "~\nQ203=0 ~\nQ204=20 ~\nQ211=0\nL X+1 Y+2 R0 FMAX M99\n"));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].kind, Hole::Kind::drill);  // 0: in one stroke
-  EXPECT_DOUBLE_EQ(mm(found[0].clear), 4.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].clear), 4.0);
 }
 
 TEST(HoleCalls, ReamingComesOutAtTheFeed) {
@@ -111,7 +111,7 @@ TEST(HoleCalls, ReamingComesOutAtTheFeed) {
   for (const Block& block : *blocks) {
     const auto* motion = std::get_if<Motion>(&block);
     if (motion != nullptr && motion->words.has(AxisLetter::Z))
-      heights.emplace_back(motion->kind, mm(motion->words[AxisLetter::Z]));
+      heights.emplace_back(motion->kind, millimetres(motion->words[AxisLetter::Z]));
   }
   using K = MotionKind;
   EXPECT_EQ(heights, (std::vector<std::pair<K, double>>{
@@ -159,11 +159,11 @@ TEST(HoleCalls, ASinumerikCycleIsDrilledBehindEveryMotion) {
     const double places[3][2] = {{10, 20}, {30, 20}, {30, -5}};
     for (std::size_t i = 0; i < found.size(); ++i) {
       EXPECT_EQ(found[i].kind, Hole::Kind::drill);
-      EXPECT_DOUBLE_EQ(mm(found[i].words[AxisLetter::X]), places[i][0]);
-      EXPECT_DOUBLE_EQ(mm(found[i].words[AxisLetter::Y]), places[i][1]);
-      EXPECT_DOUBLE_EQ(mm(found[i].clear), 12.0);
-      EXPECT_DOUBLE_EQ(mm(found[i].bottom), -20.0);
-      EXPECT_DOUBLE_EQ(mm(found[i].words[AxisLetter::Z]), 50.0);
+      EXPECT_DOUBLE_EQ(millimetres(found[i].words[AxisLetter::X]), places[i][0]);
+      EXPECT_DOUBLE_EQ(millimetres(found[i].words[AxisLetter::Y]), places[i][1]);
+      EXPECT_DOUBLE_EQ(millimetres(found[i].clear), 12.0);
+      EXPECT_DOUBLE_EQ(millimetres(found[i].bottom), -20.0);
+      EXPECT_DOUBLE_EQ(millimetres(found[i].words[AxisLetter::Z]), 50.0);
     }
   }
 }
@@ -172,8 +172,8 @@ TEST(HoleCalls, SinumerikPecksAndTaps) {
   const auto peck = holes("siemens_840d_sl", sinumerik("CYCLE83(50,0,3,-30,,-5,,0,0,0,1,1)\n"));
   ASSERT_EQ(peck.size(), 1U);
   EXPECT_EQ(peck[0].kind, Hole::Kind::peck);
-  EXPECT_DOUBLE_EQ(mm(peck[0].step), 5.0);
-  EXPECT_DOUBLE_EQ(mm(peck[0].clear), 3.0);
+  EXPECT_DOUBLE_EQ(millimetres(peck[0].step), 5.0);
+  EXPECT_DOUBLE_EQ(millimetres(peck[0].clear), 3.0);
   const auto chips = holes("siemens_840d_sl", sinumerik("CYCLE83(50,0,3,-30,,,5,0,0,0,1,0)\n"));
   ASSERT_EQ(chips.size(), 1U);
   EXPECT_EQ(chips[0].kind, Hole::Kind::chip_break);
@@ -181,7 +181,7 @@ TEST(HoleCalls, SinumerikPecksAndTaps) {
   ASSERT_EQ(tap.size(), 1U);
   EXPECT_EQ(tap[0].kind, Hole::Kind::tap);
   EXPECT_EQ(tap[0].thread.rpm, 500);
-  EXPECT_DOUBLE_EQ(mm(tap[0].clear), 4.0);
+  EXPECT_DOUBLE_EQ(millimetres(tap[0].clear), 4.0);
   const auto bore = holes("siemens_840d_sl", sinumerik("CYCLE85(50,0,4,-15,,0.3,120,120)\n"));
   ASSERT_EQ(bore.size(), 1U);
   EXPECT_EQ(bore[0].kind, Hole::Kind::feed_out);
