@@ -600,7 +600,6 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z50.\nG82 X1. Y1. Z1. R9. P0.5 F100.\nM30\n",
        "controls differ in its unit"},
       {"fanuc_30i", "G21 G90\nG4 X500\nM30\n", "{seconds} has no decimal point"},
-      {"haas_ngc", "G21 G90\nG4 P500\nM30\n", "{seconds} has no decimal point"},
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG68.2 X0. Y0. Z0. I0. J30. K0.\nG1 X5. F100.\nM30\n",
        "without 'G53.1'"},
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG53.1\nM30\n", "no tilted plane is said"},

@@ -292,12 +292,13 @@ struct Controller {
     std::string centers_absolute, centers_from_start;  // what I, J, K are from there on
     /// Lines and words that are no places.
     struct Lines {
-      Template skipped;          // lines that begin so say nothing of the path
-      Template silent;           // words that say nothing of it
-      std::string rapid_suffix;  // another spelling of [motion] rapid_suffix
-      Template dwell;            // another spelling of [dwell] words
-      Template away;             // lines that take the tool along its axis to the end of the travel
-      std::string tool_name;     // what stands before the name of a tool in quotes
+      Template skipped;                     // lines that begin so say nothing of the path
+      Template silent;                      // words that say nothing of it
+      std::string rapid_suffix;             // another spelling of [motion] rapid_suffix
+      Template dwell;                       // another spelling of [dwell] words
+      bool dwell_without_point_ms = false;  // {seconds} without its point counts thousandths
+      Template away;          // lines that take the tool along its axis to the end of the travel
+      std::string tool_name;  // what stands before the name of a tool in quotes
     } lines;
     Template reference;            // the axes of the line go to a reference point
     std::string machine_position;  // the axes of the line go to a place of the machine

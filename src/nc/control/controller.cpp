@@ -346,6 +346,7 @@ void read_modes(Section& root, Controller& c) {
     read_into(s, "tool_name", c.input.lines.tool_name);
     read_into(s, "rapid_suffix", c.input.lines.rapid_suffix);
     read_template(s, "away", {}, c.input.lines.away);
+    read_into(s, "dwell_without_point_ms", c.input.lines.dwell_without_point_ms);
     read_template(s, "dwell", {Placeholder::seconds, Placeholder::milliseconds}, c.input.lines.dwell);
     c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);
     c.input.counterclockwise = s.find_text("counterclockwise").value_or(c.input.counterclockwise);

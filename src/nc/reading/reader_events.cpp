@@ -536,9 +536,9 @@ void Reader::State::check_origin(const FoundEvent& found) {
 void Reader::State::run_dwell(const FoundEvent& found) {
   Dwell now;
   const bool in_seconds = found.captures.has(Placeholder::seconds);
-  // Where a number without its point counts increments, one of seconds counts their thousandths.
-  const bool has_point = !c.numbers.point_required || found.captures[Placeholder::seconds].has_point;
-  if (in_seconds && has_point)
+  const bool counts_thousandths = language.others && c.input.lines.dwell_without_point_ms && in_seconds &&
+                                  !found.captures[Placeholder::seconds].has_point;
+  if (in_seconds && !counts_thousandths)
     now.milliseconds = scaled(found, Placeholder::seconds, 3);
   else
     now.milliseconds = whole(found, in_seconds ? Placeholder::seconds : Placeholder::milliseconds, 0);

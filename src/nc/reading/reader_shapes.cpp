@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/units.hpp"
 
@@ -154,7 +155,7 @@ bool Reader::State::gear(const FoundEvent& found, const Template& words, Hole& h
 }
 
 void Reader::State::run_cycle(const FoundEvent& found) {
-  modal.motion_kind.reset();
+  const auto before = std::exchange(modal.motion_kind, std::nullopt);
   if (!shape_may_begin(found)) return;
   if (language.others && language.others->in_other_plane())
     return error(found.column, "a drilling cycle in another plane than X Y");
@@ -252,6 +253,8 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   modal.cycle = hole;
   run_hole(place[AxisLetter::X], place[AxisLetter::Y], found.column);
   if (!c.cycles.modal() || stands_there) modal.cycle.reset();
+  // A cycle that is called leaves the words of motion as they were ("Cycles" of Siemens, before each call).
+  if (language.others && !c.cycles.modal()) modal.motion_kind = before;
 }
 
 bool Reader::State::run_next_hole(const LineMotion& m) {
