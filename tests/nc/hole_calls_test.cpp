@@ -100,6 +100,20 @@ TEST(HoleCalls, ParametersOfTheProgramStandInTheCycle) {
   EXPECT_DOUBLE_EQ(millimetres(found[0].clear), 4.0);
 }
 
+// Some posts leave the mark at the end of the line out, and put blanks or tabs in.
+TEST(HoleCalls, ParametersInLinesOfTheirOwnBelongToTheCycle) {
+  const auto found = holes(
+      "heidenhain_tnc640",
+      klartext("12 CYCL DEF 200 PERCAGE \n\tQ200=2;DISTANCE\n\tQ201 = -15 ;DEPTH\n; "
+               "remark\n\tQ206=250\n\tQ202=15\n"
+               "\tQ210=0\n\tQ203=+0\n\tQ204=100\n\tQ211=0.1\n13 FN 0: Q2=+3\n14 L X+1 Y+Q2 R0 FMAX M99\n"));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].clear), 2.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].bottom), -15.0);
+  EXPECT_DOUBLE_EQ(millimetres(found[0].words[AxisLetter::Y]), 3.0);
+  EXPECT_EQ(found[0].dwell_ms, 100);
+}
+
 TEST(HoleCalls, ReamingComesOutAtTheFeed) {
   std::string said;
   const auto blocks = blocks_of(
@@ -176,6 +190,9 @@ TEST(HoleCalls, SinumerikPecksAndTaps) {
   EXPECT_EQ(peck[0].kind, Hole::Kind::peck);
   EXPECT_DOUBLE_EQ(millimetres(peck[0].step), 5.0);
   EXPECT_DOUBLE_EQ(millimetres(peck[0].clear), 3.0);
+  const auto short_peck = holes("siemens_840d_sl", sinumerik("CYCLE83(10,0,2,-20,,,5,,,,,1)\n"));
+  ASSERT_EQ(short_peck.size(), 1U);
+  EXPECT_EQ(short_peck[0].kind, Hole::Kind::peck);
   const auto chips = holes("siemens_840d_sl", sinumerik("CYCLE83(50,0,3,-30,,,5,0,0,0,1,0)\n"));
   ASSERT_EQ(chips.size(), 1U);
   EXPECT_EQ(chips[0].kind, Hole::Kind::chip_break);
@@ -196,6 +213,7 @@ TEST(HoleCalls, WhatASinumerikCycleSaysOtherwiseIsRefused) {
   EXPECT_THAT(says("CYCLE81(5,10,2,-20)\n"), HasSubstr("returns below"));
   EXPECT_THAT(says("CYCLE81(50,10,2)\n"), HasSubstr("without its depth"));
   EXPECT_THAT(says("CYCLE81(50,10,2,-20,,0,0,1,11)\n"), HasSubstr("is not read"));
+  EXPECT_THAT(says("CYCLE81(50,10,2,-20,,0,0,0,0,0)\n"), HasSubstr("is not read"));
   EXPECT_THAT(says("CYCLE83(50,0,3,-30,,,5,1,0,0,1,1)\n"), HasSubstr("is not read"));
   EXPECT_THAT(says("CYCLE83(50,0,3,-30,,,5,0,0,0,0.5,1)\n"), HasSubstr("is not read"));
   EXPECT_THAT(says("CYCLE85(50,0,4,-15,,0,120,300)\n"), HasSubstr("another feed"));
@@ -204,6 +222,22 @@ TEST(HoleCalls, WhatASinumerikCycleSaysOtherwiseIsRefused) {
   EXPECT_THAT(says("MCALL CYCLE81(50,10,2,-20)\nTRANS X10\n"), HasSubstr("under 'MCALL'"));
   EXPECT_THAT(says("MCALL CYCLE81(50,10,2,-20)\nC90\n"), HasSubstr("under 'MCALL'"));
   EXPECT_THAT(says("MCALL POCKET3(50)\n"), HasSubstr("no drilling cycle"));
+}
+
+TEST(HoleCalls, AWordThatStandsForTwo) {
+  std::string said;
+  const auto blocks =
+      blocks_of("heidenhain_tnc640",
+                "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+90 R0 FMAX M13\nM30\nEND PGM A MM\n", said);
+  ASSERT_TRUE(blocks) << said;
+  bool turns = false, cools = false;
+  for (const Block& block : *blocks) {
+    if (const auto* spindle = std::get_if<Spindle>(&block))
+      turns = spindle->turn == SpindleTurn::clockwise && spindle->rpm == 3000;
+    if (const auto* coolant = std::get_if<Coolant>(&block)) cools = coolant->kind == CoolantKind::flood;
+  }
+  EXPECT_TRUE(turns);
+  EXPECT_TRUE(cools);
 }
 
 // P of a Haas without its point is in milliseconds.

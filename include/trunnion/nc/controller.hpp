@@ -295,6 +295,7 @@ struct Controller {
       Template skipped;                     // lines that begin so say nothing of the path
       Template silent;                      // words that say nothing of it
       std::string rapid_suffix;             // another spelling of [motion] rapid_suffix
+      Template stands_for;  // "M13 = M3 M8": a word for several
       Template dwell;                       // another spelling of [dwell] words
       bool dwell_without_point_ms = false;  // {seconds} without its point counts thousandths
       Template away;          // lines that take the tool along its axis to the end of the travel
@@ -342,6 +343,7 @@ struct Controller {
           /// What its values mean, by their place or as Q200=above (reading/hole_calls.hpp).
           std::vector<std::string> values;
           Template lines;  // what it stands for; empty: the words of [cycles]
+          bool is_begun_by(std::string_view line) const;
         };
         std::vector<Cycle> cycles;
         std::string call, call_word;  // CYCL CALL, and M99 behind a motion: of the cycle that was said last

@@ -346,6 +346,11 @@ void read_modes(Section& root, Controller& c) {
     read_into(s, "tool_name", c.input.lines.tool_name);
     read_into(s, "rapid_suffix", c.input.lines.rapid_suffix);
     read_template(s, "away", {}, c.input.lines.away);
+    read_template(s, "stands_for", {}, c.input.lines.stands_for);
+    for (const std::string& line : c.input.lines.stands_for) {
+      if (line.find(" = ") == std::string::npos)
+        s.error("stands_for", "'" + line + "': a word, ' = ', and what it stands for");
+    }
     read_into(s, "dwell_without_point_ms", c.input.lines.dwell_without_point_ms);
     read_template(s, "dwell", {Placeholder::seconds, Placeholder::milliseconds}, c.input.lines.dwell);
     c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);

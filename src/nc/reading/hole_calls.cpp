@@ -72,8 +72,25 @@ struct HoleCalls::Values {
   }
 };
 
+namespace {
+
+struct Fixed {
+  std::int64_t value = 0;
+  bool may_be_left_out = false;
+};
+
+// 0, 5, 1?
+std::optional<Fixed> fixed_in(std::string_view meaning) {
+  const bool asks = meaning.ends_with('?');
+  const auto number = number_in(meaning.substr(0, meaning.size() - (asks ? 1 : 0)));
+  if (!number) return std::nullopt;
+  return Fixed{*number, asks || *number == 0};
+}
+
+}  // namespace
+
 bool is_meaning_in_cycle(std::string_view meaning) {
-  return meaning == "any" || number_in(meaning) ||
+  return meaning == "any" || fixed_in(meaning) ||
          std::find(kMeanings.begin(), kMeanings.end(), meaning) != kMeanings.end();
 }
 
@@ -84,9 +101,14 @@ bool HoleCalls::fail(const std::string& message) {
   return true;
 }
 
+bool Controller::Input::Flow::Holes::Cycle::is_begun_by(std::string_view line) const {
+  return begins_as(line, begins) &&
+         (begins.back() == '(' || line.size() == begins.size() || !is_digit(line[begins.size()]));
+}
+
 // Nearly every line has none of these.
 bool HoleCalls::may_hold(std::string_view text) const {
-  if (goes_on_ || everywhere_) return true;
+  if (begun_ || everywhere_) return true;
   if (holes_.cycles.empty()) return false;
   for (std::size_t i = 0; i + 1 < text.size(); ++i) {
     const char c = upper(text[i]);
@@ -110,35 +132,49 @@ std::string_view HoleCalls::plain(std::string_view text) const {
   return text;
 }
 
+// `Q201=-20` in a line without a block number of its own: a parameter of the cycle before it, `~` or not.
+bool HoleCalls::sets_parameter(std::string_view text) const {
+  const std::string& mark = c_.input.flow.variables;
+  text = trimmed(text);
+  if (mark.empty() || !begins_as(text, mark)) return false;
+  text.remove_prefix(mark.size());
+  const auto digits =
+      static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
+  return digits > 0 && trimmed(text.substr(digits)).starts_with('=');
+}
+
 bool HoleCalls::take(std::string_view text, const Sink& sink) {
   if (!may_hold(text)) return false;
   error.clear();
   const std::string_view line = plain(text);
-  if (goes_on_) {
-    goes_on_ = trimmed(text).ends_with('~');
-    if (!take_values(line)) return true;
-    if (!goes_on_) define();
-    return true;
+  if (begun_) {
+    if (line.empty()) return false;  // a remark
+    begun_ = goes_on_ || sets_parameter(text);
+    if (begun_) {
+      goes_on_ = trimmed(text).ends_with('~');
+      return take_values(line), true;
+    }
+    define();
+    if (!error.empty()) return true;
   }
   std::string_view cycle = line;
   const bool at_each = !holes_.modal_call.empty() &&
                        find_word(cycle.substr(0, holes_.modal_call.size() + 1), holes_.modal_call) == 0;
   if (at_each) cycle = trimmed(cycle.substr(holes_.modal_call.size()));
   if (at_each && cycle.empty()) return everywhere_ = false, true;
-  const auto known = std::find_if(holes_.cycles.begin(), holes_.cycles.end(), [&](const Cycle& one) {
-    return begins_as(cycle, one.begins) && (one.begins.back() == '(' || cycle.size() == one.begins.size() ||
-                                            !is_digit(cycle[one.begins.size()]));
-  });
+  const auto known = std::find_if(holes_.cycles.begin(), holes_.cycles.end(),
+                                  [&](const Cycle& one) { return one.is_begun_by(cycle); });
   if (known == holes_.cycles.end())
     return at_each ? fail("'" + holes_.modal_call + "' of something that is no drilling cycle is not read")
                    : call(line, sink);
   name_ = known->begins;
   given_.clear();
-  goes_on_ = name_.back() != '(' && trimmed(text).ends_with('~');
   if (!take_values(cycle.substr(name_.size()))) return true;
-  if (goes_on_) return true;
+  begun_ = name_.back() != '(';
+  goes_on_ = begun_ && trimmed(text).ends_with('~');
+  if (begun_) return true;
   define();
-  if (!error.empty() || name_.back() != '(') return true;
+  if (!error.empty()) return true;
   everywhere_ = at_each;
   if (!at_each)
     for (const std::string& one : called_) sink(one);
@@ -212,14 +248,14 @@ bool HoleCalls::take_meanings(const Cycle& cycle, Values& out) {
     if (meaning == "any") continue;
     const auto number = number_in(value);
     if (!number) return refuse(called + " = '" + value + "' is no number that is read");
-    const auto fixed = number_in(meaning);
-    if (fixed && *fixed != *number)
+    const auto fixed = fixed_in(meaning);
+    if (fixed && fixed->value != *number)
       return refuse(called + " = " + value + " is not read, but " + meaning + " only");
     if (!fixed) out[meaning] = *number;
   }
   for (std::size_t i = 0; i < met.size(); ++i) {
-    const auto fixed = number_in(meaning_of(i));
-    if (!met[i] && fixed && *fixed != 0) return refuse(cycle.values[i] + " is missing");
+    const auto fixed = fixed_in(meaning_of(i));
+    if (!met[i] && fixed && !fixed->may_be_left_out) return refuse(cycle.values[i] + " is missing");
   }
   return true;
 }

@@ -11,11 +11,11 @@
 
 namespace trunnion::nc {
 
-/// `meaning` is what a value of such a cycle may mean: a number that it must have (0 may be left out), "any",
-/// or what of the hole it is, Z in the coordinates of the program: "surface", "above" (from it to where the
-/// feed begins), "bottom" or "depth" (from the surface, below 0) or "below" (the same without its sign),
-/// "back" or "rise" (from the surface to where the tool returns), "step", "first_bottom", "feed", "feed_out",
-/// "seconds", "lead" (below 0 for a left-hand thread), "rpm".
+/// `meaning` is what a value of such a cycle may mean: a number that it must have (0 may be left out, and one
+/// with ? behind it), "any", or what of the hole it is, Z in the coordinates of the program: "surface",
+/// "above" (from it to where the feed begins), "bottom" or "depth" (from the surface, below 0) or "below"
+/// (the same without its sign), "back" or "rise" (from the surface to where the tool returns), "step",
+/// "first_bottom", "feed", "feed_out", "seconds", "lead" (below 0 for a left-hand thread), "rpm".
 bool is_meaning_in_cycle(std::string_view meaning);
 
 /// Drilling cycles as others write them: with a safety distance above the surface of the part, called again
@@ -49,13 +49,15 @@ class HoleCalls {
   bool call(std::string_view line, const Sink& sink);
   bool call_everywhere(std::string_view line, const Sink& sink);
   bool call_behind(std::string_view line, const Sink& sink);
+  bool sets_parameter(std::string_view text) const;
   std::string_view plain(std::string_view text) const;
 
   const Controller& c_;
   const Controller::Input::Flow::Holes& holes_;
   std::string name_;                // of the cycle that is being defined, or was last
   std::vector<std::string> given_;  // its values: "Q200=2", or an argument each
-  bool goes_on_ = false;            // with the next line
+  bool begun_ = false;              // its lines may go on
+  bool goes_on_ = false;            // with the next line, as the last one says
   bool everywhere_ = false;         // at each place from here on
   Template called_;                 // lines of the cycle that calls mean
 };

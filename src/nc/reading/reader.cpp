@@ -86,6 +86,8 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
     program.unfolder.emplace(
         c,
         [this](std::string_view text, std::uint32_t number) {
+          std::string spelled_out;
+          if (spell_out(text, spelled_out)) text = spelled_out;
           const auto read = [&](std::string_view line) {
             findings.line = number - 1;
             read_line(line);
@@ -412,6 +414,24 @@ void Reader::State::read_line(std::string_view text) {
   if (std::string numbered; language.others && number_tool({p, static_cast<std::size_t>(end - p)}, numbered))
     return read_words(numbered.data(), numbered.data(), numbered.data() + numbered.size());
   read_words(begin, p, end);
+}
+
+// M13 is M3 and M8 there.
+bool Reader::State::spell_out(std::string_view text, std::string& out) const {
+  bool found = false;
+  for (const std::string& line : c.input.lines.stands_for) {
+    const auto sign = line.find(" = ");
+    const std::string_view word = std::string_view(line).substr(0, sign);
+    const std::string_view of = found ? std::string_view(out) : text;
+    const auto at = of.substr(0, of.find(c.comments.open)).find(word);
+    const auto behind = at + word.size();
+    if (at == std::string_view::npos || (behind < of.size() && (is_digit(of[behind]) || of[behind] == '.')) ||
+        (at > 0 && is_letter(of[at - 1])))
+      continue;
+    out = std::string(of.substr(0, at)).append(line.substr(sign + 3)).append(of.substr(behind));
+    found = true;
+  }
+  return found;
 }
 
 // A control finds it by the name; a number that no program has by chance stands for it.

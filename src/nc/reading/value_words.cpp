@@ -62,7 +62,8 @@ bool ValueWords::may_hold(std::string_view text) {
     return text.find_first_of("=(") != std::string_view::npos ||
            text.find(flow.define) != std::string_view::npos;
   if (!flow.formula.empty())
-    return in_definition_ || text.find_first_of("Qq~") != std::string_view::npos ||
+    return goes_on_ || in_cycle_ || text.find("CYCL") != std::string_view::npos ||
+           text.find_first_of("Qq~") != std::string_view::npos ||
            text.find(flow.formula) != std::string_view::npos;
   return text.find(flow.variables) != std::string_view::npos || text.find('[') != std::string_view::npos;
 }
@@ -192,10 +193,17 @@ bool ValueWords::put_values(std::string_view plain, std::string& out) {
 
 // FN 0: Q1 = +5, Q1 = Q2 * 2, L X+Q1
 ValueWords::Line ValueWords::take_numbered(std::string_view plain, std::string& out) {
-  const bool goes_on = in_definition_;
-  in_definition_ = plain.ends_with('~');
   const char* p = plain.data();
   const char* const end = p + plain.size();
+  const char* behind = p;
+  const bool sets =
+      expressions.is_variable(behind, end) && (behind = skip_blanks(behind, end)) != end && *behind == '=';
+  const bool goes_on = goes_on_ || (in_cycle_ && sets);
+  const auto& cycles = c_.input.flow.holes.cycles;
+  in_cycle_ = (goes_on && in_cycle_) || std::any_of(cycles.begin(), cycles.end(), [&](const auto& cycle) {
+                return cycle.is_begun_by(plain);
+              });
+  goes_on_ = plain.ends_with('~');
   if (const char* s = p; !goes_on && takes(s, end, c_.input.flow.formula)) {
     Number number;
     constexpr std::int64_t kLast = 4;  // 0 to 4: a value, + - * and division

@@ -35,7 +35,8 @@ class ValueWords {
   Line wrong(const std::string& why);
 
   const Controller& c_;
-  bool in_definition_ = false;  // the line goes on with one that ended in ~
+  bool goes_on_ = false;   // the last line ended in ~
+  bool in_cycle_ = false;  // it was of a drilling cycle
 };
 
 }  // namespace trunnion::nc
