@@ -73,7 +73,8 @@ std::string thermal_fit_json(const FitResult& result, const thermal::FitOptions&
     j["sigma_per_krpm_um"] = in_um(model.sigma.per_krpm_mm);
     j["sigma_per_swing_um"] = in_um(model.sigma.per_swing_mm);
     j["sigma_prior_measurements"] = model.sigma.prior_measurements;
-    j["sigma_coverage_factor"] = model.sigma.coverage_factor;
+    j["sigma_coverage_factor"] = model.sigma.coverage.quiet;
+    j["sigma_coverage_factor_lively"] = model.sigma.coverage.lively;
     j["coverage_95"] = ordered_json::object();
     for (std::size_t r = 0; r < channel.coverage.size(); ++r)
       j["coverage_95"][channel.runs[r]] =

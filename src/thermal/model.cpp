@@ -209,15 +209,33 @@ double RunScale::factor(double prior) const {
   return prior > 0.0 ? std::sqrt((prior + squares_) / (prior + count_)) : 1.0;
 }
 
+double CoverageFactor::at(double liveliness) const {
+  const double between = lively_at - quiet_at;
+  if (!(between > 0.0)) return quiet;
+  return quiet + (lively - quiet) * std::clamp((liveliness - quiet_at) / between, 0.0, 1.0);
+}
+
+double SigmaModel::quiet_mm2(const Causes& causes) const {
+  return floor_mm * floor_mm + growth_mm_per_sqrt_s * growth_mm_per_sqrt_s * causes.age_s;
+}
+
+double SigmaModel::lively_mm2(const Causes& causes) const {
+  return std::pow(per_change * causes.change_mm, 2) + per_move_mm * per_move_mm * causes.moved +
+         std::pow(per_krpm_mm * causes.unsettled, 2) + std::pow(per_swing_mm * causes.swing_K, 2);
+}
+
+double SigmaModel::liveliness(const Causes& causes) const {
+  const double lively = lively_mm2(causes);
+  const double both = lively + quiet_mm2(causes);
+  return both > 0.0 ? lively / both : 0.0;
+}
+
 double SigmaModel::before_run_mm(const Causes& causes) const {
-  return std::sqrt(floor_mm * floor_mm + growth_mm_per_sqrt_s * growth_mm_per_sqrt_s * causes.age_s +
-                   std::pow(per_change * causes.change_mm, 2) + per_move_mm * per_move_mm * causes.moved +
-                   std::pow(per_krpm_mm * causes.unsettled, 2) + std::pow(per_swing_mm * causes.swing_K, 2) +
-                   causes.unknown_mm * causes.unknown_mm);
+  return std::sqrt(quiet_mm2(causes) + lively_mm2(causes) + causes.unknown_mm * causes.unknown_mm);
 }
 
 double SigmaModel::sigma_mm(const Causes& causes, const RunScale& run) const {
-  return coverage_factor * run.factor(prior_measurements) * before_run_mm(causes);
+  return coverage.at(liveliness(causes)) * run.factor(prior_measurements) * before_run_mm(causes);
 }
 
 void TrackRecord::add(const VectorXd& change, double predicted_mm, double measured_mm) {

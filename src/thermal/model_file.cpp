@@ -43,7 +43,10 @@ void add_sigma(const SigmaModel& sigma, const std::string& prefix, Table& out) {
   out.emplace_back(prefix + "sigma_per_krpm_um", number_value(sigma.per_krpm_mm / kMmPerUm));
   out.emplace_back(prefix + "sigma_per_swing_um", number_value(sigma.per_swing_mm / kMmPerUm));
   out.emplace_back(prefix + "sigma_prior_measurements", number_value(sigma.prior_measurements));
-  out.emplace_back(prefix + "sigma_coverage_factor", number_value(sigma.coverage_factor));
+  out.emplace_back(prefix + "sigma_coverage_factor", number_value(sigma.coverage.quiet));
+  out.emplace_back(prefix + "sigma_coverage_factor_lively", number_value(sigma.coverage.lively));
+  out.emplace_back(prefix + "sigma_coverage_shares",
+                   numbers(Eigen::Vector2d(sigma.coverage.quiet_at, sigma.coverage.lively_at)));
 }
 
 SigmaModel read_sigma(Section& section, const std::string& prefix) {
@@ -56,8 +59,16 @@ SigmaModel read_sigma(Section& section, const std::string& prefix) {
   out.per_krpm_mm = section.quantity_or(prefix + "sigma_per_krpm_um", 0.0);
   out.per_swing_mm = section.quantity_or(prefix + "sigma_per_swing_um", 0.0);
   out.prior_measurements = section.find_number(prefix + "sigma_prior_measurements").value_or(0.0);
-  out.coverage_factor = section.find_number(prefix + "sigma_coverage_factor").value_or(1.0);
-  if (!(out.coverage_factor > 0.0) || !(out.prior_measurements >= 0.0))
+  CoverageFactor& coverage = out.coverage;
+  coverage.quiet = section.find_number(prefix + "sigma_coverage_factor").value_or(1.0);
+  coverage.lively = section.find_number(prefix + "sigma_coverage_factor_lively").value_or(coverage.quiet);
+  if (const auto shares = section.find_numbers(prefix + "sigma_coverage_shares")) {
+    if (shares->size() != 2 || !((*shares)[0] <= (*shares)[1]))
+      section.error(prefix + "sigma_coverage_shares", "two shares, the smaller one first");
+    else
+      coverage.quiet_at = (*shares)[0], coverage.lively_at = (*shares)[1];
+  }
+  if (!(coverage.quiet > 0.0) || !(coverage.lively > 0.0) || !(out.prior_measurements >= 0.0))
     section.error(prefix + "sigma_coverage_factor", "a coverage factor is above zero, a prior not below");
   return out;
 }

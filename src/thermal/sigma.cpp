@@ -85,40 +85,83 @@ std::vector<double> sigmas_of(const std::vector<HeldOut>& run, const SigmaModel&
   return out;
 }
 
-// Errors of a run in units of that sigma.
-std::vector<double> in_sigmas(const std::vector<HeldOut>& run, const SigmaModel& model) {
+// An error in units of sigma, how lively it was, and how much it counts: every run alike.
+struct Rated {
+  double liveliness = 0.0, in_sigmas = 0.0, weight = 0.0;
+};
+
+double weight_of(const std::vector<Rated>& rows) {
+  double out = 0.0;
+  for (const Rated& row : rows) out += row.weight;
+  return out;
+}
+
+// The value below which this share of all lies.
+double quantile_of(std::vector<Rated> rows, double share) {
+  std::sort(rows.begin(), rows.end(),
+            [](const Rated& a, const Rated& b) { return a.in_sigmas < b.in_sigmas; });
+  const double wanted = share * weight_of(rows);
+  double sum = 0.0;
+  for (const Rated& row : rows) {
+    sum += row.weight;
+    if (sum >= wanted) return row.in_sigmas;
+  }
+  return rows.empty() ? kTwoSided95 : rows.back().in_sigmas;
+}
+
+// The errors of a run.
+std::vector<Rated> rated(const std::vector<HeldOut>& run, const SigmaModel& model) {
   const auto sigma_mm = sigmas_of(run, model);
-  std::vector<double> out;
+  std::vector<Rated> out;
   for (std::size_t i = 0; i < run.size(); ++i) {
-    if (!run[i].causes.held) out.push_back(std::abs(run[i].error_mm) / sigma_mm[i]);
+    if (run[i].causes.held) continue;
+    out.push_back({model.liveliness(run[i].causes), std::abs(run[i].error_mm) / sigma_mm[i], 1.0});
+  }
+  for (Rated& row : out) row.weight = 1.0 / static_cast<double>(out.size());
+  return out;
+}
+
+std::vector<Rated> all_but(const std::vector<std::vector<Rated>>& runs, std::size_t without) {
+  std::vector<Rated> out;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r != without) out.insert(out.end(), runs[r].begin(), runs[r].end());
   }
   return out;
 }
 
-// The value below which this share of all lies, every run counting alike.
-double quantile_of_runs(const std::vector<std::vector<double>>& runs, std::size_t without, double share) {
-  std::vector<std::pair<double, double>> all;  // value, weight
-  double total = 0.0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    if (r == without || runs[r].empty()) continue;
-    for (const double v : runs[r]) all.emplace_back(v, 1.0 / static_cast<double>(runs[r].size()));
-    total += 1.0;
-  }
-  std::sort(all.begin(), all.end());
+double mean_liveliness(const std::vector<Rated>& rows) {
   double sum = 0.0;
-  for (const auto& [value, weight] : all) {
-    sum += weight;
-    if (sum >= share * total) return value;
-  }
-  return all.empty() ? kTwoSided95 : all.back().first;
+  for (const Rated& row : rows) sum += row.weight * row.liveliness;
+  return sum / weight_of(rows);
+}
+
+// One factor for the quieter half of the rows and one for the livelier: what holds for both together need not
+// hold for either ("Mondrian" conformal prediction, Vovk, Gammerman and Shafer 2005, with two classes).
+CoverageFactor coverage_factor(std::vector<Rated> rows) {
+  CoverageFactor out;
+  out.quiet = out.lively = quantile_of(rows, kCovered) / kTwoSided95;
+  std::sort(rows.begin(), rows.end(),
+            [](const Rated& a, const Rated& b) { return a.liveliness < b.liveliness; });
+  const double half = 0.5 * weight_of(rows);
+  double sum = 0.0;
+  auto middle = rows.begin();
+  for (; middle != rows.end() && sum < half; ++middle) sum += middle->weight;
+  const std::vector<Rated> quiet(rows.begin(), middle), lively(middle, rows.end());
+  if (quiet.empty() || lively.empty()) return out;
+  // Halves that hardly differ are one.
+  constexpr double kApart = 0.05;
+  const double quiet_at = mean_liveliness(quiet), lively_at = mean_liveliness(lively);
+  if (lively_at - quiet_at < kApart) return out;
+  return {quantile_of(quiet, kCovered) / kTwoSided95, quantile_of(lively, kCovered) / kTwoSided95, quiet_at,
+          lively_at};
 }
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 // Sigma of each run by the variances of the others, and the prior that fits all of them best.
 struct Crossed {
-  std::vector<SigmaModel> without;             // [run]
-  std::vector<std::vector<double>> in_sigmas;  // [run], with that prior
+  std::vector<SigmaModel> without;       // [run]
+  std::vector<std::vector<Rated>> rows;  // [run], with that prior
   double prior = 0.0;
 };
 
@@ -128,14 +171,14 @@ Crossed cross(const HeldOutRuns& runs) {
   double best = std::numeric_limits<double>::infinity();
   for (const double prior : {2.0, 4.0, 8.0, 16.0, 64.0}) {
     double cost = 0.0;
-    std::vector<std::vector<double>> scaled;
+    std::vector<std::vector<Rated>> scaled;
     for (std::size_t r = 0; r < runs.size(); ++r) {
       SigmaModel model = out.without[r];
       model.prior_measurements = prior;
-      scaled.push_back(in_sigmas(runs[r], model));
+      scaled.push_back(rated(runs[r], model));
     }
     // Width and misses of the interval that covers as much as is asked for, in sigmas of before the run.
-    const double q = quantile_of_runs(scaled, kNone, kCovered);
+    const double q = quantile_of(all_but(scaled, kNone), kCovered);
     for (std::size_t r = 0; r < runs.size(); ++r) {
       SigmaModel model = out.without[r];
       model.prior_measurements = prior;
@@ -152,7 +195,7 @@ Crossed cross(const HeldOutRuns& runs) {
     if (cost < best) {
       best = cost;
       out.prior = prior;
-      out.in_sigmas = std::move(scaled);
+      out.rows = std::move(scaled);
     }
   }
   for (SigmaModel& model : out.without) model.prior_measurements = out.prior;
@@ -166,7 +209,7 @@ SigmaModel fit_sigma(const HeldOutRuns& runs) {
   if (runs.size() < 3) return out;
   const Crossed crossed = cross(runs);
   out.prior_measurements = crossed.prior;
-  out.coverage_factor = quantile_of_runs(crossed.in_sigmas, kNone, kCovered) / kTwoSided95;
+  out.coverage = coverage_factor(all_but(crossed.rows, kNone));
   return out;
 }
 
@@ -175,7 +218,7 @@ std::vector<std::vector<double>> held_out_sigmas(const HeldOutRuns& runs) {
   Crossed crossed = cross(runs);
   std::vector<std::vector<double>> out;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    crossed.without[r].coverage_factor = quantile_of_runs(crossed.in_sigmas, r, kCovered) / kTwoSided95;
+    crossed.without[r].coverage = coverage_factor(all_but(crossed.rows, r));
     out.push_back(sigmas_of(runs[r], crossed.without[r]));
   }
   return out;

@@ -34,7 +34,7 @@ TEST(ThermalSigma, FindsVariancesThatAreKnown) {
   EXPECT_NEAR(model.floor_mm, 1e-3, 1e-4);
   EXPECT_NEAR(model.growth_mm_per_sqrt_s, std::sqrt(2e-9), 0.15 * std::sqrt(2e-9));
   EXPECT_NEAR(model.per_change, 0.5, 0.1);
-  EXPECT_NEAR(model.coverage_factor, 1.0, 0.05);  // normal errors: 1.96 sigma are 95 %
+  EXPECT_NEAR(model.coverage.quiet, 1.0, 0.05);  // normal errors: 1.96 sigma are 95 %
 }
 
 TEST(ThermalSigma, CoversWhatItPromisesInRunsThatAreHeldOut) {

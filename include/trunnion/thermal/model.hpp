@@ -164,8 +164,17 @@ class RunScale {
   double count_ = 0.0;
 };
 
+/// So that 1.96 sigma cover 95 % of the errors of runs held out, in quiet hours as in lively ones: linear in
+/// the share of the variance that is due to what happens (SigmaModel::liveliness), and the end's value beyond
+/// them.
+struct CoverageFactor {
+  double quiet = 1.0, lively = 1.0;
+  double quiet_at = 0.0, lively_at = 1.0;  // shares; equal: one factor, `quiet`
+  double at(double liveliness) const;
+};
+
 /// Standard deviation of a prediction:
-///     coverage_factor * run factor * sqrt(floor^2 + growth^2 age + (per_change change)^2 + per_move^2 moved
+///     coverage * run factor * sqrt(floor^2 + growth^2 age + (per_change change)^2 + per_move^2 moved
 ///     + (per_krpm unsettled)^2 + (per_swing swing)^2
 ///     + unknown^2)
 struct SigmaModel {
@@ -176,10 +185,16 @@ struct SigmaModel {
   double per_krpm_mm = 0.0;         // of speed that has just changed
   double per_swing_mm = 0.0;        // of a kelvin by which temperatures go up and down within minutes
   double prior_measurements = 0.0;  // of the run factor; 0: there is none
-  double coverage_factor = 1.0;     // so that 1.96 sigma cover 95 % of the errors of runs held out
+  CoverageFactor coverage = {};
+  /// Share of the variance that comes of changes, moves, speeds and swings, not of age and floor: 0 to 1.
+  double liveliness(const Causes& causes) const;
   /// Without the two factors.
   double before_run_mm(const Causes& causes) const;
   double sigma_mm(const Causes& causes, const RunScale& run) const;
+
+ private:
+  double quiet_mm2(const Causes& causes) const;   // floor and age
+  double lively_mm2(const Causes& causes) const;  // what happens
 };
 
 /// The model of one channel.
