@@ -199,8 +199,8 @@ struct Reader::State {
   void read_line(std::string_view text);
   /// The words of a line from `p` on, `begin` its first column.
   void read_words(const char* begin, const char* p, const char* end);
-  /// A line with a word that stands for others, with these in its place; a line that calls a tool by its name,
-  /// with a number.
+  /// A line with a word that stands for others, with these in its place; a line that calls a tool by its
+  /// name, with a number.
   bool spell_out(std::string_view text, std::string& out) const;
   bool number_tool(std::string_view text, std::string& numbered);
   bool is_raw(std::string_view text) const;

@@ -193,6 +193,7 @@ bool ValueWords::put_values(std::string_view plain, std::string& out) {
 
 // FN 0: Q1 = +5, Q1 = Q2 * 2, L X+Q1
 ValueWords::Line ValueWords::take_numbered(std::string_view plain, std::string& out) {
+  if (plain.empty()) return Line::as_it_is;
   const char* p = plain.data();
   const char* const end = p + plain.size();
   const char* behind = p;
