@@ -135,7 +135,7 @@ def alone(args):
 def put_motion_first(process):
     for _ in range(100):
         time.sleep(0.1)
-        found = subprocess.run(["pgrep", "-s", str(process.pid), "-x", "rtapi_app"], capture_output=True, text=True).stdout.split()
+        found = subprocess.run(["pgrep", "-x", "rtapi_app"], capture_output=True, text=True).stdout.split()
         if found or process.poll() is not None:
             break
     for pid in found:
