@@ -144,7 +144,8 @@ TEST(HoleCalls, WhatAKlartextCycleSaysOtherwiseIsRefused) {
     return refused("heidenhain_tnc640", with(from, to));
   };
   EXPECT_THAT(says("Q201=-20", "Q201=+20"), HasSubstr("its bottom is not below the surface"));
-  EXPECT_THAT(says("Q200=+2", "Q200=-2"), HasSubstr("a safety distance below 0"));
+  EXPECT_THAT(says("Q200=+2", "Q200=-2"),
+              HasSubstr("p.nc:5:1: error: 'CYCL DEF 200': a safety distance below 0"));
   EXPECT_THAT(says("Q210=+0", "Q210=+1"), HasSubstr("Q210 = +1 is not read"));
   EXPECT_THAT(says("Q206=+150", "Q206=FMAX"), HasSubstr("Q206 = 'FMAX' is no number"));
   EXPECT_THAT(says("Q203=+10", "Q303=+10"), HasSubstr("Q303 is not read"));
@@ -222,6 +223,7 @@ TEST(HoleCalls, WhatASinumerikCycleSaysOtherwiseIsRefused) {
   EXPECT_THAT(says("MCALL CYCLE81(50,10,2,-20)\nTRANS X10\n"), HasSubstr("under 'MCALL'"));
   EXPECT_THAT(says("MCALL CYCLE81(50,10,2,-20)\nC90\n"), HasSubstr("under 'MCALL'"));
   EXPECT_THAT(says("MCALL POCKET3(50)\n"), HasSubstr("no drilling cycle"));
+  EXPECT_THAT(says("MCALL CYCLE81(50,10,2,-20)\nCYCLE81(50,10,2,-20)\n"), HasSubstr("under 'MCALL'"));
 }
 
 TEST(HoleCalls, AWordThatStandsForTwo) {

@@ -143,7 +143,7 @@ bool HoleCalls::sets_parameter(std::string_view text) const {
   return digits > 0 && trimmed(text.substr(digits)).starts_with('=');
 }
 
-bool HoleCalls::take(std::string_view text, const Sink& sink) {
+bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& sink) {
   if (!may_hold(text)) return false;
   error.clear();
   const std::string_view line = plain(text);
@@ -157,6 +157,7 @@ bool HoleCalls::take(std::string_view text, const Sink& sink) {
     define();
     if (!error.empty()) return true;
   }
+  error_line = number;
   std::string_view cycle = line;
   const bool at_each = !holes_.modal_call.empty() &&
                        find_word(cycle.substr(0, holes_.modal_call.size() + 1), holes_.modal_call) == 0;
@@ -167,6 +168,7 @@ bool HoleCalls::take(std::string_view text, const Sink& sink) {
   if (known == holes_.cycles.end())
     return at_each ? fail("'" + holes_.modal_call + "' of something that is no drilling cycle is not read")
                    : call(line, sink);
+  if (everywhere_ && !at_each) return fail("a drilling cycle under '" + holes_.modal_call + "'");
   name_ = known->begins;
   given_.clear();
   if (!take_values(cycle.substr(name_.size()))) return true;

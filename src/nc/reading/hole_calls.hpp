@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -26,12 +27,13 @@ class HoleCalls {
   /// `controller` must outlive the object.
   explicit HoleCalls(const Controller& controller);
 
-  /// False: the line is none of these, and stands as it is. Called with each of them: the lines it stands
-  /// for.
+  /// False: the line, number `number`, is none of these, and stands as it is. Called with each of them: the
+  /// lines it stands for.
   using Sink = std::function<void(std::string_view text)>;
-  bool take(std::string_view text, const Sink& sink);
+  bool take(std::string_view text, std::uint32_t number, const Sink& sink);
 
-  std::string error;  // of the line that was taken last; empty: none
+  std::string error;             // of what was taken last; empty: none
+  std::uint32_t error_line = 0;  // where the cycle that is wrong begins
 
  private:
   struct Values;

@@ -92,10 +92,10 @@ Reader::State::State(const Controller& controller, std::string file_name, Diagno
             findings.line = number - 1;
             read_line(line);
           };
-          if (!program.holes->take(text, read)) {
+          if (!program.holes->take(text, number, read)) {
             read(text);
           } else if (!program.holes->error.empty()) {
-            findings.line = number;
+            findings.line = program.holes->error_line;
             error(1, program.holes->error);
           }
           return !program.ended;
