@@ -1,5 +1,7 @@
 #include "app/from_options.hpp"
 
+#include "trunnion/base/number_text.hpp"
+
 namespace trunnion::app {
 
 void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
@@ -17,21 +19,39 @@ void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
                "itself, by points on it (motion)")
       ->check(CLI::IsMember({"points", "motion"}))
       ->capture_default_str();
+  c.add_option(
+       "--from-words", words,
+       "what its X Y Z are where it has changed a tool and switched no length compensation on: of the tip, "
+       "since the control does that by itself or the tool was touched off, or of the spindle's gauge point. "
+       "Without this option such a cut is refused")
+      ->check(CLI::IsMember({"tip", "spindle"}));
 }
 
 Result<std::optional<MachineFiles>> FromOptions::load(const MachineOptions& target,
                                                       Diagnostics& diagnostics) const {
   if (!is_asked()) {
-    if (machine.empty() && path == "points") return std::optional<MachineFiles>{};
-    return fail(ErrorCode::wrong_use,
-                "--from-machine and --from-path are about an NC program: --from CONTROLLER says that " +
-                    input + " is one");
+    if (machine.empty() && path == "points" && words.empty()) return std::optional<MachineFiles>{};
+    return fail(
+        ErrorCode::wrong_use,
+        "--from-machine, --from-path and --from-words are about an NC program: --from CONTROLLER says that " +
+            input + " is one");
   }
   MachineOptions origin;
   origin.machine = machine.empty() ? target.machine : machine;
   origin.controller = controller;
   auto files = load_with_controller(origin, diagnostics);
   if (!files) return tl::unexpected(files.error());
+  // The same of the machine that is posted for is said there.
+  constexpr double kFar_mm = 100.0;
+  if (!machine.empty() && files->machine.work_offset_mm.isZero(0.0) &&
+      files->machine.part_zero_mm.norm() > kFar_mm) {
+    const Vec3& zero = files->machine.part_zero_mm;
+    diagnostics.warning(
+        files->machine.file, {},
+        "X Y Z of the program count from machine zero, since [output] work_offset_mm does not say where its "
+        "work offset stood; the part zero is at machine X" +
+            shortest_text(zero.x()) + " Y" + shortest_text(zero.y()) + " Z" + shortest_text(zero.z()));
+  }
   return std::optional<MachineFiles>(std::move(*files));
 }
 

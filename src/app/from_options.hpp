@@ -14,6 +14,7 @@ struct FromOptions {
   std::string controller;
   std::string machine;
   std::string path = "points";
+  std::string words;
   std::string input;
 
   /// `input`: what is an NC program then, for the help.
@@ -25,12 +26,15 @@ struct FromOptions {
   /// `files` must outlive it.
   post::NcOrigin resolve(const MachineFiles& files) const {
     return {&files.machine, &files.controller,
-            path == "motion" ? post::FromPath::motion : post::FromPath::points};
+            path == "motion" ? post::FromPath::motion : post::FromPath::points,
+            words == "tip"       ? post::FromWords::tip
+            : words == "spindle" ? post::FromWords::spindle
+                                 : post::FromWords::refused};
   }
   /// The line of a program's header.
   std::string line(const MachineFiles& files) const;
   /// The options as they stand, for "unchanged inputs are skipped".
-  std::string text() const { return controller + " " + machine + " " + path + "\n"; }
+  std::string text() const { return controller + " " + machine + " " + path + " " + words + "\n"; }
 };
 
 }  // namespace trunnion::app

@@ -35,13 +35,29 @@ std::vector<std::string> left_open(const Machine& machine) {
 }
 
 // What is possible, and as a rule a mistake: a length in inches, two numbers in the wrong order.
-std::vector<std::string> unusual(const Machine& machine) {
+std::vector<std::string> unusual(const Machine& machine, const MachineReach& reach) {
   std::vector<std::string> out;
   constexpr double kShortest_mm = 20.0;  // no holder is shorter
   const double length = machine.tool_length_mm;
   if (length > 0.0 && length < kShortest_mm)
     out.push_back("the gauge length " + shortest_text(length) +
                   " mm is shorter than tool holders are: is it in inches?");
+  // The slowest machine that is known here moves at 1200 mm/min; nobody turns a table for a minute and more.
+  constexpr double kSlowest_mm_s = 200.0 / 60.0, kSlowest_rad_s = kTwoPi / 60.0;
+  for (const Axis& axis : machine.axes) {
+    const bool rotary = axis.kind == AxisKind::rotary;
+    if (axis.rapid && *axis.rapid < (rotary ? kSlowest_rad_s : kSlowest_mm_s))
+      out.push_back("the rapid speed of " + axis.name + ", " +
+                    shortest_text(*axis.rapid * kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0)) +
+                    (rotary ? " deg/min, is less than a turn a minute: is it in 1/min?"
+                            : " mm/min, is less than 200: is it in m/min?"));
+  }
+  constexpr Angle kAnyWay = Angle::degrees(1.0);
+  if (machine.rotary_axes().size() == 2 && reach.every_way < kAnyWay && reach.one_way > kAnyWay)
+    out.emplace_back(
+        "the tool axis leaves the spindle's direction in one plane only: does the axis that tilts stand "
+        "first in [chain] part, "
+        "the one nearest to the bed?");
   constexpr double kShare = 0.15;  // of the travel
   for (const AxisId id : machine.rotary_axes()) {
     const Axis& rotary = machine.axes[id];
@@ -83,7 +99,7 @@ ExitCode run(const MachineCheckCommand& command) {
   if (!machine.controller && command.machine.controller.empty())
     notes.push_back("no [machine] controller: programs are for " + files->controller.name +
                     " unless -c names another control");
-  const std::vector<std::string> doubts = unusual(machine);
+  const std::vector<std::string> doubts = unusual(machine, reach);
 
   nlohmann::ordered_json json = {{"name", machine.name},
                                  {"controller", files->controller.name},

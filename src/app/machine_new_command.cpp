@@ -286,10 +286,20 @@ Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics)
     draft.sense_known = draft.control_known = true;
   }
   if (!c.name.empty()) draft.machine.name = c.name;
-  if (!c.controller.empty()) draft.machine.controller = c.controller, draft.control_known = true;
+  if (!c.controller.empty()) {
+    // Only the control of the ini is known to switch its kinematics.
+    if (draft.machine.controller != c.controller) draft.machine.switchable_kinematics = false;
+    draft.machine.controller = c.controller;
+    draft.control_known = true;
+  }
   Result<void> taken;
   if (!c.rotary.empty()) taken = take_rotary(c.rotary, draft.machine);
+  const bool table_of_ini = draft.machine.table_turns_positively;
   if (taken && !c.positive.empty()) taken = take_positive(c.positive, draft);
+  if (taken && !c.from.ini.empty() && !c.positive.empty() &&
+      draft.machine.table_turns_positively != table_of_ini)
+    taken = fail(ErrorCode::wrong_use, "--positive " + c.positive + ": by the kinematics in " + c.from.ini +
+                                           " it is the " + (table_of_ini ? "table" : "tool"));
   for (std::size_t i = 0; taken && i < c.points.size(); ++i) taken = take_point(c.points[i], draft.machine);
   for (std::size_t i = 0; taken && i < c.travel.size(); ++i) taken = take_travel(c.travel[i], draft.machine);
   if (!taken) return tl::unexpected(taken.error());
@@ -340,6 +350,11 @@ ExitCode run(const MachineNewCommand& command) {
     return print_missing(missing);
   }
   if (const auto filled = fill_in(command, *draft); !filled) return print_error(filled.error());
+  // Answers that come from a file, and are one too many, were meant for questions that are not asked.
+  if (command.ask && ::isatty(STDIN_FILENO) != 1) {
+    if (const auto more = answer_line(); more && more->find_first_not_of(" \t\r") != std::string::npos)
+      return print_error({ErrorCode::wrong_use, "--ask: an answer is left over: " + *more, {}, {}});
+  }
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <spdlog/spdlog.h>
@@ -195,6 +196,26 @@ std::vector<std::string> inputs(const PostCommand& command) {
           o.tools.tools};
 }
 
+// A program of an earlier run, at which somebody may look when this one fails.
+class OldFile {
+ public:
+  explicit OldFile(const std::string& path) : path_(path), time_(time_of(path)) {}
+  void tell() const {
+    if (time_ && time_ == time_of(path_))
+      spdlog::warn("warning: {} is of an earlier run and was left as it was", path_);
+  }
+
+ private:
+  static std::optional<std::filesystem::file_time_type> time_of(const std::string& path) {
+    std::error_code ec;
+    if (path.empty() || path == "-" || !std::filesystem::is_regular_file(path, ec)) return std::nullopt;
+    const auto time = std::filesystem::last_write_time(path, ec);
+    return ec ? std::nullopt : std::optional(time);
+  }
+  std::string path_;
+  std::optional<std::filesystem::file_time_type> time_;
+};
+
 ExitCode run(const PostCommand& command) {
   if (const auto apart = command.result.apart_from(command.output, inputs(command)); !apart)
     return print_error(apart.error());
@@ -238,7 +259,11 @@ void add_post_command(CLI::App& root, int& exit) {
       "standard "
       "error, and nothing else there but warnings and errors");
   command->result.add_to(*c);
-  c->callback([command, &exit] { exit = run(*command); });
+  c->callback([command, &exit] {
+    const OldFile old(command->output);
+    exit = run(*command);
+    if (exit != kDone) old.tell();
+  });
 }
 
 }  // namespace trunnion::app

@@ -68,10 +68,18 @@ void judge_unknown(Context& context, const Statement& statement) {
   const std::string word(statement.word.substr(0, 40));
   const char first = word.empty() ? '\0' : word.front();
   if (first < 'A' || first > 'Z') {
+    if (statement.text.find("BEGINPGM") != std::string_view::npos ||
+        statement.text.find("BEGIN PGM") != std::string_view::npos) {
+      context.error(statement.where,
+                    "this is not CL text but an NC program for a Heidenhain control: --from "
+                    "heidenhain_tnc640 reads it as a path");
+      return;
+    }
     if (statement.text.starts_with("(") || statement.text.starts_with("%")) {
       context.error(statement.where, "this is not CL text (the line starts with '" +
                                          std::string(statement.text.substr(0, 1)) +
-                                         "'); is it an NC program? then use `trunnion verify`");
+                                         "'); is it an NC program? then --from CONTROL reads it as a path, "
+                                         "and `trunnion verify` checks it");
       return;
     }
     context.error(statement.where, "the line starts with '" +

@@ -84,7 +84,7 @@ TEST(HoleCalls, ValuesInOneLineAndASmallSecondClearance) {
             klartext("7 CYCL DEF 200 DRILLING Q200=3 Q201=-8 Q206=100 Q202=8 Q210=0 Q203=-1 Q204=0 Q211=0\n"
                      "8 L X+1 Y+2 R0 FMAX M99\n"));
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].kind, Hole::Kind::peck);  // the stroke from 3 mm above the surface is longer than 8 mm
+  EXPECT_EQ(found[0].kind, Hole::Kind::drill);  // the plunging depth is the whole depth
   EXPECT_DOUBLE_EQ(millimetres(found[0].clear), 2.0);
   EXPECT_DOUBLE_EQ(millimetres(found[0].bottom), -9.0);
   EXPECT_DOUBLE_EQ(millimetres(found[0].words[AxisLetter::Z]), 2.0);
@@ -112,6 +112,12 @@ TEST(HoleCalls, ParametersInLinesOfTheirOwnBelongToTheCycle) {
   EXPECT_DOUBLE_EQ(millimetres(found[0].bottom), -15.0);
   EXPECT_DOUBLE_EQ(millimetres(found[0].words[AxisLetter::Y]), 3.0);
   EXPECT_EQ(found[0].dwell_ms, 100);
+}
+
+TEST(HoleCalls, ACycleThatIsNeverCalledIsSaid) {
+  std::string said;
+  EXPECT_TRUE(blocks_of("heidenhain_tnc640", klartext(kDrilling), said));
+  EXPECT_THAT(said, HasSubstr("p.nc:5:1: warning: a drilling cycle that is never called"));
 }
 
 TEST(HoleCalls, ReamingComesOutAtTheFeed) {

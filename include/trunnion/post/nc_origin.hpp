@@ -16,6 +16,13 @@ enum class FromPath : std::uint8_t {
   motion
 };
 
+/// What X Y Z of such a program are where it has changed a tool and no length compensation is on.
+enum class FromWords : std::uint8_t {
+  refused,  // the program does not say it
+  tip,      // the control switches the length on by itself (D1), or the tool was touched off
+  spindle   // the spindle's gauge point, as the words stand
+};
+
 /// An NC program that is read in place of a CL file. Pointers must outlive its use.
 struct NcOrigin {
   /// That the program was made for. Under tool-centre-point control and in tilted planes only the directions
@@ -23,6 +30,7 @@ struct NcOrigin {
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on that machine (`with_axes_of`)
   FromPath path = FromPath::points;
+  FromWords words = FromWords::refused;
 };
 
 }  // namespace trunnion::post

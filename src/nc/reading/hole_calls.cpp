@@ -173,6 +173,7 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
   given_.clear();
   if (!take_values(cycle.substr(name_.size()))) return true;
   begun_ = name_.back() != '(';
+  if (begun_) calls_[number] = false;
   goes_on_ = begun_ && trimmed(text).ends_with('~');
   if (begun_) return true;
   define();
@@ -303,6 +304,8 @@ std::optional<Template> HoleCalls::lines_of(const Cycle& cycle) {
     return refuse("it comes out at another feed than it goes in");
   const std::int64_t seconds = v["seconds"].value_or(0);
   if (seconds < 0) return refuse("a dwell in turns of the spindle");
+  // A step of the whole depth, which counts from the surface, is one stroke from the safety distance on.
+  if (step && *step >= surface - *bottom) step = clear - *bottom;
   const auto kind = static_cast<std::size_t>(cycle.kind);
   const Template& words = !cycle.lines.empty() ? cycle.lines
                           : is_tap             ? c_.cycles.tap
@@ -365,7 +368,15 @@ bool HoleCalls::call_everywhere(std::string_view line, const Sink& sink) {
   return moves && call_behind(line, sink);
 }
 
+std::vector<std::uint32_t> HoleCalls::never_called() const {
+  std::vector<std::uint32_t> out;
+  for (const auto& [line, called] : calls_)
+    if (!called) out.push_back(line);
+  return out;
+}
+
 bool HoleCalls::call_behind(std::string_view line, const Sink& sink) {
+  if (!calls_.empty()) calls_.rbegin()->second = true;
   if (called_.empty()) return fail("a drilling cycle is called, and none that is read stands before it");
   if (!trimmed(line).empty()) sink(line);
   for (const std::string& one : called_) sink(one);

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -32,6 +33,9 @@ class HoleCalls {
   using Sink = std::function<void(std::string_view text)>;
   bool take(std::string_view text, std::uint32_t number, const Sink& sink);
 
+  /// Lines of cycles that were said and never called.
+  std::vector<std::uint32_t> never_called() const;
+
   std::string error;             // of what was taken last; empty: none
   std::uint32_t error_line = 0;  // where the cycle that is wrong begins
 
@@ -56,12 +60,13 @@ class HoleCalls {
 
   const Controller& c_;
   const Controller::Input::Flow::Holes& holes_;
-  std::string name_;                // of the cycle that is being defined, or was last
-  std::vector<std::string> given_;  // its values: "Q200=2", or an argument each
-  bool begun_ = false;              // its lines may go on
-  bool goes_on_ = false;            // with the next line, as the last one says
-  bool everywhere_ = false;         // at each place from here on
-  Template called_;                 // lines of the cycle that calls mean
+  std::string name_;                     // of the cycle that is being defined, or was last
+  std::vector<std::string> given_;       // its values: "Q200=2", or an argument each
+  bool begun_ = false;                   // its lines may go on
+  bool goes_on_ = false;                 // with the next line, as the last one says
+  bool everywhere_ = false;              // at each place from here on
+  Template called_;                      // lines of the cycle that calls mean
+  std::map<std::uint32_t, bool> calls_;  // of cycles that are called apart, by their line
 };
 
 }  // namespace trunnion::nc

@@ -901,6 +901,11 @@ Result<void> Reader::finish() {
     ++s.findings.line;
     s.error(0, "the program has no end (" + s.c.program.end.front() + ")");
   }
+  if (s.program.holes) {
+    for (const std::uint32_t line : s.program.holes->never_called())
+      s.findings.diagnostics.warning(s.findings.file, {line, 1},
+                                     "a drilling cycle that is never called: no hole is drilled by it");
+  }
   if (s.findings.first) return tl::unexpected(*s.findings.first);
   return {};
 }

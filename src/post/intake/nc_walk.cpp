@@ -14,7 +14,8 @@ namespace {
 SpindleTool tool_at_start(const NcOrigin& origin, const ToolOptions& tools) {
   // --tool: as if its change and its length stood in front of the program.
   return {tools.length_mm.value_or(origin.machine->tool_length_mm),
-          origin.controller->length.automatic || tools.tool.has_value(), 0.0};
+          origin.controller->length.automatic || origin.words == FromWords::tip || tools.tool.has_value(),
+          0.0};
 }
 
 cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
@@ -191,7 +192,8 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
       length_mm = known->second.length_mm;
   }
   in_force_.set_length(length_mm);
-  in_force_.add_length(origin_.controller->length.automatic);
+  in_force_.add_length(origin_.controller->length.automatic || origin_.words == FromWords::tip);
+  change_.ever = true;
   at_.reset();
 }
 
@@ -266,7 +268,26 @@ bool NcWalk::turns_between(const BlockEnd& from, const JointVector& words) const
 bool NcWalk::may_cut(SourceRef where) {
   const bool needs_length = in_force_.in_part() ? !origin_.controller->tcp.replaces_length || in_force_.plane
                                                 : origin_.machine->output_point == OutputPoint::tip;
-  if (needs_length && !in_force_.tool.control_adds_length && !keep_.tools->length_mm) {
+  if (change_.length_open && !in_force_.in_part() && origin_.words == FromWords::refused) {
+    refuse(
+        where, "open length",
+        "a cut behind a tool change, and length compensation was on before it: whether it still is, and with "
+        "which register, controls differ in ('" +
+            origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() + "')");
+    return false;
+  }
+  const bool is_told = origin_.words == FromWords::spindle || (keep_.tools->length_mm && !change_.ever);
+  if (needs_length && !in_force_.tool.control_adds_length && change_.ever && !is_told) {
+    refuse(
+        where, "length",
+        "a cut with no tool length compensation on, behind a tool change, and the words of this machine are "
+        "those of the "
+        "tip: --from-words tip where the control switches the length on by itself ('" +
+            (origin_.controller->length.on.empty() ? std::string() : origin_.controller->length.on.front()) +
+            "') or the tool was touched off, --from-words spindle where X Y Z are the spindle's gauge point");
+    return false;
+  }
+  if (needs_length && !in_force_.tool.control_adds_length && !is_told) {
     refuse(where, "length",
            "a cut without tool length compensation, and the words of this machine are those of the tip "
            "([output] point of " +
@@ -274,14 +295,6 @@ bool NcWalk::may_cut(SourceRef where) {
                "; --tool N, as if its change and its length stood in front of the program, or "
                "--tool-length-mm L for "
                "words of the spindle's gauge point)");
-    return false;
-  }
-  if (change_.length_open && !in_force_.in_part()) {
-    refuse(
-        where, "open length",
-        "a cut behind a tool change, and length compensation was on before it: whether it still is, and with "
-        "which register, controls differ in ('" +
-            origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() + "')");
     return false;
   }
   return true;
@@ -455,11 +468,26 @@ void NcWalk::take(const nc::Motion& motion) {
   at_ = end;
 }
 
+// A program for three axes says nothing of the rotary ones.
+std::string NcWalk::unknown_place(const std::string& what, std::uint16_t missing) const {
+  std::string axes;
+  bool rotary = missing != 0;
+  for (const nc::AxisLetter letter : nc::kAllAxisLetters) {
+    if ((missing & nc::AxisWords::bit(letter)) == 0) continue;
+    axes += (axes.empty() ? " of " : ", ") + std::string(1, nc::letter_of(letter));
+    rotary = rotary && nc::is_rotary(letter);
+  }
+  std::string out = what + " from a place that is not known: no word" + axes + " before it";
+  if (rotary)
+    out +=
+        " (a program for three axes: --from-machine with a machine file of three axes; or a line in front "
+        "that says where the rotary axes stand)";
+  return out;
+}
+
 void NcWalk::take(const nc::Arc& arc) {
   const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~arc.words.mask);
-  if (missing != 0 || !at_)
-    return refuse(arc.source, "unknown",
-                  "an arc from a place that is not known: not all axes have been said");
+  if (missing != 0 || !at_) return refuse(arc.source, "unknown", unknown_place("an arc", missing));
   if (!may_cut(arc.source)) return;
   const nc::AxisFormat& format = origin_.controller->numbers.axes;
   const JointVector words = axis_words_.internal(arc.words);
@@ -548,9 +576,7 @@ void NcWalk::put_shape(const nc::Hole& hole, const JointVector& words, bool acro
 
 void NcWalk::take(const nc::Hole& hole) {
   const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~hole.words.mask);
-  if (missing != 0 || !at_)
-    return refuse(hole.source, "unknown",
-                  "a hole from a place that is not known: not all axes have been said");
+  if (missing != 0 || !at_) return refuse(hole.source, "unknown", unknown_place("a hole", missing));
   if (!may_cut(hole.source)) return;
   const bool is_tap = hole.kind == nc::Hole::Kind::tap;
   if (is_tap && !put_spindle_of(hole)) return;

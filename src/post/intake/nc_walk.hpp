@@ -43,6 +43,7 @@ class NcWalk {
   bool has_moved() const { return moved_.ever; }
 
  private:
+  std::string unknown_place(const std::string& what, std::uint16_t missing) const;
   void take(const nc::Motion& motion);
   void take(const nc::Arc& arc);
   void take(const nc::Hole& hole);
@@ -106,6 +107,7 @@ class NcWalk {
     std::optional<std::int64_t> register_used;  // by the tool in the spindle
     bool length_on = false;                     // a word said so, for this tool
     bool length_open = false;                   // for the tool before it, and nothing since
+    bool ever = false;
   } change_;
   nc::Spindle spindle_;
   JointVector rotary_;          // as STANDS had them, or the motions since
