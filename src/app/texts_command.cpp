@@ -102,7 +102,8 @@ void add_texts_command(CLI::App& root, int& exit) {
       [](const std::string& kind) { return write_text(file_schema(kind)); });
   add("unexplained", "keys that are read and not explained, or explained and not read", "kind", file_kinds(),
       [](const std::string& kind) { return write_text(unexplained_keys(kind)); });
-  add("names", "what ships, a line each", "kind", {"machines", "controllers", "effects", "makers"}, write_names);
+  add("names", "what ships, a line each", "kind", {"machines", "controllers", "effects", "makers"},
+      write_names);
 }
 
 }  // namespace trunnion::app

@@ -71,8 +71,7 @@ void judge_unknown(Context& context, const Statement& statement) {
     if (statement.text.find("BEGINPGM") != std::string_view::npos ||
         statement.text.find("BEGIN PGM") != std::string_view::npos) {
       context.error(statement.where,
-                    "this is not CL text but an NC program for a Heidenhain control: --from "
-                    "heidenhain_tnc640 reads it as a path");
+                    "this is not CL text but an NC program in Klartext: --from CONTROL reads it as a path");
       return;
     }
     if (statement.text.starts_with("(") || statement.text.starts_with("%")) {

@@ -295,7 +295,7 @@ struct Controller {
       Template skipped;                     // lines that begin so say nothing of the path
       Template silent;                      // words that say nothing of it
       std::string rapid_suffix;             // another spelling of [motion] rapid_suffix
-      Template stands_for;  // "M13 = M3 M8": a word for several
+      Template stands_for;                  // "M13 = M3 M8": a word for several
       Template dwell;                       // another spelling of [dwell] words
       bool dwell_without_point_ms = false;  // {seconds} without its point counts thousandths
       Template away;          // lines that take the tool along its axis to the end of the travel
