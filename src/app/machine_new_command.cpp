@@ -287,8 +287,13 @@ Result<Draft> from_options(const MachineNewCommand& c, Diagnostics& diagnostics)
   }
   if (!c.name.empty()) draft.machine.name = c.name;
   if (!c.controller.empty()) {
-    // Only the control of the ini is known to switch its kinematics.
-    if (draft.machine.controller != c.controller) draft.machine.switchable_kinematics = false;
+    const std::string folder = postconfigs_folder() + "/controllers";
+    const auto file = nc::find_controller(c.controller, folder);
+    const auto control =
+        file ? nc::load_controller(*file, diagnostics, folder) : tl::unexpected(file.error());
+    if (!control) return tl::unexpected(control.error());
+    draft.machine.switchable_kinematics =
+        draft.machine.switchable_kinematics && control->tcp.switches_kinematics;
     draft.machine.controller = c.controller;
     draft.control_known = true;
   }
