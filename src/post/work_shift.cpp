@@ -41,12 +41,15 @@ Result<nc::OffsetShift::Kind> WorkShift::kind(bool local) const {
                 "the work offset was probed ([datum]): its value is not known here and must not be set anew; "
                 "use --thermal-output local-shift");
   }
-  if (shift.last_set > 0 && active_ > shift.last_set)
-    return fail(ErrorCode::wrong_use,
-                "the program calls work offset " + std::to_string(active_) + ", and '" + controller_.name +
-                    "' sets the first " + std::to_string(shift.last_set) +
-                    " only ([offset_shift] last_set); use --thermal-output local-shift");
   return Kind::set;
+}
+
+Result<void> WorkShift::may_set() const {
+  const std::int64_t last = controller_.offset_shift.last_set;
+  if (last == 0 || active_ <= last) return {};
+  return fail(ErrorCode::wrong_use, "the program calls work offset " + std::to_string(active_) + ", and '" +
+                                        controller_.name + "' sets the first " + std::to_string(last) +
+                                        " only ([offset_shift] last_set); use --thermal-output local-shift");
 }
 
 nc::OffsetShift WorkShift::block(const ShiftWords& words, bool tcp, nc::OffsetShift::Kind kind) const {

@@ -29,6 +29,8 @@ class WorkShift {
   /// How the control can be told of a shift; `local`: only beside the work offset. Setting the whole offset
   /// takes the machine file's word for what it is, which a probed one ([datum]) is not.
   Result<nc::OffsetShift::Kind> kind(bool local) const;
+  /// Fails with wrong_use where the words for a new value do not reach the offset that is called.
+  Result<void> may_set() const;
   /// The block that takes out `deviation_P` at joint positions `q`; from then on `words` are its own.
   nc::OffsetShift take_out(const Vec3& deviation_P, const JointVector& q, bool tcp,
                            nc::OffsetShift::Kind kind);

@@ -34,7 +34,7 @@ NcSource::NcSource(std::unique_ptr<cl::TextSource> source, const std::string& fi
     : source_(std::move(source)),
       file_(file),
       controller_(for_reading(*origin.controller)),
-      origin_{origin.machine, &controller_, origin.path},
+      origin_{origin.machine, &controller_, origin.path, origin.words},
       walk_(origin_, keep, file, diagnostics),
       reader_(
           controller_, file, diagnostics,

@@ -34,8 +34,7 @@ Result<void> Pipeline::begin() {
 
 Result<void> Pipeline::begin_text(const Chunk& chunk) {
   if (auto r = head_.write(chunk); !r) return r;
-  work_.thermal.call(nc::WorkOffset{work_.posting.report.work_offset});
-  return {};
+  return work_.thermal.call(nc::WorkOffset{work_.posting.report.work_offset});
 }
 
 Result<void> Pipeline::emit(Chunk& chunk) {

@@ -37,8 +37,13 @@ class ThermalOutput {
   void advance(double seconds) {
     if (tracker_) tracker_->advance(seconds);
   }
-  /// The program calls this work offset.
-  void call(const nc::WorkOffset& offset) { shift_.read(offset); }
+  /// The program calls this work offset. Fails where a shift must set it and the control's words do not reach
+  /// it.
+  Result<void> call(const nc::WorkOffset& offset) {
+    shift_.read(offset);
+    const bool sets = shifts() && !is_at_run_time() && kind_ == nc::OffsetShift::Kind::set;
+    return sets ? shift_.may_set() : Result<void>{};
+  }
   /// The shift of an operation that has begun is not written yet.
   bool waits() const { return due_; }
   const std::string& operation() const { return operation_; }
