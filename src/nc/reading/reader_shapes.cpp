@@ -253,7 +253,8 @@ void Reader::State::run_cycle(const FoundEvent& found) {
   modal.cycle = hole;
   run_hole(place[AxisLetter::X], place[AxisLetter::Y], found.column);
   if (!c.cycles.modal() || stands_there) modal.cycle.reset();
-  // A cycle that is called leaves the words of motion as they were (as the cycles guide of Siemens is remembered; it was not at hand).
+  // A cycle that is called leaves the words of motion as they were (as the cycles guide of Siemens is
+  // remembered; it was not at hand).
   if (language.others && !c.cycles.modal()) modal.motion_kind = before;
 }
 
