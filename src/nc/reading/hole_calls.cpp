@@ -21,12 +21,6 @@ bool begins_as(std::string_view text, std::string_view begin) {
                                                    [](char a, char b) { return upper(a) == upper(b); });
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 std::size_t find_word(std::string_view text, std::string_view word) {
   for (std::size_t i = 0; i + word.size() <= text.size(); ++i) {
     const auto is_of_word = [&](std::size_t at) {
@@ -122,12 +116,12 @@ bool HoleCalls::may_hold(std::string_view text) const {
 // Without comment and block number.
 std::string_view HoleCalls::plain(std::string_view text) const {
   if (!c_.comments.open.empty()) text = text.substr(0, text.find(c_.comments.open));
-  text = trimmed(text);
+  text = without_blanks(text);
   std::string_view rest = text;
   if (begins_as(rest, c_.block_numbers.prefix)) {
     rest.remove_prefix(c_.block_numbers.prefix.size());
     const auto digits = std::find_if_not(rest.begin(), rest.end(), is_digit) - rest.begin();
-    if (digits > 0) text = trimmed(rest.substr(static_cast<std::size_t>(digits)));
+    if (digits > 0) text = without_blanks(rest.substr(static_cast<std::size_t>(digits)));
   }
   return text;
 }
@@ -135,12 +129,12 @@ std::string_view HoleCalls::plain(std::string_view text) const {
 // `Q201=-20` in a line without a block number of its own: a parameter of the cycle before it, `~` or not.
 bool HoleCalls::sets_parameter(std::string_view text) const {
   const std::string& mark = c_.input.flow.variables;
-  text = trimmed(text);
+  text = without_blanks(text);
   if (mark.empty() || !begins_as(text, mark)) return false;
   text.remove_prefix(mark.size());
   const auto digits =
       static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
-  return digits > 0 && trimmed(text.substr(digits)).starts_with('=');
+  return digits > 0 && without_blanks(text.substr(digits)).starts_with('=');
 }
 
 bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& sink) {
@@ -151,7 +145,7 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
     if (line.empty()) return false;  // a remark
     begun_ = goes_on_ || sets_parameter(text);
     if (begun_) {
-      goes_on_ = trimmed(text).ends_with('~');
+      goes_on_ = without_blanks(text).ends_with('~');
       return take_values(line), true;
     }
     define();
@@ -161,7 +155,7 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
   std::string_view cycle = line;
   const bool at_each = !holes_.modal_call.empty() &&
                        find_word(cycle.substr(0, holes_.modal_call.size() + 1), holes_.modal_call) == 0;
-  if (at_each) cycle = trimmed(cycle.substr(holes_.modal_call.size()));
+  if (at_each) cycle = without_blanks(cycle.substr(holes_.modal_call.size()));
   if (at_each && cycle.empty()) return everywhere_ = false, true;
   const auto known = std::find_if(holes_.cycles.begin(), holes_.cycles.end(),
                                   [&](const Cycle& one) { return one.is_begun_by(cycle); });
@@ -174,7 +168,7 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
   if (!take_values(cycle.substr(name_.size()))) return true;
   begun_ = name_.back() != '(';
   if (begun_) calls_[number] = false;
-  goes_on_ = begun_ && trimmed(text).ends_with('~');
+  goes_on_ = begun_ && without_blanks(text).ends_with('~');
   if (begun_) return true;
   define();
   if (!error.empty()) return true;
@@ -188,12 +182,12 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
 bool HoleCalls::take_values(std::string_view behind) {
   if (name_.back() == '(') {
     const auto end = behind.find(')');
-    if (end == std::string_view::npos || !trimmed(behind.substr(end + 1)).empty())
+    if (end == std::string_view::npos || !without_blanks(behind.substr(end + 1)).empty())
       return !fail("'" + name_ + "' is read in a line of its own, to its ')'");
     behind = behind.substr(0, end);
     for (std::size_t at = 0; at <= behind.size();) {
       const auto comma = std::min(behind.find(',', at), behind.size());
-      given_.emplace_back(trimmed(behind.substr(at, comma - at)));
+      given_.emplace_back(without_blanks(behind.substr(at, comma - at)));
       at = comma + 1;
     }
     return true;
@@ -378,7 +372,7 @@ std::vector<std::uint32_t> HoleCalls::never_called() const {
 bool HoleCalls::call_behind(std::string_view line, const Sink& sink) {
   if (!calls_.empty()) calls_.rbegin()->second = true;
   if (called_.empty()) return fail("a drilling cycle is called, and none that is read stands before it");
-  if (!trimmed(line).empty()) sink(line);
+  if (!without_blanks(line).empty()) sink(line);
   for (const std::string& one : called_) sink(one);
   return true;
 }

@@ -21,12 +21,6 @@ bool begins_as(const char* p, const char* end, const std::string& text) {
          std::equal(text.begin(), text.end(), p, [](char a, char b) { return upper(a) == upper(b); });
 }
 
-std::string trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return std::string(text);
-}
-
 bool match_letters(const char*& p, const char* end, const std::string& letters) {
   const char* s = p;
   for (const char letter : letters) {
@@ -277,13 +271,14 @@ bool LineScanner::scan_comment(const char*& p, const char* end, ParsedLine& out)
     const std::string_view rest(text, static_cast<std::size_t>(end - text));
     const auto close = comments.close.empty() ? rest.size() : rest.find(comments.close);
     if (close == std::string_view::npos) return false;
-    out.comments.push_back(trimmed(rest.substr(0, close)));
+    out.comments.emplace_back(without_blanks(rest.substr(0, close)));
     p = text + close + comments.close.size();
     return true;
   }
   for (const auto& mark : comments.also_read) {
     if (!starts_with(p, end, mark)) continue;
-    out.comments.push_back(trimmed({p + mark.size(), static_cast<std::size_t>(end - p) - mark.size()}));
+    out.comments.emplace_back(
+        without_blanks({p + mark.size(), static_cast<std::size_t>(end - p) - mark.size()}));
     p = end;
     return true;
   }
