@@ -101,9 +101,11 @@ void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double
         columns.put(static_cast<int>(lane), errors[of(lane)], varying);
       const auto tips = held.tips<T>(joints, sines_of, columns);
       const auto poses = held.poses<T>(joints, sines_of, columns);
+      const auto axes = held.axes<T>(sines_of, columns);
       for (std::size_t n = 0; n < lanes::kCount<T>; ++n) {
         const int lane = static_cast<int>(n);
         ASSERT_EQ(tips.known[lane], poses.known[lane]);
+        ASSERT_EQ(axes.known[lane], poses.known[lane]);
         ASSERT_TRUE(rad > 0.01 || poses.known[lane] != 0);
         if (poses.known[lane] == 0) continue;
         const Pose X_PT = forward(machine, q[of(n)], tool, errors[of(n)]);
@@ -113,6 +115,7 @@ void expect_the_same_held_and_in_pairs(const Machine& machine, double mm, double
         ASSERT_LT((vector(tips.tip_P) - X_PT.p).norm(), 1e-10);
         ASSERT_LT((vector(poses.tip_P) - X_PT.p).norm(), 1e-10);
         ASSERT_LT((vector(poses.axis_P) - X_PT.R.col(2)).norm(), 1e-13);
+        ASSERT_LT((vector(axes.axis_P) - X_PT.R.col(2)).norm(), 1e-13);
       }
     };
     expect_side_by_side.operator()<Lanes>();

@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "trunnion/effects/model.hpp"
@@ -16,7 +18,9 @@ class CourseErrors {
   /// `model` must outlive the object; where not all are courses it must not be asked.
   explicit CourseErrors(const ModelEvaluator& model) {
     if (!model.only_courses()) return;
-    const auto courses = model.courses();
+    std::vector<ModelEvaluator::LinkCourse> courses(model.courses().begin(), model.courses().end());
+    const auto behind = std::stable_partition(courses.begin(), courses.end(), turns);
+    turning_ = static_cast<std::size_t>(behind - courses.begin());
     courses_.reserve(courses.size());
     for (const ModelEvaluator::LinkCourse& at : courses) {
       TwistOf<T>& link = link_of(errors_, at.link);
@@ -32,40 +36,23 @@ class CourseErrors {
     }
     for (const ModelEvaluator::LinkCourse& at : courses) {
       TwistOf<T>& link = link_of(errors_, at.link);
-      link.turns = link.turns || at.course->component >= 3;
+      link.turns = link.turns || turns(at);
     }
   }
   CourseErrors(const CourseErrors&) = delete;
   CourseErrors& operator=(const CourseErrors&) = delete;
 
   /// At these positions: of links that vary, as ModelEvaluator::errors.
-  const ChainErrorsOf<T>& at(const JointsOf<T>& q) {
-    auto left = lanes::Mask<T>{};
-    for (const Course& one : courses_) {
-      const T& x = q[one.course->axis];
-      left |= ~((load(one.low) <= x) & (x < load(one.high)));
-    }
-    if (lanes::any(left)) find(q);
-    const T end = lanes::splat<T>(1.0);
-    for (const Course& one : courses_) {
-      const T low = load(one.low);
-      const T way = (q[one.course->axis] - low) / (load(one.high) - low);
-      // Beyond the last nodes their value is held.
-      const T up = lanes::select(way < 0.0, T{}, way);
-      const T t = lanes::select(up > 1.0, end, up);
-      const T value = (1.0 - t) * load(one.at_low) + t * load(one.at_high);
-      *one.to = one.is_first ? one.constant + value : *one.to + value;
-    }
-    return errors_;
-  }
+  const ChainErrorsOf<T>& at(const JointsOf<T>& q) { return look_up(courses_, q); }
+  /// The same, where only the rotations are asked for: the translations are left as they were.
+  const ChainErrorsOf<T>& rotations_at(const JointsOf<T>& q) { return look_up(turning(), q); }
+  /// The rotations hang on the position: else `rotations_at` looks nothing up.
+  bool rotations_vary() const { return turning_ > 0; }
   /// Where the range check has nothing to say.
-  lanes::Mask<T> inside(const JointsOf<T>& q) const {
-    lanes::Mask<T> inside = ~lanes::Mask<T>{};
-    for (const Course& one : courses_) {
-      const T& x = q[one.course->axis];
-      inside &= (x >= one.course->nodes.front()) & (x <= one.course->nodes.back());
-    }
-    return inside;
+  lanes::Mask<T> inside(const JointsOf<T>& q) const { return inside(courses_, q); }
+  /// The same of what `rotations_at` looks up.
+  lanes::Mask<T> rotations_inside(const JointsOf<T>& q) const {
+    return inside(std::span(courses_).first(turning_), q);
   }
 
  private:
@@ -79,10 +66,40 @@ class CourseErrors {
     Column at_low{}, at_high{};
   };
   static T load(const Column& column) { return lanes::load<T>(column.data()); }
+  static bool turns(const ModelEvaluator::LinkCourse& at) { return at.course->component >= 3; }
+  std::span<Course> turning() { return std::span(courses_).first(turning_); }
+
+  const ChainErrorsOf<T>& look_up(std::span<Course> courses, const JointsOf<T>& q) {
+    auto left = lanes::Mask<T>{};
+    for (const Course& one : courses) {
+      const T& x = q[one.course->axis];
+      left |= ~((load(one.low) <= x) & (x < load(one.high)));
+    }
+    if (lanes::any(left)) find(courses, q);
+    const T end = lanes::splat<T>(1.0);
+    for (const Course& one : courses) {
+      const T low = load(one.low);
+      const T way = (q[one.course->axis] - low) / (load(one.high) - low);
+      // Beyond the last nodes their value is held.
+      const T up = lanes::select(way < 0.0, T{}, way);
+      const T t = lanes::select(up > 1.0, end, up);
+      const T value = (1.0 - t) * load(one.at_low) + t * load(one.at_high);
+      *one.to = one.is_first ? one.constant + value : *one.to + value;
+    }
+    return errors_;
+  }
+  static lanes::Mask<T> inside(std::span<const Course> courses, const JointsOf<T>& q) {
+    lanes::Mask<T> inside = ~lanes::Mask<T>{};
+    for (const Course& one : courses) {
+      const T& x = q[one.course->axis];
+      inside &= (x >= one.course->nodes.front()) & (x <= one.course->nodes.back());
+    }
+    return inside;
+  }
 
   // Seldom asked for: of the positions that have left their piece.
-  [[gnu::noinline]] void find(const JointsOf<T>& q) {
-    for (Course& one : courses_) {
+  [[gnu::noinline]] static void find(std::span<Course> courses, const JointsOf<T>& q) {
+    for (Course& one : courses) {
       const StraightCourse& course = *one.course;
       for (std::size_t i = 0; i < lanes::kCount<T>; ++i) {
         const double x = q[course.axis][static_cast<int>(i)];
@@ -96,7 +113,8 @@ class CourseErrors {
     }
   }
 
-  std::vector<Course> courses_;
+  std::vector<Course> courses_;  // those that turn come first
+  std::size_t turning_ = 0;      // so many do
   ChainErrorsOf<T> errors_;
 };
 

@@ -43,6 +43,15 @@ class ErrorKinematics {
   TipsOf<T> tips(const JointsOf<T>& q, const TableKinematics::SinesOf<T>& sines,
                  const ChainErrorsOf<T>& errors) const;
 
+  /// The axes alone: of the errors only what turns is looked at.
+  template <class T>
+  struct AxesOf {
+    lanes::Triple<T> axis_P;
+    lanes::Mask<T> known;  // else an error turns by too much for this: `pose` has it
+  };
+  template <class T>
+  AxesOf<T> axes(const TableKinematics::SinesOf<T>& sines, const ChainErrorsOf<T>& errors) const;
+
   /// From now on the errors of all links but these are taken from here, not from what `pose` is given: what
   /// never changes is worked out once.
   void hold(const ChainErrors& constant, const ChainLinks& varying);
@@ -77,7 +86,7 @@ class ErrorKinematics {
   template <class T>
   struct Series;
   struct OneTool;
-  template <class T, bool kWithAxis>
+  template <class T, bool kWithTip, bool kWithAxis>
   struct ToolsOf;
   template <class Tool>
   void carry(Tool& tool) const;
@@ -119,28 +128,32 @@ struct ErrorKinematics::Series {
 };
 
 // The tool at a few positions side by side.
-template <class T, bool kWithAxis>
+template <class T, bool kWithTip, bool kWithAxis>
 struct ErrorKinematics::ToolsOf {
-  const JointsOf<T>& q;
+  const JointsOf<T>* q;  // none where no tip is carried
   const TableKinematics::SinesOf<T>& sines;
   const ChainErrorsOf<T>& errors;
   lanes::Triple<T> tip, axis;
   lanes::Mask<T> near = ~lanes::Mask<T>{};  // the series did for all errors
 
-  [[gnu::always_inline]] void move(const lanes::Triple<double>& v) { tip = tip + v; }
+  template <class V>
+  [[gnu::always_inline]] void move(const V& v) {
+    if (kWithTip) tip = tip + v;
+  }
   [[gnu::always_inline]] void advance(const Joint& joint, double sign) {
+    if (!kWithTip) return;
     const Vec3& n = joint.turn.direction();
-    const T by = sign * q[joint.id];
+    const T by = sign * (*q)[joint.id];
     tip = tip + by * lanes::Triple<double>{n.x(), n.y(), n.z()};
   }
   [[gnu::always_inline]] void turn_back(const AxisTurn& turn, std::size_t k) {
     const T sin = -sines.sin[k];
-    tip = turn.turned(tip, sin, sines.cos[k]);
+    if (kWithTip) tip = turn.turned(tip, sin, sines.cos[k]);
     if (kWithAxis) axis = turn.turned(axis, sin, sines.cos[k]);
   }
   [[gnu::always_inline]] void apply(const Held& held) {
     if (held.turns) {
-      tip = held.turned(tip);
+      if (kWithTip) tip = held.turned(tip);
       if (kWithAxis) axis = held.turned(axis);
     }
     if (held.moves) move(held.shift_mm);
@@ -152,11 +165,11 @@ struct ErrorKinematics::ToolsOf {
     const lanes::Triple<T> t = sign * twist.trans_mm;
     // Most errors do not turn anything.
     if (!twist.turns) {
-      tip = tip + t;
+      move(t);
       return;
     }
     const Series<T> series(sign * twist.rot_rad);
-    tip = series.displaced(tip, t);
+    if (kWithTip) tip = series.displaced(tip, t);
     if (kWithAxis) axis = series.turned(axis);
     near &= series.is_near();
   }
@@ -203,8 +216,8 @@ template <class T>
 ErrorKinematics::PosesOf<T> ErrorKinematics::poses(const JointsOf<T>& q,
                                                    const TableKinematics::SinesOf<T>& sines,
                                                    const ChainErrorsOf<T>& errors) const {
-  ToolsOf<T, true> tools{q, sines, errors, lanes::splat_vector<T>(tool_mm_),
-                         lanes::splat_vector<T>(Vec3::UnitZ())};
+  ToolsOf<T, true, true> tools{&q, sines, errors, lanes::splat_vector<T>(tool_mm_),
+                               lanes::splat_vector<T>(Vec3::UnitZ())};
   carry(tools);
   return {tools.tip, tools.axis, tools.near};
 }
@@ -214,10 +227,18 @@ ErrorKinematics::TipsOf<T> ErrorKinematics::tips(const JointsOf<T>& q,
                                                  const TableKinematics::SinesOf<T>& sines,
                                                  const ChainErrorsOf<T>& errors) const {
   const auto splat = [](double x) { return lanes::splat<T>(x); };
-  ToolsOf<T, false> tools{
-      q, sines, errors, {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())}, {}};
+  ToolsOf<T, true, false> tools{
+      &q, sines, errors, {splat(tool_mm_.x()), splat(tool_mm_.y()), splat(tool_mm_.z())}, {}};
   carry(tools);
   return {tools.tip, tools.near};
+}
+
+template <class T>
+ErrorKinematics::AxesOf<T> ErrorKinematics::axes(const TableKinematics::SinesOf<T>& sines,
+                                                 const ChainErrorsOf<T>& errors) const {
+  ToolsOf<T, false, true> tools{nullptr, sines, errors, {}, lanes::splat_vector<T>(Vec3::UnitZ())};
+  carry(tools);
+  return {tools.axis, tools.near};
 }
 
 }  // namespace trunnion

@@ -227,24 +227,26 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
   constexpr double kLeverTurn_rad = 2e-7;   // of the inner axis, a tenth of a usual one
   const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
   const auto axis_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
+  // The direction hangs on the position only where a rotation does.
+  const bool asks = !looks_up_ || of.courses.rotations_vary();
   const auto solve = [&](const lanes::Triple<T>& target_P) {
     const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, target_P, sines);
     q[kinematics_.linear(0)] = at.x;
     q[kinematics_.linear(1)] = at.y;
     q[kinematics_.linear(2)] = at.z;
   };
-  solve(tip_P + of.aim_P);
+  if (asks) solve(tip_P + of.aim_P);
   lanes::Mask<T> known = ~lanes::Mask<T>{};
-  if (looks_up_) known = of.courses.inside(q);
-  const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.at(q) : ask_each(few, q, of, known);
-  const auto poses = compensator_.with_errors().poses(q, sines, errors);
-  const lanes::Triple<T> off = axis_P - poses.axis_P;
+  if (looks_up_) known = of.courses.rotations_inside(q);
+  const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.rotations_at(q) : ask_each(few, q, of, known);
+  const auto axes = compensator_.with_errors().axes(sines, errors);
+  const lanes::Triple<T> off = axis_P - axes.axis_P;
   const lanes::Triple<T> outer_P = kinematics_.turned_back(1, of.chain.axis[0], sines);
   const std::array<T, 2> by = turns_towards(off, axis_P, outer_P, of.chain.axis[1]);
   // The turn of one changes what the other does: against that the inner one has its lever only.
   const T each = by[0] * by[1];
   const T lever2 = lanes::squared(lanes::cross(axis_P, of.chain.axis[1]));
-  known &= poses.known & (lanes::abs(by[0]) + lanes::abs(by[1]) <= kFirstOrder_rad) &
+  known &= axes.known & (lanes::abs(by[0]) + lanes::abs(by[1]) <= kFirstOrder_rad) &
            (each * each <= kLeverTurn_rad * kLeverTurn_rad * lever2);
   for (std::size_t k = 0; k < 2; ++k) {
     const AxisId id = kinematics_.rotary(k);
