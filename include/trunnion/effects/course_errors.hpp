@@ -18,7 +18,7 @@ class CourseErrors {
   /// `model` must outlive the object; where not all are courses it must not be asked.
   explicit CourseErrors(const ModelEvaluator& model) {
     if (!model.only_courses()) return;
-    std::vector<ModelEvaluator::LinkCourse> courses(model.courses().begin(), model.courses().end());
+    auto courses = model.courses();
     const auto behind = std::stable_partition(courses.begin(), courses.end(), turns);
     turning_ = static_cast<std::size_t>(behind - courses.begin());
     courses_.reserve(courses.size());
