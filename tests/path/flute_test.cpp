@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "path/bounds/closed_forms.hpp"
 #include "path/random_segments.hpp"
 #include "support/cases.hpp"
 #include "support/machines.hpp"
@@ -115,6 +116,41 @@ Reference beside(RandomSegments& random, const Segment& s) {
   const double off_mm = std::exp(random.uniform(std::log(1e-5), std::log(0.05)));
   return {s.a.tip_P + any(off_mm), s.b.tip_P + any(off_mm), (s.a.axis_P + any(off_mm / 50.0)).normalized(),
           (s.b.axis_P + any(off_mm / 50.0)).normalized()};
+}
+
+// Without a sine: the axis of a motion beside an arc whose ends stand a little off its own.
+TEST_P(FluteOf, AxisIsNoFartherFromItsArcThanTheTurnsTell) {
+  RandomSegments segments(test::shipped_machine(GetParam()), test::seed(20261126));
+  double tilted = 0.0;  // bound over the square of the turn, where the outer axis turns alone
+  for (int i = 0; i < test::cases(60000); ++i) {
+    const Segment s = segments.next(kFamilies[static_cast<std::size_t>(i) % kFamilies.size()],
+                                    kTurnSteps[static_cast<std::size_t>(i / 5) % 2]);
+    const TableKinematics& k = segments.kinematics();
+    const double most_off = std::pow(10.0, segments.uniform(-7.0, -2.0));
+    const auto beside = [&](const Vec3& u) {
+      const Vec3 by(segments.uniform(-1.0, 1.0), segments.uniform(-1.0, 1.0), segments.uniform(-1.0, 1.0));
+      return Vec3((u + most_off * by).normalized());
+    };
+    const Reference r{s.a.tip_P, s.b.tip_P, beside(s.a.axis_P), beside(s.b.axis_P)};
+    const double off = std::max((s.a.axis_P - r.axis0_P).norm(), (s.b.axis_P - r.axis1_P).norm());
+    const AxisMotion<double> motion = axis_motion(k, s.a, s.b);
+    const double bound = off_for_each_mm_up(motion, off);
+    const double turn = std::abs(motion.outer) + std::abs(motion.inner);
+    for (int j = 1; j < 16; ++j) {
+      const double t = j / 16.0;
+      const Vec3 u = k.pose(JointVector::interpolate(s.a.q, s.b.q, t)).axis_P;
+      ASSERT_LE((u - path_tool(r, t).axis_P).norm(), bound + 1e-13) << GetParam() << " " << i;
+    }
+    const AxisMotion<double> tilt{motion.outer, 0.0, motion.along_outer, motion.along_inner, motion.between};
+    if (std::abs(motion.outer) > 1e-3 && std::abs(motion.outer) < 0.05)
+      tilted = std::max(tilted, off_for_each_mm_up(tilt, 0.0) / (motion.outer * motion.outer));
+    // Two norms, that of the motion and that of the arc: a quarter of the square of the turn.
+    if (turn < 0.02) {
+      ASSERT_LE(bound, 1.05 * off + 0.25 * turn * turn + 1e-13);
+    }
+  }
+  // What is left of a tilt of an axis at right angles to the tool: here the norms are 0.25.
+  EXPECT_LT(tilted, 0.02);
 }
 
 // 1e8 with TRUNNION_SEGMENTS=100000000, or in smaller numbers with as many values of TRUNNION_SEED.

@@ -19,6 +19,12 @@ inline double tip_rounding(const TableKinematics& k, const Station& a, const Sta
   return tip_rounding(a.size_mm + b.size_mm, angles);
 }
 
+/// AxisMotion of the piece between two stations.
+inline AxisMotion<double> axis_motion(const TableKinematics& k, const Station& a, const Station& b) {
+  return {k.angle(b.q, 0) - k.angle(a.q, 0), k.angle(b.q, 1) - k.angle(a.q, 1),
+          k.direction(0).dot(k.spindle()), k.direction(1).dot(b.axis_P), k.direction(0).dot(k.direction(1))};
+}
+
 /// NormsOf of the piece between two stations.
 inline NormsOf<double> piece_norms(const TableKinematics& k, const Station& a, const Station& b) {
   const double way = (b.w - a.w).norm();

@@ -24,13 +24,25 @@ template <class T>
 struct ConstantsOf {
   lanes::Triple<T> w0, b, g, spindle;
   std::array<lanes::Triple<T>, 2> axis;
+  T along_outer, between;  // AxisMotion
+  T along_inner_fixed, along_inner_cos, along_inner_sin;
+
+  /// Component of the tool axis along the inner rotary axis: that turns about it, only the outer one tells.
+  T along_inner(const TableKinematics::SinesOf<T>& s) const {
+    return along_inner_fixed + along_inner_cos * s.cos[0] - along_inner_sin * s.sin[0];
+  }
 
   explicit ConstantsOf(const TableKinematics& k)
       : w0(of(k.constant(0))),
         b(of(k.constant(1))),
         g(of(k.constant(2))),
         spindle(of(k.spindle())),
-        axis{of(k.direction(0)), of(k.direction(1))} {}
+        axis{of(k.direction(0)), of(k.direction(1))},
+        along_outer(lanes::dot(axis[0], spindle)),
+        between(lanes::dot(axis[0], axis[1])),
+        along_inner_fixed(between * along_outer),
+        along_inner_cos(lanes::dot(axis[1], spindle) - along_inner_fixed),
+        along_inner_sin(lanes::dot(axis[1], lanes::cross(axis[0], spindle))) {}
 
  private:
   static lanes::Triple<T> of(const lanes::Triple<double>& v) {
@@ -153,17 +165,38 @@ T beyond_parabola(const T& M3) {
 /// sine. Near half a turn between the ends it would lose digits.
 inline constexpr double kBisectorTurn = 1.0;
 
-/// How far a point 1 mm up the tool is at most off its place because of the axis, mm: `off_axis` at the ends
-/// of a motion, and what axis and arc leave their chords by in between, where the places of the path run
-/// evenly. `turn`: of both rotary axes together; the chord of the arc is no longer than that of the axis and
-/// twice what the ends are off, and an angle up to 1 rad no larger than 1.05 chords.
+/// What the bow of the tool axis over a motion of the rotary axes hangs on.
 template <class T>
-T off_for_each_mm_up(const T& turn, const T& off_axis) {
-  constexpr double kAngleOverChord = 1.05;
+struct AxisMotion {
+  T outer, inner;  // by which they turn, rad
+  T along_outer;   // component of the tool axis along the outer one: the same everywhere
+  T along_inner;   // along the inner one, where the motion ends
+  T between;       // cosine of the angle between both: the same everywhere
+};
+
+/// How far a point 1 mm up the tool is at most off its place because of the axis, mm: `off_axis` at the ends
+/// of a motion, and what axis and arc leave each other by in between, where the places of the path run
+/// evenly. No sine is asked for. README, "The axis beside its arc".
+template <class T>
+T off_for_each_mm_up(const AxisMotion<T>& motion, const T& off_axis) {
   constexpr double kNotKnown = 1e300;
+  const T& al = motion.outer;
+  const T& ga = motion.inner;
+  const T both = lanes::abs(T(al * ga));
+  const T turn = lanes::abs(al) + lanes::abs(ga);
+  // Of the turn w the part along the tool axis, and the speed of the axis, |w x u|: at the end, and anywhere.
+  const T along = al * motion.along_outer + ga * motion.along_inner;
+  const T speed2 = al * al + ga * ga + 2.0 * motion.between * al * ga - along * along;
+  const T most_along = lanes::abs(along) + both;
+  const T change = both + most_along * turn;
+  const T speed = lanes::sqrt(lanes::select(speed2 > 0.0, speed2, T{})) + change;
+  const T sideways = most_along * speed + both;
+  // The arc's own speed differs by so much at most.
   const T chord = turn + 2.0 * off_axis;
-  const T arc = kAngleOverChord * chord;
-  const T most = off_axis + (turn * turn + arc * arc) / 8.0;
+  const T unlike = change + 0.5 * turn * turn + 2.0 * off_axis + chord * chord * chord * (1.0 / 21.0);
+  const T arc = turn + unlike;
+  const T inwards = unlike * (turn + arc);
+  const T most = off_axis + (sideways + inwards + arc * arc * off_axis) / (8.0 - arc * arc);
   return lanes::select(chord <= 1.0, most, lanes::splat<T>(kNotKnown));
 }
 
@@ -194,6 +227,11 @@ struct MotionsOf {
     const T D = lanes::sqrt(T(lanes::squared(way(last.w, to.w))));
     return {
         outer, inner, D, D, larger(last.arm2_outer, to.arm2_outer), larger(last.arm2_inner, to.arm2_inner)};
+  }
+  /// To positions at which the tool axis has this component along the inner one.
+  static AxisMotion<T> of_axis(const ConstantsOf<T>& chain, const PlaceOf<T>& last, const PlaceOf<T>& to,
+                               const T& along_inner) {
+    return {turned(last, to, 0), turned(last, to, 1), chain.along_outer, along_inner, chain.between};
   }
   /// Of axis k, the outer one 0; from where a vector was to where it is.
   static T turned(const PlaceOf<T>& last, const PlaceOf<T>& to, std::size_t k) {

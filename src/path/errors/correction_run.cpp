@@ -53,9 +53,10 @@ struct CorrectionRun::Work {
   std::array<Of<Lanes>, 2> two;  // of the halves of the run
   Of<Quads> four;
   double flute_mm = 0.0;
-  double word_turn_rad = 0.0;     // by which rounding of the rotary words turns the tool at most
-  std::vector<double> axis_off;   // of the points, by which the tool axis is off at most
-  std::vector<double> beside_mm;  // NominalPlace::beside_mm
+  double word_turn_rad = 0.0;       // by which rounding of the rotary words turns the tool at most
+  std::vector<double> axis_off;     // of the points, by which the tool axis is off at most
+  std::vector<double> along_inner;  // AxisMotion, of the nominal machine
+  std::vector<double> beside_mm;    // NominalPlace::beside_mm
 
   Work(const TableKinematics& kinematics, const Rounding& rounding, const ModelEvaluator& model)
       : two{Of<Lanes>(kinematics, rounding, model), Of<Lanes>(kinematics, rounding, model)},
@@ -96,6 +97,7 @@ void CorrectionRun::begin(std::size_t count, double tolerance_mm, double flute_m
   arm2_inner_mm2_.resize(count + kRoom);
   bow_mm_.resize(count + kRoom);
   work_->axis_off.assign(count + kRoom, 0.0);
+  work_->along_inner.assign(count + kRoom, 0.0);
   work_->beside_mm.assign(count + kRoom, 0.0);
   for (Of<Lanes>& half : work_->two) half.begin();
   work_->four.begin();
@@ -200,8 +202,11 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   const T arm =
       lanes::sqrt(lanes::squared(lanes::cross(of.chain.axis[1], target_P - of.chain.g))) + word_radius_mm_;
   store(first, q, T(arm * arm));
-  for (std::size_t pair = 0; pair < kTogether / 2; ++pair)
+  const T along_inner = of.chain.along_inner(sines);
+  for (std::size_t pair = 0; pair < kTogether / 2; ++pair) {
     lanes::store(work_->axis_off.data() + first[pair], pair_of(axis_off, pair));
+    lanes::store(work_->along_inner.data() + first[pair], pair_of(along_inner, pair));
+  }
   const lanes::Triple<T> aim_P = target_P - tip_P;
   const lanes::Triple<T> next_P{second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
   if (all) {
@@ -379,7 +384,9 @@ void CorrectionRun::bend() {
     if (flute_mm > 0.0) {
       const T beside_mm = larger_of_ends(work_->beside_mm, i);
       const T off_axis = larger_of_ends(work_->axis_off, i) + (2.0 / flute_mm) * beside_mm;
-      bow_mm += beside_mm + flute_mm * off_for_each_mm_up<T>(motions.outer + motions.inner, off_axis);
+      const AxisMotion<T> axis =
+          motions.of_axis(of.chain, of.last, to, lanes::load<T>(&work_->along_inner[i]));
+      bow_mm += beside_mm + flute_mm * off_for_each_mm_up<T>(axis, off_axis);
     }
     lanes::store(&bow_mm_[i], bow_mm);
     of.last = to;

@@ -12,6 +12,7 @@ template <class T>
 struct GridRun::Place : PlaceOf<T> {
   lanes::Triple<T> tip_P;
   T off2_mm2, off2_axis;
+  T along_inner;  // AxisMotion
 
   // In place: as a copy of a dozen vectors it would take longer than its bounds.
   void put(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const std::array<T, 2>& turned,
@@ -26,6 +27,7 @@ struct GridRun::Place : PlaceOf<T> {
     tip_P = station.tip_P;
     off2_mm2 = lanes::squared(tip_P - wanted_P);
     off2_axis = lanes::squared(station.axis_P - axis_P);
+    along_inner = chain.along_inner(sines);
   }
 };
 
@@ -165,8 +167,9 @@ void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
   const T off2_axis = larger(last.off2_axis, to.off2_axis);
   T left = tolerance_.tip_mm - bow;
   if (tolerance_.flute.length_mm > 0.0) {
+    const AxisMotion<T> axis = motions.of_axis(work_->of<T>().chain, last, to, to.along_inner);
     const T flute_left = tolerance_.flute.off_mm - bow -
-                         tolerance_.flute.length_mm * off_for_each_mm_up<T>(turn, lanes::sqrt(off2_axis));
+                         tolerance_.flute.length_mm * off_for_each_mm_up<T>(axis, lanes::sqrt(off2_axis));
     left = lanes::smaller<T>(left, flute_left);
   }
   const T left_axis = axis_limit - turn * turn / 8.0;

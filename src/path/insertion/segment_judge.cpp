@@ -120,12 +120,11 @@ bool SegmentJudge::flute_surely_within(const Station& a, const Station& b) const
   if (off2 > limit_mm * limit_mm) return false;
   const double off2_axis =
       std::max((a.axis_P - reference_.axis0_P).squaredNorm(), (b.axis_P - reference_.axis1_P).squaredNorm());
-  double turn = 0.0;
-  for (std::size_t k = 0; k < 2; ++k)
-    turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+  const AxisMotion<double> axis = axis_motion(kinematics(), a, b);
+  const double turn = std::abs(axis.outer) + std::abs(axis.inner);
   const double off_axis = std::sqrt(off2_axis);
   const double off_mm = std::sqrt(off2) + (options_.straight_tip ? 0.0 : certifier_.bow_from_norms(a, b)) +
-                        tolerance_.flute.length_mm * off_for_each_mm_up(turn, off_axis);
+                        tolerance_.flute.length_mm * off_for_each_mm_up(axis, off_axis);
   return off_mm <= limit_mm && off_axis + turn * turn / 8.0 <= tolerance_.axis.rad() * 2.0 / kPi;
 }
 

@@ -67,13 +67,12 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
       std::max((a.tip_P - ends.a->tip_P).squaredNorm(), (b.tip_P - ends.b->tip_P).squaredNorm());
   const double off2_axis =
       std::max((a.axis_P - ends.a->axis_P).squaredNorm(), (b.axis_P - ends.b->axis_P).squaredNorm());
-  double turn = 0.0;
-  for (std::size_t k = 0; k < 2; ++k)
-    turn += std::abs(kinematics().angle(b.q, k) - kinematics().angle(a.q, k));
+  const AxisMotion<double> axis = axis_motion(kinematics(), a, b);
+  const double turn = std::abs(axis.outer) + std::abs(axis.inner);
   double left = tolerance.tip_mm - bow;
   if (tolerance.flute.length_mm > 0.0)
     left = std::min(left, tolerance.flute.off_mm - (options_.straight_tip ? 0.0 : bow) -
-                              tolerance.flute.length_mm * off_for_each_mm_up(turn, std::sqrt(off2_axis)));
+                              tolerance.flute.length_mm * off_for_each_mm_up(axis, std::sqrt(off2_axis)));
   const double left_axis = tolerance.axis.rad() * 2.0 / kPi - turn * turn / 8.0;
   const bool surely = predictor_is_below_truth_ && left >= 0.0 && off2 <= left * left && left_axis >= 0.0 &&
                       off2_axis <= left_axis * left_axis;
