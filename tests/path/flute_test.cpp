@@ -142,7 +142,8 @@ TEST_P(FluteOf, AxisIsNoFartherFromItsArcThanTheTurnsTell) {
       ASSERT_LE((u - path_tool(r, t).axis_P).norm(), bound + 1e-13) << GetParam() << " " << i;
     }
     const AxisMotion<double> tilt{motion.outer, 0.0, motion.along_outer, motion.along_inner, motion.between};
-    if (std::abs(motion.outer) > 1e-3 && std::abs(motion.outer) < 0.05)
+    const bool tilts = std::abs(motion.along_outer) < 1e-6;  // the tool, at right angles
+    if (tilts && std::abs(motion.outer) > 1e-3 && std::abs(motion.outer) < 0.05)
       tilted = std::max(tilted, off_for_each_mm_up(tilt, 0.0) / (motion.outer * motion.outer));
     // Two norms, that of the motion and that of the arc: a quarter of the square of the turn.
     if (turn < 0.02) {

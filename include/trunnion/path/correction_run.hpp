@@ -66,6 +66,8 @@ class CorrectionRun {
   using Firsts = std::array<std::size_t, 2>;  // of their points
   template <class T>
   struct Of;
+  template <class T>
+  struct Wanted;
   struct Work;
   // How far a stretch of motions goes: of each axis the least and the largest position, and the longest way.
   struct Box {
@@ -76,8 +78,8 @@ class CorrectionRun {
   template <class T>
   void add_few(const std::size_t* first, const NominalPlace* few, Of<T>& of);
   template <class T>
-  lanes::Mask<T> turn(const NominalPlace* few, JointsOf<T>& q, TableKinematics::SinesOf<T>& sines,
-                      Of<T>& of) const;
+  lanes::Mask<T> turn(const NominalPlace* few, const Wanted<T>& wanted, JointsOf<T>& q,
+                      TableKinematics::SinesOf<T>& sines, Of<T>& of) const;
   template <class T>
   void store(const std::size_t* first, const JointsOf<T>& q, const T& arm2);
   template <class T>

@@ -76,7 +76,8 @@ class GridRun {
   template <class T>
   void set_out(const Point& before);
   template <class T>
-  void judge(std::size_t i, const Place<T>& last, const Place<T>& to);
+  void judge(std::size_t i, const Place<T>& last, const Place<T>& to,
+             const TableKinematics::SinesOf<T>& sines);
   template <class T>
   void look_closer(std::size_t i);
 

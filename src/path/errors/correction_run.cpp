@@ -27,6 +27,12 @@ Lanes pair_of(const Quads& v, std::size_t k) {
 
 }  // namespace
 
+// What is prescribed; the axis where the flute counts.
+template <class T>
+struct CorrectionRun::Wanted {
+  lanes::Triple<T> tip_P, axis_P;
+};
+
 // What is the same for all, as it is calculated with, and what is known from the pairs before.
 template <class T>
 struct CorrectionRun::Of {
@@ -145,12 +151,18 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   for (AxisId id = 0; id < kMaxAxes; ++id)
     q[id] = lanes::collect<T>([&](std::size_t n) { return (*few[n].q)[id]; });
   const std::array<AxisId, 3> linear{kinematics_.linear(0), kinematics_.linear(1), kinematics_.linear(2)};
+  const bool has_flute = work_->flute_mm > 0.0;
+  Wanted<T> wanted{lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; }),
+                   {}};
+  const lanes::Triple<T>& tip_P = wanted.tip_P;
   lanes::Mask<T> known = ~lanes::Mask<T>{};
-  if (work_->flute_mm > 0.0) known = turn<T>(few, q, sines, of);
+  if (has_flute) {
+    wanted.axis_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
+    known = turn<T>(few, wanted, q, sines, of);
+  }
   const lanes::Mask<T> turned = known;
   const lanes::Triple<T> nominal{q[linear[0]], q[linear[1]], q[linear[2]]};
   if (looks_up_) known &= of.courses.inside(q);
-  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
   lanes::Triple<T> target_P = tip_P + of.aim_P;
   const auto solve = [&](JointsOf<T>& to) {
     const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, target_P, sines);
@@ -164,14 +176,13 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   const ErrorKinematics& machine = compensator_.with_errors();
   ErrorKinematics::TipsOf<T> tips;
   T axis_off{};
-  if (work_->flute_mm > 0.0) {
+  if (has_flute) {
     const auto poses = machine.poses(q, sines, errors);
     tips = {poses.tip_P, poses.known};
-    const auto axis_P =
-        lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
     // The last step of the linear axes changes the errors, the tip's by less than it is converged to: those
     // of the axis by less than that for each mm of an arm that is longer.
-    axis_off = lanes::sqrt(lanes::squared(poses.axis_P - axis_P)) + compensator_.options().converged_mm;
+    axis_off =
+        lanes::sqrt(lanes::squared(poses.axis_P - wanted.axis_P)) + compensator_.options().converged_mm;
   } else {
     tips = machine.tips(q, sines, errors);
   }
@@ -202,8 +213,8 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   const T arm =
       lanes::sqrt(lanes::squared(lanes::cross(of.chain.axis[1], target_P - of.chain.g))) + word_radius_mm_;
   store(first, q, T(arm * arm));
-  const T along_inner = of.chain.along_inner(sines);
-  for (std::size_t pair = 0; pair < kTogether / 2; ++pair) {
+  const T along_inner = has_flute ? of.chain.along_inner(sines) : T{};
+  for (std::size_t pair = 0; has_flute && pair < kTogether / 2; ++pair) {
     lanes::store(work_->axis_off.data() + first[pair], pair_of(axis_off, pair));
     lanes::store(work_->along_inner.data() + first[pair], pair_of(along_inner, pair));
   }
@@ -226,12 +237,11 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
 // moved by da = -(n_A x u) dA and dc = -(n_C x u) dC. The words are rounded, and the linear axes put the tip
 // right for them. Not known: a step so large that its square counts.
 template <class T>
-lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
+lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, const Wanted<T>& wanted, JointsOf<T>& q,
                                    TableKinematics::SinesOf<T>& sines, Of<T>& of) const {
   constexpr double kFirstOrder_rad = 3e-4;  // half its square is a twentieth of the finest angle word
   constexpr double kLeverTurn_rad = 2e-7;   // of the inner axis, a tenth of a usual one
-  const auto tip_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].tip_P; });
-  const auto axis_P = lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return *few[n].axis_P; });
+  const lanes::Triple<T>& axis_P = wanted.axis_P;
   // The direction hangs on the position only where a rotation does.
   const bool asks = !looks_up_ || of.courses.rotations_vary();
   const auto solve = [&](const lanes::Triple<T>& target_P) {
@@ -240,7 +250,7 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
     q[kinematics_.linear(1)] = at.y;
     q[kinematics_.linear(2)] = at.z;
   };
-  if (asks) solve(tip_P + of.aim_P);
+  if (asks) solve(wanted.tip_P + of.aim_P);
   lanes::Mask<T> known = ~lanes::Mask<T>{};
   if (looks_up_) known = of.courses.rotations_inside(q);
   const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.rotations_at(q) : ask_each(few, q, of, known);
@@ -259,7 +269,7 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, JointsOf<T>& q,
     q[id] = of.grid.rounded(id, T(before + by[k]));
     turn_on(sines.sin[k], sines.cos[k], T(q[id] - before));
   }
-  solve(tip_P);
+  solve(wanted.tip_P);
   return known;
 }
 

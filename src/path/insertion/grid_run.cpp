@@ -12,7 +12,6 @@ template <class T>
 struct GridRun::Place : PlaceOf<T> {
   lanes::Triple<T> tip_P;
   T off2_mm2, off2_axis;
-  T along_inner;  // AxisMotion
 
   // In place: as a copy of a dozen vectors it would take longer than its bounds.
   void put(const TableKinematics& kinematics, const ConstantsOf<T>& chain, const std::array<T, 2>& turned,
@@ -27,7 +26,6 @@ struct GridRun::Place : PlaceOf<T> {
     tip_P = station.tip_P;
     off2_mm2 = lanes::squared(tip_P - wanted_P);
     off2_axis = lanes::squared(station.axis_P - axis_P);
-    along_inner = chain.along_inner(sines);
   }
 };
 
@@ -149,14 +147,15 @@ void GridRun::add_few(std::size_t i, const Few& few) {
     sines_[i + n] = {{sines.sin[0][lane], sines.sin[1][lane]}, {sines.cos[0][lane], sines.cos[1][lane]}};
   }
   of.next().put(kinematics_, of.chain, angle, sines, linear, tip_P, axis_P);
-  judge(i, of.now(), of.next());
+  judge(i, of.now(), of.next(), sines);
   of.at = 1 - of.at;
 }
 
 // The first bounds of SegmentRefiner::decide: the curve within its norms of the chord, and the chord, whose
 // ends stand as far off as they do, within the rest of the tolerance.
 template <class T>
-void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
+void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to,
+                    const TableKinematics::SinesOf<T>& sines) {
   const auto larger = [](const T& before, const T& now) -> T {
     return lanes::larger(across(before, now), now);
   };
@@ -167,7 +166,8 @@ void GridRun::judge(std::size_t i, const Place<T>& last, const Place<T>& to) {
   const T off2_axis = larger(last.off2_axis, to.off2_axis);
   T left = tolerance_.tip_mm - bow;
   if (tolerance_.flute.length_mm > 0.0) {
-    const AxisMotion<T> axis = motions.of_axis(work_->of<T>().chain, last, to, to.along_inner);
+    const ConstantsOf<T>& chain = work_->of<T>().chain;
+    const AxisMotion<T> axis = motions.of_axis(chain, last, to, chain.along_inner(sines));
     const T flute_left = tolerance_.flute.off_mm - bow -
                          tolerance_.flute.length_mm * off_for_each_mm_up<T>(axis, lanes::sqrt(off2_axis));
     left = lanes::smaller<T>(left, flute_left);
