@@ -161,7 +161,6 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
     known = turn<T>(few, wanted, q, sines, of);
   }
   const lanes::Mask<T> turned = known;
-  const lanes::Triple<T> nominal{q[linear[0]], q[linear[1]], q[linear[2]]};
   if (looks_up_) known &= of.courses.inside(q);
   lanes::Triple<T> target_P = tip_P + of.aim_P;
   const auto solve = [&](JointsOf<T>& to) {
@@ -202,7 +201,9 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
     all = all && pairs[n] != 0;
   }
   std::memcpy(&known, pairs.data(), sizeof(known));
-  const T correction2 = lanes::squared(found - nominal);
+  // By which the linear axes move: what is asked of the tip, since the chain turns that and keeps its length.
+  const lanes::Triple<T> aim_P = target_P - tip_P;
+  const T correction2 = lanes::squared(aim_P);
   of.correction2_mm2 = lanes::larger(of.correction2_mm2, lanes::select(known, correction2, T{}));
   of.error2_mm2 = lanes::larger(of.error2_mm2, lanes::select(known, error2, T{}));
   q[linear[0]] = of.grid.rounded(linear[0], found.x);
@@ -218,7 +219,6 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
     lanes::store(work_->axis_off.data() + first[pair], pair_of(axis_off, pair));
     lanes::store(work_->along_inner.data() + first[pair], pair_of(along_inner, pair));
   }
-  const lanes::Triple<T> aim_P = target_P - tip_P;
   const lanes::Triple<T> next_P{second_ones(aim_P.x), second_ones(aim_P.y), second_ones(aim_P.z)};
   if (all) {
     of.aim_P = next_P;
@@ -243,14 +243,12 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, const Wanted<T>& wan
   constexpr double kLeverTurn_rad = 2e-7;   // of the inner axis, a tenth of a usual one
   const lanes::Triple<T>& axis_P = wanted.axis_P;
   // The direction hangs on the position only where a rotation does.
-  const bool asks = !looks_up_ || of.courses.rotations_vary();
-  const auto solve = [&](const lanes::Triple<T>& target_P) {
-    const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, target_P, sines);
+  if (!looks_up_ || of.courses.rotations_vary()) {
+    const lanes::Triple<T> at = linear_positions(kinematics_, of.chain, wanted.tip_P + of.aim_P, sines);
     q[kinematics_.linear(0)] = at.x;
     q[kinematics_.linear(1)] = at.y;
     q[kinematics_.linear(2)] = at.z;
-  };
-  if (asks) solve(wanted.tip_P + of.aim_P);
+  }
   lanes::Mask<T> known = ~lanes::Mask<T>{};
   if (looks_up_) known = of.courses.rotations_inside(q);
   const ChainErrorsOf<T>& errors = looks_up_ ? of.courses.rotations_at(q) : ask_each(few, q, of, known);
@@ -269,7 +267,6 @@ lanes::Mask<T> CorrectionRun::turn(const NominalPlace* few, const Wanted<T>& wan
     q[id] = of.grid.rounded(id, T(before + by[k]));
     turn_on(sines.sin[k], sines.cos[k], T(q[id] - before));
   }
-  solve(wanted.tip_P);
   return known;
 }
 

@@ -83,10 +83,16 @@ std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end
 }
 
 // The path's axis turns at nearly all points: that is asked first.
-bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const {
+inline bool PlainMotions::axis_stands(std::size_t i) const {
   const Chunk& chunk = *work_.now.chunk;
   const Vec3& before_P = i > 0 ? chunk.motions[i - 1].point.pose.axis_P : chunk.before.axis_P;
-  if (chunk.motions[i].point.pose.axis_P != before_P) return false;
+  const Vec3& axis_P = chunk.motions[i].point.pose.axis_P;
+  return axis_P.x() == before_P.x() && axis_P.y() == before_P.y() && axis_P.z() == before_P.z();
+}
+
+// Where the path's axis stands, too.
+bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const {
+  const Chunk& chunk = *work_.now.chunk;
   const JointVector& before = i > 0 ? chunk.joints[i - 1] : chunk.before.q;
   return !work_.same_rotary(from, to) && work_.same_rotary(chunk.joints[i], before);
 }
@@ -105,7 +111,7 @@ std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t en
     const JointVector* const from = &known.joints[k - 1];
     const JointVector& q = known.joints[k];
     if ((from != last && !same_joints(*from, *last)) || same_joints(q, *from) ||
-        !work_.axis_words.are_within_travel(q) || (turns_tool && turns_idly(i, *from, q)))
+        !work_.axis_words.are_within_travel(q) || (turns_tool && axis_stands(i) && turns_idly(i, *from, q)))
       break;
     last = &q;
     ++count;

@@ -25,7 +25,9 @@ class PlainMotions {
   Result<void> add(PlainRun& run, std::size_t i);
   std::size_t add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s);
   bool goes_on(std::size_t i, double feed_mm_s) const;
-  /// Motion `i` turns the axes by its correction alone.
+  /// The path's tool axis is the same before motion `i` and behind it.
+  bool axis_stands(std::size_t i) const;
+  /// Such a motion turns the axes by its correction alone.
   bool turns_idly(std::size_t i, const JointVector& from, const JointVector& to) const;
   const JointVector* known_correction(std::size_t number) const;
   Result<void> add_corrected(PlainRun& run, const path::Point& to, const Vec3& tip_P, std::size_t i,
