@@ -81,7 +81,7 @@ Result<std::string> measured(TraceImport& command, const trace::Trace& trace, co
   const auto report = post::verify(std::move(*path), {std::move(*program), command.program}, files.machine,
                                    files.controller, options, diagnostics);
   if (!report) return tl::unexpected(report.error());
-  const auto plan = plan_of({command.against, options, *report}, files.machine);
+  const auto plan = plan_of({command.against, files, options, *report});
   if (!plan) return tl::unexpected(plan.error());
   return trace::measurements_of(trace, files.machine, *plan, command.how);
 }

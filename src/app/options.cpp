@@ -213,8 +213,11 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--choice", choice,
                "choice among the rotary solutions: global, combined, largest, sum or axis:NAME")
       ->capture_default_str();
-  c.add_option("--feed", feed, "inverse time or per minute")
-      ->check(CLI::IsMember({"inverse", "per-minute"}))
+  c.add_option("--feed", feed,
+               "inverse time or per minute; as-programmed: F is not cut to what the axes reach where the "
+               "machine file says how fast they accelerate")
+      ->check(CLI::IsMember(
+          {"inverse", "per-minute", "as-programmed", "inverse,as-programmed", "per-minute,as-programmed"}))
       ->capture_default_str();
   c.add_option("--default-feed-mm-min", default_feed_mm_min, "feed of motions before any FEDRAT")
       ->check(above_zero())
@@ -341,9 +344,10 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
     return fail(ErrorCode::wrong_use,
                 "--choice: '" + choice + "' is none of global, combined, largest, sum, axis:NAME");
   }
-  out.feed = rtcp                ? post::FeedOutput::tip
-             : feed == "inverse" ? post::FeedOutput::inverse
-                                 : post::FeedOutput::per_minute;
+  out.feed = rtcp                             ? post::FeedOutput::tip
+             : feed.starts_with("per-minute") ? post::FeedOutput::per_minute
+                                              : post::FeedOutput::inverse;
+  out.feeds_within_reach = !feed.ends_with("as-programmed");
   out.rtcp = rtcp;
   out.tools = tools.resolve(std::nullopt);
   out.largest_correction_mm = largest_correction_mm;
@@ -358,7 +362,7 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   if (!cycles.empty()) out.native_cycles = cycles == "native";
   out.pole = pole.resolve();
   out.default_feed_mm_s = default_feed_mm_min / kSecondsPerMinute;
-  out.retract_mm = retract_mm;
+  out.retract.way_mm = retract_mm;
   out.verify = !no_verify;
   out.cl = reading.resolve();
   return out;

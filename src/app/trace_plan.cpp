@@ -1,29 +1,35 @@
 #include "app/trace_plan.hpp"
 
 #include "trunnion/base/files.hpp"
-#include "trunnion/machine/motion_time.hpp"
 #include "trunnion/post/cl_points.hpp"
+#include "trunnion/post/plan_of_control.hpp"
 
 namespace trunnion::app {
 namespace {
 
 // What accelerating adds to each block; what a corner adds stands with the block behind it.
-void add_accelerations(const Machine& machine, std::optional<double> smoothing_mm, trace::Plan& plan) {
-  if (!MotionTime::is_known(machine)) return;
-  MotionTime time(machine, smoothing_mm);
-  trace::PlannedBlock* before = nullptr;
+void add_accelerations(std::optional<MotionPlan> control, trace::Plan& plan) {
+  if (!control) return;
+  std::vector<trace::PlannedBlock*> added;
+  const trace::PlannedBlock* before = nullptr;
   for (trace::PlannedBlock& block : plan.blocks) {
-    if (before != nullptr && (block.unknown || before->dwell_s > 0.0)) before->more_s += time.stop();
-    if (before != nullptr && !block.unknown)
-      block.more_s = time.go(before->q, block.q, block.seconds) - block.seconds;
+    if (before != nullptr && (block.unknown || before->dwell_s > 0.0)) control->stop();
+    if (before != nullptr && !block.unknown && block.seconds > 0.0) {
+      control->add({before->q, block.q, block.seconds, block.rapid});
+      added.push_back(&block);
+    }
     before = &block;
   }
-  if (before != nullptr) before->more_s += time.stop();
+  control->stop();
+  std::vector<BlockRun> runs;
+  control->settle(added.size(), runs);
+  for (std::size_t i = 0; i < runs.size(); ++i) added[i]->more_s = runs[i].seconds - added[i]->seconds;
 }
 
 }  // namespace
 
-Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine) {
+Result<trace::Plan> plan_of(const TracedProgram& program) {
+  const Machine& machine = program.files.machine;
   trace::Plan plan;
   plan.tolerance_mm = program.options.tolerance_mm;
   plan.axis_tolerance_rad = program.options.axis_tolerance.rad();
@@ -40,7 +46,8 @@ Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine
   for (const post::VerifiedBlock& b : program.report.blocks)
     plan.blocks.push_back(
         {b.q, b.length_mm, b.seconds, 0.0, b.dwell_s, b.nc_line, b.cl_line, b.rapid, b.tcp, b.unknown});
-  add_accelerations(machine, program.options.smoothing_mm, plan);
+  add_accelerations(post::plan_of_control(machine, program.files.controller, program.options.smoothing_mm),
+                    plan);
   if (const ModelEvaluator* truth = program.options.truth; truth != nullptr) {
     const Vec3 datum_P = datum_shift_P(machine, *truth);
     plan.pose = [&machine, truth, datum_P](const JointVector& q, const Vec3& tool_mm) {

@@ -7,6 +7,7 @@
 #include "trunnion/trace/compare.hpp"
 
 #include "app/against_options.hpp"
+#include "app/options.hpp"
 
 namespace trunnion::app {
 
@@ -14,12 +15,13 @@ namespace trunnion::app {
 /// again.
 struct TracedProgram {
   const AgainstOptions& against;
+  const MachineFiles& files;
   const post::VerifyOptions& options;
   const post::VerifyReport& report;
 };
 
-/// `machine` and what the program refers to must outlive the plan.
-Result<trace::Plan> plan_of(const TracedProgram& program, const Machine& machine);
+/// What the program refers to must outlive the plan.
+Result<trace::Plan> plan_of(const TracedProgram& program);
 
 /// The trace of a file, in the form of `trace::parse_trace`.
 Result<trace::Trace> load_trace(const std::string& file, const Machine& machine, Diagnostics& diagnostics);

@@ -78,12 +78,13 @@ void print_trace(const trace::TraceReport& trace, double tolerance_mm) {
 
 // What the control really did; nothing without a trace.
 Result<std::optional<trace::TraceReport>> hold_against(const VerifyCommand& command,
-                                                       const TracedProgram& program, const Machine& machine,
+                                                       const TracedProgram& program,
                                                        Diagnostics& diagnostics) {
+  const Machine& machine = program.files.machine;
   if (command.of_run.trace.empty()) return std::nullopt;
   const auto trace = load_trace(command.of_run.trace, machine, diagnostics);
   if (!trace) return tl::unexpected(trace.error());
-  const auto plan = plan_of(program, machine);
+  const auto plan = plan_of(program);
   if (!plan) return tl::unexpected(plan.error());
   trace::CompareOptions options;
   options.course = !command.result.report.empty();
@@ -125,7 +126,7 @@ ExitCode run(VerifyCommand& command) {
                         in.files.controller, options, diagnostics);
   }();
   if (!report) return print_failure(diagnostics, report.error());
-  const auto traced = hold_against(command, {command.against, options, *report}, machine, diagnostics);
+  const auto traced = hold_against(command, {command.against, in.files, options, *report}, diagnostics);
   if (!traced) return print_failure(diagnostics, traced.error());
   print(diagnostics);
   print_report(*report);

@@ -6,21 +6,37 @@
 #include "trunnion/base/units.hpp"
 
 namespace trunnion {
+namespace {
+
+// Two blocks at a time: each has half of the acceleration.
+constexpr double kBlendingShare = 2.0;
+
+}  // namespace
 
 bool MotionTime::is_known(const Machine& machine) {
   return std::all_of(machine.axes.begin(), machine.axes.end(),
                      [](const Axis& axis) { return axis.acceleration.has_value(); });
 }
 
+double MotionTime::square_seconds(const JointVector& from, const JointVector& to) const {
+  double square_s = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id)
+    square_s = std::max(square_s, std::abs(to[id] - from[id]) / *machine_.axes[id].acceleration);
+  return square_s;
+}
+
+double MotionTime::least_seconds(const JointVector& from, const JointVector& to) const {
+  return std::sqrt(blend_mm_ ? kBlendingShare * square_seconds(from, to) : square_seconds(from, to));
+}
+
 double MotionTime::go(const JointVector& from, const JointVector& to, double seconds) {
-  double square_s = 0.0;  // of the time in which the block could be begun and half run
+  double square_s = square_seconds(from, to);
   double linear2_mm2 = 0.0;
   double rotary2_rad2 = 0.0;
   Vec3 way = Vec3::Zero();
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const Axis& axis = machine_.axes[id];
     const double by = to[id] - from[id];
-    square_s = std::max(square_s, std::abs(by) / *axis.acceleration);
     if (axis.kind == AxisKind::linear) {
       linear2_mm2 += by * by;
       way += by * axis.direction;
@@ -31,8 +47,7 @@ double MotionTime::go(const JointVector& from, const JointVector& to, double sec
   if (square_s == 0.0) return seconds;
   if (!blend_mm_)
     return seconds * seconds > square_s ? seconds + square_s / seconds : 2.0 * std::sqrt(square_s);
-  // Two blocks at a time: each has half of the acceleration.
-  square_s *= 2.0;
+  square_s *= kBlendingShare;
   const double lasts_s = std::max(seconds, std::sqrt(square_s));
   Block block;
   block.length = linear2_mm2 > 0.0 ? std::sqrt(linear2_mm2) : std::sqrt(rotary2_rad2) * kDegreePerRad;

@@ -77,6 +77,7 @@ Program::Program(std::unique_ptr<cl::TextSource> source, const PostJob& job, con
       errors_before_(diagnostics.error_count()),
       pipeline_(job, options),
       read_back_(job, options, sink, pipeline_.errors()),
+      feeds_(job, options),
       intake_(job, options, pipeline_.quantum(), store_),
       records_(path_of(std::move(source), job, options, diagnostics)) {}
 
@@ -145,25 +146,33 @@ std::unique_ptr<Chunk> Program::next() {
   return nullptr;
 }
 
+void Program::look_ahead(Chunk& chunk) {
+  if (feeds_.is_on()) feeds_.change(chunk);
+}
+
 void Program::emit(Chunk& chunk) {
-  if (!emit_failure_) {
-    if (auto done = pipeline_.emit(chunk); !done) emit_failure_ = done.error();
+  // There is none before the first.
+  if (feeds_.is_on() && chunk.is_empty()) return;
+  if (!failures_.emit) {
+    if (auto done = pipeline_.emit(chunk); !done) failures_.emit = done.error();
   }
-  if (emit_failure_) chunk.clear();  // nothing of it goes on
+  if (failures_.emit) chunk.clear();  // nothing of it goes on
 }
 
 void Program::pass_on(Chunk& chunk) {
   // Of a chunk whose text could not be made nothing is left.
-  if (pass_on_failure_ || (chunk.text.empty() && chunk.motions.empty())) return;
-  if (auto done = read_back_.pass_on(chunk); !done) pass_on_failure_ = done.error();
+  if (failures_.pass_on || (chunk.text.empty() && chunk.motions.empty())) return;
+  if (auto done = read_back_.pass_on(chunk); !done) failures_.pass_on = done.error();
 }
 
-std::array<Program::Stage, 3> Program::stages(std::function<void(Chunk&)> prepare) {
+std::array<Program::Stage, 4> Program::stages(std::function<void(Chunk&)> prepare) {
   return {
       // Points on the word grid and inserted between them, errors of the machine that hang on the place
       // alone:
       // nothing here asks for another chunk, and it takes the most time.
       Stage{Stage::Order::any, std::move(prepare)},
+      // What comes behind a block decides how fast it can be: the chunk that goes on is the one before.
+      Stage{Stage::Order::of_file, [this](Chunk& chunk) { look_ahead(chunk); }},
       // Blocks and their text. Words are modal, and lost motion, lags and rewinds hang on what came before.
       Stage{Stage::Order::of_file, [this](Chunk& chunk) { emit(chunk); }},
       // The text is read back and judged behind all that shaped it; then it may go out.
@@ -175,7 +184,7 @@ void Program::run_in_turn() {
   PreparerOfTool preparer(job_, options_, pipeline_);
   const auto all = stages([&](Chunk& chunk) { preparer.prepare(chunk); });
   while (auto chunk = next()) {
-    if (emit_failure_ || pass_on_failure_) continue;
+    if (failures_.emit || failures_.pass_on) continue;
     for (const Stage& stage : all) stage.work(*chunk);
     store_.give_back(std::move(chunk));
   }
@@ -211,6 +220,13 @@ void Program::run_in_parallel() {
 }
 
 Result<PostReport> Program::finish() {
+  if (feeds_.is_on()) {
+    Chunk last = feeds_.take_last();
+    emit(last);
+    pass_on(last);
+    if (failures_.emit || failures_.pass_on)
+      return tl::unexpected(failures_.emit ? *failures_.emit : *failures_.pass_on);
+  }
   Chunk end;
   if (auto done = pipeline_.finish(intake_, end); !done) return tl::unexpected(done.error());
   if (auto done = read_back_.pass_on(end); !done) return tl::unexpected(done.error());
@@ -233,8 +249,8 @@ Result<PostReport> Program::run() {
     out = tl::unexpected(*records_->read_failure());
   } else if (diagnostics_.error_count() > errors_before_) {
     out = tl::unexpected(diagnostics_.first_error());
-  } else if (emit_failure_ || pass_on_failure_) {
-    out = tl::unexpected(pass_on_failure_ ? *pass_on_failure_ : *emit_failure_);
+  } else if (failures_.emit || failures_.pass_on) {
+    out = tl::unexpected(failures_.pass_on ? *failures_.pass_on : *failures_.emit);
   } else {
     out = finish();
   }

@@ -8,6 +8,7 @@
 #include "trunnion/cl/reader.hpp"
 #include "trunnion/post/post.hpp"
 
+#include "post/feeds/feed_ahead.hpp"
 #include "post/intake/intake.hpp"
 #include "post/judging/read_back.hpp"
 #include "post/making/pipeline.hpp"
@@ -40,7 +41,8 @@ class Program {
     std::function<void(Chunk&)> work;
   };
   /// All stages behind the intake, in their order. `prepare`: the first of them, of the thread at hand.
-  std::array<Stage, 3> stages(std::function<void(Chunk&)> prepare);
+  std::array<Stage, 4> stages(std::function<void(Chunk&)> prepare);
+  void look_ahead(Chunk& chunk);
   void emit(Chunk& chunk);
   void pass_on(Chunk& chunk);
   Result<PostReport> finish();
@@ -53,6 +55,7 @@ class Program {
   std::size_t errors_before_;
   Pipeline pipeline_;
   ReadBack read_back_;
+  FeedAhead feeds_;
   ChunkStore store_;
   Intake intake_;
   std::unique_ptr<cl::RecordSource> records_;
@@ -60,8 +63,9 @@ class Program {
   std::array<cl::PlainCut, Intake::kMostCuts> cuts_;
   bool ended_ = false;
   bool choice_failed_ = false;
-  std::optional<Error> emit_failure_;
-  std::optional<Error> pass_on_failure_;
+  struct Failures {
+    std::optional<Error> emit, pass_on;
+  } failures_;
 };
 
 }  // namespace trunnion::post

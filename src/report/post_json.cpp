@@ -99,7 +99,12 @@ ordered_json verify_object(const post::VerifyReport& r) {
   out["rapid_blocks"] = r.rapid_blocks;
   out["duration_s"] = r.duration_s;
   out["estimated_s"] = nullptr;
-  if (r.estimated_s) out["estimated_s"] = *r.estimated_s;
+  if (r.estimated_s) {
+    out["estimated_s"] = *r.estimated_s;
+    out["feeds_not_reached"] = r.feeds_not_reached;
+    out["max_feed_excess"] = r.max_feed_excess;
+    out["max_feed_excess_nc_line"] = r.max_feed_excess_nc_line;
+  }
   out["max_axis_speed_ratio"] = r.max_speed_ratio;
   out["axis_speeds_ok"] = r.speeds_ok();
   out["blocks_too_fast"] = r.too_fast_count;

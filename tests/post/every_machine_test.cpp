@@ -197,8 +197,17 @@ std::string around_worst(const VerifyReport& v, const std::string& nc) {
   return out;
 }
 
-void random_options_everywhere(int each, bool errors) {
+// Slow and fast machines: ramps of many blocks, and of none.
+void accelerate(Machine& machine, std::mt19937_64& random) {
+  for (Axis& axis : machine.axes) {
+    const double slowest = axis.kind == AxisKind::linear ? 50.0 : 0.5;
+    axis.acceleration = slowest * std::pow(100.0, std::uniform_real_distribution<double>(0.0, 1.0)(random));
+  }
+}
+
+void random_options_everywhere(int each, bool errors, bool accelerates) {
   std::mt19937_64 random(72);
+  std::size_t feeds = 0, feeds_not_reached = 0;
   std::size_t programs = 0;
   std::size_t refused_by_verification = 0;
   std::map<std::string, std::size_t> refused;
@@ -206,8 +215,11 @@ void random_options_everywhere(int each, bool errors) {
     for (const std::string& control : test::shipped_controllers()) {
       const nc::Controller shipped = test::shipped_controller(control);
       for (int i = 0; i < each; ++i) {
-        const RandomPost job = random_post(name, random);
+        RandomPost job = random_post(name, random);
         PostOptions options = random_options(shipped, random);
+        if (accelerates) accelerate(job.machine, random);
+        if (accelerates && i % 4 == 0 && !shipped.continuous_within.empty())
+          options.smoothing_mm = options.tolerance_mm;
         if (errors) {
           // Lost motion is the control's own to take up under tool-centre-point control, and rapids are not
           // divided for errors: both are refused where the tolerance does not hold them.
@@ -227,12 +239,15 @@ void random_options_everywhere(int each, bool errors) {
         ++programs;
         const VerifyReport& v = *p.report->verification;
         const bool taken = v.passed();
+        feeds += v.feed_blocks;
+        feeds_not_reached += v.feeds_not_reached;
         refused_by_verification += !taken;
         // Nobody has edited it: what is not its path is as the CL file asks for it.
         for (std::size_t k = 0; k < kChecks; ++k) {
           const auto of = static_cast<CheckOf>(k);
           if (of == CheckOf::path || of == CheckOf::rapids) continue;
-          EXPECT_NE(v.checks[k].state, Check::State::failed) << name_of(of);
+          EXPECT_NE(v.checks[k].state, Check::State::failed)
+              << name_of(of) << (v.checks[k].places.empty() ? "" : " " + v.checks[k].places[0].what);
         }
         EXPECT_TRUE(taken || only_sampled_short(v, options))
             << job.cl << "tip " << v.certified_tip_deviation_mm << " of " << options.tolerance_mm
@@ -249,6 +264,7 @@ void random_options_everywhere(int each, bool errors) {
   }
   for (const auto& [why, count] : refused) std::cout << count << "  " << why << "\n";
   std::cout << programs << " programs, " << refused_by_verification << " refused by their verification\n";
+  if (accelerates) std::cout << feeds_not_reached << " of " << feeds << " feeds not reached\n";
   EXPECT_GT(programs, test::shipped_machines().size() * test::shipped_controllers().size() *
                           static_cast<std::size_t>(each) * 9 / 10);
 }
@@ -256,8 +272,14 @@ void random_options_everywhere(int each, bool errors) {
 // Options are chosen by people, each for its own reason: whatever they combine is a program that its
 // verification takes, or an error by name.
 TEST(EveryMachine, RandomOptionsMakeProgramsThatVerify) {
-  random_options_everywhere(test::cases(10), false);
-  random_options_everywhere(test::cases(5), true);
+  random_options_everywhere(test::cases(10), false, false);
+  random_options_everywhere(test::cases(5), true, false);
+}
+
+// Feeds that the axes reach, whatever else is asked for.
+TEST(EveryMachine, RandomOptionsOnAxesThatAccelerateMakeProgramsThatVerify) {
+  random_options_everywhere(test::cases(10), false, true);
+  random_options_everywhere(test::cases(5), true, true);
 }
 
 // Words of a micrometre and a thousandth of a degree, the tip 200 mm away from A: a digit of A is more at the
@@ -317,11 +339,16 @@ TEST(EveryMachine, FourLanesWriteWhatTwoWrite) {
 }
 
 TEST(LongEveryMachine, RandomOptionsMakeProgramsThatVerify) {
-  random_options_everywhere(test::cases(200, "TRUNNION_CASES"), false);
+  random_options_everywhere(test::cases(200, "TRUNNION_CASES"), false, false);
 }
 
 TEST(LongEveryMachine, RandomOptionsAndErrorsMakeProgramsThatVerify) {
-  random_options_everywhere(test::cases(50, "TRUNNION_CASES"), true);
+  random_options_everywhere(test::cases(50, "TRUNNION_CASES"), true, false);
+}
+
+TEST(LongEveryMachine, RandomOptionsOnAxesThatAccelerateMakeProgramsThatVerify) {
+  random_options_everywhere(test::cases(100, "TRUNNION_CASES"), false, true);
+  random_options_everywhere(test::cases(50, "TRUNNION_CASES"), true, true);
 }
 
 TEST(LongEveryMachine, RandomPathsOnEveryControlKeepTravelAndSpeed) {

@@ -17,6 +17,8 @@ class MotionTime {
   /// The machine file says of every axis how fast it accelerates.
   static bool is_known(const Machine& machine);
 
+  /// By its words a block lasts no less, or its speed is not reached.
+  double least_seconds(const JointVector& from, const JointVector& to) const;
   /// A block that lasts `seconds` by its words; needs is_known. Gives what it adds to the time: of itself,
   /// and of the corner before it.
   double go(const JointVector& from, const JointVector& to, double seconds);
@@ -30,6 +32,8 @@ class MotionTime {
     double speed = 0.0;
     double acceleration = 0.0;
   };
+  /// Square of the time in which a block could be begun and half run by all of its acceleration.
+  double square_seconds(const JointVector& from, const JointVector& to) const;
   /// Speed of `before` from which on the next block takes over.
   double corner_speed(const Block& before, const Block& next) const;
 

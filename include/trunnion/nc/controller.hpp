@@ -116,6 +116,9 @@ struct Controller {
     std::optional<double> max_inverse_time;  // 1/min
     /// Lowest rate of X Y Z that the control keeps in inverse time, mm/s: slower blocks run faster than told.
     std::optional<double> min_linear_rate_mm_s;
+    /// Where it goes on from block to block it slows down in time for what many blocks ahead ask for
+    /// (MotionPlan); false: it looks one block ahead.
+    bool looks_ahead = true;
   } feed;
 
   /// Coordinates as distances from where the axis stands.

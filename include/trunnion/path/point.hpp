@@ -21,6 +21,8 @@ struct Point {
   /// Where the tip is put beside `tip_P`, mm: nodes of two-sided placement, moved programmed points. A
   /// compensation aims at tip_P + beside_P.
   Vec3 beside_P = Vec3::Zero();
+  /// Share of the speed that is asked for, which the block that ends here can have: above 0, to 1.
+  double pace = 1.0;
 };
 
 /// The grid on which the NC words stand. A quantum of 0 leaves that axis as it is.

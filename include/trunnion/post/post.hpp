@@ -35,12 +35,17 @@ struct PostOptions {
   path::ChoiceMethod choice = path::ChoiceMethod::global;
   std::string choice_axis = "C";
   FeedOutput feed = FeedOutput::inverse;
+  /// F says no more than the axes reach, where the machine file says of every axis how fast it accelerates
+  /// (MotionPlan); false: as the CL file asks for, and as fast as axes are.
+  bool feeds_within_reach = true;
   /// For CL files without FEDRAT before their first feed move: warned about once.
   double default_feed_mm_s = 250.0 / kSecondsPerMinute;
   /// Where the rotary axes must turn back while cutting: how far the tool leaves along its axis, and how
   /// fast.
-  double retract_mm = 50.0;
-  double retract_feed_mm_s = 5000.0 / kSecondsPerMinute;
+  struct Retract {
+    double way_mm = 50.0;
+    double feed_mm_s = 5000.0 / kSecondsPerMinute;
+  } retract;
   /// Near the pole; without a tolerance no tool axis is changed.
   path::PoleOptions pole;
   /// 3+2: a run of motions with one tool axis is written in a tilted plane of the control (G68.2, CYCLE800,
@@ -117,7 +122,7 @@ struct PostReport {
   double worst_programmed_mm = 0.0;  // midpoint error of the path as programmed
   path::ChoiceSummary choice;
   double duration_s = 0.0;
-  double feed_time_lost_s = 0.0;  // by axis speed limits
+  double feed_time_lost_s = 0.0;  // by speed and acceleration of the axes
   /// Blocks in which rotary axes turn and from which X Y Z words were left out that only rounding had
   /// changed: no F of the control says the duration of such a path.
   std::size_t blocks_held = 0;

@@ -174,10 +174,16 @@ struct WordFigures {
 
 struct RunTimes {
   double duration_s = 0.0;  // of the blocks, read back from their feeds and the rapid rates
-  /// The same where the axes need time to get up and down (MotionTime); nothing: the machine file does not
+  /// The same where the axes need time to get up and down (MotionPlan); nothing: the machine file does not
   /// say of every axis how fast it accelerates. Ways that nobody knows (behind a retract) count as
   /// `duration_s` has them.
   std::optional<double> estimated_s;
+  /// Feed blocks whose F asks for more speed than the axes reach in them, accelerating as they can: by more
+  /// than 3 %. None where `estimated_s` is not known.
+  std::size_t feeds_not_reached = 0;
+  /// Largest speed that an F asks for over the speed that the axes reach in its block; 1 where they reach it.
+  double max_feed_excess = 1.0;
+  std::uint32_t max_feed_excess_nc_line = 0;  // 0: no F asks for more
 };
 
 struct VerifyReport : CutFigures, WordFigures, RunTimes {

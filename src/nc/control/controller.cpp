@@ -128,6 +128,7 @@ void read_motion(Section& root, Controller& c) {
     if (auto v = s.find_number("max_per_minute")) c.feed.max_per_minute = *v;
     if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
     if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
+    c.feed.looks_ahead = s.flag_or("looks_ahead", c.feed.looks_ahead);
   });
   in_section(root, "incremental", [&](Section& s) {
     using P = Placeholder;

@@ -46,7 +46,7 @@ BlockFeed FeedPlanner::in_mode(nc::FeedMode mode, const ControlTimes::Way& way, 
 
 BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   const double tip_s = move.tip_mm / feed_mm_s;
-  const double seconds = std::max(tip_s, move.axes_s);
+  const double seconds = std::max(tip_s, move.axes_s) / move.pace;
   const bool inverse = inverse_ && axes().turns(move.a, move.b);
   const ControlTimes::Way way = times_.way(move.a, move.b, move.tcp_way_mm);
   const auto in = [&](nc::FeedMode mode) {
@@ -55,8 +55,12 @@ BlockFeed FeedPlanner::plan(const Move& move, double feed_mm_s) const {
   const double programmed_s = way.length / feed_mm_s;
   const bool as_programmed =
       !way.rotary_only && is_way_of_tip(way.length, move.tip_mm) && programmed_s >= move.axes_s;
-  if (as_programmed && (move.tcp_way_mm || !axes().turns(move.a, move.b)))
-    return in_mode(nc::FeedMode::per_minute, way, move.axes_s, programmed_s, feed_mm_s);
+  if (as_programmed && (move.tcp_way_mm || !axes().turns(move.a, move.b))) {
+    BlockFeed out =
+        in_mode(nc::FeedMode::per_minute, way, move.axes_s, programmed_s / move.pace, feed_mm_s * move.pace);
+    out.lost_s = programmed_s / move.pace - programmed_s;
+    return out;
+  }
   BlockFeed out = in(inverse ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute);
   if (inverse && (out.runs_away() || out.seconds < move.axes_s)) {
     // Below the lowest rate of inverse time; a feed per minute has none.

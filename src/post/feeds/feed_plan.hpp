@@ -54,9 +54,10 @@ class FeedPlanner {
     double tip_mm = 0.0;  // way of the tip relative to the part
     std::optional<double> tcp_way_mm;
     double axes_s = 0.0;  // see AxisRates::slowest_axis_s
+    double pace = 1.0;    // share of its speed, as it was planned (FeedAhead)
   };
-  /// Duration: the tip's at `feed_mm_s`, or that of the slowest axis; where the tip hardly moves it is the
-  /// axes that need time. F is rounded so that no axis exceeds its speed.
+  /// Duration: the tip's at `feed_mm_s`, or that of the slowest axis, over the pace; where the tip hardly
+  /// moves it is the axes that need time. F is rounded so that no axis exceeds its speed.
   BlockFeed plan(const Move& move, double feed_mm_s) const;
   BlockFeed plan(const JointVector& a, const JointVector& b, double tip_mm, double feed_mm_s) const {
     return plan({a, b, tip_mm, std::nullopt, axes().slowest_axis_s(a, b)}, feed_mm_s);
@@ -65,6 +66,7 @@ class FeedPlanner {
   struct Stop {
     const JointVector* q;
     const Vec3* tip_P;
+    double pace = 1.0;  // of the block that ends here, as Move has it
   };
   /// The mode of a block in which rotary axes turn.
   nc::FeedMode run_mode() const { return inverse_ ? nc::FeedMode::inverse_time : nc::FeedMode::per_minute; }

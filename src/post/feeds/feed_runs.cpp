@@ -29,6 +29,7 @@ template <class T>
 struct FeedPlanner::Place {
   std::array<T, kMaxAxes> q;
   lanes::Triple<T> tip_P;
+  T pace;
 
   /// Those from `first` on; the last one stands for those that are not there.
   Place(std::span<const Stop> stops, std::size_t first) {
@@ -36,6 +37,7 @@ struct FeedPlanner::Place {
     for (std::size_t k = 0; k < at.size(); ++k) at[k] = &stops[std::min(first + k, stops.size() - 1)];
     for (AxisId id = 0; id < kMaxAxes; ++id)
       q[id] = lanes::collect<T>([&](std::size_t k) { return (*at[k]->q)[id]; });
+    pace = lanes::collect<T>([&](std::size_t k) { return at[k]->pace; });
     tip_P = lanes::collect_vectors<T>([&](std::size_t k) -> const Vec3& { return *at[k]->tip_P; });
   }
   /// Where the blocks to `to` begin when these came before.
@@ -52,6 +54,7 @@ struct FeedPlanner::Ways {
   T tip2_mm2;
   T linear2_mm2;
   T rotary2_rad2;
+  T pace;
   T axes_s;  // at least what the slowest axis needs
   std::array<T, kMaxAxes> axis;
 
@@ -76,6 +79,7 @@ void FeedPlanner::measure(const Place<T>& from, const Place<T>& to, Ways<T>& out
     out.axes_s = lanes::larger(out.axes_s, T(lanes::abs(by) * axes().slowness()[id]));
   }
   out.tip2_mm2 = lanes::squared(to.tip_P - from.tip_P);
+  out.pace = to.pace;
 }
 
 /// What is the same for all blocks of a run.
@@ -122,15 +126,15 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
                                  : way.linear2_mm2);
   T axes_s = way.axes_s;
   T wanted_s = tip_s;
-  out.lost_s = T{};
   const T programmed_s = length / rules.feed_mm_s;
   bool slowed = lanes::any(lanes::Mask<T>(axes_s > tip_s));
   if constexpr (!kInverse) slowed = slowed || lanes::any(lanes::Mask<T>(axes_s > programmed_s));
   if (slowed) {
     axes_s = way.slowest_s(axes().cutting());
     wanted_s = lanes::larger(tip_s, axes_s);
-    out.lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(wanted_s - tip_s), T{});
   }
+  wanted_s /= way.pace;
+  out.lost_s = lanes::select(tip_s > kTipMoves * axes_s, T(wanted_s - tip_s), T{});
   T rate;
   if constexpr (kInverse) {
     wanted_s = lanes::larger(wanted_s, lanes::splat<T>(rules.least_s));
@@ -141,9 +145,9 @@ void FeedPlanner::plan_few(const RunRules& rules, const Ways<T>& way, FewFeeds<T
     const T differ_mm = lanes::larger(lanes::splat<T>(rounding_mm_), T(kSameWay * tip_mm));
     const lanes::Mask<T> as_programmed =
         (way.rotary2_rad2 == 0.0) & (lanes::abs(T(length - tip_mm)) <= differ_mm) & (programmed_s >= axes_s);
-    rate = lanes::select(as_programmed, lanes::splat<T>(rules.feed_mm_s), T(length / wanted_s));
-    wanted_s = lanes::select(as_programmed, programmed_s, wanted_s);
-    out.lost_s = lanes::select(as_programmed, T{}, out.lost_s);
+    rate = lanes::select(as_programmed, T(rules.feed_mm_s * way.pace), T(length / wanted_s));
+    wanted_s = lanes::select(as_programmed, T(programmed_s / way.pace), wanted_s);
+    out.lost_s = lanes::select(as_programmed, T(wanted_s - programmed_s), out.lost_s);
     rate = lanes::select(most < rate, most, rate);
   }
   const T scaled = rate * kSecondsPerMinute * rules.scale;

@@ -23,6 +23,7 @@ struct Pending {
   cl::Feed feed;
   Vec3 programmed_axis_P = Vec3::UnitZ();
   bool step = false;  // cl::Motion::step
+  double pace = 1.0;  // path::Point::pace
 };
 
 /// What is said before a motion.
@@ -82,6 +83,7 @@ struct Chunk {
     out.tip_P = motions[i].point.pose.tip_P;
     out.axis_P = motions[i].point.pose.axis_P;
     out.where = motions[i].point.where;
+    out.pace = motions[i].pace;
     return out;
   }
   /// Under which the segment that ends at motion `i` was prepared.
@@ -96,6 +98,8 @@ struct Chunk {
     if (segment.report < 0) return {};
     return {inserted.data() + segment.first, reports[static_cast<std::size_t>(segment.report)].inserted};
   }
+
+  bool is_empty() const { return motions.empty() && events.empty() && !failure; }
 
   /// Empty, with the memory that it has. What was chosen stays until it is chosen anew.
   void clear() {

@@ -2,9 +2,9 @@
 #include <optional>
 #include <vector>
 
-#include "trunnion/machine/motion_time.hpp"
 #include "trunnion/post/verify.hpp"
 
+#include "post/judging/reached_feeds.hpp"
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
 #include "post/run_time_values.hpp"
@@ -19,8 +19,6 @@ struct MachineAsRun {
                     ? std::optional<OffsetTracker>(std::in_place, *o.offsets, unlimited(o.offset_limits))
                     : std::nullopt),
         values(controller),
-        time(MotionTime::is_known(machine) ? std::optional<MotionTime>(std::in_place, machine, o.smoothing_mm)
-                                           : std::nullopt),
         state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
               o.temperatures) {}
 
@@ -34,7 +32,7 @@ struct MachineAsRun {
 
   std::optional<OffsetTracker> offsets;
   RunTimeValues values;
-  std::optional<MotionTime> time;  // where the machine file says how fast its axes accelerate
+  std::optional<ReachedFeeds> feeds;  // where the machine file says how fast its axes accelerate
   ProgramState state;
 };
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/post/plan_of_control.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -31,7 +32,8 @@ MachineJudge::MachineJudge(JudgedMachine judged, const WordsInForce& words, Path
       as_run_(judged_.machine, judged_.controller, options()),
       record_(options()) {
   put_in_spindle(words.tool.length_mm);
-  if (as_run_.time) record_.report.estimated_s = 0.0;
+  if (auto plan = plan_of_control(judged_.machine, judged_.controller, options().smoothing_mm))
+    as_run_.feeds.emplace(std::move(*plan), record_.report);
   at_once_.quiet = QuietRun(path_.limits());
 }
 
@@ -44,6 +46,7 @@ void MachineJudge::lead(MachineJudge& other) {
 
 void MachineJudge::judge_program() {
   program_judge_.emplace(judged_.machine, judged_.controller, options(), points());
+  if (as_run_.feeds) as_run_.feeds->tell(*program_judge_);
 }
 
 // --- blocks, in their turn ---
@@ -168,7 +171,7 @@ void MachineJudge::step(const nc::Dwell& dwell) {
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
   if (!record_.report.blocks.empty()) record_.report.blocks.back().dwell_s += seconds;
-  if (as_run_.time) *record_.report.estimated_s += as_run_.time->stop() + seconds;
+  if (as_run_.feeds) as_run_.feeds->wait(seconds);
   elapse(seconds);
 }
 
@@ -180,7 +183,7 @@ void MachineJudge::step(const nc::Retract&) {
 
 void MachineJudge::step(const nc::Spindle& spindle) {
   trail_.clear();
-  if (as_run_.time) *record_.report.estimated_s += as_run_.time->stop();
+  if (as_run_.feeds) as_run_.feeds->wait(0.0);
   as_run_.state.spindle(static_cast<double>(spindle.rpm));
 }
 
@@ -227,6 +230,7 @@ void MachineJudge::step(const BlockEnd& end) {
   if (!(is_leaders && sharing_.same_words && leader->axes_.travel.is_within())) check_limits(v);
   meter().place_at_station(v, v.q, as_run_.state);
   if (options().collect && ends_.has_previous) record_.path_mm += (v.tip_P - ends_.previous->tip_P).norm();
+  const bool was_away = progress_.away;
   if (!progress_.started) {
     start(v);
   } else if (v.rapid) {
@@ -235,23 +239,19 @@ void MachineJudge::step(const BlockEnd& end) {
     feed(v);
   }
   const double seconds = sharing_.same_block ? seconds_of_leader(v) : block_seconds(v);
-  if (as_run_.time) {
-    const bool is_known_way = ends_.has_previous && !v.from_unknown;
-    *record_.report.estimated_s +=
-        is_known_way ? as_run_.time->go(ends_.previous->q, v.q, seconds) : as_run_.time->stop() + seconds;
-  }
   if (!record_.report.blocks.empty()) record_.report.blocks.back().seconds = seconds;
   if (!trail_.blocks.empty()) trail_.blocks.back().seconds = seconds;
   if (options().truth != nullptr && !meter().is_fixed())
     as_run_.state.move_to(v.q, seconds);  // nothing else asks for it
   elapse(seconds);
+  const bool is_known = ends_.has_previous && !v.from_unknown;
   if (program_judge_) {
-    const bool is_known = ends_.has_previous && !v.from_unknown;
     program_judge_->lasts(
         is_known ? pace_of(*ends_.previous, v, seconds, ends_.last.speed_ratio * ends_.last.seconds)
                  : Pace{0.0, 0.0, 0.0, 0.0, v.feed_mode, v.feed},
         v.nc_line);
   }
+  if (as_run_.feeds) reach(v, seconds, is_known, v.rapid || was_away || progress_.away);
   ends_.go_on();
 }
 
@@ -260,6 +260,12 @@ void MachineJudge::step(const BlockEnd& end) {
 void MachineJudge::elapse(double seconds) {
   record_.report.duration_s += seconds;
   as_run_.elapse(seconds);
+}
+
+void MachineJudge::reach(const Vertex& v, double seconds, bool is_known, bool apart) {
+  const auto slow = program_judge_ ? program_judge_->take_slow() : std::nullopt;
+  if (!is_known) return as_run_.feeds->wait(seconds);
+  as_run_.feeds->add({ends_.previous->q, v.q, seconds, apart, v.feed, v.nc_line}, slow);
 }
 
 Pace MachineJudge::pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const {
@@ -650,7 +656,7 @@ VerifyReport MachineJudge::finish(const WordFigures& words, std::uint32_t nc_lin
   // CL points behind the last block were met if the tool stands there (a repeated point), else they are
   // missed.
   VerifyReport& report = record_.report;
-  if (as_run_.time) *report.estimated_s += as_run_.time->stop();
+  if (as_run_.feeds) as_run_.feeds->finish();
   for (std::size_t i = progress_.started ? path_.next() : 0; i < points().size(); ++i) {
     const Target& target = points()[i];
     const Angle allowed =

@@ -185,6 +185,8 @@ class MachineJudge {
   void check_speed(const Vertex& v, double seconds);
   void check_limits(const Vertex& v);
   void report_travel();
+  /// The block at hand, which lasts so long, on axes that accelerate.
+  void reach(const Vertex& v, double seconds, bool is_known, bool apart);
   Pace pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const;
 
   // Along the CL path.

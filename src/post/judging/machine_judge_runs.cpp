@@ -42,8 +42,8 @@ std::size_t MachineJudge::take(const nc::MotionRun& run, bool may) {
 bool MachineJudge::may_take_run() const {
   const Vertex& from = *ends_.previous;
   const bool stands_on_path = progress_.started && ends_.has_previous && from.placed && !progress_.away;
-  return stands_on_path && waiting_.holds_none() && !as_run_.offsets && !as_run_.time && !options().collect &&
-         meter().may_bow(from, from) && meter().kinematics().side_by_side();
+  return stands_on_path && waiting_.holds_none() && !as_run_.offsets && !as_run_.feeds &&
+         !options().collect && meter().may_bow(from, from) && meter().kinematics().side_by_side();
 }
 
 const RunEnds& MachineJudge::ends_of(const nc::MotionRun& run) {
@@ -307,6 +307,7 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
       program_judge_->lasts(pace_of(from, v, seconds, axes_.times.axes().slowest_axis_s(from.q, v.q)),
                             v.nc_line);
     }
+    if (program_judge_) program_judge_->take_slow();  // it was asked about when it was at hand first
     path_.go_to(hit ? Place{place.segment + 1, 0.0, 0.0, place.off_tip_mm, place.off_axis} : place);
     record_.end_cut(v, points()[place.segment + 1].line, hit || passed_point);
     as_run_.move_to(v.q, seconds);

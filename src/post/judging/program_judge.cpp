@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/motion_time.hpp"
 #include "trunnion/nc/axis_words.hpp"
 
 #include "post/feeds/feed_plan.hpp"
@@ -71,7 +72,8 @@ ProgramJudge::ProgramJudge(const Machine& machine, const nc::Controller& control
       points_(points),
       told_(controller),
       work_offset_(machine.work_offset),
-      adds_length_(machine.output_point == OutputPoint::tip) {
+      adds_length_(machine.output_point == OutputPoint::tip),
+      accelerates_(MotionTime::is_known(machine)) {
   for (const Axis& axis : machine.axes) {
     if (axis.kind == AxisKind::linear && axis.rapid)
       slowest_axis_mm_s_ = std::min(slowest_axis_mm_s_, *axis.rapid);

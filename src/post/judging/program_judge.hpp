@@ -83,6 +83,19 @@ class ProgramJudge {
     }
     check_progress(all, seconds, rates, line(count - 1));
   }
+  /// A block that lasts longer than its feed and the speeds of its axes ask for.
+  struct Slow {
+    Pace pace;
+    double asked_s = 0.0;    // the longest that these ask for
+    double slack_s = 0.0;    // by which that is not known
+    double rate_mm_s = 0.0;  // of the CL file, line `cl_line`
+    std::uint32_t cl_line = 0;
+  };
+  /// The block that `lasts` was told of, if it is one and its axes may be the reason: `judge_slow` must
+  /// follow when that is known.
+  std::optional<Slow> take_slow() { return std::exchange(slow_, std::nullopt); }
+  /// `reached_s`: what it lasts at the largest speed that its axes reach in it.
+  void judge_slow(const Slow& slow, double reached_s, std::uint32_t nc_line);
   /// A rapid that ends at this CL point.
   void rapid_to(std::size_t point, std::uint32_t nc_line);
   template <class What>
@@ -162,9 +175,13 @@ class ProgramJudge {
   void check_pauses(std::size_t point, std::uint32_t nc_line);
   void check_pace(const Pace& pace, const Rates& rates, std::size_t point, bool may_not_be_slow,
                   std::uint32_t nc_line) {
-    if (!keeps_pace(pace, rates, may_not_be_slow)) find_pace(pace, rates, point, nc_line);
+    if (!keeps_pace(pace, rates, may_not_be_slow)) off_pace(pace, rates, point, nc_line);
   }
+  bool too_fast(const Pace& pace, const Rates& rates) const;
   bool keeps_pace(const Pace& pace, const Rates& rates, bool may_not_be_slow) const;
+  void off_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
+  static double digit_of(const Pace& pace);
+  double short_s() const;
   double pace_slack_mm() const;
   void check_progress(const Cut& cut, double seconds, const Rates& rates, std::uint32_t nc_line);
   void find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
@@ -182,7 +199,9 @@ class ProgramJudge {
   std::int64_t work_offset_;  // of the machine file
   bool adds_length_;
   std::uint16_t axes_ = 0;  // bits of the words that the machine has
-  InverseSum inverse_;      // since the last CL point
+  bool accelerates_;        // the machine file says how fast every axis does
+  std::optional<Slow> slow_;
+  InverseSum inverse_;                                                  // since the last CL point
   double slowest_axis_mm_s_ = std::numeric_limits<double>::infinity();  // of X Y Z
   std::optional<Cut> cut_;                                              // at hand
   Checks checks_;

@@ -166,19 +166,28 @@ void ProgramJudge::check_feed_word(const Pace& pace, const Rates& rates, std::si
   });
 }
 
+// Half a digit of F, and of the time that it means.
+double ProgramJudge::digit_of(const Pace& pace) {
+  return 1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(pace.feed, 1));
+}
+
+double ProgramJudge::short_s() const {
+  return options_.truth != nullptr || options_.offsets != nullptr ? kShortCorrected_s : kShort_s;
+}
+
+bool ProgramJudge::too_fast(const Pace& pace, const Rates& rates) const {
+  return pace.way_mm > pace.seconds * rates.most * digit_of(pace) * kOtherWay + rates.slack_mm;
+}
+
 bool ProgramJudge::keeps_pace(const Pace& pace, const Rates& rates, bool may_not_be_slow) const {
   if (!(pace.seconds > 0.0)) return true;
-  const bool corrected = options_.truth != nullptr || options_.offsets != nullptr;
-  const double slack_mm = rates.slack_mm;
-  // Half a digit of F, and of the time that it means.
-  const double digit = 1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(pace.feed, 1));
-  if (pace.way_mm > pace.seconds * rates.most * digit * kOtherWay + slack_mm) return false;
+  if (too_fast(pace, rates)) return false;
   if (!may_not_be_slow) return true;
-  const double short_s = corrected ? kShortCorrected_s : kShort_s;
-  const double lasts_s = pace.seconds / digit;
-  if (lasts_s <= kSlower * pace.slowest_s + short_s) return true;
-  if ((lasts_s - short_s) * rates.least <= kSlower * (kOtherWay * pace.way_mm + slack_mm)) return true;
-  if (rates.rotary_rad_s > 0.0 && lasts_s <= kSlower * pace.turn_rad / rates.rotary_rad_s + short_s)
+  const double lasts_s = pace.seconds / digit_of(pace);
+  if (lasts_s <= kSlower * pace.slowest_s + short_s()) return true;
+  if ((lasts_s - short_s()) * rates.least <= kSlower * (kOtherWay * pace.way_mm + rates.slack_mm))
+    return true;
+  if (rates.rotary_rad_s > 0.0 && lasts_s <= kSlower * pace.turn_rad / rates.rotary_rad_s + short_s())
     return true;
   // The largest F that the control takes.
   const nc::Controller::FeedRules& rules = controller_.feed;
@@ -186,6 +195,26 @@ bool ProgramJudge::keeps_pace(const Pace& pace, const Rates& rates, bool may_not
       pace.mode == nc::FeedMode::inverse_time ? rules.max_inverse_time : rules.max_per_minute;
   const double f = controller_.numbers.feed.internal(pace.mode, pace.feed) * kSecondsPerMinute;
   return most && f >= *most / kSlower;
+}
+
+// Of a block that is slow the axes may be the reason, which is known when those behind it are.
+void ProgramJudge::off_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line) {
+  if (!accelerates_ || too_fast(pace, rates)) return find_pace(pace, rates, point, nc_line);
+  Slow slow{pace, std::max(pace.slowest_s, pace.way_mm / rates.least), rates.slack_mm / rates.least,
+            rates.most, points_[point].line};
+  if (rates.rotary_rad_s > 0.0) slow.asked_s = std::max(slow.asked_s, pace.turn_rad / rates.rotary_rad_s);
+  slow_ = slow;
+}
+
+void ProgramJudge::judge_slow(const Slow& slow, double reached_s, std::uint32_t nc_line) {
+  const Pace& pace = slow.pace;
+  if (pace.seconds / digit_of(pace) <= kSlower * (reached_s + slow.slack_s) + short_s()) return;
+  find(CheckOf::feeds, nc_line, [&] {
+    return "the tip goes " + shortest_text(std::round(1e4 * pace.way_mm) / 1e4) + " mm in " +
+           shortest_text(std::round(1e5 * pace.seconds) / 1e5) + " s; the CL file asks for " +
+           rate_text(slow.rate_mm_s) + cl_line(slow.cl_line) + ", and its axes need " +
+           shortest_text(std::round(1e5 * reached_s) / 1e5) + " s to get as fast as they can";
+  });
 }
 
 void ProgramJudge::find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line) {

@@ -45,7 +45,8 @@ Result<void> BlockMaker::cut_to_place(const path::Point& to, JointVector q, cons
   const double tip_mm = (to.tip_P - work_.at.point.tip_P).norm();
   // A point between the two, compensated itself.
   const auto in_halves = [&]() -> Result<void> {
-    const path::Point middle = bend_.middle_before(to);
+    path::Point middle = bend_.middle_before(to);
+    middle.pace = to.pace;
     ++work_.posting.report.points_inserted;
     if (auto r = cut_to(middle, cut.feed, cut.where, cut.depth + 1); !r) return r;
     work_.at.point = middle;
@@ -54,8 +55,9 @@ Result<void> BlockMaker::cut_to_place(const path::Point& to, JointVector q, cons
   // The errors bend the path between the two.
   const bool bent = (work_.errors.compensator || work_.thermal.follows()) && cut.depth < kMaxBends &&
                     bend_.leaves_path(to, q);
-  if (bent || (cut.depth < kMaxBends && lasts_long(q, tip_mm, cut.rate_mm_s))) return in_halves();
-  const FeedPlanner::Move move = move_to(q, tip_mm);
+  if (bent || (cut.depth < kMaxBends && lasts_long(move_to(q, tip_mm, to.pace), cut.rate_mm_s)))
+    return in_halves();
+  const FeedPlanner::Move move = move_to(q, tip_mm, to.pace);
   BlockFeed block = work_.planner.plan(move, cut.rate_mm_s);
   work_.at.holds_digits = false;
   // Of a way of one digit even the smallest F may be too fast for axes that turn far.
@@ -64,7 +66,7 @@ Result<void> BlockMaker::cut_to_place(const path::Point& to, JointVector q, cons
       q = *held;
       work_.at.holds_digits = true;
       ++work_.posting.report.blocks_held;
-      block = work_.planner.plan(move_to(q, tip_mm), cut.rate_mm_s);
+      block = work_.planner.plan(move_to(q, tip_mm, to.pace), cut.rate_mm_s);
     } else if (block.seconds < move.axes_s && cut.depth < kMaxBends) {
       return in_halves();
     }
@@ -124,8 +126,8 @@ Result<void> BlockMaker::write_plain(const JointVector& q, nc::MotionKind kind, 
   return work_.posting.writer.write(work_.axis_words.motion(q, kind, feed, where));
 }
 
-FeedPlanner::Move BlockMaker::move_to(const JointVector& q, double tip_mm) const {
-  FeedPlanner::Move move{work_.at.joints, q, tip_mm, std::nullopt, 0.0};
+FeedPlanner::Move BlockMaker::move_to(const JointVector& q, double tip_mm, double pace) const {
+  FeedPlanner::Move move{work_.at.joints, q, tip_mm, std::nullopt, 0.0, pace};
   if (!work_.posting.options.rtcp) {
     move.axes_s = work_.planner.axes().slowest_axis_s(work_.at.joints, q);
     return move;
@@ -162,10 +164,9 @@ Result<double> BlockMaker::rate_of(const cl::Feed& feed, double segment_mm, Sour
 }
 
 // What is lagged counts as it was when the block began.
-bool BlockMaker::lasts_long(const JointVector& q, double tip_mm, double rate) const {
+bool BlockMaker::lasts_long(const FeedPlanner::Move& move, double rate_mm_s) const {
   constexpr double kLongest_s = 10.0;  // a thirtieth of the shortest time constant that effects have
-  return !work_.errors.state.lagged().empty() &&
-         work_.planner.plan(move_to(q, tip_mm), rate).seconds > kLongest_s;
+  return !work_.errors.state.lagged().empty() && work_.planner.plan(move, rate_mm_s).seconds > kLongest_s;
 }
 
 void BlockMaker::begin_segment(std::size_t i) {

@@ -37,7 +37,7 @@ class BlockMaker {
   /// Words that are positions of the machine, all of them.
   Result<void> write_plain(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed, SourceRef where);
   /// The motion from the last emitted position to `q`, for the planner.
-  FeedPlanner::Move move_to(const JointVector& q, double tip_mm) const;
+  FeedPlanner::Move move_to(const JointVector& q, double tip_mm, double pace = 1.0) const;
   /// Of the tip, mm/s; `segment_mm` is its way, for feeds given as an inverse time.
   Result<double> rate_of(const cl::Feed& feed, double segment_mm, SourceRef where);
 
@@ -47,7 +47,7 @@ class BlockMaker {
   void begin_segment(std::size_t i);
 
  private:
-  bool lasts_long(const JointVector& q, double tip_mm, double rate) const;
+  bool lasts_long(const FeedPlanner::Move& move, double rate_mm_s) const;
 
   ProgramInWork& work_;
   const PlaceWords& words_;

@@ -75,7 +75,7 @@ std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end
   std::size_t count = run.count;
   for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
     ++count;
-    run.stops[count] = {&joints[i], &motions[i].point.pose.tip_P};
+    run.stops[count] = {&joints[i], &motions[i].point.pose.tip_P, motions[i].pace};
     run.motions[count] = i;
   }
   run.count = count;
@@ -115,7 +115,7 @@ std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t en
       break;
     last = &q;
     ++count;
-    run.stops[count] = {&q, &work_.now.chunk->motions[i].point.pose.tip_P};
+    run.stops[count] = {&q, &work_.now.chunk->motions[i].point.pose.tip_P, work_.now.chunk->motions[i].pace};
     run.motions[count] = i;
   }
   if (count == run.count) return i;
@@ -143,10 +143,10 @@ Result<void> PlainMotions::add(PlainRun& run, std::size_t i) {
   for (const path::Point& point : inserted) {
     if (run.count == PlainRun::kMost) done = write_run(run);
     if (!done) return done;
-    run.add({&point.q, &point.tip_P}, i);
+    run.add({&point.q, &point.tip_P, point.pace}, i);
   }
   if (run.count == PlainRun::kMost) done = write_run(run);
-  run.add({&work_.now.chunk->joints[i], &end.tip_P}, i);
+  run.add({&work_.now.chunk->joints[i], &end.tip_P, work_.now.chunk->motions[i].pace}, i);
   return done;
 }
 
@@ -179,9 +179,9 @@ Result<void> PlainMotions::add_corrected(PlainRun& run, const path::Point& to, c
   if (*found != work_.at.joints && work_.axis_words.are_within_travel(*found) &&
       (keeps || !bend_.leaves_path(to, *found, bounded))) {
     if (known != nullptr) {
-      run.add(FeedPlanner::Stop{known, &tip_P}, i);
+      run.add({known, &tip_P, to.pace}, i);
     } else {
-      run.add(*found, tip_P, i);
+      run.add(*found, {nullptr, &tip_P, to.pace}, i);
     }
     work_.at.joints = *found;
     work_.at.point = to;
@@ -277,12 +277,14 @@ Result<void> PlainMotions::write_one(const PlainRun& run, std::size_t block) {
   const JointVector& q = *run.stops[block].q;
   const Vec3& from_P = *run.stops[block - 1].tip_P;
   const Vec3& to_P = *run.stops[block].tip_P;
+  const double pace = run.stops[block].pace;
   const std::size_t i = run.motions[block];
   const Pending& motion = work_.now.chunk->motions[i];
   if (!work_.errors.compensator && work_.axis_words.are_within_travel(q)) {
     Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
     if (q == work_.at.joints) return done;
-    const BlockFeed feed = work_.planner.plan(blocks_.move_to(q, (to_P - from_P).norm()), motion.feed.value);
+    const BlockFeed feed =
+        work_.planner.plan(blocks_.move_to(q, (to_P - from_P).norm(), pace), motion.feed.value);
     if (!feed.other_mode && !feed.runs_away()) {
       work_.at.holds_digits = false;
       work_.posting.report.duration_s += feed.seconds;

@@ -33,9 +33,11 @@ struct PlainRun {
     stops[count] = to;
     motions[count] = motion;
   }
-  void add(const JointVector& q, const Vec3& tip_P, std::size_t motion) {
+  /// The same; `to` has no place of its own.
+  void add(const JointVector& q, FeedPlanner::Stop to, std::size_t motion) {
     corrected[count + 1] = q;
-    add({&corrected[count + 1], &tip_P}, motion);
+    to.q = &corrected[count + 1];
+    add(to, motion);
   }
 };
 

@@ -29,7 +29,7 @@ Result<void> RotaryTurns::turn_away(const JointVector& after, const Pending& mot
   if (!rate) return tl::unexpected(rate.error());
   const auto up = places_.of(away(work_.at.point), 0.0);
   if (!up) return tl::unexpected(up.error());
-  if (auto r = blocks_.feed_per_minute(*up, work_.posting.options.retract_feed_mm_s, motion.point.where); !r)
+  if (auto r = blocks_.feed_per_minute(*up, work_.posting.options.retract.feed_mm_s, motion.point.where); !r)
     return r;
   work_.errors.state.move_to(*up);
   work_.at.joints = *up;
@@ -54,7 +54,7 @@ Result<void> RotaryTurns::turn_away(const JointVector& after, const Pending& mot
   work_.at.point = back;
   work_.at.joints = *at;
   work_.errors.state.move_to(work_.at.joints);
-  work_.pause(way_mm / work_.posting.options.retract_feed_mm_s + way_mm / *rate);
+  work_.pause(way_mm / work_.posting.options.retract.feed_mm_s + way_mm / *rate);
   work_.posting.diagnostics.note(
       work_.posting.job.cl_file, motion.point.where,
       "the tool leaves the part here: the rotary axes turn back or change the branch");

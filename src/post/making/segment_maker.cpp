@@ -104,7 +104,8 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
     note(
         refined_.cuts.decide({work_.at.point, to}, work_.modes.tolerances.cutting(), 0.0, refined_.inserted));
   }
-  for (const path::Point& point : refined_.inserted) {
+  for (path::Point& point : refined_.inserted) {
+    point.pace = to.pace;
     if (auto done = go_to(point, motion); !done) return done;
   }
   return go_to(to, motion);

@@ -1,0 +1,70 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "trunnion/machine/machine.hpp"
+
+namespace trunnion {
+
+/// How a control goes over from one block to the next.
+struct BlockEnds {
+  /// It comes to rest at the end of every block, or as good as.
+  bool stops = false;
+  /// It leaves a corner by no more than this, mm in the linear axes; nothing: not known, so that it has half
+  /// of either block for the corner.
+  std::optional<double> blend_mm;
+  /// It slows down in time for what many blocks ahead ask for (README of the machine layer, "Look-ahead");
+  /// otherwise it looks one block ahead (MotionTime).
+  bool looks_ahead = true;
+};
+
+/// What comes of a block on axes that accelerate no faster than they can (Axis::acceleration).
+struct BlockRun {
+  double pace = 1.0;  // largest speed that is reached in it, of the speed that was asked for: above 0, to 1
+  double seconds = 0.0;  // that it takes; where the control looks one block ahead, with the corner before it
+};
+
+/// How fast the axes get along a program, block by block: no axis accelerates faster than it can, none is
+/// faster than a block asks for, and otherwise it is as fast as can be. Needs MotionTime::is_known.
+class MotionPlan {
+ public:
+  /// @param digits  of the words, mm and rad: places of block ends are known to half of that, and what this
+  ///                alone turns a path by asks for no acceleration; 0: they are exact
+  /// `machine` must outlive the plan.
+  MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits);
+  MotionPlan(MotionPlan&&) noexcept;
+  MotionPlan& operator=(MotionPlan&&) noexcept;
+  ~MotionPlan();
+
+  /// A block, straight in all axes.
+  struct Block {
+    const JointVector& from;
+    const JointVector& to;
+    double seconds = 0.0;  // at the speed that is asked for; above 0
+    /// A rapid, or beside the path: a control that looks many blocks ahead is taken to stop at both ends.
+    bool apart = false;
+  };
+  /// The next block. The machine begins at rest.
+  void add(const Block& block);
+  /// It stands still behind the last block.
+  void stop();
+  /// What it does behind the last block is not known, nor how fast it is where it does: nothing that was
+  /// added before and nothing that is added from here on is slowed down by it.
+  void lose();
+  /// Blocks that were added and not settled.
+  std::size_t waiting() const;
+  /// Settles the first `count` of those that wait: what comes of each goes to `out`, in their order. The
+  /// machine is taken to come to rest behind the last one that waits, so that the more of them wait behind
+  /// those that are settled, the less that slows these down.
+  void settle(std::size_t count, std::vector<BlockRun>& out);
+
+ private:
+  class Kind;
+  class OneAhead;
+  class ManyAhead;
+  std::unique_ptr<Kind> kind_;
+};
+
+}  // namespace trunnion

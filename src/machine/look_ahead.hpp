@@ -1,0 +1,91 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "trunnion/machine/machine.hpp"
+
+namespace trunnion {
+
+/// The speed along one block, as LookAhead finds it. Lengths along the path are those of the axes' ways, each
+/// over its acceleration (square seconds): a place changes its speed in one axis by 1 at most. Between the
+/// places that are named the square of the speed runs evenly, but on the straight: there it goes up to
+/// `middle2` and down from it by `acceleration`.
+struct SpeedProfile {
+  double length = 0.0;
+  double asked_s = 0.0;
+  double fastest2 = 0.0;      // square of the speed that is asked for
+  double acceleration = 0.0;  // along the block, at most, where it is straight
+  double behind = 0.0;        // its begin, in which the path still turns
+  double before = 0.0;        // its end, in which it turns already
+  double begin2 = 0.0, behind2 = 0.0, middle2 = 0.0, before2 = 0.0, end2 = 0.0;
+
+  double straight() const;
+  /// As BlockRun has them.
+  double pace() const;
+  double seconds() const;
+};
+
+/// Time-optimal speeds along a path with rounded corners (README, "Look-ahead"): a pass from its end to its
+/// begin finds from how fast what follows can still be done, and one from the begin on goes as fast as can
+/// be.
+class LookAhead {
+ public:
+  /// As MotionPlan has them.
+  LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits);
+
+  void add(const JointVector& from, const JointVector& to, double seconds);
+  void stop() { begins_ = Begin::at_rest; }
+  void lose() { begins_ = Begin::unknown; }
+  std::size_t waiting() const { return legs_.size(); }
+  void settle(std::size_t count, std::vector<SpeedProfile>& out);
+
+ private:
+  using PerAxis = std::array<double, kMaxAxes>;
+
+  /// Where one block goes over into the next: the path turns at an even rate over the end of the one and the
+  /// begin of the other.
+  struct Corner {
+    PerAxis turn{};                                // by how much of `along` for each length, without sign
+    PerAxis steepest_before{}, steepest_behind{};  // `along` on the one side and on the other, at most
+    double before = 0.0;                           // length of the end of the block before it
+    double behind = 0.0;                           // of the begin of the next one
+    double fastest2 = std::numeric_limits<double>::infinity();
+  };
+  /// How a block begins: behind a stop, behind a way that is not known, or from the block before it.
+  enum class Begin : std::uint8_t { at_rest, unknown, at_corner };
+  struct Leg {
+    PerAxis along{};  // direction, of length 1
+    double length = 0.0;
+    double asked_s = 0.0;
+    double acceleration = 0.0;
+    double fastest2 = 0.0;
+    Begin begins = Begin::at_rest;
+    Corner corner;  // at its begin
+    // The most from which what follows can be done: at its begin, behind its first corner, before its last.
+    double begin2 = 0.0, behind2 = 0.0, before2 = 0.0;
+  };
+
+  void turn(const Leg& before, Leg& leg) const;
+  double over(double slow2, const PerAxis& steepest, const PerAxis& turn, double length) const;
+  const Corner& end_of(std::size_t i) const;
+  double most_at_end2(std::size_t i) const;
+  double straight(std::size_t i) const;
+  void bound();
+  SpeedProfile run(std::size_t i);
+
+  std::size_t axes_;
+  std::optional<double> blend_mm_;
+  PerAxis acceleration_{}, digits_{};
+  std::array<bool, kMaxAxes> is_linear_{};
+  std::vector<Leg> legs_;
+  Leg last_;                       // that was added
+  Begin begins_ = Begin::at_rest;  // the next one
+  double speed2_ = 0.0;            // behind those that were settled
+  double settled_fastest2_ = 0.0;  // of the last of them
+};
+
+}  // namespace trunnion

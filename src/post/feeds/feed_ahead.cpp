@@ -1,0 +1,124 @@
+#include "post/feeds/feed_ahead.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <variant>
+
+#include "trunnion/post/plan_of_control.hpp"
+
+namespace trunnion::post {
+namespace {
+
+bool stands_still_at(const cl::Record& record) {
+  return std::holds_alternative<cl::Dwell>(record.data) || std::holds_alternative<cl::Stop>(record.data) ||
+         std::holds_alternative<cl::Spindle>(record.data) ||
+         std::holds_alternative<cl::ToolChange>(record.data);
+}
+
+// Under tool-centre-point control axes turn at no even rate on the way of a block. Where programmed points
+// are dropped or moved the blocks are known when they are made.
+bool may_plan(const PostOptions& options) {
+  return options.feeds_within_reach && !options.rtcp && !options.nonlinear.thin &&
+         !options.nonlinear.move_programmed_points;
+}
+
+}  // namespace
+
+FeedAhead::FeedAhead(const PostJob& job, const PostOptions& options)
+    : options_(options),
+      plan_(may_plan(options) ? plan_of_control(*job.machine, *job.controller, options.smoothing_mm)
+                              : std::nullopt),
+      rates_(*job.machine) {}
+
+void FeedAhead::change(Chunk& chunk) {
+  paces_.clear();
+  if (!chunk.failure) add(chunk);
+  settle();
+  std::swap(held_, chunk);
+  std::swap(held_paces_, paces_);
+}
+
+Chunk FeedAhead::take_last() {
+  settle();
+  return std::exchange(held_, {});
+}
+
+void FeedAhead::settle() {
+  runs_.clear();
+  plan_->settle(held_paces_.size(), runs_);
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    if (held_paces_[i] != nullptr) *held_paces_[i] = runs_[i].pace;
+  }
+}
+
+void FeedAhead::add(Chunk& chunk) {
+  std::size_t event = 0;
+  for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
+    for (; event < chunk.events.size() && chunk.events[event].before == i; ++event) {
+      asked_.take(chunk.events[event].record);
+      if (stands_still_at(chunk.events[event].record)) plan_->stop();
+    }
+    if (i == chunk.motions.size()) break;
+    const Pending& motion = chunk.motions[i];
+    asked_.take(
+        {motion.point.pose.tip_P, motion.programmed_axis_P, motion.feed, motion.point.rapid, motion.step},
+        motion.point.where);
+    // Where the tool leaves the part to turn is found when the motion is made.
+    const bool turns_away = chunk.chosen[i].reconfigure || turns_behind_;
+    if (motion.point.rapid)
+      plan_->stop();
+    else if (turns_away)
+      plan_->lose();
+    else if (i > 0 || chunk.has_before)
+      add_motion(chunk, i, asked_.at(motions_));
+    turns_behind_ = !(chunk.chosen[i].q_leave == chunk.chosen[i].q);
+    asked_.forget(motions_);
+    ++motions_;
+  }
+}
+
+void FeedAhead::add_motion(Chunk& chunk, std::size_t i, const AskedState& asked) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const path::Point from = i > 0 ? chunk.point(i - 1) : chunk.before;
+  const path::Point to = chunk.point(i);
+  const cl::Feed& feed = chunk.motions[i].feed;
+  const double way_mm = (to.tip_P - from.tip_P).norm();
+  rates_.limit_rotary(asked.rotary_rad_s > 0.0 ? asked.rotary_rad_s : kInfinity);
+  // FEDRAT/INVERS says how long a motion takes: that stays.
+  const bool is_timed = feed.mode == cl::FeedMode::inverse;
+  const double rate = is_timed ? feed.value * way_mm : rate_mm_s(feed, asked.rpm);
+  const path::Point* before = &from;
+  const auto go_on = [&](const path::Point& point, double& pace) {
+    add_block(*before, point, rate, is_timed ? nullptr : &pace);
+    before = &point;
+  };
+  const PreparedSegment& segment = chunk.segments[i];
+  for (std::size_t k = 0; k < chunk.inserted_in(segment).size(); ++k) {
+    path::Point& point = chunk.inserted[segment.first + k];
+    go_on(point, point.pace);
+  }
+  go_on(to, chunk.motions[i].pace);
+}
+
+void FeedAhead::add_block(const path::Point& from, const path::Point& to, double feed_mm_s, double* pace) {
+  const double tip_mm = (to.tip_P - from.tip_P).norm();
+  const double seconds = std::max(tip_mm > 0.0 && feed_mm_s > 0.0 ? tip_mm / feed_mm_s : 0.0,
+                                  rates_.slowest_axis_s(from.q, to.q));
+  if (!(seconds > 0.0)) return;
+  plan_->add({from.q, to.q, seconds});
+  paces_.push_back(pace);
+}
+
+double FeedAhead::rate_mm_s(const cl::Feed& feed, double rpm) const {
+  switch (feed.mode) {
+    case cl::FeedMode::per_revolution:
+      return feed.value * rpm / kSecondsPerMinute;
+    case cl::FeedMode::none:
+      return options_.default_feed_mm_s;
+    default:
+      return feed.value;
+  }
+}
+
+}  // namespace trunnion::post

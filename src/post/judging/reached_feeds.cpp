@@ -1,0 +1,58 @@
+#include "post/judging/reached_feeds.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace trunnion::post {
+namespace {
+
+constexpr std::size_t kBehind = 1024;  // blocks that are known behind one that is settled
+constexpr double kNotReached = 1.03;
+
+}  // namespace
+
+ReachedFeeds::ReachedFeeds(MotionPlan plan, RunTimes& times) : plan_(std::move(plan)), times_(times) {
+  times_.estimated_s = 0.0;
+}
+
+void ReachedFeeds::add(const Block& block, const std::optional<ProgramJudge::Slow>& slow) {
+  if (!(block.seconds > 0.0)) return;
+  // One that is slow is as fast as it may be: whether it could be is what is asked.
+  const double asked_s = slow ? slow->asked_s : block.seconds;
+  plan_.add({block.from, block.to, asked_s, block.apart});
+  noted_.push_back({block.seconds, asked_s,
+                    1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(block.feed, 1)), block.apart,
+                    block.nc_line, slow});
+  if (plan_.waiting() >= 2 * kBehind) settle(kBehind);
+}
+
+void ReachedFeeds::wait(double seconds) {
+  plan_.stop();
+  *times_.estimated_s += seconds;
+}
+
+void ReachedFeeds::finish() {
+  plan_.stop();
+  settle(plan_.waiting());
+}
+
+void ReachedFeeds::settle(std::size_t count) {
+  runs_.clear();
+  plan_.settle(count, runs_);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Noted& block = noted_[i];
+    *times_.estimated_s += runs_[i].seconds;
+    if (block.apart) continue;
+    const double reached_s = block.asked_s / runs_[i].pace;
+    if (block.slow && judge_ != nullptr) judge_->judge_slow(*block.slow, reached_s, block.nc_line);
+    const double excess = reached_s / block.seconds;
+    if (excess > times_.max_feed_excess) {
+      times_.max_feed_excess = excess;
+      times_.max_feed_excess_nc_line = block.nc_line;
+    }
+    if (excess > kNotReached * block.digit) ++times_.feeds_not_reached;
+  }
+  noted_.erase(noted_.begin(), noted_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+}  // namespace trunnion::post
