@@ -36,13 +36,20 @@ struct ProposedFormula {
 /// four terms, each a function of an axis, a sensor or the spindle's speed (powers, harmonics, waves, steps
 /// and kinks somewhere in the travel), or a product of two or three of them, by the Bayesian information
 /// criterion with a price for the number of terms that were tried. Nothing where no such formula earns its
-/// price, or where runs that were held out are predicted worse with it. Deterministic.
+/// price, or where runs that were held out are predicted worse with it. `left_out`: outliers, one flag a
+/// reading (of those that stand for several, where readings are taken together). Deterministic.
 std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
-                                               const Model& model);
+                                               const Model& model, const std::vector<bool>& left_out);
+
+/// Effects that were named, and from how many they were chosen.
+struct NamedEffects {
+  std::vector<ModelEffect> effects;
+  double families = 1.0;
+};
 
 /// A formula that acts in a part of a range only and does better than the effects `named` would, beside
-/// `model`, by the same criterion; `families`: the number of effects that they were chosen from.
+/// `model`, by the same criterion; nothing where there is none. Else as above.
 std::optional<ProposedFormula> propose_part(const Machine& machine, const Dataset& data, const Model& model,
-                                            const std::vector<ModelEffect>& named, double families);
+                                            const std::vector<bool>& left_out, const NamedEffects& named);
 
 }  // namespace trunnion::diagnosis

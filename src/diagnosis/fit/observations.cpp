@@ -1,9 +1,11 @@
 #include "diagnosis/fit/observations.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <utility>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/failure.hpp"
@@ -27,11 +29,18 @@ Observations::Observations(const Machine& machine, const Dataset& data)
   runs_.resize(data.context.runs.size());
   groups_.resize(data.group_count);
   response_.assign(machine.axes.size() + 2, MatrixXd::Zero(count, 6));
+  std::vector<std::array<Deviation, 6>> of_link(response_.size());  // by the components of its twist
   for (Eigen::Index i = 0; i < count; ++i) {
     const Reading& r = reading(i);
     values_[i] = r.value;
     states_.push_back(data.track.state(r.row));
-    maps_.emplace_back(machine, states_.back().q, data.rows[r.row].tool_mm);
+    as_before_.push_back(taken_as_before(i));
+    if (as_before_.back()) {
+      maps_.push_back(maps_.back());
+    } else {
+      maps_.emplace_back(machine, states_.back().q, data.rows[r.row].tool_mm);
+      for (std::size_t link = 0; link < of_link.size(); ++link) of_link[link] = unit_twists(link);
+    }
     const DeviationMap& map = maps_.back();
     n_M_.push_back(r.frame == SensitivityFrame::part ? Vec3(map.R_MP() * r.n) : r.n);
     setup_rows_.emplace_back(r.quantity == Quantity::rotation
@@ -39,35 +48,53 @@ Observations::Observations(const Machine& machine, const Dataset& data)
                                  : Vec3(-(map.R_MP().transpose() * n_M_.back())));
     runs_[states_.back().run].push_back(i);
     groups_[r.group].push_back(i);
-    for (std::size_t link = 0; link < response_.size(); ++link) {
-      const Link at = link < machine.axes.size()    ? Link{Link::Kind::joint, link}
-                      : link == machine.axes.size() ? Link{Link::Kind::spindle, 0}
-                                                    : Link{Link::Kind::part, 0};
-      for (int k = 0; k < 3; ++k) {
-        Twist d, turn;
-        d.trans_mm[k] = 1.0;
-        turn.rot_rad[k] = 1.0;
-        response_[link](i, k) = component(r, n_M_.back(), map.linear_M(at, d));
-        response_[link](i, k + 3) = component(r, n_M_.back(), map.linear_M(at, turn));
-      }
-    }
+    for (std::size_t link = 0; link < response_.size(); ++link)
+      for (std::size_t k = 0; k < 6; ++k)
+        response_[link](i, static_cast<Eigen::Index>(k)) = component(r, n_M_.back(), of_link[link][k]);
   }
+}
+
+// What the last reading's pose makes of a unit of each component of a link's twist.
+std::array<Deviation, 6> Observations::unit_twists(std::size_t link) const {
+  const std::size_t axes = machine_->axes.size();
+  const Link at = link < axes    ? Link{Link::Kind::joint, link}
+                  : link == axes ? Link{Link::Kind::spindle, 0}
+                                 : Link{Link::Kind::part, 0};
+  std::array<Deviation, 6> out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    Twist d, turn;
+    d.trans_mm[static_cast<Eigen::Index>(k)] = 1.0;
+    turn.rot_rad[static_cast<Eigen::Index>(k)] = 1.0;
+    out[k] = maps_.back().linear_M(at, d);
+    out[k + 3] = maps_.back().linear_M(at, turn);
+  }
+  return out;
+}
+
+// The three components of one reading stand in three rows: what the model says of the state is the same.
+bool Observations::taken_as_before(Eigen::Index i) const {
+  if (i == 0) return false;
+  const MachineState &a = state(i - 1), &b = state(i);
+  return a.time_s == b.time_s && a.run == b.run && a.q == b.q && a.direction == b.direction &&
+         a.velocity == b.velocity && a.spindle_rpm == b.spindle_rpm &&
+         std::ranges::equal(a.temperature_K, b.temperature_K) && std::ranges::equal(a.state, b.state) &&
+         data_->rows[reading(i - 1).row].tool_mm == data_->rows[reading(i).row].tool_mm;
 }
 
 Observations::Observations(std::shared_ptr<const Observations> whole, const Bins& bins)
     : machine_(whole->machine_), data_(whole->data_), whole_(std::move(whole)) {
   const auto count = static_cast<Eigen::Index>(bins.members.size());
-  bin_.assign(static_cast<std::size_t>(whole_->size()), -1);
-  share_.resize(count);
-  scatter_.resize(count);
+  bins_.of.assign(static_cast<std::size_t>(whole_->size()), -1);
+  bins_.share.resize(count);
+  bins_.scatter.resize(count);
   runs_.resize(whole_->runs_.size());
   for (Eigen::Index b = 0; b < count; ++b) {
     const auto& members = bins.members[static_cast<std::size_t>(b)];
-    share_[b] = 1.0 / static_cast<double>(members.size());
-    for (const Eigen::Index i : members) bin_[static_cast<std::size_t>(i)] = b;
+    bins_.share[b] = 1.0 / static_cast<double>(members.size());
+    for (const Eigen::Index i : members) bins_.of[static_cast<std::size_t>(i)] = b;
     take_together(members);
     runs_[states_.back().run].push_back(b);
-    scatter_[b] = (1.0 - share_[b]) / share_[b] * std::pow(readings_.back().u_random, 2);
+    bins_.scatter[b] = (1.0 - bins_.share[b]) / bins_.share[b] * std::pow(readings_.back().u_random, 2);
   }
   groups_.resize(whole_->groups_.size());
   for (Eigen::Index b = 0; b < count; ++b) groups_[reading(b).group].push_back(b);
@@ -113,11 +140,11 @@ void Observations::take_together(const std::vector<Eigen::Index>& members) {
 
 MatrixXd Observations::means(MatrixXd of_all) const {
   if (!whole_) return of_all;
-  MatrixXd out = MatrixXd::Zero(share_.size(), of_all.cols());
+  MatrixXd out = MatrixXd::Zero(bins_.share.size(), of_all.cols());
   for (Eigen::Index c = 0; c < of_all.cols(); ++c)
-    for (std::size_t i = 0; i < bin_.size(); ++i)
-      if (bin_[i] >= 0) out(bin_[i], c) += of_all(static_cast<Eigen::Index>(i), c);
-  return share_.asDiagonal() * out;
+    for (std::size_t i = 0; i < bins_.of.size(); ++i)
+      if (bins_.of[i] >= 0) out(bins_.of[i], c) += of_all(static_cast<Eigen::Index>(i), c);
+  return bins_.share.asDiagonal() * out;
 }
 
 std::size_t Observations::link_index(const Link& link) const {
@@ -132,6 +159,13 @@ std::vector<std::vector<double>> Observations::lagged(const Effect& effect,
   return out;
 }
 
+bool Observations::repeats(Eigen::Index i, const std::vector<std::vector<double>>& lags) const {
+  return as_before_[static_cast<std::size_t>(i)] &&
+         std::all_of(lags.begin(), lags.end(), [&](const std::vector<double>& lag) {
+           return lag[reading(i - 1).row] == lag[reading(i).row];
+         });
+}
+
 MatrixXd Observations::linear_columns(const Effect& effect, std::span<const double> shape) const {
   if (whole_) return means(whole_->linear_columns(effect, shape));
   const std::size_t count = effect.info().linear_count();
@@ -142,10 +176,13 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
     std::vector<Twist> twists;
   };
   MatrixXd out = MatrixXd::Zero(size(), static_cast<Eigen::Index>(count));
-  const auto add = [&](Eigen::Index i, Scratch& scratch) {
+  // `last`: the reading before this one of the same scratch, -1: none.
+  const auto add = [&](Eigen::Index i, Eigen::Index last, Scratch& scratch) {
     auto& [at, twists] = scratch;
-    for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
-    effect.columns(state(i), at, shape, twists);
+    if (last + 1 != i || last < 0 || !repeats(i, lags)) {
+      for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
+      effect.columns(state(i), at, shape, twists);
+    }
     for (std::size_t k = 0; k < count; ++k)
       out(i, static_cast<Eigen::Index>(k)) = response.row(i).head<3>().dot(twists[k].trans_mm) +
                                              response.row(i).tail<3>().dot(twists[k].rot_rad);
@@ -153,11 +190,13 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
   const Scratch empty{std::vector<double>(lags.size()), std::vector<Twist>(count)};
   if (const auto run = run_of(effect)) {
     Scratch scratch = empty;
-    for (const Eigen::Index i : runs_[*run]) add(i, scratch);
+    Eigen::Index last = -1;
+    for (const Eigen::Index i : runs_[*run]) add(i, std::exchange(last, i), scratch);
   } else {
     oneapi::tbb::parallel_for(Rows(0, size(), kGrain), [&](const Rows& rows) {
       Scratch scratch = empty;
-      for (Eigen::Index i = rows.begin(); i < rows.end(); ++i) add(i, scratch);
+      for (Eigen::Index i = rows.begin(); i < rows.end(); ++i)
+        add(i, i == rows.begin() ? -1 : i - 1, scratch);
     });
   }
   for (Eigen::Index i = 0; !out.allFinite() && i < size(); ++i)
@@ -189,9 +228,12 @@ VectorXd Observations::twist_response(const Effect& effect, std::span<const doub
   const MatrixXd& response = response_[link_index(effect.link())];
   std::vector<double> at(lags.size());
   VectorXd out(size());
+  Twist twist;
   for (Eigen::Index i = 0; i < size(); ++i) {
-    for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
-    const Twist twist = effect.twist(state(i), at, parameters);
+    if (!repeats(i, lags)) {
+      for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
+      twist = effect.twist(state(i), at, parameters);
+    }
     out[i] = response.row(i).head<3>().dot(twist.trans_mm) + response.row(i).tail<3>().dot(twist.rot_rad);
     if (!std::isfinite(out[i])) refuse(effect, i);
   }
@@ -228,9 +270,12 @@ VectorXd Observations::predicted(const Model& model) const {
   VectorXd out(size());
   oneapi::tbb::parallel_for(Rows(0, size(), kGrain), [&](const Rows& rows) {
     std::vector<double> at(lags.size());
+    Deviation d;
     for (Eigen::Index i = rows.begin(); i < rows.end(); ++i) {
-      for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
-      const Deviation d = maps_[static_cast<std::size_t>(i)].exact_M(evaluator.errors(state(i), at));
+      if (i == rows.begin() || !repeats(i, lags)) {
+        for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
+        d = maps_[static_cast<std::size_t>(i)].exact_M(evaluator.errors(state(i), at));
+      }
       out[i] = component(reading(i), n_M(i), d);
     }
   });

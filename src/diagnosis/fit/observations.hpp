@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,7 +34,7 @@ class Observations {
   /// Of one value for each of all readings: the mean of each bin.
   MatrixXd means(MatrixXd of_all) const;
   /// Variance by which a single reading of the bin scatters more than their mean, as stated; 0 without bins.
-  double scatter(Eigen::Index i) const { return whole_ ? scatter_[i] : 0.0; }
+  double scatter(Eigen::Index i) const { return whole_ ? bins_.scatter[i] : 0.0; }
   const Dataset& data() const { return *data_; }
   const Machine& machine() const { return *machine_; }
   const VectorXd& values() const { return values_; }
@@ -62,6 +63,10 @@ class Observations {
   VectorXd predicted(const Model& model) const;
 
  private:
+  bool taken_as_before(Eigen::Index i) const;
+  std::array<Deviation, 6> unit_twists(std::size_t link) const;
+  /// What depends on state and lags is the same as of the reading before.
+  bool repeats(Eigen::Index i, const std::vector<std::vector<double>>& lags) const;
   void take_together(const std::vector<Eigen::Index>& members);
   std::optional<std::size_t> run_of(const Effect& effect) const;
   [[noreturn]] void refuse(const Effect& effect, Eigen::Index i) const;
@@ -75,12 +80,15 @@ class Observations {
   std::vector<Reading> readings_;
   std::vector<MachineState> states_;  // of each reading
   std::vector<DeviationMap> maps_;    // none of means
+  std::vector<bool> as_before_;       // taken in the same state, with the same tool, as the reading before
   std::vector<Vec3> n_M_, setup_rows_;
   std::vector<MatrixXd> response_;  // per link: N x 6, derivative in (d, r) of its twist
   std::vector<std::vector<Eigen::Index>> runs_, groups_;
   std::shared_ptr<const Observations> whole_;  // what means are of; empty: nothing is taken together
-  std::vector<Eigen::Index> bin_;              // of each reading of `whole_`, -1: none
-  VectorXd share_, scatter_;                   // of each bin: of one reading in it; `scatter`
+  struct {
+    std::vector<Eigen::Index> of;  // of each reading of `whole_`, -1: none
+    VectorXd share, scatter;       // of each bin: of one reading in it; `scatter`
+  } bins_;
 };
 
 }  // namespace trunnion::diagnosis

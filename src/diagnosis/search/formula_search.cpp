@@ -23,6 +23,7 @@ constexpr std::size_t kFinalParts = 2;
 constexpr std::size_t kFinalists = 6;   // twists that are looked at whole, with products of three
 constexpr std::size_t kLooked = 100;    // terms of which all is taken out that base and terms before take
 constexpr double kLeft = 1e-4;          // part of a column's square that base and terms must leave
+constexpr double kSameDrop = 1e-5;      // of a sum of squares in single precision: rounding
 constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
 constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
 constexpr int kGateRounds = 2;
@@ -84,21 +85,30 @@ class FormulaSearch {
                                  [](const Chosen& c) { return gates_of(c.terms).empty(); }),
                   found.end());
     found.resize(std::min(found.size(), parts ? kFinalParts : kFinalists));
-    oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) { complete(found[i]); });
+    oneapi::tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
+      complete(found[i]);
+      if (parts) keep_one_part(found[i]);
+    });
     std::stable_sort(found.begin(), found.end(), by_criterion);
     return found;
   }
-  // What all terms act in, in the units that people read.
+  // The smallest part of each variable that holds what all terms act in, in the units that people read.
   std::vector<ActingRange> acts_in(const Chosen& chosen) const {
-    std::vector<TermGate> gates = chosen.terms.empty() ? std::vector<TermGate>{} : chosen.terms.front().gates;
+    std::vector<TermGate> gates =
+        chosen.terms.empty() ? std::vector<TermGate>{} : intersected(chosen.terms.front().gates);
     bool constant = true;  // where it acts
     for (const FormulaTerm& term : chosen.terms) {
-      gates.erase(std::remove_if(gates.begin(), gates.end(),
-                                 [&](const TermGate& g) {
-                                   return std::find(term.gates.begin(), term.gates.end(), g) ==
-                                          term.gates.end();
-                                 }),
-                  gates.end());
+      const std::vector<TermGate> own = intersected(term.gates);
+      std::erase_if(gates, [&](TermGate& gate) {
+        const auto same = std::find_if(own.begin(), own.end(),
+                                       [&](const TermGate& g) { return g.variable == gate.variable; });
+        if (same == own.end()) return true;
+        gate.above =
+            gate.above && same->above ? std::optional(std::min(*gate.above, *same->above)) : std::nullopt;
+        gate.below =
+            gate.below && same->below ? std::optional(std::max(*gate.below, *same->below)) : std::nullopt;
+        return !gate.above && !gate.below;
+      });
       constant = constant && term.ungated_text.empty();
     }
     Eigen::VectorXf inside = Eigen::VectorXf::Ones(o_.size());
@@ -131,6 +141,17 @@ class FormulaSearch {
     return dof * std::log(std::max(rss / dof, 1.0)) + price;
   }
 
+  double criterion_of(std::size_t answer, const std::vector<FormulaTerm>& terms) const {
+    double price = price_of_twist();
+    for (const FormulaTerm& term : terms) price += price_of_term(term);
+    return criterion(rss(answer, terms), price);
+  }
+  // Which joint and component is a choice, too.
+  double price_of_twist() const { return 2.0 * std::log(static_cast<double>(answers_.size())); }
+  double price_of_term(const FormulaTerm& term) const {
+    return std::log(static_cast<double>(o_.size())) + term.price;
+  }
+
   // A term, or its product with one that was found before.
   struct Candidate {
     const FormulaTerm* term = nullptr;
@@ -144,14 +165,13 @@ class FormulaSearch {
   Chosen terms_of(std::size_t answer, const std::vector<FormulaTerm>& times, std::size_t most) const {
     VectorXd left = core_.white;
     MatrixXd taken(left.size(), 0);
-    // Which joint and component is a choice, too.
-    double price = 2.0 * std::log(static_cast<double>(answers_.size()));
+    double price = price_of_twist();
     Chosen out{answer, {}, without()};
     std::vector<FormulaTerm> terms;
     for (std::size_t n = 0; n < most; ++n) {
       auto [term, along] = next_term(answers_[answer].values, times, taken, left);
       if (along.size() == 0) break;
-      price += std::log(static_cast<double>(o_.size())) + term.price;
+      price += price_of_term(term);
       terms.push_back(std::move(term));
       left -= along.dot(left) * along;
       taken.conservativeResize(Eigen::NoChange, taken.cols() + 1);
@@ -184,14 +204,22 @@ class FormulaSearch {
     columns -= taken * (taken.transpose() * columns);
     const VectorXd sizes = columns.colwise().squaredNorm().transpose();
     const VectorXd moments = columns.transpose() * left;
-    std::pair<FormulaTerm, VectorXd> out;
-    double drop = 0.0;
+    Eigen::Index best = -1;
+    double most = 0.0;
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
-      if (!(sizes[k] > kLeft * before[k]) || !(moments[k] * moments[k] / sizes[k] > drop)) continue;
-      drop = moments[k] * moments[k] / sizes[k];
-      out = {terms[static_cast<std::size_t>(k)], columns.col(k).normalized()};
+      if (!(sizes[k] > kLeft * before[k])) continue;
+      const double drop = moments[k] * moments[k] / sizes[k];
+      // Of terms that are the same at these readings (a part in which an axis has one sense, with and without
+      // that sense) the one that is simpler.
+      const bool simpler =
+          best >= 0 && drop > (1.0 - kSameDrop) * most &&
+          terms[static_cast<std::size_t>(k)].price < terms[static_cast<std::size_t>(best)].price;
+      if (!(drop > most || simpler)) continue;
+      most = std::max(most, drop);
+      best = k;
     }
-    return out;
+    if (best < 0) return {};
+    return {terms[static_cast<std::size_t>(best)], columns.col(best).normalized()};
   }
 
   // Those that would explain most if base and set-ups took nothing of them: cheap, and near enough for so
@@ -269,12 +297,32 @@ class FormulaSearch {
     return out;
   }
 
-  // Terms that act in nearly the same part act in one; its ends are moved to where the readings want them.
+  // A part of a part of one variable is a part of it.
+  static std::vector<TermGate> intersected(const std::vector<TermGate>& gates) {
+    std::vector<TermGate> out;
+    for (const TermGate& gate : gates) {
+      const auto same = std::find_if(out.begin(), out.end(),
+                                     [&](const TermGate& g) { return g.variable == gate.variable; });
+      if (same == out.end()) {
+        out.push_back(gate);
+        continue;
+      }
+      if (gate.above) same->above = std::max(same->above.value_or(*gate.above), *gate.above);
+      if (gate.below) same->below = std::min(same->below.value_or(*gate.below), *gate.below);
+    }
+    return out;
+  }
+
+  // Terms that act in nearly the same part act in one, two that are one become it; the ends of the parts are
+  // moved to where the readings want them.
   void refine_gates(Chosen& chosen) const {
     if (gates_of(chosen.terms).empty()) return;
-    double now = rss(chosen.answer, chosen.terms);
-    const double price = chosen.criterion - criterion(now, 0.0);
+    for (FormulaTerm& term : chosen.terms) {
+      const std::vector<TermGate> gates = intersected(term.gates);
+      if (gates.size() < term.gates.size()) term = with_gates(term, gates, terms_.variables);
+    }
     for (int round = 0; round < kGateRounds; ++round) {
+      double now = rss(chosen.answer, chosen.terms);
       for (const TermGate& gate : gates_of(chosen.terms)) {
         for (const TermGate& other : gates_of(chosen.terms)) {
           if (other.variable != gate.variable || other == gate) continue;
@@ -290,8 +338,50 @@ class FormulaSearch {
         TermGate place = gate;
         for (const bool lower : {true, false}) move_end(chosen, place, lower, now);
       }
+      while (join_two(chosen)) {
+      }
     }
-    chosen.criterion = criterion(now, 0.0) + price;
+    chosen.criterion = criterion_of(chosen.answer, chosen.terms);
+  }
+
+  // Two terms that do no more than one would, at the price of two: a term twice, or a step up here and down
+  // there, which is a window. Whether there were any.
+  bool join_two(Chosen& chosen) const {
+    const double now = criterion_of(chosen.answer, chosen.terms);
+    for (std::size_t i = 0; i < chosen.terms.size(); ++i)
+      for (std::size_t k = i + 1; k < chosen.terms.size(); ++k) {
+        const auto one = joint_term(chosen.terms[i], chosen.terms[k]);
+        if (!one) continue;
+        std::vector<FormulaTerm> terms = chosen.terms;
+        terms[i] = *one;
+        terms.erase(terms.begin() + static_cast<std::ptrdiff_t>(k));
+        if (criterion_of(chosen.answer, terms) > now) continue;
+        chosen.terms = std::move(terms);
+        return true;
+      }
+    return false;
+  }
+  std::optional<FormulaTerm> joint_term(const FormulaTerm& a, const FormulaTerm& b) const {
+    if (a.text == b.text) return a;
+    if (a.gates.size() != 1 || b.gates.size() != 1 || a.ungated_text != b.ungated_text) return std::nullopt;
+    const TermGate &from = a.gates[0], &to = b.gates[0];
+    if (from.variable != to.variable || !from.above || !to.above || from.below || to.below)
+      return std::nullopt;
+    const TermGate window{from.variable, std::min(*from.above, *to.above), std::max(*from.above, *to.above)};
+    return with_gates(a, {window}, terms_.variables);
+  }
+
+  // Of the terms those that act in one and the same part, which do best: an error that acts there only.
+  void keep_one_part(Chosen& chosen) const {
+    Chosen best{chosen.answer, {}, without()};
+    for (const TermGate& gate : gates_of(chosen.terms)) {
+      std::vector<FormulaTerm> there;
+      for (const FormulaTerm& term : chosen.terms)
+        if (std::find(term.gates.begin(), term.gates.end(), gate) != term.gates.end()) there.push_back(term);
+      const double now = criterion_of(chosen.answer, there);
+      if (now < best.criterion) best = {chosen.answer, std::move(there), now};
+    }
+    chosen = std::move(best);
   }
   void move_end(Chosen& chosen, TermGate& gate, bool lower, double& now) const {
     const auto& end = lower ? gate.above : gate.below;
@@ -423,9 +513,9 @@ std::optional<ProposedFormula> proposed(const Machine& machine, const Dataset& d
 }  // namespace
 
 std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dataset& data,
-                                               const Model& model) {
+                                               const Model& model, const std::vector<bool>& left_out) {
   const auto o = few_readings(machine, data);
-  const FitCore core = fit_core(*o, model, {.robust = false});
+  const FitCore core = fit_core(*o, model, {.robust = false}, left_out);
   const FormulaSearch search(*o, core);
   const std::vector<Chosen> found = search.best();
   if (found.empty() || !(found.front().criterion + kWorthIt < search.without())) return std::nullopt;
@@ -433,20 +523,21 @@ std::optional<ProposedFormula> propose_formula(const Machine& machine, const Dat
 }
 
 std::optional<ProposedFormula> propose_part(const Machine& machine, const Dataset& data, const Model& model,
-                                            const std::vector<ModelEffect>& named, double families) {
+                                            const std::vector<bool>& left_out, const NamedEffects& named) {
   const auto o = few_readings(machine, data);
-  const FitCore core = fit_core(*o, model, {.robust = false});
+  const FitCore core = fit_core(*o, model, {.robust = false}, left_out);
   Model with = model;
   double parameters = 0.0;
-  for (const ModelEffect& effect : named) {
+  for (const ModelEffect& effect : named.effects) {
     with.effects.push_back(effect);
     parameters += static_cast<double>(effect.parameters.size());
   }
   const FormulaSearch search(*o, core);
   const double dof = std::max(core.dof(), 1.0);
-  const double of_named = dof * std::log(std::max(fit_core(*o, with, {.robust = false}).chi2() / dof, 1.0)) +
+  const double chi2 = fit_core(*o, with, {.robust = false}, left_out).chi2();
+  const double of_named = dof * std::log(std::max(chi2 / dof, 1.0)) +
                           parameters * std::log(static_cast<double>(o->size())) +
-                          2.0 * std::log(families) * static_cast<double>(named.size());
+                          2.0 * std::log(named.families) * static_cast<double>(named.effects.size());
   const std::vector<Chosen> found = search.best(true);
   if (found.empty() || !(found.front().criterion < of_named)) return std::nullopt;
   auto out = proposed(machine, data, model, search, found.front());

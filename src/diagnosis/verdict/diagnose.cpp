@@ -84,9 +84,13 @@ class Engine {
         }
       }
       fill(d, atoms, outcome);
+      left_out_ = base.whitening->noise().used;
+      left_out_.flip();
       return d;
     }
   }
+  /// After run(): the readings that count as outliers, one flag for each of those that are judged.
+  const std::vector<bool>& left_out() const { return left_out_; }
 
  private:
   double level() const { return kShareOfLevel * options_.alpha; }
@@ -443,6 +447,7 @@ class Engine {
   NoiseScale noise_;
   std::unique_ptr<Search> search_;
   bool keep_all_ = false;  // no reading is an outlier
+  std::vector<bool> left_out_;
 };
 
 }  // namespace
@@ -479,12 +484,16 @@ bool is_superfluous(const Diagnosis& d, const ProposedFormula& beside, const Pro
   return alone.terms <= beside.terms && alone.chi2_after <= beside.chi2_after + 2.0 * parameters + kNoMore;
 }
 
-// Smooth functions of positions follow an error of a part of the travel well enough to be significant.
+// Smooth functions of positions follow an error of a part of the travel well enough to be significant, and
+// drifts one that acts above a temperature. What begins while something rises for the only time begins at a
+// moment, too: a `step`. Effects of one parameter, and of motion, are too stiff; tilts of the set-ups are of
+// whole runs, and most of their many parameters do nothing.
 bool could_imitate_a_part(const Diagnosis& d) {
   return !d.additions.empty() &&
          std::all_of(d.additions.begin(), d.additions.end(), [](const ModelEffect& e) {
            const EffectInfo& info = e.effect->info();
-           return info.kind == EffectClass::geometric && info.parameters.size() > 1;
+           const bool of_whole_runs = info.kind == EffectClass::setup && info.shape_count() == 0;
+           return info.kind != EffectClass::dynamic && !of_whole_runs && info.parameters.size() > 1;
          });
 }
 
@@ -499,11 +508,11 @@ void nothing_but(Diagnosis& d, ProposedFormula formula) {
 }
 
 // What follows the errors that the named effects leave, or all of them where none is named.
-void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
+void propose(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out, Diagnosis& d) {
   const bool none = d.verdict == Verdict::not_in_library && !d.harm;
   if (could_imitate_a_part(d)) {
-    auto part = propose_part(machine, data, d.base.model, d.additions,
-                             static_cast<double>(std::max<std::size_t>(d.ranking.size(), 1)));
+    auto part = propose_part(machine, data, d.base.model, left_out,
+                             {d.additions, static_cast<double>(std::max<std::size_t>(d.ranking.size(), 1))});
     if (part && part->ahead > kPartInstead) {
       nothing_but(d, std::move(*part));
       d.paragraph += formula_text(*d.formula);
@@ -523,10 +532,10 @@ void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
   if (!none && d.verdict != Verdict::named_but_incomplete) return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
-  d.formula = propose_formula(machine, data, known);
+  d.formula = propose_formula(machine, data, known, left_out);
   if (!d.formula) return;
   if (!none) {
-    const auto alone = propose_formula(machine, data, d.base.model);
+    const auto alone = propose_formula(machine, data, d.base.model, left_out);
     if (alone && is_superfluous(d, *d.formula, *alone)) nothing_but(d, *alone);
   }
   d.paragraph += formula_text(*d.formula);
@@ -536,20 +545,22 @@ void propose(const Machine& machine, const Dataset& data, Diagnosis& d) {
 
 Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
                    const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
-  const auto effects_of = [&](const Machine& m, const Dataset& d, const Model& known,
-                              const DiagnoseOptions& how) {
+  const auto engine = [&](const Machine& m, const Dataset& d, const Model& known,
+                          const DiagnoseOptions& how) {
     std::vector<EffectFamily> library = effect_library(m, d.context);
     library.insert(library.end(), extra.begin(), extra.end());
-    return Engine(m, d, known, how, std::move(library)).run();
+    return Engine(m, d, known, how, std::move(library));
   };
   const Model model = with_best_variants(Observations(machine, data), given);
-  Diagnosis out = effects_of(machine, data, model, options);
+  Engine first = engine(machine, data, model, options);
+  Diagnosis out = first.run();
   if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
   quick.plan = quick.formula = false;
-  WrongConventions wrong = wrong_conventions(
-      machine, data, model, out,
-      [&](const Machine& m, const Dataset& d, const Model& known) { return effects_of(m, d, known, quick); });
+  WrongConventions wrong = wrong_conventions(machine, data, model, out,
+                                             [&](const Machine& m, const Dataset& d, const Model& known) {
+                                               return engine(m, d, known, quick).run();
+                                             });
   out.bookkeeping = std::move(wrong.likely);
   if (!out.bookkeeping.empty() && !wrong.sure) {
     // Neither is compensated before somebody has looked.
@@ -560,7 +571,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   }
   if (out.bookkeeping.empty()) {
     if (!out.rows.problems.empty()) blame_rows(out);
-    if (options.formula) propose(machine, data, out);
+    if (options.formula) propose(machine, data, first.left_out(), out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;

@@ -1,0 +1,142 @@
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/campaigns.hpp"
+
+// Errors that act above a temperature or in a sector only, and effects that look like them.
+namespace trunnion::diagnosis {
+namespace {
+
+// One pose again and again while the room's temperature follows `ambient`, beside runs at 20 degC.
+Dataset day(const Machine& machine, const std::string& ambient, const std::string& truth) {
+  test::Campaign c;
+  c.angles = false;
+  return test::measured(
+      machine,
+      test::plan_text(c) +
+          "[[run]]\nid = \"day\"\nminutes = 120\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, "
+          "1, 0], [0, 0, 1]]\nu_random = 0.8\nu_common = 0.3\nT_ambient_degC = " +
+          ambient + "\nrepeat = 40\nposes = [[0, 0, 100, 0, 0]]\n",
+      "[model]\nname = \"truth\"\n[[effect]]\n" + truth, 7);
+}
+Diagnosis said_of_day(const std::string& ambient, const std::string& truth) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Dataset data = day(machine, ambient, truth);
+  return diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"base\"\n"));
+}
+
+const std::string kAbove22 =
+    "id = \"user:warm\"\njoint = \"S\"\ncomponent = \"EXS\"\nexpression = \"k * (T_ambient > 2)\"\n"
+    "[effect.parameters]\nk_um = 3\n";
+const std::string kOnce = "[[0, 18], [120, 24]]", kThereAndBack = "[[0, 18], [60, 24], [120, 18]]";
+
+// 40 readings over 6 degrees, or over 6 there and 6 back.
+void expect_above_22(const Diagnosis& d) {
+  ASSERT_TRUE(d.formula) << text_of(d.verdict) << ' ' << d.paragraph;
+  ASSERT_EQ(d.formula->acts_in.size(), 1U) << d.formula->words;
+  EXPECT_EQ(d.formula->acts_in[0].of, "T_ambient");
+  ASSERT_TRUE(d.formula->acts_in[0].from) << d.formula->words;
+  EXPECT_NEAR(*d.formula->acts_in[0].from, 22.0, 0.3);
+  EXPECT_FALSE(d.formula->acts_in[0].to);
+}
+
+// Then "from this moment on" and "above this temperature" are the same.
+TEST(Regime, ATemperatureThatIsPassedOnceIsNoStepForSure) {
+  const Diagnosis d = said_of_day(kOnce, kAbove22);
+  EXPECT_EQ(d.verdict, Verdict::ambiguous) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
+  expect_above_22(d);
+}
+
+TEST(Regime, ATemperatureThatIsPassedTwiceIsFound) {
+  const Diagnosis d = said_of_day(kThereAndBack, kAbove22);
+  EXPECT_EQ(d.verdict, Verdict::not_in_library) << d.paragraph;
+  EXPECT_TRUE(d.effects.empty());
+  expect_above_22(d);
+}
+
+TEST(Regime, AStepWhereTheTemperatureGoesBackStaysOne) {
+  const Diagnosis d =
+      said_of_day(kThereAndBack,
+                  "id = \"step\"\nrun = \"day\"\n[effect.parameters]\nX_um = 3\nY_um = 0\nZ_um "
+                  "= 0\nt_s = 2500\n");
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
+}
+
+// One component that acts in a part does not do what a shift in three does.
+TEST(Regime, AStepInThreeDirectionsStaysOne) {
+  const Diagnosis d =
+      said_of_day(kOnce,
+                  "id = \"step\"\nrun = \"day\"\n[effect.parameters]\nX_um = 2.5\nY_um = -2\nZ_um "
+                  "= 2\nt_s = 3600\n");
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
+}
+
+// Two places of a ball, C every 15 degrees.
+std::string turns() {
+  std::string places, out;
+  for (int k = 0; k < 24; ++k) places += (k > 0 ? ", " : "") + std::to_string(15 * k);
+  for (const auto& [id, ball] : {std::pair{"ball_1", "[80, 0, 60]"}, {"ball_2", "[0, 90, 120]"}})
+    out += std::string("[[run]]\nid = \"") + id +
+           "\"\nminutes = 20\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, "
+           "1]]\nu_random = 0.8\nu_common = 0.3\ngrid = { A_deg = [0, 35, 80], C_deg = [" +
+           places + "] }\nball_mm = " + ball + "\n";
+  return out;
+}
+std::string worn(const std::string& component, int size_um) {
+  return "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:worn\"\njoint = \"C\"\ncomponent = \"" +
+         component +
+         "\"\nexpression = \"k * (C*180/_pi > 179) * (C*180/_pi < 281)\"\n[effect.parameters]\nk_um = " +
+         std::to_string(size_um) + "\n";
+}
+Diagnosis said_of_turns(const std::string& more, const std::string& truth, std::uint64_t seed) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Dataset data = test::measured(machine, turns() + more, truth, seed);
+  return diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"base\"\n"));
+}
+
+class WornSector : public testing::TestWithParam<const char*> {};
+
+// A step up and one down again, a part of a part, one term twice, or one with the sense that the axis has
+// there: all of them are one sector.
+TEST_P(WornSector, IsSaidOnce) {
+  const Diagnosis d = said_of_turns("", worn(GetParam(), 2), 3);
+  ASSERT_TRUE(d.formula) << text_of(d.verdict) << ' ' << d.paragraph;
+  EXPECT_NE(d.verdict, Verdict::named);
+  EXPECT_EQ(d.formula->terms, 1U) << d.formula->words;
+  EXPECT_EQ(d.formula->words.find("dir_"), std::string::npos) << d.formula->words;
+  ASSERT_EQ(d.formula->acts_in.size(), 1U) << d.formula->words;
+  const ActingRange& sector = d.formula->acts_in[0];
+  EXPECT_EQ(sector.of, "C");
+  ASSERT_TRUE(sector.from && sector.to) << d.formula->words;
+  EXPECT_NEAR(*sector.from, 172.5, 15.0);  // between the last reading without and the first with, or one more
+  EXPECT_NEAR(*sector.to, 277.5, 15.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Components, WornSector, testing::Values("EXC", "EYC", "EZC"));
+
+// The sector in one term and a part of it in another: together they act in the sector.
+TEST(Regime, APartOfAPartIsWithinIt) {
+  const Diagnosis d = said_of_turns("", worn("EYC", 3), 3);
+  ASSERT_TRUE(d.formula) << text_of(d.verdict) << ' ' << d.paragraph;
+  ASSERT_GT(d.formula->terms, 1U) << "one term does not show it: " << d.formula->words;
+  ASSERT_EQ(d.formula->acts_in.size(), 1U) << d.formula->words;
+  ASSERT_TRUE(d.formula->acts_in[0].from && d.formula->acts_in[0].to) << d.formula->words;
+  EXPECT_NEAR(*d.formula->acts_in[0].from, 172.5, 15.0);
+  EXPECT_NEAR(*d.formula->acts_in[0].to, 277.5, 15.1);  // by one reading: the end is as four digits write it
+}
+
+// A few readings that stand far out and lie near each other are no part of the travel.
+TEST(Regime, OutliersAreNoPart) {
+  const Diagnosis d =
+      said_of_turns("[simulation]\noutlier_fraction = 0.03\n",
+                    "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:A\"\n"
+                    "[effect.parameters]\nY0A_um = 1.2\nZ0A_um = -1\nB0A_urad = 5\nC0A_urad = -4\n",
+                    12);
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"location:A"});
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
