@@ -42,7 +42,8 @@ LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, con
 }
 
 void LookAhead::add(const JointVector& from, const JointVector& to, double seconds) {
-  Leg leg;
+  Leg& leg = legs_.emplace_back();
+  const Leg& last = legs_.size() > 1 ? legs_[legs_.size() - 2] : settled_;
   double length2 = 0.0;
   for (AxisId id = 0; id < axes_; ++id) {
     leg.along[id] = (to[id] - from[id]) / acceleration_[id];
@@ -61,14 +62,12 @@ void LookAhead::add(const JointVector& from, const JointVector& to, double secon
   }
   leg.begins = begins_;
   if (leg.begins == Begin::at_corner) {
-    if (leg.length > 0.0 && last_.length > 0.0)
-      turn(last_, leg);
+    if (leg.length > 0.0 && last.length > 0.0)
+      turn(last, leg);
     else
       leg.begins = Begin::at_rest;  // a block that goes nowhere
   }
-  last_ = leg;
   begins_ = Begin::at_corner;
-  legs_.push_back(leg);
 }
 
 void LookAhead::turn(const Leg& before, Leg& leg) const {
@@ -103,9 +102,9 @@ void LookAhead::turn(const Leg& before, Leg& leg) const {
 double LookAhead::over(double slow2, const PerAxis& steepest, const PerAxis& turn, double length) const {
   if (!(length > 0.0)) return slow2;
   double out = std::numeric_limits<double>::infinity();
-  for (AxisId id = 0; id < axes_; ++id) {
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double needs = 2.0 * length * turn[id] + steepest[id];
-    if (needs > 0.0) out = std::min(out, (2.0 * length + steepest[id] * slow2) / needs);
+    out = std::min(out, (2.0 * length + steepest[id] * slow2) / needs);  // over 0: no bound
   }
   return std::max(out, slow2);
 }
@@ -126,17 +125,25 @@ double LookAhead::straight(std::size_t i) const {
 }
 
 void LookAhead::bound() {
+  bool changed = true;
   for (std::size_t i = legs_.size(); i-- > 0;) {
     Leg& leg = legs_[i];
+    // Nothing that bounds it is other than when it was bounded before, nor what bounds those before it.
+    if (leg.is_bounded && !changed) return;
+    const double last_begin2 = leg.begin2;
     const Corner& end = end_of(i);
     leg.before2 = std::min(leg.fastest2, over(most_at_end2(i), end.steepest_before, end.turn, end.before));
     leg.behind2 = std::min(leg.fastest2, leg.before2 + 2.0 * leg.acceleration * straight(i));
     leg.begin2 = leg.begins == Begin::at_rest ? 0.0 : leg.behind2;
-    if (leg.begins != Begin::at_corner) continue;
-    const double before2 = i > 0 ? legs_[i - 1].fastest2 : settled_fastest2_;
-    leg.begin2 =
-        std::min({leg.fastest2, leg.corner.fastest2, before2,
-                  over(leg.behind2, leg.corner.steepest_behind, leg.corner.turn, leg.corner.behind)});
+    if (leg.begins == Begin::at_corner) {
+      const double before2 = i > 0 ? legs_[i - 1].fastest2 : settled_.fastest2;
+      leg.begin2 =
+          std::min({leg.fastest2, leg.corner.fastest2, before2,
+                    over(leg.behind2, leg.corner.steepest_behind, leg.corner.turn, leg.corner.behind)});
+    }
+    changed = !leg.is_bounded || leg.begin2 != last_begin2;
+    // The last one gets another end when one is added.
+    leg.is_bounded = i + 1 < legs_.size();
   }
 }
 
@@ -152,13 +159,14 @@ SpeedProfile LookAhead::run(std::size_t i) {
   out.middle2 = std::min(leg.fastest2, 0.5 * (out.behind2 + out.before2) + gain2);
   out.end2 = std::min(most_at_end2(i), over(out.before2, end.steepest_before, end.turn, end.before));
   speed2_ = out.end2;
-  settled_fastest2_ = leg.fastest2;
   return out;
 }
 
 void LookAhead::settle(std::size_t count, std::vector<SpeedProfile>& out) {
   bound();
+  if (count == 0) return;
   for (std::size_t i = 0; i < count; ++i) out.push_back(run(i));
+  settled_ = legs_[count - 1];
   legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 

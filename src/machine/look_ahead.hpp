@@ -67,6 +67,7 @@ class LookAhead {
     Corner corner;  // at its begin
     // The most from which what follows can be done: at its begin, behind its first corner, before its last.
     double begin2 = 0.0, behind2 = 0.0, before2 = 0.0;
+    bool is_bounded = false;  // with the block that is behind it now
   };
 
   void turn(const Leg& before, Leg& leg) const;
@@ -82,10 +83,9 @@ class LookAhead {
   PerAxis acceleration_{}, digits_{};
   std::array<bool, kMaxAxes> is_linear_{};
   std::vector<Leg> legs_;
-  Leg last_;                       // that was added
   Begin begins_ = Begin::at_rest;  // the next one
   double speed2_ = 0.0;            // behind those that were settled
-  double settled_fastest2_ = 0.0;  // of the last of them
+  Leg settled_;                    // the last of them
 };
 
 }  // namespace trunnion

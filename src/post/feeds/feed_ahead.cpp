@@ -57,13 +57,12 @@ void FeedAhead::add(Chunk& chunk) {
   for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
     for (; event < chunk.events.size() && chunk.events[event].before == i; ++event) {
       asked_.take(chunk.events[event].record);
+      const double rotary_rad_s = asked_.now().rotary_rad_s;
+      rates_.limit_rotary(rotary_rad_s > 0.0 ? rotary_rad_s : std::numeric_limits<double>::infinity());
       if (stands_still_at(chunk.events[event].record)) plan_->stop();
     }
     if (i == chunk.motions.size()) break;
     const Pending& motion = chunk.motions[i];
-    asked_.take(
-        {motion.point.pose.tip_P, motion.programmed_axis_P, motion.feed, motion.point.rapid, motion.step},
-        motion.point.where);
     // Where the tool leaves the part to turn is found when the motion is made.
     const bool turns_away = chunk.chosen[i].reconfigure || turns_behind_;
     if (motion.point.rapid)
@@ -71,49 +70,46 @@ void FeedAhead::add(Chunk& chunk) {
     else if (turns_away)
       plan_->lose();
     else if (i > 0 || chunk.has_before)
-      add_motion(chunk, i, asked_.at(motions_));
+      add_motion(chunk, i);
     turns_behind_ = !(chunk.chosen[i].q_leave == chunk.chosen[i].q);
-    asked_.forget(motions_);
-    ++motions_;
   }
 }
 
-void FeedAhead::add_motion(Chunk& chunk, std::size_t i, const AskedState& asked) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const path::Point from = i > 0 ? chunk.point(i - 1) : chunk.before;
-  const path::Point to = chunk.point(i);
+void FeedAhead::add_motion(Chunk& chunk, std::size_t i) {
+  const auto end_of = [&](std::size_t k) {
+    return Stop{&chunk.joints[k], &chunk.motions[k].point.pose.tip_P};
+  };
+  Stop from = i > 0 ? end_of(i - 1) : Stop{&chunk.before.q, &chunk.before.tip_P};
+  const Stop to = end_of(i);
   const cl::Feed& feed = chunk.motions[i].feed;
-  const double way_mm = (to.tip_P - from.tip_P).norm();
-  rates_.limit_rotary(asked.rotary_rad_s > 0.0 ? asked.rotary_rad_s : kInfinity);
   // FEDRAT/INVERS says how long a motion takes: that stays.
   const bool is_timed = feed.mode == cl::FeedMode::inverse;
-  const double rate = is_timed ? feed.value * way_mm : rate_mm_s(feed, asked.rpm);
-  const path::Point* before = &from;
-  const auto go_on = [&](const path::Point& point, double& pace) {
-    add_block(*before, point, rate, is_timed ? nullptr : &pace);
-    before = &point;
+  const double rate = is_timed ? feed.value * (*to.tip_P - *from.tip_P).norm() : rate_mm_s(feed);
+  const auto go_on = [&](const Stop& stop, double& pace) {
+    add_block(from, stop, rate, is_timed ? nullptr : &pace);
+    from = stop;
   };
   const PreparedSegment& segment = chunk.segments[i];
   for (std::size_t k = 0; k < chunk.inserted_in(segment).size(); ++k) {
     path::Point& point = chunk.inserted[segment.first + k];
-    go_on(point, point.pace);
+    go_on({&point.q, &point.tip_P}, point.pace);
   }
   go_on(to, chunk.motions[i].pace);
 }
 
-void FeedAhead::add_block(const path::Point& from, const path::Point& to, double feed_mm_s, double* pace) {
-  const double tip_mm = (to.tip_P - from.tip_P).norm();
+void FeedAhead::add_block(const Stop& from, const Stop& to, double feed_mm_s, double* pace) {
+  const double tip_mm = (*to.tip_P - *from.tip_P).norm();
   const double seconds = std::max(tip_mm > 0.0 && feed_mm_s > 0.0 ? tip_mm / feed_mm_s : 0.0,
-                                  rates_.slowest_axis_s(from.q, to.q));
+                                  rates_.slowest_axis_s(*from.q, *to.q));
   if (!(seconds > 0.0)) return;
-  plan_->add({from.q, to.q, seconds});
+  plan_->add({*from.q, *to.q, seconds});
   paces_.push_back(pace);
 }
 
-double FeedAhead::rate_mm_s(const cl::Feed& feed, double rpm) const {
+double FeedAhead::rate_mm_s(const cl::Feed& feed) const {
   switch (feed.mode) {
     case cl::FeedMode::per_revolution:
-      return feed.value * rpm / kSecondsPerMinute;
+      return feed.value * asked_.now().rpm / kSecondsPerMinute;
     case cl::FeedMode::none:
       return options_.default_feed_mm_s;
     default:

@@ -28,17 +28,20 @@ class FeedAhead {
 
  private:
   void add(Chunk& chunk);
-  void add_motion(Chunk& chunk, std::size_t i, const AskedState& asked);
-  /// A block of motion `i`; `pace` gets its pace, where it is not null.
-  void add_block(const path::Point& from, const path::Point& to, double feed_mm_s, double* pace);
-  double rate_mm_s(const cl::Feed& feed, double rpm) const;
+  void add_motion(Chunk& chunk, std::size_t i);
+  struct Stop {
+    const JointVector* q;
+    const Vec3* tip_P;
+  };
+  /// `pace` gets the pace of the block, where it is not null.
+  void add_block(const Stop& from, const Stop& to, double feed_mm_s, double* pace);
+  double rate_mm_s(const cl::Feed& feed) const;
   void settle();
 
   const PostOptions& options_;
   std::optional<MotionPlan> plan_;
   AxisRates rates_;
   Asked asked_;
-  std::size_t motions_ = 0;    // of all chunks so far
   bool turns_behind_ = false;  // the tool leaves the part behind the last motion
   Chunk held_;
   std::vector<double*> held_paces_, paces_;  // of the blocks of the chunk that is held, and of the next one

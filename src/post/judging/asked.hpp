@@ -54,6 +54,8 @@ class Asked {
     }
   }
 
+  /// The state as it is now.
+  const AskedState& now() const { return now_; }
   /// The state at a motion that was taken.
   const AskedState& at(std::size_t motion) const;
   /// The first motion behind this one that has another state.

@@ -22,7 +22,8 @@ void ReachedFeeds::add(const Block& block, const std::optional<ProgramJudge::Slo
   plan_.add({block.from, block.to, asked_s, block.apart});
   noted_.push_back({block.seconds, asked_s,
                     1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(block.feed, 1)), block.apart,
-                    block.nc_line, slow});
+                    block.nc_line, slow.has_value()});
+  if (slow) slow_.push_back(*slow);
   if (plan_.waiting() >= 2 * kBehind) settle(kBehind);
 }
 
@@ -42,9 +43,12 @@ void ReachedFeeds::settle(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const Noted& block = noted_[i];
     *times_.estimated_s += runs_[i].seconds;
-    if (block.apart) continue;
     const double reached_s = block.asked_s / runs_[i].pace;
-    if (block.slow && judge_ != nullptr) judge_->judge_slow(*block.slow, reached_s, block.nc_line);
+    if (block.slow) {
+      if (judge_ != nullptr) judge_->judge_slow(slow_.front(), reached_s, block.nc_line);
+      slow_.pop_front();
+    }
+    if (block.apart) continue;
     const double excess = reached_s / block.seconds;
     if (excess > times_.max_feed_excess) {
       times_.max_feed_excess = excess;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -43,7 +44,7 @@ class ReachedFeeds {
     double digit;  // by which one more or less in F changes it
     bool apart;
     std::uint32_t nc_line;
-    std::optional<ProgramJudge::Slow> slow;
+    bool slow;  // the next one of `slow_`
   };
   void settle(std::size_t count);
 
@@ -51,6 +52,7 @@ class ReachedFeeds {
   RunTimes& times_;
   ProgramJudge* judge_ = nullptr;
   std::vector<Noted> noted_;
+  std::deque<ProgramJudge::Slow> slow_;
   std::vector<BlockRun> runs_;
 };
 
