@@ -185,6 +185,31 @@ TEST(FeedAhead, EditedFeedsAreFound) {
   EXPECT_GT(found, 8);
 }
 
+// Words are corrected block by block, behind the plan: F stays as asked for, and a slow one fails.
+TEST(FeedAhead, CompensatedProgramsKeepTheirFeeds) {
+  const Machine machine = accelerating(60.0, 1.0);
+  const std::string cl = test::sample_path(6, 600);
+  std::mt19937_64 random(6);
+  const Model errors = test::random_errors(machine, random);
+  const ModelEvaluator truth(errors);
+  PostOptions options;
+  const auto p = posted(cl, machine, options, "fanuc_30i", &errors);
+  options.feeds_within_reach = false;
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+  EXPECT_EQ(p.nc, posted(cl, machine, options, "fanuc_30i", &errors).nc);
+  const auto places = places_of_feeds(p.nc);
+  int found = 0;
+  for (std::size_t i = 40; i + 40 < places.size(); i += places.size() / 6) {
+    const std::string nc = with_feed(p.nc, places[i], 0.02);
+    const auto slow = test::verified(nc, cl, machine, 0.01, "fanuc_30i", false, &truth);
+    ASSERT_TRUE(slow) << slow.error().text();
+    EXPECT_FALSE(slow->checks_ok()) << p.nc.substr(places[i] - 60, 80);
+    ++found;
+  }
+  EXPECT_GT(found, 3);
+}
+
 // FEDRAT/INVERS says how long a motion takes: planned feeds leave it alone.
 TEST(FeedAhead, ATimedMotionKeepsItsTime) {
   std::string cl = test::sample_path(6, 600);

@@ -57,13 +57,15 @@ inline Posted posted(const std::string& cl, const Machine& given, post::PostOpti
 /// A program read back against its CL text.
 inline Result<post::VerifyReport> verified(const std::string& nc_text, const std::string& cl,
                                            const Machine& given, double tolerance_mm,
-                                           const std::string& control = "linuxcnc", bool collect = false) {
+                                           const std::string& control = "linuxcnc", bool collect = false,
+                                           const ModelEvaluator* truth = nullptr) {
   Machine machine = given;
   machine.switchable_kinematics = machine.switchable_kinematics || nc_text.find("M428") != std::string::npos;
   const nc::Controller c = post::with_axes_of(machine, shipped_controller(control));
   post::VerifyOptions options;
   options.tolerance_mm = tolerance_mm;
   options.collect = collect;
+  options.truth = truth;
   options.tools = with_some_tool({}, cl, machine);
   Diagnostics d;
   return post::verify({std::make_unique<TextOf>(cl), "part.cls"},

@@ -17,18 +17,18 @@ bool stands_still_at(const cl::Record& record) {
 }
 
 // Under tool-centre-point control axes turn at no even rate on the way of a block. Where programmed points
-// are dropped or moved the blocks are known when they are made.
-bool may_plan(const PostOptions& options) {
-  return options.feeds_within_reach && !options.rtcp && !options.nonlinear.thin &&
-         !options.nonlinear.move_programmed_points;
+// are dropped or moved, or errors and offsets compensated, the blocks are known when they are made.
+bool may_plan(const PostJob& job, const PostOptions& options) {
+  return options.feeds_within_reach && job.model == nullptr && job.offsets == nullptr && !options.rtcp &&
+         !options.nonlinear.thin && !options.nonlinear.move_programmed_points;
 }
 
 }  // namespace
 
 FeedAhead::FeedAhead(const PostJob& job, const PostOptions& options)
     : options_(options),
-      plan_(may_plan(options) ? plan_of_control(*job.machine, *job.controller, options.smoothing_mm)
-                              : std::nullopt),
+      plan_(may_plan(job, options) ? plan_of_control(*job.machine, *job.controller, options.smoothing_mm)
+                                   : std::nullopt),
       rates_(*job.machine) {}
 
 void FeedAhead::change(Chunk& chunk) {

@@ -207,8 +207,6 @@ void ProgramJudge::off_pace(const Pace& pace, const Rates& rates, std::size_t po
 }
 
 void ProgramJudge::judge_slow(const Slow& slow, double reached_s, std::uint32_t nc_line) {
-  // Words are corrected block by block, which those who plan feeds do not know.
-  if (options_.truth != nullptr || options_.offsets != nullptr) return;
   const Pace& pace = slow.pace;
   if (pace.seconds / digit_of(pace) <= kSlower * (reached_s + slow.slack_s) + short_s()) return;
   find(CheckOf::feeds, nc_line, [&] {
