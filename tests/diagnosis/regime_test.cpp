@@ -54,23 +54,21 @@ TEST(Regime, ATemperatureThatIsPassedTwiceIsFound) {
   expect_above_22(d);
 }
 
-TEST(Regime, AStepWhereTheTemperatureGoesBackStaysOne) {
+// A shift of these sizes from this moment on is named as such.
+void expect_step(const std::string& ambient, const std::string& parameters) {
   const Diagnosis d =
-      said_of_day(kThereAndBack,
-                  "id = \"step\"\nrun = \"day\"\n[effect.parameters]\nX_um = 3\nY_um = 0\nZ_um "
-                  "= 0\nt_s = 2500\n");
+      said_of_day(ambient, "id = \"step\"\nrun = \"day\"\n[effect.parameters]\n" + parameters);
   EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
   EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
 }
 
+TEST(Regime, AStepWhereTheTemperatureGoesBackStaysOne) {
+  expect_step(kThereAndBack, "X_um = 3\nY_um = 0\nZ_um = 0\nt_s = 2500\n");
+}
+
 // One component that acts in a part does not do what a shift in three does.
 TEST(Regime, AStepInThreeDirectionsStaysOne) {
-  const Diagnosis d =
-      said_of_day(kOnce,
-                  "id = \"step\"\nrun = \"day\"\n[effect.parameters]\nX_um = 2.5\nY_um = -2\nZ_um "
-                  "= 2\nt_s = 3600\n");
-  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
-  EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
+  expect_step(kOnce, "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 3600\n");
 }
 
 // Two places of a ball, C every 15 degrees.
