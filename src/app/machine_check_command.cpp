@@ -44,6 +44,8 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
                   " mm is shorter than tool holders are: is it in inches?");
   // The slowest machine that is known here moves at 1200 mm/min; nobody turns a table for a minute and more.
   constexpr double kSlowest_mm_s = 200.0 / 60.0, kSlowest_rad_s = kTwoPi / 60.0;
+  // Small machines have 100 mm/s2 and 100 deg/s2, large ones up to 20 m/s2 and 30 rad/s2.
+  constexpr double kLaziest_mm_s2 = 25.0, kLaziest_deg_s2 = 25.0;
   for (const Axis& axis : machine.axes) {
     const bool rotary = axis.kind == AxisKind::rotary;
     if (axis.rapid && *axis.rapid < (rotary ? kSlowest_rad_s : kSlowest_mm_s))
@@ -51,6 +53,12 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
                     shortest_text(*axis.rapid * kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0)) +
                     (rotary ? " deg/min, is less than a turn a minute: is it in 1/min?"
                             : " mm/min, is less than 200: is it in m/min?"));
+    if (!axis.acceleration) continue;
+    const double acceleration = *axis.acceleration * (rotary ? kDegreePerRad : 1.0);
+    if (acceleration < (rotary ? kLaziest_deg_s2 : kLaziest_mm_s2))
+      out.push_back("the acceleration of " + axis.name + ", " + shortest_text(acceleration) +
+                    (rotary ? " deg/s2, is less than 25: is it in rad/s2?"
+                            : " mm/s2, is less than 25: is it in m/s2?"));
   }
   constexpr Angle kAnyWay = Angle::degrees(1.0);
   if (machine.rotary_axes().size() == 2 && reach.every_way < kAnyWay && reach.one_way > kAnyWay)
