@@ -36,7 +36,8 @@ void print_summary(const post::PostReport& r) {
   spdlog::debug("largest predicted error of the path as programmed {:.6f} mm, corrections of up to {:.6f} mm",
                 r.worst_predicted_mm, r.largest_correction_mm);
   if (r.feed_time_lost_s > 0.05)
-    spdlog::info("speeds and accelerations of the axes cost {:.1f} s against the programmed feed", r.feed_time_lost_s);
+    spdlog::info("speeds and accelerations of the axes cost {:.1f} s against the programmed feed",
+                 r.feed_time_lost_s);
   if (r.blocks_held > 0) {
     spdlog::info("{} blocks turn the rotary axes alone: digits of X Y Z that rounding put there are left out",
                  r.blocks_held);
