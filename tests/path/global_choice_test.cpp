@@ -59,7 +59,7 @@ double exhaustive_seconds(const Machine& machine, const std::vector<ChoicePoint>
     const RotarySolutions s = rotary_solutions(machine, p.pose.axis_P, 0.0);
     for (std::size_t n = 0; n < s.count; ++n) {
       for (int a = -1; a <= 1; ++a) {
-        for (int c = -60; c <= 60; ++c) {
+        for (int c = -120; c <= 120; ++c) {
           JointVector q;
           q[3] = s.at[n].angle[0] + a * kTwoPi;
           q[4] = s.at[n].angle[1] + c * kTwoPi;
@@ -85,9 +85,10 @@ double exhaustive_seconds(const Machine& machine, const std::vector<ChoicePoint>
 TEST(GlobalChoice, EqualsAnExhaustiveSearchWithManyTurns) {
   std::mt19937_64 random(21);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 24; ++i) {
     const double low = -3.0 + 2.5 * u(random);
-    const Machine machine = with_c_limits(low, low + 6.0 + 20.0 * std::abs(u(random)));
+    const double turns = i % 2 == 0 ? 20.0 : 100.0;
+    const Machine machine = with_c_limits(low, low + 6.0 + turns * std::abs(u(random)));
     std::vector<ChoicePoint> path;
     for (int k = 0; k < 5; ++k) {
       const double tilt = 0.2 + std::abs(u(random));

@@ -1,5 +1,6 @@
 #include "trunnion/path/held_run.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -232,6 +233,67 @@ TEST(HeldRun, ThePoleMayChangeTheBranch) {
   EXPECT_GT(most_on_the_other_branch({.count = 100, .by_way_of_deg = 4.0}, 30.0), 50U);
   EXPECT_EQ(most_on_the_other_branch({.count = 100, .by_way_of_deg = 8.0}, 30.0), 0U);
   EXPECT_EQ(most_on_the_other_branch({.count = 100, .by_way_of_deg = 4.0}, 0.05), 0U);
+}
+
+// C goes round by `turns` at one tilt.
+std::vector<ChoicePoint> winding(double turns) {
+  std::vector<ChoicePoint> out;
+  const auto count = static_cast<std::size_t>(40.0 * turns);
+  for (std::size_t i = 0; i <= count; ++i) {
+    out.push_back(tilted(30.0, turns * kTwoPi * static_cast<double>(i) / static_cast<double>(count),
+                         Vec3(1.0, 2.0, 3.0)));
+    out.back().rapid = i == 0;
+  }
+  return out;
+}
+
+// The joints of a held run on a machine whose C has these limits (turns), from where C stands.
+std::vector<ChosenPoint> on_limits(double least, double most, const std::vector<ChoicePoint>& path,
+                                   const JointVector& seed) {
+  Machine machine = test::shipped_machine("paper");
+  machine.axes[4].cyclic = false;
+  machine.axes[4].min = least * kTwoPi;
+  machine.axes[4].max = most * kTwoPi;
+  ChoiceOptions options;
+  options.tool_mm = machine.tool_vector();
+  HeldRun held(machine, seed, options, "part.cls");
+  held.add(path);
+  EXPECT_TRUE(held.finish(options));
+  std::vector<ChoicePoint> points;
+  std::vector<ChosenPoint> chosen(path.size());
+  ChoiceSummary summary;
+  held.take(chosen, points, summary);
+  std::vector<ChosenPoint> at_once;
+  EXPECT_TRUE(choose_solutions(machine, {path, seed, "part.cls"}, options, at_once, summary));
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_EQ(at_once[i].q, chosen[i].q) << i;
+    EXPECT_TRUE(machine.axes[4].within_limits(chosen[i].q[4])) << i;
+  }
+  return chosen;
+}
+
+// Limits many turns away are left out of the choice at first.
+TEST(HeldRun, FarLimitsBindWhereThePathComesToThemOnly) {
+  const auto reconfigures = [](const std::vector<ChosenPoint>& chosen) {
+    return std::count_if(chosen.begin(), chosen.end(), [](const ChosenPoint& p) { return p.reconfigure; });
+  };
+  JointVector seed;
+  for (const double begins : {-12.0, 0.0, 12.0}) {
+    seed[4] = begins * kTwoPi;
+    const auto path = winding(9.0);
+    const auto bounded = on_limits(-14.0, 14.0, path, seed);
+    EXPECT_EQ(reconfigures(bounded), 0) << begins;
+    const auto wide = on_limits(-1000.0, 1000.0, path, seed);
+    if (begins < 0.0) {
+      // C goes down by nine turns: the run begins some turns above where C stands.
+      EXPECT_LT(wide.back().q[4], -14.0 * kTwoPi);
+      EXPECT_GT(bounded.front().q[4], wide.front().q[4] + 6.0 * kTwoPi);
+      continue;
+    }
+    for (std::size_t i = 0; i < path.size(); ++i) EXPECT_EQ(bounded[i].q, wide[i].q) << i;
+  }
+  // It goes round more often than it may.
+  EXPECT_GE(reconfigures(on_limits(-14.0, 14.0, winding(30.0), {})), 1);
 }
 
 TEST(HeldRun, SaysWhichPointNothingReaches) {

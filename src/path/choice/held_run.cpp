@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "path/choice/choice_account.hpp"
+#include "path/choice/far_limits.hpp"
 #include "path/choice/global_choice.hpp"
 #include "path/choice/point_store.hpp"
 #include "path/choice/pole_settler.hpp"
@@ -26,10 +27,11 @@ class HeldRun::Work {
  public:
   Work(const Machine& machine, const JointVector& seed, const ChoiceOptions& options, std::string cl_file)
       : machine_(machine),
+        free_(without_far_limits(machine)),
         seed_(seed),
         options_(options),
         cl_file_(std::move(cl_file)),
-        choice_(std::make_unique<GlobalChoice>(machine_, options_)),
+        choice_(std::make_unique<GlobalChoice>(free_ ? *free_ : machine_, options_)),
         kinematics_(machine_, options_.tool_mm),
         settler_(machine_, kinematics_) {
     choice_->start(seed_);
@@ -44,10 +46,13 @@ class HeldRun::Work {
   Result<void> finish(const ChoiceOptions& options) {
     if (differ(options, options_)) {
       options_ = options;
-      choice_ = std::make_unique<GlobalChoice>(machine_, options_);
-      choose_again(GlobalChoice::kFewPositions);
+      choose_on(free_ ? *free_ : machine_);
     }
-    for (std::size_t most = 0; !lost_ && (most = choice_->settle()) > 0;) choose_again(most);
+    settle();
+    if (free_ && (lost_ || !stays_within())) {
+      choose_on(machine_);
+      settle();
+    }
     if (lost_) return tl::unexpected(unreachable(machine_, *lost_, options_, cl_file_));
     return {};
   }
@@ -95,6 +100,31 @@ class HeldRun::Work {
   static constexpr std::size_t kAtATime = 1024;  // points of a run that is looked at again
   static constexpr double kRightAngle = 1e-12;   // cosine of the angle between the rotary axes
 
+  void choose_on(const Machine& machine) {
+    choice_ = std::make_unique<GlobalChoice>(machine, options_);
+    choose_again(GlobalChoice::kFewPositions);
+  }
+
+  void settle() {
+    for (std::size_t most = 0; !lost_ && (most = choice_->settle()) > 0;) choose_again(most);
+  }
+
+  // What was chosen without far limits is within them.
+  bool stays_within() {
+    const GlobalChoice::Place here = choice_->place();
+    bool within = true;
+    std::vector<ChosenPoint> chosen;
+    for (std::size_t i = 0; i < store_.size() && within; i += kAtATime) {
+      ahead_points_.clear();
+      store_.append(i, std::min(i + kAtATime, store_.size()), ahead_points_);
+      chosen.resize(ahead_points_.size());
+      choice_->replay(ahead_points_, chosen);
+      within = keeps_far_limits(machine_, chosen);
+    }
+    choice_->go_to(here);
+    return within;
+  }
+
   void advance(std::span<const ChoicePoint> points) {
     if (const ChoicePoint* lost = choice_->advance(points)) lost_ = *lost;
   }
@@ -137,6 +167,7 @@ class HeldRun::Work {
   }
 
   Machine machine_;
+  std::optional<Machine> free_;  // the same without far limits: what is chosen on it is tried first
   JointVector seed_;
   ChoiceOptions options_;
   std::string cl_file_;

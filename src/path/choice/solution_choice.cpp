@@ -9,6 +9,7 @@
 #include "trunnion/machine/table_kinematics.hpp"
 
 #include "path/choice/choice_account.hpp"
+#include "path/choice/far_limits.hpp"
 #include "path/choice/global_choice.hpp"
 #include "path/choice/pole_settler.hpp"
 #include "path/choice/rotary_connection.hpp"
@@ -98,6 +99,10 @@ class Chooser {
 
 Result<void> choose_global(const Machine& machine, const ChoiceRun& run, const ChoiceOptions& options,
                            std::vector<ChosenPoint>& out) {
+  if (const auto free = without_far_limits(machine)) {
+    GlobalChoice choice(*free, options);
+    if (choice.choose(run.points, run.seed, out) == nullptr && keeps_far_limits(machine, out)) return {};
+  }
   GlobalChoice choice(machine, options);
   if (const ChoicePoint* lost = choice.choose(run.points, run.seed, out))
     return tl::unexpected(unreachable(machine, *lost, options, run.cl_file));
