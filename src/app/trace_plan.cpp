@@ -46,7 +46,8 @@ Result<trace::Plan> plan_of(const TracedProgram& program) {
   for (const post::VerifiedBlock& b : program.report.blocks)
     plan.blocks.push_back(
         {b.q, b.length_mm, b.seconds, 0.0, b.dwell_s, b.nc_line, b.cl_line, b.rapid, b.tcp, b.unknown});
-  add_accelerations(post::plan_of_control(machine, program.files.controller, program.options.smoothing_mm),
+  add_accelerations(post::plan_of_control(machine, program.files.controller, program.options.smoothing_mm,
+                                          PlanOf::paces_and_seconds),
                     plan);
   if (const ModelEvaluator* truth = program.options.truth; truth != nullptr) {
     const Vec3 datum_P = datum_shift_P(machine, *truth);

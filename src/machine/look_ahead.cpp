@@ -11,6 +11,21 @@ double evenly_s(double length, double from2, double to2) {
   return length > 0.0 ? 2.0 * length / (std::sqrt(from2) + std::sqrt(to2)) : 0.0;
 }
 
+using PerAxis = std::array<double, kMaxAxes>;
+
+// The most at one end of a piece of a corner with `slow2` at the other: with the path an axis turns by
+// turn * speed2, along it it slows down by along * (speed2 - slow2) / 2 length, and the sum is at most 1
+// where the speed is largest.
+double over(double slow2, const PerAxis& steepest, const PerAxis& turn, double length) {
+  if (!(length > 0.0)) return slow2;
+  double out = std::numeric_limits<double>::infinity();
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    const double needs = 2.0 * length * turn[id] + steepest[id];
+    out = std::min(out, (2.0 * length + steepest[id] * slow2) / needs);  // over 0: no bound
+  }
+  return std::max(out, slow2);
+}
+
 }  // namespace
 
 double SpeedProfile::straight() const {
@@ -19,7 +34,8 @@ double SpeedProfile::straight() const {
 
 double SpeedProfile::pace() const {
   if (!(length > 0.0)) return 1.0;
-  return std::min(1.0, std::sqrt(std::max({begin2, middle2, end2}) / fastest2));
+  const double most2 = std::max({begin2, middle2, end2});
+  return most2 < fastest2 ? std::sqrt(most2 / fastest2) : 1.0;
 }
 
 double SpeedProfile::seconds() const {
@@ -33,9 +49,10 @@ double SpeedProfile::seconds() const {
 }
 
 LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-    : axes_(machine.axes.size()), blend_mm_(blend_mm) {
-  for (AxisId id = 0; id < axes_; ++id) {
+    : blend_mm_(blend_mm) {
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
     acceleration_[id] = *machine.axes[id].acceleration;
+    per_acceleration_[id] = 1.0 / acceleration_[id];
     is_linear_[id] = machine.axes[id].kind == AxisKind::linear;
     digits_[id] = digits[id] / acceleration_[id];
   }
@@ -43,18 +60,18 @@ LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, con
 
 void LookAhead::add(const JointVector& from, const JointVector& to, double seconds) {
   Leg& leg = legs_.emplace_back();
-  const Leg& last = legs_.size() > 1 ? legs_[legs_.size() - 2] : settled_;
   double length2 = 0.0;
-  for (AxisId id = 0; id < axes_; ++id) {
-    leg.along[id] = (to[id] - from[id]) / acceleration_[id];
+  for (AxisId id = 0; id < kMaxAxes; ++id) {
+    leg.along[id] = (to[id] - from[id]) * per_acceleration_[id];
     length2 += leg.along[id] * leg.along[id];
   }
   leg.length = std::sqrt(length2);
   leg.asked_s = seconds;
   if (leg.length > 0.0) {
+    leg.per_length = 1.0 / leg.length;
     double steepest = 0.0;
-    for (AxisId id = 0; id < axes_; ++id) {
-      leg.along[id] /= leg.length;
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      leg.along[id] *= leg.per_length;
       steepest = std::max(steepest, std::abs(leg.along[id]));
     }
     leg.acceleration = 1.0 / steepest;
@@ -62,56 +79,62 @@ void LookAhead::add(const JointVector& from, const JointVector& to, double secon
   }
   leg.begins = begins_;
   if (leg.begins == Begin::at_corner) {
+    const Leg& last = before(legs_.size() - 1);
     if (leg.length > 0.0 && last.length > 0.0)
-      turn(last, leg);
+      begin_at_corner(last, leg);
     else
       leg.begins = Begin::at_rest;  // a block that goes nowhere
   }
   begins_ = Begin::at_corner;
 }
 
-void LookAhead::turn(const Leg& before, Leg& leg) const {
-  Corner& corner = leg.corner;
-  const double rounded = 1.0 / before.length + 1.0 / leg.length;
-  double turn2_mm2 = 0.0;
-  for (AxisId id = 0; id < axes_; ++id) {
-    const double by = std::abs(leg.along[id] - before.along[id]);
-    if (is_linear_[id]) turn2_mm2 += by * by * acceleration_[id] * acceleration_[id];
-    corner.turn[id] = std::max(0.0, by - digits_[id] * rounded);
-  }
-  // A parabola over z on either side passes the corner at turn * z / 4.
+// What rounded words turn the path by is no turn.
+double LookAhead::turn_of(AxisId id, const Leg& before, const Leg& leg) const {
+  const double rounded = digits_[id] * (before.per_length + leg.per_length);
+  return std::max(0.0, std::abs(leg.along[id] - before.along[id]) - rounded);
+}
+
+void LookAhead::begin_at_corner(const Leg& before, Leg& leg) const {
   double most = std::numeric_limits<double>::infinity();
-  if (blend_mm_ && turn2_mm2 > 0.0) most = 4.0 * *blend_mm_ / std::sqrt(turn2_mm2);
-  corner.before = std::min(0.5 * before.length, most);
-  corner.behind = std::min(0.5 * leg.length, most);
+  if (blend_mm_) {
+    double turn2_mm2 = 0.0;
+    for (AxisId id = 0; id < kMaxAxes; ++id) {
+      const double by = is_linear_[id] ? (leg.along[id] - before.along[id]) * acceleration_[id] : 0.0;
+      turn2_mm2 += by * by;
+    }
+    // A parabola over z on either side passes the corner at turn * z / 4.
+    if (turn2_mm2 > 0.0) most = 4.0 * *blend_mm_ / std::sqrt(turn2_mm2);
+  }
+  leg.turns_before = std::min(0.5 * before.length, most);
+  leg.turns_behind = std::min(0.5 * leg.length, most);
   double largest = 0.0;
-  const double length = corner.before + corner.behind;
-  for (AxisId id = 0; id < axes_; ++id) {
-    const double middle = (before.along[id] * corner.behind + leg.along[id] * corner.before) / length;
-    corner.steepest_before[id] = std::max(std::abs(before.along[id]), std::abs(middle));
-    corner.steepest_behind[id] = std::max(std::abs(leg.along[id]), std::abs(middle));
-    corner.turn[id] /= length;
-    largest = std::max(largest, corner.turn[id]);
-  }
-  corner.fastest2 = 1.0 / largest;
+  for (AxisId id = 0; id < kMaxAxes; ++id) largest = std::max(largest, turn_of(id, before, leg));
+  // `over` for all axes at once: none is steeper than 1.
+  const double fast2 = std::max(before.fastest2, leg.fastest2);
+  const double slow2 = std::min(before.fastest2, leg.fastest2);
+  const double length = leg.turns_before + leg.turns_behind;
+  const double shorter = std::min(leg.turns_before, leg.turns_behind);
+  leg.is_free = largest * fast2 * shorter + 0.5 * (fast2 - slow2) * length <= length * shorter;
 }
 
-// The most at one end of a piece of a corner with `slow2` at the other: with the path an axis turns by
-// turn * speed2, along it it slows down by along * (speed2 - slow2) / 2 length, and the sum is at most 1
-// where the speed is largest.
-double LookAhead::over(double slow2, const PerAxis& steepest, const PerAxis& turn, double length) const {
-  if (!(length > 0.0)) return slow2;
-  double out = std::numeric_limits<double>::infinity();
+LookAhead::Corner LookAhead::corner(const Leg& before, const Leg& leg) const {
+  Corner out;
+  double largest = 0.0;
+  const double length = leg.turns_before + leg.turns_behind;
   for (AxisId id = 0; id < kMaxAxes; ++id) {
-    const double needs = 2.0 * length * turn[id] + steepest[id];
-    out = std::min(out, (2.0 * length + steepest[id] * slow2) / needs);  // over 0: no bound
+    const double middle = (before.along[id] * leg.turns_behind + leg.along[id] * leg.turns_before) / length;
+    out.steepest_before[id] = std::max(std::abs(before.along[id]), std::abs(middle));
+    out.steepest_behind[id] = std::max(std::abs(leg.along[id]), std::abs(middle));
+    out.turn[id] = turn_of(id, before, leg) / length;
+    largest = std::max(largest, out.turn[id]);
   }
-  return std::max(out, slow2);
+  out.fastest2 = 1.0 / largest;  // over 0: no bound
+  return out;
 }
 
-const LookAhead::Corner& LookAhead::end_of(std::size_t i) const {
-  static const Corner kStraight;
-  return i + 1 < legs_.size() ? legs_[i + 1].corner : kStraight;
+// Length over which the path turns already at the end of a block.
+double LookAhead::turns_at_end(std::size_t i) const {
+  return i + 1 < legs_.size() ? legs_[i + 1].turns_before : 0.0;
 }
 
 double LookAhead::most_at_end2(std::size_t i) const {
@@ -121,7 +144,7 @@ double LookAhead::most_at_end2(std::size_t i) const {
 }
 
 double LookAhead::straight(std::size_t i) const {
-  return std::max(0.0, legs_[i].length - legs_[i].corner.behind - end_of(i).before);
+  return std::max(0.0, legs_[i].length - legs_[i].turns_behind - turns_at_end(i));
 }
 
 void LookAhead::bound() {
@@ -131,33 +154,57 @@ void LookAhead::bound() {
     // Nothing that bounds it is other than when it was bounded before, nor what bounds those before it.
     if (leg.is_bounded && !changed) return;
     const double last_begin2 = leg.begin2;
-    const Corner& end = end_of(i);
-    leg.before2 = std::min(leg.fastest2, over(most_at_end2(i), end.steepest_before, end.turn, end.before));
+    const Leg* next = i + 1 < legs_.size() ? &legs_[i + 1] : nullptr;
+    if (next == nullptr || next->begins != Begin::at_corner) {
+      leg.before2 = std::min(leg.fastest2, most_at_end2(i));
+    } else if (next->is_free && next->behind2 == next->fastest2) {
+      leg.before2 = leg.fastest2;
+    } else {
+      const Corner end = corner(leg, *next);
+      leg.before2 =
+          std::min(leg.fastest2, over(next->begin2, end.steepest_before, end.turn, next->turns_before));
+    }
     leg.behind2 = std::min(leg.fastest2, leg.before2 + 2.0 * leg.acceleration * straight(i));
     leg.begin2 = leg.begins == Begin::at_rest ? 0.0 : leg.behind2;
     if (leg.begins == Begin::at_corner) {
-      const double before2 = i > 0 ? legs_[i - 1].fastest2 : settled_.fastest2;
-      leg.begin2 =
-          std::min({leg.fastest2, leg.corner.fastest2, before2,
-                    over(leg.behind2, leg.corner.steepest_behind, leg.corner.turn, leg.corner.behind)});
+      leg.begin2 = std::min(leg.fastest2, before(i).fastest2);
+      if (!leg.is_free || leg.behind2 != leg.fastest2) {
+        const Corner begin = corner(before(i), leg);
+        leg.begin2 = std::min({leg.begin2, begin.fastest2,
+                               over(leg.behind2, begin.steepest_behind, begin.turn, leg.turns_behind)});
+      }
     }
     changed = !leg.is_bounded || leg.begin2 != last_begin2;
     // The last one gets another end when one is added.
-    leg.is_bounded = i + 1 < legs_.size();
+    leg.is_bounded = next != nullptr;
   }
 }
 
 SpeedProfile LookAhead::run(std::size_t i) {
   const Leg& leg = legs_[i];
-  const Corner& end = end_of(i);
-  SpeedProfile out{leg.length, leg.asked_s, leg.fastest2, leg.acceleration, leg.corner.behind, end.before};
+  SpeedProfile out{leg.length,       leg.asked_s,      leg.fastest2,
+                   leg.acceleration, leg.turns_behind, turns_at_end(i)};
   out.begin2 = leg.begins == Begin::at_corner ? std::min(speed2_, leg.begin2) : leg.begin2;
-  out.behind2 =
-      std::min(leg.behind2, over(out.begin2, leg.corner.steepest_behind, leg.corner.turn, leg.corner.behind));
+  out.behind2 = leg.behind2;
+  if (leg.begins != Begin::at_corner) {
+    out.behind2 = std::min(leg.behind2, out.begin2);
+  } else if (!leg.is_free || out.begin2 < leg.begin2 || leg.behind2 != leg.fastest2) {
+    const Corner begin = corner(before(i), leg);
+    out.behind2 =
+        std::min(leg.behind2, over(out.begin2, begin.steepest_behind, begin.turn, leg.turns_behind));
+  }
   const double gain2 = leg.acceleration * out.straight();
   out.before2 = std::min(leg.before2, out.behind2 + 2.0 * gain2);
   out.middle2 = std::min(leg.fastest2, 0.5 * (out.behind2 + out.before2) + gain2);
-  out.end2 = std::min(most_at_end2(i), over(out.before2, end.steepest_before, end.turn, end.before));
+  out.end2 = most_at_end2(i);
+  // At the end of a corner it may be as fast as before it, where nothing behind it says otherwise.
+  if (out.before2 < out.end2) {
+    out.end2 = out.before2;
+    if (turns_at_end(i) > 0.0) {
+      const Corner end = corner(leg, legs_[i + 1]);
+      out.end2 = std::min(most_at_end2(i), over(out.before2, end.steepest_before, end.turn, turns_at_end(i)));
+    }
+  }
   speed2_ = out.end2;
   return out;
 }

@@ -46,41 +46,44 @@ class LookAhead {
  private:
   using PerAxis = std::array<double, kMaxAxes>;
 
-  /// Where one block goes over into the next: the path turns at an even rate over the end of the one and the
-  /// begin of the other.
-  struct Corner {
-    PerAxis turn{};                                // by how much of `along` for each length, without sign
-    PerAxis steepest_before{}, steepest_behind{};  // `along` on the one side and on the other, at most
-    double before = 0.0;                           // length of the end of the block before it
-    double behind = 0.0;                           // of the begin of the next one
-    double fastest2 = std::numeric_limits<double>::infinity();
-  };
   /// How a block begins: behind a stop, behind a way that is not known, or from the block before it.
   enum class Begin : std::uint8_t { at_rest, unknown, at_corner };
   struct Leg {
     PerAxis along{};  // direction, of length 1
     double length = 0.0;
+    double per_length = 0.0;  // 1 / length
     double asked_s = 0.0;
     double acceleration = 0.0;
     double fastest2 = 0.0;
     Begin begins = Begin::at_rest;
-    Corner corner;  // at its begin
+    /// At the corner at its begin the path turns at an even rate over the end of the block before it and over
+    /// its own begin: their lengths.
+    double turns_before = 0.0, turns_behind = 0.0;
+    /// That corner slows down neither block where both go as fast as they are asked to behind it and before.
+    bool is_free = false;
+    bool is_bounded = false;  // with the block that is behind it now
     // The most from which what follows can be done: at its begin, behind its first corner, before its last.
     double begin2 = 0.0, behind2 = 0.0, before2 = 0.0;
-    bool is_bounded = false;  // with the block that is behind it now
+  };
+  /// What a corner asks of each axis.
+  struct Corner {
+    PerAxis turn{};                                // by how much of `along` for each length, without sign
+    PerAxis steepest_before{}, steepest_behind{};  // `along` on the one side and on the other, at most
+    double fastest2 = 0.0;
   };
 
-  void turn(const Leg& before, Leg& leg) const;
-  double over(double slow2, const PerAxis& steepest, const PerAxis& turn, double length) const;
-  const Corner& end_of(std::size_t i) const;
+  double turn_of(AxisId id, const Leg& before, const Leg& leg) const;
+  void begin_at_corner(const Leg& before, Leg& leg) const;
+  Corner corner(const Leg& before, const Leg& leg) const;
+  const Leg& before(std::size_t i) const { return i > 0 ? legs_[i - 1] : settled_; }
+  double turns_at_end(std::size_t i) const;
   double most_at_end2(std::size_t i) const;
   double straight(std::size_t i) const;
   void bound();
   SpeedProfile run(std::size_t i);
 
-  std::size_t axes_;
   std::optional<double> blend_mm_;
-  PerAxis acceleration_{}, digits_{};
+  PerAxis acceleration_{}, per_acceleration_{}, digits_{};
   std::array<bool, kMaxAxes> is_linear_{};
   std::vector<Leg> legs_;
   Begin begins_ = Begin::at_rest;  // the next one

@@ -23,14 +23,16 @@ class MotionPlan::Kind {
 /// A control that stops at block ends, or looks one block ahead.
 class MotionPlan::OneAhead : public Kind {
  public:
-  OneAhead(const Machine& machine, std::optional<double> blend_mm) : time_(machine, blend_mm) {}
+  OneAhead(const Machine& machine, std::optional<double> blend_mm, PlanOf what)
+      : time_(machine, blend_mm), what_(what) {}
 
   void add(const Block& block) override {
     const double least_s = time_.least_seconds(block.from, block.to);
     runs_.push_back({block.seconds < least_s ? block.seconds / least_s : 1.0,
-                     time_.go(block.from, block.to, block.seconds)});
+                     what_ == PlanOf::paces ? 0.0 : time_.go(block.from, block.to, block.seconds)});
   }
   void stop() override {
+    if (what_ == PlanOf::paces) return;
     const double more_s = time_.stop();
     if (!runs_.empty()) runs_.back().seconds += more_s;
   }
@@ -44,14 +46,15 @@ class MotionPlan::OneAhead : public Kind {
 
  private:
   MotionTime time_;
+  PlanOf what_;
   std::vector<BlockRun> runs_;
 };
 
 /// A control that slows down in time.
 class MotionPlan::ManyAhead : public Kind {
  public:
-  ManyAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-      : path_(machine, blend_mm, digits) {}
+  ManyAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits, PlanOf what)
+      : path_(machine, blend_mm, digits), what_(what) {}
 
   void add(const Block& block) override {
     if (block.apart) path_.stop();
@@ -64,21 +67,24 @@ class MotionPlan::ManyAhead : public Kind {
   void settle(std::size_t count, std::vector<BlockRun>& out) override {
     profiles_.clear();
     path_.settle(count, profiles_);
-    for (const SpeedProfile& profile : profiles_) out.push_back({profile.pace(), profile.seconds()});
+    for (const SpeedProfile& profile : profiles_)
+      out.push_back({profile.pace(), what_ == PlanOf::paces ? 0.0 : profile.seconds()});
   }
 
  private:
   LookAhead path_;
+  PlanOf what_;
   std::vector<SpeedProfile> profiles_;
 };
 
-MotionPlan::MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits) {
+MotionPlan::MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits,
+                       PlanOf what) {
   if (ends.stops)
-    kind_ = std::make_unique<OneAhead>(machine, std::nullopt);
+    kind_ = std::make_unique<OneAhead>(machine, std::nullopt, what);
   else if (ends.looks_ahead)
-    kind_ = std::make_unique<ManyAhead>(machine, ends.blend_mm, digits);
+    kind_ = std::make_unique<ManyAhead>(machine, ends.blend_mm, digits, what);
   else
-    kind_ = std::make_unique<OneAhead>(machine, ends.blend_mm.value_or(0.0));
+    kind_ = std::make_unique<OneAhead>(machine, ends.blend_mm.value_or(0.0), what);
 }
 MotionPlan::MotionPlan(MotionPlan&&) noexcept = default;
 MotionPlan& MotionPlan::operator=(MotionPlan&&) noexcept = default;

@@ -27,7 +27,7 @@ Machine accelerating(double linear_mm_s2, double rotary_rad_s2) {
 // A path at `mm_s`, lengths of the linear axes.
 std::vector<BlockRun> runs_of(const Machine& machine, const std::vector<JointVector>& path, double mm_s,
                               const BlockEnds& ends, const JointVector& digits = {}) {
-  MotionPlan plan(machine, ends, digits);
+  MotionPlan plan(machine, ends, digits, PlanOf::paces_and_seconds);
   for (std::size_t i = 1; i < path.size(); ++i) {
     double way = 0.0;
     for (AxisId id = 0; id < 3; ++id) way = std::hypot(way, path[i][id] - path[i - 1][id]);
@@ -106,7 +106,7 @@ TEST(LookAhead, RoundedWordsAskForNoAcceleration) {
 
 TEST(LookAhead, StopsAreStops) {
   const Machine machine = accelerating(1000.0, 10.0);
-  MotionPlan plan(machine, {}, {});
+  MotionPlan plan(machine, {}, {}, PlanOf::paces_and_seconds);
   const JointVector a = xy(0.0, 0.0), b = xy(10.0, 0.0), c = xy(20.0, 0.0);
   std::vector<BlockRun> runs;
   plan.add({a, b, 0.2});
@@ -122,7 +122,7 @@ TEST(LookAhead, StopsAreStops) {
 // 100 mm, a way that nobody knows, 100 mm: neither gets up to speed behind it nor slows down before it.
 TEST(LookAhead, WhatIsNotKnownSlowsNothingDown) {
   const Machine machine = accelerating(1000.0, 10.0);
-  MotionPlan plan(machine, {}, {});
+  MotionPlan plan(machine, {}, {}, PlanOf::paces_and_seconds);
   const JointVector a = xy(0.0, 0.0), b = xy(100.0, 0.0), c = xy(100.0, 100.0);
   plan.lose();
   plan.add({a, b, 2.0});

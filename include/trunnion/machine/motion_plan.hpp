@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,6 +27,9 @@ struct BlockRun {
   double seconds = 0.0;  // that it takes; where the control looks one block ahead, with the corner before it
 };
 
+/// What a plan is asked for: seconds cost as much again.
+enum class PlanOf : std::uint8_t { paces, paces_and_seconds };
+
 /// How fast the axes get along a program, block by block: no axis accelerates faster than it can, none is
 /// faster than a block asks for, and otherwise it is as fast as can be. Needs MotionTime::is_known.
 class MotionPlan {
@@ -33,7 +37,7 @@ class MotionPlan {
   /// @param digits  of the words, mm and rad: places of block ends are known to half of that, and what this
   ///                alone turns a path by asks for no acceleration; 0: they are exact
   /// `machine` must outlive the plan.
-  MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits);
+  MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits, PlanOf what);
   MotionPlan(MotionPlan&&) noexcept;
   MotionPlan& operator=(MotionPlan&&) noexcept;
   ~MotionPlan();

@@ -10,6 +10,6 @@ namespace trunnion::post {
 /// how fast it accelerates. `machine` must outlive the plan.
 /// @param smoothing_mm  PostOptions::smoothing_mm
 std::optional<MotionPlan> plan_of_control(const Machine& machine, const nc::Controller& controller,
-                                          std::optional<double> smoothing_mm);
+                                          std::optional<double> smoothing_mm, PlanOf what);
 
 }  // namespace trunnion::post

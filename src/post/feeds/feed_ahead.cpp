@@ -27,8 +27,9 @@ bool may_plan(const PostJob& job, const PostOptions& options) {
 
 FeedAhead::FeedAhead(const PostJob& job, const PostOptions& options)
     : options_(options),
-      plan_(may_plan(job, options) ? plan_of_control(*job.machine, *job.controller, options.smoothing_mm)
-                                   : std::nullopt),
+      plan_(may_plan(job, options)
+                ? plan_of_control(*job.machine, *job.controller, options.smoothing_mm, PlanOf::paces)
+                : std::nullopt),
       rates_(*job.machine) {}
 
 void FeedAhead::change(Chunk& chunk) {

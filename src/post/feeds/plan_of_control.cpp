@@ -5,7 +5,7 @@
 namespace trunnion::post {
 
 std::optional<MotionPlan> plan_of_control(const Machine& machine, const nc::Controller& controller,
-                                          std::optional<double> smoothing_mm) {
+                                          std::optional<double> smoothing_mm, PlanOf what) {
   if (!MotionTime::is_known(machine)) return std::nullopt;
   // A control that says nothing of it goes on from block to block: G64 and the like are what it begins with.
   const auto mode = controller.default_path_mode.value_or(
@@ -20,7 +20,7 @@ std::optional<MotionPlan> plan_of_control(const Machine& machine, const nc::Cont
     if (const auto letter = nc::axis_letter(machine.axes[id].name))
       digits[id] = controller.numbers.axes.quantum(*letter);
   }
-  return MotionPlan(machine, ends, digits);
+  return MotionPlan(machine, ends, digits, what);
 }
 
 }  // namespace trunnion::post

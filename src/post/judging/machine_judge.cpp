@@ -32,7 +32,8 @@ MachineJudge::MachineJudge(JudgedMachine judged, const WordsInForce& words, Path
       as_run_(judged_.machine, judged_.controller, options()),
       record_(options()) {
   put_in_spindle(words.tool.length_mm);
-  if (auto plan = plan_of_control(judged_.machine, judged_.controller, options().smoothing_mm))
+  if (auto plan = plan_of_control(judged_.machine, judged_.controller, options().smoothing_mm,
+                                  PlanOf::paces_and_seconds))
     as_run_.feeds.emplace(std::move(*plan), record_.report);
   at_once_.quiet = QuietRun(path_.limits());
 }
