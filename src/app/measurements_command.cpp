@@ -32,7 +32,7 @@ struct MeasurementsOptions {
 struct TraceImport {
   std::string file, out;
   MachineOptions machine;
-  std::string columns;
+  std::string columns, items;
   double period_s = 0.001;
   std::string program;
   AgainstOptions against;
@@ -86,15 +86,28 @@ Result<std::string> measured(TraceImport& command, const trace::Trace& trace, co
   return trace::measurements_of(trace, files.machine, *plan, command.how);
 }
 
+Result<trace::Trace> read_trace(const TraceImport& command, std::string_view text, const Machine& machine,
+                                Diagnostics& diagnostics) {
+  if (!command.columns.empty())
+    return trace::parse_list(text, command.file, machine, {names_of(command.columns), command.period_s},
+                             diagnostics);
+  if (command.items.empty()) return trace::parse_trace(text, command.file, machine, diagnostics);
+  trace::ShdrImport how;
+  for (const std::string& item : names_of(command.items)) {
+    const std::size_t at = item.find('=');
+    if (at == std::string::npos || at == 0)
+      return fail(ErrorCode::wrong_use, "--items are KEY=COLUMN with commas, not '" + item + "'");
+    how.items.push_back({item.substr(0, at), item.substr(at + 1)});
+  }
+  return trace::parse_shdr(text, command.file, machine, how, diagnostics);
+}
+
 Result<std::string> import_trace(TraceImport& command, Diagnostics& diagnostics) {
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return tl::unexpected(files.error());
   const auto text = read_file(command.file);
   if (!text) return tl::unexpected(text.error());
-  const auto trace = command.columns.empty()
-                         ? trace::parse_trace(*text, command.file, files->machine, diagnostics)
-                         : trace::parse_list(*text, command.file, files->machine,
-                                             {names_of(command.columns), command.period_s}, diagnostics);
+  const auto trace = read_trace(command, *text, files->machine, diagnostics);
   if (!trace) return tl::unexpected(trace.error());
   if (!command.program.empty()) return measured(command, *trace, *files, diagnostics);
   return trace::trace_text(*trace, files->machine, {"trace " + command.file});
@@ -269,11 +282,16 @@ void add_measurements_command(CLI::App& root, int& exit) {
   trace->add_option("-o,--output", traced->out, "trace (CSV), or measurement file with --program, to write")
       ->required();
   traced->machine.add_to(*trace, true);
-  trace->add_option(
-      "--columns", traced->columns,
-      "names of the fields of a list without a header, in their order, with commas: time_s, time_ms "
-      "or sample, X_mm ... C_deg, block, - for a field that is left out (default: the file is CSV with a "
-      "header)");
+  trace
+      ->add_option(
+          "--columns", traced->columns,
+          "names of the fields of a list without a header, in their order, with commas: time_s, time_ms "
+          "or sample, X_mm ... C_deg, block, - for a field that is left out (default: the file is CSV with a "
+          "header)")
+      ->excludes(
+          trace->add_option("--items", traced->items,
+                            "the file is what an MTConnect adapter sends (SHDR): its keys and what they are, "
+                            "Xact=X_mm,...,Cact=C_deg,line=block"));
   trace->add_option("--period-s", traced->period_s, "time from sample to sample where they are counted")
       ->check(above_zero())
       ->capture_default_str();

@@ -33,14 +33,20 @@ trace::Plan staircase() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const trace::Plan plan = staircase();
   fuzz::Bytes bytes(data, size);
-  const bool list = bytes.choice(2) == 1;
+  const auto form = bytes.choice(3);
   Diagnostics diagnostics;
   const std::string text = bytes.rest();
-  const auto read =
-      list ? trace::parse_list(text, "input", fuzz::machine(),
+  const auto read_as = [&] {
+    if (form == 0) return trace::parse_trace(text, "input", fuzz::machine(), diagnostics);
+    if (form == 1)
+      return trace::parse_list(text, "input", fuzz::machine(),
                                {{"sample", "-", "X_mm", "Y_mm", "Z_mm", "A_deg", "C_deg", "block"}, 0.001},
-                               diagnostics)
-           : trace::parse_trace(text, "input", fuzz::machine(), diagnostics);
+                               diagnostics);
+    return trace::parse_shdr(text, "input", fuzz::machine(),
+                             {{{"x", "X_mm"}, {"y", "Y_mm"}, {"z", "Z_mm"}, {"a", "A_deg"}, {"c", "C_deg"}}},
+                             diagnostics);
+  };
+  const auto read = read_as();
   if (!read) return 0;
   for (std::size_t i = 0; i < read->samples.size(); ++i) {
     fuzz::hold(std::isfinite(read->samples[i].time_s), "a time is a number");

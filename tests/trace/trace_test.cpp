@@ -1,5 +1,6 @@
 #include "trunnion/trace/trace.hpp"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -89,6 +90,27 @@ TEST(TraceFile, ReadsListsWithNamedFields) {
   EXPECT_NEAR(trace->samples[5].q[3], kPi / 2, 1e-15);
   ASSERT_EQ(diagnostics.findings().size(), 1U);
   EXPECT_THAT(diagnostics.findings()[0].message, HasSubstr("overrun"));
+}
+
+// As recorders write them where the decimal sign is a comma.
+TEST(TraceFile, TakesCommasOfDecimalsWhereSemicolonsOrTabsPartTheFields) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const char between : {';', '\t', ','}) {
+    std::string text = "Zeit;X;Y;Z;A;C\n";
+    for (int i = 0; i < 12; ++i) {
+      std::string line = std::to_string(i) + "|1,25|-2,5|3|90,0|180";
+      if (between == ',') std::replace(line.begin(), line.end(), ',', '.');
+      std::replace(line.begin(), line.end(), '|', between);
+      text += line + "\r\n";
+    }
+    Diagnostics diagnostics;
+    const auto trace = parse_list(
+        text, "l.csv", machine, {{"time_ms", "X_mm", "Y_mm", "Z_mm", "A_deg", "C_deg"}, 0.001}, diagnostics);
+    ASSERT_TRUE(trace) << trace.error().text();
+    EXPECT_EQ(trace->samples[7].q[0], 1.25);
+    EXPECT_EQ(trace->samples[7].q[1], -2.5);
+    EXPECT_NEAR(trace->samples[7].time_s, 0.007, 1e-12);
+  }
 }
 
 }  // namespace

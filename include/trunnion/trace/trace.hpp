@@ -47,7 +47,7 @@ std::string trace_text(const Trace& trace, const Machine& machine,
                        const std::vector<std::string>& comments = {});
 
 /// Samples of a control's own list of values: a line a sample, fields parted by blanks, tabs, commas or
-/// semicolons, no header.
+/// semicolons, no header. Where semicolons or tabs part them a comma is that of a decimal.
 struct ListImport {
   /// Names of the fields in their order: `time_s`, `time_ms`, `sample` (a number that counts samples), axis
   /// columns as in a trace, `block`, `-` for a field that is left out.
@@ -59,5 +59,21 @@ struct ListImport {
 /// Fails as parse_trace does.
 Result<Trace> parse_list(std::string_view text, const std::string& file, const Machine& machine,
                          const ListImport& how, Diagnostics& diagnostics);
+
+/// Text that an MTConnect adapter sends (SHDR): lines `time|key|value|key|value ...`, with every value its
+/// own time, or the same for several.
+struct ShdrImport {
+  struct Item {
+    std::string key;     // of the adapter, with or without the device in front
+    std::string column;  // as in a trace: X_mm ... C_deg, block
+  };
+  std::vector<Item> items;
+};
+
+/// Reads such a text: a row for every moment at which an axis sent a value, the others between theirs. Times
+/// are dates or milliseconds. What is UNAVAILABLE is left out. Fails as parse_trace does, and where no line
+/// gives an item.
+Result<Trace> parse_shdr(std::string_view text, const std::string& file, const Machine& machine,
+                         const ShdrImport& how, Diagnostics& diagnostics);
 
 }  // namespace trunnion::trace

@@ -61,7 +61,7 @@ def random_cl(rng):
 
 
 SPOIL = ["clean", "noise", "dropped", "gaps", "row_jitter", "item_jitter", "two_clocks", "cut", "slow_rate", "other_program", "inches", "swapped", "sign", "milliseconds",
-         "words"]
+         "words", "shdr"]
 
 
 def hidden_servo(rng):
@@ -77,6 +77,20 @@ def hidden_servo(rng):
     if kind == "blend":
         blend = int(rng.integers(6, 30))
     return kind, lag, spike, blend
+
+
+def adapter_text(rng, times, recorded, rate_ms):
+    """What an MTConnect adapter sends (SHDR): every axis at its own moments, where it has changed."""
+    lines = []
+    for i, name in enumerate(control.AXES):
+        last = None
+        for row in np.arange(rng.integers(0, int(rate_ms)), len(times), rate_ms).astype(int):
+            value = f"{recorded[row, i]:.6f}"
+            if value != last:
+                lines.append((times[row], f"{name}act|{value}"))
+            last = value
+    lines.sort()
+    return "* adapterVersion: 2.1\n" + "".join(f"{1000 * t:.3f}|{text}\n" for t, text in lines)
 
 
 def run_case(program, folder, seed, k):
@@ -165,9 +179,22 @@ def run_case(program, folder, seed, k):
         rows[:, 2] -= length
         if k % 2:
             positions = "# positions: words\n"
-    with csv.open("w") as file:
-        file.write("# simulated\n" + positions + header)
-        np.savetxt(file, np.column_stack([times[keep], rows]), fmt="%.6f", delimiter=",")
+    if spoil == "shdr":
+        rate = float(rng.choice([2, 5, 10, 20]))
+        shdr = folder / "trace.shdr"
+        shdr.write_text(adapter_text(rng, times, recorded, rate))
+        items = ",".join(f"{name}act={name}_{'deg' if name in 'ABC' else 'mm'}" for name in control.AXES)
+        done = subprocess.run([program, "-q", "measurements", "import", "trace", str(shdr), "-o", str(csv), "-m", MACHINE, "--items", items],
+                              capture_output=True, text=True)
+        if done.returncode != 0:
+            return {"case": k, "spoil": spoil, "servo": kind, "result": "wrong", "why": done.stderr[-300:]}
+        text = csv.read_text()
+        begin = float(next(line for line in text.splitlines() if line[0].isdigit()).split(",")[0])
+        clock = times[0] - begin
+    else:
+        with csv.open("w") as file:
+            file.write("# simulated\n" + positions + header)
+            np.savetxt(file, np.column_stack([times[keep], rows]), fmt="%.6f", delimiter=",")
     # The truth: where the machine really was at these moments while it cut. The first cut comes down from the safe height: no part of the path.
     seen = seen & keep
     p, _ = chain.tool(where[seen], length)
@@ -186,7 +213,7 @@ def run_case(program, folder, seed, k):
     wrong_data = spoil in ("other_program", "inches", "swapped", "sign", "milliseconds") or (spoil == "words" and not positions)
     if done.returncode == 3:
         result["why"] = done.stderr.strip()[-400:]
-        fine = wrong_data or spoil in ("item_jitter", "cut", "noise", "slow_rate", "row_jitter") or clocks >= 100
+        fine = wrong_data or spoil in ("item_jitter", "cut", "noise", "slow_rate", "row_jitter", "shdr") or clocks >= 100
         result["result"] = "refused" if fine else "refused without need"
         return result
     if done.returncode not in (0, 1):
