@@ -161,13 +161,19 @@ class Clock {
     return followed_.time_s[last];
   }
 
-  /// The moment at which it has come to `s`.
+  /// The moment at which it has come to `s`, or goes on from there to where the program is not known: a row
+  /// need not be at `s` where it does not stop.
   double comes_to(double s) const {
     const auto& forward = followed_.at.forward;
-    std::size_t last = i_;
+    std::size_t last = i_, before = i_;
     for (std::size_t i = i_; i <= followed_.at.last; ++i) {
       if (std::isnan(forward[i])) continue;
-      if (forward[i] >= s - still_) return followed_.time_s[i];
+      if (forward[i] >= s - still_) {
+        const bool leaves = i > last + 1 && forward[last] < s - still_;
+        const double step = forward[last] - forward[before];
+        return leaves && s - forward[last] < 2.0 * step ? followed_.time_s[last + 1] : followed_.time_s[i];
+      }
+      before = last;
       last = i;
     }
     return followed_.time_s[last];
