@@ -13,7 +13,11 @@ void add_accelerations(std::optional<MotionPlan> control, trace::Plan& plan) {
   std::vector<trace::PlannedBlock*> added;
   const trace::PlannedBlock* before = nullptr;
   for (trace::PlannedBlock& block : plan.blocks) {
-    if (before != nullptr && (block.unknown || before->dwell_s > 0.0)) control->stop();
+    // Where nobody knows the way it mostly goes on from a rapid into a retract.
+    if (before != nullptr && before->dwell_s > 0.0)
+      control->stop();
+    else if (block.unknown)
+      control->lose();
     if (before != nullptr && !block.unknown && block.seconds > 0.0) {
       control->add({before->q, block.q, block.seconds, block.rapid});
       added.push_back(&block);

@@ -1,7 +1,5 @@
 #include "trunnion/machine/motion_plan.hpp"
 
-#include "trunnion/machine/motion_time.hpp"
-
 #include "machine/look_ahead.hpp"
 
 namespace trunnion {
@@ -24,30 +22,30 @@ class MotionPlan::Kind {
 class MotionPlan::OneAhead : public Kind {
  public:
   OneAhead(const Machine& machine, std::optional<double> blend_mm, PlanOf what)
-      : time_(machine, blend_mm), what_(what) {}
+      : time_(machine, blend_mm, what) {}
 
   void add(const Block& block) override {
-    const double least_s = time_.least_seconds(block.from, block.to);
-    runs_.push_back({block.seconds < least_s ? block.seconds / least_s : 1.0,
-                     what_ == PlanOf::paces ? 0.0 : time_.go(block.from, block.to, block.seconds)});
+    if (block.apart != is_apart_) time_.rest(runs_);
+    is_apart_ = block.apart;
+    time_.go(block.from, block.to, block.seconds, runs_);
+    ++waiting_;
   }
-  void stop() override {
-    if (what_ == PlanOf::paces) return;
-    const double more_s = time_.stop();
-    if (!runs_.empty()) runs_.back().seconds += more_s;
-  }
-  void lose() override { stop(); }
-  std::size_t waiting() const override { return runs_.size(); }
+  void stop() override { time_.stop(runs_); }
+  void lose() override { time_.lose(runs_); }
+  std::size_t waiting() const override { return waiting_; }
   void settle(std::size_t count, std::vector<BlockRun>& out) override {
+    if (runs_.size() < count) time_.stop(runs_);
     const auto end = runs_.begin() + static_cast<std::ptrdiff_t>(count);
     out.insert(out.end(), runs_.begin(), end);
     runs_.erase(runs_.begin(), end);
+    waiting_ -= count;
   }
 
  private:
   MotionTime time_;
-  PlanOf what_;
+  bool is_apart_ = false;  // the last one
   std::vector<BlockRun> runs_;
+  std::size_t waiting_ = 0;
 };
 
 /// A control that slows down in time.

@@ -143,7 +143,7 @@ class Clock {
  public:
   Clock(const Followed& followed, double still) : followed_(followed), still_(still), i_(followed.at.first) {}
 
-  /// The moment at which it goes on beyond `s`.
+  /// The moment at which it goes on beyond `s`, or comes there from where the program is not known.
   double leaves(double s) {
     const auto& forward = followed_.at.forward;
     std::size_t last = i_;
@@ -151,6 +151,7 @@ class Clock {
       if (std::isnan(forward[i])) continue;
       if (forward[i] > s + still_) {
         i_ = last;
+        if (i > last + 1 && forward[i] - s < 2.0 * step_behind(i)) return followed_.time_s[i - 1];
         const double from = forward[last], to = forward[i];
         const double share = to > from ? std::clamp((s - from) / (to - from), 0.0, 1.0) : 1.0;
         return followed_.time_s[last] + share * (followed_.time_s[i] - followed_.time_s[last]);
@@ -180,6 +181,15 @@ class Clock {
   }
 
  private:
+  // From a row to the next one that is on the program.
+  double step_behind(std::size_t i) const {
+    const auto& forward = followed_.at.forward;
+    for (std::size_t next = i + 1; next <= followed_.at.last; ++next) {
+      if (!std::isnan(forward[next])) return forward[next] - forward[i];
+    }
+    return 0.0;
+  }
+
   const Followed& followed_;
   double still_;
   std::size_t i_;

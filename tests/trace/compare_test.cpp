@@ -104,6 +104,34 @@ TEST(Compare, ADelayOfOneAxisIsNamed) {
   EXPECT_NEAR(report->causes[0].value, 5.0, 0.3);
 }
 
+// Behind its second block it goes on out of sight as it came, without a stop, so that no row is at the
+// block's end, and comes back for the fourth one: a way that nobody planned, of 2 s.
+TEST(Compare, AWayOutOfSightIsNoTimeOfABlock) {
+  Given given(kStairs);
+  given.plan.blocks[3].unknown = true;
+  const auto& blocks = given.plan.blocks;
+  const double leaves_s = blocks[1].seconds + blocks[2].seconds;
+  const double comes_s = leaves_s + 2.0;
+  double end_s = comes_s;
+  for (std::size_t k = 4; k < blocks.size(); ++k) end_s += blocks[k].seconds;
+  for (double t = 0.0; t < end_s + 0.1; t += 0.0037) {
+    Sample sample;
+    sample.time_s = t;
+    sample.q = given.at(t < leaves_s ? t : t - comes_s + leaves_s + blocks[3].seconds);
+    if (t >= leaves_s && t < comes_s) {
+      const double share = t - leaves_s;
+      sample.q = share < 1.0 ? blocks[2].q : blocks[3].q;
+      sample.q[1] += kFeed_mm_s * std::min(share, 2.0 - share);
+      sample.q[2] += share < 1.0 ? 0.0 : 30.0 * std::min(1.0, 10.0 * (2.0 - share));
+    }
+    given.trace.samples.push_back(sample);
+  }
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_NEAR(report->elsewhere_s, 2.0, 0.02);
+  EXPECT_NEAR(report->duration_s, leaves_s + end_s - comes_s, 0.02);
+}
+
 TEST(Compare, TimesAreThoseOfTheTrace) {
   Given given(kStairs);
   given.plan.blocks[2].dwell_s = 0.5;

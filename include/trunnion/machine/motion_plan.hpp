@@ -1,11 +1,11 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "trunnion/machine/machine.hpp"
+#include "trunnion/machine/motion_time.hpp"
 
 namespace trunnion {
 
@@ -20,15 +20,6 @@ struct BlockEnds {
   /// otherwise it looks one block ahead (MotionTime).
   bool looks_ahead = true;
 };
-
-/// What comes of a block on axes that accelerate no faster than they can (Axis::acceleration).
-struct BlockRun {
-  double pace = 1.0;  // largest speed that is reached in it, of the speed that was asked for: above 0, to 1
-  double seconds = 0.0;  // that it takes; where the control looks one block ahead, with the corner before it
-};
-
-/// What a plan is asked for: seconds cost as much again.
-enum class PlanOf : std::uint8_t { paces, paces_and_seconds };
 
 /// How fast the axes get along a program, block by block: no axis accelerates faster than it can, none is
 /// faster than a block asks for, and otherwise it is as fast as can be. Needs MotionTime::is_known.
@@ -47,7 +38,8 @@ class MotionPlan {
     const JointVector& from;
     const JointVector& to;
     double seconds = 0.0;  // at the speed that is asked for; above 0
-    /// A rapid, or beside the path: a control that looks many blocks ahead is taken to stop at both ends.
+    /// A rapid, or beside the path. A control that looks many blocks ahead is taken to stop at both its ends,
+    /// one that looks one ahead between such a block and one on the path.
     bool apart = false;
   };
   /// The next block. The machine begins at rest.
