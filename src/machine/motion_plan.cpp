@@ -13,6 +13,7 @@ class MotionPlan::Kind {
 
   virtual void add(const Block& block) = 0;
   virtual void stop() = 0;
+  virtual void rest() = 0;
   virtual void lose() = 0;
   virtual std::size_t waiting() const = 0;
   virtual void settle(std::size_t count, std::vector<BlockRun>& out) = 0;
@@ -31,6 +32,7 @@ class MotionPlan::OneAhead : public Kind {
     ++waiting_;
   }
   void stop() override { time_.stop(runs_); }
+  void rest() override { time_.rest(runs_); }
   void lose() override { time_.lose(runs_); }
   std::size_t waiting() const override { return waiting_; }
   void settle(std::size_t count, std::vector<BlockRun>& out) override {
@@ -60,6 +62,7 @@ class MotionPlan::ManyAhead : public Kind {
     if (block.apart) path_.stop();
   }
   void stop() override { path_.stop(); }
+  void rest() override { path_.stop(); }
   void lose() override { path_.lose(); }
   std::size_t waiting() const override { return path_.waiting(); }
   void settle(std::size_t count, std::vector<BlockRun>& out) override {
@@ -94,6 +97,10 @@ void MotionPlan::add(const Block& block) {
 
 void MotionPlan::stop() {
   kind_->stop();
+}
+
+void MotionPlan::rest() {
+  kind_->rest();
 }
 
 void MotionPlan::lose() {

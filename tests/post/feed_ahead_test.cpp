@@ -1,6 +1,7 @@
 // F words that the axes reach: planned, written, read back.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <gtest/gtest.h>
 #include <random>
 #include <set>
@@ -61,6 +62,37 @@ TEST(FeedAhead, EveryFeedIsReachedOnEveryControl) {
       EXPECT_NEAR(*p.estimated_s, *t.estimated_s, 0.03 * *t.estimated_s) << control;
       EXPECT_GT(p.duration_s, t.duration_s) << control;
       EXPECT_LT(p.duration_s, 1.01 * *p.estimated_s) << control;
+    }
+  }
+}
+
+// Short cuts with a rapid behind each, where a control that blends comes to rest with all of its
+// acceleration: the words that are planned before are those that the verification asks for.
+TEST(FeedAhead, TheLastBlockBeforeARapidIsAsFastAsItMayBe) {
+  std::mt19937_64 random(28);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  for (int round = 0; round < 40; ++round) {
+    std::string cl = "MULTAX/ON\nLOADTL/1,LENGTH,100\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,3000\n";
+    for (int cut = 0; cut < 4; ++cut) {
+      double x = 40.0 * u(random), y = 40.0 * u(random), tilt = 0.3;
+      for (int i = 0; i < 5; ++i) {
+        const bool rapid = i == 0 || i == 4;
+        if (rapid) cl += "RAPID\n";
+        char line[128];
+        std::snprintf(line, sizeof line, "GOTO/%.5f,%.5f,%.5f,%.8f,0,%.8f\n", x, y, rapid ? 50.0 : 5.0,
+                      std::sin(tilt), std::cos(tilt));
+        cl += line;
+        x += 3.0 * u(random);
+        y += 3.0 * u(random);
+        tilt += 0.03 * u(random);
+      }
+    }
+    for (const double smoothing : {0.0, 0.005, 0.05}) {
+      PostOptions options;
+      options.smoothing_mm = smoothing;
+      const auto out = posted(cl + "FINI\n", accelerating(1000.0, 10.0), options, "linuxcnc");
+      ASSERT_TRUE(out.report) << round << " " << out.report.error().text();
+      EXPECT_TRUE(out.report->verification->passed()) << round << " " << smoothing;
     }
   }
 }

@@ -44,8 +44,10 @@ class MotionPlan {
   };
   /// The next block. The machine begins at rest.
   void add(const Block& block);
-  /// It stands still behind the last block.
+  /// It stands still behind the last block: nothing follows that it could go over into.
   void stop();
+  /// It comes to rest behind the last block, and goes on: from a feed move to a rapid.
+  void rest();
   /// What it does behind the last block is not known, nor how fast it is where it does: nothing that was
   /// added before and nothing that is added from here on is slowed down by it.
   void lose();

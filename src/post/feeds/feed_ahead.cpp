@@ -67,7 +67,7 @@ void FeedAhead::add(Chunk& chunk) {
     // Where the tool leaves the part to turn is found when the motion is made.
     const bool turns_away = chunk.chosen[i].reconfigure || turns_behind_;
     if (motion.point.rapid)
-      plan_->stop();
+      plan_->rest();
     else if (turns_away)
       plan_->lose();
     else if (i > 0 || chunk.has_before)
