@@ -73,7 +73,6 @@ class Fitter {
   // The grid value that explains most beside everything else that is free, for shape parameters that the file
   // does not give.
   void start_shapes() {
-    solve_step(false);
     for (std::size_t e = 0; e < fit_.model.effects.size(); ++e) {
       ModelEffect& effect = fit_.model.effects[e];
       const auto& info = effect.effect->info();
@@ -82,6 +81,7 @@ class Fitter {
       for (std::size_t k = linear; k < effect.parameters.size(); ++k)
         open = open && !effect.parameters[k].given && !effect.parameters[k].fixed;
       if (!open) continue;
+      if (fit_.raw.size() == 0) take_residual();
       MatrixXd others = white_columns_raw();
       for (std::size_t k = 0; k < fit_.free.size(); ++k)
         if (fit_.free[k].effect == e) others.col(static_cast<Eigen::Index>(k)).setZero();
@@ -156,11 +156,15 @@ class Fitter {
     return columns_;
   }
 
+  void take_residual() {
+    if (!fit_.whitening) update_noise();
+    fit_.raw = o_.values() - o_.predicted(fit_.model);
+  }
+
   // Residual, Jacobian, decomposition and Newton step at the present values.
   void solve_step(bool last) {
     const Eigen::Index n = o_.size(), p = static_cast<Eigen::Index>(fit_.free.size());
-    if (!fit_.whitening) update_noise();
-    fit_.raw = o_.values() - o_.predicted(fit_.model);
+    take_residual();
     VectorXd y(n + priors_);
     y.head(n) = fit_.whitening->applied(fit_.raw);
     Eigen::Index row = n;

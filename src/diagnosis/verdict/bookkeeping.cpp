@@ -136,6 +136,23 @@ struct Trial {
       INFINITY;  // of chi-square of the model as given over what noise leaves; of a shift of the clock
 };
 
+// The files with one convention put right; effects that were found stand behind the model's own.
+struct RightFiles {
+  RightFiles(const Machine& machine, const Model& found, const Dataset& data, const Convention& c)
+      : files(put_right(machine, found, with_known_state(data, c), c)),
+        observations(files.machine, files.data) {}
+  RightFiles(const RightFiles&) = delete;
+  RightFiles& operator=(const RightFiles&) = delete;
+  Model with_first(std::size_t effects) const {
+    Model out = files.model;
+    out.effects.resize(effects);
+    return out;
+  }
+
+  const PutRight files;
+  const Observations observations;
+};
+
 struct Accepted {
   Bookkeeping said;
   double deviance = 0.0;
@@ -322,20 +339,63 @@ class Judge {
   Trial tried(const Convention& given) const {
     Trial out;
     out.what = estimated(given, model_);
-    if (!large_enough(out.what)) return out;
-    out.base = under(out.what, model_);
-    out.with_found = found_columns_ > 0.0 ? under(out.what, found_) : out.base;
-    const double lost = of_lost(out.what);
-    for (Figures* f : {&out.base, &out.with_found}) *f = with_lost(*f, lost);
-    out.excess = out.base.chi2 - out.base.dof + kOfLost * lost;
-    const double n = std::log(static_cast<double>(data_.readings.size()));
-    // Of one run, and where all that was found does as well beside it: else one effect less does not either.
-    if (out.what.run && out.with_found.deviance < found_as_given_.deviance + kEvidence)
-      for (const Fewer& f : fewer_)
-        out.fewer = std::min(out.fewer, under(out.what, f.model).deviance + f.columns * n + price(out.what));
-    out.best = std::min({out.base.deviance + price(out.what),
-                         out.with_found.deviance + found_columns_ * n + price(out.what), out.fewer});
+    if (large_enough(out.what)) compare(out);
     return out;
+  }
+  // Sizes of parameters cost several fits, and only add to what speaks against a convention: most explain
+  // nothing without them.
+  void compare(Trial& t) const {
+    const RightFiles right(machine_, found_, data_, t.what);
+    const Observations& o = right.observations;
+    const Model base = right.with_first(model_.effects.size());
+    const double lost = of_lost(t.what), scale = of_scale(t.what, data_);
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    const FitCore core = core_of(o, base, {});
+    const FitCore core_found = found_columns_ > 0.0 ? core_of(o, right.files.model, {}) : core;
+    // Of one run, and where all that was found does as well beside it: else one effect less does not either.
+    const auto fewer_may = [&] {
+      return t.what.run && !fewer_.empty() &&
+             t.with_found.deviance < found_as_given_.deviance + kEvidence;
+    };
+    t.base = with_lost(least_figures(o, core, scale), lost);
+    t.with_found = with_lost(least_figures(o, core_found, scale), lost);
+    if (fewer_may() || explains(t)) {
+      t.base = with_lost(figures(o, base, core, scale), lost);
+      t.with_found =
+          found_columns_ > 0.0 ? with_lost(figures(o, right.files.model, core_found, scale), lost) : t.base;
+      if (fewer_may())
+        for (const Fewer& f : fewer_)
+          t.fewer = std::min(t.fewer, under(t.what, f.model).deviance + f.columns * n + price(t.what));
+    }
+    t.best = std::min({t.base.deviance + price(t.what),
+                       t.with_found.deviance + found_columns_ * n + price(t.what), t.fewer});
+  }
+  // How well the model as given does beside a shift of the clock.
+  Trial at_clock(const Convention& given) const {
+    Trial out;
+    out.what = estimated(given, model_);
+    if (!large_enough(out.what)) return out;
+    const RightFiles right(machine_, model_, data_, out.what);
+    const FitCore core = core_of(right.observations, right.files.model, {});
+    const double lost = of_lost(out.what);
+    const Figures f = with_lost(least_figures(right.observations, core, 0.0), lost);
+    out.excess = f.chi2 - f.dof + kOfLost * lost;
+    return out;
+  }
+  static bool falls(const Figures& from, const Figures& to, double share) {
+    const double by = from.deviance - to.deviance;
+    return by > kEvidence && by > share * (from.deviance - from.floor);
+  }
+  // What does not even bring the model or the effects that were found nearer to the readings explains
+  // nothing; but readings that are too small are near to everything. A run of few readings is little of what
+  // is wrong, but one effect less may do beside its other sign.
+  bool explains(const Trial& t) const {
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    const double as_found = found_as_given_.deviance + found_columns_ * n + selection(1.0);
+    return t.fewer <= as_found + kRival || falls(as_given_, t.base, kHelps) ||
+           (!clean(said_) && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
+           (t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
+            (small_readings_ || t.what.run));
   }
 
   // Each kind of clock shift once, at its best moment. Effects found beside the wrong clock suit it, so the
@@ -356,6 +416,7 @@ class Judge {
     oneapi::tbb::parallel_for(std::size_t{0}, shifts.size(), [&](std::size_t i) { refine(shifts[i]); });
     trials.push_back(std::move(*std::min_element(
         shifts.begin(), shifts.end(), [](const Trial& a, const Trial& b) { return a.excess < b.excess; })));
+    if (std::isfinite(trials.back().excess)) compare(trials.back());
   }
   void refine(Trial& shift) const {
     double step = 0.4 * std::abs(shift.what.by_s);
@@ -363,14 +424,16 @@ class Judge {
       for (const double by : {step, -step}) {
         Convention c = shift.what;
         c.by_s += by;
-        if (Trial t = tried(c); t.excess < shift.excess) shift = std::move(t);
+        if (Trial t = at_clock(c); t.excess < shift.excess) shift = std::move(t);
       }
   }
 
   std::vector<Trial> trials() const {
     const auto list = conventions(machine_, data_, model_);
     std::vector<Trial> out(list.size());
-    oneapi::tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t i) { out[i] = tried(list[i]); });
+    oneapi::tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t i) {
+      out[i] = list[i].kind == ConventionKind::time_shift ? at_clock(list[i]) : tried(list[i]);
+    });
     refine_clock(out);
     std::erase_if(out, [](const Trial& t) { return !std::isfinite(t.best); });
     std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.best < b.best; });
@@ -397,14 +460,6 @@ class Judge {
   WrongConventions fitted_conventions() {
     auto all = trials();
     tried_ = static_cast<double>(all.size());
-    const Figures& found = found_as_given_;
-    // What does not even bring the model or the effects that were found nearer to the readings explains
-    // nothing; but readings that are too small are near to everything.
-    const bool open = !clean(said_);
-    const auto falls = [](const Figures& from, const Figures& to, double share) {
-      const double by = from.deviance - to.deviance;
-      return by > kEvidence && by > share * (from.deviance - from.floor);
-    };
     // Readings that hardly scatter are cured by no other unit than a larger one.
     const auto cures = [&](const Convention& c) {
       return c.kind != ConventionKind::unit || !c.axes.empty() || !small_readings_ ||
@@ -412,19 +467,11 @@ class Judge {
     };
     std::erase_if(all, [&](const Trial& t) {
       return scales_to_nothing(t.what, data_) || !cures(t.what) ||
-             (t.base.reduced() < kLeastNoise && t.with_found.reduced() < kLeastNoise);
-    });
-    // A run of few readings is little of what is wrong, but one effect less may do beside its other sign.
-    const double n = std::log(static_cast<double>(data_.readings.size()));
-    const double as_found = found.deviance + found_columns_ * n + selection(1.0);
-    std::erase_if(all, [&](const Trial& t) {
-      return t.fewer > as_found + kRival && !falls(as_given_, t.base, kHelps) &&
-             !(open && falls(found, t.with_found, kHelpsEffects)) &&
-             !(t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
-               (small_readings_ || t.what.run));
+             (t.base.reduced() < kLeastNoise && t.with_found.reduced() < kLeastNoise) || !explains(t);
     });
     // Nor does what noise alone would leave too much of.
-    const Figures& known = absurd_ ? as_given_ : found;
+    const double n = std::log(static_cast<double>(data_.readings.size()));
+    const Figures& known = absurd_ ? as_given_ : found_as_given_;
     const double to_beat = known.deviance + known.parameters * n;
     std::erase_if(all, [&](const Trial& t) {
       return t.base.floor + t.base.parameters * n + price(t.what) > to_beat + kRival;

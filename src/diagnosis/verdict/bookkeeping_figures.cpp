@@ -47,20 +47,26 @@ double of_scale(const Convention& c, const Dataset& data) {
   return -2.0 * count * std::log(c.factor);
 }
 
+Figures least_figures(const Observations& o, const FitCore& core, double scale) {
+  Figures out;
+  out.chi2 = core.chi2();
+  out.dof = core.dof();
+  const double fixed = log_determinant(o, core.whitening->noise()) + scale;
+  // Readings that scatter less than stated are no better explained.
+  out.deviance = std::max(out.chi2, out.dof) + fixed;
+  out.floor = out.dof + fixed;
+  return out;
+}
+
 Figures figures(const Observations& o, const Model& start, const FitCore& core, double scale) {
   // Where the readings leave combinations open, the plain fit runs away along them: sizes are those of the
   // smallest parameters that do as well, and what is hardly seen is no parameter that was paid for.
   const SizedFit sized = with_usual_sizes(o, start, core, {.robust = false});
   const Whitening& whitening = *core.whitening;
-  Figures out;
-  out.chi2 = core.chi2();
-  out.dof = core.dof();
+  Figures out = least_figures(o, core, scale);
   out.parameters = static_cast<double>(whitening.noise().used_count() - whitening.setup_rank()) - sized.dof;
   out.sizes = of_sizes(sized.core);
-  const double fixed = log_determinant(o, whitening.noise()) + scale;
-  // Readings that scatter less than stated are no better explained.
-  out.deviance = std::max(out.chi2, out.dof) + fixed + out.sizes;
-  out.floor = out.dof + fixed;
+  out.deviance += out.sizes;
   return out;
 }
 

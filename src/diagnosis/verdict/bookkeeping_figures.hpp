@@ -20,6 +20,10 @@ struct Figures {
 /// of those fitted.
 Figures figures(const Observations& observations, const Model& start, const FitCore& fit, double scale);
 
+/// The same without sizes and number of the parameters, for which fits beside priors are needed: no deviance
+/// is smaller.
+Figures least_figures(const Observations& observations, const FitCore& fit, double scale);
+
 /// That quotient for a convention that scales readings, else 0.
 double of_scale(const Convention& convention, const Dataset& data);
 
