@@ -3,7 +3,7 @@
 namespace trunnion {
 
 DeviationMap::DeviationMap(const Machine& machine, const JointVector& q, const Vec3& tool_mm)
-    : machine_(&machine), q_(q), tool_mm_(tool_mm), nominal_PT_(forward(machine, q, tool_mm)) {
+    : machine_(&machine), nominal_PT_(forward(machine, q, tool_mm)) {
   const Pose X_MP = part_in_machine(machine, q);
   const Vec3 tip_M = X_MP * nominal_PT_.p;
   R_MP_ = X_MP.R;
@@ -16,9 +16,23 @@ DeviationMap::DeviationMap(const Machine& machine, const JointVector& q, const V
   part_ = {X_MP.R, tip_M - X_MP.p, -1.0};
 }
 
-Deviation DeviationMap::exact_P(const ChainErrors& errors) const {
-  const Pose actual = forward(*machine_, q_, tool_mm_, errors);
-  return {actual.p - nominal_PT_.p, rotation_vector(actual.R * nominal_PT_.R.transpose())};
+// A Exp(xi) A^-1 = Exp(Ad_A xi): about the tool point, in the axes of M, every joint's motion is the
+// exponential of its first-order twist, whatever the nominal pose before and behind it. Those of the part's
+// side come inverted, outermost first.
+Deviation DeviationMap::exact_M(const ChainErrors& errors) const {
+  Pose moved = Pose::identity();
+  const auto add = [&](const Link& link, const Twist& error) {
+    if (error.is_zero()) return;
+    const Deviation d = linear_M(link, error);
+    moved = moved * exp(Twist{d.displacement_mm, d.rotation_rad});
+  };
+  add({Link::Kind::part, 0}, errors.part);
+  const auto& part_chain = machine_->part_chain;
+  for (auto id = part_chain.rbegin(); id != part_chain.rend(); ++id)
+    add({Link::Kind::joint, *id}, errors.joint[*id]);
+  for (const AxisId id : machine_->tool_chain) add({Link::Kind::joint, id}, errors.joint[id]);
+  add({Link::Kind::spindle, 0}, errors.spindle);
+  return {moved.p, rotation_vector(moved.R)};
 }
 
 const DeviationMap::Lever& DeviationMap::lever_of(const Link& link) const {

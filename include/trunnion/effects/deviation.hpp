@@ -25,9 +25,9 @@ class DeviationMap {
  public:
   DeviationMap(const Machine& machine, const JointVector& q, const Vec3& tool_mm);
 
-  /// Exact: from the forward model with these errors. d_P = p_PT,actual - p_PT,nominal.
-  Deviation exact_P(const ChainErrors& errors) const;
-  Deviation exact_M(const ChainErrors& errors) const { return to_M(exact_P(errors)); }
+  /// Exact: what the forward model with these errors says. d_P = p_PT,actual - p_PT,nominal.
+  Deviation exact_M(const ChainErrors& errors) const;
+  Deviation exact_P(const ChainErrors& errors) const { return to_P(exact_M(errors)); }
 
   /// First order in the twist (the derivative of `exact_M` at zero errors): for a joint that carries the
   /// tool, or the spindle, d_M = R d + R r x lever, rotation R r; for a joint that carries the part, or the
@@ -54,8 +54,6 @@ class DeviationMap {
   };
   const Lever& lever_of(const Link& link) const;
   const Machine* machine_;
-  JointVector q_;
-  Vec3 tool_mm_;
   Pose nominal_PT_;
   Mat3 R_MP_;
   std::array<Lever, kMaxAxes> joint_;
