@@ -7,7 +7,10 @@
 namespace trunnion::diagnosis {
 
 Fit fit(const Machine& machine, const Dataset& data, const Model& given, const FitOptions& options) {
-  const Observations observations(machine, data);
+  return fit(Observations(machine, data), given, options);
+}
+
+Fit fit(const Observations& observations, const Model& given, const FitOptions& options) {
   const Model model = with_best_variants(observations, given);
   FitCore own = fit_core(observations, model, options);
   Fit out;

@@ -55,6 +55,9 @@ SizeByQuantity size_by_quantity(const Dataset& data, const VectorXd& values,
 FitCore fit_core(const Observations& observations, const Model& model, const FitOptions& options,
                  const std::vector<bool>& outliers = {});
 
+/// The same and all that is said of it, as on a machine and its data.
+Fit fit(const Observations& observations, const Model& model, const FitOptions& options = {});
+
 /// Effects whose variant the file leaves open (`crosstalk:XY` without a component) get the one that fits
 /// best, in the order of the model.
 Model with_best_variants(const Observations& observations, Model model);

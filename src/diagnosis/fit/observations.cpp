@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <unordered_map>
 #include <utility>
 
 #include "trunnion/base/contract.hpp"
@@ -20,6 +22,28 @@ double component(const Reading& reading, const Vec3& n_M, const Deviation& d) {
   return n_M.dot(reading.quantity == Quantity::displacement ? d.displacement_mm : d.rotation_rad);
 }
 
+struct Place {
+  JointVector q;
+  Vec3 tool_mm;
+  bool operator==(const Place& o) const { return q == o.q && tool_mm == o.tool_mm; }
+};
+struct PlaceHash {
+  std::size_t operator()(const Place& p) const {
+    std::uint64_t out = 0;
+    const auto add = [&out](double x) {
+      out = (std::rotl(out, 23) ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15;
+    };
+    for (AxisId a = 0; a < kMaxAxes; ++a) add(p.q[a]);
+    for (const double x : p.tool_mm) add(x);
+    return out ^ (out >> 32);
+  }
+};
+
+// What these decide is the same wherever the axes are in the same place.
+bool of_place(DependsOn what, const std::vector<std::vector<double>>& lags) {
+  return what <= DependsOn::position && lags.empty();
+}
+
 }  // namespace
 
 Observations::Observations(const Machine& machine, const Dataset& data)
@@ -30,18 +54,27 @@ Observations::Observations(const Machine& machine, const Dataset& data)
   groups_.resize(data.group_count);
   response_.assign(machine.axes.size() + 2, MatrixXd::Zero(count, 6));
   std::vector<std::array<Deviation, 6>> of_link(response_.size());  // by the components of its twist
+  std::unordered_map<Place, std::size_t, PlaceHash> known;
   for (Eigen::Index i = 0; i < count; ++i) {
     const Reading& r = reading(i);
     values_[i] = r.value;
     states_.push_back(data.track.state(r.row));
     as_before_.push_back(taken_as_before(i));
     if (as_before_.back()) {
-      maps_.push_back(maps_.back());
+      places_.of.push_back(places_.of.back());
     } else {
-      maps_.emplace_back(machine, states_.back().q, data.rows[r.row].tool_mm);
-      for (std::size_t link = 0; link < of_link.size(); ++link) of_link[link] = unit_twists(link);
+      const Place place{states_.back().q, data.rows[r.row].tool_mm};
+      const auto [at, fresh] = known.try_emplace(place, places_.maps.size());
+      if (fresh) {
+        places_.maps.emplace_back(machine, place.q, place.tool_mm);
+        places_.first.push_back(i);
+      }
+      const bool moved = places_.of.empty() || places_.of.back() != at->second;
+      places_.of.push_back(at->second);
+      for (std::size_t link = 0; moved && link < of_link.size(); ++link)
+        of_link[link] = unit_twists(places_.maps[at->second], link);
     }
-    const DeviationMap& map = maps_.back();
+    const DeviationMap& map = places_.maps[places_.of.back()];
     n_M_.push_back(r.frame == SensitivityFrame::part ? Vec3(map.R_MP() * r.n) : r.n);
     setup_rows_.emplace_back(r.quantity == Quantity::rotation
                                  ? Vec3(Vec3::Zero())
@@ -54,8 +87,8 @@ Observations::Observations(const Machine& machine, const Dataset& data)
   }
 }
 
-// What the last reading's pose makes of a unit of each component of a link's twist.
-std::array<Deviation, 6> Observations::unit_twists(std::size_t link) const {
+// What a pose makes of a unit of each component of a link's twist.
+std::array<Deviation, 6> Observations::unit_twists(const DeviationMap& map, std::size_t link) const {
   const std::size_t axes = machine_->axes.size();
   const Link at = link < axes    ? Link{Link::Kind::joint, link}
                   : link == axes ? Link{Link::Kind::spindle, 0}
@@ -65,8 +98,8 @@ std::array<Deviation, 6> Observations::unit_twists(std::size_t link) const {
     Twist d, turn;
     d.trans_mm[static_cast<Eigen::Index>(k)] = 1.0;
     turn.rot_rad[static_cast<Eigen::Index>(k)] = 1.0;
-    out[k] = maps_.back().linear_M(at, d);
-    out[k + 3] = maps_.back().linear_M(at, turn);
+    out[k] = map.linear_M(at, d);
+    out[k + 3] = map.linear_M(at, turn);
   }
   return out;
 }
@@ -176,6 +209,11 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
     std::vector<Twist> twists;
   };
   MatrixXd out = MatrixXd::Zero(size(), static_cast<Eigen::Index>(count));
+  const auto put = [&](Eigen::Index i, std::span<const Twist> twists) {
+    for (std::size_t k = 0; k < count; ++k)
+      out(i, static_cast<Eigen::Index>(k)) = response.row(i).head<3>().dot(twists[k].trans_mm) +
+                                             response.row(i).tail<3>().dot(twists[k].rot_rad);
+  };
   // `last`: the reading before this one of the same scratch, -1: none.
   const auto add = [&](Eigen::Index i, Eigen::Index last, Scratch& scratch) {
     auto& [at, twists] = scratch;
@@ -183,15 +221,25 @@ MatrixXd Observations::linear_columns(const Effect& effect, std::span<const doub
       for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
       effect.columns(state(i), at, shape, twists);
     }
-    for (std::size_t k = 0; k < count; ++k)
-      out(i, static_cast<Eigen::Index>(k)) = response.row(i).head<3>().dot(twists[k].trans_mm) +
-                                             response.row(i).tail<3>().dot(twists[k].rot_rad);
+    put(i, twists);
   };
   const Scratch empty{std::vector<double>(lags.size()), std::vector<Twist>(count)};
   if (const auto run = run_of(effect)) {
     Scratch scratch = empty;
     Eigen::Index last = -1;
     for (const Eigen::Index i : runs_[*run]) add(i, std::exchange(last, i), scratch);
+  } else if (of_place(effect.depends_on(), lags)) {
+    std::vector<Twist> by_place(count * places_.first.size());
+    const auto of = [&](std::size_t place) { return std::span(by_place).subspan(count * place, count); };
+    oneapi::tbb::parallel_for(Rows(0, std::ssize(places_.first), kGrain), [&](const Rows& places) {
+      for (Eigen::Index p = places.begin(); p < places.end(); ++p)
+        effect.columns(state(places_.first[static_cast<std::size_t>(p)]), {}, shape,
+                       of(static_cast<std::size_t>(p)));
+    });
+    oneapi::tbb::parallel_for(Rows(0, size(), kGrain), [&](const Rows& rows) {
+      for (Eigen::Index i = rows.begin(); i < rows.end(); ++i)
+        put(i, of(places_.of[static_cast<std::size_t>(i)]));
+    });
   } else {
     oneapi::tbb::parallel_for(Rows(0, size(), kGrain), [&](const Rows& rows) {
       Scratch scratch = empty;
@@ -268,13 +316,26 @@ VectorXd Observations::predicted(const Model& model) const {
   std::vector<std::vector<double>> lags;
   for (const LagRequest& request : evaluator.lags()) lags.push_back(data_->track.lag(request));
   VectorXd out(size());
+  if (of_place(evaluator.depends_on(), lags)) {
+    std::vector<Deviation> by_place(places_.first.size());
+    oneapi::tbb::parallel_for(Rows(0, std::ssize(places_.first), kGrain), [&](const Rows& places) {
+      for (Eigen::Index p = places.begin(); p < places.end(); ++p) {
+        const auto at = static_cast<std::size_t>(p);
+        by_place[at] = places_.maps[at].exact_M(evaluator.errors(state(places_.first[at])));
+      }
+    });
+    for (Eigen::Index i = 0; i < size(); ++i)
+      out[i] = component(reading(i), n_M(i), by_place[places_.of[static_cast<std::size_t>(i)]]);
+    return out;
+  }
   oneapi::tbb::parallel_for(Rows(0, size(), kGrain), [&](const Rows& rows) {
     std::vector<double> at(lags.size());
     Deviation d;
     for (Eigen::Index i = rows.begin(); i < rows.end(); ++i) {
       if (i == rows.begin() || !repeats(i, lags)) {
         for (std::size_t k = 0; k < lags.size(); ++k) at[k] = lags[k][reading(i).row];
-        d = maps_[static_cast<std::size_t>(i)].exact_M(evaluator.errors(state(i), at));
+        const std::size_t place = places_.of[static_cast<std::size_t>(i)];
+        d = places_.maps[place].exact_M(evaluator.errors(state(i), at));
       }
       out[i] = component(reading(i), n_M(i), d);
     }

@@ -64,7 +64,7 @@ class Observations {
 
  private:
   bool taken_as_before(Eigen::Index i) const;
-  std::array<Deviation, 6> unit_twists(std::size_t link) const;
+  std::array<Deviation, 6> unit_twists(const DeviationMap& map, std::size_t link) const;
   /// What depends on state and lags is the same as of the reading before.
   bool repeats(Eigen::Index i, const std::vector<std::vector<double>>& lags) const;
   void take_together(const std::vector<Eigen::Index>& members);
@@ -79,7 +79,11 @@ class Observations {
   VectorXd values_;
   std::vector<Reading> readings_;
   std::vector<MachineState> states_;  // of each reading
-  std::vector<DeviationMap> maps_;    // none of means
+  struct {
+    std::vector<std::size_t> of;  // of each reading
+    std::vector<DeviationMap> maps;
+    std::vector<Eigen::Index> first;  // reading in each
+  } places_;                          // each place of the axes, with its tool, once; none of means
   std::vector<bool> as_before_;       // taken in the same state, with the same tool, as the reading before
   std::vector<Vec3> n_M_, setup_rows_;
   std::vector<MatrixXd> response_;  // per link: N x 6, derivative in (d, r) of its twist

@@ -48,6 +48,24 @@ double outlier_limit(const VectorXd& r, const std::vector<bool>& used) {
   return std::clamp(std::sqrt(std::max(t2, 0.0)), kNearestOutlier, kOutlier);
 }
 
+MatrixXd sum_of_squares(const MatrixXd& z) {
+  MatrixXd out = MatrixXd::Zero(z.cols(), z.cols());
+  if (z.size() == 0) return out;  // Eigen's update wants a row
+  out.selfadjointView<Eigen::Lower>().rankUpdate(z.transpose());
+  return out.selfadjointView<Eigen::Lower>();
+}
+
+// Z' (1 - W) Z: few readings have less than their whole weight.
+MatrixXd of_lost_weight(const MatrixXd& z, const VectorXd& weight) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < weight.size(); ++k)
+    if (weight[k] < 1.0) rows.push_back(k);
+  MatrixXd part = z(rows, Eigen::all);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    part.row(static_cast<Eigen::Index>(k)) *= std::sqrt(1.0 - weight[rows[k]]);
+  return sum_of_squares(part);
+}
+
 }  // namespace
 
 std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
@@ -63,12 +81,12 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
     if (const double norm = z.col(k).norm(); norm > 0.0) z.col(k) /= norm;
   const VectorXd y = fit.white.head(n);
   VectorXd r = y, weight = VectorXd::Ones(n);
+  MatrixXd unweighted = sum_of_squares(z);
+  unweighted.diagonal().array() += 1e-9 * static_cast<double>(n);  // directions that are not there
   double sigma = 1.0;
   for (int i = 0; i < 6; ++i) {
-    const MatrixXd weighted = weight.asDiagonal() * z;
-    MatrixXd normal = z.transpose() * weighted;
-    normal.diagonal().array() += 1e-9 * static_cast<double>(n);  // directions that are not there
-    r = y - z * solve_positive(normal, weighted.transpose() * y);
+    const MatrixXd normal = unweighted - of_lost_weight(z, weight);
+    r = y - z * solve_positive(normal, z.transpose() * weight.cwiseProduct(y));
     sigma = std::max(0.3, robust_sigma(r, used));  // quantised or repeated readings may have a median of 0
     for (Eigen::Index k = 0; k < n; ++k)
       weight[k] = std::min(1.0, kHuber * sigma / std::max(std::abs(r[k]), 1e-12));

@@ -105,13 +105,13 @@ void Whitening::whiten(Eigen::Ref<MatrixXd> x) const {
 }
 
 void Whitening::mix(Eigen::Ref<MatrixXd> x) const {
-  Eigen::RowVectorXd sum(x.cols());
-  for (std::size_t g = 0; g < shrink_.size(); ++g) {
-    if (shrink_[g] == 0.0) continue;
-    sum.setZero();
-    for (const Eigen::Index i : observations_->groups()[g]) sum += shared_[i] * x.row(i);
-    for (const Eigen::Index i : observations_->groups()[g]) x.row(i) -= shrink_[g] * shared_[i] * sum;
-  }
+  for (auto column : x.colwise())
+    for (std::size_t g = 0; g < shrink_.size(); ++g) {
+      if (shrink_[g] == 0.0) continue;
+      double sum = 0.0;
+      for (const Eigen::Index i : observations_->groups()[g]) sum += shared_[i] * column[i];
+      for (const Eigen::Index i : observations_->groups()[g]) column[i] -= shrink_[g] * shared_[i] * sum;
+    }
 }
 
 // NOLINTNEXTLINE(performance-unnecessary-value-param): a Ref by value is how Eigen passes what is written to
@@ -126,10 +126,9 @@ void Whitening::take_setups(Eigen::Ref<MatrixXd> x) const {
     const MatrixXd& basis = runs_[run].basis;
     if (basis.cols() == 0) continue;
     const auto& rows = observations_->runs()[run];
-    MatrixXd part(basis.rows(), x.cols());
-    for (std::size_t i = 0; i < rows.size(); ++i) part.row(static_cast<Eigen::Index>(i)) = x.row(rows[i]);
+    MatrixXd part = x(rows, Eigen::all);
     part -= basis * (basis.transpose() * part);
-    for (std::size_t i = 0; i < rows.size(); ++i) x.row(rows[i]) = part.row(static_cast<Eigen::Index>(i));
+    x(rows, Eigen::all) = part;
   }
 }
 

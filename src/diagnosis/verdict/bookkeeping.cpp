@@ -89,8 +89,9 @@ Dataset without_idle_rows(Dataset data) {
 }
 
 // Every k-th reading, without single ones that cannot be right.
-Dataset thinned_out(const Machine& machine, Dataset data) {
-  const std::vector<bool> far = far_readings(Observations(machine, data));
+Dataset thinned_out(const Observations& whole) {
+  Dataset data = whole.data();
+  const std::vector<bool> far = far_readings(whole);
   std::vector<Reading> near;
   for (std::size_t i = 0; i < data.readings.size(); ++i)
     if (!far[i]) near.push_back(data.readings[i]);
@@ -161,9 +162,8 @@ struct Accepted {
 
 class Judge {
  public:
-  Judge(const Machine& machine, const Dataset& data, const Model& model, const Diagnosis& said,
-        const EffectSearch& search)
-      : machine_(machine), data_(thinned_out(machine, data)), model_(model), search_(search) {
+  Judge(const Observations& whole, const Model& model, const Diagnosis& said, const EffectSearch& search)
+      : machine_(whole.machine()), data_(thinned_out(whole)), model_(model), search_(search) {
     found_ = with(model_, said.additions);
     found_columns_ = columns_of(said.additions);
     families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
@@ -354,8 +354,7 @@ class Judge {
     const FitCore core_found = found_columns_ > 0.0 ? core_of(o, right.files.model, {}) : core;
     // Of one run, and where all that was found does as well beside it: else one effect less does not either.
     const auto fewer_may = [&] {
-      return t.what.run && !fewer_.empty() &&
-             t.with_found.deviance < found_as_given_.deviance + kEvidence;
+      return t.what.run && !fewer_.empty() && t.with_found.deviance < found_as_given_.deviance + kEvidence;
     };
     t.base = with_lost(least_figures(o, core, scale), lost);
     t.with_found = with_lost(least_figures(o, core_found, scale), lost);
@@ -663,9 +662,9 @@ class Judge {
 
 }  // namespace
 
-WrongConventions wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
-                                   const Diagnosis& said, const EffectSearch& search) {
-  return Judge(machine, data, model, said, search).run();
+WrongConventions wrong_conventions(const Observations& whole, const Model& model, const Diagnosis& said,
+                                   const EffectSearch& search) {
+  return Judge(whole, model, said, search).run();
 }
 
 }  // namespace trunnion::diagnosis

@@ -3,6 +3,8 @@
 
 #include "trunnion/diagnosis/diagnose.hpp"
 
+#include "diagnosis/fit/observations.hpp"
+
 namespace trunnion::diagnosis {
 
 /// Names what is missing in `model`, conventions left alone.
@@ -15,8 +17,8 @@ struct WrongConventions {
 };
 
 /// README of this layer, "Conventions". `said`: what the effects explain.
-WrongConventions wrong_conventions(const Machine& machine, const Dataset& data, const Model& model,
-                                   const Diagnosis& said, const EffectSearch& search);
+WrongConventions wrong_conventions(const Observations& whole, const Model& model, const Diagnosis& said,
+                                   const EffectSearch& search);
 
 /// All conventions that these files could have wrong; offsets and shifts with their starting values.
 std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model);

@@ -49,9 +49,9 @@ struct Outcome {
 
 class Engine {
  public:
-  Engine(const Machine& machine, const Dataset& data, const Model& model, const DiagnoseOptions& options,
+  Engine(std::shared_ptr<const Observations> whole, const Model& model, const DiagnoseOptions& options,
          std::vector<EffectFamily> library)
-      : whole_(std::make_shared<const Observations>(machine, data)),
+      : whole_(std::move(whole)),
         condensed_(whole_->size() > kMostSingly
                        ? std::make_shared<const Observations>(whole_, bins_of(*whole_))
                        : whole_),
@@ -199,7 +199,7 @@ class Engine {
     d.autocorrelation = x.noise.phi;
     d.noise_factor = std::sqrt(x.noise.raw_variance);
     d.null_directions = open_directions(o_, base);
-    d.base = fit(o_.machine(), o_.data(), model_);
+    d.base = fit(*whole_, model_);
     sizes(d, base, x.noise);
     d.depends_on = dependences(x.before);
     d.leftover = dependences(x.after);
@@ -545,22 +545,23 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
 
 Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
                    const DiagnoseOptions& options, const std::vector<EffectFamily>& extra) {
-  const auto engine = [&](const Machine& m, const Dataset& d, const Model& known,
+  const auto engine = [&](std::shared_ptr<const Observations> all, const Model& known,
                           const DiagnoseOptions& how) {
-    std::vector<EffectFamily> library = effect_library(m, d.context);
+    std::vector<EffectFamily> library = effect_library(all->machine(), all->data().context);
     library.insert(library.end(), extra.begin(), extra.end());
-    return Engine(m, d, known, how, std::move(library));
+    return Engine(std::move(all), known, how, std::move(library));
   };
-  const Model model = with_best_variants(Observations(machine, data), given);
-  Engine first = engine(machine, data, model, options);
+  const auto whole = std::make_shared<const Observations>(machine, data);
+  const Model model = with_best_variants(*whole, given);
+  Engine first = engine(whole, model, options);
   Diagnosis out = first.run();
   if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
   quick.plan = quick.formula = false;
-  WrongConventions wrong = wrong_conventions(machine, data, model, out,
-                                             [&](const Machine& m, const Dataset& d, const Model& known) {
-                                               return engine(m, d, known, quick).run();
-                                             });
+  WrongConventions wrong =
+      wrong_conventions(*whole, model, out, [&](const Machine& m, const Dataset& d, const Model& known) {
+        return engine(std::make_shared<const Observations>(m, d), known, quick).run();
+      });
   out.bookkeeping = std::move(wrong.likely);
   if (!out.bookkeeping.empty() && !wrong.sure) {
     // Neither is compensated before somebody has looked.
