@@ -54,6 +54,33 @@ def calibration_error(pairs, bins=10):
     return error / len(pairs), sum((c - r) ** 2 for c, r in pairs) / len(pairs)
 
 
+def f_tail(value, k, m):
+    """P(F > value) with k and m degrees of freedom: the regularised incomplete beta function by its continued fraction (Lentz)."""
+    a, b, x = 0.5 * m, 0.5 * k, m / (m + k * max(value, 0.0))
+    if x >= 1.0:
+        return 1.0
+    if x > (a + 1.0) / (a + b + 2.0):
+        return 1.0 - _beta(b, a, 1.0 - x)
+    return _beta(a, b, x)
+
+
+def _beta(a, b, x):
+    if x <= 0.0:
+        return 0.0
+    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)) / a
+    tiny = 1e-300
+    c, d = 1.0, 1.0 / (1.0 - (a + b) * x / (a + 1.0) or tiny)
+    fraction = d
+    for k in range(1, 2000):
+        for factor in (k * (b - k) * x / ((a + 2 * k - 1) * (a + 2 * k)), -(a + k) * (a + b + k) * x / ((a + 2 * k) * (a + 2 * k + 1))):
+            d = 1.0 / (1.0 + factor * d or tiny)
+            c = 1.0 + factor / c or tiny
+            fraction *= c * d
+        if abs(c * d - 1.0) < 1e-15:
+            break
+    return front * fraction
+
+
 def chi2_tail(value, dof):
     """P(chi-square > value): the regularised incomplete gamma function by its series, or by its continued fraction (Lentz)."""
     a, x = 0.5 * dof, 0.5 * value
