@@ -71,6 +71,31 @@ TEST(Regime, AStepInThreeDirectionsStaysOne) {
   expect_step(kOnce, "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 3600\n");
 }
 
+// Each angle in a warmer room than the one before, the last set-up turned: three parameters for each run, of
+// which one does something, where "above this temperature" needs one. Whole runs are no part of a range.
+TEST(Regime, ATurnedSetupInTheWarmestRunStaysOne) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  test::Campaign c;
+  c.angles = c.table = false;
+  std::string plan = test::plan_text(c);
+  int room_degC = 18;
+  for (const auto& [axis, low, high] :
+       {std::tuple{"X", -240, 240}, {"Z", 0, 300}, {"A", -25, 100}, {"C", 0, 350}, {"Y", -240, 240}}) {
+    const std::string room = std::to_string(++room_degC);
+    plan += test::sweep_run(std::string("angle_") + axis, axis, low, high, 15,
+                            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "rotation", c,
+                            "T_ambient_degC = [[0, " + room + "], [15, " + room + "]]\n");
+  }
+  const Dataset data = test::measured(machine, plan,
+                                      "[model]\nname = \"truth\"\n[[effect]]\nid = \"setup_tilt\"\n"
+                                      "[effect.parameters]\nC_angle_Y_urad = 4\n",
+                                      5);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"base\"\n"));
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"setup_tilt"});
+  EXPECT_FALSE(d.formula);
+}
+
 // Two places of a ball, C every 15 degrees.
 std::string turns() {
   std::string places, out;
