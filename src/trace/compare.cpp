@@ -217,8 +217,9 @@ class TimeKeeper {
   void run(TraceReport& report) {
     const auto& at = followed_.at;
     const double from = at.forward[at.first], to = at.forward[at.last];
-    // Half a step short of its ends it is at its ends.
-    const bool at_start = from<at.step, at_end = to> path_.length() - at.step;
+    // Half a step short of its ends it is at its ends: of a step that it takes there, where it does not stop.
+    const bool at_start = from < std::max(at.step, step_from(at.first, 1));
+    const bool at_end = to > path_.length() - std::max(at.step, step_from(at.last, -1));
     report.coverage.complete = at_start && at_end;
     report.begins_s = clock_.leaves(from);
     const double ends = arrives(followed_, still_);
@@ -262,6 +263,14 @@ class TimeKeeper {
   }
 
  private:
+  // From a row to the one beside it; 0 where that is off the program.
+  double step_from(std::size_t row, int by) const {
+    const auto& at = followed_.at;
+    if (at.first == at.last) return 0.0;
+    const double beside = at.forward[row + static_cast<std::size_t>(by)];
+    return std::isnan(beside) ? 0.0 : std::abs(beside - at.forward[row]);
+  }
+
   const Followed& followed_;
   const JointPath& path_;
   const Plan& plan_;

@@ -1,5 +1,6 @@
 #include "trunnion/trace/compare.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -130,6 +131,29 @@ TEST(Compare, AWayOutOfSightIsNoTimeOfABlock) {
   ASSERT_TRUE(report) << report.error().text();
   EXPECT_NEAR(report->elsewhere_s, 2.0, 0.02);
   EXPECT_NEAR(report->duration_s, leaves_s + end_s - comes_s, 0.02);
+}
+
+// It comes along and goes on where the program begins and ends, faster there than elsewhere: no row is at
+// either place.
+TEST(Compare, AProgramThatIsPassedAtSpeedIsWhole) {
+  Given given(kStairs);
+  const auto& blocks = given.plan.blocks;
+  double end_s = 0.0;
+  for (const auto& block : blocks) end_s += block.seconds;
+  const double slow_from_s = 0.5 * blocks[1].seconds, slow_to_s = end_s - 0.5 * blocks.back().seconds;
+  double time_s = 0.0;
+  for (double t = -0.3; t < end_s + 0.3; time_s += 0.001) {
+    Sample sample;
+    sample.time_s = time_s;
+    sample.q = given.at(std::clamp(t, 0.0, end_s));
+    if (t < 0.0) sample.q[0] += kFeed_mm_s * t;
+    if (t > end_s) sample.q[0] += kFeed_mm_s * (t - end_s);
+    given.trace.samples.push_back(sample);
+    t += t > slow_from_s && t < slow_to_s ? 0.0002 : 0.0143;
+  }
+  const auto report = compare(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_TRUE(report->coverage.complete);
 }
 
 TEST(Compare, TimesAreThoseOfTheTrace) {

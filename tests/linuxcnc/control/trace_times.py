@@ -119,7 +119,6 @@ def run(program, folder, name, part, smoothing):
           f"tip off by {1000 * trace['max_tip_deviation_mm']:.2f} um at most; {', '.join(kinds)}; joints at {100 * fastest:.1f} % of their speed, "
           f"{100 * hardest:.1f} % of their acceleration at most", flush=True)
     findings = []
-    # Missed by short random programs (3 to 5 %, 2026-11-24): the estimate is to be mended, not this goal.
     if abs(off) > 0.02:
         findings.append("the time")
     # Where it blends LinuxCNC itself goes beyond, for single milliseconds (1.10 seen).
