@@ -115,12 +115,6 @@ bool are_small(const Dataset& data, const std::optional<Quantity>& quantity) {
   return hardly_scatter(scatter_over_uncertainty(data, quantity, {}), 1.0);
 }
 
-// Of the effects that were found, all but one, and what their parameters cost.
-struct Fewer {
-  Model model;
-  double columns = 0.0;
-};
-
 // Readings that another unit would put far below their own noise: it would explain anything away.
 bool scales_to_nothing(const Convention& c, const Dataset& data) {
   if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0 || c.with_uncertainty)
@@ -149,6 +143,11 @@ struct RightFiles {
     out.effects.resize(effects);
     return out;
   }
+  Model without(std::size_t effect) const {
+    Model out = files.model;
+    out.effects.erase(out.effects.begin() + static_cast<std::ptrdiff_t>(effect));
+    return out;
+  }
 
   const PutRight files;
   const Observations observations;
@@ -167,11 +166,8 @@ class Judge {
     found_ = with(model_, said.additions);
     found_columns_ = columns_of(said.additions);
     families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
-    for (std::size_t k = 0; said.additions.size() > 1 && k < said.additions.size(); ++k) {
-      auto kept = said.additions;
-      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(k));
-      fewer_.push_back({with(model_, kept), columns_of(kept)});
-    }
+    for (std::size_t k = 0; said.additions.size() > 1 && k < said.additions.size(); ++k)
+      columns_without_.push_back(found_columns_ - columns_of({said.additions[k]}));
     said_ = said.verdict;
     absurd_ = absurd(said.additions);
     small_readings_ = are_small(data_, Quantity::displacement) || are_small(data_, Quantity::rotation);
@@ -352,19 +348,28 @@ class Judge {
     const double n = std::log(static_cast<double>(data_.readings.size()));
     const FitCore core = core_of(o, base, {});
     const FitCore core_found = found_columns_ > 0.0 ? core_of(o, right.files.model, {}) : core;
-    // Of one run, and where all that was found does as well beside it: else one effect less does not either.
-    const auto fewer_may = [&] {
-      return t.what.run && !fewer_.empty() && t.with_found.deviance < found_as_given_.deviance + kEvidence;
-    };
     t.base = with_lost(least_figures(o, core, scale), lost);
     t.with_found = with_lost(least_figures(o, core_found, scale), lost);
-    if (fewer_may() || explains(t)) {
+    // Of one run, and where all that was found does as well beside it: else one effect less does not either.
+    const auto fewer_may = [&] {
+      return t.what.run && t.with_found.deviance < found_as_given_.deviance + kEvidence;
+    };
+    std::vector<std::pair<Model, FitCore>> fewer;
+    for (std::size_t k = 0; fewer_may() && k < columns_without_.size(); ++k) {
+      Model without = right.without(model_.effects.size() + k);
+      FitCore fit = core_of(o, without, {});
+      t.fewer =
+          std::min(t.fewer, least_figures(o, fit, scale).deviance + columns_without_[k] * n + price(t.what));
+      fewer.emplace_back(std::move(without), std::move(fit));
+    }
+    if (explains(t)) {
       t.base = with_lost(figures(o, base, core, scale), lost);
       t.with_found =
           found_columns_ > 0.0 ? with_lost(figures(o, right.files.model, core_found, scale), lost) : t.base;
-      if (fewer_may())
-        for (const Fewer& f : fewer_)
-          t.fewer = std::min(t.fewer, under(t.what, f.model).deviance + f.columns * n + price(t.what));
+      t.fewer = INFINITY;
+      for (std::size_t k = 0; fewer_may() && k < fewer.size(); ++k)
+        t.fewer = std::min(t.fewer, figures(o, fewer[k].first, fewer[k].second, scale).deviance +
+                                        columns_without_[k] * n + price(t.what));
     }
     t.best = std::min({t.base.deviance + price(t.what),
                        t.with_found.deviance + found_columns_ * n + price(t.what), t.fewer});
@@ -651,7 +656,7 @@ class Judge {
   const EffectSearch& search_;
   Model found_;
   double found_columns_ = 0.0;
-  std::vector<Fewer> fewer_;
+  std::vector<double> columns_without_;  // each of these effects, where there are several
   double families_ = 1.0;
   Figures as_given_, found_as_given_;  // of the files as they are: the model, and what was found beside it
   double tried_ = 1.0;
