@@ -72,6 +72,8 @@ double MachineState::value(const Signal& signal) const {
       return q[signal.index];
     case Signal::Kind::velocity:
       return velocity[signal.index];
+    case Signal::Kind::direction:
+      return direction[signal.index];
   }
   return 0.0;
 }

@@ -71,6 +71,11 @@ inline Link joint_link(AxisId id) {
 inline constexpr Link kSpindleLink{Link::Kind::spindle, 0};
 inline constexpr Link kPartLink{Link::Kind::part, 0};
 
+/// Unit positioning error along the axis' own positive sense (rotary: about +n): mm of a mm, rad of a rad.
+inline Twist positioning_twist(const Axis& axis) {
+  return axis.kind == AxisKind::linear ? Twist{axis.direction, Vec3::Zero()}
+                                       : Twist{Vec3::Zero(), axis.direction};
+}
 /// Unit twist of an ISO direction letter: X Y Z translations along, A B C rotations about M's axes.
 Twist unit_twist(char letter);
 inline bool is_rotation(char letter) {

@@ -11,7 +11,8 @@ namespace {
 
 // What drives an error through its heat starts at rest; what is a state of the machine has been there long.
 bool settled_at_start(Signal::Kind kind) {
-  return kind == Signal::Kind::temperature || kind == Signal::Kind::position;
+  return kind == Signal::Kind::temperature || kind == Signal::Kind::position ||
+         kind == Signal::Kind::direction;
 }
 
 }  // namespace

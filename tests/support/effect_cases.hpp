@@ -53,7 +53,8 @@ class RandomStates {
       const Axis& axis = machine_.axes[id];
       state_.q[id] = axis.has_limits() ? uniform(axis.min, axis.max) : uniform(-7.0, 7.0);
       state_.direction[id] = uniform(0.0, 1.0) < 0.5 ? -1 : 1;
-      state_.velocity[id] = uniform(-100.0, 100.0);
+      const double fastest = axis.kind == AxisKind::linear ? 100.0 : 1.0;  // mm/s, rad/s
+      state_.velocity[id] = uniform(-fastest, fastest);
     }
     state_.spindle_rpm = uniform(0.0, 12000.0);
     for (double& T : temperatures_) T = uniform(-5.0, 10.0);

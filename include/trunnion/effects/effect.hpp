@@ -48,7 +48,7 @@ struct Link {
 
 /// A quantity that errors may depend on with memory: a first-order lag follows it.
 struct Signal {
-  enum class Kind : std::uint8_t { spindle_rpm, temperature, state, position, velocity };
+  enum class Kind : std::uint8_t { spindle_rpm, temperature, state, position, velocity, direction };
   Kind kind = Kind::spindle_rpm;
   std::size_t index = 0;  // of the temperature or the free state in StateNames, of the axis
   bool operator==(const Signal&) const = default;

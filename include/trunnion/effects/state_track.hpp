@@ -10,7 +10,8 @@ namespace trunnion {
 ///
 /// dy/dt = (u - y) / tau, where the signal u holds its value from its row to the next one of the same run (by
 /// time; rows of equal time in the order given). At the start of a run lags of the spindle speed, of
-/// velocities and of free states are at rest (y = 0), those of temperatures and positions settled (y = u).
+/// velocities and of free states are at rest (y = 0), those of temperatures, positions and senses of motion
+/// settled (y = u).
 /// Exact for that u: y_k+1 = y_k + (u_k - y_k) (1 - exp(-dt / tau)).
 class StateTrack {
  public:

@@ -10,9 +10,7 @@ namespace {
 class Backlash final : public StraightEffect {
  public:
   Backlash(EffectInfo info, Link link, const Axis& axis)
-      : StraightEffect(std::move(info), link),
-        sense_(axis.kind == AxisKind::linear ? Twist{axis.direction, Vec3::Zero()}
-                                             : Twist{Vec3::Zero(), axis.direction}) {}
+      : StraightEffect(std::move(info), link), sense_(positioning_twist(axis)) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {

@@ -1,4 +1,5 @@
-// Following error of one axis: positioning -v tau along the axis' own positive sense, v the axis' velocity.
+// Following error of one axis: positioning -v tau along the axis' own positive sense (rotary: about +n), v the
+// axis' velocity.
 #include "effects/library_support.hpp"
 
 namespace trunnion::effects {
@@ -6,22 +7,22 @@ namespace {
 
 class ServoLag final : public StraightEffect {
  public:
-  ServoLag(EffectInfo info, Link link, const Vec3& along)
-      : StraightEffect(std::move(info), link), along_(along) {}
+  ServoLag(EffectInfo info, Link link, const Axis& axis)
+      : StraightEffect(std::move(info), link), positioning_(positioning_twist(axis)) {}
 
   void columns(const MachineState& state, std::span<const double>, std::span<const double>,
                std::span<Twist> out) const override {
-    out[0] = {along_ * -state.velocity[link().axis], Vec3::Zero()};
+    out[0] = positioning_ * -state.velocity[link().axis];
   }
 
  private:
-  Vec3 along_;
+  Twist positioning_;
 };
 
 }  // namespace
 
 void make_servo_lag(const LibraryBuilder& builder) {
-  for (const AxisId id : builder.axes(AxisKind::linear)) {
+  for (AxisId id = 0; id < builder.machine().axes.size(); ++id) {
     const Axis& axis = builder.machine().axes[id];
     EffectInfo info;
     info.id = "servo_lag:" + axis.name;
@@ -31,7 +32,7 @@ void make_servo_lag(const LibraryBuilder& builder) {
     info.remedy = "match the gains of all axes, switch feed-forward on, or lower the feed";
     info.kind = EffectClass::dynamic;
     info.parameters = {linear("tau", Unit::ms, 0.1)};
-    builder.add(std::make_shared<ServoLag>(std::move(info), joint_link(id), axis.direction));
+    builder.add(std::make_shared<ServoLag>(std::move(info), joint_link(id), axis));
   }
 }
 
