@@ -323,10 +323,6 @@ Findings find_causes(const Followed& followed, const JointPath& path, const Mach
   Findings out;
   DelayFit fit(followed, path, machine, plan);
   fit.run();
-  for (const DelayFit::Term& term : fit.terms()) {
-    if (term.kind == DelayFit::Kind::lag && std::abs(term.value) > 3.0 * term.sigma)
-      out.delay_s[static_cast<int>(term.axis)] = term.value;
-  }
   const Ran ran{followed, path, machine, plan, scatter};
   add_fitted(fit, ran, out);
   add_corner(CornerLook(followed, path, plan).look(fit), fit.before2(), ran, out.causes);

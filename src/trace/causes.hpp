@@ -10,7 +10,6 @@ namespace trunnion::trace {
 struct Findings {
   std::vector<Cause> causes;
   std::vector<std::string> remarks;
-  Scaled delay_s = Scaled::Zero();  // by which each axis is behind the others
 };
 
 /// README of this layer, "Why". `scatter` of the rows, scaled (standard deviation of one coordinate).

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "trace/program_senses.hpp"
+
 namespace trunnion::trace {
 namespace {
 
@@ -11,7 +13,6 @@ constexpr std::size_t kRowsAside = 4;
 constexpr std::size_t kMostRows = 60000;
 constexpr std::size_t kLeastFitRows = 60;
 constexpr double kSpike_s = 0.015;
-constexpr double kMoves = 1e-3;  // scaled mm: an axis that turns round by less has not
 constexpr std::size_t kStretches = 60;
 constexpr int kIterations = 5;
 constexpr double kHuber = 2.0;
@@ -25,43 +26,16 @@ Scaled across(const Scaled& v, const Scaled& tangent) {
   return v - tangent.dot(v) * tangent;
 }
 
-// Directions of each axis by the program, at its nodes.
-class Directions {
- public:
-  Directions(const JointPath& path) : path_(path) {}
-  // Goes on to `s`; counts for each axis when its direction changed last.
-  void go(double s, double time_s) {
-    const std::size_t to = path_.segment_at(s);
-    for (; next_ <= to; ++next_) {
-      if (!path_.segment(next_).known) continue;
-      const Scaled step = path_.node(next_ + 1) - path_.node(next_);
-      for (int c = 0; c < step.size(); ++c) {
-        if (std::abs(step[c]) < kMoves) continue;
-        const double sign = step[c] > 0.0 ? 1.0 : -1.0;
-        if (sign_[c] != 0.0 && sign != sign_[c]) {
-          reversed_s_[c] = time_s;
-          has_reversed_[c] = 1.0;
-        }
-        sign_[c] = sign;
-      }
-    }
+// After the last reversal of each axis: how much of a spike is left, with the sign of the new sense.
+Scaled left_of_spikes(const ProgramSenses& senses, double time_s) {
+  constexpr double kGone = 12.0;
+  Scaled out = Scaled::Zero();
+  for (int c = 0; c < out.size(); ++c) {
+    const double t = (time_s - senses.reversed_s()[c]) / kSpike_s;
+    if (t < kGone) out[c] = senses.sign()[c] * std::exp(-std::max(t, 0.0));
   }
-  Scaled sign() const { return sign_; }
-  Scaled reversed(double time_s) const {
-    Scaled out = Scaled::Zero();
-    for (int c = 0; c < out.size(); ++c) {
-      if (has_reversed_[c] == 0.0) continue;
-      const double t = (time_s - reversed_s_[c]) / kSpike_s;
-      if (t < 12.0) out[c] = sign_[c] * std::exp(-std::max(t, 0.0));
-    }
-    return out;
-  }
-
- private:
-  const JointPath& path_;
-  std::size_t next_ = 0;
-  Scaled sign_ = Scaled::Zero(), reversed_s_ = Scaled::Zero(), has_reversed_ = Scaled::Zero();
-};
+  return out;
+}
 
 }  // namespace
 
@@ -81,17 +55,17 @@ void DelayFit::run() {
 
 void DelayFit::collect() {
   const auto& at = followed_.at;
-  Directions directions(path_);
+  ProgramSenses senses(path_);
   const std::size_t every = std::max<std::size_t>(1, (at.last - at.first) / kMostRows);
   for (std::size_t i = at.first; i <= at.last; ++i) {
     if (std::isnan(at.s[i])) continue;
-    directions.go(at.forward[i], followed_.time_s[i]);
+    senses.go_to(at.forward[i], followed_.time_s[i]);
     if (i % every != 0 || plan_.blocks[path_.segment(path_.segment_at(at.s[i])).block].rapid) continue;
     Row row;
     row.sample = i;
     if (!motion_at(followed_, i, kRowsAside, row.v, row.a)) continue;
-    row.sign = directions.sign();
-    row.reversed = directions.reversed(followed_.time_s[i]);
+    row.sign = senses.sign();
+    row.reversed = left_of_spikes(senses, followed_.time_s[i]);
     rows_.push_back(row);
     row_of_[i] = rows_.size();
   }
@@ -343,6 +317,20 @@ void DelayFit::judge() {
     term.sigma = std::sqrt(std::max(covariance(k, k), 0.0) + kFloor * kFloor * std::max(inverse(k, k), 0.0));
     term.rms = std::sqrt(own2[k] / count);
   }
+}
+
+Scaled DelayFit::to_program(std::size_t sample, const Scaled& velocity) const {
+  constexpr double kSure = 3.0;  // sigmas
+  Row row;
+  const bool fitted = row_of_[sample] > 0;
+  if (fitted) row = rows_[row_of_[sample] - 1];
+  row.v = velocity;
+  Scaled out = Scaled::Zero();
+  for (const Term& term : terms_) {
+    if (term.kind == Kind::curve || std::abs(term.value) <= kSure * term.sigma) continue;
+    if (fitted || term.kind == Kind::lag) out += term.value * column(row, term);
+  }
+  return out;
 }
 
 Scaled DelayFit::left_at(std::size_t sample) const {

@@ -28,6 +28,9 @@ class DelayFit {
   const std::vector<Term>& terms() const { return terms_; }
   /// Sum of squares across the path, before anything is added.
   double before2() const { return before2_; }
+  /// What must be added to the position at a row, where the axes have these velocities, to bring it onto the
+  /// program: delays of single axes, and spikes, offsets and backlash where the row was fitted.
+  Scaled to_program(std::size_t row, const Scaled& velocity) const;
   /// What is left across the path at a row when delays of single axes, offsets and backlash are taken out.
   Scaled left_at(std::size_t row) const;
 

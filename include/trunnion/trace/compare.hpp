@@ -134,15 +134,17 @@ struct CompareOptions {
 Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Plan& plan,
                             const CompareOptions& options = {});
 
-/// Where the control wanted the axes to be: samples of feed moves and rapids along the program, with the
-/// commanded place at that time and how fast it went.
+/// Where the control wanted the axes to be: samples of feed moves along the program, with the commanded place
+/// at that time and how fast the axes went.
 struct FollowedSample {
   double time_s = 0.0;
   JointVector commanded, actual;  // mm, rad
-  JointVector velocity;           // of the command, per second
-  JointVector direction;          // of the axis' last motion: 1, -1 or 0
+  JointVector velocity;           // per second
+  JointVector unsure;             // by which the commanded place may be wrong, since the velocity changes
+  JointVector direction;          // sense of the axis' last motion by the program: 1, -1 or 0
   double length_mm = 0.0;
   std::uint32_t nc_line = 0;
+  std::size_t cut = 0;  // feed moves without a rapid between them, from 1
 };
 /// The same alignment for measurements. The delay that all axes share cannot be seen in a trace: it is taken
 /// out so that the axes without one of their own are at their command.
