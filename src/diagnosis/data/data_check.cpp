@@ -197,6 +197,18 @@ std::vector<std::string> stuck(const Observations& o) {
   return out.all("readings that stand still");
 }
 
+// An axis is faster at some readings than at most of them: what follows its speed is large there.
+bool speeds_differ(const Observations& o, const std::vector<Eigen::Index>& group) {
+  constexpr double kFaster = 3.0;
+  for (AxisId a = 0; a < o.machine().axes.size(); ++a) {
+    std::vector<double> speeds;
+    for (const Eigen::Index i : group) speeds.push_back(std::abs(o.state(i).velocity[a]));
+    const double largest = *std::max_element(speeds.begin(), speeds.end());
+    if (largest > 0.0 && largest > kFaster * median(speeds)) return true;
+  }
+  return false;
+}
+
 // Of the readings of one group, those far from all others; their middle and scatter.
 struct FarOff {
   std::vector<Eigen::Index> readings;
@@ -206,7 +218,7 @@ FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group,
   constexpr std::size_t kFewest = 8;
   constexpr double kFar = 50.0, kMostShare = 0.05, kMad = 1.4826;
   FarOff out;
-  if (group.size() < kFewest) return out;
+  if (group.size() < kFewest || speeds_differ(o, group)) return out;
   std::vector<double> values, distances;
   for (const Eigen::Index i : group) values.push_back(o.values()[i]);
   out.middle = median(values);
