@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/effects/axis_lags.hpp"
 
 #include "post/program.hpp"
 
@@ -89,8 +90,14 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
                         const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics) {
   if (auto checked = check_options(options, *job.machine, *job.controller); !checked)
     return tl::unexpected(checked.error());
-  Program program(std::move(source), job, options, sink, diagnostics);
-  return program.run();
+  if (job.model == nullptr) return Program(std::move(source), job, options, sink, diagnostics).run();
+  // What follows the command in time is led in time; the errors at a place are all else.
+  const Model at_place = without_servo_effects(*job.model);
+  PostJob with_lags = job;
+  const JointVector lags = axis_lags(*job.model);
+  for (AxisId id = 0; id < job.machine->axes.size(); ++id) with_lags.lag_s[id] += lags[id];
+  with_lags.model = at_place.effects.empty() ? nullptr : &at_place;
+  return Program(std::move(source), with_lags, options, sink, diagnostics).run();
 }
 
 }  // namespace trunnion::post

@@ -103,6 +103,8 @@ struct PostJob {
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on the machine (`with_axes_of`)
   const Model* model = nullptr;                // errors to compensate and to verify with; nothing: nominal
+  /// By how much each axis follows its command late, beside what `model` says: its words are led by that.
+  JointVector lag_s;
   const TemperatureHistory* temperatures = nullptr;  // of the model's sensors; nothing: at reference
   /// Thermal offsets over the program's time or for each operation; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;

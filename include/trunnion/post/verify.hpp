@@ -44,6 +44,10 @@ struct VerifyOptions {
   bool certify = true;  // prove the bound of every piece (nominal machine); else it is sampled
   /// Errors of the machine on which the program is evaluated; nothing: the nominal machine.
   const ModelEvaluator* truth = nullptr;
+  /// By how much each axis follows its command late, s: the program is judged where they come to, between
+  /// the ends of blocks on straight ways.
+  JointVector lag_s;
+  bool has_lags() const { return !(lag_s == JointVector()); }
   /// Of the sensors of `truth`; nothing: at reference.
   const TemperatureHistory* temperatures = nullptr;
   /// Thermal offsets that the machine has while the program runs; nothing: none.

@@ -18,6 +18,8 @@ constexpr double kAxisShareWithErrors = 0.8;
 // pieces over several segments. Of 27 090 random programs on machines that lose motion five then leave their
 // tolerance, 0.003 mm, and are refused.
 constexpr double kTipShareWithLostMotion = 0.9;
+// What axes that follow late leave at corners, led as they are.
+constexpr double kTipShareWithLags = 0.8;
 
 // Of a rapid's tolerance: the rest is left to errors and offsets, of which nothing is corrected between
 // points.
@@ -51,7 +53,8 @@ double half_turn_diagonal(const Machine& machine, const nc::Controller& controll
 
 double tip_share(const PostJob& job) {
   const bool loses = job.model != nullptr && ModelEvaluator(*job.model).depends_on() >= DependsOn::motion;
-  return loses ? kTipShareWithLostMotion : 1.0;
+  if (loses) return kTipShareWithLostMotion;
+  return job.lag_s == JointVector() ? 1.0 : kTipShareWithLags;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "trunnion/post/verify.hpp"
 
+#include "post/judging/late_axes.hpp"
 #include "post/judging/reached_feeds.hpp"
 #include "post/offset_tracker.hpp"
 #include "post/program_state.hpp"
@@ -20,7 +21,8 @@ struct MachineAsRun {
                     : std::nullopt),
         values(controller),
         state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
-              o.temperatures) {}
+              o.temperatures),
+        late(o.lag_s) {}
 
   void elapse(double seconds) {
     if (offsets) offsets->advance(seconds);
@@ -34,6 +36,7 @@ struct MachineAsRun {
   RunTimeValues values;
   std::optional<ReachedFeeds> feeds;  // where the machine file says how fast its axes accelerate
   ProgramState state;
+  LateAxes late;
 };
 
 }  // namespace trunnion::post

@@ -169,6 +169,7 @@ void MachineJudge::step(const nc::Comment& comment) {
 
 void MachineJudge::step(const nc::Dwell& dwell) {
   trail_.clear();
+  as_run_.late.rest();
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
   if (!record_.report.blocks.empty()) record_.report.blocks.back().dwell_s += seconds;
@@ -179,6 +180,7 @@ void MachineJudge::step(const nc::Dwell& dwell) {
 // Straight up is along the tool axis.
 void MachineJudge::step(const nc::Retract&) {
   trail_.clear();
+  as_run_.late.rest();
   progress_.away = progress_.started;
 }
 
@@ -216,6 +218,7 @@ void MachineJudge::put_in_spindle(double length_mm) {
 void MachineJudge::step(const BlockEnd& end) {
   Vertex& v = *ends_.present;
   static_cast<BlockEnd&>(v) = end;
+  if (as_run_.late.are_late()) v.q = as_run_.late.follow(end, axes_.times);
   if (program_judge_) program_judge_->check_offset(v.nc_line);
   v.placed = false;
   // The leader has mostly been at the same place just before.

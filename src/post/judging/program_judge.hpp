@@ -182,6 +182,7 @@ class ProgramJudge {
   void off_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
   static double digit_of(const Pace& pace);
   double short_s() const;
+  bool is_corrected() const;  // words are not where the path is
   double pace_slack_mm() const;
   void check_progress(const Cut& cut, double seconds, const Rates& rates, std::uint32_t nc_line);
   void find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);

@@ -39,9 +39,13 @@ double ProgramJudge::rate_of(const AskedState& asked) const {
   return 0.0;
 }
 
+bool ProgramJudge::is_corrected() const {
+  return options_.truth != nullptr || options_.offsets != nullptr || options_.has_lags();
+}
+
 // Blocks may go from one side of the path to the other.
 double ProgramJudge::pace_slack_mm() const {
-  const bool corrected = options_.truth != nullptr || options_.offsets != nullptr;
+  const bool corrected = is_corrected();
   return kRoundedEnds * controller_.numbers.axes.quantum(nc::AxisLetter::X) + 2.0 * options_.tolerance_mm +
          (corrected ? kCorrected_mm : 0.0);
 }
@@ -131,10 +135,10 @@ void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const P
   const double of_all = std::min(slack_mm / sum.asked.way_mm, slack_rad / sum.asked.turn_rad);
   if (!(of_all * kNearEnds < 1.0)) return;
   const double digit = 1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(pace.feed, 1));
-  const bool corrected = options_.truth != nullptr || options_.offsets != nullptr;
+  const bool corrected = is_corrected();
   const double longest_s = std::max(sum.asked.seconds * (1.0 + of_all), sum.slowest_s);
   if (sum.seconds * digit < sum.asked.seconds * (1.0 - of_all) / kOtherWay ||
-      sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s))
+      (!options_.has_lags() && sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s)))
     say(sum);
 }
 
@@ -172,7 +176,7 @@ double ProgramJudge::digit_of(const Pace& pace) {
 }
 
 double ProgramJudge::short_s() const {
-  return options_.truth != nullptr || options_.offsets != nullptr ? kShortCorrected_s : kShort_s;
+  return is_corrected() ? kShortCorrected_s : kShort_s;
 }
 
 bool ProgramJudge::too_fast(const Pace& pace, const Rates& rates) const {
@@ -182,7 +186,8 @@ bool ProgramJudge::too_fast(const Pace& pace, const Rates& rates) const {
 bool ProgramJudge::keeps_pace(const Pace& pace, const Rates& rates, bool may_not_be_slow) const {
   if (!(pace.seconds > 0.0)) return true;
   if (too_fast(pace, rates)) return false;
-  if (!may_not_be_slow) return true;
+  // Words that are led are slow at corners.
+  if (!may_not_be_slow || options_.has_lags()) return true;
   const double lasts_s = pace.seconds / digit_of(pace);
   if (lasts_s <= kSlower * pace.slowest_s + short_s()) return true;
   if ((lasts_s - short_s()) * rates.least <= kSlower * (kOtherWay * pace.way_mm + rates.slack_mm))

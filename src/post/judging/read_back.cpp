@@ -13,6 +13,7 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.pole = options.pole;
   v.certify = options.nonlinear.certify;
   v.truth = errors;
+  v.lag_s = job.lag_s;
   v.temperatures = job.temperatures;
   v.offsets = job.offsets;
   v.offset_limits = job.offset_limits;

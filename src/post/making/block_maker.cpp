@@ -71,9 +71,14 @@ Result<void> BlockMaker::cut_to_place(const path::Point& to, JointVector q, cons
       return in_halves();
     }
   }
+  const JointVector from = work_.at.joints;
   work_.moved(q, block.seconds);
   work_.posting.report.feed_time_lost_s += block.lost_s;
   work_.at.joints = q;
+  if (leads() && block.seconds > 0.0) {
+    work_.lead.add({from, q, block.seconds, cut.where});
+    return {};
+  }
   return write(q, nc::MotionKind::feed, block, cut.where);
 }
 
@@ -98,8 +103,46 @@ Result<bool> BlockMaker::take_up(const JointVector& next, SourceRef where) {
   return true;
 }
 
+bool BlockMaker::leads() const {
+  if (!work_.lead.is_on()) return false;
+  if (!work_.in_part() && !work_.thermal.is_at_run_time()) return true;
+  work_.posting.diagnostics.warning_once(
+      "servo lag", work_.posting.job.cl_file, {},
+      "servo_lag: words of the part, and those that the control calculates, are not led: the axes stay late");
+  return false;
+}
+
+Result<void> BlockMaker::write_led() {
+  if (work_.lead.is_idle()) return {};
+  // The way of the axes by itself, so that the planner takes the time as it is.
+  constexpr double kAnyRate_mm_s = 1000.0;
+  JointVector from = work_.lead.begins_at();
+  const double meant_s = work_.lead.seconds();
+  double seconds = 0.0;
+  std::size_t count = 0;
+  const std::size_t blocks = work_.lead.size();
+  for (const ServoLead::Led& led : work_.lead.take()) {
+    JointVector q = led.to;
+    words_.round(q);
+    if (q == from) continue;
+    work_.axis_words.check_travel(q, work_.tool.tool, led.where);
+    const BlockFeed feed =
+        work_.planner.plan({from, q, led.seconds * kAnyRate_mm_s, std::nullopt,
+                            work_.planner.axes().slowest_axis_s(from, q)},
+                           kAnyRate_mm_s);
+    if (auto r = write_plain(q, nc::MotionKind::feed, feed, led.where); !r) return r;
+    seconds += feed.seconds;
+    ++count;
+    from = q;
+  }
+  work_.elapse(seconds - meant_s);
+  work_.posting.report.points_inserted += count - std::min(count, blocks);
+  return {};
+}
+
 Result<void> BlockMaker::write(const JointVector& q, nc::MotionKind kind, const BlockFeed& feed,
                                SourceRef where, std::uint16_t only) {
+  if (auto r = write_led(); !r) return r;
   if (only == kAllWords && !work_.in_part() && !work_.thermal.is_at_run_time())
     return write_plain(q, kind, feed, where);
   const JointVector words = words_.of(q);

@@ -21,7 +21,12 @@ class BlockMaker {
 
   BlockMaker(ProgramInWork& work, const PlaceWords& words, const LostMotion& lost_motion,
              CorrectedPlace& places, BlockBend& bend)
-      : work_(work), words_(words), lost_motion_(lost_motion), places_(places), bend_(bend) {}
+      : work_(work), words_(words), lost_motion_(lost_motion), places_(places), bend_(bend) {
+    if (work_.lead.is_on()) work_.posting.before_block = [this] { return write_led(); };
+  }
+  BlockMaker(const BlockMaker&) = delete;
+  BlockMaker& operator=(const BlockMaker&) = delete;
+  ~BlockMaker() = default;
 
   Result<void> rapid_to(const path::Point& to);
   Result<void> cut_to(const path::Point& to, const cl::Feed& feed, SourceRef where, int depth);
@@ -47,6 +52,10 @@ class BlockMaker {
   void begin_segment(std::size_t i);
 
  private:
+  /// Feed blocks are held back, to be led in time.
+  bool leads() const;
+  /// Those that are held back, led; the machine is at rest behind them.
+  Result<void> write_led();
   bool lasts_long(const FeedPlanner::Move& move, double rate_mm_s) const;
 
   ProgramInWork& work_;

@@ -11,7 +11,7 @@ namespace trunnion::post {
 bool PlainMotions::serve() const {
   return (!work_.errors.compensator || work_.errors.by_place) && !work_.thermal.has_offsets() &&
          !work_.in_part() && !work_.at.approaches && work_.at.known && !work_.at.turn_due &&
-         work_.cutter.is_idle();
+         work_.cutter.is_idle() && !work_.lead.is_on();
 }
 
 Result<std::size_t> PlainMotions::make(std::size_t first, std::size_t end) {

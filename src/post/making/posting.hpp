@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <functional>
 #include <string>
 
 #include "trunnion/nc/writer.hpp"
@@ -18,7 +19,13 @@ struct Posting {
   Posting& operator=(const Posting&) = delete;
   ~Posting() = default;
 
-  Result<void> write(const nc::Block& block) { return writer.write(block); }
+  /// Behind the motions that are held back, which go out first.
+  Result<void> write(const nc::Block& block) {
+    if (before_block) {
+      if (auto r = before_block(); !r) return r;
+    }
+    return writer.write(block);
+  }
 
   const PostJob& job;
   const PostOptions& options;
@@ -27,6 +34,7 @@ struct Posting {
   std::array<nc::AxisLetter, kMaxAxes> letters{};  // of its axes
   std::string text;                                // not handed on yet
   nc::Writer writer;                               // of the text
+  std::function<Result<void>()> before_block;      // writes motions that are held back; may be empty
   Diagnostics diagnostics;                         // of generation
   PostReport report;
 };

@@ -14,7 +14,8 @@ ProgramInWork::ProgramInWork(const PostJob& job, const PostOptions& options)
       planes(posting),
       errors(job),
       spindle(posting),
-      thermal(posting) {
+      thermal(posting),
+      lead(posting.machine, job.lag_s, options.tolerance_mm) {
   set_tool(tool.tool);
   errors.by_place = errors.compensator != nullptr && axis_words.fill_runs() && course.meter().is_fixed() &&
                     !errors.lose_motion && !errors.know_history;

@@ -9,6 +9,7 @@
 #include "post/making/cutter_wear.hpp"
 #include "post/making/joint_words.hpp"
 #include "post/making/posting.hpp"
+#include "post/making/servo_lead.hpp"
 #include "post/making/spindle_and_coolant.hpp"
 #include "post/making/thermal_output.hpp"
 #include "post/making/tilted_planes.hpp"
@@ -48,6 +49,7 @@ struct ProgramInWork {
   BlockCourse course;
   SpindleAndCoolant spindle;
   ThermalOutput thermal;
+  ServoLead lead;
 };
 
 }  // namespace trunnion::post

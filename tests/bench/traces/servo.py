@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""servo.py PROGRAM FOLDER [COUNT] [--seed N] [--case K] [--wrapped WORDS]: hidden servos behind a control, found from traces and taken out of the words.
+"""servo.py PROGRAM FOLDER [COUNT] [--seed N] [--case K]: hidden servos behind a control, found from traces and taken out of the words.
 
 Each case posts a random five-axis path, runs the program on the control of control.py with servos that nobody told of (lags of single axes, gains of all
 axes that do not match, spikes after reversal, nothing), makes measurements of the trace, lets `model improve` name the effects, posts again with that
@@ -129,7 +129,44 @@ class Case:
         said, out, why = self.name_effects(nc, command, actual)
         if said is None:
             return result | {"result": why}
-        return result | {"said": said, "out": str(out)}
+        named = sorted({effect for step in said["steps"] for effect in step["effects"]})
+        result |= {"named": named, "right": set(named) == names, "verdicts": [step["verdict"] for step in said["steps"]]}
+        model = sorted(out.glob("*.toml"))
+        if not lag.any() or not any(effect.startswith("servo_lag:") for effect in named) or not model:
+            return result | {"result": "done"}
+        nc, done = self.post("led.ngc", "--model", model[-1])
+        if nc is None:
+            result["not_within"] = done.stderr[-300:]
+            nc, done = self.post("led.ngc", "--model", model[-1], "--accept-deviation")
+        if nc is None:
+            return result | {"result": "not posted with the model", "why": done.stderr[-300:]}
+        command = run_control(nc)
+        after = tip_errors(self.chain, command, control.behind_servos(command.q, 0.001, lag, spike), self.points).max()
+        # What no lead takes out: the delay that all axes share, alone.
+        shared = np.full(5, np.median(lag))
+        plain = run_control(self.folder / "plain.ngc")
+        alone = tip_errors(self.chain, plain, control.behind_servos(plain.q, 0.001, shared), self.points).max()
+        return result | {"result": "done", "after_mm": after, "shared_alone_mm": alone, "seconds_after": command.duration, "ratio": after / clean,
+                         "ratio_shared": after / alone}
+
+
+def summary(results):
+    out = {}
+    for kind in KINDS:
+        of = [r for r in results if r["kind"] == kind and "named" in r]
+        ratios = sorted(r["ratio"] for r in of if "ratio" in r)
+        shared = sorted(r["ratio_shared"] for r in of if "ratio" in r)
+        slower = sorted(r["seconds_after"] / r["seconds"] for r in of if "ratio" in r)
+        falls = sorted(r["after_mm"] / r["before_mm"] for r in of if "ratio" in r)
+        told = {"cases": len(of), "named_right": sum(r["right"] for r in of), "hidden_among_named": sum(set(r["hidden"]) <= set(r["named"]) for r in of)}
+        for key, values in (("ratio", ratios), ("ratio_to_shared_delay", shared), ("time", slower), ("after_to_before", falls)):
+            if values:
+                told[key] = {"median": round(float(np.median(values)), 3), "at_90": round(values[int(0.9 * (len(values) - 1))], 3), "largest": round(values[-1], 3)}
+        if ratios:
+            told["within_1.3"] = sum(r <= 1.3 for r in ratios)
+        out[kind] = told
+    out["others"] = [r for r in results if "named" not in r]
+    return out
 
 
 def main():
@@ -140,8 +177,11 @@ def main():
     parser.add_argument("--seed", type=int, default=282)
     parser.add_argument("--case", type=int)
     args = parser.parse_args()
+    results = []
     for k in [args.case] if args.case is not None else range(args.count):
-        print(json.dumps(Case(args.program, args.folder / f"servo_{k}", args.seed, k).run(KINDS[k % len(KINDS)])), flush=True)
+        results.append(Case(args.program, args.folder / f"servo_{k}", args.seed, k).run(KINDS[k % len(KINDS)]))
+        print(json.dumps(results[-1]), flush=True)
+    print(json.dumps(summary(results)))
 
 
 if __name__ == "__main__":
