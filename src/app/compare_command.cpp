@@ -44,13 +44,13 @@ ExitCode run(CompareCommand& command) {
   const nc::Controller& controller = files->controller;
   if (const auto loaded = command.against.load(command.machine, diagnostics); !loaded)
     return print_failure(diagnostics, loaded.error());
-  const auto truth = load_truth(command.truth, machine, diagnostics);
+  post::VerifyOptions options;
+  const auto truth = load_truth(command.truth, machine, options.lag_s, diagnostics);
   if (!truth) return print_failure(diagnostics, truth.error());
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return print_failure(diagnostics, tools.error());
   const auto bodies = command.result.bodies_of(machine, diagnostics);
   if (!bodies) return print_failure(diagnostics, bodies.error());
-  post::VerifyOptions options;
   options.tolerance_mm = command.tolerance_mm;
   options.axis_tolerance = machine.axis_tolerance;
   options.truth = *truth ? &**truth : nullptr;

@@ -9,6 +9,7 @@
 
 #include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/effects/axis_lags.hpp"
 #include "trunnion/effects/model_values.hpp"
 #include "trunnion/post/axes_of.hpp"
 #include "trunnion/thermal/condition.hpp"
@@ -122,7 +123,7 @@ Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnos
 }
 
 Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,
-                                                 Diagnostics& diagnostics) {
+                                                 JointVector& lag_s, Diagnostics& diagnostics) {
   if (file.empty()) return std::optional<ModelEvaluator>{};
   const auto model = load_model(file, machine, {}, diagnostics);
   if (!model) return tl::unexpected(model.error());
@@ -132,7 +133,10 @@ Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const 
     return std::optional<ModelEvaluator>{};
   }
   spdlog::debug("true errors: {} effects from {}", model->effects.size(), file);
-  return std::optional<ModelEvaluator>(ModelEvaluator(*model));
+  lag_s = axis_lags(*model);
+  const Model at_place = without_servo_effects(*model);
+  if (!has_values(at_place)) return std::optional<ModelEvaluator>{};
+  return std::optional<ModelEvaluator>(ModelEvaluator(at_place));
 }
 
 void ClCliOptions::add_to(CLI::App& c) {

@@ -42,8 +42,9 @@ struct MachineFiles {
 Result<MachineFiles> load_with_controller(const MachineOptions& options, Diagnostics& diagnostics,
                                           bool rtcp = false);
 /// The errors of the machine to evaluate on; nothing for an empty `file`: the nominal machine.
+/// `lag_s` gets by how much its axes follow their commands late: those are no errors at a place.
 Result<std::optional<ModelEvaluator>> load_truth(const std::string& file, const Machine& machine,
-                                                 Diagnostics& diagnostics);
+                                                 JointVector& lag_s, Diagnostics& diagnostics);
 
 /// How a CL file is read: shared by every command that reads one, so that a program is verified against what
 /// was posted.

@@ -71,7 +71,7 @@ Result<std::unique_ptr<VerifyInputs>> read_verify_inputs(VerifyCommand& command,
   }
   if (const auto loaded = command.against.load(command.machine, diagnostics); !loaded)
     return tl::unexpected(loaded.error());
-  auto truth = load_truth(command.truth, machine, diagnostics);
+  auto truth = load_truth(command.truth, machine, in->options.lag_s, diagnostics);
   if (!truth) return tl::unexpected(truth.error());
   in->truth = std::move(*truth);
   auto tools = command.tools.load(diagnostics);

@@ -137,9 +137,10 @@ Result<std::string> measurements_of(const Trace& trace, const Machine& machine, 
                     " along its program; the delay that all axes share is not seen\n" + header(machine);
   for (const std::size_t i : chosen_rows(*samples, how.most_rows)) {
     const FollowedSample& sample = (*samples)[i];
-    const std::string head = how.run_id + "-" + std::to_string(sample.cut) + "," + fixed_text(sample.time_s - samples->front().time_s, kPlaces) +
-                             "," + axis_fields(sample, machine) + "0,0," +
-                             fixed_text(-sample.length_mm, kPlaces) + ",";
+    const std::string head = how.run_id + "-" + std::to_string(sample.cut) + "," +
+                             fixed_text(sample.time_s - samples->front().time_s, kPlaces) + "," +
+                             axis_fields(sample, machine) + "0,0," + fixed_text(-sample.length_mm, kPlaces) +
+                             ",";
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const Channel& channel = channels[c];
       out += head + (channel.rotation ? "rotation," : "displacement,") + fixed_text(channel.n.x(), 9) + "," +

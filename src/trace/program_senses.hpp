@@ -9,7 +9,8 @@ class ProgramSenses {
  public:
   explicit ProgramSenses(const JointPath& path);
 
-  /// Goes on to the length `s` of the path, where the machine is at `time_s`; a place behind counts for nothing.
+  /// Goes on to the length `s` of the path, where the machine is at `time_s`; a place behind counts for
+  /// nothing.
   void go_to(double s, double time_s);
   /// Of each axis: 1, -1, or 0 before it has moved, and behind a way that is not known.
   const Scaled& sign() const { return sign_; }

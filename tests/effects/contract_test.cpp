@@ -384,8 +384,7 @@ TEST(Library, HasEveryEffectOfTheTable) {
       expected.insert(std::string(kind) + axis);
   }
   for (const char* axis : {"X", "Y", "Z"}) {
-    for (const char* kind : {"periodic:", "screw_heating:"})
-      expected.insert(std::string(kind) + axis);
+    for (const char* kind : {"periodic:", "screw_heating:"}) expected.insert(std::string(kind) + axis);
   }
   for (const char* axis : {"A", "C"}) {
     for (const char* kind : {"worm:", "location:", "thermal_location:"})

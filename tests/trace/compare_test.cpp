@@ -275,6 +275,37 @@ TEST(Compare, ReadingsAreActualMinusCommanded) {
   EXPECT_THAT(*text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
 }
 
+// A spike lasts milliseconds: the rows behind a reversal stay, the sense is that of the program.
+TEST(Compare, RowsBehindAReversalAreKept) {
+  Given given({{0, 0, 0}, {60, 20, 0}, {120, 0, 0}, {180, 20, 0}});
+  given.run(0.001, 17.0);
+  AsMeasurements few;
+  few.most_rows = 60;
+  const auto text = measurements_of(given.trace, given.machine, given.plan, few);
+  ASSERT_TRUE(text) << text.error().text();
+  EXPECT_THAT(*text, HasSubstr("\ntrace-1,"));
+  const auto samples = follow(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(samples);
+  for (const FollowedSample& s : *samples) {
+    const double x = s.commanded[0];
+    if (x < 1.0 || std::abs(x - 60.0) < 0.1 || x > 119.9) continue;
+    EXPECT_EQ(s.direction[1], x < 60.0 ? 1.0 : -1.0);
+  }
+  // Y turns round twice: at each eight rows and more within 60 ms, five readings a row.
+  std::size_t behind = 0;
+  double turned_s = -1.0, before = 0.0;
+  std::size_t i = 0;
+  for (const FollowedSample& s : *samples) {
+    if (i++ > 0 && s.direction[1] != before) turned_s = s.time_s - samples->front().time_s;
+    before = s.direction[1];
+    char at[40];
+    std::snprintf(at, sizeof at, "\ntrace-1,%.6f,", s.time_s - samples->front().time_s);
+    if (turned_s >= 0.0 && s.time_s - samples->front().time_s < turned_s + 0.06)
+      behind += text->find(at) != std::string::npos ? 1U : 0U;
+  }
+  EXPECT_GE(behind, 16U);
+}
+
 // A display shows C from 0 to 360 degrees while the program goes from 300 to 480.
 TEST(Compare, TurnsOfADisplayAreTheProgramsTurns) {
   Given given(kStairs);

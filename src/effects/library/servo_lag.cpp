@@ -1,5 +1,5 @@
-// Following error of one axis: positioning -v tau along the axis' own positive sense (rotary: about +n), v the
-// axis' velocity.
+// Following error of one axis: positioning -v tau along the axis' own positive sense (rotary: about +n), v
+// the axis' velocity.
 #include "effects/library_support.hpp"
 
 namespace trunnion::effects {

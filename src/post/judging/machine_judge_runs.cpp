@@ -42,8 +42,9 @@ std::size_t MachineJudge::take(const nc::MotionRun& run, bool may) {
 bool MachineJudge::may_take_run() const {
   const Vertex& from = *ends_.previous;
   const bool stands_on_path = progress_.started && ends_.has_previous && from.placed && !progress_.away;
-  return stands_on_path && !as_run_.late.are_late() && waiting_.holds_none() && !as_run_.offsets && !as_run_.feeds &&
-         !options().collect && meter().may_bow(from, from) && meter().kinematics().side_by_side();
+  return stands_on_path && !as_run_.late.are_late() && waiting_.holds_none() && !as_run_.offsets &&
+         !as_run_.feeds && !options().collect && meter().may_bow(from, from) &&
+         meter().kinematics().side_by_side();
 }
 
 const RunEnds& MachineJudge::ends_of(const nc::MotionRun& run) {

@@ -138,7 +138,8 @@ void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const P
   const bool corrected = is_corrected();
   const double longest_s = std::max(sum.asked.seconds * (1.0 + of_all), sum.slowest_s);
   if (sum.seconds * digit < sum.asked.seconds * (1.0 - of_all) / kOtherWay ||
-      (!options_.has_lags() && sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s)))
+      (!options_.has_lags() &&
+       sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s)))
     say(sum);
 }
 

@@ -126,10 +126,9 @@ Result<void> BlockMaker::write_led() {
     words_.round(q);
     if (q == from) continue;
     work_.axis_words.check_travel(q, work_.tool.tool, led.where);
-    const BlockFeed feed =
-        work_.planner.plan({from, q, led.seconds * kAnyRate_mm_s, std::nullopt,
-                            work_.planner.axes().slowest_axis_s(from, q)},
-                           kAnyRate_mm_s);
+    const BlockFeed feed = work_.planner.plan(
+        {from, q, led.seconds * kAnyRate_mm_s, std::nullopt, work_.planner.axes().slowest_axis_s(from, q)},
+        kAnyRate_mm_s);
     if (auto r = write_plain(q, nc::MotionKind::feed, feed, led.where); !r) return r;
     seconds += feed.seconds;
     ++count;

@@ -22,8 +22,8 @@ constexpr double kShortest_s = 0.002;  // of a block
 
 struct ServoLead::Run {
   Block block;
-  JointVector velocity;            // at the pace 1
-  double change = 0.0;             // of the pace, per second
+  JointVector velocity;             // at the pace 1
+  double change = 0.0;              // of the pace, per second
   double begin2 = 0.0, end2 = 0.0;  // squares of the paces at its ends
 
   double pace(double u) const {  // u: seconds at the pace 1 from its beginning
@@ -52,7 +52,7 @@ double ServoLead::pace_change(const JointVector& velocity) const {
   double out = kAtOnce_mm_s / std::max(led_mm(velocity), 1e-9);
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const Axis& axis = machine_.axes[id];
-    const double sure = axis.acceleration                   ? kSureShare * *axis.acceleration
+    const double sure = axis.acceleration               ? kSureShare * *axis.acceleration
                         : axis.kind == AxisKind::linear ? kSure_mm_s2
                                                         : kSure_mm_s2 / kLever_mm;
     out = std::min(out, sure / std::max(std::abs(velocity[id]), 1e-9));
@@ -80,8 +80,7 @@ void ServoLead::plan(std::vector<Run>& runs) const {
   }
   for (std::size_t k = runs.size(); k-- > 0;) {
     if (k + 1 < runs.size()) runs[k].end2 = runs[k + 1].begin2;
-    runs[k].begin2 =
-        std::min(runs[k].begin2, runs[k].end2 + 2.0 * runs[k].change * runs[k].block.seconds);
+    runs[k].begin2 = std::min(runs[k].begin2, runs[k].end2 + 2.0 * runs[k].change * runs[k].block.seconds);
   }
 }
 

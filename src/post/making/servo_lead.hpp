@@ -2,19 +2,18 @@
 #include <span>
 #include <vector>
 
+#include "trunnion/base/source_ref.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/machine/machine.hpp"
 
-#include "trunnion/base/source_ref.hpp"
-
 namespace trunnion::post {
 
-/// Axes that follow their commands late are sent ahead: where the axes are to be at x(t), each is commanded to
-/// c = x + tau dx/dt, which a servo with the delay tau follows to x.
+/// Axes that follow their commands late are sent ahead: where the axes are to be at x(t), each is commanded
+/// to c = x + tau dx/dt, which a servo with the delay tau follows to x.
 ///
 /// In words that has a price. Where blocks meet, dx/dt jumps, and c with it: the axes go over such a corner
-/// slower, so that the jump stays small, and there c is in the middle of it. Towards a corner and from it they
-/// go slower and faster no faster than they surely can, in blocks short enough to say so: how a control
+/// slower, so that the jump stays small, and there c is in the middle of it. Towards a corner and from it
+/// they go slower and faster no faster than they surely can, in blocks short enough to say so: how a control
 /// accelerates by itself nobody knows here.
 class ServoLead {
  public:
