@@ -17,10 +17,12 @@ bool stands_still_at(const cl::Record& record) {
 }
 
 // Under tool-centre-point control axes turn at no even rate on the way of a block. Where programmed points
-// are dropped or moved, or errors and offsets compensated, the blocks are known when they are made.
+// are dropped or moved, words led, or errors and offsets compensated, the blocks are known when they are
+// made.
 bool may_plan(const PostJob& job, const PostOptions& options) {
-  return options.feeds_within_reach && job.model == nullptr && job.offsets == nullptr && !options.rtcp &&
-         !options.nonlinear.thin && !options.nonlinear.move_programmed_points;
+  return options.feeds_within_reach && job.model == nullptr && job.lag_s == JointVector() &&
+         job.offsets == nullptr && !options.rtcp && !options.nonlinear.thin &&
+         !options.nonlinear.move_programmed_points;
 }
 
 }  // namespace
