@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <oneapi/tbb/parallel_for.h>
 #include <random>
 #include <string_view>
@@ -28,7 +29,7 @@ constexpr double kMostSteps = 1.5;  // of the grid of periods, that a refinement
 
 // A cross-talk is a product: where one axis stands still while the other moves it is no more than a component
 // error of the other, and only that may be named.
-bool shown_by(const Observations& o, const EffectInfo& info) {
+bool crosses(const Observations& o, const EffectInfo& info) {
   constexpr std::string_view kKind = "crosstalk:";
   if (!info.id.starts_with(kKind) || info.id.size() != kKind.size() + 2) return true;
   const auto positions = [&](char name) {
@@ -40,6 +41,36 @@ bool shown_by(const Observations& o, const EffectInfo& info) {
     return out;
   };
   return joint_variation(positions(info.id[kKind.size()]), positions(info.id[kKind.size() + 1])) > 0;
+}
+
+// What is over within milliseconds of a reversal is shown by rows that follow one that soon: where they are
+// seconds apart, the first one behind it says nothing of it.
+bool shows_spikes(const Observations& o, AxisId axis) {
+  constexpr double kSoon_s = 0.1;
+  constexpr int kFewest = 10;
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(o.size()));
+  std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+  std::stable_sort(rows.begin(), rows.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return std::pair(o.state(a).run, o.state(a).time_s) < std::pair(o.state(b).run, o.state(b).time_s);
+  });
+  int count = 0;
+  double reversed_s = -INFINITY;
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    const MachineState& before = o.state(rows[k - 1]);
+    const MachineState& now = o.state(rows[k]);
+    if (before.run != now.run)
+      reversed_s = -INFINITY;
+    else if (before.direction[axis] != now.direction[axis])
+      reversed_s = now.time_s;
+    const double since_s = now.time_s - reversed_s;
+    count += since_s > 0.0 && since_s < kSoon_s ? 1 : 0;
+  }
+  return count >= kFewest;
+}
+
+bool shown_by(const Observations& o, const Effect& effect) {
+  if (effect.info().id.starts_with("reversal_spike:")) return shows_spikes(o, effect.link().axis);
+  return crosses(o, effect.info());
 }
 
 }  // namespace
@@ -55,7 +86,7 @@ Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<
   };
   std::vector<Task> tasks;
   for (std::size_t f = 0; f < library_.size(); ++f) {
-    if (!shown_by(o_, library_[f].info())) continue;
+    if (!shown_by(o_, *library_[f].variants.front())) continue;
     for (std::size_t v = 0; v < library_[f].variants.size(); ++v) {
       const auto grid = shape_grid(o_, *library_[f].variants[v]);
       for (std::size_t k = 0; k < grid.size(); k += kChunk)
