@@ -35,6 +35,15 @@ struct TemperatureHistory {
   }
 };
 
+/// What sensors say while the program runs.
+struct VerifyTemperatures {
+  /// Of the sensors of VerifyOptions::truth; nothing: at reference.
+  const TemperatureHistory* of_truth = nullptr;
+  /// Of the sensors from which a program calculates its own offsets, the first row when the part's zero was
+  /// taken; nothing: they stand still.
+  const TemperatureHistory* of_program = nullptr;
+};
+
 struct VerifyOptions {
   double tolerance_mm = 0.01;
   double rapid_tolerance_mm = 1.0;
@@ -48,13 +57,9 @@ struct VerifyOptions {
   /// the ends of blocks on straight ways.
   JointVector lag_s;
   bool has_lags() const { return !(lag_s == JointVector()); }
-  /// Of the sensors of `truth`; nothing: at reference.
-  const TemperatureHistory* temperatures = nullptr;
+  VerifyTemperatures temperatures;
   /// Thermal offsets that the machine has while the program runs; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;
-  /// Of the sensors from which a program calculates its own offsets, the first row when the part's zero was
-  /// taken; nothing: they stand still.
-  const TemperatureHistory* run_time_temperatures = nullptr;
   thermal::OffsetLimits offset_limits;  // only the dead band matters: a machine's drift knows no clamp
   std::vector<std::string> raw_lines;   // lines that the controller's templates did not make
   std::size_t worst_count = 10;         // places listed in the report

@@ -21,7 +21,7 @@ struct MachineAsRun {
                     : std::nullopt),
         values(controller),
         state(machine.axes.size(), o.truth != nullptr ? o.truth->lags() : std::vector<LagRequest>{},
-              o.temperatures),
+              o.temperatures.of_truth),
         late(o.lag_s) {}
 
   void elapse(double seconds) {

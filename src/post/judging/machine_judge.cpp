@@ -157,7 +157,7 @@ void MachineJudge::step(const nc::LatchValues& latch) {
 }
 
 void MachineJudge::step(const nc::RunTimeStep& line) {
-  const auto* temperatures = options().run_time_temperatures;
+  const auto* temperatures = options().temperatures.of_program;
   if (temperatures == nullptr) return as_run_.values.take(line, {}, {});
   as_run_.values.take(line, temperatures->at(record_.report.duration_s), temperatures->temperature_K.front());
 }

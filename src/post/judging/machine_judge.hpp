@@ -150,7 +150,9 @@ class MachineJudge {
   const PathPoints& points() const { return path_.points(); }
   const Place& at() const { return path_.at(); }
   const AxisWordsOf& axis_words() const { return words_.axis_words(); }
-  bool words_are_positions() const { return !as_run_.offsets && options().run_time_temperatures == nullptr; }
+  bool words_are_positions() const {
+    return !as_run_.offsets && options().temperatures.of_program == nullptr;
+  }
 
   // What the machine does, in its turn.
   void step(const BlockEnd& end);

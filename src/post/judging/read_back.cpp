@@ -14,10 +14,10 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
   v.certify = options.nonlinear.certify;
   v.truth = errors;
   v.lag_s = job.lag_s;
-  v.temperatures = job.temperatures;
+  v.temperatures.of_truth = job.temperatures;
   v.offsets = job.offsets;
   v.offset_limits = job.offset_limits;
-  if (job.run_time_drift != nullptr) v.run_time_temperatures = &job.run_time_drift->history;
+  if (job.run_time_drift != nullptr) v.temperatures.of_program = &job.run_time_drift->history;
   v.tools = options.tools;
   v.work_offset = options.work_offset;
   v.smoothing_mm = options.smoothing_mm;

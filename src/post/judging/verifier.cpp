@@ -37,7 +37,7 @@ void Verifier::judge_nominal_too() {
   VerifyOptions& options = nominal.options;
   options.truth = nullptr;
   options.offsets = nullptr;
-  options.run_time_temperatures = nullptr;
+  options.temperatures.of_program = nullptr;
   options.collect = false;
   parts_->nominal.emplace(nominal, parts_->replay.words(), parts_->points);
   parts_->judge.lead(*parts_->nominal);
