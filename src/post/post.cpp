@@ -1,6 +1,7 @@
 #include "trunnion/post/post.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "trunnion/base/number_text.hpp"
@@ -12,6 +13,9 @@ namespace trunnion::post {
 namespace {
 
 constexpr std::size_t kVerdictLength = 56;  // below the shortest comment that a controller file allows
+
+// Servo drives follow within some ms; what is more is a wrong unit, or two clocks.
+constexpr double kMostLag_s = 0.05;
 
 std::string padded(const std::string& text) {
   std::string out(kVerdictLength, '.');
@@ -95,7 +99,15 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
   const Model at_place = without_servo_effects(*job.model);
   PostJob with_lags = job;
   const JointVector lags = axis_lags(*job.model);
-  for (AxisId id = 0; id < job.machine->axes.size(); ++id) with_lags.lag_s[id] += lags[id];
+  for (AxisId id = 0; id < job.machine->axes.size(); ++id) {
+    if (!(std::abs(lags[id]) <= kMostLag_s))
+      return fail(ErrorCode::wrong_input,
+                  "the model has a delay (servo_lag) of " + shortest_text(lags[id]) + " s for " +
+                      job.machine->axes[id].name + ": more than " + shortest_text(kMostLag_s) +
+                      " s is no servo's, and words are not led by it",
+                  job.model->file);
+    with_lags.lag_s[id] += lags[id];
+  }
   with_lags.model = at_place.effects.empty() ? nullptr : &at_place;
   return Program(std::move(source), with_lags, options, sink, diagnostics).run();
 }

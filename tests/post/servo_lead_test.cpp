@@ -199,6 +199,8 @@ TEST(ServoLead, ProgramsAreVerifiedWhereLateAxesComeTo) {
   EXPECT_TRUE(led.report->verification->passed());
   EXPECT_FALSE(led.report->verification->certified) << "nothing is proved between the ends of blocks";
   EXPECT_GT(led.report->verification->duration_s, plain.report->verification->duration_s);
+  EXPECT_GT(led.report->largest_correction_mm, 2.0 * kTolerance_mm);
+  EXPECT_LT(led.report->largest_correction_mm, 1.0);
   const auto on_late = [&](const std::string& nc, double lag_s) {
     const nc::Controller c = with_axes_of(machine, test::shipped_controller("linuxcnc"));
     VerifyOptions options;
@@ -214,6 +216,19 @@ TEST(ServoLead, ProgramsAreVerifiedWhereLateAxesComeTo) {
   EXPECT_GT(on_late(led.nc, 0.0), 2.0 * kTolerance_mm);
   EXPECT_GT(on_late(led.nc, -0.006), 2.0 * kTolerance_mm);
   EXPECT_GT(on_late(plain.nc, 0.006), 2.0 * kTolerance_mm);
+}
+
+// Seconds for milliseconds would send an axis ahead by centimetres.
+TEST(ServoLead, NoServoIsThatLate) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Model model = test::model_of(
+      "[model]\nname = \"late\"\n[[effect]]\nid = \"servo_lag:X\"\n[effect.parameters]\ntau_ms = 500\n",
+      machine);
+  const auto out = test::posted("GOTO/0,0,50\nGOTO/10,0,50\nFINI\n", machine, {}, "linuxcnc", &model);
+  ASSERT_FALSE(out.report);
+  EXPECT_TRUE(out.nc.empty());
+  EXPECT_NE(out.report.error().text().find("of 0.5 s for X: more than 0.05 s"), std::string::npos)
+      << out.report.error().text();
 }
 
 }  // namespace

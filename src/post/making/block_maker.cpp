@@ -112,6 +112,17 @@ bool BlockMaker::leads() const {
   return false;
 }
 
+// What leading adds to the words, as a way of the tip.
+void BlockMaker::note_lead(const ServoLead::Led& led) {
+  JointVector meant = led.to;
+  for (AxisId id = 0; id < kMaxAxes; ++id) meant[id] -= led.by[id];
+  const auto tip_P = [&](const JointVector& q) {
+    return work_.tool.kinematics.tip_P(q, work_.tool.kinematics.sines(q));
+  };
+  double& largest_mm = work_.posting.report.largest_correction_mm;
+  largest_mm = std::max(largest_mm, (tip_P(led.to) - tip_P(meant)).norm());
+}
+
 Result<void> BlockMaker::write_led() {
   if (work_.lead.is_idle()) return {};
   // The way of the axes by itself, so that the planner takes the time as it is.
@@ -125,6 +136,7 @@ Result<void> BlockMaker::write_led() {
     JointVector q = led.to;
     words_.round(q);
     if (q == from) continue;
+    note_lead(led);
     work_.axis_words.check_travel(q, work_.tool.tool, led.where);
     const BlockFeed feed = work_.planner.plan(
         {from, q, led.seconds * kAnyRate_mm_s, std::nullopt, work_.planner.axes().slowest_axis_s(from, q)},

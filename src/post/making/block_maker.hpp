@@ -56,6 +56,7 @@ class BlockMaker {
   bool leads() const;
   /// Those that are held back, led; the machine is at rest behind them.
   Result<void> write_led();
+  void note_lead(const ServoLead::Led& led);
   bool lasts_long(const FeedPlanner::Move& move, double rate_mm_s) const;
 
   ProgramInWork& work_;

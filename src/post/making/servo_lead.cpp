@@ -112,7 +112,8 @@ void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::ve
     Led led{JointVector::interpolate(run.block.from, run.block.to, u / seconds), lasts, run.block.where};
     for (AxisId id = 0; id < machine_.axes.size(); ++id) {
       const double v = is_end ? 0.5 * (run.velocity[id] + velocity_behind[id]) : run.velocity[id];
-      led.to[id] += lag_s_[id] * run.pace(u) * v;
+      led.by[id] = lag_s_[id] * run.pace(u) * v;
+      led.to[id] += led.by[id];
     }
     out.push_back(led);
     last = u;
@@ -136,7 +137,10 @@ std::vector<ServoLead::Led> ServoLead::take() {
     const bool is_last = k + 1 == runs.size();
     lead(runs[k], is_last ? JointVector() : runs[k + 1].velocity, out);
     // At rest nothing is led.
-    if (is_last) out.back().to = runs[k].block.to;
+    if (is_last) {
+      out.back().to = runs[k].block.to;
+      out.back().by = {};
+    }
   }
   return out;
 }

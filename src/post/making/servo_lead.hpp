@@ -33,6 +33,7 @@ class ServoLead {
     JointVector to;
     double seconds = 0.0;
     SourceRef where;
+    JointVector by;  // of `to`, what is the lead
   };
   void add(const Block& block) { blocks_.push_back(block); }
   bool is_idle() const { return blocks_.empty(); }
