@@ -109,7 +109,10 @@ void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::ve
     const double lasts = 2.0 * (u - last) / std::max(run.pace(last) + run.pace(u), 1e-9);
     if (!is_end && (lasts < kShortest_s || seconds - u < 0.5 * kShortest_s)) continue;
     if (u <= last) continue;
-    Led led{JointVector::interpolate(run.block.from, run.block.to, u / seconds), lasts, run.block.where};
+    Led led;
+    led.to = JointVector::interpolate(run.block.from, run.block.to, u / seconds);
+    led.seconds = lasts;
+    led.where = run.block.where;
     for (AxisId id = 0; id < machine_.axes.size(); ++id) {
       const double v = is_end ? 0.5 * (run.velocity[id] + velocity_behind[id]) : run.velocity[id];
       led.by[id] = lag_s_[id] * run.pace(u) * v;
