@@ -94,7 +94,9 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
                         const PostOptions& options, const TextSink& sink, Diagnostics& diagnostics) {
   if (auto checked = check_options(options, *job.machine, *job.controller); !checked)
     return tl::unexpected(checked.error());
-  if (job.model == nullptr) return Program(std::move(source), job, options, sink, diagnostics).run();
+  // Words of the part are not led: there a delay is corrected by the speed, as an error at a place.
+  const bool leads = job.model != nullptr && !options.rtcp && !options.tilted_plane;
+  if (!leads) return Program(std::move(source), job, options, sink, diagnostics).run();
   // What follows the command in time is led in time; the errors at a place are all else.
   const Model at_place = without_servo_effects(*job.model);
   PostJob with_lags = job;

@@ -19,12 +19,17 @@ class LateAxes {
   /// The block at hand is commanded to `end`: gives where the axes are then, by its words and F. Rapids and
   /// ways that are not known end at rest.
   JointVector follow(const BlockEnd& end, const ControlTimes& times);
+  /// By its words the last block goes from here to there: what travel and speeds are judged by.
+  const JointVector& from() const { return from_; }
+  const JointVector& commanded() const { return commanded_; }
 
  private:
   JointVector lag_s_;
   bool are_late_ = false;
   bool started_ = false;
-  JointVector commanded_, behind_;  // x - c
+  bool tcp_ = false;                       // the last block
+  Vec3 word_tip_P_ = Vec3::Zero();         // of it
+  JointVector from_, commanded_, behind_;  // x - c
 };
 
 }  // namespace trunnion::post

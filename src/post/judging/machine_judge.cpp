@@ -269,7 +269,7 @@ void MachineJudge::elapse(double seconds) {
 void MachineJudge::reach(const Vertex& v, double seconds, bool is_known, bool apart) {
   const auto slow = program_judge_ ? program_judge_->take_slow() : std::nullopt;
   if (!is_known) return as_run_.feeds->wait(seconds);
-  as_run_.feeds->add({ends_.previous->q, v.q, seconds, apart, v.feed, v.nc_line}, slow);
+  as_run_.feeds->add({commanded_before(), commanded(v), seconds, apart, v.feed, v.nc_line}, slow);
 }
 
 Pace MachineJudge::pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const {
@@ -308,17 +308,26 @@ double MachineJudge::block_seconds(const Vertex& v) {
 double MachineJudge::seconds_of(const Vertex& v) const {
   if (!ends_.has_previous) return 0.0;
   const Vertex& from = *ends_.previous;
-  if (v.rapid) return axes_.times.axes().rapid_seconds(from.q, v.q);
+  const JointVector &begin = commanded_before(), &end = commanded(v);
+  if (v.rapid) return axes_.times.axes().rapid_seconds(begin, end);
   const bool under_tcp = v.tcp && from.tcp;
   const auto way = under_tcp ? std::optional((v.word_tip_P - from.word_tip_P).norm()) : std::nullopt;
-  return axes_.times.seconds(axes_.times.way(from.q, v.q, way), v.feed_mode, v.feed);
+  return axes_.times.seconds(axes_.times.way(begin, end, way), v.feed_mode, v.feed);
+}
+
+const JointVector& MachineJudge::commanded(const Vertex& v) const {
+  return as_run_.late.are_late() ? as_run_.late.commanded() : v.q;
+}
+
+const JointVector& MachineJudge::commanded_before() const {
+  return as_run_.late.are_late() ? as_run_.late.from() : ends_.previous->q;
 }
 
 void MachineJudge::check_speed(const Vertex& v, double seconds) {
   const Vertex& from = *ends_.previous;
   const double needed_s =
       v.tcp ? axes_.times.axes().slowest_along_s([&](double t) { return meter().between(from, v, t); })
-            : axes_.times.axes().slowest_axis_s(from.q, v.q);
+            : axes_.times.axes().slowest_axis_s(commanded_before(), commanded(v));
   const double ratio = needed_s / seconds;
   ends_.last.speed_ratio = ratio;
   VerifyReport& report = record_.report;
@@ -326,14 +335,16 @@ void MachineJudge::check_speed(const Vertex& v, double seconds) {
   if (ratio <= 1.0 + kSpeedRounding) return;
   ++report.too_fast_count;
   if (report.too_fast.size() >= options().worst_count) return;
-  report.too_fast.push_back({v.nc_line, path_.cl_line(),
-                             judged_.machine.axes[axes_.times.axes().slowest_axis(from.q, v.q)].name, ratio});
+  report.too_fast.push_back(
+      {v.nc_line, path_.cl_line(),
+       judged_.machine.axes[axes_.times.axes().slowest_axis(commanded_before(), commanded(v))].name, ratio});
 }
 
 void MachineJudge::check_limits(const Vertex& v) {
-  if (axes_.travel.take(v.q, !ends_.has_previous)) return;
+  const JointVector& q = commanded(v);
+  if (axes_.travel.take(q, !ends_.has_previous)) return;
   VerifyReport& report = record_.report;
-  for (const LimitViolation& violation : limit_violations(judged_.machine, v.q)) {
+  for (const LimitViolation& violation : limit_violations(judged_.machine, q)) {
     // Half a quantum beyond is the rounding of a position at the limit.
     const double quantum = judged_.controller.numbers.axes.quantum(axis_words().letters[violation.axis]);
     if (violation.by <= 0.5 * quantum + 1e-12) continue;

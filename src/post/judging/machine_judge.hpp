@@ -181,6 +181,9 @@ class MachineJudge {
   // Time, speed and travel of a block.
   void elapse(double seconds);
   double block_seconds(const Vertex& v);
+  /// Where the words of the present block lead to, and of the one before: not where late axes come to.
+  const JointVector& commanded(const Vertex& v) const;
+  const JointVector& commanded_before() const;
   double seconds_of(const Vertex& v) const;
   bool is_block_of_leader(const Vertex& v) const;
   double seconds_of_leader(const Vertex& v);

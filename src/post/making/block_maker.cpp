@@ -105,10 +105,10 @@ Result<bool> BlockMaker::take_up(const JointVector& next, SourceRef where) {
 
 bool BlockMaker::leads() const {
   if (!work_.lead.is_on()) return false;
-  if (!work_.in_part() && !work_.thermal.is_at_run_time()) return true;
+  if (!work_.thermal.is_at_run_time()) return true;
   work_.posting.diagnostics.warning_once(
       "servo lag", work_.posting.job.cl_file, {},
-      "servo_lag: words of the part, and those that the control calculates, are not led: the axes stay late");
+      "servo_lag: words that the control calculates are not led: the axes stay late");
   return false;
 }
 
