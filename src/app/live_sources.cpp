@@ -68,7 +68,7 @@ bool LiveSources::step(double now_s, const Take& take) {
     const std::string source = "adapter " + adapter.address();
     for (const std::string& text : adapter.step(now_s)) {
       any = true;
-      const auto line = thermal::parse_shdr(text);
+      const auto line = parse_shdr_line(text);
       if (line && line->heartbeat_s) adapter.expect_heartbeat(*line->heartbeat_s);
       hand_on(source, line ? readings_.of_shdr(source, *line, now_s) : tl::unexpected(line.error()), take);
     }

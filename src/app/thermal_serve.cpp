@@ -143,8 +143,8 @@ class LiveLoop {
   }
 
   thermal::LineServer::Answer handle(const std::string& line) {
-    if (!thermal::is_shdr(line)) return take(line);
-    const auto parsed = thermal::parse_shdr(line);
+    if (!is_shdr(line)) return take(line);
+    const auto parsed = parse_shdr_line(line);
     const auto reading =
         parsed ? sources_.readings().of_shdr("this port", *parsed, now_s()) : tl::unexpected(parsed.error());
     if (!reading) return {service_.refuse(reading.error().message), false};

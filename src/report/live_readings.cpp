@@ -11,7 +11,6 @@
 namespace trunnion::report {
 
 using nlohmann::ordered_json;
-using thermal::LiveValue;
 
 namespace {
 
@@ -182,8 +181,7 @@ Result<std::string> LiveReadings::of_message(const std::string& topic, const std
   return line_of(*values, now_s);
 }
 
-Result<std::string> LiveReadings::of_shdr(const std::string& source, const thermal::ShdrLine& line,
-                                          double now_s) {
+Result<std::string> LiveReadings::of_shdr(const std::string& source, const ShdrLine& line, double now_s) {
   auto values = values_of(line.values);
   if (!values) return tl::unexpected(values.error());
   Held& held = held_[source];

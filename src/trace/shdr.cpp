@@ -1,11 +1,12 @@
+#include "trunnion/base/shdr.hpp"
+
 #include <algorithm>
-#include <charconv>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <utility>
 
+#include "trunnion/base/field_text.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/trace/trace.hpp"
@@ -26,62 +27,6 @@ struct Observation {
   double value = 0.0;  // NaN: not available
 };
 using Course = std::vector<Observation>;
-
-bool two_digits(std::string_view text, std::size_t at, int& out) {
-  const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
-  if (!digit(at) || !digit(at + 1)) return false;
-  out = (text[at] - '0') * 10 + (text[at + 1] - '0');
-  return true;
-}
-
-// 2009-06-15T00:00:00.000000, with Z or an offset from UTC or without; s since 1970.
-std::optional<double> utc_s(std::string_view text) {
-  int century = 0, year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  const bool is_date = text.size() >= 19 && text[4] == '-' && text[7] == '-' &&
-                       (text[10] == 'T' || text[10] == ' ') && text[13] == ':' && text[16] == ':' &&
-                       two_digits(text, 0, century) && two_digits(text, 2, year) &&
-                       two_digits(text, 5, month) && two_digits(text, 8, day) && two_digits(text, 11, hour) &&
-                       two_digits(text, 14, minute) && two_digits(text, 17, second);
-  if (!is_date) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(century * 100 + year),
-                                         std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
-  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
-  constexpr double kPerDay_s = 86400.0, kPerHour_s = 3600.0;
-  double out = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kPerDay_s +
-               hour * kPerHour_s + minute * kSecondsPerMinute + second;
-  std::string_view rest = text.substr(19);
-  if (rest.starts_with(".")) {
-    const std::size_t end = std::min(rest.find_first_not_of("0123456789", 1), rest.size());
-    if (end == 1) return std::nullopt;
-    out += parse_number("0" + std::string(rest.substr(0, end))).value;
-    rest.remove_prefix(end);
-  }
-  if (rest.empty() || rest == "Z") return out;
-  int hours = 0, minutes = 0;
-  if (rest.size() != 6 || (rest[0] != '+' && rest[0] != '-') || rest[3] != ':' ||
-      !two_digits(rest, 1, hours) || !two_digits(rest, 4, minutes))
-    return std::nullopt;
-  const double beyond_s = hours * kPerHour_s + minutes * kSecondsPerMinute;
-  return out + (rest[0] == '+' ? -beyond_s : beyond_s);
-}
-
-std::vector<std::string_view> parts_of(std::string_view line) {
-  std::vector<std::string_view> out;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t end = std::min(line.find('|', at), line.size());
-    out.push_back(line.substr(at, end - at));
-    at = end + 1;
-  }
-  return out;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
-    text.remove_suffix(1);
-  return text;
-}
 
 // Reads the lines into a course of each item.
 class ShdrReader {
@@ -107,32 +52,33 @@ class ShdrReader {
   std::vector<Course>& courses() { return courses_; }
 
  private:
-  // `time|key|value|key|value ...`; a line that begins with `*` is a word between adapter and agent.
   void take(std::string_view line) {
     if (line.empty() || line.front() == '*' || line.front() == '#') return;
-    const auto parts = parts_of(line);
-    const auto time = time_of(parts[0]);
-    if (!time) return needs_time(parts);
-    for (std::size_t i = 1; i + 1 < parts.size(); i += 2) {
-      const std::string_view key = trimmed(parts[i]);
-      if (const auto item = item_of(key))
-        add(*item, *time, trimmed(parts[i + 1]));
-      else if (names_.size() < kMostNames)
-        names_.emplace(key);
+    const auto read = parse_shdr_line(line);
+    if (!read) {
+      diagnostics_.error(file_, {line_, 1}, read.error().message);
+      return;
     }
-  }
-
-  // The agent gives such a line the time at which it comes: nobody knows when its values were read.
-  void needs_time(const std::vector<std::string_view>& parts) {
-    if (std::any_of(parts.begin(), parts.end(), [&](auto part) { return item_of(trimmed(part)); }))
-      diagnostics_.error(file_, {line_, 1},
-                         "'" + std::string(parts[0]) + "' is no time, and the line gives a position");
+    const auto time = time_of(read->time);
+    for (const LiveValue& value : read->values) {
+      const auto item = item_of(value.item);
+      if (!item) {
+        if (names_.size() < kMostNames) names_.emplace(value.item);
+      } else if (time) {
+        add(*item, *time, value.text);
+      } else {
+        // The agent would give it the time at which it comes: nobody knows when it was read.
+        diagnostics_.error(file_, {line_, 1},
+                           "'" + read->time + "' is no time, and the line gives a position");
+        return;
+      }
+    }
   }
 
   // A date, or milliseconds of a clock of its own; what stands behind @ says how long a value lasted.
   std::optional<double> time_of(std::string_view text) const {
     text = trimmed(text.substr(0, text.find('@')));
-    if (const auto utc = utc_s(text)) return utc;
+    if (const auto utc_s = seconds_of_date(text)) return utc_s;
     const ParsedNumber number = parse_number(text);
     constexpr double kPerMs = 1e-3;
     return number ? std::optional(number.value * kPerMs) : std::nullopt;

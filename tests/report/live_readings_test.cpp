@@ -29,7 +29,7 @@ json message(LiveReadings& live, const std::string& topic, const std::string& pa
 }
 
 json shdr(LiveReadings& live, const std::string& text, double now_s) {
-  const auto line = live.of_shdr("a", *thermal::parse_shdr(text), now_s);
+  const auto line = live.of_shdr("a", *parse_shdr_line(text), now_s);
   if (!line) return "error: " + line.error().message;
   return line->empty() ? json() : json::parse(*line);
 }

@@ -1,4 +1,4 @@
-#include "trunnion/thermal/shdr.hpp"
+#include "trunnion/base/shdr.hpp"
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 
 std::string pairs_of(const std::string& line) {
-  const auto read = parse_shdr(line);
+  const auto read = parse_shdr_line(line);
   if (!read) return "error: " + read.error().message;
   std::string out;
   for (const auto& value : read->values) out += value.item + "=" + value.text + ";";
@@ -31,8 +31,8 @@ TEST(Shdr, ReadsLinesOfAdapters) {
   EXPECT_EQ(pairs_of("2014-09-29T23:59:33.460470Z|servo|NORMAL||||"), "servo=NORMAL;");
   EXPECT_EQ(pairs_of("2012-02-21T23:59:33Z|@ASSET@|KSSP300R|CuttingTool|<CuttingTool/>"), "");
   EXPECT_EQ(pairs_of("2012-02-21T23:59:33Z|front|"), "front=;");
-  EXPECT_EQ(parse_shdr("* PONG 10000")->heartbeat_s, 10.0);
-  EXPECT_FALSE(parse_shdr("* device: mill")->heartbeat_s);
+  EXPECT_EQ(parse_shdr_line("* PONG 10000")->heartbeat_s, 10.0);
+  EXPECT_FALSE(parse_shdr_line("* device: mill")->heartbeat_s);
   EXPECT_THAT(pairs_of("front|21.3"), HasSubstr("error: a line of an adapter is time|item|value"));
   EXPECT_THAT(pairs_of("nonsense"), HasSubstr("error"));
 }

@@ -157,7 +157,9 @@ TEST(Shdr, WhatIsNotAvailableIsLeftOut) {
 TEST(Shdr, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message(""), HasSubstr("no line gives the item 'Xact'"));
   EXPECT_THAT(message(stamp(1) + "|Xabs|1|Yabs|2\n"), HasSubstr("others that it gives: Xabs, Yabs"));
-  EXPECT_THAT(message(start(1) + "Xact|4\n"), HasSubstr("s.txt:2:1: error: 'Xact' is no time"));
+  EXPECT_THAT(
+      message(start(1) + "Xact|4\n"),
+      HasSubstr("s.txt:2:1: error: a line of an adapter is time|item|value..., this begins with 'Xact'"));
   EXPECT_THAT(message(start(1) + "2026-13-01T00:00:00|Xact|4\n"), HasSubstr("is no time"));
   EXPECT_THAT(message(start(1) + stamp(2) + "|Xact|four\n"), HasSubstr("s.txt:2:1: error: 'four'"));
   EXPECT_THAT(message(start(2) + stamp(1.5) + "|Xact|4\n"), HasSubstr("'Xact' goes back, by 0.5 s"));

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/base/shdr.hpp"
 #include "trunnion/thermal/model.hpp"
-#include "trunnion/thermal/shdr.hpp"
 
 namespace trunnion::report {
 
@@ -39,7 +39,7 @@ class LiveReadings {
   Result<std::string> of_message(const std::string& topic, const std::string& payload, double now_s);
   /// The same of a line of the adapter `source`; a line that has nothing for the model gives its held values
   /// again, at most every ten seconds.
-  Result<std::string> of_shdr(const std::string& source, const thermal::ShdrLine& line, double now_s);
+  Result<std::string> of_shdr(const std::string& source, const ShdrLine& line, double now_s);
   /// The adapter's connection has ended: its values hold no longer.
   void forget(const std::string& source) { held_.erase(source); }
 
@@ -56,7 +56,7 @@ class LiveReadings {
     Values values;
     double said_s = -1e9;  // when they were last handed on
   };
-  Result<Values> values_of(const std::vector<thermal::LiveValue>& live);
+  Result<Values> values_of(const std::vector<LiveValue>& live);
   std::string line_of(const Values& values, double now_s);
 
   std::vector<Input> inputs_;

@@ -1,12 +1,11 @@
-#include "trunnion/thermal/shdr.hpp"
+#include "trunnion/base/shdr.hpp"
 
 #include <cctype>
 
+#include "trunnion/base/field_text.hpp"
 #include "trunnion/base/number_text.hpp"
 
-#include "thermal/foreign_text.hpp"
-
-namespace trunnion::thermal {
+namespace trunnion {
 namespace {
 
 ShdrLine command(std::string_view words) {
@@ -27,7 +26,7 @@ bool is_shdr(std::string_view line) {
   return text.front() == '*' || text.find('|') != std::string_view::npos;
 }
 
-Result<ShdrLine> parse_shdr(std::string_view line) {
+Result<ShdrLine> parse_shdr_line(std::string_view line) {
   std::string_view rest = trimmed(line);
   if (!rest.empty() && rest.front() == '*') return command(trimmed(rest.substr(1)));
   const auto next = [&rest] {
@@ -38,11 +37,12 @@ Result<ShdrLine> parse_shdr(std::string_view line) {
   };
   const bool data = rest.find('|') != std::string_view::npos;
   const std::string_view time = next();
-  // A calendar time, or a number of the adapter's own clock; neither is used, since clocks jump.
+  // A calendar time, or a number of the adapter's own clock.
   if (!data || (!time.empty() && std::isdigit(static_cast<unsigned char>(time.front())) == 0))
     return fail(ErrorCode::wrong_input, "a line of an adapter is time|item|value..., this begins with '" +
                                             std::string(time.substr(0, 40)) + "'");
   ShdrLine out;
+  out.time = time;
   while (!rest.empty()) {
     const std::string_view item = next();
     if (item.starts_with('@')) return out;  // an asset: the rest is XML
@@ -52,4 +52,4 @@ Result<ShdrLine> parse_shdr(std::string_view line) {
   return out;
 }
 
-}  // namespace trunnion::thermal
+}  // namespace trunnion
