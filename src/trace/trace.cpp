@@ -47,7 +47,7 @@ std::vector<std::string_view> list_fields(std::string_view line, std::size_t cou
   if (line.find(',') != std::string_view::npos && line.find_first_of(";\t") != std::string_view::npos) {
     points = line;
     std::replace(points.begin(), points.end(), ',', '.');
-    const auto fields = split_fields(points, "; \t\r");
+    auto fields = split_fields(points, "; \t\r");
     if (fields.size() >= count) return fields;
   }
   return split_fields(line, " \t,;\r");

@@ -202,6 +202,7 @@ bool speeds_differ(const Observations& o, const std::vector<Eigen::Index>& group
   constexpr double kFaster = 3.0;
   for (AxisId a = 0; a < o.machine().axes.size(); ++a) {
     std::vector<double> speeds;
+    speeds.reserve(group.size());
     for (const Eigen::Index i : group) speeds.push_back(std::abs(o.state(i).velocity[a]));
     const double largest = *std::max_element(speeds.begin(), speeds.end());
     if (largest > 0.0 && largest > kFaster * median(speeds)) return true;
