@@ -71,6 +71,7 @@ class OtherWords {
   void end_per_revolution() { said_.per_revolution = false; }
   /// A billionth of a mm in a turn of the spindle; 0: none was said.
   std::int64_t& feed_of_turn() { return said_.feed_of_turn; }
+  static constexpr int kTurnDecimals = 9;  // of a feed per revolution, mm
   /// A length that stands in the text, in quanta.
   std::int64_t length(std::int64_t quanta) const;
   bool in_inches() const { return said_.inches; }

@@ -100,7 +100,7 @@ bool RunLayout::learn(const char* line, const char* behind, const RunLine& words
 
 namespace {
 
-// Behind the block number and a blank, as Reader::State::skip_run_number; null where there is none in these
+// Behind the block number and a blank, as RunReader::skip_run_number; null where there is none in these
 // words, or one of eight digits.
 TRUNNION_FOUR inline const char* skip_number(const char* p, char prefix) {
   if (prefix != 0) {

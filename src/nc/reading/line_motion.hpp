@@ -1,0 +1,22 @@
+#pragma once
+#include "nc/reading/other_words.hpp"
+#include "nc/reading/reader_line.hpp"
+
+namespace trunnion::nc {
+
+/// The motion that the words of a line ask for.
+struct LineMotion {
+  AxisWords words;
+  std::optional<MotionKind> kind;
+  std::optional<FeedMode> mode;
+  OtherWords::Means means;
+  bool has_feed = false;
+  Number feed;
+  std::uint32_t column = 0;
+  bool rapid = false;        // by a word that holds for this line only
+  bool named = false;        // a motion word stands in the line
+  bool absolute = false;     // coordinates are, from this line on
+  bool is_resolved = false;  // OtherWords::resolve has been at its words
+};
+
+}  // namespace trunnion::nc

@@ -1,0 +1,176 @@
+#include "nc/reading/read_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "nc/digits.hpp"
+
+namespace trunnion::nc {
+namespace {
+
+// It holds a length, in the unit of the program.
+bool is_length(Placeholder p) {
+  switch (p) {
+    case Placeholder::x:
+    case Placeholder::y:
+    case Placeholder::z:
+    case Placeholder::i:
+    case Placeholder::j:
+    case Placeholder::bottom:
+    case Placeholder::clear:
+    case Placeholder::depth:
+    case Placeholder::back:
+    case Placeholder::rise:
+    case Placeholder::step:
+    case Placeholder::position:
+    case Placeholder::pitch:
+    case Placeholder::lead:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// Without a point it is a number of the control's smallest increments.
+bool counts_increments(Placeholder p) {
+  return is_length(p) || p == Placeholder::a || p == Placeholder::b || p == Placeholder::c ||
+         p == Placeholder::seconds;
+}
+
+}  // namespace
+
+void ReadFindings::error(std::uint32_t column, const std::string& message) {
+  const SourceRef where{line, column};
+  diagnostics.error(file, where, message);
+  if (!first) first = Error{ErrorCode::wrong_input, message, file, where};
+  if (++errors >= most && !given_up) {
+    given_up = true;
+    diagnostics.error(file, where, given_up_because);
+  }
+}
+
+ReadState::ReadState(const Controller& controller, std::string file, Diagnostics& diagnostics,
+                     Reader::Sink out, ReaderOptions opts)
+    : c(controller),
+      findings{std::move(file), diagnostics, opts.max_errors,
+               "too many errors: is it a program for " + c.name + "?"},
+      sink(std::move(out)),
+      options(std::move(opts)),
+      language(c, options, diagnostics) {
+  if (c.cycles.initial_at_start || c.cycles.to_clear.empty()) cycle_return.to_clear = false;
+  if (options.whole_program) {
+    program.frame.emplace(c, language.patterns);
+    modal.length = kUnknown;
+  }
+}
+
+void ReadState::emit(const Block& block) {
+  if (!program.started && !std::holds_alternative<ProgramStart>(block)) emit(ProgramStart{});
+  if (std::holds_alternative<ProgramStart>(block)) program.started = true;
+  sink(block);
+}
+
+void ReadState::set_feed_mode(FeedMode mode) {
+  if (mode == modal.feed_mode) return;
+  modal.feed_mode = mode;
+  feed = 0;
+}
+
+// In whole mm a minute alone most controls need none; others have a reason.
+void ReadState::check_point_of_feed(const Number& number, std::uint32_t column) {
+  if (!language.others || !c.numbers.point_required || number.has_point || number.mantissa == 0) return;
+  const auto reason = c.refused.find("F");
+  if (reason != c.refused.end()) return error(column, "F has no decimal point: " + reason->second);
+  if (language.others->per_revolution() || language.others->in_inches())
+    error(column, "F has no decimal point: the control would take it for a number of increments");
+}
+
+void ReadState::follow_spindle(std::int64_t rpm) {
+  constexpr double kFastest = 1e9;  // mm/min: beyond any machine
+  const double mm_min =
+      static_cast<double>(language.others->feed_of_turn()) /
+      static_cast<double>(kPowersOfTen[static_cast<std::size_t>(OtherWords::kTurnDecimals)]) *
+      static_cast<double>(rpm);
+  const int decimals = c.numbers.feed.per_minute_decimals;
+  feed = mm_min > 0.0 && mm_min < kFastest
+             ? std::llround(mm_min * static_cast<double>(kPowersOfTen[static_cast<std::size_t>(decimals)]))
+             : 0;
+}
+
+std::int64_t ReadState::unwrapped(AxisLetter letter, std::int64_t value) const {
+  if (!c.rotary.is_modulo(letter) || !modal.position.has(letter)) return value;
+  const std::int64_t from = modal.position[letter];
+  std::int64_t way = (value - from) % language.turn;
+  if (2 * way > language.turn) way -= language.turn;
+  if (2 * way < -language.turn) way += language.turn;
+  return from + way;
+}
+
+// A line of several that mean a tilted plane only together: in some controls it turns the coordinates alone.
+bool ReadState::waits_for_plane() {
+  if (language.others->frame_moved_aside()) {
+    error(1, "a datum shift in a tilted plane, and a motion behind it: end the plane first");
+    return true;
+  }
+  if (program.plane_since == 0) return false;
+  error(1, "a motion in the tilted plane of line " + std::to_string(program.plane_since) + " without '" +
+               c.tilted_plane.on.back() + "' before it: where the rotary axes stand to it is not said");
+  program.plane_since = 0;
+  return true;
+}
+
+void ReadState::note_pattern(const FoundEvent& found) {
+  if (!program.frame) return;
+  const std::string message = program.frame->take(*found.pattern, findings.line);
+  if (!message.empty()) error(std::max(found.column, 1U), message);
+}
+
+bool ReadState::may_move(std::uint32_t column) {
+  if (!program.frame) return true;
+  program.said_anything = true;
+  const std::string message = program.frame->moves();
+  if (!message.empty()) error(column, message);
+  return message.empty();
+}
+
+std::int64_t ReadState::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
+  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+  std::int64_t out = fallback;
+  if (number == nullptr) return out;
+  if (p == Placeholder::tool || p == Placeholder::length_offset || p == Placeholder::index) {
+    if (!to_quanta(*number, 0, out))
+      error(found.column, "a number that counts things is not whole, or too large");
+  } else if (!to_rounded_quanta(*number, 0, out)) {
+    error(found.column, "number too large");
+  } else if (language.others && p == Placeholder::milliseconds && number->has_point) {
+    error(found.column, "a dwell in milliseconds with a decimal point: controls differ in its unit");
+  }
+  return out;
+}
+
+std::int64_t ReadState::scaled(const FoundEvent& found, Placeholder p, int decimals) {
+  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+  std::int64_t out = 0;
+  if (number != nullptr && !to_quanta(*number, decimals, out)) {
+    error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
+                            std::to_string(decimals));
+  }
+  if (number != nullptr && language.others && c.numbers.point_required && !number->has_point && out != 0 &&
+      counts_increments(p)) {
+    error(found.column, std::string("{") + std::string(name_of(p)) +
+                            "} has no decimal point: the control would take it for a number of increments");
+  }
+  return language.others && is_length(p) ? language.others->length(out) : out;
+}
+
+// A motion under kinematics that are not known may go anywhere.
+bool ReadState::kinematics_unknown(std::uint32_t column) {
+  if (modal.tcp_known) return false;
+  error(column, "the program has not said which kinematics are active: '" + c.tcp.off.back() + "' or '" +
+                    c.tcp.on.back() + "' must stand before the first motion");
+  modal.tcp_known = true;  // said once
+  return true;
+}
+
+}  // namespace trunnion::nc
