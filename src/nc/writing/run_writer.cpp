@@ -1,10 +1,9 @@
+#include "nc/writing/run_writer.hpp"
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
 
-#include "nc/writing/writer_state.hpp"
-
-// Runs of feed motions: nearly all of a program.
 namespace trunnion::nc {
 namespace {
 
@@ -26,7 +25,7 @@ bool words_fit(const RunBlock& block) {
 }  // namespace
 
 /// What does not change from block to block, and the last block.
-struct Writer::State::Run {
+struct RunWriter::Run {
   // A few characters, copied as eight.
   struct Affix {
     static constexpr std::size_t kRoom = 8;
@@ -73,41 +72,41 @@ struct Writer::State::Run {
 };
 
 // A motion is nothing but its words: all of them known, the same motion word and feed mode as before.
-bool Writer::State::run_goes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
-  bool goes = forms.are_plain && started && !ended && due.none() && !modal.cycle && modal.clamped == 0 &&
-              c.motion.modal && modal.motion_kind == MotionKind::feed && modal.feed_mode == mode &&
-              c.line.max_length >= kLongest && !c.line.end.empty() &&
-              c.line.end.size() <= Run::Affix::kRoom && c.block_numbers.prefix.size() <= Run::Affix::kRoom &&
-              c.block_numbers.max < kEightDigits && c.block_numbers.start >= 0 &&
-              feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
+bool RunWriter::takes(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
+  bool goes = s_.forms.are_plain && s_.started && !s_.ended && s_.due.none() && !s_.modal.cycle &&
+              s_.modal.clamped == 0 && s_.c.motion.modal && s_.modal.motion_kind == MotionKind::feed &&
+              s_.modal.feed_mode == mode && s_.c.line.max_length >= kLongest && !s_.c.line.end.empty() &&
+              s_.c.line.end.size() <= Run::Affix::kRoom &&
+              s_.c.block_numbers.prefix.size() <= Run::Affix::kRoom &&
+              s_.c.block_numbers.max < kEightDigits && s_.c.block_numbers.start >= 0 &&
+              s_.feed[static_cast<std::size_t>(mode)] <= std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < kAxes && goes; ++i) {
-    const std::int64_t at = modal.position[letters[i]];
-    goes = modal.position.has(letters[i]) && at < kEightDigits && at > -kEightDigits &&
+    const std::int64_t at = s_.modal.position[letters[i]];
+    goes = s_.modal.position.has(letters[i]) && at < kEightDigits && at > -kEightDigits &&
            (i == 0 || letters[i - 1] < letters[i]);
   }
   return goes;
 }
 
-Writer::State::Run Writer::State::begin_run(const std::array<AxisLetter, kAxes>& letters,
-                                            FeedMode mode) const {
+RunWriter::Run RunWriter::begin(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
   const auto of = static_cast<std::size_t>(mode);
-  Run run(c);
-  run.separator = c.line.separator.front();
-  run.feed_style = forms.feed[of];
-  run.feed_always = mode == FeedMode::inverse_time && c.feed.inverse_time_every_block;
-  run.numbered = c.block_numbers.enabled;
+  Run run(s_.c);
+  run.separator = s_.c.line.separator.front();
+  run.feed_style = s_.forms.feed[of];
+  run.feed_always = mode == FeedMode::inverse_time && s_.c.feed.inverse_time_every_block;
+  run.numbered = s_.c.block_numbers.enabled;
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  run.most_feed = static_cast<std::int32_t>(std::min(forms.largest_feed[of], kMost));
+  run.most_feed = static_cast<std::int32_t>(std::min(s_.forms.largest_feed[of], kMost));
   for (std::size_t k = 0; k < kAxes; ++k) {
     run.names[k] = {run.separator, letter_of(letters[k])};
-    run.before.words[k] = static_cast<std::int32_t>(modal.position[letters[k]]);
+    run.before.words[k] = static_cast<std::int32_t>(s_.modal.position[letters[k]]);
   }
-  run.before.feed = static_cast<std::int32_t>(feed[of]);
+  run.before.feed = static_cast<std::int32_t>(s_.feed[of]);
   return run;
 }
 
 // As many as there is room for, up to the first that is not plain.
-std::size_t Writer::State::put_together(Run& run, std::span<const RunBlock> blocks) {
+std::size_t RunWriter::put_together(Run& run, std::span<const RunBlock> blocks) {
   std::array<char, 1 + kTogether * kBlockRoom> buffer;
   char* const text = buffer.data() + 1;
   char* p = text;
@@ -117,41 +116,36 @@ std::size_t Writer::State::put_together(Run& run, std::span<const RunBlock> bloc
     const RunBlock& block = blocks[done];
     if (!words_fit(block) || block.feed <= 0 || block.feed > run.most_feed) break;
     // Without a number the first separator stands where the line before ends.
-    char* const words =
-        run.numbered ? put_number_word(run.prefix.put(p), static_cast<std::uint32_t>(block_number)) : p - 1;
+    char* const words = run.numbered
+                            ? put_number_word(run.prefix.put(p), static_cast<std::uint32_t>(s_.block_number))
+                            : p - 1;
     char* const behind = run.put(words, block);
     if (behind == words) break;
     if (!run.numbered) *words = run.end.text[run.end.size - 1];
     p = run.end.put(run.put_feed(behind, block.feed));
     run.before = block;
     if (!run.numbered) continue;
-    block_number += c.block_numbers.step;
-    if (block_number > c.block_numbers.max) block_number = c.block_numbers.start;
+    s_.block_number += s_.c.block_numbers.step;
+    if (s_.block_number > s_.c.block_numbers.max) s_.block_number = s_.c.block_numbers.start;
   }
-  out.append(text, static_cast<std::size_t>(p - text));
+  s_.out.append(text, static_cast<std::size_t>(p - text));
   return done;
 }
 
-bool Writer::takes_run(const std::array<AxisLetter, kAxes>& letters, FeedMode mode) const {
-  return state_->run_goes(letters, mode);
-}
-
-std::size_t Writer::write_run(const std::array<AxisLetter, kAxes>& letters, FeedMode mode,
-                              std::span<const RunBlock> blocks) {
-  State& state = *state_;
-  if (!state.run_goes(letters, mode)) return 0;
-  State::Run run = state.begin_run(letters, mode);
+std::size_t RunWriter::write(const std::array<AxisLetter, kAxes>& letters, FeedMode mode,
+                             std::span<const RunBlock> blocks) {
+  if (!takes(letters, mode)) return 0;
+  Run run = begin(letters, mode);
   std::size_t done = 0;
   for (std::size_t more = kTogether; more == kTogether && done < blocks.size();) {
-    more = state.put_together(run, blocks.subspan(done));
+    more = put_together(run, blocks.subspan(done));
     done += more;
   }
   if (done == 0) return 0;
-  for (std::size_t k = 0; k < kAxes; ++k)
-    state.modal.position.quanta[index(letters[k])] = run.before.words[k];
-  state.feed[static_cast<std::size_t>(mode)] = run.before.feed;
-  state.lines += done;
-  state.motions += done;
+  for (std::size_t k = 0; k < kAxes; ++k) s_.modal.position.quanta[index(letters[k])] = run.before.words[k];
+  s_.feed[static_cast<std::size_t>(mode)] = run.before.feed;
+  s_.lines += done;
+  s_.motions += done;
   return done;
 }
 
