@@ -77,5 +77,38 @@ TEST(Outliers, AreNotWhatAStepMakes) {
   EXPECT_LE(left_out(fitted(data)), 1);
 }
 
+// Five of forty readings at one pose, one after the other, and as many wild ones among all: each of the five
+// has one of them beside it, and the wild ones have none.
+TEST(Outliers, AreNotAFewReadingsInARow) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  test::Campaign campaign;
+  campaign.angles = campaign.table = false;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Dataset data = test::measured(
+        machine,
+        test::plan_text(campaign) +
+            "[[run]]\nid = \"day\"\nminutes = 120\nquantity = \"displacement\"\nn = [0, 0, 1]\n"
+            "u_random = 0.8\nu_common = 0.3\nrepeat = 40\nposes = [[0, 0, 100, 0, 0]]\n",
+        kNothing, seed);
+    std::vector<std::size_t> row, wild;
+    std::size_t of_day = 0;
+    for (std::size_t i = 0; i < data.readings.size(); ++i) {
+      const Reading& r = data.readings[i];
+      if (data.context.runs[data.track.state(r.row).run].id == "day") {
+        if (++of_day > 8 && of_day <= 13) row.push_back(i);
+      } else if (i % 61 == 20 && wild.size() < 5) {
+        wild.push_back(i);
+      }
+    }
+    ASSERT_EQ(row.size(), 5U);
+    ASSERT_EQ(wild.size(), 5U);
+    for (const std::size_t i : row) data.readings[i].value -= 7e-3;
+    for (const std::size_t i : wild) data.readings[i].value += (i % 2 == 0 ? 1.0 : -1.0) * 12e-3;
+    const Fit f = fitted(data);
+    for (const std::size_t i : row) EXPECT_FALSE(f.outlier[i]) << "reading " << i << ", seed " << seed;
+    for (const std::size_t i : wild) EXPECT_TRUE(f.outlier[i]) << "reading " << i << ", seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

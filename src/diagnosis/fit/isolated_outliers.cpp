@@ -24,17 +24,28 @@ VectorXd beside_common_cause(const Observations& o, const FitCore& all) {
   return all.white - span * (span.transpose() * all.white);
 }
 
+// That chance alone gives `some` of `all` something that one of them has with probability `each`, or more.
+double binomial_tail(std::ptrdiff_t some, std::ptrdiff_t all, double each) {
+  const auto n = static_cast<double>(all);
+  double out = 0.0;
+  for (std::ptrdiff_t i = some; i <= all; ++i) {
+    const auto k = static_cast<double>(i);
+    out += std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
+                    k * std::log(each) + (n - k) * std::log1p(-each));
+  }
+  return out;
+}
+
 // Whether so many companions stand out that chance does not explain it: a few that do so together are not
 // lost among many that do not.
-bool together(const std::vector<bool>& outliers, const std::vector<double>& shares) {
-  const auto n = static_cast<int>(std::count(outliers.begin(), outliers.end(), true));
-  const auto m = static_cast<int>(
-      std::count_if(shares.begin(), shares.end(), [](double share) { return share > kSameSide; }));
-  double tail = 0.0;  // of the binomial distribution
-  for (int k = m; k <= n; ++k)
-    tail += std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
-                     k * std::log(kChance) + (n - k) * std::log1p(-kChance));
-  return tail < kAsSure;
+bool together(const std::vector<bool>& outliers, const std::vector<Company>& beside) {
+  const auto all = std::count(outliers.begin(), outliers.end(), true);
+  const auto one =
+      std::count_if(beside.begin(), beside.end(), [](const Company& c) { return c.nearest > kSameSide; });
+  const auto both = std::count_if(beside.begin(), beside.end(), [](const Company& c) {
+    return c.nearest > kSameSide && c.next > kSameSide;
+  });
+  return binomial_tail(one, all, kChance) < kAsSure || binomial_tail(both, all, kChance * kChance) < kAsSure;
 }
 
 }  // namespace
@@ -42,15 +53,16 @@ bool together(const std::vector<bool>& outliers, const std::vector<double>& shar
 std::vector<bool> isolated_outliers(const Observations& o, const FitCore& all, std::vector<bool> outliers) {
   const auto far = std::count(outliers.begin(), outliers.end(), true);
   if (far < 2) return outliers;
-  const auto shares = companions(o, outliers, all.white);
-  if (company(o, outliers, all.white) > kInCompany || together(outliers, shares)) {
-    for (std::size_t i = 0; i < outliers.size(); ++i) outliers[i] = outliers[i] && !(shares[i] > kSameSide);
+  const auto beside = companions(o, outliers, all.white);
+  if (company(o, outliers, all.white) > kInCompany || together(outliers, beside)) {
+    for (std::size_t i = 0; i < outliers.size(); ++i)
+      outliers[i] = outliers[i] && !(std::max(beside[i].nearest, beside[i].next) > kSameSide);
     return outliers;
   }
   if (far < kFewestTogether) return outliers;
-  const VectorXd beside = beside_common_cause(o, all);
+  const VectorXd left = beside_common_cause(o, all);
   for (std::size_t i = 0; i < outliers.size(); ++i)
-    outliers[i] = outliers[i] && std::abs(beside[static_cast<Eigen::Index>(i)]) > kOutlier;
+    outliers[i] = outliers[i] && std::abs(left[static_cast<Eigen::Index>(i)]) > kOutlier;
   return outliers;
 }
 

@@ -66,8 +66,8 @@ MatrixXd simulated(const Atoms& atoms, const NoiseScale& noise, std::uint64_t se
 
 }  // namespace
 
-std::vector<double> companions(const Observations& o, const std::vector<bool>& outliers,
-                               const VectorXd& white) {
+std::vector<Company> companions(const Observations& o, const std::vector<bool>& outliers,
+                                const VectorXd& white) {
   constexpr double kMost = 3.0;       // of one neighbour: it may be an outlier by chance
   constexpr double kTimeless = 1e-4;  // time decides between equal poses only
   const std::size_t axes = o.machine().axes.size();
@@ -77,31 +77,42 @@ std::vector<double> companions(const Observations& o, const std::vector<bool>& o
       low[a] = std::min(low[a], o.state(i).q[a]);
       high[a] = std::max(high[a], o.state(i).q[a]);
     }
-  std::vector<double> out(outliers.size(), 0.0);
+  std::vector<Company> out(outliers.size());
   for (const auto& group : o.groups())
     for (const Eigen::Index i : group) {
       if (!outliers[static_cast<std::size_t>(i)]) continue;
       const MachineState& s = o.state(i);
       const double duration = std::max(o.data().context.runs[s.run].duration_s, 1e-9);
-      double nearest = INFINITY, beside = 0.0;
+      const auto beside = [&](Eigen::Index k) {
+        return std::clamp(white[i] > 0.0 ? white[k] : -white[k], -kMost, kMost);
+      };
+      Company& here = out[static_cast<std::size_t>(i)];
+      double nearest = INFINITY, next = INFINITY;
       for (const Eigen::Index k : group) {
         if (k == i) continue;
         double distance = kTimeless * std::pow((o.state(k).time_s - s.time_s) / duration, 2);
         for (AxisId a = 0; a < axes; ++a)
           if (high[a] > low[a]) distance += std::pow((o.state(k).q[a] - s.q[a]) / (high[a] - low[a]), 2);
-        if (distance < nearest) nearest = distance, beside = white[k];
+        if (distance < nearest) {
+          next = nearest, here.next = here.nearest;
+          nearest = distance, here.nearest = beside(k);
+        } else if (distance < next) {
+          next = distance, here.next = beside(k);
+        }
       }
-      if (!(nearest < INFINITY)) continue;
-      out[static_cast<std::size_t>(i)] = std::clamp(white[i] > 0.0 ? beside : -beside, -kMost, kMost);
     }
   return out;
 }
 
 double company(const Observations& o, const std::vector<bool>& outliers, const VectorXd& white) {
-  double sum = 0.0, count = 0.0;
-  for (const double share : companions(o, outliers, white))
-    if (share != 0.0) sum += share, count += 1.0;
-  return count > 0.0 ? sum / std::sqrt(count) : 0.0;
+  double nearest = 0.0, both = 0.0, count = 0.0;
+  for (const Company& c : companions(o, outliers, white)) {
+    if (c.nearest == 0.0) continue;
+    nearest += c.nearest;
+    both += c.nearest + c.next;
+    count += 1.0;
+  }
+  return count > 0.0 ? std::max(nearest / std::sqrt(count), both / std::sqrt(2.0 * count)) : 0.0;
 }
 
 std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& set, const NoiseScale& noise,

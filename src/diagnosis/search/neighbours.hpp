@@ -18,15 +18,20 @@ std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& 
                                            std::uint64_t seed);
 
 /// How far the nearest neighbours (in pose, then in time, within the group) of readings that stand out stand
-/// out to the same side: standard normal when those readings are outliers.
+/// out to the same side, one of each or two, whichever says more: standard normal, each, when those readings
+/// are outliers.
 double company(const Observations& observations, const std::vector<bool>& outliers, const VectorXd& white);
 inline constexpr double kInCompany = 4.0;  // from which they stand out together
 /// Readings that stand out, from which on a common cause is looked for.
 inline constexpr std::ptrdiff_t kFewestTogether = 8;
-/// The share of each in it: the neighbour's residual, positive to the same side, at most 3 of the noise; 0 of
-/// readings that do not stand out.
-std::vector<double> companions(const Observations& observations, const std::vector<bool>& outliers,
-                               const VectorXd& white);
+/// What a reading that stands out has beside it: the residuals of its two nearest neighbours, positive to the
+/// same side, at most 3 of the noise; 0 where there is none.
+struct Company {
+  double nearest = 0.0, next = 0.0;
+};
+/// 0 of readings that do not stand out.
+std::vector<Company> companions(const Observations& observations, const std::vector<bool>& outliers,
+                                const VectorXd& white);
 
 /// The readings among `outliers` that stand out alone. Those that do so together, with their neighbours or as
 /// one function of the state, are evidence of something that the model lacks, and stay. `all`: a fit in which
