@@ -71,6 +71,44 @@ TEST(Regime, AStepInThreeDirectionsStaysOne) {
   expect_step(kOnce, "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 3600\n");
 }
 
+// Two balls with two tools, the one with the shorter tool in a room above 22 degC, and a day of which the
+// first reading was: all but that one look like a tilt of the spindle.
+Diagnosis said_of_two_tools(const std::string& truth) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  test::Campaign c;
+  c.angles = c.table = false;
+  std::string plan = test::plan_text(c);
+  const std::string head =
+      "quantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nu_random = 0.8\nu_common = 0.3\n";
+  for (const auto& [id, tool, room] : {std::tuple{"ball_1", "-150", "23"}, {"ball_2", "-230", "21"}})
+    plan += std::string("[[run]]\nid = \"") + id + "\"\nminutes = 20\n" + head + "tool_z_mm = " + tool +
+            "\nT_ambient_degC = [[0, " + room + "], [20, " + room +
+            "]]\ngrid = { A_deg = [-20, 20, 60], C_deg = [0, 70, 140, 210, 280] }\nball_mm = [80, 0, 60]\n";
+  plan += "[[run]]\nid = \"day\"\nminutes = 120\n" + head +
+          "T_ambient_degC = [[0, 22.1], [120, 16]]\nrepeat = 40\nposes = [[0, 0, 100, 0, 0]]\n";
+  const Dataset data = test::measured(machine, plan, "[model]\nname = \"truth\"\n[[effect]]\n" + truth, 11);
+  return diagnose(machine, data,
+                  test::model_for(machine, data,
+                                  "[model]\nname = \"base\"\n[[effect]]\nid = \"location:A\"\n"
+                                  "[[effect]]\nid = \"location:C\"\n"));
+}
+
+TEST(Regime, AReadingThatAPartExplainsIsNoOutlier) {
+  const Diagnosis d = said_of_two_tools(
+      "id = \"user:warm\"\njoint = \"S\"\ncomponent = \"EYS\"\nexpression = \"k * (T_ambient > 2)\"\n"
+      "[effect.parameters]\nk_um = 8\n");
+  EXPECT_NE(d.verdict, Verdict::named) << d.paragraph;
+  expect_above_22(d);
+}
+
+TEST(Regime, ATiltedSpindleStaysOne) {
+  const Diagnosis d =
+      said_of_two_tools("id = \"spindle_tilt\"\n[effect.parameters]\nA0S_urad = 100\nB0S_urad = 10\n");
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"spindle_tilt"});
+  EXPECT_FALSE(d.formula);
+}
+
 // Each angle in a warmer room than the one before, the last set-up turned: three parameters for each run, of
 // which one does something, where "above this temperature" needs one. Whole runs are no part of a range.
 TEST(Regime, ATurnedSetupInTheWarmestRunStaysOne) {

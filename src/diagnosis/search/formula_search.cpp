@@ -131,6 +131,7 @@ class FormulaSearch {
       std::swap(out[0].from, out[0].to);
     return out;
   }
+  double price(const Chosen& chosen) const { return price_of(chosen.terms); }
   double without() const { return criterion(core_.chi2(), 0.0); }
   const std::vector<TwistPlace>& places(const Chosen& chosen) const { return answers_[chosen.answer].places; }
 
@@ -142,9 +143,12 @@ class FormulaSearch {
   }
 
   double criterion_of(std::size_t answer, const std::vector<FormulaTerm>& terms) const {
+    return criterion(rss(answer, terms), price_of(terms));
+  }
+  double price_of(const std::vector<FormulaTerm>& terms) const {
     double price = price_of_twist();
     for (const FormulaTerm& term : terms) price += price_of_term(term);
-    return criterion(rss(answer, terms), price);
+    return price;
   }
   // Which joint and component is a choice, too.
   double price_of_twist() const { return 2.0 * std::log(static_cast<double>(answers_.size())); }
@@ -476,27 +480,44 @@ double ProposedFormula::explained() const {
 
 namespace {
 
+// What a model leaves, by the criterion of formulas, each with its own outliers: one costs as much as the
+// furthest reading that is none.
+double cost_beside(const FitCore& fit, double dof) {
+  const auto& used = fit.whitening->noise().used;
+  const auto outliers = static_cast<double>(std::count(used.begin(), used.end(), false));
+  return dof * std::log(std::max(fit.chi2() / dof, 1.0)) + kOutlier * kOutlier * outliers;
+}
+
 std::shared_ptr<const Observations> few_readings(const Machine& machine, const Dataset& data) {
   const auto whole = std::make_shared<const Observations>(machine, data);
   return whole->size() > kMostSingly ? std::make_shared<const Observations>(whole, bins_of(*whole)) : whole;
 }
 
-std::optional<ProposedFormula> proposed(const Machine& machine, const Dataset& data, const Model& model,
-                                        const FormulaSearch& search, const Chosen& best) {
+// A model of nothing but the formula; nothing where it has a name that formulas do not take.
+std::optional<Model> alone(const Machine& machine, const Model& model, const FormulaSearch& search,
+                           const Chosen& best) {
   const TwistPlace place = place_of(machine, search.places(best), best.terms);
   Diagnostics diagnostics;
-  const auto alone = parse_model(formula_file(machine, place, best.terms), "leftover.toml", machine,
-                                 model.context, diagnostics);
-  if (!alone) return std::nullopt;  // a name that formulas do not take
+  auto out = parse_model(formula_file(machine, place, best.terms), "leftover.toml", machine, model.context,
+                         diagnostics);
+  if (!out) return std::nullopt;
+  return std::move(*out);
+}
+
+std::optional<ProposedFormula> proposed(const Machine& machine, const Dataset& data, const Model& model,
+                                        const FormulaSearch& search, const Chosen& best) {
+  const auto formula = alone(machine, model, search, best);
+  if (!formula) return std::nullopt;
   const HistoryEntry before = history_entry(machine, data, model);
-  const Added added = add_and_fit(machine, data, model, alone->effects);
+  const Added added = add_and_fit(machine, data, model, formula->effects);
   const HistoryEntry after = history_entry(machine, data, added.model);
   if (is_worse(before.heldout_um, after.heldout_um) || is_worse(before.heldout_urad, after.heldout_urad))
     return std::nullopt;
   ProposedFormula out;
-  out.alone = *alone;
+  out.alone = *formula;
   out.alone.effects = {added.model.effects.back()};
-  out.words = words_of(machine, place, best.terms, out.alone.effects.front());
+  out.words = words_of(machine, place_of(machine, search.places(best), best.terms), best.terms,
+                       out.alone.effects.front());
   out.terms = best.terms.size();
   out.acts_in = search.acts_in(best);
   out.chi2_before = before.chi2;
@@ -526,23 +547,42 @@ std::optional<ProposedFormula> propose_part(const Machine& machine, const Datase
                                             const std::vector<bool>& left_out, const NamedEffects& named) {
   const auto o = few_readings(machine, data);
   const FitCore core = fit_core(*o, model, {.robust = false}, left_out);
+  const double dof = std::max(core.dof(), 1.0);
   Model with = model;
   double parameters = 0.0;
   for (const ModelEffect& effect : named.effects) {
     with.effects.push_back(effect);
     parameters += static_cast<double>(effect.parameters.size());
   }
-  const FormulaSearch search(*o, core);
-  const double dof = std::max(core.dof(), 1.0);
-  const double chi2 = fit_core(*o, with, {.robust = false}, left_out).chi2();
-  const double of_named = dof * std::log(std::max(chi2 / dof, 1.0)) +
+  const double of_named = cost_beside(fit_core(*o, with, {.robust = false}, left_out), dof) +
                           parameters * std::log(static_cast<double>(o->size())) +
                           2.0 * std::log(named.families) * static_cast<double>(named.effects.size());
-  const std::vector<Chosen> found = search.best(true);
-  if (found.empty() || !(found.front().criterion < of_named)) return std::nullopt;
-  auto out = proposed(machine, data, model, search, found.front());
+  // What stands out beside the named effects may be what shows the part: it is sought without those readings
+  // and with them.
+  std::vector<FitCore> cores = {core};
+  if (std::count(left_out.begin(), left_out.end(), true) > 0)
+    cores.push_back(fit_core(*o, model, {.robust = false}));
+  std::vector<FormulaSearch> searches;
+  searches.reserve(cores.size());
+  std::optional<Chosen> best;
+  double least = of_named;
+  for (const FitCore& c : cores) {
+    const FormulaSearch& search = searches.emplace_back(*o, c);
+    for (const Chosen& part : search.best(true)) {
+      const auto formula = part.terms.empty() ? std::nullopt : alone(machine, model, search, part);
+      if (!formula) continue;
+      Model instead = model;
+      instead.effects.push_back(formula->effects.front());
+      const double cost = cost_beside(fit_core(*o, instead, {}), dof) + search.price(part);
+      if (!(cost < least)) continue;
+      least = cost;
+      best = part;
+    }
+  }
+  if (!best) return std::nullopt;
+  auto out = proposed(machine, data, model, searches.front(), *best);
   if (!out || out->acts_in.empty()) return std::nullopt;
-  out->ahead = of_named - found.front().criterion;
+  out->ahead = of_named - least;
   return out;
 }
 
