@@ -22,7 +22,8 @@ NOT_IN_PLAN = ("setup_tilt", "step", "thermal_location", "ambient_drift", "screw
 def cases(machine, rows, rng):
     """(effect, parameters, choice) for every effect of the library on this machine."""
     names = [f"component:E{w}{j}" for j in "XYZAC" for w in "XYZABC"]
-    names += [f"{k}:{a}" for k in ("periodic", "screw_heating", "servo_lag") for a in AXES]
+    names += [f"{k}:{a}" for k in ("periodic", "screw_heating") for a in AXES]
+    names += [f"{k}:{a}" for k in ("servo_lag", "reversal_spike") for a in "XYZAC"]
     names += ["worm:A", "worm:C", "squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "location:A", "location:C"]
     names += [f"backlash:{a}" for a in "XYZAC"] + ["sag:A", "overhang:Z", "spindle_growth", "ambient_drift"]
     names += ["time_drift", "spindle_tilt", "tool_length", "setup_tilt"]
@@ -40,6 +41,8 @@ def cases(machine, rows, rng):
         kind = name.partition(":")[0]
         if kind == "periodic":
             parameters["p_mm"] = rng.uniform(2, 40)
+        if kind == "reversal_spike":
+            parameters["decay_ms"] = math.exp(rng.uniform(math.log(4), math.log(60)))
         if kind == "worm":
             parameters["n"] = float(rng.integers(8, 181))
         if kind in ("spindle_growth", "thermal_location", "ambient_drift"):
@@ -127,6 +130,11 @@ def run(program, folder, tolerance_mm=1e-6, every=1, out=print):
         rows.n = np.where(rng.random(len(rows))[:, None] < 0.3, slanted / np.linalg.norm(slanted, axis=1)[:, None], rows.n)
         rows.frame = np.where(rng.random(len(rows)) < 0.3, "part", rows.frame)
         rows.measured = rng.random(len(rows)) > 0.1
+        # Rotary axes on the move, and rows that follow each other within milliseconds.
+        for axis in "AC":
+            rows.velocity[axis] = np.where(rng.random(len(rows)) < 0.5, rng.normal(size=len(rows)) * 0.1, 0.0)
+        fast = rng.random(len(rows)) < 0.2
+        rows.time = np.where(fast, 0.002 * rows.time, rows.time)
         # Clocks that do not start at 0, rows in any order.
         rows.time = rows.time + 137.0
         order = [rng.permutation(np.flatnonzero(rows.run == name)) for name in rows.run_names]

@@ -193,6 +193,14 @@ def servo_lag(machine, rows, subject, p, _):
     return {subject: along(machine.axis(subject), -rows.velocity[subject] * p["tau_ms"] * 1e-3)}
 
 
+def reversal_spike(machine, rows, subject, p, _):
+    """What is left of the sense before the last reversal, while the axis moves: twice the size at the reversal itself."""
+    axis, sense = machine.axis(subject), rows.direction[subject]
+    size = p["h_um"] * 1e-3 if axis.kind == "linear" else p["h_urad"] * 1e-6
+    left = 0.5 * (sense - lagged(rows, sense, p["decay_ms"] * 1e-3, settled=True))
+    return {subject: along(axis, np.where(rows.velocity[subject] != 0, -size * left, 0.0))}
+
+
 def spindle_tilt(machine, rows, _subject, p, _):
     out = np.zeros((len(rows), 6))
     out[:, 3], out[:, 4] = p.get("A0S_urad", 0.0) * 1e-6, p.get("B0S_urad", 0.0) * 1e-6
@@ -265,7 +273,7 @@ def unbalance(_machine, rows, subject, p, choice):
 KINDS = {f.__name__: f for f in (
     zero_offset, tool_offset, weight, unbalance,
     component, periodic, worm, squareness, location, backlash, crosstalk, sag, overhang, spindle_growth, screw_heating,
-    thermal_location, ambient_drift, time_drift, servo_lag, spindle_tilt, tool_length, setup_tilt, step)}
+    thermal_location, ambient_drift, time_drift, servo_lag, reversal_spike, spindle_tilt, tool_length, setup_tilt, step)}
 
 
 def twists(name, parameters, choice, machine, rows):
@@ -295,6 +303,8 @@ def linear_keys(name, machine, rows, choice=None):
         return {k: 20.0 if k.endswith("um") else 40.0 for k in location_keys(subject)}
     if kind == "backlash":
         return {"b_um": 5.0} if machine.axis(subject).kind == "linear" else {"b_urad": 20.0}
+    if kind == "reversal_spike":
+        return {"h_um": 5.0} if machine.axis(subject).kind == "linear" else {"h_urad": 50.0}
     if kind == "thermal_location":
         return {f"{w}_um_per_K": 3.0 for w in (("Y", "Z") if subject == "A" else ("X", "Y"))}
     if kind == "setup_tilt":
