@@ -12,8 +12,9 @@ from .chain import readings
 from .oracle import Oracle, rescaled, small_basis, strength
 
 LAMBDAS = (20, 50, 100, 400)
-FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160, "S": 180}
+FULL = {"H0": 1000, "H1": 1200, "H2": 150, "X": 300, "C": 160, "R": 240, "F": 160, "D": 160, "S": 180, "U": 200}
 NULLS = ["clean"] * 4 + ["offsets"] * 2 + ["drifting", "outliers", "unequal", "wrong_sigma"]
+WILD = 0.01  # of the readings, stratum U
 ROUGH = ["outliers", "unequal", "few", "common_empty", "part_frame", "state_only"]
 SUBJECTS = {
     "component": [f"E{w}{j}" for j in "XYZAC" for w in "XYZABC"], "periodic": list("XYZ"), "worm": list("AC"),
@@ -114,7 +115,7 @@ def set_up(rows, rng):
     return out
 
 
-def measured_values(case, rows, rng, noise="white", offset_scale=1.0):
+def measured_values(case, rows, rng, noise="white", offset_scale=1.0, wild_share=None):
     """Readings of the true machine in um or urad: exact chain, set-up, run offsets, noise, a display with finite steps."""
     twists = case.twists(rows) if case.base or case.hidden else {}
     twists = physics.add_twists(twists, case.outside)
@@ -131,7 +132,8 @@ def measured_values(case, rows, rng, noise="white", offset_scale=1.0):
             for before, here in zip(index[:-1], index[1:]):
                 white[here] = phi * white[before] + math.sqrt(1 - phi * phi) * white[here]
     if noise == "outliers":
-        wild = rng.random(len(rows)) < rng.uniform(0.02, 0.05)
+        draw = rng.random(len(rows))
+        wild = draw < (wild_share or rng.uniform(0.02, 0.05))
         white = np.where(wild, rng.normal(size=len(rows)) * 10.0, white)
     values = exact + offsets + white * rows.u_random
     return np.round(values / 0.02) * 0.02
@@ -182,7 +184,7 @@ def null(name, index, rng):
     return case
 
 
-def one_hidden(name, index, rng, kind=None, wanted=None, stratum="H1", small=None, rough=None):
+def one_hidden(name, index, rng, kind=None, wanted=None, stratum="H1", small=None, rough=None, **settings):
     kind = kind or KINDS[index % len(KINDS)]
     wanted = wanted or LAMBDAS[(index // len(KINDS)) % len(LAMBDAS)]
     effect = identifier(kind, rng)
@@ -200,7 +202,7 @@ def one_hidden(name, index, rng, kind=None, wanted=None, stratum="H1", small=Non
     rivals = oracle.rivals(signal, {effect}, columns, hidden)
     about = {"stratum": stratum, "kind": kind, "lambda": wanted, "rivals": dict(list(rivals.items())[:4]),
              "rho": max(rivals.values(), default=0.0), "p": oracle.base.shape[1] + columns.shape[1], "N": int(rows.measured.sum())}
-    case = finished(name, machine, rows, base, [hidden], rng, about, "outliers" if rough == "outliers" else "white")
+    case = finished(name, machine, rows, base, [hidden], rng, about, "outliers" if rough == "outliers" else "white", **settings)
     case.oracle = oracle
     if rough == "common_empty":
         case.stated_common = np.full(len(rows), np.nan)
@@ -219,6 +221,19 @@ def roughened(rows, rough, rng):
     if rough == "state_only":
         rows.measured = rng.random(len(rows)) > 0.2
     return rows
+
+
+def unknown_offsets(name, index, rng):
+    """One reading of a hundred is wild, and nobody knows how large the offsets of the runs are; half of the cases hide one effect."""
+    if index % 2:
+        kind, wanted = KINDS[index // 2 % len(KINDS)], (50, 150)[index // 2 // len(KINDS) % 2]
+        case = one_hidden(name, index, rng, kind, wanted, "U", rough="outliers", wild_share=WILD)
+    else:
+        machine, rows = campaign_for(rng, [])
+        about = {"stratum": "U", "null": True}
+        case = finished(name, machine, rows, known_base(machine, rows, rng, []), [], rng, about, "outliers", wild_share=WILD)
+    case.stated_common = np.full(len(case.rows), np.nan)
+    return case
 
 
 def two_hidden(name, index, rng):
@@ -339,4 +354,6 @@ def made(name, stratum, index, rng):
         return unusual_design(name, index, rng)
     if stratum == "S":
         return small_campaign(name, index, rng)
+    if stratum == "U":
+        return unknown_offsets(name, index, rng)
     raise ValueError(f"no such case: {name}")

@@ -56,7 +56,7 @@ def in_a_set(r):
 def false_alarm(r):
     """A name or a structure where there is none. That the stated noise is wrong is no alarm where it is wrong."""
     if r["verdict"] == "data_problem":
-        return stratum(r) in ("H0 clean", "H0 offsets", "H0 unequal") or stratum(r).startswith("D ")
+        return stratum(r) in ("H0 clean", "H0 offsets", "H0 unequal") or stratum(r)[:2] in ("D ", "U")
     return r["verdict"] not in ("nothing_to_find", "not_testable")
 
 
@@ -134,6 +134,11 @@ def rates(records):
     for kind in sorted({stratum(r) for r in rough}):
         out.append(rate(f"rough data, {kind[2:]}: right effect first, rivals below {SEPARATE}",
                         (r for r in rough if stratum(r) == kind and separable(r)), first_right))
+    unknown = [r for r in records if stratum(r) == "U"]
+    out.append(rate("1 % outliers, unknown offsets: false alarms", filter(is_null, unknown), false_alarm, 0.01, False))
+    for size in (150, 50):
+        out.append(rate(f"1 % outliers, unknown offsets: right effect first, lambda {size}, rivals below {SEPARATE}",
+                        (r for r in unknown if not is_null(r) and r["about"]["lambda"] == size and separable(r)), first_right, 0.95))
     held = [r for r in records if "held_out" in r]
     out.append(rate("held-out RMS at most 1.05 of its floor after model add", held, lambda r: r["held_out"] <= 1.05, 0.95))
     out.append(rate("cases that could not be run", records, lambda r: r["verdict"] == "error", 0.0, False))
