@@ -278,6 +278,8 @@ void add_fitted(const DelayFit& fit, const Ran& ran, Findings& out) {
       case DelayFit::Kind::spike:
         cause.kind = "reversal";
         break;
+      case DelayFit::Kind::shared:
+        continue;  // of refined values only
     }
     if (term.kind != DelayFit::Kind::curve) cause.axis = machine.axes[term.axis].name;
     if (cause.unit.empty()) {

@@ -8,8 +8,6 @@
 
 #include "trace/causes.hpp"
 #include "trace/cl_course.hpp"
-#include "trace/delay_fit.hpp"
-#include "trace/program_senses.hpp"
 
 namespace trunnion::trace {
 namespace {
@@ -376,66 +374,6 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
     report.remarks.push_back("within " + fixed_text(report.uncertainty_mm * 1e3, 2) +
                              " um, as far as the rows' scatter lets one know, the tolerance is kept");
   return report;
-}
-
-Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan) {
-  if (plan.blocks.size() < 2)
-    return fail(ErrorCode::wrong_input, "the program has no motion that a trace could be held against",
-                trace.file);
-  const JointPath path(machine, plan.blocks);
-  const auto followed = follow_path(trace, machine, plan, path);
-  if (!followed) return tl::unexpected(followed.error());
-  DelayFit fit(*followed, path, machine, plan);
-  fit.run();
-  // A delay of all axes of that size is not seen, and goes into corners, and into curves by half its square.
-  constexpr double kUnseenDelay_s = 2e-3, kUnseenCurve_s2 = 0.5 * kUnseenDelay_s * kUnseenDelay_s;
-  double longest_s = kUnseenDelay_s, curve_s2 = kUnseenCurve_s2;
-  for (const DelayFit::Term& term : fit.terms()) {
-    if (term.kind == DelayFit::Kind::lag) longest_s = std::max(longest_s, std::abs(term.value));
-    if (term.kind == DelayFit::Kind::curve) curve_s2 = std::max(curve_s2, std::abs(term.value));
-  }
-  std::vector<FollowedSample> out;
-  ProgramSenses senses(path);
-  constexpr std::size_t kHalf = 4, kFewer = 2;
-  std::size_t cut = 0;
-  bool is_cutting = false;
-  for (std::size_t i = followed->at.first; i <= followed->at.last; ++i) {
-    if (std::isnan(followed->at.s[i])) continue;
-    Scaled v, a, v_fewer, a_fewer;
-    if (!motion_at(*followed, i, kHalf, v, a)) continue;
-    // At its command where what was found is taken out; along the path the place follows from there.
-    const Scaled at_command = followed->x[i] + fit.to_program(i, v);
-    const double s = followed->at.s[i];
-    const double around = 0.1 + 2.0 * (at_command - followed->x[i]).norm() + followed->at.step;
-    const auto place =
-        path.nearest(at_command, std::max(s - around, 0.0), std::min(s + around, path.length()));
-    const PlannedBlock& block = plan.blocks[path.segment(place.segment).block];
-    senses.go_to(place.s, followed->time_s[i]);
-    cut += !block.rapid && !is_cutting ? 1U : 0U;
-    is_cutting = !block.rapid;
-    if (block.rapid) continue;
-    FollowedSample sample;
-    sample.time_s = followed->time_s[i];
-    sample.commanded = unscaled(machine, path.at(place.s));
-    sample.actual = unscaled(machine, followed->x[i]);
-    sample.velocity = unscaled(machine, v);
-    // Where the velocity changes within its rows the delay makes of it what nobody knows.
-    const bool known = motion_at(*followed, i, kFewer, v_fewer, a_fewer);
-    const Scaled change = known ? Scaled((v - v_fewer).cwiseAbs()) : Scaled::Zero();
-    sample.unsure = unscaled(machine, longest_s * change + curve_s2 * a.cwiseAbs());
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      sample.direction[id] = senses.sign()[static_cast<int>(id)];
-    sample.length_mm = block.length_mm;
-    sample.nc_line = block.nc_line;
-    sample.cut = cut;
-    out.push_back(sample);
-  }
-  // Which way an axis came to a cut may not be known: it is taken to go on as it came, so that none reverses.
-  for (std::size_t i = out.size(); i-- > 1;)
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      if (out[i - 1].direction[id] == 0.0 && out[i - 1].cut == out[i].cut)
-        out[i - 1].direction[id] = out[i].direction[id];
-  return out;
 }
 
 }  // namespace trunnion::trace

@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t kRowsAside = 4;
 constexpr std::size_t kMostRows = 60000;
 constexpr std::size_t kLeastFitRows = 60;
-constexpr double kSpike_s = 0.015;
 constexpr std::size_t kStretches = 60;
 constexpr int kIterations = 5;
 constexpr double kHuber = 2.0;
@@ -21,17 +20,14 @@ constexpr double kSame = 1e-3;
 constexpr double kApart = 0.15;  // of the largest delay: what differs by less is the same
 constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
-
-Scaled across(const Scaled& v, const Scaled& tangent) {
-  return v - tangent.dot(v) * tangent;
-}
+constexpr double kSure = 3.0;  // sigmas
 
 // After the last reversal of each axis: how much of a spike is left, with the sign of the new sense.
 Scaled left_of_spikes(const ProgramSenses& senses, double time_s) {
   constexpr double kGone = 12.0;
   Scaled out = Scaled::Zero();
   for (int c = 0; c < out.size(); ++c) {
-    const double t = (time_s - senses.reversed_s()[c]) / kSpike_s;
+    const double t = (time_s - senses.reversed_s()[c]) / DelayFit::kSpike_s;
     if (t < kGone) out[c] = senses.sign()[c] * std::exp(-std::max(t, 0.0));
   }
   return out;
@@ -64,6 +60,7 @@ void DelayFit::collect() {
     Row row;
     row.sample = i;
     if (!motion_at(followed_, i, kRowsAside, row.v, row.a)) continue;
+    row.x = followed_.x[i];
     row.sign = senses.sign();
     row.reversed = left_of_spikes(senses, followed_.time_s[i]);
     rows_.push_back(row);
@@ -101,6 +98,8 @@ Scaled DelayFit::column(const Row& row, const Term& term) const {
     case Kind::lag:
       out[c] = row.v[c];
       break;
+    case Kind::shared:
+      return row.v;
     case Kind::curve:
       return row.a;
     case Kind::offset:
@@ -128,7 +127,7 @@ Scaled DelayFit::added(const Row& row, bool all) const {
 Scaled DelayFit::off(const Row& row, const Scaled& by, Scaled& tangent) const {
   const double s = followed_.at.s[row.sample];
   const double around = 0.02 + 2.0 * by.norm() + followed_.at.distance[row.sample];
-  const Scaled c = followed_.x[row.sample] + by;
+  const Scaled c = row.x + by;
   const auto place = path_.nearest(c, std::max(s - around, 0.0), std::min(s + around, path_.length()));
   tangent = path_.tangent(place.segment);
   return across(c - path_.at(place.s), tangent);
@@ -148,8 +147,7 @@ DelayFit::Normal DelayFit::normal_equations(bool weighted) {
     const Scaled r = off(row, added(row, true), tangent);
     const double size = r.norm();
     sizes.push_back(size);
-    const double limit = kHuber * rounding_;
-    const double weight = !weighted || size <= limit ? 1.0 : limit / size;
+    const double weight = weighted ? this->weight(row, size) : 1.0;
     for (Eigen::Index k = 0; k < n; ++k)
       j.col(k) = across(column(row, terms_[static_cast<std::size_t>(k)]), tangent);
     out.matrix += weight * j.transpose() * j;
@@ -173,6 +171,77 @@ void DelayFit::iterate() {
     const Eigen::VectorXd step = scale.cwiseProduct(unit.ldlt().solve(scale.cwiseProduct(normal.right)));
     for (std::size_t k = 0; k < terms_.size(); ++k) terms_[k].value += step[static_cast<Eigen::Index>(k)];
   }
+}
+
+// Sum of what is left across the path.
+double DelayFit::left() const {
+  double sum = 0.0;
+  for (const Row& row : rows_) {
+    Scaled tangent;
+    sum += off(row, added(row, true), tangent).norm();
+  }
+  return sum;
+}
+
+// What is left at most rows is their scatter, in which four coordinates are: of their length three in four
+// are below 2.3 of its standard deviations.
+double DelayFit::weight(const Row& row, double size) const {
+  constexpr double kOfFour = 2.32;
+  const double bend = kOfFour * row.bend / rounding_;
+  const double limit = kHuber * rounding_;
+  return (size <= limit ? 1.0 : limit / size) / (1.0 + bend * bend);
+}
+
+// By which the mean of the command over the rows beside a row is inside of its corners and curves.
+void DelayFit::find_bends() {
+  std::vector<Scaled> commands, tangents;
+  commands.reserve(rows_.size());
+  tangents.reserve(rows_.size());
+  for (const Row& row : rows_) {
+    Scaled tangent;
+    const Scaled by = added(row, true);
+    commands.push_back(row.x + by - off(row, by, tangent));
+    tangents.push_back(tangent);
+  }
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const std::size_t i = rows_[k].sample, before = row_of_[i - kRowsAside], behind = row_of_[i + kRowsAside];
+    if (before == 0 || behind == 0) continue;
+    const Scaled turn = commands[before - 1] - 2.0 * commands[k] + commands[behind - 1];
+    rows_[k].bend = kBend * across(turn, tangents[k]).norm();
+  }
+}
+
+void DelayFit::refine() {
+  if (!has_run_) return;
+  constexpr double kLongest_s = 0.02, kStep_s = 0.001;
+  for (Row& row : rows_) {
+    const auto mean = mean_at(followed_, row.sample, kRowsAside);
+    if (!mean) continue;
+    row.x = mean->x;
+    row.v = mean->v;
+  }
+  find_bends();
+  iterate();
+  judge();
+  const std::vector<Term> before = terms_;
+  const double left_before = left();
+  std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
+  terms_.push_back({Kind::shared, 0});
+  double least = left(), best_s = 0.0;
+  for (double tau_s = kStep_s; tau_s < kLongest_s; tau_s += kStep_s) {
+    terms_.back().value = tau_s;
+    const double now = left();
+    if (now >= least) continue;
+    least = now;
+    best_s = tau_s;
+  }
+  terms_.back().value = best_s;
+  if (best_s > 0.0) iterate();
+  find_bends();
+  iterate();
+  judge();
+  if (left() < left_before && terms_.back().value > kSure * terms_.back().sigma) return;
+  terms_ = before;
 }
 
 // The fewest terms that account for the deviation: each the one that takes most of what is left, and a fifth
@@ -286,7 +355,7 @@ void DelayFit::judge() {
     Scaled tangent;
     const Scaled r = off(rows_[i], added(rows_[i], true), tangent);
     const double size = r.norm();
-    const double weight = size <= kHuber * rounding_ ? 1.0 : kHuber * rounding_ / size;
+    const double weight = this->weight(rows_[i], size);
     for (Eigen::Index k = 0; k < n; ++k) {
       Term& term = terms_[static_cast<std::size_t>(k)];
       j.col(k) = across(column(rows_[i], term), tangent);
@@ -319,18 +388,48 @@ void DelayFit::judge() {
   }
 }
 
-Scaled DelayFit::to_program(std::size_t sample, const Scaled& velocity) const {
-  constexpr double kSure = 3.0;  // sigmas
+DelayFit::Row DelayFit::row_at(std::size_t sample, const Scaled& velocity) const {
   Row row;
-  const bool fitted = row_of_[sample] > 0;
-  if (fitted) row = rows_[row_of_[sample] - 1];
+  if (row_of_[sample] > 0) row = rows_[row_of_[sample] - 1];
   row.v = velocity;
+  return row;
+}
+
+// What is sure, and known at a sample.
+bool DelayFit::is_added(const Term& term, std::size_t sample) const {
+  if (term.kind == Kind::curve || std::abs(term.value) <= kSure * term.sigma) return false;
+  return row_of_[sample] > 0 || term.kind == Kind::lag || term.kind == Kind::shared;
+}
+
+Scaled DelayFit::to_program(std::size_t sample, const Scaled& velocity) const {
+  const Row row = row_at(sample, velocity);
   Scaled out = Scaled::Zero();
-  for (const Term& term : terms_) {
-    if (term.kind == Kind::curve || std::abs(term.value) <= kSure * term.sigma) continue;
-    if (fitted || term.kind == Kind::lag) out += term.value * column(row, term);
-  }
+  for (const Term& term : terms_)
+    if (is_added(term, sample)) out += term.value * column(row, term);
   return out;
+}
+
+Scaled DelayFit::sigma_to_program(std::size_t sample, const Scaled& velocity) const {
+  const Row row = row_at(sample, velocity);
+  Scaled sum2 = Scaled::Zero();
+  for (const Term& term : terms_)
+    if (term.kind != Kind::shared && is_added(term, sample))
+      sum2 += (term.sigma * column(row, term)).cwiseAbs2();
+  return sum2.cwiseSqrt();
+}
+
+Scaled DelayFit::spikes_at(std::size_t sample) const {
+  const Row row = row_at(sample, Scaled::Zero());
+  Scaled out = Scaled::Zero();
+  for (const Term& term : terms_)
+    if (term.kind == Kind::spike && is_added(term, sample)) out += term.value * column(row, term);
+  return out;
+}
+
+DelayFit::Term DelayFit::found(Kind kind, AxisId axis) const {
+  for (const Term& term : terms_)
+    if (term.kind == kind && term.axis == axis) return term;
+  return {kind, axis};
 }
 
 Scaled DelayFit::left_at(std::size_t sample) const {
@@ -341,6 +440,7 @@ Scaled DelayFit::left_at(std::size_t sample) const {
   }
   Row row;
   row.sample = sample;
+  row.x = followed_.x[sample];
   return off(row, Scaled::Zero(), tangent);
 }
 

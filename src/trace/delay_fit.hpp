@@ -9,9 +9,12 @@ namespace trunnion::trace {
 /// Least squares over the rows of feed moves: c = x + sum over axes of (tau v + offset + backlash sign(v) +
 /// spike exp(-t / T) sign after a reversal) + kappa a is on the path; what is off along the path counts for
 /// nothing. Sigmas from sums over stretches of rows, so that neighbours that err alike do not count as many.
+///
+/// A delay tau that all axes share (shared) is seen by its second order only: x + tau v is on the path, at
+/// corners and at starts too, where kappa a follows it no further than curves.
 class DelayFit {
  public:
-  enum class Kind : std::uint8_t { lag, curve, offset, backlash, spike };
+  enum class Kind : std::uint8_t { lag, curve, offset, backlash, spike, shared };
   struct Term {
     Kind kind = Kind::lag;
     AxisId axis = 0;
@@ -21,28 +24,46 @@ class DelayFit {
     std::size_t worst = 0;            // row where it does most
   };
 
+  static constexpr double kSpike_s = 0.015;  // T
+  /// The mean of a command over some time is inside of its curves by a sixth of what the command at both ends
+  /// of that time is off from going on straight; of a corner anywhere in it by a seventh, root mean square.
+  static constexpr double kBend = 1.0 / 6.0;
+
   DelayFit(const Followed& followed, const JointPath& path, const Machine& machine, const Plan& plan);
 
   void run();
+  /// After `run`, for values that are exact: of means of rows, in which those during which the command turns
+  /// count as much as is known of them, with a delay of all axes in place of the curve where that leaves
+  /// less.
+  void refine();
   bool has_run() const { return has_run_; }
   const std::vector<Term>& terms() const { return terms_; }
   /// Sum of squares across the path, before anything is added.
   double before2() const { return before2_; }
   /// What must be added to the position at a row, where the axes have these velocities, to bring it onto the
-  /// program: delays of single axes, and spikes, offsets and backlash where the row was fitted.
+  /// program: delays, and spikes, offsets and backlash where the row was fitted.
   Scaled to_program(std::size_t row, const Scaled& velocity) const;
+  /// One standard deviation of that, but for the delay that all axes share.
+  Scaled sigma_to_program(std::size_t row, const Scaled& velocity) const;
+  /// What is left of spikes at a row, as `to_program` adds it.
+  Scaled spikes_at(std::size_t row) const;
+  /// A term as it was found; 0 where it was not.
+  Term found(Kind kind, AxisId axis) const;
   /// What is left across the path at a row when delays of single axes, offsets and backlash are taken out.
   Scaled left_at(std::size_t row) const;
 
  private:
   struct Row {
     std::size_t sample = 0;
-    Scaled v, a;
+    Scaled x, v, a;
     Scaled reversed = Scaled::Zero();  // exp(-t / T) with the sign of the new direction
     Scaled sign = Scaled::Zero();      // direction of the last motion
+    double bend = 0.0;                 // of the command in its time: by which its mean is off the path
   };
   void collect();
   void choose_terms();
+  Row row_at(std::size_t sample, const Scaled& velocity) const;
+  bool is_added(const Term& term, std::size_t sample) const;
   Scaled column(const Row& row, const Term& term) const;
   Scaled added(const Row& row, bool all) const;
   Scaled off(const Row& row, const Scaled& by, Scaled& tangent) const;
@@ -53,6 +74,9 @@ class DelayFit {
   };
   Normal normal_equations(bool weighted);
   void iterate();
+  double left() const;
+  void find_bends();
+  double weight(const Row& row, double size) const;
   void select();
   void name_fewest_lags(const std::vector<Term>& all);
   void judge();

@@ -105,6 +105,13 @@ Result<void> check_pace(const Followed& followed, const JointPath& path, const s
               file);
 }
 
+// Not across a gap, and not beyond the ends.
+bool has_samples_beside(const Followed& followed, std::size_t i, std::size_t half) {
+  if (i < half || i + half >= followed.x.size()) return false;
+  const double span = followed.time_s[i + half] - followed.time_s[i - half];
+  return span <= 2.5 * followed.period_s * static_cast<double>(2 * half);
+}
+
 }  // namespace
 
 Result<Followed> follow_path(const Trace& trace, const Machine& machine, const Plan& plan,
@@ -153,9 +160,8 @@ Result<Followed> follow_path(const Trace& trace, const Machine& machine, const P
 
 bool motion_at(const Followed& followed, std::size_t i, std::size_t half, Scaled& velocity,
                Scaled& acceleration) {
-  if (i < half || i + half >= followed.x.size()) return false;
+  if (!has_samples_beside(followed, i, half)) return false;
   const double span = followed.time_s[i + half] - followed.time_s[i - half];
-  if (span > 2.5 * followed.period_s * static_cast<double>(2 * half)) return false;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, static_cast<int>(kMaxAxes)> right;
   right.setZero();
@@ -169,6 +175,17 @@ bool motion_at(const Followed& followed, std::size_t i, std::size_t half, Scaled
   velocity = fit.row(1).transpose() / span;
   acceleration = 2.0 * fit.row(2).transpose() / (span * span);
   return true;
+}
+
+std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t half) {
+  if (!has_samples_beside(followed, i, half)) return std::nullopt;
+  const auto& t = followed.time_s;
+  const auto& x = followed.x;
+  const double span = t[i + half] - t[i - half];
+  Mean out{Scaled::Zero(), (x[i + half] - x[i - half]) / span, 0.5 * (t[i - half] + t[i + half])};
+  for (std::size_t k = i - half; k < i + half; ++k)
+    out.x += 0.5 * (t[k + 1] - t[k]) / span * (x[k] + x[k + 1]);
+  return out;
 }
 
 }  // namespace trunnion::trace

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "trace/alignment.hpp"
@@ -24,5 +25,16 @@ Result<Followed> follow_path(const Trace& trace, const Machine& machine, const P
 /// false where they are not `half` samples on both sides, evenly enough in time.
 bool motion_at(const Followed& followed, std::size_t i, std::size_t half, Scaled& velocity,
                Scaled& acceleration);
+
+/// Means over the time of some samples, straight between them.
+struct Mean {
+  Scaled x, v;          // scaled, per second
+  double time_s = 0.0;  // in their middle
+};
+/// Of the samples from `half` before `i` to `half` behind it; nothing as for `motion_at`.
+///
+/// What stands behind a first-order lag, dx/dt = (c - x) / tau, has the mean command x + tau v over the same
+/// time, exactly, whatever c does: at corners and in the tail that a delay leaves behind them too.
+std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t half);
 
 }  // namespace trunnion::trace

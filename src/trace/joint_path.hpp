@@ -16,6 +16,10 @@ inline constexpr double kLever_mm = 100.0;
 
 Scaled scaled(const Machine& machine, const JointVector& q);
 JointVector unscaled(const Machine& machine, const Scaled& x);
+/// What of `v` is across a unit vector.
+inline Scaled across(const Scaled& v, const Scaled& tangent) {
+  return v - tangent.dot(v) * tangent;
+}
 
 /// The way of the axes that the program asks for, block by block, by its length `s` in the scaled measure.
 /// Where it is not known (the way to the first place, behind a retract) it has a hole without length.

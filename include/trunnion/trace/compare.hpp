@@ -135,19 +135,23 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
                             const CompareOptions& options = {});
 
 /// Where the control wanted the axes to be: samples of feed moves along the program, with the commanded place
-/// at that time and how fast the axes went.
+/// at that time and how fast the axes went; means over nine rows. Before a cut those in which an axis turns
+/// round on the way there.
 struct FollowedSample {
   double time_s = 0.0;
-  JointVector commanded, actual;  // mm, rad
-  JointVector velocity;           // per second
-  JointVector unsure;             // by which the commanded place may be wrong, since the velocity changes
-  JointVector direction;          // sense of the axis' last motion by the program: 1, -1 or 0
+  JointVector commanded;
+  JointVector actual;     // mm, rad; with the delay that all axes share taken out
+  JointVector velocity;   // per second
+  JointVector direction;  // sense of the axis' last motion: 1, -1 or 0
+  /// By which `actual - commanded` may be wrong: independent errors, a standard deviation each.
+  std::vector<JointVector> unsure;
+  bool is_reading = true;  // else it says no more than how the axes came there
   double length_mm = 0.0;
   std::uint32_t nc_line = 0;
   std::size_t cut = 0;  // feed moves without a rapid between them, from 1
 };
-/// The same alignment for measurements. The delay that all axes share cannot be seen in a trace: it is taken
-/// out so that the axes without one of their own are at their command.
+/// The same alignment for measurements. The delay that all axes share is none of the machine's errors: where
+/// corners and curves show it, it is found and taken out.
 Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan);
 
 }  // namespace trunnion::trace

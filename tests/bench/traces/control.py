@@ -141,6 +141,22 @@ def blended(q, samples):
     return out[samples:-samples]
 
 
+def senses(x, least=0.001):
+    """Senses of motion, of a friction that does not turn round for less than `least` (mm or deg): what the digits of words move an axis back by is no reversal."""
+    out = np.zeros(len(x))
+    sense, furthest = 0.0, 0
+    for k in range(1, len(x)):
+        step = x[k] - x[furthest]
+        if step * sense > 0 or abs(step) < 1e-9:
+            furthest = k
+        elif abs(step) > least:
+            sense = np.sign(step)
+            out[furthest + 1:k] = sense
+            furthest = k
+        out[k] = sense
+    return out
+
+
 def behind_servos(q, dt, lag_ms, spike=None, lost=None):
     """Actual positions: first-order lags (ms, by axis), spikes after reversal and lost motion (mm or deg, by axis)."""
     out = q.copy()
@@ -158,19 +174,11 @@ def behind_servos(q, dt, lag_ms, spike=None, lost=None):
                 y = c[k] - v * tau + (y - c[k - 1] + v * tau) * e
                 lagged[k] = y
             out[:, i] = lagged
-        step = np.diff(q[:, i], prepend=q[0, i])
-        sign = np.sign(np.where(np.abs(step) > 1e-9, step, 0))
-        last = 0.0
         if (spike is not None and spike[i]) or (lost is not None and lost[i]):
-            held, since = np.zeros(len(q)), np.full(len(q), 1e9)
-            begun = None
-            for k in range(len(q)):
-                if sign[k] != 0 and sign[k] != last:
-                    if last != 0:
-                        begun = k
-                    last = sign[k]
-                held[k] = last
-                since[k] = (k - begun) * dt if begun is not None else 1e9
+            held, since = senses(q[:, i]), np.full(len(q), 1e9)
+            turns = np.flatnonzero((held[1:] != held[:-1]) & (held[:-1] != 0)) + 1
+            for begun, end in zip(turns, [*turns[1:], len(q)]):
+                since[begun:end] = np.arange(end - begun) * dt
             if spike is not None and spike[i]:
                 out[:, i] -= spike[i] * held * np.exp(-since / 0.015)
             if lost is not None and lost[i]:

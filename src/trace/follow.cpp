@@ -1,0 +1,247 @@
+#include <algorithm>
+#include <cmath>
+
+#include "trunnion/trace/compare.hpp"
+
+#include "trace/delay_fit.hpp"
+#include "trace/program_senses.hpp"
+
+namespace trunnion::trace {
+namespace {
+
+constexpr std::size_t kHalf = 4;  // rows on each side, for means
+
+// How far single positions scatter: of fourth differences, in which there is nothing that an axis does
+// smoothly.
+Scaled scatter_of(const Followed& followed) {
+  constexpr double kMedianOfNormal = 0.67449;
+  const double norm = std::sqrt(70.0);
+  const auto& x = followed.x;
+  Scaled out = Scaled::Zero();
+  std::vector<double> sizes;
+  for (int c = 0; c < out.size(); ++c) {
+    sizes.clear();
+    for (std::size_t i = followed.at.first + 2; i + 2 <= followed.at.last; ++i)
+      sizes.push_back(
+          std::abs(x[i - 2][c] - 4.0 * x[i - 1][c] + 6.0 * x[i][c] - 4.0 * x[i + 1][c] + x[i + 2][c]));
+    if (sizes.empty()) break;
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    out[c] = *middle / kMedianOfNormal / norm;
+  }
+  return out;
+}
+
+// Senses in which the rows themselves move, where the program does not say it.
+class RowSenses {
+ public:
+  explicit RowSenses(const Scaled& begin) : extreme_(begin) {}
+
+  void go_to(const Scaled& x) {
+    constexpr double kTurn = 0.02;  // scaled mm: less is no motion
+    for (int c = 0; c < x.size(); ++c) {
+      const double step = x[c] - extreme_[c];
+      if (std::abs(step) > kTurn) sign_[c] = step > 0.0 ? 1.0 : -1.0;
+      if (step * sign_[c] > 0.0) extreme_[c] = x[c];
+    }
+  }
+  const Scaled& sign() const { return sign_; }
+
+ private:
+  Scaled extreme_;
+  Scaled sign_ = Scaled::Zero();
+};
+
+/// The command at the rows of a trace, from what the fit found.
+class Follower {
+ public:
+  Follower(const Followed& followed, const JointPath& path, const Machine& machine, const Plan& plan)
+      : followed_(followed),
+        path_(path),
+        machine_(machine),
+        plan_(plan),
+        fit_(followed, path, machine, plan),
+        scatter_(scatter_of(followed)) {
+    fit_.run();
+    fit_.refine();
+    shared_s_ = fit_.found(DelayFit::Kind::shared, 0).value;
+  }
+
+  std::vector<FollowedSample> run() {
+    find_places();
+    std::vector<FollowedSample> out, approach;
+    std::size_t cut = 0;
+    bool is_cutting = false;
+    for (std::size_t i = followed_.at.first; i <= followed_.at.last; ++i) {
+      if (!rows_[i].known) {
+        if (!is_cutting) approach.clear();
+        continue;
+      }
+      const PlannedBlock& block = plan_.blocks[path_.segment(rows_[i].segment).block];
+      if (block.rapid) {
+        if (is_cutting) approach.clear();
+        is_cutting = false;
+        if (approach.empty() || !(approach.back().direction == senses_at(i)))
+          approach.push_back(sample_at(i, false));
+        continue;
+      }
+      if (!is_cutting) {
+        ++cut;
+        for (FollowedSample& before : approach) before.cut = cut;
+        out.insert(out.end(), approach.begin(), approach.end());
+        approach.clear();
+      }
+      is_cutting = true;
+      out.push_back(sample_at(i, is_clear(i)));
+      out.back().cut = cut;
+    }
+    return out;
+  }
+
+ private:
+  struct Row {
+    bool known = false;
+    std::size_t segment = 0;
+    Mean mean;
+    Scaled commanded;
+    double s = 0.0;
+    Scaled sign = Scaled::Zero();
+    Scaled late_s = Scaled::Zero();  // by which the moment of the last reversal may be wrong
+  };
+
+  void find_places() {
+    rows_.resize(followed_.x.size());
+    ProgramSenses senses(path_);
+    RowSenses came(followed_.x.front());
+    for (std::size_t i = 0; i <= followed_.at.last; ++i) {
+      came.go_to(followed_.x[i]);
+      if (i < followed_.at.first || std::isnan(followed_.at.s[i])) continue;
+      const auto mean = mean_at(followed_, i, kHalf);
+      if (!mean) continue;
+      Row& row = rows_[i];
+      row.mean = *mean;
+      // At its command where what was found is taken out; along the path the place follows from there.
+      const Scaled at_command = mean->x + fit_.to_program(i, mean->v);
+      const double s = followed_.at.s[i];
+      const double around = 0.1 + 2.0 * (at_command - followed_.x[i]).norm() + followed_.at.step;
+      const auto place =
+          path_.nearest(at_command, std::max(s - around, 0.0), std::min(s + around, path_.length()));
+      row.segment = place.segment;
+      row.s = place.s;
+      row.commanded = path_.at(place.s);
+      senses.go_to(place.s, followed_.time_s[i]);
+      row.sign = (senses.sign().array() != 0.0).select(senses.sign(), came.sign());
+      row.known = true;
+      if (i > 0 && rows_[i - 1].known) date_reversals(i);
+    }
+  }
+
+  // A spike that is not taken out yet holds the place back: since when it may have been where it is.
+  void date_reversals(std::size_t i) {
+    Row& row = rows_[i];
+    row.late_s = rows_[i - 1].late_s;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      const int c = static_cast<int>(id);
+      if (row.sign[c] == rows_[i - 1].sign[c]) continue;
+      const double spike = std::abs(fit_.found(DelayFit::Kind::spike, id).value);
+      std::size_t first = i;
+      while (first > 0 && rows_[first - 1].known && rows_[first - 1].s > row.s - spike) --first;
+      row.late_s[c] = followed_.time_s[i] - followed_.time_s[first];
+    }
+  }
+
+  JointVector senses_at(std::size_t i) const {
+    JointVector out;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) out[id] = rows_[i].sign[static_cast<int>(id)];
+    return out;
+  }
+
+  // All rows that its means are of are known, and none of them is on the other side of a reversal.
+  bool is_clear(std::size_t i) const {
+    for (std::size_t k = i - kHalf; k <= i + kHalf; ++k)
+      if (!rows_[k].known || rows_[k].sign != rows_[i].sign) return false;
+    return true;
+  }
+
+  FollowedSample sample_at(std::size_t i, bool is_reading) const {
+    const Row& row = rows_[i];
+    const PlannedBlock& block = plan_.blocks[path_.segment(row.segment).block];
+    FollowedSample out;
+    out.time_s = row.mean.time_s;
+    out.commanded = unscaled(machine_, row.commanded);
+    out.actual = unscaled(machine_, row.mean.x + shared_s_ * row.mean.v);
+    out.velocity = unscaled(machine_, row.mean.v);
+    out.direction = senses_at(i);
+    out.is_reading = is_reading;
+    if (is_reading) out.unsure = unsure_at(i);
+    out.length_mm = block.length_mm;
+    out.nc_line = block.nc_line;
+    return out;
+  }
+
+  std::vector<JointVector> unsure_at(std::size_t i) const {
+    const Row& row = rows_[i];
+    const Scaled tangent = path_.tangent(row.segment);
+    std::vector<JointVector> out;
+    const auto add = [&](const Scaled& v) { out.push_back(unscaled(machine_, v)); };
+    // What is along the path moves the commanded place, too.
+    const auto add_across = [&](const Scaled& v) { add(across(v, tangent)); };
+    Scaled speed, a = Scaled::Zero();
+    motion_at(followed_, i, kHalf, speed, a);
+    // Between two rows nobody knows how an axis went: straight, or as it accelerates.
+    const double grid_s2 = followed_.period_s * followed_.period_s / 12.0;
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      const int c = static_cast<int>(id);
+      const double own_s = fit_.found(DelayFit::Kind::lag, id).value;
+      Scaled v = Scaled::Zero();
+      v[c] = std::hypot(scatter_[c] * of_mean(shared_s_ + own_s), grid_s2 * a[c]);
+      add_across(v);
+      // The moment of a reversal is known to a row at best, and the mean of a spike is not its middle.
+      v[c] = fit_.spikes_at(i)[c];
+      if (v[c] == 0.0) continue;
+      const double late = 0.5 * (followed_.period_s + row.late_s[c]) / DelayFit::kSpike_s,
+                   half = static_cast<double>(kHalf) * followed_.period_s / DelayFit::kSpike_s;
+      v[c] *= std::hypot(late, half * half / 6.0);
+      add(v);
+      add(tangent.dot(v) * tangent);
+    }
+    add_across(DelayFit::kBend *
+               (rows_[i - kHalf].commanded - 2.0 * row.commanded + rows_[i + kHalf].commanded));
+    // A control that blends its blocks does the same.
+    add_across(fit_.found(DelayFit::Kind::curve, 0).value * a);
+    // Along the path the place is where the fit says.
+    add(tangent.cwiseProduct(fit_.sigma_to_program(i, row.mean.v)).norm() * tangent);
+    return out;
+  }
+
+  // How far x + tau v scatters where single positions scatter by 1.
+  double of_mean(double tau_s) const {
+    constexpr double kSteps = 2.0 * kHalf;
+    const double inner = (kSteps - 1.0) / (kSteps * kSteps), ends = 0.5 / kSteps;
+    const double speed = tau_s / (kSteps * followed_.period_s);
+    return std::sqrt(inner + 2.0 * (ends * ends + speed * speed));
+  }
+
+  const Followed& followed_;
+  const JointPath& path_;
+  const Machine& machine_;
+  const Plan& plan_;
+  DelayFit fit_;
+  Scaled scatter_;
+  double shared_s_ = 0.0;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan) {
+  if (plan.blocks.size() < 2)
+    return fail(ErrorCode::wrong_input, "the program has no motion that a trace could be held against",
+                trace.file);
+  const JointPath path(machine, plan.blocks);
+  const auto followed = follow_path(trace, machine, plan, path);
+  if (!followed) return tl::unexpected(followed.error());
+  return Follower(*followed, path, machine, plan).run();
+}
+
+}  // namespace trunnion::trace
