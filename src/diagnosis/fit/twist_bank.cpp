@@ -199,6 +199,17 @@ std::optional<TwistBank::Hit> TwistBank::common_cause(const FitCore& all) {
   return *most;
 }
 
+// What a set leaves of the columns of a test, orthonormal.
+MatrixXd TwistBank::left_of(const Task& task, std::size_t span, const FitCore& base,
+                            const Remainder& set) const {
+  MatrixXd u = base.projected(columns({task.functions, task.weight, span, 0.0, 0, 1.0}));
+  u -= set.basis * (set.basis.transpose() * u);
+  const Eigen::VectorXf& before = task.before[span];
+  for (Eigen::Index c = 0; c < u.cols(); ++c)
+    u.col(c) *= before[c] > 0.0F ? 1.0 / std::sqrt(static_cast<double>(before[c])) : 0.0;
+  return pivoted_qr(u, std::sqrt(kLeft)).Q;
+}
+
 std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder& set,
                                             const NoiseScale& noise) const {
   const FitCore& base = atoms.base();
@@ -212,28 +223,29 @@ std::vector<TwistBank::Hit> TwistBank::best(const Atoms& atoms, const Remainder&
     const Eigen::MatrixXf in_given = inner_products(given, divided(task, base));
     const VectorXd moments = in_given.bottomRows(1).transpose().cast<double>();
     const Eigen::MatrixXf in_set = in_given.topRows(set.basis.cols());
-    MatrixXd projected;  // only correlated noise needs the columns themselves
-    if (noise.phi > 0.0) {
-      projected = base.projected(
-          (weights_.col(static_cast<Eigen::Index>(task.weight)).asDiagonal() * f.values).cast<double>());
-      projected -= set.basis * (set.basis.transpose() * projected);
-    }
     std::map<Eigen::Index, Hit> largest;  // of each rank: a tail probability costs more than all the rest
+    std::vector<Hit> plain;
+    plain.reserve(f.spans.size());
     for (std::size_t s = 0; s < f.spans.size(); ++s) {
       const auto [first, count] = f.spans[s];
-      const VectorXd before = task.before[s].cast<double>();
-      Statistic found_here = statistic((task.gram[s] - square(in_set, f.spans[s])).cast<double>(), before,
-                                       moments.segment(first, count));
+      const Statistic found_here = statistic((task.gram[s] - square(in_set, f.spans[s])).cast<double>(),
+                                             task.before[s].cast<double>(), moments.segment(first, count));
       if (found_here.rank == 0) continue;
+      plain.push_back(
+          {task.functions, task.weight, s, found_here.drop / noise.variance, found_here.rank, 1.0});
+    }
+    // Correlation makes less of each drop and never more: what is below the largest without it needs no look.
+    if (noise.phi > 0.0)
+      std::sort(plain.begin(), plain.end(), [](const Hit& a, const Hit& b) { return a.drop > b.drop; });
+    for (Hit hit : plain) {
+      const auto before = largest.find(hit.rank);
+      if (before != largest.end() && before->second.drop >= hit.drop) continue;
       if (noise.phi > 0.0) {
-        MatrixXd u = projected.middleCols(first, count);
-        for (Eigen::Index c = 0; c < count; ++c)
-          u.col(c) *= before[c] > 0.0 ? 1.0 / std::sqrt(before[c]) : 0.0;
-        u = pivoted_qr(u, std::sqrt(kLeft)).Q;
-        found_here = {corrected_drop(u, set.residual, noise) * noise.variance, u.cols()};
-        if (found_here.rank == 0) continue;
+        const MatrixXd u = left_of(task, hit.span, base, set);
+        hit.drop = corrected_drop(u, set.residual, noise);
+        hit.rank = u.cols();
+        if (hit.rank == 0) continue;
       }
-      const Hit hit{task.functions, task.weight, s, found_here.drop / noise.variance, found_here.rank, 1.0};
       const auto [it, fresh] = largest.try_emplace(hit.rank, hit);
       if (!fresh && hit.drop > it->second.drop) it->second = hit;
     }

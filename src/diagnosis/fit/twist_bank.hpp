@@ -40,6 +40,7 @@ class TwistBank {
     std::vector<Eigen::VectorXf> before;  // squared lengths before
   };
   Eigen::MatrixXf divided(const Task& task, const FitCore& base) const;
+  MatrixXd left_of(const Task& task, std::size_t span, const FitCore& base, const Remainder& set) const;
   const Observations& o_;
   std::vector<StateFunctions> functions_;
   Eigen::MatrixXf weights_;  // N x W: readings' answers to unit twists, without doubles
