@@ -17,6 +17,9 @@ constexpr double kSureShare = 1.0 / 3.0;
 // Where a change of pace begins, the lead begins to move: at this speed at most, which an axis has at once.
 constexpr double kAtOnce_mm_s = 4.0;
 constexpr double kShortest_s = 0.002;  // of a block
+// A control stops at sharp corners, or nearly so, whichever axis turns there; which ones it takes for sharp
+// nobody knows here: rad, of the way of all axes.
+constexpr double kSharp = 0.26;
 
 }  // namespace
 
@@ -60,16 +63,29 @@ double ServoLead::pace_change(const JointVector& velocity) const {
   return out;
 }
 
+bool ServoLead::is_sharp(const Run& before, const Run& behind) const {
+  double along = 0.0, before2 = 0.0, behind2 = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const double unit = machine_.axes[id].kind == AxisKind::linear ? 1.0 : kLever_mm;
+    const double a = unit * before.velocity[id], b = unit * behind.velocity[id];
+    along += a * b;
+    before2 += a * a;
+    behind2 += b * b;
+  }
+  return along < std::cos(kSharp) * std::sqrt(before2 * behind2);
+}
+
 // Paces at the ends of all blocks: what corners leave, come to and left no faster than axes can.
 void ServoLead::plan(std::vector<Run>& runs) const {
   const auto at_jump2 = [&](double led) { return led > jump_mm_ ? jump_mm_ * jump_mm_ / (led * led) : 1.0; };
+  const auto at_rest2 = [&](const Run& run) { return at_jump2(2.0 * led_mm(run.velocity)); };
   // In a corner half of the jump is behind, at rest all of it.
   const auto at_corner2 = [&](const Run& before, const Run& behind) {
+    if (is_sharp(before, behind)) return std::min(at_rest2(before), at_rest2(behind));
     JointVector jump;
     for (AxisId id = 0; id < machine_.axes.size(); ++id) jump[id] = behind.velocity[id] - before.velocity[id];
     return at_jump2(led_mm(jump));
   };
-  const auto at_rest2 = [&](const Run& run) { return at_jump2(2.0 * led_mm(run.velocity)); };
   for (std::size_t k = 0; k < runs.size(); ++k) {
     runs[k].begin2 = k > 0 ? at_corner2(runs[k - 1], runs[k]) : at_rest2(runs[k]);
     runs[k].end2 = k + 1 < runs.size() ? at_corner2(runs[k], runs[k + 1]) : at_rest2(runs[k]);
@@ -104,10 +120,14 @@ void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::ve
   std::sort(ends.begin(), ends.end());
   double last = 0.0;
   ends.push_back(seconds);
+  // Where it goes slowly little of the block takes long.
+  const auto takes = [&](double from, double to) {
+    return 2.0 * (to - from) / std::max(run.pace(from) + run.pace(to), 1e-9);
+  };
   for (const double u : ends) {
     const bool is_end = u == seconds;
-    const double lasts = 2.0 * (u - last) / std::max(run.pace(last) + run.pace(u), 1e-9);
-    if (!is_end && (lasts < kShortest_s || seconds - u < 0.5 * kShortest_s)) continue;
+    const double lasts = takes(last, u);
+    if (!is_end && (lasts < kShortest_s || takes(u, seconds) < kShortest_s)) continue;
     if (u <= last) continue;
     Led led;
     led.to = JointVector::interpolate(run.block.from, run.block.to, u / seconds);

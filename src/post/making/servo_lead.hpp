@@ -12,9 +12,10 @@ namespace trunnion::post {
 /// to c = x + tau dx/dt, which a servo with the delay tau follows to x.
 ///
 /// In words that has a price. Where blocks meet, dx/dt jumps, and c with it: the axes go over such a corner
-/// slower, so that the jump stays small, and there c is in the middle of it. Towards a corner and from it
-/// they go slower and faster no faster than they surely can, in blocks short enough to say so: how a control
-/// accelerates by itself nobody knows here.
+/// slower, so that the jump stays small, and there c is in the middle of it; where a control may stop, at
+/// sharp corners of any axes, so that all of the lead is small. Towards a corner and from it they go slower
+/// and faster no faster than they surely can, in blocks short enough to say so: how a control accelerates by
+/// itself nobody knows here.
 class ServoLead {
  public:
   /// `lag_s`: tau of each axis; all 0: nothing is led. `tolerance_mm`: of the program.
@@ -54,6 +55,7 @@ class ServoLead {
   void plan(std::vector<Run>& runs) const;
   void lead(const Run& run, const JointVector& velocity_behind, std::vector<Led>& out) const;
   double led_mm(const JointVector& velocity) const;
+  bool is_sharp(const Run& before, const Run& behind) const;
   double pace_change(const JointVector& velocity) const;
 
   const Machine& machine_;
