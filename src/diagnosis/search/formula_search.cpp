@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <oneapi/tbb/parallel_for.h>
 
 #include "trunnion/base/diagnostics.hpp"
@@ -61,6 +62,60 @@ std::vector<Answer> answers(const Observations& o) {
   return out;
 }
 
+// Terms that are 1 in a part of the range of one variable: a part is a stretch of the readings in the order
+// of the variable, so that sums over it are differences of running sums.
+struct PartsOfVariable {
+  struct Part {
+    std::size_t term = 0;
+    Eigen::Index from = 0, to = 0;  // of `order`
+  };
+  std::vector<Eigen::Index> order;
+  std::vector<Part> parts;
+};
+
+std::vector<PartsOfVariable> parts_of(const FormulaTerms& terms) {
+  std::vector<PartsOfVariable> out(terms.variables.size());
+  for (std::size_t k = 0; k < terms.terms.size(); ++k) {
+    const FormulaTerm& term = terms.terms[k];
+    if (term.gates.size() != 1 || term.ungated.size() > 0) continue;
+    const TermGate& gate = term.gates.front();
+    const Variable& v = terms.variables[gate.variable];
+    PartsOfVariable& here = out[gate.variable];
+    const VectorXd& values = v.covariate.values;
+    if (here.order.empty()) {
+      here.order.resize(static_cast<std::size_t>(values.size()));
+      std::iota(here.order.begin(), here.order.end(), Eigen::Index{0});
+      std::stable_sort(here.order.begin(), here.order.end(),
+                       [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
+    }
+    const auto first = [&](const auto& is_before) {
+      return std::partition_point(here.order.begin(), here.order.end(), is_before) - here.order.begin();
+    };
+    const double unit = v.place_unit();
+    PartsOfVariable::Part part{k, 0, static_cast<Eigen::Index>(here.order.size())};
+    if (gate.above) part.from = first([&](Eigen::Index i) { return values[i] / unit <= *gate.above; });
+    if (gate.below) part.to = first([&](Eigen::Index i) { return values[i] / unit < *gate.below; });
+    if (part.from < part.to) here.parts.push_back(part);
+  }
+  return out;
+}
+
+// Orthonormal directions that the set-ups and the base take, so that products of their columns with raw ones
+// (of readings) are those with whitened ones.
+MatrixXd taken_by(const Observations& o, const FitCore& core) {
+  const Whitening& whitening = *core.whitening;
+  MatrixXd out = MatrixXd::Zero(o.size(), whitening.setup_rank() + core.basis.cols());
+  Eigen::Index column = 0;
+  for (std::size_t run = 0; whitening.free_setup() && run < o.runs().size(); ++run) {
+    const MatrixXd& basis = whitening.setup_basis(run);
+    out(o.runs()[run], Eigen::seqN(column, basis.cols())) = basis;
+    column += basis.cols();
+  }
+  out.rightCols(core.basis.cols()) = core.basis.topRows(o.size());
+  whitening.mix(out);
+  return whitening.inverse_u().asDiagonal() * out;
+}
+
 // Terms that earn their price together.
 struct Chosen {
   std::size_t answer = 0;
@@ -71,7 +126,12 @@ struct Chosen {
 class FormulaSearch {
  public:
   FormulaSearch(const Observations& o, const FitCore& core)
-      : o_(o), core_(core), answers_(answers(o)), terms_(formula_terms(o)) {}
+      : o_(o),
+        core_(core),
+        answers_(answers(o)),
+        terms_(formula_terms(o)),
+        parts_(parts_of(terms_)),
+        taken_(taken_by(o, core)) {}
 
   /// `parts`: only what acts in a part.
   std::vector<Chosen> best(bool parts = false) const {
@@ -227,7 +287,7 @@ class FormulaSearch {
   }
 
   // Those that would explain most if base and set-ups took nothing of them: cheap, and near enough for so
-  // many.
+  // many. Not for parts of a range: a constant in whole runs, of which set-ups leave next to nothing.
   std::vector<Candidate> promising(const VectorXd& answer, const std::vector<FormulaTerm>& times,
                                    const VectorXd& left) const {
     // A product of `left` with raw columns wants it whitened once more.
@@ -237,6 +297,7 @@ class FormulaSearch {
     const Eigen::VectorXf moment = mixed.col(0).cwiseProduct(inverse_u).cwiseProduct(answer).cast<float>();
     const Eigen::VectorXf weight = answer.cwiseProduct(inverse_u).cwiseAbs2().cast<float>();
     std::vector<Candidate> out;
+    out.reserve(terms_.terms.size() + times.size() * terms_.of_one_variable);
     const auto add = [&](const FormulaTerm* factor, std::size_t count) {
       Eigen::VectorXf m = moment, w = weight;
       if (factor != nullptr) {
@@ -247,16 +308,39 @@ class FormulaSearch {
         const Eigen::VectorXf& values = terms_.terms[k].values;
         const double size = w.dot(values.cwiseAbs2());
         const double in = m.dot(values);
-        if (size > 0.0) out.push_back({&terms_.terms[k], factor, in * in / size});
+        out.push_back({&terms_.terms[k], factor, size > 0.0 ? in * in / size : 0.0});
       }
     };
     add(nullptr, terms_.terms.size());
+    judge_parts(answer, moment.cast<double>(), weight.cast<double>(), out);
     for (const FormulaTerm& found : times) add(&found, terms_.of_one_variable);
     const std::size_t most = std::min(out.size(), kLooked);
     std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(most), out.end(),
                       [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
     out.resize(most);
     return out;
+  }
+
+  // What parts of a range explain beside base and set-ups. `all`: candidates that begin with one of each
+  // term.
+  void judge_parts(const VectorXd& answer, const VectorXd& moment, const VectorXd& weight,
+                   std::vector<Candidate>& all) const {
+    MatrixXd columns(o_.size(), taken_.cols() + 2);
+    columns << moment, weight, answer.asDiagonal() * taken_;
+    columns.transposeInPlace();
+    MatrixXd sums(columns.rows(), columns.cols() + 1);
+    sums.col(0).setZero();
+    for (const PartsOfVariable& variable : parts_) {
+      for (std::size_t k = 0; k < variable.order.size(); ++k) {
+        const auto i = static_cast<Eigen::Index>(k);
+        sums.col(i + 1) = sums.col(i) + columns.col(variable.order[k]);
+      }
+      for (const PartsOfVariable::Part& part : variable.parts) {
+        const VectorXd sum = sums.col(part.to) - sums.col(part.from);
+        const double free = sum[1] - sum.tail(taken_.cols()).squaredNorm();
+        all[part.term].score = free > kLeft * sum[1] ? sum[0] * sum[0] / free : 0.0;
+      }
+    }
   }
 
   // All terms that pay, and terms that were found times one more: an error of a part of the travel, of a
@@ -414,6 +498,8 @@ class FormulaSearch {
   const FitCore& core_;
   std::vector<Answer> answers_;
   FormulaTerms terms_;
+  std::vector<PartsOfVariable> parts_;
+  MatrixXd taken_;
 };
 
 std::string link_name(const Machine& machine, std::size_t link) {
