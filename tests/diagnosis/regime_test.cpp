@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "trunnion/diagnosis/diagnose.hpp"
 
 #include "diagnosis/campaigns.hpp"
@@ -107,6 +109,44 @@ TEST(Regime, ATiltedSpindleStaysOne) {
   EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
   EXPECT_EQ(d.effects, std::vector<std::string>{"spindle_tilt"});
   EXPECT_FALSE(d.formula);
+}
+
+// Whole runs above 22 degC, which their set-ups take up, and a ball of which three poses of fifteen are not.
+TEST(Regime, APartThatSetupsTakeUpButForAFewReadingsIsFound) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  test::Campaign c;
+  const std::string all = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+  std::string plan;
+  for (const auto& [axis, low, high, room] :
+       {std::tuple{"X", -240, 240, "19"}, {"Y", -240, 240, "21.5"}, {"Z", 0, 300, "23"}})
+    plan += test::sweep_run(std::string("straight_") + axis, axis, low, high, 17, all, "displacement", c,
+                            std::string("T_ambient_degC = [[0, ") + room + "], [15, " + room + "]]\n");
+  const std::string head = "quantity = \"displacement\"\nn = " + all + "\nu_random = 0.8\nu_common = 0.3\n";
+  for (const auto& [id, tool, from, to] :
+       {std::tuple{"ball_1", "-150", "22.6", "22.6"}, {"ball_2", "-230", "22.041", "21.99"}})
+    plan += std::string("[[run]]\nid = \"") + id + "\"\nminutes = 20\n" + head + "tool_z_mm = " + tool +
+            "\nT_ambient_degC = [[0, " + from + "], [20, " + to +
+            "]]\ngrid = { A_deg = [-25, 0, 80], C_deg = [0, 70, 140, 210, 280] }\nball_mm = [80, 0, 60]\n";
+  plan += "[[run]]\nid = \"day\"\nminutes = 120\n" + head +
+          "T_ambient_degC = [[0, 19], [60, 15], [120, 21]]\nrepeat = 40\nposes = [[0, 0, 100, 0, 0]]\n";
+  const Dataset data = test::measured(
+      machine, plan,
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:warm\"\njoint = \"S\"\ncomponent = \"EYS\"\n"
+      "expression = \"k * (T_ambient > 2)\"\n[effect.parameters]\nk_um = 8\n",
+      1);
+  const Diagnosis d = diagnose(machine, data,
+                               test::model_for(machine, data,
+                                               "[model]\nname = \"base\"\n[[effect]]\nid = \"location:A\"\n"
+                                               "[[effect]]\nid = \"location:C\"\n"));
+  EXPECT_NE(d.verdict, Verdict::named) << d.paragraph;
+  ASSERT_TRUE(d.formula) << d.paragraph;
+  ASSERT_EQ(d.formula->acts_in.size(), 1U) << d.formula->words;
+  const ActingRange& part = d.formula->acts_in[0];
+  EXPECT_EQ(part.of, "T_ambient") << d.formula->words;
+  // Above 22, or its opposite below: set-ups take up the difference.
+  const auto end = part.from && std::abs(*part.from - 22.0) < 0.1 ? part.from : part.to;
+  ASSERT_TRUE(end) << d.formula->words;
+  EXPECT_NEAR(*end, 22.0, 0.02);
 }
 
 // Each angle in a warmer room than the one before, the last set-up turned: three parameters for each run, of
