@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "trunnion/trace/compare.hpp"
 
@@ -10,6 +11,7 @@ namespace trunnion::trace {
 namespace {
 
 constexpr std::size_t kHalf = 4;  // rows on each side, for means
+constexpr double kSpikes = 6.0;   // decays of a spike: then nothing is left
 
 // How far single positions scatter: of fourth differences, in which there is nothing that an axis does
 // smoothly.
@@ -70,26 +72,25 @@ class Follower {
   std::vector<FollowedSample> run() {
     find_places();
     std::vector<FollowedSample> out, approach;
-    std::size_t cut = 0;
+    std::size_t cut = 0, holes = 0;
     bool is_cutting = false;
     for (std::size_t i = followed_.at.first; i <= followed_.at.last; ++i) {
-      if (!rows_[i].known) {
-        if (!is_cutting) approach.clear();
-        continue;
-      }
-      const PlannedBlock& block = plan_.blocks[path_.segment(rows_[i].segment).block];
-      if (block.rapid) {
-        if (is_cutting) approach.clear();
+      const Row& row = rows_[i];
+      if (!row.known) continue;
+      if (row.holes != holes || (row.rapid && is_cutting)) {
+        approach.clear();
         is_cutting = false;
-        if (approach.empty() || !(approach.back().direction == senses_at(i)))
-          approach.push_back(sample_at(i, false));
+      }
+      holes = row.holes;
+      if (approach.empty() && !is_cutting) approach.push_back(before(i));
+      if (row.rapid) {
+        if (!(approach.back().direction == of_axes(row.sign))) approach.push_back(sample_at(i, false));
         continue;
       }
       if (!is_cutting) {
         ++cut;
-        for (FollowedSample& before : approach) before.cut = cut;
+        for (FollowedSample& sample : approach) sample.cut = cut;
         out.insert(out.end(), approach.begin(), approach.end());
-        approach.clear();
       }
       is_cutting = true;
       out.push_back(sample_at(i, is_clear(i)));
@@ -100,12 +101,15 @@ class Follower {
 
  private:
   struct Row {
-    bool known = false;
+    bool known = false, rapid = false;
+    bool in_doubt = false;  // a spike may be there
     std::size_t segment = 0;
     Mean mean;
     Scaled commanded;
+    std::size_t holes = 0;  // of the path up to there
     double s = 0.0;
     Scaled sign = Scaled::Zero();
+    Scaled came = Scaled::Zero();    // sense before it, as the rows move
     Scaled late_s = Scaled::Zero();  // by which the moment of the last reversal may be wrong
   };
 
@@ -113,7 +117,11 @@ class Follower {
     rows_.resize(followed_.x.size());
     ProgramSenses senses(path_);
     RowSenses came(followed_.x.front());
+    Scaled came_s = Scaled::Constant(-std::numeric_limits<double>::infinity());
+    double furthest = 0.0;
+    std::size_t segment = 0, holes = 0;
     for (std::size_t i = 0; i <= followed_.at.last; ++i) {
+      const Scaled before = came.sign();
       came.go_to(followed_.x[i]);
       if (i < followed_.at.first || std::isnan(followed_.at.s[i])) continue;
       const auto mean = mean_at(followed_, i, kHalf);
@@ -126,14 +134,35 @@ class Follower {
       const double around = 0.1 + 2.0 * (at_command - followed_.x[i]).norm() + followed_.at.step;
       const auto place =
           path_.nearest(at_command, std::max(s - around, 0.0), std::min(s + around, path_.length()));
+      if (place.beyond) continue;
       row.segment = place.segment;
       row.s = place.s;
       row.commanded = path_.at(place.s);
+      // Between a rapid and a cut there is no way back, though places scatter.
+      furthest = std::max(furthest, place.s);
+      for (; segment < path_.segment_at(furthest); ++segment) holes += path_.segment(segment).known ? 0U : 1U;
+      row.rapid = plan_.blocks[path_.segment(segment).block].rapid;
+      row.holes = holes;
+      row.came = before;
       senses.go_to(place.s, followed_.time_s[i]);
       row.sign = (senses.sign().array() != 0.0).select(senses.sign(), came.sign());
       row.known = true;
-      if (i > 0 && rows_[i - 1].known) date_reversals(i);
+      const bool goes_on = i > 0 && rows_[i - 1].known && rows_[i - 1].holes == holes;
+      if (goes_on) date_reversals(i);
+      // When an axis turned round that came another way out of sight is not known.
+      if (!goes_on)
+        came_s = (before.cwiseProduct(row.sign).array() < 0.0).select(followed_.time_s[i], came_s);
+      row.in_doubt = may_have_spikes(followed_.time_s[i], senses.doubtful_s().cwiseMax(came_s));
     }
+  }
+
+  // Of an axis that has some, and may have turned round at the last of these times.
+  bool may_have_spikes(double time_s, const Scaled& turned_s) const {
+    for (AxisId id = 0; id < machine_.axes.size(); ++id)
+      if (fit_.found(DelayFit::Kind::spike, id).value != 0.0 &&
+          time_s - turned_s[static_cast<int>(id)] < kSpikes * DelayFit::kSpike_s)
+        return true;
+    return false;
   }
 
   // A spike that is not taken out yet holds the place back: since when it may have been where it is.
@@ -150,14 +179,25 @@ class Follower {
     }
   }
 
-  JointVector senses_at(std::size_t i) const {
+  JointVector of_axes(const Scaled& sign) const {
     JointVector out;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) out[id] = rows_[i].sign[static_cast<int>(id)];
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) out[id] = sign[static_cast<int>(id)];
     return out;
   }
 
-  // All rows that its means are of are known, and none of them is on the other side of a reversal.
+  // How the axes came to a row.
+  FollowedSample before(std::size_t i) const {
+    FollowedSample out = sample_at(i, false);
+    if (i > 0) out.time_s = followed_.time_s[i - 1];
+    const Row& row = rows_[i];
+    out.direction = of_axes((row.came.array() != 0.0).select(row.came, row.sign));
+    return out;
+  }
+
+  // All rows that its means are of are known, and none of them is on the other side of a reversal; nor was
+  // one shortly before that may have been none.
   bool is_clear(std::size_t i) const {
+    if (rows_[i].in_doubt) return false;
     for (std::size_t k = i - kHalf; k <= i + kHalf; ++k)
       if (!rows_[k].known || rows_[k].sign != rows_[i].sign) return false;
     return true;
@@ -171,7 +211,7 @@ class Follower {
     out.commanded = unscaled(machine_, row.commanded);
     out.actual = unscaled(machine_, row.mean.x + shared_s_ * row.mean.v);
     out.velocity = unscaled(machine_, row.mean.v);
-    out.direction = senses_at(i);
+    out.direction = of_axes(row.sign);
     out.is_reading = is_reading;
     if (is_reading) out.unsure = unsure_at(i);
     out.length_mm = block.length_mm;

@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "trace/joint_path.hpp"
 
 // Private to the layer: the senses in which the program moves the axes.
@@ -16,11 +18,18 @@ class ProgramSenses {
   const Scaled& sign() const { return sign_; }
   /// When each axis turned round last; minus infinity where it has not yet.
   const Scaled& reversed_s() const { return reversed_s_; }
+  /// When each axis was last where it turns round for some micrometres only, comes back from there, or turns
+  /// round so slowly that nobody knows when its friction does.
+  const Scaled& doubtful_s() const { return doubtful_s_; }
 
  private:
+  void find_senses(int axis);
+
   const JointPath& path_;
-  std::size_t next_ = 0;  // segment
-  Scaled sign_, reversed_s_;
+  std::vector<Scaled> senses_, doubts_;  // of each segment; 1: at its begin the axis may have turned round
+  std::size_t next_ = 0;                 // segment
+  Scaled sign_, reversed_s_, doubtful_s_;
+  Scaled turned_at_, turns_since_s_;  // infinite: it has turned
 };
 
 }  // namespace trunnion::trace

@@ -145,6 +145,50 @@ TEST(ServoLead, OnAStraightWayTheLeadIsTheDelayTimesTheSpeed) {
   EXPECT_LT(slows_s, 0.5);
 }
 
+// A corner of X and Y by 29 degrees, 60 mm/s, through which Z goes on at 36 mm/s: how much of a lead is left
+// there, and the largest change of it in one block.
+struct AtCorner {
+  double lead_mm = 0.0, most_change_mm = 0.0;
+};
+
+AtCorner at_corner(AxisId late) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  JointVector lag_s, corner, end;
+  lag_s[late] = 0.005;
+  corner[0] = 40.0;
+  corner[2] = 30.0;
+  end[0] = 72.0;
+  end[1] = 24.0;
+  end[2] = 60.0;
+  ServoLead lead(machine, lag_s, kTolerance_mm);
+  lead.add({{}, corner, 50.0 / 60.0, {}});
+  lead.add({corner, end, 50.0 / 60.0, {}});
+  AtCorner out;
+  double before = 0.0, nearest = 1.0;
+  for (const auto& block : lead.take()) {
+    const double by = block.by[late];
+    out.most_change_mm = std::max(out.most_change_mm, std::abs(by - before));
+    before = by;
+    const double away = std::abs(block.to[0] - corner[0]);
+    if (away > nearest) continue;
+    nearest = away;
+    out.lead_mm = std::abs(by);
+  }
+  return out;
+}
+
+// A block towards a corner in which the lead goes from that of its fast begin to that of its slow end sends
+// the axis where it has to be for neither. It moves off at 4 mm/s; a block lasts 2 ms, or two of them.
+TEST(ServoLead, TheLeadChangesInSmallSteps) {
+  EXPECT_LT(at_corner(1).most_change_mm, 0.02);
+  EXPECT_LT(at_corner(2).most_change_mm, 0.02);
+}
+
+// Z has no corner there; a control may stop all the same.
+TEST(ServoLead, WhereAControlMayStopLittleIsLed) {
+  EXPECT_LT(at_corner(2).lead_mm, 0.25 * kTolerance_mm);
+}
+
 TEST(ServoLead, NothingIsLedWhereNoAxisIsLate) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   EXPECT_FALSE(ServoLead(machine, {}, kTolerance_mm).is_on());

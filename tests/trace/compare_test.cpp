@@ -275,6 +275,71 @@ TEST(Compare, ReadingsAreActualMinusCommanded) {
   EXPECT_THAT(*text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
 }
 
+// All axes are 4 ms late, Y 7 ms, behind first-order lags, with corners of 8 to 37 degrees: what is read is
+// Y's own 3 ms, at corners and behind them too, within what each row says of itself.
+TEST(Compare, TheDelayOfAllAxesIsTakenOut) {
+  Given given({{0, 0, 0},
+               {20, 0, 0},
+               {40, 5, 0},
+               {60, 20, 5},
+               {75, 40, 5},
+               {80, 60, 10},
+               {75, 80, 20},
+               {60, 90, 30}});
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 1e-4);
+  constexpr double kPeriod_s = 0.001;
+  const std::array<double, 3> lag_s = {0.004, 0.007, 0.004};
+  JointVector x = given.at(0.0), before = x;
+  for (int k = 0; k < 4500; ++k) {
+    const JointVector c = given.at(kPeriod_s * k);
+    Sample sample;
+    sample.time_s = kPeriod_s * k;
+    for (AxisId id = 0; id < 3; ++id) {
+      // Exact for a command that runs evenly from row to row.
+      const double v = (c[id] - before[id]) / kPeriod_s, share = std::exp(-kPeriod_s / lag_s[id]);
+      x[id] = c[id] - v * lag_s[id] + (x[id] - before[id] + v * lag_s[id]) * share;
+      sample.q[id] = x[id] + noise(random);
+    }
+    before = c;
+    given.trace.samples.push_back(sample);
+  }
+  const auto samples = follow(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(samples) << samples.error().text();
+  double sum = 0.0, most = 0.0, surest = 1.0;
+  std::size_t count = 0;
+  for (const FollowedSample& s : *samples) {
+    if (!s.is_reading) continue;
+    for (AxisId id = 0; id < 3; ++id) {
+      double sigma2 = 0.0;
+      for (const JointVector& by : s.unsure) sigma2 += by[id] * by[id];
+      const double expected = id == 1 ? -0.003 * s.velocity[1] : 0.0;
+      const double z = (s.actual[id] - s.commanded[id] - expected) / std::sqrt(sigma2 + 1e-12);
+      sum += z * z;
+      most = std::max(most, std::abs(z));
+      surest = std::min(surest, std::sqrt(sigma2 + 1e-12));
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 10000U);
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 1.2);
+  EXPECT_LT(most, 6.0);
+  EXPECT_LT(surest, 5e-4);
+}
+
+// Y turns round in steps of 0.6 um, each too small to be a motion: where it is furthest.
+TEST(Compare, AnAxisTurnsRoundWhereItIsFurthest) {
+  Given given(
+      {{0, 0, 0}, {10, 3, 0}, {20, 4, 0}, {20.5, 3.9994, 0}, {21, 3.9988, 0}, {21.5, 3.9982, 0}, {30, 3, 0}});
+  given.run(0.001, 0.0);
+  const auto samples = follow(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(samples) << samples.error().text();
+  for (const FollowedSample& s : *samples) {
+    if (std::abs(s.commanded[0] - 20.0) < 0.1) continue;
+    EXPECT_EQ(s.direction[1], s.commanded[0] < 20.0 ? 1.0 : -1.0) << s.commanded[0];
+  }
+}
+
 // A spike lasts milliseconds: the rows behind a reversal stay, the sense is that of the program.
 TEST(Compare, RowsBehindAReversalAreKept) {
   Given given({{0, 0, 0}, {60, 20, 0}, {120, 0, 0}, {180, 20, 0}});

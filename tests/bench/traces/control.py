@@ -141,13 +141,14 @@ def blended(q, samples):
     return out[samples:-samples]
 
 
-def senses(x, least=0.001):
-    """Senses of motion, of a friction that does not turn round for less than `least` (mm or deg): what the digits of words move an axis back by is no reversal."""
+def senses(x, least=0.001, stands=1e-6):
+    """Senses of motion, of a friction that does not turn round for less than `least` (mm or deg), and stands where a sample is no further than `stands`: what
+    the digits of words move an axis back by is no reversal."""
     out = np.zeros(len(x))
     sense, furthest = 0.0, 0
     for k in range(1, len(x)):
         step = x[k] - x[furthest]
-        if step * sense > 0 or abs(step) < 1e-9:
+        if step * sense > 0 or (abs(x[k] - x[k - 1]) < stands and abs(step) < least):
             furthest = k
         elif abs(step) > least:
             sense = np.sign(step)

@@ -1,15 +1,17 @@
 #!/usr/bin/python3
-"""servo.py PROGRAM FOLDER [COUNT] [--seed N] [--case K]: hidden servos behind a control, found from traces and taken out of the words.
+"""servo.py PROGRAM FOLDER [COUNT] [--seed N] [--case K] [--acceleration MM_S2]: hidden servos behind a control, found from traces and taken out of the words.
 
 Each case posts a random five-axis path, runs the program on the control of control.py with servos that nobody told of (lags of single axes, gains of all
 axes that do not match, spikes after reversal, nothing), makes measurements of the trace, lets `model improve` name the effects, posts again with that
-model, and runs the new program behind the same servos. Said are: what was named, and the largest tip error before and after, beside that of the first
-program without servos.
+model, and runs the new program behind the same servos. Said are: what was named (the effects of the model that comes out; all that any step took for
+possible beside them), how honest the readings' uncertainties are, and the largest tip error before and after, beside that of the first program without
+servos.
 """
 import argparse
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 try:
@@ -23,6 +25,7 @@ root = here.parent.parent.parent
 sys.path.insert(0, str(root / "tests/walk"))
 sys.path.insert(0, str(here))
 import control  # noqa: E402
+import readings  # noqa: E402
 from campaign import MACHINE, random_cl  # noqa: E402
 from chain import Machine  # noqa: E402
 
@@ -99,6 +102,8 @@ class Case:
         done = self.trunnion("measurements", "import", "trace", csv, "-m", MACHINE, "-c", "linuxcnc", "--program", nc, "--against", self.cl, "--rows", ROWS, "-o", rows)
         if done.returncode:
             return None, None, f"not imported: {done.stderr[-300:]}"
+        for old in out.glob("*.toml"):
+            old.unlink()
         none.write_text('[model]\nname = "nothing"\n')
         said = self.folder / "improve.json"
         machine = root / f"postconfigs/machines/{MACHINE}.toml"
@@ -129,9 +134,12 @@ class Case:
         said, out, why = self.name_effects(nc, command, actual)
         if said is None:
             return result | {"result": why}
-        named = sorted({effect for step in said["steps"] for effect in step["effects"]})
-        result |= {"named": named, "right": set(named) == names, "verdicts": [step["verdict"] for step in said["steps"]]}
         model = sorted(out.glob("*.toml"))
+        named = sorted(effect["id"] for effect in tomllib.loads(model[-1].read_text()).get("effect", [])) if model else []
+        possible = {effect for step in said["steps"] for effect in step["effects"]} - set(named)
+        z = readings.normalized(self.folder / "rows.csv", self.chain, LENGTH, lag, spike)
+        result |= {"named": named, "right": set(named) == names, "possible": sorted(possible), "verdicts": [step["verdict"] for step in said["steps"]],
+                   "z_rms": float(np.sqrt(np.mean(z**2))), "z_most": float(np.abs(z).max())}
         if not lag.any() or not any(effect.startswith("servo_lag:") for effect in named) or not model:
             return result | {"result": "done"}
         nc, done = self.post("led.ngc", "--model", model[-1])
@@ -158,7 +166,7 @@ def summary(results):
         shared = sorted(r["ratio_shared"] for r in of if "ratio" in r)
         slower = sorted(r["seconds_after"] / r["seconds"] for r in of if "ratio" in r)
         falls = sorted(r["after_mm"] / r["before_mm"] for r in of if "ratio" in r)
-        told = {"cases": len(of), "named_right": sum(r["right"] for r in of), "hidden_among_named": sum(set(r["hidden"]) <= set(r["named"]) for r in of)}
+        told = {"cases": len(of), "none_possible_beside": sum(not r["possible"] for r in of), "z_rms_most": round(max((r["z_rms"] for r in of), default=0.0), 2), "named_right": sum(r["right"] for r in of), "hidden_among_named": sum(set(r["hidden"]) <= set(r["named"]) for r in of)}
         for key, values in (("ratio", ratios), ("ratio_to_shared_delay", shared), ("time", slower), ("after_to_before", falls)):
             if values:
                 told[key] = {"median": round(float(np.median(values)), 3), "at_90": round(values[int(0.9 * (len(values) - 1))], 3), "largest": round(values[-1], 3)}
@@ -176,7 +184,9 @@ def main():
     parser.add_argument("count", type=int, nargs="?", default=20)
     parser.add_argument("--seed", type=int, default=282)
     parser.add_argument("--case", type=int)
+    parser.add_argument("--acceleration", type=float, default=control.ACCELERATION, help="of the control, mm/s2")
     args = parser.parse_args()
+    control.ACCELERATION = args.acceleration
     results = []
     for k in [args.case] if args.case is not None else range(args.count):
         results.append(Case(args.program, args.folder / f"servo_{k}", args.seed, k).run(KINDS[k % len(KINDS)]))
