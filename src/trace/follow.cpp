@@ -208,7 +208,7 @@ class Follower {
     const PlannedBlock& block = plan_.blocks[path_.segment(row.segment).block];
     FollowedSample out;
     out.time_s = row.mean.time_s;
-    out.commanded = unscaled(machine_, row.commanded);
+    out.commanded = unscaled(machine_, is_reading ? mean_command(i) : row.commanded);
     out.actual = unscaled(machine_, row.mean.x + shared_s_ * row.mean.v);
     out.velocity = unscaled(machine_, row.mean.v);
     out.direction = of_axes(row.sign);
@@ -217,6 +217,18 @@ class Follower {
     out.length_mm = block.length_mm;
     out.nc_line = block.nc_line;
     return out;
+  }
+
+  // Over the time that the row is a mean of: inside of corners and curves, as the row is. Along the path the
+  // places are those of means already.
+  Scaled mean_command(std::size_t i) const {
+    const auto& t = followed_.time_s;
+    const double span = t[i + kHalf] - t[i - kHalf];
+    Scaled mean = Scaled::Zero();
+    for (std::size_t k = i - kHalf; k < i + kHalf; ++k)
+      mean += 0.5 * (t[k + 1] - t[k]) / span * (rows_[k].commanded + rows_[k + 1].commanded);
+    const Row& row = rows_[i];
+    return row.commanded + across(mean - row.commanded, path_.tangent(row.segment));
   }
 
   std::vector<JointVector> unsure_at(std::size_t i) const {
@@ -245,9 +257,12 @@ class Follower {
       add(v);
       add(tangent.dot(v) * tangent);
     }
-    add_across(DelayFit::kBend *
-               (rows_[i - kHalf].commanded - 2.0 * row.commanded + rows_[i + kHalf].commanded));
-    // A control that blends its blocks does the same.
+    // The place of a mean is a little short of the mean of places where the command turns.
+    const Scaled &begin = rows_[i - kHalf].commanded, &end = rows_[i + kHalf].commanded;
+    const Scaled turn = begin - 2.0 * row.commanded + end;
+    const double sharp = turn.norm() / std::max((end - begin).norm(), 1e-9);
+    add_across(DelayFit::kBend * std::min(1.0, 2.0 * sharp) * turn);
+    // A control that blends its blocks is inside of its curves.
     add_across(fit_.found(DelayFit::Kind::curve, 0).value * a);
     // Along the path the place is where the fit says.
     add(tangent.cwiseProduct(fit_.sigma_to_program(i, row.mean.v)).norm() * tangent);
