@@ -217,14 +217,19 @@ TEST_P(WornSector, IsSaidOnce) {
 
 INSTANTIATE_TEST_SUITE_P(Components, WornSector, testing::Values("EXC", "EYC", "EZC"));
 
-// The sector in one term and a part of it in another: together they act in the sector.
-TEST(Regime, APartOfAPartIsWithinIt) {
-  const Diagnosis d = said_of_turns("", worn("EYC", 3), 3);
+// Several terms in one sector: it is said once.
+TEST(Regime, TermsOfOnePartActInIt) {
+  const Diagnosis d = said_of_turns(
+      "",
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:worn\"\njoint = \"C\"\ncomponent = \"EYC\"\n"
+      "expression = \"k * (C*180/_pi > 119) * (C*180/_pi < 281) * (1 + sin(A))\"\n"
+      "[effect.parameters]\nk_um = 5\n",
+      3);
   ASSERT_TRUE(d.formula) << text_of(d.verdict) << ' ' << d.paragraph;
   ASSERT_GT(d.formula->terms, 1U) << "one term does not show it: " << d.formula->words;
   ASSERT_EQ(d.formula->acts_in.size(), 1U) << d.formula->words;
   ASSERT_TRUE(d.formula->acts_in[0].from && d.formula->acts_in[0].to) << d.formula->words;
-  EXPECT_NEAR(*d.formula->acts_in[0].from, 172.5, 15.0);
+  EXPECT_NEAR(*d.formula->acts_in[0].from, 112.5, 15.0);
   EXPECT_NEAR(*d.formula->acts_in[0].to, 277.5, 15.1);  // by one reading: the end is as four digits write it
 }
 

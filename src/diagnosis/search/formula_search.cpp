@@ -255,7 +255,7 @@ class FormulaSearch {
       if (c.times == nullptr) {
         terms.push_back(*c.term);
       } else if (auto both = product(*c.times, *c.term)) {
-        both->price = price_among(terms_.terms.size() + times.size() * terms_.of_one_variable);
+        both->price = c.times->price + c.term->price;  // either was chosen
         terms.push_back(std::move(*both));
       }
     }

@@ -211,6 +211,11 @@ std::string joined(const std::string& a, const std::string& b) {
   return a.empty() ? b : b.empty() ? a : a + "*" + b;
 }
 
+// FormulaTerm::price among so many terms.
+double price_among(std::size_t terms) {
+  return 2.0 * std::log(static_cast<double>(terms));
+}
+
 }  // namespace
 
 double Variable::place_unit() const {
@@ -275,10 +280,6 @@ std::optional<FormulaTerm> product(const FormulaTerm& a, const FormulaTerm& b) {
 // So that the formula's value is the one that was tried.
 double as_written(double place) {
   return std::stod(digits(place));
-}
-
-double price_among(std::size_t terms) {
-  return 2.0 * std::log(static_cast<double>(terms));
 }
 
 FormulaTerms formula_terms(const Observations& o) {

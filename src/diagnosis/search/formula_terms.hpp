@@ -45,7 +45,8 @@ struct FormulaTerm {
   /// Without its gates; nothing where it has none, or where nothing is left but 1.
   std::string ungated_text;
   Eigen::VectorXf ungated;
-  /// 2 ln of the number of terms that are as simple or simpler: what it costs to be the one of them.
+  /// 2 ln of the number of terms that are as simple or simpler: what it costs to be the one of them. Of a
+  /// product of two that were chosen one after the other the sum.
   double price = 0.0;
 };
 
@@ -66,7 +67,5 @@ FormulaTerm with_gates(const FormulaTerm& term, const std::vector<TermGate>& gat
 std::optional<FormulaTerm> product(const FormulaTerm& a, const FormulaTerm& b);
 /// A place as a formula writes it.
 double as_written(double place);
-/// FormulaTerm::price among so many terms.
-double price_among(std::size_t terms);
 
 }  // namespace trunnion::diagnosis
