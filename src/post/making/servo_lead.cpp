@@ -17,6 +17,7 @@ constexpr double kSureShare = 1.0 / 3.0;
 // Where a change of pace begins, the lead begins to move: at this speed at most, which an axis has at once.
 constexpr double kAtOnce_mm_s = 4.0;
 constexpr double kShortest_s = 0.002;  // of a block
+constexpr double kRestOfLag = 2.0;     // in which, of the longest lag, what is left of a way falls to 1 / e
 // A control stops at sharp corners, or nearly so, whichever axis turns there; which ones it takes for sharp
 // nobody knows here: rad, of the way of all axes.
 constexpr double kSharp = 0.26;
@@ -28,10 +29,19 @@ struct ServoLead::Run {
   JointVector velocity;             // at the pace 1
   double change = 0.0;              // of the pace, per second
   double begin2 = 0.0, end2 = 0.0;  // squares of the paces at its ends
+  // Of a way to rest, seconds, else 0: as a pace that changes evenly falls x + tau dx/dt goes past the end
+  // and comes back; where dx/dt falls in proportion to what is left, in more than tau, it does not.
+  double rests_s = 0.0;
 
   double pace(double u) const {  // u: seconds at the pace 1 from its beginning
-    const double up = begin2 + 2.0 * change * u, down = end2 + 2.0 * change * (block.seconds - u);
-    return std::sqrt(std::min({1.0, up, down}));
+    const double left = block.seconds - u;
+    const double up = begin2 + 2.0 * change * u, down = end2 + 2.0 * change * left;
+    const double even = std::sqrt(std::min({1.0, up, down}));
+    return rests_s > 0.0 ? std::min(even, std::sqrt(end2) + left / rests_s) : even;
+  }
+  // Seconds at the pace 1 before its end at which it has that pace.
+  double before_end(double pace) const {
+    return std::max((pace * pace - end2) / (2.0 * change), rests_s * (pace - std::sqrt(end2)));
   }
 };
 
@@ -97,11 +107,13 @@ void ServoLead::plan(std::vector<Run>& runs) const {
   for (std::size_t k = runs.size(); k-- > 0;) {
     if (k + 1 < runs.size()) runs[k].end2 = runs[k + 1].begin2;
     runs[k].begin2 = std::min(runs[k].begin2, runs[k].end2 + 2.0 * runs[k].change * runs[k].block.seconds);
+    if (k + 1 == runs.size()) runs[k].begin2 = std::min(runs[k].begin2, std::pow(runs[k].pace(0.0), 2));
   }
 }
 
 // The block in pieces: where its pace changes, each changes the lead by a jump's size at most.
-void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::vector<Led>& out) const {
+void ServoLead::lead(const Run& run, const std::optional<JointVector>& velocity_behind,
+                     std::vector<Led>& out) const {
   const double seconds = run.block.seconds;
   const double step = std::max(jump_mm_ / std::max(led_mm(run.velocity), 1e-9), run.change * kShortest_s);
   std::vector<double> ends;
@@ -111,8 +123,7 @@ void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::ve
     const int pieces = static_cast<int>(std::ceil(rise / step - 1e-9));
     for (int j = 1; j <= pieces; ++j) {
       const double pace = from + rise * j / pieces;
-      const double u = (pace * pace - from2) / (2.0 * run.change);
-      ends.push_back(at_end ? seconds - u : u);
+      ends.push_back(at_end ? seconds - run.before_end(pace) : (pace * pace - from2) / (2.0 * run.change));
     }
   };
   ramp(run.begin2, false);
@@ -124,23 +135,33 @@ void ServoLead::lead(const Run& run, const JointVector& velocity_behind, std::ve
   const auto takes = [&](double from, double to) {
     return 2.0 * (to - from) / std::max(run.pace(from) + run.pace(to), 1e-9);
   };
+  const Led end = led_at(run, seconds, velocity_behind);
   for (const double u : ends) {
     const bool is_end = u == seconds;
     const double lasts = takes(last, u);
     if (!is_end && (lasts < kShortest_s || takes(u, seconds) < kShortest_s)) continue;
     if (u <= last) continue;
-    Led led;
-    led.to = JointVector::interpolate(run.block.from, run.block.to, u / seconds);
+    Led led = is_end ? end : led_at(run, u, run.velocity);
     led.seconds = lasts;
-    led.where = run.block.where;
-    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-      const double v = is_end ? 0.5 * (run.velocity[id] + velocity_behind[id]) : run.velocity[id];
-      led.by[id] = lag_s_[id] * run.pace(u) * v;
-      led.to[id] += led.by[id];
-    }
     out.push_back(led);
     last = u;
   }
+}
+
+// Where its velocity becomes another one in the middle of both; nothing is led where it comes to rest.
+ServoLead::Led ServoLead::led_at(const Run& run, double u,
+                                 const std::optional<JointVector>& velocity_behind) const {
+  Led out;
+  out.to = u < run.block.seconds
+               ? JointVector::interpolate(run.block.from, run.block.to, u / run.block.seconds)
+               : run.block.to;
+  out.where = run.block.where;
+  if (!velocity_behind) return out;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    out.by[id] = lag_s_[id] * run.pace(u) * 0.5 * (run.velocity[id] + (*velocity_behind)[id]);
+    out.to[id] += out.by[id];
+  }
+  return out;
 }
 
 std::vector<ServoLead::Led> ServoLead::take() {
@@ -154,17 +175,12 @@ std::vector<ServoLead::Led> ServoLead::take() {
     runs.push_back(run);
   }
   blocks_.clear();
+  for (AxisId id = 0; id < machine_.axes.size(); ++id)
+    runs.back().rests_s = std::max(runs.back().rests_s, kRestOfLag * lag_s_[id]);
   plan(runs);
   std::vector<Led> out;
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    const bool is_last = k + 1 == runs.size();
-    lead(runs[k], is_last ? JointVector() : runs[k + 1].velocity, out);
-    // At rest nothing is led.
-    if (is_last) {
-      out.back().to = runs[k].block.to;
-      out.back().by = {};
-    }
-  }
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    lead(runs[k], k + 1 < runs.size() ? std::optional(runs[k + 1].velocity) : std::nullopt, out);
   return out;
 }
 

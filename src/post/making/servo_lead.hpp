@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,7 +54,9 @@ class ServoLead {
   /// A block with its velocity and the paces (shares of it) between which it is run.
   struct Run;
   void plan(std::vector<Run>& runs) const;
-  void lead(const Run& run, const JointVector& velocity_behind, std::vector<Led>& out) const;
+  /// `velocity_behind`: of the block behind; nothing where the axes come to rest.
+  void lead(const Run& run, const std::optional<JointVector>& velocity_behind, std::vector<Led>& out) const;
+  Led led_at(const Run& run, double u, const std::optional<JointVector>& velocity_behind) const;
   double led_mm(const JointVector& velocity) const;
   bool is_sharp(const Run& before, const Run& behind) const;
   double pace_change(const JointVector& velocity) const;
