@@ -13,7 +13,7 @@ target_compile_options(trunnion_warnings INTERFACE
 # root was; with that said four roots are one instruction. Vectors of four doubles are handed to nobody (base/lanes.hpp).
 add_compile_options(-ffp-contract=off -fno-math-errno -fno-trapping-math -Wno-psabi)
 # TRUNNION_WIDE_MOVES: gcc copies vectors of four in one move each. By itself it copies them in halves, and to load what was stored in halves
-# costs some fifteen cycles: posting takes 4 to 7 % longer so. clang moves them whole and does not know the words; a compile database that
+# costs some fifteen cycles: posting takes 2 to 5 % longer so. clang moves them whole and does not know the words; a compile database that
 # clang-tidy reads is made without them.
 option(TRUNNION_WIDE_MOVES "copy vectors of four doubles in one move (gcc)" ON)
 include(CheckCXXCompilerFlag)
