@@ -197,12 +197,13 @@ Diagnosis said_of_turns(const std::string& more, const std::string& truth, std::
   return diagnose(machine, data, test::model_for(machine, data, "[model]\nname = \"base\"\n"));
 }
 
-class WornSector : public testing::TestWithParam<const char*> {};
+class WornSector : public testing::TestWithParam<std::pair<const char*, int>> {};
 
 // A step up and one down again, a part of a part, one term twice, or one with the sense that the axis has
 // there: all of them are one sector.
 TEST_P(WornSector, IsSaidOnce) {
-  const Diagnosis d = said_of_turns("", worn(GetParam(), 2), 3);
+  const auto& [component, size_um] = GetParam();
+  const Diagnosis d = said_of_turns("", worn(component, size_um), 3);
   ASSERT_TRUE(d.formula) << text_of(d.verdict) << ' ' << d.paragraph;
   EXPECT_NE(d.verdict, Verdict::named);
   EXPECT_EQ(d.formula->terms, 1U) << d.formula->words;
@@ -215,7 +216,9 @@ TEST_P(WornSector, IsSaidOnce) {
   EXPECT_NEAR(*sector.to, 277.5, 15.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Components, WornSector, testing::Values("EXC", "EYC", "EZC"));
+INSTANTIATE_TEST_SUITE_P(Components, WornSector,
+                         testing::Values(std::pair{"EXC", 2}, std::pair{"EYC", 2}, std::pair{"EZC", 2},
+                                         std::pair{"EYC", 3}));
 
 // Several terms in one sector: it is said once.
 TEST(Regime, TermsOfOnePartActInIt) {

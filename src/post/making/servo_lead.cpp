@@ -165,6 +165,7 @@ ServoLead::Led ServoLead::led_at(const Run& run, double u,
 }
 
 std::vector<ServoLead::Led> ServoLead::take() {
+  if (blocks_.empty()) return {};
   std::vector<Run> runs;
   runs.reserve(blocks_.size());
   for (const Block& block : blocks_) {
