@@ -304,7 +304,7 @@ void add_measurements_command(CLI::App& root, int& exit) {
   add_smoothing(*trace, traced->smoothing);
   trace
       ->add_option("--rows", traced->how.most_rows,
-                   "moments that are kept, about: most evenly over the trace, the others where axes reverse")
+                   "moments that are read, about: most evenly over the trace, the others where axes reverse")
       ->check(CLI::Range(std::size_t{10}, std::size_t{1000000}))
       ->capture_default_str();
   traced->tools.add_to(*trace);

@@ -21,6 +21,9 @@ constexpr double kApart = 0.15;  // of the largest delay: what differs by less i
 constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
 constexpr double kSure = 3.0;  // sigmas
+// A mean is inside of a curve by a sixth of what the command at both ends of its time is off from going on
+// straight; of a corner anywhere in it by a seventh, root mean square.
+constexpr double kUnseenBend = 1.0 / 6.0;
 
 // After the last reversal of each axis: how much of a spike is left, with the sign of the new sense.
 Scaled left_of_spikes(const ProgramSenses& senses, double time_s) {
@@ -130,7 +133,7 @@ Scaled DelayFit::off(const Row& row, const Scaled& by, Scaled& tangent) const {
   const Scaled c = row.x + by;
   const auto place = path_.nearest(c, std::max(s - around, 0.0), std::min(s + around, path_.length()));
   tangent = path_.tangent(place.segment);
-  return across(c - path_.at(place.s), tangent);
+  return across(c - path_.at(place.s), tangent) - row.inside;
 }
 
 // Normal equations of what must be added beside what is added already. `of_nothing`: the squared deviation
@@ -192,23 +195,48 @@ double DelayFit::weight(const Row& row, double size) const {
   return (size <= limit ? 1.0 : limit / size) / (1.0 + bend * bend);
 }
 
-// By which the mean of the command over the rows beside a row is inside of its corners and curves.
+// The mean of the command over the rows beside a row is inside of its corners and curves. A delay would be
+// found to make up for that, so it is taken out: the command at each of these rows is where the mean of the
+// fewest rows that tell a speed is on the path.
 void DelayFit::find_bends() {
-  std::vector<Scaled> commands, tangents;
-  commands.reserve(rows_.size());
-  tangents.reserve(rows_.size());
-  for (const Row& row : rows_) {
+  std::vector<Scaled> commands(rows_.size());
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    Row near = rows_[k];
+    near.inside = Scaled::Zero();
+    if (const auto mean = mean_at(followed_, near.sample, 1)) {
+      near.x = mean->x;
+      near.v = mean->v;
+    }
     Scaled tangent;
-    const Scaled by = added(row, true);
-    commands.push_back(row.x + by - off(row, by, tangent));
-    tangents.push_back(tangent);
+    const Scaled by = added(near, true);
+    commands[k] = near.x + by - off(near, by, tangent);
   }
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const std::size_t i = rows_[k].sample, before = row_of_[i - kRowsAside], behind = row_of_[i + kRowsAside];
+    Row& row = rows_[k];
+    const std::size_t before = row_of_[row.sample - kRowsAside], behind = row_of_[row.sample + kRowsAside];
     if (before == 0 || behind == 0) continue;
+    row.inside = Scaled::Zero();
+    Scaled tangent;
+    const Scaled by = added(row, true);
+    const Scaled place = row.x + by - off(row, by, tangent);
     const Scaled turn = commands[before - 1] - 2.0 * commands[k] + commands[behind - 1];
-    rows_[k].bend = kBend * across(turn, tangents[k]).norm();
+    const auto mean = mean_command(k, commands);
+    if (mean) row.inside = across(*mean - place, tangent);
+    row.bend = (mean ? kBend : kUnseenBend) * across(turn, tangent).norm();
   }
+}
+
+// Over the time of the rows beside a row; nothing where not all of them are fitted.
+std::optional<Scaled> DelayFit::mean_command(std::size_t k, const std::vector<Scaled>& commands) const {
+  const auto& t = followed_.time_s;
+  const std::size_t first = rows_[k].sample - kRowsAside, last = rows_[k].sample + kRowsAside;
+  Scaled out = Scaled::Zero();
+  for (std::size_t i = first; i < last; ++i) {
+    const std::size_t here = row_of_[i], next = row_of_[i + 1];
+    if (here == 0 || next == 0) return std::nullopt;
+    out += 0.5 * (t[i + 1] - t[i]) / (t[last] - t[first]) * (commands[here - 1] + commands[next - 1]);
+  }
+  return out;
 }
 
 void DelayFit::refine() {

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "trace/followed.hpp"
@@ -25,9 +26,10 @@ class DelayFit {
   };
 
   static constexpr double kSpike_s = 0.015;  // T
-  /// The mean of a command over some time is inside of its curves by a sixth of what the command at both ends
-  /// of that time is off from going on straight; of a corner anywhere in it by a seventh, root mean square.
-  static constexpr double kBend = 1.0 / 6.0;
+  /// What is not known of the mean of a command over some rows, as a share of what the command at both ends
+  /// of their time is off from going on straight: where between two rows a corner is, and at which place it
+  /// passes them (a 350th of it and a 130th, root mean square).
+  static constexpr double kBend = 1.0 / 128.0;
 
   DelayFit(const Followed& followed, const JointPath& path, const Machine& machine, const Plan& plan);
 
@@ -58,7 +60,8 @@ class DelayFit {
     Scaled x, v, a;
     Scaled reversed = Scaled::Zero();  // exp(-t / T) with the sign of the new direction
     Scaled sign = Scaled::Zero();      // direction of the last motion
-    double bend = 0.0;                 // of the command in its time: by which its mean is off the path
+    Scaled inside = Scaled::Zero();    // by which the mean of the command in its time is off the path
+    double bend = 0.0;                 // how much that may be wrong
   };
   void collect();
   void choose_terms();
@@ -76,6 +79,7 @@ class DelayFit {
   void iterate();
   double left() const;
   void find_bends();
+  std::optional<Scaled> mean_command(std::size_t row, const std::vector<Scaled>& commands) const;
   double weight(const Row& row, double size) const;
   void select();
   void name_fewest_lags(const std::vector<Term>& all);

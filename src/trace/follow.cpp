@@ -105,7 +105,8 @@ class Follower {
     bool in_doubt = false;  // a spike may be there
     std::size_t segment = 0;
     Mean mean;
-    Scaled commanded;
+    Scaled commanded;       // of the mean
+    Scaled at_moment;       // the command of the row itself
     std::size_t holes = 0;  // of the path up to there
     double s = 0.0;
     Scaled sign = Scaled::Zero();
@@ -138,6 +139,7 @@ class Follower {
       row.segment = place.segment;
       row.s = place.s;
       row.commanded = path_.at(place.s);
+      row.at_moment = command_at_moment(i, place.s);
       // Between a rapid and a cut there is no way back, though places scatter.
       furthest = std::max(furthest, place.s);
       for (; segment < path_.segment_at(furthest); ++segment) holes += path_.segment(segment).known ? 0U : 1U;
@@ -154,6 +156,16 @@ class Follower {
         came_s = (before.cwiseProduct(row.sign).array() < 0.0).select(followed_.time_s[i], came_s);
       row.in_doubt = may_have_spikes(followed_.time_s[i], senses.doubtful_s().cwiseMax(came_s));
     }
+  }
+
+  // Of as few rows as tell a speed: where the path turns, the mean of more is beside it.
+  Scaled command_at_moment(std::size_t i, double s) const {
+    const auto mean = mean_at(followed_, i, 1);
+    if (!mean) return path_.at(s);
+    const Scaled at_command = mean->x + fit_.to_program(i, mean->v);
+    const double around = 2.0 * ((at_command - path_.at(s)).norm() + followed_.at.step);
+    return path_.at(
+        path_.nearest(at_command, std::max(s - around, 0.0), std::min(s + around, path_.length())).s);
   }
 
   // Of an axis that has some, and may have turned round at the last of these times.
@@ -213,6 +225,8 @@ class Follower {
     out.velocity = unscaled(machine_, row.mean.v);
     out.direction = of_axes(row.sign);
     out.is_reading = is_reading;
+    out.first_row = i - std::min(i, kHalf);
+    out.last_row = i + kHalf;
     if (is_reading) out.unsure = unsure_at(i);
     out.length_mm = block.length_mm;
     out.nc_line = block.nc_line;
@@ -226,7 +240,7 @@ class Follower {
     const double span = t[i + kHalf] - t[i - kHalf];
     Scaled mean = Scaled::Zero();
     for (std::size_t k = i - kHalf; k < i + kHalf; ++k)
-      mean += 0.5 * (t[k + 1] - t[k]) / span * (rows_[k].commanded + rows_[k + 1].commanded);
+      mean += 0.5 * (t[k + 1] - t[k]) / span * (rows_[k].at_moment + rows_[k + 1].at_moment);
     const Row& row = rows_[i];
     return row.commanded + across(mean - row.commanded, path_.tangent(row.segment));
   }

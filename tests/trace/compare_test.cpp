@@ -371,6 +371,36 @@ TEST(Compare, RowsBehindAReversalAreKept) {
   EXPECT_GE(behind, 16U);
 }
 
+// Readings of the same rows scatter together: an effect of the place where they are would be seen in them.
+TEST(Compare, NoTwoReadingsAreOfTheSameRow) {
+  Given given({{0, 0, 0}, {60, 20, 0}, {120, 0, 0}, {180, 20, 0}});
+  given.run(0.001, 17.0);
+  const auto samples = follow(given.trace, given.machine, given.plan);
+  ASSERT_TRUE(samples);
+  for (const std::size_t most : {60U, 400U, 100000U}) {
+    AsMeasurements how;
+    how.most_rows = most;
+    const auto text = measurements_of(given.trace, given.machine, given.plan, how);
+    ASSERT_TRUE(text) << text.error().text();
+    std::size_t readings = 0;
+    double last_s = -1.0;
+    for (const FollowedSample& s : *samples) {
+      char at[40];
+      const double t = s.time_s - samples->front().time_s;
+      std::snprintf(at, sizeof at, "\ntrace-1,%.6f,", t);
+      const auto begin = text->find(at);
+      if (begin == std::string::npos) continue;
+      const std::string line = text->substr(begin + 1, text->find('\n', begin + 1) - begin - 1);
+      if (line.find("um,") == std::string::npos && line.find("urad,") == std::string::npos) continue;
+      if (readings++ > 0) {
+        EXPECT_GT(t - last_s, 0.0085);  // nine rows of 1 ms each
+      }
+      last_s = t;
+    }
+    EXPECT_GT(readings, most / 3 < 200 ? most / 3 : 200U);
+  }
+}
+
 // A display shows C from 0 to 360 degrees while the program goes from 300 to 480.
 TEST(Compare, TurnsOfADisplayAreTheProgramsTurns) {
   Given given(kStairs);

@@ -32,7 +32,7 @@ from chain import Machine  # noqa: E402
 # The control slows down for its accelerations everywhere, and stops at corners of the axes' way that are sharper than this.
 STOPS_AT_DEG = 30.0
 LENGTH = 150.0
-ROWS = 500  # of a trace, for the diagnosis
+ROWS = 2500  # of a trace that are read, for the diagnosis
 KINDS = ["lag", "mismatch", "spike", "none"]
 
 
