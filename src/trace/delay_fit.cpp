@@ -176,12 +176,28 @@ void DelayFit::iterate() {
   }
 }
 
-// Sum of what is left across the path.
-double DelayFit::left() const {
+// -2 log of the likelihood of what is left across the path, of means of rows; what is far off counts less. A
+// longer delay makes more of the scatter: without what is expected of that, the sum of what is left would
+// always speak for none.
+double DelayFit::unlikeliness() const {
+  constexpr double kAcross = 4.0;  // coordinates
+  constexpr double kFar = 4.0;     // for the length of four
+  constexpr double kFloor2 = 1e-12;
+  const double shared_s = found(Kind::shared, 0).value;
+  const Scaled scatter = scatter_of(followed_);
+  double scatter2 = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const double tau_s = shared_s + found(Kind::lag, id).value;
+    const double of_axis = scatter[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
+    scatter2 += of_axis * of_axis / static_cast<double>(machine_.axes.size());
+  }
   double sum = 0.0;
   for (const Row& row : rows_) {
     Scaled tangent;
-    sum += off(row, added(row, true), tangent).norm();
+    const double sigma2 = scatter2 + row.bend * row.bend / kAcross + kFloor2;
+    const double size2 = off(row, added(row, true), tangent).squaredNorm() / sigma2;
+    sum += size2 <= kFar * kFar ? size2 : kFar * (2.0 * std::sqrt(size2) - kFar);
+    sum += kAcross * std::log(sigma2);
   }
   return sum;
 }
@@ -241,7 +257,6 @@ std::optional<Scaled> DelayFit::mean_command(std::size_t k, const std::vector<Sc
 
 void DelayFit::refine() {
   if (!has_run_) return;
-  constexpr double kLongest_s = 0.02, kStep_s = 0.001;
   for (Row& row : rows_) {
     const auto mean = mean_at(followed_, row.sample, kRowsAside);
     if (!mean) continue;
@@ -252,24 +267,43 @@ void DelayFit::refine() {
   iterate();
   judge();
   const std::vector<Term> before = terms_;
-  const double left_before = left();
+  const double before_shared = unlikeliness();
   std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
   terms_.push_back({Kind::shared, 0});
-  double least = left(), best_s = 0.0;
-  for (double tau_s = kStep_s; tau_s < kLongest_s; tau_s += kStep_s) {
+  find_shared();
+  judge();
+  // Neighbours are means of the same rows: so many count as one.
+  constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
+  if (unlikeliness() < before_shared - kMuchLess && terms_.back().value > kSure * terms_.back().sigma) return;
+  terms_ = before;
+}
+
+// Of single rows the velocity scatters so much that least squares find the delay of all axes too small (its
+// column scatters with what is left): it is where the likelihood is largest, which knows of that.
+void DelayFit::find_shared() {
+  constexpr double kLongest_s = 0.02, kStep_s = 0.002, kFinest_s = 0.00005;
+  const auto at = [&](double tau_s) {
     terms_.back().value = tau_s;
-    const double now = left();
-    if (now >= least) continue;
+    find_bends();  // of where the commands are by this delay
+    return unlikeliness();
+  };
+  double best_s = 0.0, least = at(0.0);
+  const auto look_at = [&](double tau_s) {
+    const double now = at(tau_s);
+    if (now >= least) return false;
     least = now;
     best_s = tau_s;
+    return true;
+  };
+  for (double tau_s = kStep_s; tau_s <= kLongest_s; tau_s += kStep_s) look_at(tau_s);
+  for (double step_s = 0.5 * kStep_s; step_s > kFinest_s; step_s *= 0.5) {
+    const double from_s = best_s;
+    if (!look_at(from_s + step_s) && from_s >= step_s) look_at(from_s - step_s);
+    // Other delays as they are beside this one.
+    at(best_s);
+    iterate();
+    least = at(best_s);
   }
-  terms_.back().value = best_s;
-  if (best_s > 0.0) iterate();
-  find_bends();
-  iterate();
-  judge();
-  if (left() < left_before && terms_.back().value > kSure * terms_.back().sigma) return;
-  terms_ = before;
 }
 
 // The fewest terms that account for the deviation: each the one that takes most of what is left, and a fifth

@@ -77,7 +77,8 @@ class DelayFit {
   };
   Normal normal_equations(bool weighted);
   void iterate();
-  double left() const;
+  double unlikeliness() const;
+  void find_shared();
   void find_bends();
   std::optional<Scaled> mean_command(std::size_t row, const std::vector<Scaled>& commands) const;
   double weight(const Row& row, double size) const;

@@ -13,27 +13,6 @@ namespace {
 constexpr std::size_t kHalf = 4;  // rows on each side, for means
 constexpr double kSpikes = 6.0;   // decays of a spike: then nothing is left
 
-// How far single positions scatter: of fourth differences, in which there is nothing that an axis does
-// smoothly.
-Scaled scatter_of(const Followed& followed) {
-  constexpr double kMedianOfNormal = 0.67449;
-  const double norm = std::sqrt(70.0);
-  const auto& x = followed.x;
-  Scaled out = Scaled::Zero();
-  std::vector<double> sizes;
-  for (int c = 0; c < out.size(); ++c) {
-    sizes.clear();
-    for (std::size_t i = followed.at.first + 2; i + 2 <= followed.at.last; ++i)
-      sizes.push_back(
-          std::abs(x[i - 2][c] - 4.0 * x[i - 1][c] + 6.0 * x[i][c] - 4.0 * x[i + 1][c] + x[i + 2][c]));
-    if (sizes.empty()) break;
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    out[c] = *middle / kMedianOfNormal / norm;
-  }
-  return out;
-}
-
 // Senses in which the rows themselves move, where the program does not say it.
 class RowSenses {
  public:
@@ -260,7 +239,7 @@ class Follower {
       const int c = static_cast<int>(id);
       const double own_s = fit_.found(DelayFit::Kind::lag, id).value;
       Scaled v = Scaled::Zero();
-      v[c] = std::hypot(scatter_[c] * of_mean(shared_s_ + own_s), grid_s2 * a[c]);
+      v[c] = std::hypot(scatter_[c] * scatter_of_mean(followed_, kHalf, shared_s_ + own_s), grid_s2 * a[c]);
       add_across(v);
       // The moment of a reversal is known to a row at best, and the mean of a spike is not its middle.
       v[c] = fit_.spikes_at(i)[c];
@@ -281,14 +260,6 @@ class Follower {
     // Along the path the place is where the fit says.
     add(tangent.cwiseProduct(fit_.sigma_to_program(i, row.mean.v)).norm() * tangent);
     return out;
-  }
-
-  // How far x + tau v scatters where single positions scatter by 1.
-  double of_mean(double tau_s) const {
-    constexpr double kSteps = 2.0 * kHalf;
-    const double inner = (kSteps - 1.0) / (kSteps * kSteps), ends = 0.5 / kSteps;
-    const double speed = tau_s / (kSteps * followed_.period_s);
-    return std::sqrt(inner + 2.0 * (ends * ends + speed * speed));
   }
 
   const Followed& followed_;

@@ -188,4 +188,30 @@ std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t
   return out;
 }
 
+Scaled scatter_of(const Followed& followed) {
+  constexpr double kMedianOfNormal = 0.67449;
+  const double norm = std::sqrt(70.0);
+  const auto& x = followed.x;
+  Scaled out = Scaled::Zero();
+  std::vector<double> sizes;
+  for (int c = 0; c < out.size(); ++c) {
+    sizes.clear();
+    for (std::size_t i = followed.at.first + 2; i + 2 <= followed.at.last; ++i)
+      sizes.push_back(
+          std::abs(x[i - 2][c] - 4.0 * x[i - 1][c] + 6.0 * x[i][c] - 4.0 * x[i + 1][c] + x[i + 2][c]));
+    if (sizes.empty()) break;
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    out[c] = *middle / kMedianOfNormal / norm;
+  }
+  return out;
+}
+
+double scatter_of_mean(const Followed& followed, std::size_t half, double tau_s) {
+  const double steps = 2.0 * static_cast<double>(half);
+  const double inner = (steps - 1.0) / (steps * steps), ends = 0.5 / steps;
+  const double speed = tau_s / (steps * followed.period_s);
+  return std::sqrt(inner + 2.0 * (ends * ends + speed * speed));
+}
+
 }  // namespace trunnion::trace

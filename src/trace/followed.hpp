@@ -37,4 +37,10 @@ struct Mean {
 /// time, exactly, whatever c does: at corners and in the tail that a delay leaves behind them too.
 std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t half);
 
+/// How far single positions scatter, one standard deviation: of fourth differences, in which there is nothing
+/// that an axis does smoothly.
+Scaled scatter_of(const Followed& followed);
+/// How far x + tau v of a mean scatters where single positions scatter by 1.
+double scatter_of_mean(const Followed& followed, std::size_t half, double tau_s);
+
 }  // namespace trunnion::trace
