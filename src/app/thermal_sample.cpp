@@ -54,7 +54,7 @@ ExitCode run_assess(const AssessOptions& options) {
   const auto offsets = read_file(options.offsets);
   if (!offsets) return print_error(offsets.error());
   Diagnostics diagnostics;
-  const auto blades = assess_files(*truth, options.truth, *offsets, options.offsets,
+  const auto blades = assess_files({*truth, options.truth}, {*offsets, options.offsets},
                                    options.per_blade ? Sending::per_blade : Sending::always, diagnostics);
   if (!blades) return print_failure(diagnostics, blades.error());
   if (const auto code = options.result.write(

@@ -194,20 +194,19 @@ Motion Context::motion(const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, 
   return {modal.X_PA * tip_A, modal.X_PA.R * axis_A, feed, rapid};
 }
 
-void Context::add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid,
-                         bool step) {
-  if (modal.new_msys) settle_msys(axis_A);
-  modal.tip_A = tip_A;
-  modal.axis_A = axis_A;
+void Context::add_motion(SourceRef where, const Motion& in_A) {
+  if (modal.new_msys) settle_msys(in_A.axis_P);
+  modal.tip_A = in_A.tip_P;
+  modal.axis_A = in_A.axis_P;
   modal.has_position = true;
-  Motion made = motion(tip_A, axis_A, feed, rapid);
-  made.step = step;
+  Motion made = motion(in_A.tip_P, in_A.axis_P, in_A.feed, in_A.rapid);
+  made.step = in_A.step;
   emit(where, made);
   ++motion_count_;
 }
 
 void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
-  add_motion(where, tip_A, axis_A, modal.feed, modal.rapid_next);
+  add_motion(where, {tip_A, axis_A, modal.feed, modal.rapid_next});
   modal.rapid_next = false;
 }
 
@@ -244,7 +243,7 @@ void Context::retract(SourceRef where) {
   const Vec3 to = modal.tip_A + modal.axis_A * (missing / std::max(rises, kAlong));
   if (rises <= kAlong || !(to.cwiseAbs().maxCoeff() <= kLongest_mm))
     return error(where, "RETRCT: the tool axis does not lead to the clearance plane");
-  add_motion(where, to, modal.axis_A, modal.feed, true);
+  add_motion(where, {to, modal.axis_A, modal.feed, true});
   modal.rapid_next = false;
 }
 

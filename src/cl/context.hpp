@@ -183,9 +183,8 @@ class Context {
     record.data = std::forward<Data>(data);
     pending_.push_back(std::move(record));
   }
-  /// A motion to `tip_A`, which becomes the position.
-  void add_motion(SourceRef where, const Vec3& tip_A, const Vec3& axis_A, const Feed& feed, bool rapid,
-                  bool step = false);
+  /// A motion, given in A: its end becomes the position.
+  void add_motion(SourceRef where, const Motion& in_A);
   /// As add_motion, with the modal feed; takes RAPID.
   void move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// An arc from the position to `end_A`, or the motions that stand for it. `sweep` > 0 about `normal_A`.

@@ -64,14 +64,19 @@ ParsedNumber number_of(std::string_view text, bool decimal_comma) {
   return out;
 }
 
-// Reports why `field` is no number.
-void report_number(std::string_view field, NumberFault fault, std::string_view column,
-                   const std::string& file, SourceRef where, Diagnostics& diagnostics) {
+struct Field {
+  std::string_view text, column;
+  const std::string& file;
+  SourceRef where;
+};
+
+// Reports why a field is no number.
+void report_number(const Field& field, NumberFault fault, Diagnostics& diagnostics) {
   const char* why = fault == NumberFault::empty          ? "is empty"
                     : fault == NumberFault::out_of_range ? "is beyond the range of numbers (9e15)"
                                                          : "is not a number";
-  diagnostics.error(file, where,
-                    "'" + std::string(field) + "' in column '" + std::string(column) + "' " + why);
+  diagnostics.error(field.file, field.where,
+                    "'" + std::string(field.text) + "' in column '" + std::string(field.column) + "' " + why);
 }
 
 }  // namespace
@@ -199,8 +204,8 @@ bool CsvRows::next() {
 std::optional<double> CsvRows::number(std::size_t column) {
   const ParsedNumber number = number_of(fields_[column], decimal_comma());
   if (number) return number.value;
-  report_number(fields_[column], number.fault, columns_[column], file_,
-                {line_, static_cast<std::uint32_t>(column + 1)}, *diagnostics_);
+  const SourceRef where{line_, static_cast<std::uint32_t>(column + 1)};
+  report_number({fields_[column], columns_[column], file_, where}, number.fault, *diagnostics_);
   return std::nullopt;
 }
 
@@ -235,8 +240,8 @@ std::optional<double> csv_number(const CsvTable& table, const CsvTable::Row& row
   const std::string& field = row.fields[column];
   const ParsedNumber number = number_of(without_blanks(field), table.decimal_comma);
   if (number) return number.value;
-  report_number(field, number.fault, table.columns[column], table.file,
-                {row.line, static_cast<std::uint32_t>(column + 1)}, diagnostics);
+  const SourceRef where{row.line, static_cast<std::uint32_t>(column + 1)};
+  report_number({field, table.columns[column], table.file, where}, number.fault, diagnostics);
   return std::nullopt;
 }
 

@@ -305,11 +305,15 @@ Parameter linear_parameter(const FormulaSpec::Key& key) {
 
 class FormulaEffect final : public Effect {
  public:
-  FormulaEffect(EffectInfo info, Link link, char letter, Function f, std::vector<std::size_t> order,
-                FormulaSpec spec)
+  // Where it acts: the joint's link, and the letter of the error there.
+  struct At {
+    Link link;
+    char letter;
+  };
+  FormulaEffect(EffectInfo info, At at, Function f, std::vector<std::size_t> order, FormulaSpec spec)
       : info_(std::move(info)),
-        link_(link),
-        unit_(unit_twist(letter)),
+        link_(at.link),
+        unit_(unit_twist(at.letter)),
         f_(std::move(f)),
         order_(std::move(order)),
         spec_(std::move(spec)) {}
@@ -420,7 +424,8 @@ Result<std::shared_ptr<const Effect>> make_formula_effect(const FormulaSpec& spe
                                             : shape_parameter(spec.parameters[i]));
     }
   }
-  return std::make_shared<FormulaEffect>(std::move(info), *link, c[1], std::move(*f), std::move(order), spec);
+  return std::make_shared<FormulaEffect>(std::move(info), FormulaEffect::At{*link, c[1]}, std::move(*f),
+                                         std::move(order), spec);
 }
 
 }  // namespace trunnion::effects

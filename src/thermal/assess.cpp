@@ -52,12 +52,11 @@ std::map<std::string, OffsetTable> read_offsets(std::string_view text, const std
 
 }  // namespace
 
-Result<std::vector<BladeResult>> assess_files(std::string_view truth, const std::string& truth_file,
-                                              std::string_view offsets, const std::string& offsets_file,
-                                              Sending sending, Diagnostics& diagnostics) {
+Result<std::vector<BladeResult>> assess_files(const FileText& truth, const FileText& offsets, Sending sending,
+                                              Diagnostics& diagnostics) {
   Diagnostics own;
-  const auto tables = read_offsets(offsets, offsets_file, own);
-  config::CsvRows rows(truth, truth_file, own);
+  const auto tables = read_offsets(offsets.text, offsets.file, own);
+  config::CsvRows rows(truth.text, truth.file, own);
   const auto columns =
       need(rows, {"run_id", "time_s", "blade", kComponents[0], kComponents[1], kComponents[2]}, own);
   std::vector<BladeResult> out;
@@ -75,7 +74,7 @@ Result<std::vector<BladeResult>> assess_files(std::string_view truth, const std:
       sent = table == tables.end() ? Vec3::Zero() : table->second.at_time(time_s);
     out.back().take(drift, drift - sent);
   }
-  if (out.empty() && !own.has_errors()) own.error(truth_file, {1, 1}, "no blades");
+  if (out.empty() && !own.has_errors()) own.error(truth.file, {1, 1}, "no blades");
   diagnostics.append(own);
   if (own.has_errors()) return tl::unexpected(own.first_error());
   return out;

@@ -136,47 +136,40 @@ Result<std::shared_ptr<const Regressor>> fit_regressor(Method method, const Trai
 Guard::Guard(const TrainingSet& training) {
   const MatrixXd X = training.to - training.from;
   const auto n = static_cast<double>(X.rows());
-  scale_ = (X.colwise().squaredNorm().transpose() / n).cwiseSqrt();
-  for (double& s : scale_) s = s > 0.0 ? 1.0 / s : 1.0;
-  const MatrixXd Z = X * scale_.asDiagonal();
+  parts_.scale = (X.colwise().squaredNorm().transpose() / n).cwiseSqrt();
+  for (double& s : parts_.scale) s = s > 0.0 ? 1.0 / s : 1.0;
+  const MatrixXd Z = X * parts_.scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(Z.transpose() * Z / n);
   // Directions with less than a thousandth of the whole are sensor noise; their spread is set to that.
   constexpr double kFloor = 1e-3;
-  floor_ = std::max(kFloor * eigen.eigenvalues().sum(), 1e-12);
+  parts_.floor = std::max(kFloor * eigen.eigenvalues().sum(), 1e-12);
   Index kept = 0;
-  while (kept < Z.cols() && eigen.eigenvalues()[Z.cols() - 1 - kept] > floor_) ++kept;
-  directions_ = eigen.eigenvectors().rightCols(kept);
-  spread_ = eigen.eigenvalues().tail(kept);
-  largest_ = 1.0;
+  while (kept < Z.cols() && eigen.eigenvalues()[Z.cols() - 1 - kept] > parts_.floor) ++kept;
+  parts_.directions = eigen.eigenvectors().rightCols(kept);
+  parts_.spread = eigen.eigenvalues().tail(kept);
+  parts_.largest = 1.0;
   double largest = 0.0;
   for (Index i = 0; i < X.rows(); ++i) largest = std::max(largest, distance(X.row(i).transpose()));
-  largest_ = largest > 0.0 ? largest : 1.0;
-  seen_ = unlike(Z);
+  parts_.largest = largest > 0.0 ? largest : 1.0;
+  parts_.seen = unlike(Z);
 }
 
-Guard::Guard(VectorXd scale, MatrixXd directions, VectorXd spread, double floor, double largest,
-             MatrixXd seen)
-    : scale_(std::move(scale)),
-      directions_(std::move(directions)),
-      spread_(std::move(spread)),
-      floor_(floor),
-      largest_(largest),
-      seen_(std::move(seen)) {}
+Guard::Guard(Parts parts) : parts_(std::move(parts)) {}
 
 VectorXd Guard::scaled(const VectorXd& x) const {
-  return scale_.size() == 0 ? x : VectorXd(x.cwiseProduct(scale_));
+  return parts_.scale.size() == 0 ? x : VectorXd(x.cwiseProduct(parts_.scale));
 }
 
 VectorXd Guard::spread_of(const VectorXd& share) const {
-  return scale_.size() == 0 ? share : VectorXd(share.cwiseQuotient(scale_));
+  return parts_.scale.size() == 0 ? share : VectorXd(share.cwiseQuotient(parts_.scale));
 }
 
 double Guard::weight(const VectorXd& x) const {
-  if (scale_.size() == 0) return 1.0;
+  if (parts_.scale.size() == 0) return 1.0;
   const double out = trust(distance(x));
   const VectorXd z = scaled(x);
-  if (seen_.rows() == 0 || !(z.norm() > 0.0)) return out;
-  const VectorXd like = seen_ * z / z.norm();
+  if (parts_.seen.rows() == 0 || !(z.norm() > 0.0)) return out;
+  const VectorXd like = parts_.seen * z / z.norm();
   const double known = like.maxCoeff();
   const double reversed = -like.minCoeff();
   // Width and place of the way from "known" to "only the reverse is known", as cosines.
@@ -193,7 +186,7 @@ double Guard::both_ways() const {
   // Warm-ups alone have 0.5 to 0.6, runs that warm and cool 0.8 and more (reference and simulated data).
   constexpr double kOneWay = 0.6;
   constexpr double kBothWays = 0.75;
-  const VectorXd likest_reverse = (-seen_ * seen_.transpose()).rowwise().maxCoeff();
+  const VectorXd likest_reverse = (-parts_.seen * parts_.seen.transpose()).rowwise().maxCoeff();
   return std::clamp((likest_reverse.mean() - kOneWay) / (kBothWays - kOneWay), 0.0, 1.0);
 }
 
@@ -260,21 +253,22 @@ double TrackRecord::trust(const VectorXd& change, double prior_weight, double ty
 }
 
 double Guard::distance(const VectorXd& x) const {
-  if (scale_.size() == 0) return 0.0;
-  const VectorXd z = x.cwiseProduct(scale_);
-  const VectorXd along = directions_.transpose() * z;
+  if (parts_.scale.size() == 0) return 0.0;
+  const VectorXd z = x.cwiseProduct(parts_.scale);
+  const VectorXd along = parts_.directions.transpose() * z;
   const double across = std::max(0.0, z.squaredNorm() - along.squaredNorm());
-  return std::sqrt(along.cwiseAbs2().cwiseQuotient(spread_).sum() + across / floor_) / largest_;
+  return std::sqrt(along.cwiseAbs2().cwiseQuotient(parts_.spread).sum() + across / parts_.floor) /
+         parts_.largest;
 }
 
 config::Table Guard::table() const {
   config::Table out;
-  out.emplace_back("scale", numbers(scale_));
-  out.emplace_back("spread", numbers(spread_));
-  out.emplace_back("floor", number_value(floor_));
-  out.emplace_back("largest", number_value(largest_));
-  out.emplace_back("seen", matrix_value(seen_));
-  out.emplace_back("directions", matrix_value(directions_.transpose()));
+  out.emplace_back("scale", numbers(parts_.scale));
+  out.emplace_back("spread", numbers(parts_.spread));
+  out.emplace_back("floor", number_value(parts_.floor));
+  out.emplace_back("largest", number_value(parts_.largest));
+  out.emplace_back("seen", matrix_value(parts_.seen));
+  out.emplace_back("directions", matrix_value(parts_.directions.transpose()));
   return out;
 }
 

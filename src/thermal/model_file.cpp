@@ -112,9 +112,8 @@ Guard read_guard(Section section, std::size_t features) {
   const MatrixXd seen = rows != nullptr ? read_matrix(section, "seen", rows->size(), features)
                                         : MatrixXd(0, static_cast<Index>(features));
   section.finish();
-  return {
-      scale, directions, Eigen::Map<const Eigen::VectorXd>(spread.data(), static_cast<Index>(spread.size())),
-      floor, largest,    seen};
+  const Eigen::Map<const Eigen::VectorXd> spreads(spread.data(), static_cast<Index>(spread.size()));
+  return Guard(Guard::Parts{scale, directions, spreads, floor, largest, seen});
 }
 
 void read_parts(Section& section, ChannelModel& channel) {

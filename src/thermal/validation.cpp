@@ -256,10 +256,17 @@ std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   return out;
 }
 
-Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
-                                       const FitOptions& options, std::size_t channels,
-                                       std::vector<Tried>& tried) {
-  ChannelReport out;
+struct Validated {
+  ChannelReport report;
+  std::vector<Tried> tried;
+};
+
+// Of so many channels, for the progress that is shown.
+Result<Validated> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
+                                   const FitOptions& options, std::size_t channels) {
+  Validated validated;
+  ChannelReport& out = validated.report;
+  std::vector<Tried>& tried = validated.tried;
   out.channel = channel;
   const auto all = candidates(log, options);
   for (const Candidate& candidate : all) {
@@ -311,7 +318,7 @@ Result<ChannelReport> validate_channel(ChannelBench& bench, const std::string& c
   out.hold_sigma = fit_sigma(
       held_out_runs(bench, std::vector<Candidate>(bench.runs().size(), {Method::hold_last, Anchor::open})));
   for (const BenchRun& run : bench.runs()) out.runs.push_back(log.runs[run.log_run].id);
-  return out;
+  return validated;
 }
 
 Result<ChannelModel> final_model(ChannelBench& bench, const ChannelReport& report,
@@ -372,16 +379,16 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
                       " run(s): two or more are needed, since a run is what is held out",
                   log.file);
     }
-    std::vector<Tried> tried;
-    auto report = validate_channel(bench, target, log, options, targets.size(), tried);
-    if (!report) return tl::unexpected(report.error());
-    for (const auto& note : report->notes)
+    auto validated = validate_channel(bench, target, log, options, targets.size());
+    if (!validated) return tl::unexpected(validated.error());
+    ChannelReport& report = validated->report;
+    for (const auto& note : report.notes)
       diagnostics.note(log.file, {}, std::string("channel '").append(target).append("': ").append(note));
-    auto model = final_model(bench, *report, tried, log);
+    auto model = final_model(bench, report, validated->tried, log);
     if (!model) return tl::unexpected(model.error());
-    report->inputs = effects_of_inputs(bench, *model);
+    report.inputs = effects_of_inputs(bench, *model);
     out.model.channels.push_back(std::move(*model));
-    out.channels.push_back(std::move(*report));
+    out.channels.push_back(std::move(report));
   }
   return out;
 }

@@ -25,12 +25,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   nc::ReaderOptions options;
   options.others = (flags & 1U) != 0;
   options.whole_program = !options.others && (flags & 2U) != 0;
-  nc::Reader::RunSink runs;
   std::size_t blocks = 0;
-  if ((flags & 4U) != 0) runs = [&](const nc::MotionRun& run) { blocks += run.count; };
   Diagnostics diagnostics;
   nc::Reader reader(
-      control, "input", diagnostics, [&](const nc::Block&) { ++blocks; }, options, runs);
+      control, "input", diagnostics, [&](const nc::Block&) { ++blocks; }, options);
+  if ((flags & 4U) != 0) reader.give_runs_to([&](const nc::MotionRun& run) { blocks += run.count; });
   reader.feed(bytes.rest());
   static_cast<void>(reader.finish());
   return 0;

@@ -130,15 +130,14 @@ Reading read_in_pieces(const nc::Controller& controller, const std::string& text
     const SourceRef at = motion != nullptr ? motion->source : SourceRef{};
     out.blocks.push_back(to_text(block) + " @" + std::to_string(at.line) + ":" + std::to_string(at.column));
   };
-  nc::Reader::RunSink run_sink;
+  Diagnostics diagnostics;
+  nc::Reader reader(controller, "test.nc", diagnostics, take);
   if (runs) {
-    run_sink = [&](const nc::MotionRun& run) {
+    reader.give_runs_to([&](const nc::MotionRun& run) {
       out.in_runs += run.count;
       for (std::size_t i = 0; i < run.count; ++i) take(run.motion(i));
-    };
+    });
   }
-  Diagnostics diagnostics;
-  nc::Reader reader(controller, "test.nc", diagnostics, take, {}, run_sink);
   constexpr std::size_t kPiece = 3001;
   for (std::size_t i = 0; i < text.size(); i += kPiece) reader.feed(std::string_view(text).substr(i, kPiece));
   if (!reader.finish()) out.blocks.emplace_back("failed");

@@ -43,14 +43,16 @@ class Reader {
  public:
   using Sink = std::function<void(const Block&)>;
   using RunSink = std::function<void(const MotionRun&)>;
-  /// `controller` and `diagnostics` must outlive the reader; `file` is for messages. `runs` takes motions
-  /// that need not come one by one, in their place among the blocks; null: all come as blocks.
+  /// `controller` and `diagnostics` must outlive the reader; `file` is for messages.
   Reader(const Controller& controller, std::string file, Diagnostics& diagnostics, Sink sink,
-         ReaderOptions options = {}, RunSink runs = {});
+         ReaderOptions options = {});
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   ~Reader();
 
+  /// Before the text: `runs` takes motions that need not come one by one, in their place among the blocks.
+  /// Otherwise all come as blocks.
+  void give_runs_to(RunSink runs);
   /// Any piece of the text, in order; pieces may end anywhere.
   void feed(std::string_view text);
   /// The line that is read or was read last, from 1 on.

@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -14,10 +15,15 @@ enum class Sending {
   per_blade  // once, at the start of each blade, as the paper does
 };
 
-/// Blades of a truth file (`truth_text`) under the offsets of a file that `thermal predict` wrote. Runs are
+/// A file's text, and its name for messages.
+struct FileText {
+  std::string_view text;
+  const std::string& file;
+};
+
+/// Blades of a truth file under the offsets of a file that `thermal predict` wrote. Runs are
 /// matched by run_id; a run without offsets counts as uncorrected.
-Result<std::vector<BladeResult>> assess_files(std::string_view truth, const std::string& truth_file,
-                                              std::string_view offsets, const std::string& offsets_file,
-                                              Sending sending, Diagnostics& diagnostics);
+Result<std::vector<BladeResult>> assess_files(const FileText& truth, const FileText& offsets, Sending sending,
+                                              Diagnostics& diagnostics);
 
 }  // namespace trunnion::thermal

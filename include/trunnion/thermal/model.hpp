@@ -88,8 +88,16 @@ class Guard {
  public:
   Guard() = default;
   explicit Guard(const TrainingSet& training);
-  Guard(Eigen::VectorXd scale, Eigen::MatrixXd directions, Eigen::VectorXd spread, double floor,
-        double largest, Eigen::MatrixXd seen);
+  /// What a model file keeps of it.
+  struct Parts {
+    Eigen::VectorXd scale;       // of each feature
+    Eigen::MatrixXd directions;  // features x kept
+    Eigen::VectorXd spread;      // variance along each kept direction
+    double floor = 1.0;          // variance of the directions that are not kept
+    double largest = 1.0;        // largest distance of the training
+    Eigen::MatrixXd seen;        // unit vectors of the training, one row each, far enough apart; may be empty
+  };
+  explicit Guard(Parts parts);
   /// Distance in units of the largest of the training: below 1 inside.
   double distance(const Eigen::VectorXd& x) const;
   /// Weight of the model at `x`, 1 inside. Beside the distance it knows reversals: a training that never
@@ -111,12 +119,7 @@ class Guard {
  private:
   // 0 where no change of the training has its reverse in the training, 1 where nearly all have.
   double both_ways() const;
-  Eigen::VectorXd scale_;       // of each feature
-  Eigen::MatrixXd directions_;  // features x kept
-  Eigen::VectorXd spread_;      // variance along each kept direction
-  double floor_ = 1.0;          // variance of the directions that are not kept
-  double largest_ = 1.0;        // largest distance of the training
-  Eigen::MatrixXd seen_;        // unit vectors of the training, one row each, far enough apart; may be empty
+  Parts parts_;
 };
 
 /// How far a model that is used incrementally kept its word in this run. Predicted changes g and measured

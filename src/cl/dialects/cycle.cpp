@@ -303,10 +303,10 @@ class Drilling {
     if (modal_.has_position && (point - modal_.tip_A).norm() < kSamePlace_mm &&
         (axis - modal_.axis_A).norm() < kSameCycleAxis)
       return;
-    context_.add_motion(where_, point, axis, feed_, true, step);
+    context_.add_motion(where_, {point, axis, feed_, true, step});
   }
   void feed_to(double height, bool step = false) {
-    context_.add_motion(where_, at(height), axis_A_, feed_, false, step);
+    context_.add_motion(where_, {at(height), axis_A_, feed_, false, step});
   }
   void drill() {
     const double clear = cycle_.clear_mm;

@@ -157,7 +157,7 @@ void finish_nurbs(Context& context) {
     for (double k = 1.0; k <= chords[s]; ++k) {
       const bool end = s + 1 == chords.size() && k == chords[s];
       const Vec3 tip_A = end ? given.points_A.back() : Vec3(curve(a + (b - a) * k / chords[s]).matrix());
-      context.add_motion(given.where, tip_A, context.modal.axis_A, context.modal.feed, rapid);
+      context.add_motion(given.where, {tip_A, context.modal.axis_A, context.modal.feed, rapid});
     }
   }
   context.modal.rapid_next = false;

@@ -56,10 +56,9 @@ void Reader::State::follow_jumps() {
 }
 
 Reader::Reader(const Controller& controller, std::string file, Diagnostics& diagnostics, Sink sink,
-               ReaderOptions options, RunSink runs)
+               ReaderOptions options)
     : state_(std::make_unique<State>(controller, std::move(file), diagnostics, std::move(sink),
                                      std::move(options))) {
-  if (runs) state_->runs = std::make_unique<RunReader>(state_->state, std::move(runs));
   const AxisFormat& own = controller.numbers.axes;
   const AxisFormat& format = state_->state.language.format;
   TRUNNION_EXPECTS(format.decimals(AxisLetter::X) >= own.decimals(AxisLetter::X));
@@ -67,6 +66,10 @@ Reader::Reader(const Controller& controller, std::string file, Diagnostics& diag
 }
 
 Reader::~Reader() = default;
+
+void Reader::give_runs_to(RunSink runs) {
+  state_->runs = std::make_unique<RunReader>(state_->state, std::move(runs));
+}
 
 void Reader::feed(std::string_view text) {
   if (state_->unfolder) return state_->unfolder->feed(text);

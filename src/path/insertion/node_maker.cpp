@@ -170,17 +170,18 @@ Node NodeMaker::node(double t, const ToolOff& displacement, NodeAxis how, bool r
   }
   if (how == NodeAxis::great_circle) set_rotary(aim_axis_P, q, known);
   const Vec3 tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P + displacement.tip_P;
-  Node node = node_at(t, q, tip_P, axis_P, rounded, known);
+  Node node = node_at(t, q, {tip_P, axis_P}, rounded, known);
   if (how == NodeAxis::great_circle) node.aim_axis_P = aim_axis_P;
   return node;
 }
 
-Node NodeMaker::node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
+Node NodeMaker::node_at(double t, const JointVector& q, const ToolPose& pose, bool rounded,
                         const KnownSines& known) const {
+  const Vec3& tip_P = pose.tip_P;
   Node node;
   node.t = t;
   node.tip_P = (1.0 - t) * a_->tip_P + t * b_->tip_P;
-  node.axis_P = axis_P;
+  node.axis_P = pose.axis_P;
   node.beside_P = tip_P - node.tip_P;
   JointVector placed = q;
   if (rounded) {

@@ -45,7 +45,7 @@ class NodeMaker {
   bool turn_to(const Vec3& axis_P, JointVector& q) const;
   /// A node that stands at rotary positions and tip as given.
   Node node_at(double t, const JointVector& q, const Vec3& tip_P, bool rounded) const {
-    return node_at(t, q, tip_P, axis_at(t), rounded, {});
+    return node_at(t, q, {tip_P, axis_at(t)}, rounded, {});
   }
   /// Where the rotary axes come to when they follow the great circle from `from` to `axis_P`, within their
   /// limits; linear axes as they stand.
@@ -55,7 +55,7 @@ class NodeMaker {
 
  private:
   Vec3 axis_at(double t) const { return slerp(a_->axis_P, b_->axis_P, t); }
-  Node node_at(double t, const JointVector& q, const Vec3& tip_P, const Vec3& axis_P, bool rounded,
+  Node node_at(double t, const JointVector& q, const ToolPose& pose, bool rounded,
                const KnownSines& known) const;
   void set_rotary(const Vec3& axis_P, JointVector& q, KnownSines& known) const;
   bool reach(const RotarySolution& solution, const Vec3& axis_P, JointVector& q) const;

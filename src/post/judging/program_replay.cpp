@@ -44,7 +44,9 @@ ProgramReplay::ProgramReplay(const Machine& machine, const nc::Controller& contr
             options.worst_count, figures_),
       reader_(
           controller, nc_file, diagnostics, [this](const nc::Block& block) { take(block); },
-          reader_options(options), [this](const nc::MotionRun& run) { take(run); }) {}
+          reader_options(options)) {
+  reader_.give_runs_to([this](const nc::MotionRun& run) { take(run); });
+}
 
 void ProgramReplay::take(const nc::Block& block) {
   // Motions, and what is told of as the motions it is made of, are no marks.

@@ -18,13 +18,18 @@ constexpr double kSkewShare = 0.1;
 // Motions of a hole: the verification sees so far ahead.
 constexpr std::size_t kMostMotions = 900;
 
-std::array<std::int64_t, 2> best_center(const nc::AxisFormat& format, const nc::AxisWords& from,
-                                        const nc::AxisWords& to, const Vec3& center, double radius_mm,
-                                        double& off_mm, double& radii_mm) {
+// The words of an arc's centre, by how much the arc is off with them, and by how much its radii differ.
+struct CenterWords {
+  std::array<std::int64_t, 2> quanta{};
+  double off_mm = 0.0, radii_mm = 0.0;
+};
+
+CenterWords best_center(const nc::AxisFormat& format, const nc::AxisWords& from, const nc::AxisWords& to,
+                        const Vec3& center, double radius_mm) {
   const auto mm = [&](std::int64_t quanta) { return format.internal(nc::AxisLetter::X, quanta); };
   const std::int64_t x0 = format.quanta(nc::AxisLetter::X, center.x());
   const std::int64_t y0 = format.quanta(nc::AxisLetter::Y, center.y());
-  std::array<std::int64_t, 2> best{};
+  CenterWords best;
   double least = std::numeric_limits<double>::infinity();
   constexpr std::int64_t kSearch = 2;  // quanta: ends are off by half of one in each direction
   for (std::int64_t x = x0 - kSearch; x <= x0 + kSearch; ++x) {
@@ -39,9 +44,7 @@ std::array<std::int64_t, 2> best_center(const nc::AxisFormat& format, const nc::
       const double cost = off + std::abs(end - start);
       if (cost >= least) continue;
       least = cost;
-      best = {x, y};
-      off_mm = off;
-      radii_mm = std::abs(end - start);
+      best = {{x, y}, off, std::abs(end - start)};
     }
   }
   return best;
@@ -132,12 +135,11 @@ Result<bool> ShapeMaker::make_arc(const cl::Arc& arc, std::size_t i, std::size_t
                                                           nc::AxisLetter::Z, target[nc::AxisLetter::Z]);
   }
   block.words = target;
-  double off_mm = 0.0;
-  double radii_mm = 0.0;
-  block.center = best_center(work_.posting.controller.numbers.axes, block.from, target, center, radius_mm,
-                             off_mm, radii_mm);
-  if (std::hypot(off_mm, flattened_mm) > kRoundingShare * tolerance_mm ||
-      radii_mm > work_.posting.controller.arcs.radius_tolerance_mm)
+  const CenterWords words =
+      best_center(work_.posting.controller.numbers.axes, block.from, target, center, radius_mm);
+  block.center = words.quanta;
+  if (std::hypot(words.off_mm, flattened_mm) > kRoundingShare * tolerance_mm ||
+      words.radii_mm > work_.posting.controller.arcs.radius_tolerance_mm)
     return false;
 
   const bool closes = arc.sweep.rad() > kTwoPi - 1e-9;
