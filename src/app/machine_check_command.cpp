@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/motion_plan.hpp"
 #include "trunnion/machine/reach.hpp"
 #include "trunnion/report/command_pages.hpp"
 
@@ -26,6 +28,10 @@ std::vector<std::string> left_open(const Machine& machine) {
       out.push_back("axis " + axis.name +
                     " has no rapid speed: feeds are not held below what it can, and times are guesses");
   }
+  const auto has_jerk = [](const Axis& axis) { return axis.jerk.has_value(); };
+  const bool any = std::any_of(machine.axes.begin(), machine.axes.end(), has_jerk);
+  if (any && !(MotionTime::is_known(machine) && MotionPlan::knows_jerk(machine)))
+    out.emplace_back("the jerk of axes is not used: not every axis has its acceleration and its jerk");
   if (machine.tool_length_mm <= 0.0)
     out.emplace_back("no [tool] length_mm: a tool file or the CL file must say how long each tool is");
   if (!machine.safe.table) out.emplace_back("no [table]: a rapid into the table is not seen");
@@ -59,6 +65,13 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
       out.push_back("the acceleration of " + axis.name + ", " + shortest_text(acceleration) +
                     (rotary ? " deg/s2, is less than 25: is it in rad/s2?"
                             : " mm/s2, is less than 25: is it in m/s2?"));
+    // Machines get to their acceleration in a hundredth of a second to a fifth.
+    constexpr double kLongestRamp_s = 0.5;
+    if (axis.jerk && *axis.acceleration > kLongestRamp_s * *axis.jerk)
+      out.push_back(
+          fmt::format("with its jerk {} takes {} s to get to its acceleration, more than 0.5: is it in {}?",
+                      axis.name, shortest_text(std::round(1e3 * *axis.acceleration / *axis.jerk) / 1e3),
+                      rotary ? "rad/s3" : "m/s3"));
   }
   constexpr Angle kAnyWay = Angle::degrees(1.0);
   if (machine.rotary_axes().size() == 2 && reach.every_way < kAnyWay && reach.one_way > kAnyWay)

@@ -49,66 +49,33 @@ double SpeedProfile::seconds() const {
 }
 
 LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-    : blend_mm_(blend_mm) {
-  for (AxisId id = 0; id < machine.axes.size(); ++id) {
-    acceleration_[id] = *machine.axes[id].acceleration;
-    per_acceleration_[id] = 1.0 / acceleration_[id];
-    is_linear_[id] = machine.axes[id].kind == AxisKind::linear;
-    digits_[id] = digits[id] / acceleration_[id];
-  }
-}
+    : ways_(machine, digits), blend_mm_(blend_mm) {}
 
 void LookAhead::add(const JointVector& from, const JointVector& to, double seconds) {
   Leg& leg = legs_.emplace_back();
-  double length2 = 0.0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) {
-    leg.along[id] = (to[id] - from[id]) * per_acceleration_[id];
-    length2 += leg.along[id] * leg.along[id];
-  }
-  leg.length = std::sqrt(length2);
-  leg.asked_s = seconds;
-  if (leg.length > 0.0) {
-    leg.per_length = 1.0 / leg.length;
-    double steepest = 0.0;
-    for (AxisId id = 0; id < kMaxAxes; ++id) {
-      leg.along[id] *= leg.per_length;
-      steepest = std::max(steepest, std::abs(leg.along[id]));
-    }
-    leg.acceleration = 1.0 / steepest;
-    leg.fastest2 = length2 / (seconds * seconds);
-  }
+  static_cast<AxisWay&>(leg) = ways_.of(from, to, seconds);
   leg.begins = begins_;
-  if (leg.begins == Begin::at_corner) {
+  if (leg.begins == BlockBegin::at_corner) {
     const Leg& last = before(legs_.size() - 1);
     if (leg.length > 0.0 && last.length > 0.0)
       begin_at_corner(last, leg);
     else
-      leg.begins = Begin::at_rest;  // a block that goes nowhere
+      leg.begins = BlockBegin::at_rest;  // a block that goes nowhere
   }
-  begins_ = Begin::at_corner;
-}
-
-// What rounded words turn the path by is no turn.
-double LookAhead::turn_of(AxisId id, const Leg& before, const Leg& leg) const {
-  const double rounded = digits_[id] * (before.per_length + leg.per_length);
-  return std::max(0.0, std::abs(leg.along[id] - before.along[id]) - rounded);
+  begins_ = BlockBegin::at_corner;
 }
 
 void LookAhead::begin_at_corner(const Leg& before, Leg& leg) const {
   double most = std::numeric_limits<double>::infinity();
   if (blend_mm_) {
-    double turn2_mm2 = 0.0;
-    for (AxisId id = 0; id < kMaxAxes; ++id) {
-      const double by = is_linear_[id] ? (leg.along[id] - before.along[id]) * acceleration_[id] : 0.0;
-      turn2_mm2 += by * by;
-    }
+    const double turn_mm = ways_.linear_turn(before, leg);
     // A parabola over z on either side passes the corner at turn * z / 4.
-    if (turn2_mm2 > 0.0) most = 4.0 * *blend_mm_ / std::sqrt(turn2_mm2);
+    if (turn_mm > 0.0) most = 4.0 * *blend_mm_ / turn_mm;
   }
   leg.turns_before = std::min(0.5 * before.length, most);
   leg.turns_behind = std::min(0.5 * leg.length, most);
   double largest = 0.0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) largest = std::max(largest, turn_of(id, before, leg));
+  for (AxisId id = 0; id < kMaxAxes; ++id) largest = std::max(largest, ways_.turn_of(id, before, leg));
   // `over` for all axes at once: none is steeper than 1.
   const double fast2 = std::max(before.fastest2, leg.fastest2);
   const double slow2 = std::min(before.fastest2, leg.fastest2);
@@ -125,7 +92,7 @@ LookAhead::Corner LookAhead::corner(const Leg& before, const Leg& leg) const {
     const double middle = (before.along[id] * leg.turns_behind + leg.along[id] * leg.turns_before) / length;
     out.steepest_before[id] = std::max(std::abs(before.along[id]), std::abs(middle));
     out.steepest_behind[id] = std::max(std::abs(leg.along[id]), std::abs(middle));
-    out.turn[id] = turn_of(id, before, leg) / length;
+    out.turn[id] = ways_.turn_of(id, before, leg) / length;
     largest = std::max(largest, out.turn[id]);
   }
   out.fastest2 = 1.0 / largest;  // over 0: no bound
@@ -140,7 +107,7 @@ double LookAhead::turns_at_end(std::size_t i) const {
 double LookAhead::most_at_end2(std::size_t i) const {
   if (i + 1 == legs_.size()) return 0.0;
   const Leg& next = legs_[i + 1];
-  return next.begins == Begin::unknown ? legs_[i].fastest2 : next.begin2;
+  return next.begins == BlockBegin::unknown ? legs_[i].fastest2 : next.begin2;
 }
 
 double LookAhead::straight(std::size_t i) const {
@@ -155,7 +122,7 @@ void LookAhead::bound() {
     if (leg.is_bounded && !changed) return;
     const double last_begin2 = leg.begin2;
     const Leg* next = i + 1 < legs_.size() ? &legs_[i + 1] : nullptr;
-    if (next == nullptr || next->begins != Begin::at_corner) {
+    if (next == nullptr || next->begins != BlockBegin::at_corner) {
       leg.before2 = std::min(leg.fastest2, most_at_end2(i));
     } else if (next->is_free && next->behind2 == next->fastest2) {
       leg.before2 = leg.fastest2;
@@ -165,8 +132,8 @@ void LookAhead::bound() {
           std::min(leg.fastest2, over(next->begin2, end.steepest_before, end.turn, next->turns_before));
     }
     leg.behind2 = std::min(leg.fastest2, leg.before2 + 2.0 * leg.acceleration * straight(i));
-    leg.begin2 = leg.begins == Begin::at_rest ? 0.0 : leg.behind2;
-    if (leg.begins == Begin::at_corner) {
+    leg.begin2 = leg.begins == BlockBegin::at_rest ? 0.0 : leg.behind2;
+    if (leg.begins == BlockBegin::at_corner) {
       leg.begin2 = std::min(leg.fastest2, before(i).fastest2);
       if (!leg.is_free || leg.behind2 != leg.fastest2) {
         const Corner begin = corner(before(i), leg);
@@ -184,9 +151,9 @@ SpeedProfile LookAhead::run(std::size_t i) {
   const Leg& leg = legs_[i];
   SpeedProfile out{leg.length,       leg.asked_s,      leg.fastest2,
                    leg.acceleration, leg.turns_behind, turns_at_end(i)};
-  out.begin2 = leg.begins == Begin::at_corner ? std::min(speed2_, leg.begin2) : leg.begin2;
+  out.begin2 = leg.begins == BlockBegin::at_corner ? std::min(speed2_, leg.begin2) : leg.begin2;
   out.behind2 = leg.behind2;
-  if (leg.begins != Begin::at_corner) {
+  if (leg.begins != BlockBegin::at_corner) {
     out.behind2 = std::min(leg.behind2, out.begin2);
   } else if (!leg.is_free || out.begin2 < leg.begin2 || leg.behind2 != leg.fastest2) {
     const Corner begin = corner(before(i), leg);

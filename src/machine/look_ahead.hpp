@@ -1,12 +1,13 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
 
 #include "trunnion/machine/machine.hpp"
+
+#include "machine/axis_ways.hpp"
 
 namespace trunnion {
 
@@ -38,24 +39,16 @@ class LookAhead {
   LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits);
 
   void add(const JointVector& from, const JointVector& to, double seconds);
-  void stop() { begins_ = Begin::at_rest; }
-  void lose() { begins_ = Begin::unknown; }
+  void stop() { begins_ = BlockBegin::at_rest; }
+  void lose() { begins_ = BlockBegin::unknown; }
   std::size_t waiting() const { return legs_.size(); }
   void settle(std::size_t count, std::vector<SpeedProfile>& out);
 
  private:
   using PerAxis = std::array<double, kMaxAxes>;
 
-  /// How a block begins: behind a stop, behind a way that is not known, or from the block before it.
-  enum class Begin : std::uint8_t { at_rest, unknown, at_corner };
-  struct Leg {
-    PerAxis along{};  // direction, of length 1
-    double length = 0.0;
-    double per_length = 0.0;  // 1 / length
-    double asked_s = 0.0;
-    double acceleration = 0.0;
-    double fastest2 = 0.0;
-    Begin begins = Begin::at_rest;
+  struct Leg : AxisWay {
+    BlockBegin begins = BlockBegin::at_rest;
     /// At the corner at its begin the path turns at an even rate over the end of the block before it and over
     /// its own begin: their lengths.
     double turns_before = 0.0, turns_behind = 0.0;
@@ -72,7 +65,6 @@ class LookAhead {
     double fastest2 = 0.0;
   };
 
-  double turn_of(AxisId id, const Leg& before, const Leg& leg) const;
   void begin_at_corner(const Leg& before, Leg& leg) const;
   Corner corner(const Leg& before, const Leg& leg) const;
   const Leg& before(std::size_t i) const { return i > 0 ? legs_[i - 1] : settled_; }
@@ -82,13 +74,12 @@ class LookAhead {
   void bound();
   SpeedProfile run(std::size_t i);
 
+  AxisWays ways_;
   std::optional<double> blend_mm_;
-  PerAxis acceleration_{}, per_acceleration_{}, digits_{};
-  std::array<bool, kMaxAxes> is_linear_{};
   std::vector<Leg> legs_;
-  Begin begins_ = Begin::at_rest;  // the next one
-  double speed2_ = 0.0;            // behind those that were settled
-  Leg settled_;                    // the last of them
+  BlockBegin begins_ = BlockBegin::at_rest;  // the next one
+  double speed2_ = 0.0;                      // behind those that were settled
+  Leg settled_;                              // the last of them
 };
 
 }  // namespace trunnion

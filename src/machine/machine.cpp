@@ -84,12 +84,14 @@ Axis read_axis(Section& s) {
     read_positive(s, "rapid_deg_min", axis.rapid);
     read_positive(s, "max_feed_deg_min", axis.max_feed);
     read_positive(s, "acceleration_deg_s2", axis.acceleration);
+    read_positive(s, "jerk_deg_s3", axis.jerk);
   } else {
     axis.point_mm = s.find_vector("point_mm").value_or(Vec3::Zero());
     read_limits(s, axis, "min_mm", "max_mm");
     read_positive(s, "rapid_mm_min", axis.rapid);
     read_positive(s, "max_feed_mm_min", axis.max_feed);
     read_positive(s, "acceleration_mm_s2", axis.acceleration);
+    read_positive(s, "jerk_mm_s3", axis.jerk);
     read_positive(s, "screw_pitch_mm", axis.screw_pitch_mm);
     constexpr double kFinestPitch_mm = 0.01;
     if (axis.screw_pitch_mm && *axis.screw_pitch_mm < kFinestPitch_mm)

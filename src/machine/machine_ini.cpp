@@ -209,6 +209,7 @@ class IniReader {
       machine_.rapid[letter] = *speed * unit;  // units a second
     if (const auto rate = first("MAX_ACCELERATION"); rate && *rate > 0.0)
       machine_.acceleration[letter] = *rate * unit;  // units a second, a second
+    if (const auto jerk = first("MAX_JERK"); jerk && *jerk > 0.0) machine_.jerk[letter] = *jerk * unit;
   }
 
   std::vector<Entry> entries_;

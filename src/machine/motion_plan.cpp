@@ -1,6 +1,9 @@
 #include "trunnion/machine/motion_plan.hpp"
 
+#include <algorithm>
+
 #include "machine/look_ahead.hpp"
+#include "machine/smooth_ahead.hpp"
 
 namespace trunnion {
 
@@ -78,10 +81,38 @@ class MotionPlan::ManyAhead : public Kind {
   std::vector<SpeedProfile> profiles_;
 };
 
+/// One that keeps to the jerk of the axes, too.
+class MotionPlan::ManyAheadSmoothly : public Kind {
+ public:
+  ManyAheadSmoothly(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
+      : path_(machine, blend_mm, digits) {}
+
+  void add(const Block& block) override {
+    if (block.apart) path_.stop();
+    path_.add(block.from, block.to, block.seconds);
+    if (block.apart) path_.stop();
+  }
+  void stop() override { path_.stop(); }
+  void rest() override { path_.stop(); }
+  void lose() override { path_.lose(); }
+  std::size_t waiting() const override { return path_.waiting(); }
+  void settle(std::size_t count, std::vector<BlockRun>& out) override { path_.settle(count, out, nullptr); }
+
+ private:
+  SmoothAhead path_;
+};
+
+bool MotionPlan::knows_jerk(const Machine& machine) {
+  return std::all_of(machine.axes.begin(), machine.axes.end(),
+                     [](const Axis& axis) { return axis.jerk.has_value(); });
+}
+
 MotionPlan::MotionPlan(const Machine& machine, const BlockEnds& ends, const JointVector& digits,
                        PlanOf what) {
   if (ends.stops)
     kind_ = std::make_unique<OneAhead>(machine, std::nullopt, what);
+  else if (ends.looks_ahead && knows_jerk(machine))
+    kind_ = std::make_unique<ManyAheadSmoothly>(machine, ends.blend_mm, digits);
   else if (ends.looks_ahead)
     kind_ = std::make_unique<ManyAhead>(machine, ends.blend_mm, digits, what);
   else

@@ -65,6 +65,8 @@ std::string axis_text(const NewMachine& machine, char letter) {
   const auto acceleration = machine.acceleration.find(letter);
   if (acceleration != machine.acceleration.end())
     out += "acceleration" + suffix + "_s2 = " + number(acceleration->second / unit) + "\n";
+  const auto jerk = machine.jerk.find(letter);
+  if (jerk != machine.jerk.end()) out += "jerk" + suffix + "_s3 = " + number(jerk->second / unit) + "\n";
   return out;
 }
 

@@ -95,6 +95,7 @@ MIN_LIMIT = -100
 MAX_LIMIT = 50
 MAX_VELOCITY = 30
 MAX_ACCELERATION = 45
+MAX_JERK = 900
 [AXIS_C]
 MIN_LIMIT = -36000
 MAX_LIMIT = 36000
@@ -116,7 +117,10 @@ TEST(MachineOfIni, TakesPinsTravelsAndSpeeds) {
   EXPECT_NEAR(m->acceleration.at('A'), 45.0 * kRadPerDegree, 1e-12);
   EXPECT_FALSE(m->acceleration.contains('X'));
   const std::string text = machine_file_text(*m, "x");
-  EXPECT_NE(text.find("acceleration_deg_s2 = 45"), std::string::npos) << text;
+  EXPECT_NE(text.find("acceleration_deg_s2 = 45\njerk_deg_s3 = 900"), std::string::npos) << text;
+  const auto read = parse_machine(text, "mine.toml", diagnostics);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_NEAR(read->axes[3].jerk.value(), 900.0 * kRadPerDegree, 1e-12);
 }
 
 std::string message_of(std::string text, const std::string& old, const std::string& with) {

@@ -59,6 +59,7 @@ struct Axis {
   std::optional<double> rapid;         // mm/s, rad/s
   std::optional<double> max_feed;      // mm/s, rad/s
   std::optional<double> acceleration;  // largest, mm/s2, rad/s2
+  std::optional<double> jerk;          // largest, mm/s3, rad/s3
   std::optional<double> screw_pitch_mm;
   bool carries_part = false;
 

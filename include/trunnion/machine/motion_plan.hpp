@@ -33,6 +33,10 @@ class MotionPlan {
   MotionPlan& operator=(MotionPlan&&) noexcept;
   ~MotionPlan();
 
+  /// The machine file says of every axis how fast its acceleration changes (Axis::jerk). Kept by controls
+  /// that look many blocks ahead.
+  static bool knows_jerk(const Machine& machine);
+
   /// A block, straight in all axes.
   struct Block {
     const JointVector& from;
@@ -62,6 +66,7 @@ class MotionPlan {
   class Kind;
   class OneAhead;
   class ManyAhead;
+  class ManyAheadSmoothly;
   std::unique_ptr<Kind> kind_;
 };
 

@@ -24,6 +24,7 @@ struct NewMachine {
   std::map<char, Travel> travel;        // of every axis
   std::map<char, double> rapid;         // mm/s, rad/s; may be left out
   std::map<char, double> acceleration;  // mm/s2, rad/s2; may be left out
+  std::map<char, double> jerk;          // mm/s3, rad/s3; may be left out
   /// The CL file's zero, rotary axes at 0; nothing: the point that is given of the innermost rotary axis.
   std::optional<Vec3> part_zero_mm;
   double tool_length_mm = 0.0;  // gauge length
