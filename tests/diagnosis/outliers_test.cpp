@@ -110,5 +110,23 @@ TEST(Outliers, AreNotAFewReadingsInARow) {
   }
 }
 
+// Among the smooth functions is a level of each run. Where a run is read in three directions its set-up takes
+// that up, and rounding is left: scaled up to the length of the others it was a column of the first reading
+// alone, which then was never wild.
+TEST(Outliers, AreLeftOutWhereARunBegins) {
+  for (const char* run : {"straight_x", "straight_y", "straight_z"}) {
+    const Dataset good = lasers(kNothing, 7);
+    std::size_t first = 0;
+    while (good.context.runs[good.run_of(good.readings[first])].id != run) ++first;
+    for (std::size_t i = first; i < first + 3; ++i) {
+      Dataset data = good;
+      data.readings[i].value += 10e-3;
+      const Fit f = fitted(data);
+      EXPECT_TRUE(f.outlier[i]) << "reading " << i - first << " of " << run;
+      EXPECT_LE(left_out(f), 2);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

@@ -110,7 +110,7 @@ Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& mo
   const Atoms nothing(o, core, {});
   const Remainder all = nothing.remainder({});
   const auto room = static_cast<Eigen::Index>(std::clamp(core.dof() / 5.0, 0.0, kMostSurrogate));
-  const NoiseScale noise = noise_scale(nothing, all, core.projected(smooth_surrogate(o, room)), 1);
+  const NoiseScale noise = noise_scale(nothing, all, smooth_surrogate(o, core, room), 1);
   Structures structures(o);
   structures.fit_to(core);
   for (const auto& t : leftover(nothing, all, structures, noise).tests)

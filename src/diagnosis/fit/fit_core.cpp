@@ -370,13 +370,22 @@ class Fitter {
 }  // namespace
 
 MatrixXd FitCore::projected(const MatrixXd& raw_columns) const {
+  constexpr double kRounding = 1e-9;  // of a column: more is left of one that is only nearly taken up
   MatrixXd out = MatrixXd::Zero(white.size(), raw_columns.cols());
-  out.topRows(raw_columns.rows()) = raw_columns;
-  whitening->apply(out.topRows(raw_columns.rows()));
+  if (out.size() == 0) return out;
+  auto readings = out.topRows(raw_columns.rows());
+  readings = raw_columns;
+  whitening->whiten(readings);
+  const Eigen::RowVectorXd whole = readings.colwise().norm();
+  whitening->take_setups(readings);
   if (basis.cols() > 0) {
     out -= basis * (basis.transpose() * out);
     out -= basis * (basis.transpose() * out);  // twice is enough (Giraud et al. 2005)
   }
+  // Who scales the columns to the same length would scale up rounding. It is large in the first row of a run,
+  // as a rule, and a column of that row alone follows its reading, however wild.
+  for (Eigen::Index k = 0; k < out.cols(); ++k)
+    if (out.col(k).norm() < kRounding * whole[k]) out.col(k).setZero();
   return out;
 }
 

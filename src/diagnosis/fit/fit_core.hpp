@@ -34,7 +34,7 @@ struct FitCore {
   }
   Eigen::Index prior_count() const { return white.size() - raw.size(); }
   /// Raw columns of candidates -> whitened, without set-ups and without what the base imitates; rows as
-  /// `white`.
+  /// `white`. 0 where nothing but rounding is left.
   MatrixXd projected(const MatrixXd& raw_columns) const;
 };
 

@@ -4,6 +4,7 @@
 #include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/median.hpp"
+#include "diagnosis/search/neighbours.hpp"
 #include "diagnosis/search/structure.hpp"
 
 namespace trunnion::diagnosis {
@@ -25,24 +26,27 @@ double robust_sigma(const VectorXd& r, const std::vector<bool>& used) {
   return kMadToSigma * size[size.size() / 2];
 }
 
+std::vector<bool> beyond(double limit, const VectorXd& r, const std::vector<bool>& used) {
+  std::vector<bool> out(used.size());
+  for (std::size_t k = 0; k < used.size(); ++k)
+    out[k] = !used[k] || std::abs(r[static_cast<Eigen::Index>(k)]) > limit;
+  return out;
+}
+
 // Where outliers are many, those below kOutlier are many too, and a few of them side by side look like an
-// effect. A mixture of the noise and a wide Gaussian, its share and width taken from the readings beyond
-// kOutlier: the limit is where a reading is as likely one as the other.
-double outlier_limit(const VectorXd& r, const std::vector<bool>& used) {
-  double far = 0.0, squares = 0.0, all = 0.0;
-  for (Eigen::Index k = 0; k < r.size(); ++k) {
-    if (!used[static_cast<std::size_t>(k)]) {
-      // Left out in an earlier round: an outlier at least as far as the limit.
-      far += 1.0;
-      squares += std::max(r[k] * r[k], kOutlier * kOutlier);
-    } else if (std::abs(r[k]) > kOutlier) {
-      far += 1.0;
-      squares += r[k] * r[k];
-    }
-    all += 1.0;
+// effect. A mixture of the noise and a wide Gaussian, its share and width taken from the sure outliers: the
+// limit is where a reading is as likely one as the other.
+double outlier_limit(const VectorXd& r, const std::vector<bool>& sure) {
+  double far = 0.0, squares = 0.0;
+  for (std::size_t k = 0; k < sure.size(); ++k) {
+    if (!sure[k]) continue;
+    const double size = r[static_cast<Eigen::Index>(k)];
+    far += 1.0;
+    // One that was left out in an earlier round has no residual; it was at least as far as the limit.
+    squares += std::max(size * size, kOutlier * kOutlier);
   }
   if (far < kFewestForMixture) return kOutlier;
-  const double share = far / all, width = std::sqrt(squares / far);
+  const double share = far / static_cast<double>(sure.size()), width = std::sqrt(squares / far);
   // share / width exp(-t^2 / 2 width^2) = (1 - share) exp(-t^2 / 2)
   const double t2 = 2.0 * std::log((1.0 - share) * width / share) / (1.0 - 1.0 / (width * width));
   return std::clamp(std::sqrt(std::max(t2, 0.0)), kNearestOutlier, kOutlier);
@@ -73,8 +77,7 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   const auto& used = fit.whitening->noise().used;
   const Eigen::Index rank = fit.basis.cols();
   const MatrixXd surrogate =
-      fit.projected(smooth_surrogate(o, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostOutlierColumns)))
-          .topRows(n);
+      smooth_surrogate(o, fit, std::clamp<Eigen::Index>((n - rank) / 5, 0, kMostOutlierColumns)).topRows(n);
   MatrixXd z(n, rank + surrogate.cols());
   z << fit.basis.topRows(n), surrogate;
   for (Eigen::Index k = 0; k < z.cols(); ++k)
@@ -93,15 +96,11 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   }
   const double left = static_cast<double>(n) / std::max(1.0, static_cast<double>(n - z.cols()));
   r /= sigma * std::sqrt(left);
-  const double limit = outlier_limit(r, used);
-  std::vector<bool> out(static_cast<std::size_t>(n));
-  Eigen::Index count = 0;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    out[static_cast<std::size_t>(k)] = std::abs(r[k]) > limit || !used[static_cast<std::size_t>(k)];
-    count += out[static_cast<std::size_t>(k)] ? 1 : 0;
-  }
-  if (static_cast<double>(count) > kMostOutliers * static_cast<double>(n))
-    out.assign(static_cast<std::size_t>(n), false);
+  // What a missing effect puts beyond kOutlier says nothing of how many outliers there are below.
+  const std::vector<bool> sure = isolated_outliers(o, fit, beyond(kOutlier, r, used));
+  std::vector<bool> out = beyond(outlier_limit(r, sure), r, used);
+  const auto count = std::count(out.begin(), out.end(), true);
+  if (static_cast<double>(count) > kMostOutliers * static_cast<double>(n)) out.assign(out.size(), false);
   return out;
 }
 

@@ -8,6 +8,7 @@
 
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/search/covariates.hpp"
 
@@ -196,28 +197,28 @@ MatrixXd StructureBlock::columns() const {
   return column_products(weights->middleCols(first, count), *functions);
 }
 
-MatrixXd smooth_surrogate(const Observations& o, Eigen::Index limit) {
-  return smooth_surrogate(structure_blocks(o), o.size(), limit);
+MatrixXd smooth_surrogate(const Observations& o, const FitCore& fit, Eigen::Index limit) {
+  return smooth_surrogate(structure_blocks(o), fit, limit);
 }
 
-MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, Eigen::Index readings, Eigen::Index limit) {
+MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, const FitCore& fit, Eigen::Index limit) {
   std::stable_sort(blocks.begin(), blocks.end(), [](const StructureBlock& a, const StructureBlock& b) {
     return std::pair(a.pair, a.degree) < std::pair(b.pair, b.degree);
   });
-  std::vector<const StructureBlock*> taken;
-  Eigen::Index width = 0;
-  for (const StructureBlock& block : blocks) {
-    if (block.single || width + block.width() > limit) continue;
-    taken.push_back(&block);
-    width += block.width();
-  }
-  MatrixXd out(readings, width);
+  MatrixXd out(fit.white.size(), limit);
   Eigen::Index at = 0;
-  for (const StructureBlock* block : taken) {
-    out.middleCols(at, block->width()) = block->columns();
-    at += block->width();
+  for (const StructureBlock& block : blocks) {
+    if (block.single) continue;
+    const MatrixXd columns = fit.projected(block.columns());
+    std::vector<Eigen::Index> left;  // levels of runs, for one, are in the set-ups mostly
+    for (Eigen::Index k = 0; k < columns.cols(); ++k)
+      if (columns.col(k).squaredNorm() > 0.0) left.push_back(k);
+    const auto width = static_cast<Eigen::Index>(left.size());
+    if (at + width > limit) continue;
+    out.middleCols(at, width) = columns(Eigen::all, left);
+    at += width;
   }
-  return out;
+  return out.leftCols(at);
 }
 
 }  // namespace trunnion::diagnosis

@@ -7,6 +7,8 @@
 
 namespace trunnion::diagnosis {
 
+struct FitCore;
+
 /// Waves along a range that are looked for: cycles, and from one to the next, so that their lines overlap.
 inline constexpr double kSlowestWave = 1.5, kFastestWave = 16.0, kWaveStep = 0.5;
 
@@ -36,8 +38,9 @@ int joint_variation(const VectorXd& a, const VectorXd& b);
 std::vector<StructureBlock> structure_blocks(const Observations& observations);
 
 /// A smooth surrogate for anything that may be missing: the lowest degrees of all blocks, at most `limit`
-/// columns. Noise is judged beside it, so that a missing effect is not taken for noise.
-MatrixXd smooth_surrogate(const Observations& observations, Eigen::Index limit);
-MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, Eigen::Index readings, Eigen::Index limit);
+/// columns, as FitCore::projected leaves them. Noise is judged beside it, so that a missing effect is not
+/// taken for noise.
+MatrixXd smooth_surrogate(const Observations& observations, const FitCore& fit, Eigen::Index limit);
+MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, const FitCore& fit, Eigen::Index limit);
 
 }  // namespace trunnion::diagnosis

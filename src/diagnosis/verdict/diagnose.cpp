@@ -105,7 +105,7 @@ class Engine {
                                                   std::max(kFewestSimulations, options_.simulations)),
                                        options_.seed);
     const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
-    const MatrixXd surrogate = atoms.base().projected(smooth_surrogate(structures_.blocks, o_.size(), room));
+    const MatrixXd surrogate = smooth_surrogate(structures_.blocks, atoms.base(), room);
     const Remainder nothing = atoms.remainder({});
     const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
     const auto [first, judged] = beside_what(atoms, of_base, surrogate);
