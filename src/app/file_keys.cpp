@@ -112,7 +112,10 @@ std::vector<Probe> model_probes() {
       text.replace(at, 2, values);
     return text;
   };
-  return {{"[model]\n[setup]\n" + effect("id = \"location:C\"\n", "X0C_um = 1"), {}, {}, {}},
+  return {{"[model]\n[model.valid]\nX_mm = [0, 1]\n[setup]\n" + effect("id = \"location:C\"\n", "X0C_um = 1"),
+           {},
+           {},
+           {}},
           {effect("id = \"user:probe\"\njoint = \"C\"\ncomponent = \"EZC\"\nexpression = \"k * "
                   "sin(C)\"\nrange = { k_um = [0, 2] }\n",
                   "k_um = 1"),

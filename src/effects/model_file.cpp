@@ -365,10 +365,35 @@ void note_doubles(const Model& model, Diagnostics& diagnostics) {
   }
 }
 
-void read_head(Section& root, Model& model) {
+MeasuredRanges read_valid(Section& valid, const Machine& machine) {
+  MeasuredRanges out;
+  for (const std::string& key : valid.keys("^([XYZUVW]_mm|[ABC]_deg|T_.+_degC)$")) {
+    const auto axis = std::find_if(machine.axes.begin(), machine.axes.end(),
+                                   [&](const Axis& a) { return range_of_axis(a, 0.0, 0.0).key == key; });
+    const bool of_axis = axis != machine.axes.end();
+    if (!of_axis && !(key.starts_with("T_") && key.ends_with("_degC"))) {
+      valid.error(key, "'" + key +
+                           "' is the range of no axis of this machine (X_mm, C_deg) and of no temperature "
+                           "(T_name_degC)");
+      continue;
+    }
+    const auto ends = valid.find_numbers(key);  // an axis' in mm or rad
+    if (!ends) continue;
+    if (ends->size() != 2 || (*ends)[0] > (*ends)[1])
+      valid.error(key, "'" + key + "' must be two numbers, the smaller first");
+    else if (of_axis)
+      out.push_back(range_of_axis(*axis, (*ends)[0], (*ends)[1]));
+    else
+      out.push_back({key, (*ends)[0], (*ends)[1]});
+  }
+  return out;
+}
+
+void read_head(Section& root, const Machine& machine, Model& model) {
   if (auto s = root.find_section("model")) {
     model.name = s->find_text("name").value_or("");
     model.parent = s->find_text("parent");
+    if (auto valid = s->find_section("valid")) model.valid = read_valid(*valid, machine);
     s->finish();
   }
   if (auto s = root.find_section("setup")) {
@@ -472,7 +497,7 @@ Result<Model> parse_model(std::string_view toml, const std::string& file, const 
   model.context = context;
   for (const Axis& axis : machine.axes) model.axes.push_back(axis.name);
   Section root(*value, "file", file, diagnostics);
-  read_head(root, model);
+  read_head(root, machine, model);
   EffectReader reader(machine, model);
   for (Section& s : root.sections("effect")) reader.read(s);
   root.finish();
@@ -496,6 +521,12 @@ std::string model_text(const Model& model) {
   config::Table head;
   head.emplace_back("name", text_value(model.name));
   if (model.parent) head.emplace_back("parent", text_value(*model.parent));
+  if (!model.valid.empty()) {
+    config::Table valid;
+    for (const MeasuredRange& r : model.valid)
+      valid.emplace_back(r.key, config::Value{config::Array{{r.low, {}}, {r.high, {}}}, {}});
+    head.emplace_back("valid", config::Value{std::move(valid), {}});
+  }
   config::Table root;
   root.emplace_back("model", config::Value{std::move(head), {}});
   if (model.setup_translation == SetupTranslation::fixed) {

@@ -245,6 +245,7 @@ std::string evaluation_json(const Evaluation& e, const Machine& machine) {
                        {"replicate_p_value", optional(e.replicate_p)},
                        {"replicate_um", optional(e.replicate_um)},
                        {"verdict", e.verdict},
+                       {"beyond_measured", e.beyond},
                        {"runs", runs},
                        {"worst", worst},
                        {"by_covariate", dependences(e.by_covariate)}});

@@ -78,6 +78,7 @@ std::string diagnosis_text(const Diagnosis& d) {
 std::string evaluation_text(const Evaluation& e) {
   constexpr std::size_t kWorst = 5;
   std::string out = e.verdict + "\n";
+  if (!e.beyond.empty()) out += "The model was not measured where these readings lie: " + e.beyond + ".\n";
   for (const auto& [size, unit] : {std::pair{e.displacement, "um"}, std::pair{e.rotation, "urad"}})
     if (std::isfinite(size.rms))
       out += "RMS " + number(size.rms) + " " + unit + ", 95 % within " + number(size.p95) + " " + unit +

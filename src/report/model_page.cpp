@@ -249,6 +249,8 @@ Page evaluation_page(const ModelPageInput& input, const Model& model, const diag
   if (e.displacement.rms > 0.0)
     page.verdict += " It leaves " + um_text(e.displacement.rms) + " rms, at most " +
                     um_text(e.displacement.largest) + ".";
+  if (!e.beyond.empty())
+    page.verdict += " The model was not measured where these readings lie: " + e.beyond + ".";
   page.facts.insert(page.facts.end(), {{"chi2", "chi-square", short_number(e.chi2, 5), e.chi2},
                                        {"dof", "degrees of freedom", short_number(e.dof, 6), e.dof}});
   const Residuals residuals = residuals_of(*input.machine, *input.data, as_it_stands(input, model));

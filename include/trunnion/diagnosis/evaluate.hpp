@@ -36,6 +36,8 @@ struct Evaluation {
   /// Lack of fit against repeated readings; nothing without repeats.
   std::optional<double> replicate_p, replicate_um;
   std::string verdict;  // one sentence
+  /// Where these readings lie beyond those that the model is from, as `beyond_measured` says it.
+  std::string beyond;
   std::vector<RunResidual> runs;
   std::vector<RowResidual> worst;
   std::vector<Dependence> by_covariate;  // all tried, the surest first

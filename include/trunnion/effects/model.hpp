@@ -14,6 +14,7 @@
 #include "trunnion/effects/deviation.hpp"
 #include "trunnion/effects/effect.hpp"
 #include "trunnion/effects/library.hpp"
+#include "trunnion/effects/measured_range.hpp"
 
 namespace trunnion {
 
@@ -56,6 +57,7 @@ struct Model {
   std::optional<std::string> parent;
   SetupTranslation setup_translation = SetupTranslation::free;
   std::vector<ModelEffect> effects;
+  MeasuredRanges valid;           // where the readings were that its numbers are from; empty: not said
   EffectContext context;          // sensors and runs that the indices in its effects count
   std::vector<std::string> axes;  // names of the machine's, for messages
 

@@ -118,6 +118,9 @@ Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& mo
                                    [&](const Dependence& d) { return d.covariate == t.covariate; }))
       out.by_covariate.push_back({t.covariate, t.p});
   out.verdict = sentence(out);
+  out.beyond = beyond_measured(
+      model.valid, ranges_of(machine, data.context.names, data.readings.size(),
+                             [&](std::size_t i) { return data.track.state(data.readings[i].row); }));
   return out;
 }
 

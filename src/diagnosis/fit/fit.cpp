@@ -1,10 +1,27 @@
 #include "trunnion/diagnosis/fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "diagnosis/fit/usual_size.hpp"
 
 namespace trunnion::diagnosis {
+namespace {
+
+// Where the readings were that the fitted numbers are from: those of this fit, and those of an earlier one
+// where it keeps some of the numbers.
+MeasuredRanges valid_ranges(const Observations& o, const Model& given) {
+  const MeasuredRanges here =
+      ranges_of(o.machine(), o.data().context.names, static_cast<std::size_t>(o.size()),
+                [&](std::size_t i) { return o.state(static_cast<Eigen::Index>(i)); });
+  const bool keeps = std::any_of(given.effects.begin(), given.effects.end(), [](const ModelEffect& effect) {
+    return std::any_of(effect.parameters.begin(), effect.parameters.end(),
+                       [](const ParameterValue& p) { return p.fixed || p.prior; });
+  });
+  return keeps ? joined(given.valid, here) : here;
+}
+
+}  // namespace
 
 Fit fit(const Machine& machine, const Dataset& data, const Model& given, const FitOptions& options) {
   return fit(Observations(machine, data), given, options);
@@ -19,6 +36,7 @@ Fit fit(const Observations& observations, const Model& given, const FitOptions& 
   const SizedFit sized = with_usual_sizes(observations, model, std::move(own), options);
   const FitCore& core = sized.core;
   out.model = core.model;
+  out.model.valid = valid_ranges(observations, given);
   out.sigma_factor = sized.sigma_factor;
   for (std::size_t k = 0; k < core.free.size(); ++k) {
     ParameterValue& p = out.model.effects[core.free[k].effect].parameters[core.free[k].index];

@@ -21,7 +21,8 @@ Pipeline::Pipeline(const PostJob& job, const PostOptions& options)
       plain_(work_, places_, bend_, blocks_, segments_),
       shapes_(work_, words_, places_, blocks_, segments_),
       cutter_words_(work_, words_),
-      events_(work_, head_, safe_way_, cutter_words_) {}
+      events_(work_, head_, safe_way_, cutter_words_),
+      reach_(work_.posting) {}
 
 void Pipeline::set_tool(const SpindleTool& tool) {
   work_.set_tool(tool);
@@ -44,6 +45,7 @@ Result<void> Pipeline::emit(Chunk& chunk) {
   if (!head_.is_written()) {
     if (auto begun = begin_text(chunk); !begun) return begun;
   }
+  reach_.take(chunk);
   tell_pole(work_);
   if (work_.posting.options.tilted_plane && !chunk.motions.empty()) choose_plane(work_);
   auto done = emit_run();
@@ -126,6 +128,7 @@ Result<void> Pipeline::finish(const Intake& intake, Chunk& end) {
 
 Result<PostReport> Pipeline::report() {
   if (auto r = work_.axis_words.tell_beyond_travel(work_.posting); !r) return tl::unexpected(r.error());
+  reach_.warn(work_.posting);
   work_.posting.report.nc_lines = work_.posting.writer.lines();
   return std::move(work_.posting.report);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include "post/intake/intake.hpp"
 #include "post/making/event_maker.hpp"
+#include "post/making/measured_reach.hpp"
 #include "post/making/plain_motions.hpp"
 #include "post/making/shape_maker.hpp"
 
@@ -54,6 +55,7 @@ class Pipeline {
   ShapeMaker shapes_;
   CutterWords cutter_words_;
   EventMaker events_;
+  MeasuredReach reach_;
 };
 
 }  // namespace trunnion::post
