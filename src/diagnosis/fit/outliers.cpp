@@ -96,11 +96,14 @@ std::vector<bool> find_outliers(const Observations& o, const FitCore& fit) {
   }
   const double left = static_cast<double>(n) / std::max(1.0, static_cast<double>(n - z.cols()));
   r /= sigma * std::sqrt(left);
+  const auto too_many = [n](const std::vector<bool>& flags) {
+    const auto count = std::count(flags.begin(), flags.end(), true);
+    return static_cast<double>(count) > kMostOutliers * static_cast<double>(n);
+  };
+  std::vector<bool> out = beyond(kOutlier, r, used);
   // What a missing effect puts beyond kOutlier says nothing of how many outliers there are below.
-  const std::vector<bool> sure = isolated_outliers(o, fit, beyond(kOutlier, r, used));
-  std::vector<bool> out = beyond(outlier_limit(r, sure), r, used);
-  const auto count = std::count(out.begin(), out.end(), true);
-  if (static_cast<double>(count) > kMostOutliers * static_cast<double>(n)) out.assign(out.size(), false);
+  if (!too_many(out)) out = beyond(outlier_limit(r, isolated_outliers(o, fit, out)), r, used);
+  if (too_many(out)) out.assign(out.size(), false);
   return out;
 }
 

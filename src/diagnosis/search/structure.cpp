@@ -208,13 +208,12 @@ MatrixXd smooth_surrogate(std::vector<StructureBlock> blocks, const FitCore& fit
   MatrixXd out(fit.white.size(), limit);
   Eigen::Index at = 0;
   for (const StructureBlock& block : blocks) {
-    if (block.single) continue;
+    if (block.single || at + block.width() > limit) continue;
     const MatrixXd columns = fit.projected(block.columns());
     std::vector<Eigen::Index> left;  // levels of runs, for one, are in the set-ups mostly
     for (Eigen::Index k = 0; k < columns.cols(); ++k)
       if (columns.col(k).squaredNorm() > 0.0) left.push_back(k);
     const auto width = static_cast<Eigen::Index>(left.size());
-    if (at + width > limit) continue;
     out.middleCols(at, width) = columns(Eigen::all, left);
     at += width;
   }
