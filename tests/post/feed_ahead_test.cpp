@@ -66,6 +66,33 @@ TEST(FeedAhead, EveryFeedIsReachedOnEveryControl) {
   }
 }
 
+// Where axes have a jerk, F words are planned with it, and read again they are reached.
+TEST(FeedAhead, JerkIsKeptWhereAControlLooksAhead) {
+  std::size_t slower = 0;
+  for (const std::string& control : test::shipped_controllers()) {
+    const std::string cl = test::sample_path(6, 600);
+    Machine machine = accelerating(60.0, 1.0);
+    const auto without = posted(cl, machine, {}, control);
+    for (Axis& axis : machine.axes) axis.jerk = 10.0 * *axis.acceleration;
+    const auto planned = posted(cl, machine, {}, control);
+    PostOptions options;
+    options.feeds_within_reach = false;
+    const auto today = posted(cl, machine, options, control);
+    ASSERT_TRUE(without.report && planned.report && today.report) << control;
+    const VerifyReport& w = *without.report->verification;
+    const VerifyReport& p = *planned.report->verification;
+    EXPECT_TRUE(p.passed()) << control;
+    EXPECT_GE(*p.estimated_s, 0.999 * *w.estimated_s) << control;
+    if (planned.nc == without.nc) continue;  // stops, or looks one block ahead
+    ++slower;
+    EXPECT_GT(*p.estimated_s, 1.01 * *w.estimated_s) << control;
+    EXPECT_LT(p.max_feed_excess, 1.1) << control;
+    EXPECT_GT(today.report->verification->max_feed_excess, 1.5) << control;
+    EXPECT_LT(p.duration_s, 1.01 * *p.estimated_s) << control;
+  }
+  EXPECT_GT(slower, 2U);
+}
+
 // Short cuts with a rapid behind each, where a control that blends comes to rest with all of its
 // acceleration: the words that are planned before are those that the verification asks for.
 TEST(FeedAhead, TheLastBlockBeforeARapidIsAsFastAsItMayBe) {

@@ -145,7 +145,7 @@ struct FollowedSample {
   JointVector direction;  // sense of the axis' last motion: 1, -1 or 0
   /// By which `actual - commanded` may be wrong: independent errors, a standard deviation each.
   std::vector<JointVector> unsure;
-  bool is_reading = true;  // else it says no more than how the axes came there
+  bool is_reading = true;                   // else it says no more than how the axes came there
   std::size_t first_row = 0, last_row = 0;  // of the trace, of which it is the mean
   double length_mm = 0.0;
   std::uint32_t nc_line = 0;
