@@ -21,8 +21,6 @@ constexpr double kApart = 0.15;  // of the largest delay: what differs by less i
 constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
 constexpr double kSure = 3.0;  // sigmas
-// Of -2 log of a likelihood; neighbours are means of the same rows: so many count as one.
-constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
 // A mean is inside of a curve by a sixth of what the command at both ends of its time is off from going on
 // straight; of a corner anywhere in it by a seventh, root mean square.
 constexpr double kUnseenBend = 1.0 / 6.0;
@@ -88,7 +86,6 @@ void DelayFit::choose_terms() {
     const int c = static_cast<int>(id);
     const bool moves = way[c] > 1e-4 * most && way[c] > 1e-3 * count;
     if (moves) terms_.push_back({Kind::lag, id});
-    if (moves) moving_.push_back(id);
     terms_.push_back({Kind::offset, id});
     // Both senses, each for a while.
     if (moves && std::min(plus[c], minus[c]) > 0.02 * count) terms_.push_back({Kind::backlash, id});
@@ -269,41 +266,16 @@ void DelayFit::refine() {
   find_bends();
   iterate();
   judge();
-  add_smaller_lags();
   const std::vector<Term> before = terms_;
   const double before_shared = unlikeliness();
   std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
   terms_.push_back({Kind::shared, 0});
   find_shared();
   judge();
+  // Neighbours are means of the same rows: so many count as one.
+  constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
   if (unlikeliness() < before_shared - kMuchLess && terms_.back().value > kSure * terms_.back().sigma) return;
   terms_ = before;
-}
-
-// What is small beside the largest delay is no cause to be named first, but would be read as other errors.
-void DelayFit::add_smaller_lags() {
-  double least = unlikeliness();
-  for (bool found_one = true; found_one;) {
-    found_one = false;
-    const std::vector<Term> before = terms_;
-    std::vector<Term> best;
-    for (const AxisId id : moving_) {
-      if (found(Kind::lag, id).value != 0.0) continue;
-      terms_ = before;
-      terms_.push_back({Kind::lag, id});
-      iterate();
-      find_bends();
-      iterate();
-      judge();
-      const double now = unlikeliness();
-      if (now >= least - kMuchLess || std::abs(terms_.back().value) <= kSure * terms_.back().sigma) continue;
-      least = now;
-      best = terms_;
-    }
-    found_one = !best.empty();
-    terms_ = found_one ? best : before;
-    find_bends();
-  }
 }
 
 // Of single rows the velocity scatters so much that least squares find the delay of all axes too small (its

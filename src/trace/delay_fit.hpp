@@ -79,7 +79,6 @@ class DelayFit {
   void iterate();
   double unlikeliness() const;
   void find_shared();
-  void add_smaller_lags();
   void find_bends();
   std::optional<Scaled> mean_command(std::size_t row, const std::vector<Scaled>& commands) const;
   double weight(const Row& row, double size) const;
@@ -94,7 +93,6 @@ class DelayFit {
   std::vector<Row> rows_;
   std::vector<std::size_t> row_of_;  // of each sample: its row + 1; 0: none
   std::vector<Term> terms_;
-  std::vector<AxisId> moving_;
   double before2_ = 0.0;
   double rounding_ = 1e-6;  // weights: what is beyond a few of it counts less
   bool has_run_ = false;
