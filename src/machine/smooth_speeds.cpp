@@ -7,7 +7,7 @@
 namespace trunnion {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr double kWider[] = {3.0, 1.7, 1.25, 1.09, 1.03};  // in one round after the other
 constexpr double kSteeper = 1.3;
 constexpr double kMoreAcceleration = 0.1;  // of the largest, beyond that
@@ -46,7 +46,7 @@ void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin, const Spee
   if (first_ == 1) {
     const double most2 = begin.kind == SpeedEnd::Kind::going ? begin.at2 : path.shape(cells[0]).most2;
     nodes_.push_back({0.0, most2});
-    knots_.push_back({0.0, 0.0, kInfinity});
+    knots_.push_back({0.0, 0.0, kUnbounded});
   }
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const double most2 = path.shape(cells[i]).most2;
@@ -63,7 +63,7 @@ void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin, const Spee
     nodes_.back().at = at - 0.25 * cells.back().length;
     nodes_.back().most2 = 0.0;
   } else {
-    knots_.push_back({at, 1.0, kInfinity});
+    knots_.push_back({at, 1.0, kUnbounded});
     nodes_.push_back({at, path.shape(cells.back()).most2});
   }
   for (std::size_t i = 0; i < knots_.size(); ++i) {
@@ -76,7 +76,7 @@ void SmoothSpeeds::bound(const SmoothPath& path) {
   const auto& cells = path.cells();
   const std::size_t count = nodes_.size();
   // Slopes that nobody can exceed, and with them speeds.
-  for (Knot& knot : knots_) knot.steepest = knot.from_rest = kInfinity;
+  for (Knot& knot : knots_) knot.steepest = knot.from_rest = kUnbounded;
   const auto straight = [&](std::size_t i) {
     const SmoothShape& shape = path.shape(cells[i]);
     double steepest = 0.0;
@@ -153,7 +153,7 @@ void SmoothSpeeds::sweep(bool forward, std::size_t from, double slope) {
     const double way = std::abs(next.at - node.at);
     const double at2 = node.*reached;
     double steepest = std::min(knot.steepest, knot.from_rest);
-    if (slope < kInfinity) {
+    if (slope < kUnbounded) {
       // Behind a fall it stands at a slow place: half of the change lies on either side, if that is more.
       const auto most = [&](double speed2) {
         const double change = node.per_bend / std::sqrt(speed2);
@@ -237,8 +237,8 @@ void SmoothSpeeds::put(const SmoothPath& path, std::vector<SpeedPiece>& out) con
 bool SmoothSpeeds::run(const SmoothPath& path, const SpeedEnd& begin) {
   bound(path);
   const bool going = begin.kind == SpeedEnd::Kind::going;
-  sweep(true, going ? 1 : 0, going ? begin.slope : kInfinity);
-  sweep(false, nodes_.size() - 1, kInfinity);
+  sweep(true, going ? 1 : 0, going ? begin.slope : kUnbounded);
+  sweep(false, nodes_.size() - 1, kUnbounded);
   if (going) nodes_[0].up2 = nodes_[0].down2 = begin.at2;
   round_tops();
   return !going || nodes_[1].value2 >= (1.0 - 1e-9) * nodes_[1].most2;
