@@ -171,7 +171,7 @@ def summary(results):
             if values:
                 told[key] = {"median": round(float(np.median(values)), 3), "at_90": round(values[int(0.9 * (len(values) - 1))], 3), "largest": round(values[-1], 3)}
         if ratios:
-            told["within_1.3"] = sum(r <= 1.3 for r in ratios)
+            told["within_1.3"] = int(sum(r <= 1.3 for r in ratios))
         out[kind] = told
     out["others"] = [r for r in results if "named" not in r]
     return out
