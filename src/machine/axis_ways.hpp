@@ -2,7 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <vector>
 
 #include "trunnion/machine/machine.hpp"
 
@@ -38,6 +38,47 @@ class AxisWays {
  private:
   std::array<double, kMaxAxes> acceleration_{}, per_acceleration_{}, digits_{};
   std::array<bool, kMaxAxes> is_linear_{};
+};
+
+/// Blocks of a path that wait to be settled. `Leg`: an AxisWay that knows how it `begins`.
+template <class Leg>
+class BlocksAhead {
+ public:
+  BlocksAhead(const Machine& machine, const JointVector& digits) : ways_(machine, digits) {}
+
+  const AxisWays& ways() const { return ways_; }
+  std::size_t size() const { return legs_.size(); }
+  bool empty() const { return legs_.empty(); }
+  Leg& operator[](std::size_t i) { return legs_[i]; }
+  const Leg& operator[](std::size_t i) const { return legs_[i]; }
+  /// The block before it: one that waits, or the last one that was settled.
+  const Leg& before(std::size_t i) const { return i > 0 ? legs_[i - 1] : settled_; }
+  /// The next block. True where a corner is between it and the one before.
+  bool add(const JointVector& from, const JointVector& to, double seconds) {
+    Leg& leg = legs_.emplace_back();
+    static_cast<AxisWay&>(leg) = ways_.of(from, to, seconds);
+    leg.begins = begins_;
+    begins_ = BlockBegin::at_corner;
+    if (leg.begins != BlockBegin::at_corner) return false;
+    if (leg.length > 0.0 && before(legs_.size() - 1).length > 0.0) return true;
+    leg.begins = BlockBegin::at_rest;  // a block that goes nowhere
+    return false;
+  }
+  void stop() { begins_ = BlockBegin::at_rest; }
+  void lose() { begins_ = BlockBegin::unknown; }
+  /// The next one goes on from the last: over a corner, where it goes on at all.
+  bool goes_on() const { return begins_ == BlockBegin::at_corner; }
+  /// The first `count` are settled.
+  void forget(std::size_t count) {
+    settled_ = legs_[count - 1];
+    legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+
+ private:
+  AxisWays ways_;
+  std::vector<Leg> legs_;
+  Leg settled_;
+  BlockBegin begins_ = BlockBegin::at_rest;  // the next one
 };
 
 }  // namespace trunnion

@@ -48,34 +48,27 @@ double SpeedProfile::seconds() const {
   return out + std::max(0.0, straight() - up - down) / std::sqrt(middle2);
 }
 
-LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-    : ways_(machine, digits), blend_mm_(blend_mm) {}
+LookAhead::LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits,
+                     PlanOf what)
+    : blend_mm_(blend_mm), what_(what), legs_(machine, digits) {}
 
 void LookAhead::add(const JointVector& from, const JointVector& to, double seconds) {
-  Leg& leg = legs_.emplace_back();
-  static_cast<AxisWay&>(leg) = ways_.of(from, to, seconds);
-  leg.begins = begins_;
-  if (leg.begins == BlockBegin::at_corner) {
-    const Leg& last = before(legs_.size() - 1);
-    if (leg.length > 0.0 && last.length > 0.0)
-      begin_at_corner(last, leg);
-    else
-      leg.begins = BlockBegin::at_rest;  // a block that goes nowhere
-  }
-  begins_ = BlockBegin::at_corner;
+  if (!legs_.add(from, to, seconds)) return;
+  const std::size_t last = legs_.size() - 1;
+  begin_at_corner(legs_.before(last), legs_[last]);
 }
 
 void LookAhead::begin_at_corner(const Leg& before, Leg& leg) const {
   double most = std::numeric_limits<double>::infinity();
   if (blend_mm_) {
-    const double turn_mm = ways_.linear_turn(before, leg);
+    const double turn_mm = legs_.ways().linear_turn(before, leg);
     // A parabola over z on either side passes the corner at turn * z / 4.
     if (turn_mm > 0.0) most = 4.0 * *blend_mm_ / turn_mm;
   }
   leg.turns_before = std::min(0.5 * before.length, most);
   leg.turns_behind = std::min(0.5 * leg.length, most);
   double largest = 0.0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) largest = std::max(largest, ways_.turn_of(id, before, leg));
+  for (AxisId id = 0; id < kMaxAxes; ++id) largest = std::max(largest, legs_.ways().turn_of(id, before, leg));
   // `over` for all axes at once: none is steeper than 1.
   const double fast2 = std::max(before.fastest2, leg.fastest2);
   const double slow2 = std::min(before.fastest2, leg.fastest2);
@@ -92,7 +85,7 @@ LookAhead::Corner LookAhead::corner(const Leg& before, const Leg& leg) const {
     const double middle = (before.along[id] * leg.turns_behind + leg.along[id] * leg.turns_before) / length;
     out.steepest_before[id] = std::max(std::abs(before.along[id]), std::abs(middle));
     out.steepest_behind[id] = std::max(std::abs(leg.along[id]), std::abs(middle));
-    out.turn[id] = ways_.turn_of(id, before, leg) / length;
+    out.turn[id] = legs_.ways().turn_of(id, before, leg) / length;
     largest = std::max(largest, out.turn[id]);
   }
   out.fastest2 = 1.0 / largest;  // over 0: no bound
@@ -134,9 +127,9 @@ void LookAhead::bound() {
     leg.behind2 = std::min(leg.fastest2, leg.before2 + 2.0 * leg.acceleration * straight(i));
     leg.begin2 = leg.begins == BlockBegin::at_rest ? 0.0 : leg.behind2;
     if (leg.begins == BlockBegin::at_corner) {
-      leg.begin2 = std::min(leg.fastest2, before(i).fastest2);
+      leg.begin2 = std::min(leg.fastest2, legs_.before(i).fastest2);
       if (!leg.is_free || leg.behind2 != leg.fastest2) {
-        const Corner begin = corner(before(i), leg);
+        const Corner begin = corner(legs_.before(i), leg);
         leg.begin2 = std::min({leg.begin2, begin.fastest2,
                                over(leg.behind2, begin.steepest_behind, begin.turn, leg.turns_behind)});
       }
@@ -156,7 +149,7 @@ SpeedProfile LookAhead::run(std::size_t i) {
   if (leg.begins != BlockBegin::at_corner) {
     out.behind2 = std::min(leg.behind2, out.begin2);
   } else if (!leg.is_free || out.begin2 < leg.begin2 || leg.behind2 != leg.fastest2) {
-    const Corner begin = corner(before(i), leg);
+    const Corner begin = corner(legs_.before(i), leg);
     out.behind2 =
         std::min(leg.behind2, over(out.begin2, begin.steepest_behind, begin.turn, leg.turns_behind));
   }
@@ -176,12 +169,15 @@ SpeedProfile LookAhead::run(std::size_t i) {
   return out;
 }
 
-void LookAhead::settle(std::size_t count, std::vector<SpeedProfile>& out) {
+void LookAhead::settle(std::size_t count, std::vector<BlockRun>& out, std::vector<SpeedProfile>* profiles) {
   bound();
   if (count == 0) return;
-  for (std::size_t i = 0; i < count; ++i) out.push_back(run(i));
-  settled_ = legs_[count - 1];
-  legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const SpeedProfile profile = run(i);
+    out.push_back({profile.pace(), what_ == PlanOf::paces ? 0.0 : profile.seconds()});
+    if (profiles != nullptr) profiles->push_back(profile);
+  }
+  legs_.forget(count);
 }
 
 }  // namespace trunnion

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "trunnion/machine/machine.hpp"
+#include "trunnion/machine/motion_time.hpp"
 
 #include "machine/axis_ways.hpp"
 
@@ -36,13 +36,14 @@ struct SpeedProfile {
 class LookAhead {
  public:
   /// As MotionPlan has them.
-  LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits);
+  LookAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits, PlanOf what);
 
   void add(const JointVector& from, const JointVector& to, double seconds);
-  void stop() { begins_ = BlockBegin::at_rest; }
-  void lose() { begins_ = BlockBegin::unknown; }
+  void stop() { legs_.stop(); }
+  void lose() { legs_.lose(); }
   std::size_t waiting() const { return legs_.size(); }
-  void settle(std::size_t count, std::vector<SpeedProfile>& out);
+  /// @param profiles  gets the speeds along these blocks, if given
+  void settle(std::size_t count, std::vector<BlockRun>& out, std::vector<SpeedProfile>* profiles = nullptr);
 
  private:
   using PerAxis = std::array<double, kMaxAxes>;
@@ -67,19 +68,16 @@ class LookAhead {
 
   void begin_at_corner(const Leg& before, Leg& leg) const;
   Corner corner(const Leg& before, const Leg& leg) const;
-  const Leg& before(std::size_t i) const { return i > 0 ? legs_[i - 1] : settled_; }
   double turns_at_end(std::size_t i) const;
   double most_at_end2(std::size_t i) const;
   double straight(std::size_t i) const;
   void bound();
   SpeedProfile run(std::size_t i);
 
-  AxisWays ways_;
   std::optional<double> blend_mm_;
-  std::vector<Leg> legs_;
-  BlockBegin begins_ = BlockBegin::at_rest;  // the next one
-  double speed2_ = 0.0;                      // behind those that were settled
-  Leg settled_;                              // the last of them
+  PlanOf what_;
+  BlocksAhead<Leg> legs_;
+  double speed2_ = 0.0;  // behind those that were settled
 };
 
 }  // namespace trunnion

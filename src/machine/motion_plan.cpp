@@ -53,11 +53,11 @@ class MotionPlan::OneAhead : public Kind {
   std::size_t waiting_ = 0;
 };
 
-/// A control that slows down in time.
+/// A control that slows down in time; `Path` finds its speeds.
+template <class Path>
 class MotionPlan::ManyAhead : public Kind {
  public:
-  ManyAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits, PlanOf what)
-      : path_(machine, blend_mm, digits), what_(what) {}
+  explicit ManyAhead(Path path) : path_(std::move(path)) {}
 
   void add(const Block& block) override {
     if (block.apart) path_.stop();
@@ -68,38 +68,10 @@ class MotionPlan::ManyAhead : public Kind {
   void rest() override { path_.stop(); }
   void lose() override { path_.lose(); }
   std::size_t waiting() const override { return path_.waiting(); }
-  void settle(std::size_t count, std::vector<BlockRun>& out) override {
-    profiles_.clear();
-    path_.settle(count, profiles_);
-    for (const SpeedProfile& profile : profiles_)
-      out.push_back({profile.pace(), what_ == PlanOf::paces ? 0.0 : profile.seconds()});
-  }
+  void settle(std::size_t count, std::vector<BlockRun>& out) override { path_.settle(count, out); }
 
  private:
-  LookAhead path_;
-  PlanOf what_;
-  std::vector<SpeedProfile> profiles_;
-};
-
-/// One that keeps to the jerk of the axes, too.
-class MotionPlan::ManyAheadSmoothly : public Kind {
- public:
-  ManyAheadSmoothly(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-      : path_(machine, blend_mm, digits) {}
-
-  void add(const Block& block) override {
-    if (block.apart) path_.stop();
-    path_.add(block.from, block.to, block.seconds);
-    if (block.apart) path_.stop();
-  }
-  void stop() override { path_.stop(); }
-  void rest() override { path_.stop(); }
-  void lose() override { path_.lose(); }
-  std::size_t waiting() const override { return path_.waiting(); }
-  void settle(std::size_t count, std::vector<BlockRun>& out) override { path_.settle(count, out, nullptr); }
-
- private:
-  SmoothAhead path_;
+  Path path_;
 };
 
 bool MotionPlan::knows_jerk(const Machine& machine) {
@@ -112,9 +84,9 @@ MotionPlan::MotionPlan(const Machine& machine, const BlockEnds& ends, const Join
   if (ends.stops)
     kind_ = std::make_unique<OneAhead>(machine, std::nullopt, what);
   else if (ends.looks_ahead && knows_jerk(machine))
-    kind_ = std::make_unique<ManyAheadSmoothly>(machine, ends.blend_mm, digits);
+    kind_ = std::make_unique<ManyAhead<SmoothAhead>>(SmoothAhead(machine, ends.blend_mm, digits));
   else if (ends.looks_ahead)
-    kind_ = std::make_unique<ManyAhead>(machine, ends.blend_mm, digits, what);
+    kind_ = std::make_unique<ManyAhead<LookAhead>>(LookAhead(machine, ends.blend_mm, digits, what));
   else
     kind_ = std::make_unique<OneAhead>(machine, ends.blend_mm.value_or(0.0), what);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "trunnion/base/contract.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -33,24 +35,16 @@ double between(double a, double b) {
 }  // namespace
 
 SmoothAhead::SmoothAhead(const Machine& machine, std::optional<double> blend_mm, const JointVector& digits)
-    : ways_(machine, digits),
-      blend_mm_(blend_mm),
+    : blend_mm_(blend_mm),
       longest_ramp_s_(longest(per_jerk_of(machine))),
+      legs_(machine, digits),
       path_(per_jerk_of(machine)),
       speeds_(2.0 * longest_ramp_s_) {}
 
 void SmoothAhead::add(const JointVector& from, const JointVector& to, double seconds) {
-  SmoothLeg& leg = legs_.emplace_back();
-  static_cast<AxisWay&>(leg) = ways_.of(from, to, seconds);
-  leg.begins = begins_;
-  if (leg.begins == BlockBegin::at_corner) {
-    const SmoothLeg& last = before(legs_.size() - 1);
-    if (leg.length > 0.0 && last.length > 0.0)
-      begin_at_corner(last, leg);
-    else
-      leg.begins = BlockBegin::at_rest;  // a block that goes nowhere
-  }
-  begins_ = BlockBegin::at_corner;
+  if (!legs_.add(from, to, seconds)) return;
+  const std::size_t last = legs_.size() - 1;
+  begin_at_corner(legs_.before(last), legs_[last]);
 }
 
 void SmoothAhead::begin_at_corner(const SmoothLeg& before, SmoothLeg& leg) const {
@@ -58,7 +52,7 @@ void SmoothAhead::begin_at_corner(const SmoothLeg& before, SmoothLeg& leg) const
   // from 0 and falls to 0 at turn * z / 6.
   double joined = std::numeric_limits<double>::infinity();
   if (blend_mm_) {
-    const double turn_mm = ways_.linear_turn(before, leg);
+    const double turn_mm = legs_.ways().linear_turn(before, leg);
     if (turn_mm > 0.0) joined = 4.0 * *blend_mm_ / turn_mm;
   }
   leg.joins_before = 0.5 * before.length <= joined;
@@ -68,7 +62,7 @@ void SmoothAhead::begin_at_corner(const SmoothLeg& before, SmoothLeg& leg) const
   const double per_length = 1.0 / (leg.turns_before + leg.turns_behind);
   for (AxisId id = 0; id < kMaxAxes; ++id)
     leg.curve[id] =
-        std::copysign(ways_.turn_of(id, before, leg), leg.along[id] - before.along[id]) * per_length;
+        std::copysign(legs_.ways().turn_of(id, before, leg), leg.along[id] - before.along[id]) * per_length;
 }
 
 void SmoothAhead::shape(std::size_t count) {
@@ -77,26 +71,80 @@ void SmoothAhead::shape(std::size_t count) {
     if (leg.is_shaped || i + 1 == legs_.size()) continue;
     const SmoothLeg& next = legs_[i + 1];
     leg.is_shaped = true;
-    if (leg.begins != BlockBegin::at_corner || next.begins != BlockBegin::at_corner) continue;
-    if (!leg.joins_behind || !next.joins_before) continue;
+    const bool from_corner = leg.begins == BlockBegin::at_corner && leg.joins_behind;
+    const bool to_corner = next.begins == BlockBegin::at_corner && next.joins_before;
+    // What is not known may go on as what is known: nothing is slow for it.
+    if (from_corner && next.begins == BlockBegin::unknown) leg.middle = leg.curve;
+    if (to_corner && leg.begins == BlockBegin::unknown) leg.middle = next.curve;
+    if (!from_corner || !to_corner) continue;
     for (AxisId id = 0; id < kMaxAxes; ++id) leg.middle[id] = between(leg.curve[id], next.curve[id]);
   }
 }
 
-// Blocks from one stop to the next, or to the end of what is looked at.
-bool SmoothAhead::plan_stretch(std::size_t from, std::size_t to, bool is_last) {
+// Straight on beside a block whose neighbour is not known, as long as it takes to get as fast as is asked
+// for.
+SmoothLeg SmoothAhead::beside(const SmoothLeg& leg, BlockBegin begins) const {
+  SmoothLeg out;
+  static_cast<AxisWay&>(out) = leg;
+  out.begins = begins;
+  out.length = leg.fastest2 / leg.acceleration + 2.0 * std::sqrt(leg.fastest2) * longest_ramp_s_;
+  out.per_length = 1.0 / out.length;
+  return out;
+}
+
+bool SmoothAhead::plan(const Stretch& stretch, std::vector<SpeedPiece>& out) {
+  const auto [from, to, goes_before, goes_behind] = stretch;
   path_.clear();
+  if (goes_before) path_.add(nullptr, beside(legs_[from], BlockBegin::at_rest), &legs_[from]);
+  const std::size_t first = path_.cells().size();
   for (std::size_t i = from; i < to; ++i) {
     const bool begins = i == from && legs_[i].begins != BlockBegin::at_corner;
     const SmoothLeg* next = i + 1 < legs_.size() ? &legs_[i + 1] : nullptr;
-    path_.add(begins ? nullptr : &before(i), legs_[i], next);
+    path_.add(begins ? nullptr : &legs_.before(i), legs_[i], next);
   }
+  const std::size_t last = path_.cells().size();
+  if (goes_behind) path_.add(nullptr, beside(legs_[to - 1], BlockBegin::unknown), nullptr);
   SpeedEnd begin = at_;
-  if (legs_[from].begins != BlockBegin::at_corner || from > 0)
-    begin.kind = legs_[from].begins == BlockBegin::unknown ? SpeedEnd::Kind::open : SpeedEnd::Kind::rest;
-  SpeedEnd end;
-  if (!is_last && legs_[to].begins == BlockBegin::unknown) end.kind = SpeedEnd::Kind::open;
-  return speeds_.plan(path_, begin, end, planned_, fresh_);
+  if (legs_[from].begins != BlockBegin::at_corner || from > 0) begin.kind = SpeedEnd::Kind::rest;
+  const auto before = static_cast<std::ptrdiff_t>(out.size());
+  if (!speeds_.plan(path_, begin, planned_, out)) return false;
+  out.erase(out.begin() + before + static_cast<std::ptrdiff_t>(last), out.end());
+  out.erase(out.begin() + before, out.begin() + before + static_cast<std::ptrdiff_t>(first));
+  return true;
+}
+
+// Blocks from one stop to the next, or to the end of what is looked at.
+bool SmoothAhead::plan_stretch(std::size_t from, std::size_t to) {
+  const bool goes_before = legs_[from].begins == BlockBegin::unknown;
+  const bool goes_behind = to < legs_.size() && legs_[to].begins == BlockBegin::unknown;
+  const Stretch going = {from, to, goes_before, goes_behind};
+  if (!plan(going, fresh_)) return false;
+  if (goes_before || goes_behind) plan_standing(going);
+  return true;
+}
+
+// A plan that begins at rest may be the faster one, some blocks on (these plans are not the fastest ones).
+void SmoothAhead::plan_standing(const Stretch& going) {
+  for (std::size_t i = going.from; i < going.to; ++i) legs_[i].standing2 = 0.0;
+  for (const auto& [before, behind] : {std::pair(false, false), {false, true}, {true, false}}) {
+    const Stretch stretch = {going.from, going.to, before && going.goes_before, behind && going.goes_behind};
+    if (stretch.goes_before == going.goes_before && stretch.goes_behind == going.goes_behind) continue;
+    SmoothLeg& first = legs_[going.from];
+    SmoothLeg& last = legs_[going.to - 1];
+    const auto bend_first = first.middle, bend_last = last.middle;
+    if (going.goes_before && !stretch.goes_before) first.middle = {};
+    if (going.goes_behind && !stretch.goes_behind) last.middle = {};
+    standing_.clear();
+    if (plan(stretch, standing_)) {
+      std::size_t i = going.from;
+      for (const SpeedPiece& piece : standing_) {
+        legs_[i].standing2 = std::max(legs_[i].standing2, piece.most2());
+        if (piece.ends_block) ++i;
+      }
+    }
+    last.middle = bend_last;
+    first.middle = bend_first;
+  }
 }
 
 bool SmoothAhead::plan(std::size_t count) {
@@ -111,7 +159,7 @@ bool SmoothAhead::plan(std::size_t count) {
     }
     std::size_t to = from + 1;
     while (to < count && legs_[to].begins == BlockBegin::at_corner) ++to;
-    if (!plan_stretch(from, to, to == count)) return false;
+    if (!plan_stretch(from, to)) return false;
     from = to;
   }
   planned_.swap(fresh_);
@@ -124,7 +172,7 @@ void SmoothAhead::commit(std::size_t count, std::vector<BlockRun>& out, std::vec
   std::size_t p = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const SmoothLeg& leg = legs_[i];
-    double most2 = 0.0;
+    double most2 = leg.standing2;
     double seconds = 0.0;
     for (bool ends = false; !ends; ++p) {
       const SpeedPiece& piece = planned_[p];
@@ -144,12 +192,11 @@ void SmoothAhead::commit(std::size_t count, std::vector<BlockRun>& out, std::vec
   if (pieces != nullptr) pieces->insert(pieces->end(), planned_.begin(), end);
   planned_.erase(planned_.begin(), end);
   planned_legs_ -= count;
-  settled_ = legs_[count - 1];
-  legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(count));
-  if (legs_.empty() || legs_.front().begins != BlockBegin::at_corner) return;
+  legs_.forget(count);
+  if (legs_.empty() || legs_[0].begins != BlockBegin::at_corner) return;
   // The corner before it is half run, or the machine stands there.
-  legs_.front().is_shaped = true;
-  if (at_.kind == SpeedEnd::Kind::rest) legs_.front().begins = BlockBegin::at_rest;
+  legs_[0].is_shaped = true;
+  if (at_.kind == SpeedEnd::Kind::rest) legs_[0].begins = BlockBegin::at_rest;
 }
 
 // How many blocks are looked at for settling the first `count`: more than are needed for coming to rest.
@@ -174,6 +221,7 @@ void SmoothAhead::settle(std::size_t count, std::vector<BlockRun>& out, std::vec
       commit(some, out, pieces);
       count -= some;
     } else {
+      TRUNNION_EXPECTS(planned_legs_ > 0);  // from rest there is a plan
       // It was planned how to go on from here to a stop: so it does until what has come to be known can be
       // followed. The last block of that plan had none behind it.
       if (planned_to_end_ && planned_legs_ <= 2) legs_[planned_legs_ - 1].middle = {};
@@ -181,7 +229,7 @@ void SmoothAhead::settle(std::size_t count, std::vector<BlockRun>& out, std::vec
       commit(on, out, pieces);
       count -= on;
     }
-    if (legs_.empty() && begins_ == BlockBegin::at_corner) begins_ = BlockBegin::at_rest;
+    if (legs_.empty() && legs_.goes_on()) legs_.stop();
   }
 }
 

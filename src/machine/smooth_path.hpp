@@ -17,6 +17,8 @@ struct SmoothLeg : AxisWay {
   std::array<double, kMaxAxes> curve{};   // the corner's turn for each length, on average
   std::array<double, kMaxAxes> middle{};  // curvature in the middle of the block
   bool is_shaped = false;                 // what is settled rests upon `middle`
+  /// Square of the largest speed in it, where the machine stands at the begin or the end that is not known.
+  double standing2 = 0.0;
 };
 
 /// What a piece of the path asks of each axis at most, without signs: speed s' moves it at steep s', the

@@ -36,7 +36,7 @@ double SpeedPiece::seconds() const {
 }
 
 // Beside a rest the control point stands where the line from it touches s^(4/3) at the end of the piece.
-void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin, const SpeedEnd& end) {
+void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin) {
   begin_ = begin;
   nodes_.clear();
   knots_.clear();
@@ -44,8 +44,7 @@ void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin, const Spee
   double at = 0.0;
   first_ = begin.kind == SpeedEnd::Kind::rest ? 0 : 1;
   if (first_ == 1) {
-    const double most2 = begin.kind == SpeedEnd::Kind::going ? begin.at2 : path.shape(cells[0]).most2;
-    nodes_.push_back({0.0, most2});
+    nodes_.push_back({0.0, begin.at2});
     knots_.push_back({0.0, 0.0, kUnbounded});
   }
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -59,13 +58,8 @@ void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin, const Spee
     nodes_.front().most2 = 0.0;
   }
   if (begin.kind == SpeedEnd::Kind::going) nodes_[1].most2 = begin.at2 + begin.slope * nodes_[1].at;
-  if (end.kind == SpeedEnd::Kind::rest) {
-    nodes_.back().at = at - 0.25 * cells.back().length;
-    nodes_.back().most2 = 0.0;
-  } else {
-    knots_.push_back({at, 1.0, kUnbounded});
-    nodes_.push_back({at, path.shape(cells.back()).most2});
-  }
+  nodes_.back().at = at - 0.25 * cells.back().length;
+  nodes_.back().most2 = 0.0;
   for (std::size_t i = 0; i < knots_.size(); ++i) {
     Knot& knot = knots_[i];
     knot.share = std::clamp((knot.at - nodes_[i].at) / (nodes_[i + 1].at - nodes_[i].at), 0.0, 1.0);
@@ -279,9 +273,9 @@ void SmoothSpeeds::remember(const SmoothPath& path, const std::vector<SpeedPiece
   }
 }
 
-bool SmoothSpeeds::plan(const SmoothPath& path, const SpeedEnd& begin, const SpeedEnd& end,
-                        const std::vector<SpeedPiece>& known, std::vector<SpeedPiece>& out) {
-  lay(path, begin, end);
+bool SmoothSpeeds::plan(const SmoothPath& path, const SpeedEnd& begin, const std::vector<SpeedPiece>& known,
+                        std::vector<SpeedPiece>& out) {
+  lay(path, begin);
   if (begin.kind == SpeedEnd::Kind::going) remember(path, known);
   std::vector<double> found;
   for (const double wider : kWider) {

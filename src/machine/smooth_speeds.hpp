@@ -23,9 +23,9 @@ struct SpeedPiece {
   double end_slope() const { return slope + bend * length; }
 };
 
-/// How the speed begins or ends along a row of pieces.
+/// How the speed begins along a row of pieces. It ends at rest.
 struct SpeedEnd {
-  enum class Kind : std::uint8_t { rest, open, going };
+  enum class Kind : std::uint8_t { rest, going };
   Kind kind = Kind::rest;
   double at2 = 0.0, slope = 0.0;  // where it is going: square of the speed, and its slope
 };
@@ -39,8 +39,8 @@ class SmoothSpeeds {
   /// False where it cannot get from its begin into these pieces; a path from rest can always be run.
   /// @param known  how it was planned to go on along the first of these pieces, where it is going
   /// @param out    the speeds are appended to it
-  bool plan(const SmoothPath& path, const SpeedEnd& begin, const SpeedEnd& end,
-            const std::vector<SpeedPiece>& known, std::vector<SpeedPiece>& out);
+  bool plan(const SmoothPath& path, const SpeedEnd& begin, const std::vector<SpeedPiece>& known,
+            std::vector<SpeedPiece>& out);
 
  private:
   /// A control point of the square of the speed, a spline of second degree over the pieces: it stands in the
@@ -71,7 +71,7 @@ class SmoothSpeeds {
     double from_rest = 0.0;  // slope that the jerk allows beside a rest
   };
 
-  void lay(const SmoothPath& path, const SpeedEnd& begin, const SpeedEnd& end);
+  void lay(const SmoothPath& path, const SpeedEnd& begin);
   void bound(const SmoothPath& path);
   void remember(const SmoothPath& path, const std::vector<SpeedPiece>& known);
   void trust(double wider);

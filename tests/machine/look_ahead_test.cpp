@@ -17,12 +17,8 @@
 namespace trunnion {
 namespace {
 
-Machine accelerating(double linear_mm_s2, double rotary_rad_s2) {
-  Machine machine = test::shipped_machine("trunnion_offset");
-  for (Axis& axis : machine.axes)
-    axis.acceleration = axis.kind == AxisKind::linear ? linear_mm_s2 : rotary_rad_s2;
-  return machine;
-}
+using test::accelerating;
+using test::xy;
 
 // A path at `mm_s`, lengths of the linear axes.
 std::vector<BlockRun> runs_of(const Machine& machine, const std::vector<JointVector>& path, double mm_s,
@@ -41,13 +37,6 @@ std::vector<BlockRun> runs_of(const Machine& machine, const std::vector<JointVec
 double seconds_of(const std::vector<BlockRun>& runs) {
   double out = 0.0;
   for (const BlockRun& run : runs) out += run.seconds;
-  return out;
-}
-
-JointVector xy(double x, double y) {
-  JointVector out;
-  out[0] = x;
-  out[1] = y;
   return out;
 }
 
@@ -361,10 +350,11 @@ TEST(LookAhead, RandomPathsKeepEveryLimitAndAreNearlyAsFastAsCanBe) {
     const RandomPath path = random_path(random, machine, 20);
     const std::optional<double> blend =
         i % 2 == 0 ? std::optional(std::pow(10.0, u(random) - 2.0)) : std::nullopt;
-    LookAhead plan(machine, blend, {});
+    LookAhead plan(machine, blend, {}, PlanOf::paces);
     std::vector<SpeedProfile> profiles;
+    std::vector<BlockRun> runs;
     for (std::size_t k = 0; k < path.seconds.size(); ++k) plan.add(path.q[k], path.q[k + 1], path.seconds[k]);
-    plan.settle(plan.waiting(), profiles);
+    plan.settle(plan.waiting(), runs, &profiles);
     const auto pieces = pieces_of(machine, path, blend);
     const Largest here = sampled(pieces, profiles);
     EXPECT_LT(here.acceleration, 1.0 + 1e-6) << "path " << i;
@@ -391,8 +381,9 @@ TEST(LookAhead, PiecesAreAsTheWhole) {
   const Machine machine = accelerating(1000.0, 10.0);
   for (int i = 0; i < test::cases(50); ++i) {
     const RandomPath path = random_path(random, machine, 400);
-    LookAhead whole(machine, std::nullopt, {}), pieces(machine, std::nullopt, {});
-    std::vector<SpeedProfile> a, b;
+    LookAhead whole(machine, std::nullopt, {}, PlanOf::paces),
+        pieces(machine, std::nullopt, {}, PlanOf::paces);
+    std::vector<BlockRun> a, b;
     for (std::size_t k = 0; k < path.seconds.size(); ++k) {
       whole.add(path.q[k], path.q[k + 1], path.seconds[k]);
       pieces.add(path.q[k], path.q[k + 1], path.seconds[k]);
@@ -401,7 +392,7 @@ TEST(LookAhead, PiecesAreAsTheWhole) {
     whole.settle(whole.waiting(), a);
     pieces.settle(pieces.waiting(), b);
     ASSERT_EQ(a.size(), b.size());
-    for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k].pace(), b[k].pace(), 1e-9) << i << " " << k;
+    for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k].pace, b[k].pace, 1e-9) << i << " " << k;
   }
 }
 

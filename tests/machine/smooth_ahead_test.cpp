@@ -19,22 +19,14 @@
 namespace trunnion {
 namespace {
 
+using test::xy;
+
 using PerAxis = std::array<double, kMaxAxes>;
 
 Machine with_jerk(double linear_mm_s2, double rotary_rad_s2, double ramp_s) {
-  Machine machine = test::shipped_machine("trunnion_offset");
-  for (Axis& axis : machine.axes) {
-    axis.acceleration = axis.kind == AxisKind::linear ? linear_mm_s2 : rotary_rad_s2;
-    axis.jerk = *axis.acceleration / ramp_s;
-  }
+  Machine machine = test::accelerating(linear_mm_s2, rotary_rad_s2);
+  for (Axis& axis : machine.axes) axis.jerk = *axis.acceleration / ramp_s;
   return machine;
-}
-
-JointVector xy(double x, double y) {
-  JointVector out;
-  out[0] = x;
-  out[1] = y;
-  return out;
 }
 
 struct TestBlock {

@@ -197,11 +197,14 @@ std::string around_worst(const VerifyReport& v, const std::string& nc) {
   return out;
 }
 
-// Slow and fast machines: ramps of many blocks, and of none.
-void accelerate(Machine& machine, std::mt19937_64& random) {
+// Slow and fast machines: ramps of many blocks, and of none; and whose axes take 3 to 300 ms for getting to
+// their acceleration.
+void accelerate(Machine& machine, bool jerk, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> u(0.0, 1.0);
   for (Axis& axis : machine.axes) {
     const double slowest = axis.kind == AxisKind::linear ? 50.0 : 0.5;
-    axis.acceleration = slowest * std::pow(100.0, std::uniform_real_distribution<double>(0.0, 1.0)(random));
+    axis.acceleration = slowest * std::pow(100.0, u(random));
+    if (jerk) axis.jerk = *axis.acceleration / (0.003 * std::pow(100.0, u(random)));
   }
 }
 
@@ -217,7 +220,7 @@ void random_options_everywhere(int each, bool errors, bool accelerates) {
       for (int i = 0; i < each; ++i) {
         RandomPost job = random_post(name, random);
         PostOptions options = random_options(shipped, random);
-        if (accelerates) accelerate(job.machine, random);
+        if (accelerates) accelerate(job.machine, i % 2 > 0, random);
         if (accelerates && i % 4 == 0 && !shipped.continuous_within.empty())
           options.smoothing_mm = options.tolerance_mm;
         if (errors) {

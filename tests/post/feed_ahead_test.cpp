@@ -14,14 +14,9 @@
 namespace trunnion::post {
 namespace {
 
-using test::posted;
+using test::accelerating;
 
-Machine accelerating(double linear_mm_s2, double rotary_rad_s2, const std::string& name = "trunnion_offset") {
-  Machine machine = test::shipped_machine(name);
-  for (Axis& axis : machine.axes)
-    axis.acceleration = axis.kind == AxisKind::linear ? linear_mm_s2 : rotary_rad_s2;
-  return machine;
-}
+using test::posted;
 
 // Where the file says that an axis is at least so fast nothing else changes.
 TEST(FeedAhead, WordsStayWhereNothingIsPlanned) {

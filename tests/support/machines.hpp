@@ -21,4 +21,21 @@ inline Machine shipped_machine(const std::string& name) {
   return *machine;
 }
 
+/// Of its axes the linear and the rotary ones accelerate by so much.
+inline Machine accelerating(double linear_mm_s2, double rotary_rad_s2,
+                            const std::string& name = "trunnion_offset") {
+  Machine machine = shipped_machine(name);
+  for (Axis& axis : machine.axes)
+    axis.acceleration = axis.kind == AxisKind::linear ? linear_mm_s2 : rotary_rad_s2;
+  return machine;
+}
+
+/// X and Y there, the other axes at 0.
+inline JointVector xy(double x, double y) {
+  JointVector out;
+  out[0] = x;
+  out[1] = y;
+  return out;
+}
+
 }  // namespace trunnion::test

@@ -65,8 +65,8 @@ class MotionPlan {
  private:
   class Kind;
   class OneAhead;
+  template <class Path>
   class ManyAhead;
-  class ManyAheadSmoothly;
   std::unique_ptr<Kind> kind_;
 };
 
