@@ -21,6 +21,8 @@ constexpr double kApart = 0.15;  // of the largest delay: what differs by less i
 constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
 constexpr double kSure = 3.0;  // sigmas
+// Of -2 log of a likelihood. Neighbours are means of the same rows: so many count as one.
+constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
 // A mean is inside of a curve by a sixth of what the command at both ends of its time is off from going on
 // straight; of a corner anywhere in it by a seventh, root mean square.
 constexpr double kUnseenBend = 1.0 / 6.0;
@@ -85,6 +87,7 @@ void DelayFit::choose_terms() {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const int c = static_cast<int>(id);
     const bool moves = way[c] > 1e-4 * most && way[c] > 1e-3 * count;
+    if (moves) moving_.push_back(id);
     if (moves) terms_.push_back({Kind::lag, id});
     terms_.push_back({Kind::offset, id});
     // Both senses, each for a while.
@@ -184,11 +187,11 @@ double DelayFit::unlikeliness() const {
   constexpr double kFar = 4.0;     // for the length of four
   constexpr double kFloor2 = 1e-12;
   const double shared_s = found(Kind::shared, 0).value;
-  const Scaled scatter = scatter_of(followed_);
+
   double scatter2 = 0.0;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const double tau_s = shared_s + found(Kind::lag, id).value;
-    const double of_axis = scatter[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
+    const double of_axis = scatter_[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
     scatter2 += of_axis * of_axis / static_cast<double>(machine_.axes.size());
   }
   double sum = 0.0;
@@ -256,6 +259,7 @@ std::optional<Scaled> DelayFit::mean_command(std::size_t k, const std::vector<Sc
 }
 
 void DelayFit::refine() {
+  scatter_ = scatter_of(followed_);
   if (!has_run_) return;
   for (Row& row : rows_) {
     const auto mean = mean_at(followed_, row.sample, kRowsAside);
@@ -266,20 +270,56 @@ void DelayFit::refine() {
   find_bends();
   iterate();
   judge();
-  const std::vector<Term> before = terms_;
-  const double before_shared = unlikeliness();
+  // Two ways: delays of single axes and a curve, or these and a delay of all.
+  const std::vector<Term> found_before = terms_;
+  add_smaller_lags();
+  const std::vector<Term> single = terms_;
+  const double of_single = unlikeliness();
+  terms_ = found_before;
   std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
   terms_.push_back({Kind::shared, 0});
   find_shared();
   judge();
-  // Neighbours are means of the same rows: so many count as one.
-  constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
-  if (unlikeliness() < before_shared - kMuchLess && terms_.back().value > kSure * terms_.back().sigma) return;
-  terms_ = before;
+  add_smaller_lags();
+  const Term shared = found(Kind::shared, 0);
+  if (unlikeliness() < of_single - kMuchLess && shared.value > kSure * shared.sigma) return;
+  terms_ = single;
+  find_bends();
 }
 
-// Of single rows the velocity scatters so much that least squares find the delay of all axes too small (its
-// column scatters with what is left): it is where the likelihood is largest, which knows of that.
+// What is small beside the largest delay is no cause to be named first, but would be read as other errors.
+// Delays are those against what most axes share: half of them have none.
+void DelayFit::add_smaller_lags() {
+  const auto lags = [&] {
+    const auto is_lag = [](const Term& term) { return term.kind == Kind::lag; };
+    return static_cast<std::size_t>(std::count_if(terms_.begin(), terms_.end(), is_lag));
+  };
+  double least = unlikeliness();
+  bool more = true;
+  while (more && 2 * lags() + 1 < moving_.size()) {
+    const std::vector<Term> before = terms_;
+    std::vector<Term> best = before;
+    for (const AxisId id : moving_) {
+      if (found(Kind::lag, id).value != 0.0) continue;
+      terms_ = before;
+      terms_.push_back({Kind::lag, id});
+      iterate();
+      find_bends();
+      iterate();
+      judge();
+      const double now = unlikeliness();
+      if (now >= least - kMuchLess || std::abs(terms_.back().value) <= kSure * terms_.back().sigma) continue;
+      least = now;
+      best = terms_;
+    }
+    more = best.size() > before.size();
+    terms_ = best;
+    find_bends();
+  }
+}
+
+// Velocities scatter, and what is left scatters with them: least squares find the delay of all axes too
+// small. It is where the likelihood is largest, which knows of that.
 void DelayFit::find_shared() {
   constexpr double kLongest_s = 0.02, kStep_s = 0.002, kFinest_s = 0.00005;
   const auto at = [&](double tau_s) {

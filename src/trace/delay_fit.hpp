@@ -51,6 +51,8 @@ class DelayFit {
   Scaled spikes_at(std::size_t row) const;
   /// A term as it was found; 0 where it was not.
   Term found(Kind kind, AxisId axis) const;
+  /// Of single positions, after `refine`.
+  const Scaled& scatter() const { return scatter_; }
   /// What is left across the path at a row when delays of single axes, offsets and backlash are taken out.
   Scaled left_at(std::size_t row) const;
 
@@ -79,6 +81,7 @@ class DelayFit {
   void iterate();
   double unlikeliness() const;
   void find_shared();
+  void add_smaller_lags();
   void find_bends();
   std::optional<Scaled> mean_command(std::size_t row, const std::vector<Scaled>& commands) const;
   double weight(const Row& row, double size) const;
@@ -93,8 +96,10 @@ class DelayFit {
   std::vector<Row> rows_;
   std::vector<std::size_t> row_of_;  // of each sample: its row + 1; 0: none
   std::vector<Term> terms_;
+  std::vector<AxisId> moving_;
   double before2_ = 0.0;
-  double rounding_ = 1e-6;  // weights: what is beyond a few of it counts less
+  Scaled scatter_ = Scaled::Zero();  // of single positions
+  double rounding_ = 1e-6;           // weights: what is beyond a few of it counts less
   bool has_run_ = false;
 };
 
