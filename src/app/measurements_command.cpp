@@ -1,8 +1,10 @@
 #include <memory>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/diagnosis/import.hpp"
 #include "trunnion/diagnosis/measurement_template.hpp"
+#include "trunnion/effects/model.hpp"
 #include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/trace/measurements.hpp"
@@ -32,6 +34,7 @@ struct MeasurementsOptions {
 struct TraceImport {
   std::string file, out;
   MachineOptions machine;
+  std::string model_out;
   std::string columns, items;
   double period_s = 0.001;
   std::string program;
@@ -60,8 +63,8 @@ std::vector<std::string> names_of(const std::string& list) {
 }
 
 // As measurements of the machine while it ran the program.
-Result<std::string> measured(TraceImport& command, const trace::Trace& trace, const MachineFiles& files,
-                             Diagnostics& diagnostics) {
+Result<trace::TraceMeasurements> measured(TraceImport& command, const trace::Trace& trace,
+                                          const MachineFiles& files, Diagnostics& diagnostics) {
   const auto tools = command.tools.load(diagnostics);
   if (!tools) return tl::unexpected(tools.error());
   const auto smoothing = smoothing_of(command.smoothing);
@@ -102,20 +105,55 @@ Result<trace::Trace> read_trace(const TraceImport& command, std::string_view tex
   return trace::parse_shdr(text, command.file, machine, how, diagnostics);
 }
 
-Result<std::string> import_trace(TraceImport& command, Diagnostics& diagnostics) {
+// Files to be written: the trace or its measurements; and a model to begin with, if that is asked for.
+struct TraceFiles {
+  std::string text, model;
+};
+
+// What a trace says beside its readings, as a model that effects are added to.
+std::string first_model(const trace::TraceMeasurements& measured, const Machine& machine) {
+  Model model;
+  model.name = "nothing";
+  for (const Axis& axis : machine.axes) model.axes.push_back(axis.name);
+  model.lag_of_all_axes_s = measured.lag_of_all_axes_s;
+  return model_text(model);
+}
+
+void tell_lag(const TraceImport& command, const trace::TraceMeasurements& measured,
+              Diagnostics& diagnostics) {
+  if (measured.lag_of_all_axes_s == 0.0) return;
+  const double ms = unit_factor(Unit::ms);
+  diagnostics.note(
+      command.file, {},
+      "all axes follow " + fixed_text(measured.lag_of_all_axes_s / ms, 2) + " +/- " +
+          fixed_text(measured.sigma_s / ms, 2) +
+          " ms late alike: corners and curves are cut inside by it. The readings are without it" +
+          (command.model_out.empty()
+               ? "; --model-out writes a model with it, by which `post --model` leads its words"
+               : ", the model of --model-out has it"));
+}
+
+Result<TraceFiles> import_trace(TraceImport& command, Diagnostics& diagnostics) {
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return tl::unexpected(files.error());
   const auto text = read_file(command.file);
   if (!text) return tl::unexpected(text.error());
   const auto trace = read_trace(command, *text, files->machine, diagnostics);
   if (!trace) return tl::unexpected(trace.error());
-  if (!command.program.empty()) return measured(command, *trace, *files, diagnostics);
-  return trace::trace_text(*trace, files->machine, {"trace " + command.file});
+  if (command.program.empty())
+    return TraceFiles{trace::trace_text(*trace, files->machine, {"trace " + command.file}), ""};
+  auto found = measured(command, *trace, *files, diagnostics);
+  if (!found) return tl::unexpected(found.error());
+  tell_lag(command, *found, diagnostics);
+  return TraceFiles{std::move(found->text),
+                    command.model_out.empty() ? "" : first_model(*found, files->machine)};
 }
 
 ExitCode run_trace(TraceImport& command) {
   if (command.program.empty() != command.against.file.empty())
     return print_error({ErrorCode::wrong_use, "--program and --against go together", "", {}});
+  if (command.program.empty() && !command.model_out.empty())
+    return print_error({ErrorCode::wrong_use, "--model-out needs --program and --against", "", {}});
   if (command.program == "-" || command.against.file == "-")
     return print_error({ErrorCode::wrong_use, "--program and --against are files, not -", "", {}});
   if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
@@ -123,11 +161,14 @@ ExitCode run_trace(TraceImport& command) {
   const auto imported = import_trace(command, diagnostics);
   if (!imported) return print_failure(diagnostics, imported.error());
   print(diagnostics);
-  if (const auto code = write_output(command.out, *imported); code != kDone) return code;
+  if (const auto code = write_output(command.out, imported->text); code != kDone) return code;
+  if (!command.model_out.empty()) {
+    if (const auto code = write_output(command.model_out, imported->model); code != kDone) return code;
+  }
   return write_page(command.result,
                     {"Trace " + command.file, "Written to " + command.out + ".",
-                     report::imported_json(command.file, *imported), made_by()},
-                    *imported);
+                     report::imported_json(command.file, imported->text), made_by()},
+                    imported->text);
 }
 
 template <class Import>
@@ -298,6 +339,10 @@ void add_measurements_command(CLI::App& root, int& exit) {
   trace->add_option("--program", traced->program,
                     "NC program that ran: readings of tip and rotation, actual minus commanded");
   traced->against.add_to(*trace);
+  trace->add_option(
+      "--model-out", traced->model_out,
+      "model (TOML) to begin with: by how much all axes follow late alike, which the readings are "
+      "without");
   trace->add_option("--tolerance-mm", traced->tolerance_mm, "of the program")
       ->check(above_zero())
       ->capture_default_str();

@@ -389,10 +389,16 @@ MeasuredRanges read_valid(Section& valid, const Machine& machine) {
   return out;
 }
 
+constexpr const char* kLagOfAllAxes = "lag_of_all_axes_ms";
+
 void read_head(Section& root, const Machine& machine, Model& model) {
   if (auto s = root.find_section("model")) {
     model.name = s->find_text("name").value_or("");
     model.parent = s->find_text("parent");
+    model.lag_of_all_axes_s = s->quantity_or(kLagOfAllAxes, 0.0);
+    if (model.lag_of_all_axes_s < 0.0)
+      s->error(kLagOfAllAxes,
+               "'" + std::string(kLagOfAllAxes) + "' is below 0: no machine is ahead of its commands");
     if (auto valid = s->find_section("valid")) model.valid = read_valid(*valid, machine);
     s->finish();
   }
@@ -521,6 +527,8 @@ std::string model_text(const Model& model) {
   config::Table head;
   head.emplace_back("name", text_value(model.name));
   if (model.parent) head.emplace_back("parent", text_value(*model.parent));
+  if (model.lag_of_all_axes_s != 0.0)
+    head.emplace_back(kLagOfAllAxes, number_value(model.lag_of_all_axes_s, unit_factor(Unit::ms)));
   if (!model.valid.empty()) {
     config::Table valid;
     for (const MeasuredRange& r : model.valid)

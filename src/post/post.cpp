@@ -96,6 +96,11 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
     return tl::unexpected(checked.error());
   // Words of the part are not led: there a delay is corrected by the speed, as an error at a place.
   const bool leads = job.model != nullptr && !options.rtcp && !options.tilted_plane;
+  if (!leads && job.model != nullptr && job.model->lag_of_all_axes_s != 0.0)
+    diagnostics.warning(
+        job.model->file, {},
+        "lag_of_all_axes_ms: words of the part's frame are not led: corners and curves are cut "
+        "inside by what the axes are late");
   if (!leads) return Program(std::move(source), job, options, sink, diagnostics).run();
   // What follows the command in time is led in time; the errors at a place are all else.
   const Model at_place = without_servo_effects(*job.model);

@@ -41,14 +41,19 @@ class Follower {
         path_(path),
         machine_(machine),
         plan_(plan),
-        fit_(followed, path, machine, plan),
-        scatter_(scatter_of(followed)) {
+        fit_(followed, path, machine, plan) {
     fit_.run();
     fit_.refine();
     shared_s_ = fit_.found(DelayFit::Kind::shared, 0).value;
   }
 
-  std::vector<FollowedSample> run() {
+  FollowedTrace run() {
+    const DelayFit::Term shared = fit_.found(DelayFit::Kind::shared, 0);
+    return {samples(), shared.value, shared.sigma};
+  }
+
+ private:
+  std::vector<FollowedSample> samples() {
     find_places();
     std::vector<FollowedSample> out, approach;
     std::size_t cut = 0, holes = 0;
@@ -78,7 +83,6 @@ class Follower {
     return out;
   }
 
- private:
   struct Row {
     bool known = false, rapid = false;
     bool in_doubt = false;  // a spike may be there
@@ -239,7 +243,8 @@ class Follower {
       const int c = static_cast<int>(id);
       const double own_s = fit_.found(DelayFit::Kind::lag, id).value;
       Scaled v = Scaled::Zero();
-      v[c] = std::hypot(scatter_[c] * scatter_of_mean(followed_, kHalf, shared_s_ + own_s), grid_s2 * a[c]);
+      v[c] = std::hypot(fit_.scatter()[c] * scatter_of_mean(followed_, kHalf, shared_s_ + own_s),
+                        grid_s2 * a[c]);
       add_across(v);
       // The moment of a reversal is known to a row at best, and the mean of a spike is not its middle.
       v[c] = fit_.spikes_at(i)[c];
@@ -267,14 +272,13 @@ class Follower {
   const Machine& machine_;
   const Plan& plan_;
   DelayFit fit_;
-  Scaled scatter_;
   double shared_s_ = 0.0;
   std::vector<Row> rows_;
 };
 
 }  // namespace
 
-Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan) {
+Result<FollowedTrace> follow(const Trace& trace, const Machine& machine, const Plan& plan) {
   if (plan.blocks.size() < 2)
     return fail(ErrorCode::wrong_input, "the program has no motion that a trace could be held against",
                 trace.file);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -19,11 +20,12 @@ struct Channel {
   Vec3 n = Vec3::UnitX();
 };
 
+constexpr std::size_t kLinear = 3;  // channels of the tip's place, before those of turns
+
 std::vector<Channel> channels_of(const Machine& machine) {
-  constexpr std::size_t kLinear = 3;
   std::vector<Channel> out;
   out.reserve(kLinear + machine.rotary_axes().size());
-  for (int i = 0; i < 3; ++i) out.push_back({false, Vec3::Unit(i)});
+  for (std::size_t i = 0; i < kLinear; ++i) out.push_back({false, Vec3::Unit(static_cast<int>(i))});
   for (const AxisId id : machine.rotary_axes()) out.push_back({true, machine.axes[id].direction});
   return out;
 }
@@ -71,7 +73,7 @@ class Reading {
 std::size_t channel_of(const Machine& machine, AxisId id) {
   const auto& rotary = machine.rotary_axes();
   const auto at = std::find(rotary.begin(), rotary.end(), id);
-  if (at != rotary.end()) return 3 + static_cast<std::size_t>(at - rotary.begin());
+  if (at != rotary.end()) return kLinear + static_cast<std::size_t>(at - rotary.begin());
   Eigen::Index most = 0;
   machine.axes[id].direction.cwiseAbs().maxCoeff(&most);
   return static_cast<std::size_t>(most);
@@ -185,17 +187,18 @@ class Choice {
 
 }  // namespace
 
-Result<std::string> measurements_of(const Trace& trace, const Machine& machine, const Plan& plan,
-                                    const AsMeasurements& how) {
-  const auto samples = follow(trace, machine, plan);
-  if (!samples) return tl::unexpected(samples.error());
+Result<TraceMeasurements> measurements_of(const Trace& trace, const Machine& machine, const Plan& plan,
+                                          const AsMeasurements& how) {
+  const auto followed = follow(trace, machine, plan);
+  if (!followed) return tl::unexpected(followed.error());
+  const std::vector<FollowedSample>& samples = followed->samples;
   const std::vector<Channel> channels = channels_of(machine);
   std::string out = "# trace " + trace.file +
                     " along its program; the delay that all axes share is taken out\n" + header(machine);
-  for (const Chosen& chosen : Choice(machine, *samples, channels.size()).of(how.most_rows)) {
-    const FollowedSample& sample = (*samples)[chosen.sample];
+  for (const Chosen& chosen : Choice(machine, samples, channels.size()).of(how.most_rows)) {
+    const FollowedSample& sample = samples[chosen.sample];
     out += how.run_id + "-" + std::to_string(sample.cut) + "," +
-           fixed_text(sample.time_s - samples->front().time_s, kPlaces) + "," + axis_fields(sample, machine) +
+           fixed_text(sample.time_s - samples.front().time_s, kPlaces) + "," + axis_fields(sample, machine) +
            "0,0," + fixed_text(-sample.length_mm, kPlaces) + ",";
     if (!chosen.channel) {
       out += ",,,,,,\n";
@@ -208,7 +211,7 @@ Result<std::string> measurements_of(const Trace& trace, const Machine& machine, 
            fixed_text(reading.value(), 4) + (channel.rotation ? ",urad," : ",um,") +
            fixed_text(reading.uncertainty(), 4) + "\n";
   }
-  return out;
+  return TraceMeasurements{std::move(out), followed->lag_of_all_axes_s, followed->sigma_s};
 }
 
 }  // namespace trunnion::trace

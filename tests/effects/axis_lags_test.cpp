@@ -49,6 +49,28 @@ TEST_F(Servos, LagsAreThoseOfTheModelAndTheRestStays) {
   EXPECT_EQ(rest.effects[0].effect->info().id, "squareness:C0Y");
 }
 
+// Every axis has it beside its own, files keep it, and it is no error at a place.
+TEST_F(Servos, TheLagOfAllAxesIsAddedToEach) {
+  Model model = model_;
+  model.lag_of_all_axes_s = 0.00325;
+  Diagnostics diagnostics;
+  const auto again = parse_model(model_text(model), "m.toml", machine_, {}, diagnostics);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_DOUBLE_EQ(again->lag_of_all_axes_s, 0.00325);
+  const JointVector lags = axis_lags(*again);
+  for (AxisId id = 0; id < machine_.axes.size(); ++id)
+    EXPECT_DOUBLE_EQ(lags[id], machine_.axes[id].name == "A" ? 0.00825 : 0.00325);
+  EXPECT_EQ(axis_lags(without_servo_effects(*again)), JointVector());
+}
+
+TEST_F(Servos, ALagBelowZeroIsRefused) {
+  Diagnostics diagnostics;
+  const auto model = parse_model("[model]\nlag_of_all_axes_ms = -2\n", "m.toml", machine_, {}, diagnostics);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, ErrorCode::wrong_input);
+  EXPECT_NE(model.error().text().find("m.toml:2:"), std::string::npos) << model.error().text();
+}
+
 // The carried body stands back: minus the velocity times the delay, about the vector it turns about.
 TEST_F(Servos, ARotaryAxisStandsBackAboutItsOwnDirection) {
   MachineState state;

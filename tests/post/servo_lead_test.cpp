@@ -272,6 +272,42 @@ TEST(ServoLead, ProgramsAreVerifiedWhereLateAxesComeTo) {
   EXPECT_EQ(late.max_speed_ratio, words.max_speed_ratio);
 }
 
+// Without a lead a corner is cut inside by what all axes are late, and so it is in words of the part's frame:
+// that is said.
+TEST(ServoLead, TheLagOfAllAxesIsLedOrSaid) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Model model = test::model_of("[model]\nname = \"late\"\nlag_of_all_axes_ms = 6\n", machine);
+  const std::string cl =
+      "LOADTL/1,LENGTH,100\nFEDRAT/MMPM,2000\nRAPID\nGOTO/0,0,60\nGOTO/0,0,5\nGOTO/20,0,5\nGOTO/"
+      "20,20,5\nFINI\n";
+  const auto led = test::posted(cl, machine, {}, "linuxcnc", &model);
+  ASSERT_TRUE(led.report) << led.report.error().text();
+  EXPECT_TRUE(led.report->verification->passed());
+  VerifyOptions options;
+  options.tolerance_mm = kTolerance_mm;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) options.lag_s[id] = 0.006;
+  const auto tip_mm = [&](const std::string& nc) {
+    Diagnostics d;
+    const nc::Controller c = with_axes_of(machine, test::shipped_controller("linuxcnc"));
+    return verify({std::make_unique<test::TextOf>(cl), "part.cls"},
+                  {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d)
+        .value()
+        .max_tip_deviation_mm;
+  };
+  EXPECT_LT(tip_mm(led.nc), kTolerance_mm);
+  const auto plain = test::posted(cl, machine);
+  ASSERT_TRUE(plain.report);
+  EXPECT_GT(tip_mm(plain.nc), 10.0 * kTolerance_mm);
+  PostOptions of_part;
+  of_part.rtcp = true;
+  const auto part = test::posted(cl, machine, of_part, "fanuc_30i", &model);
+  ASSERT_TRUE(part.report) << part.report.error().text();
+  const auto& said = part.diagnostics.findings();
+  EXPECT_EQ(std::count_if(said.begin(), said.end(),
+                          [](const Finding& f) { return f.message.find("lag_of_all_axes_ms") == 0; }),
+            1);
+}
+
 // Seconds for milliseconds would send an axis ahead by centimetres.
 TEST(ServoLead, NoServoIsThatLate) {
   const Machine machine = test::shipped_machine("trunnion_offset");

@@ -261,7 +261,7 @@ TEST(Compare, ReadingsAreActualMinusCommanded) {
   const auto samples = follow(given.trace, given.machine, given.plan);
   ASSERT_TRUE(samples) << samples.error().text();
   std::size_t moving = 0;
-  for (const FollowedSample& s : *samples) {
+  for (const FollowedSample& s : samples->samples) {
     // On the slope, away from its ends.
     if (s.commanded[0] < 45.0 || s.commanded[0] > 75.0) continue;
     ++moving;
@@ -270,9 +270,10 @@ TEST(Compare, ReadingsAreActualMinusCommanded) {
     EXPECT_EQ(s.direction[1], 1.0);
   }
   EXPECT_GT(moving, 300U);
+  EXPECT_EQ(samples->lag_of_all_axes_s, 0.0);
   const auto text = measurements_of(given.trace, given.machine, given.plan);
   ASSERT_TRUE(text) << text.error().text();
-  EXPECT_THAT(*text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
+  EXPECT_THAT(text->text, HasSubstr("displacement,0.000000000,1.000000000,0.000000000,-120."));
 }
 
 // All axes are 4 ms late, Y 7 ms, behind first-order lags, with corners of 8 to 37 degrees: what is read is
@@ -306,9 +307,10 @@ TEST(Compare, TheDelayOfAllAxesIsTakenOut) {
   }
   const auto samples = follow(given.trace, given.machine, given.plan);
   ASSERT_TRUE(samples) << samples.error().text();
+  EXPECT_NEAR(samples->lag_of_all_axes_s, 0.004, 1e-4);
   double sum = 0.0, most = 0.0, surest = 1.0;
   std::size_t count = 0;
-  for (const FollowedSample& s : *samples) {
+  for (const FollowedSample& s : samples->samples) {
     if (!s.is_reading) continue;
     for (AxisId id = 0; id < 3; ++id) {
       double sigma2 = 0.0;
@@ -334,7 +336,7 @@ TEST(Compare, AnAxisTurnsRoundWhereItIsFurthest) {
   given.run(0.001, 0.0);
   const auto samples = follow(given.trace, given.machine, given.plan);
   ASSERT_TRUE(samples) << samples.error().text();
-  for (const FollowedSample& s : *samples) {
+  for (const FollowedSample& s : samples->samples) {
     if (std::abs(s.commanded[0] - 20.0) < 0.1) continue;
     EXPECT_EQ(s.direction[1], s.commanded[0] < 20.0 ? 1.0 : -1.0) << s.commanded[0];
   }
@@ -348,10 +350,10 @@ TEST(Compare, RowsBehindAReversalAreKept) {
   few.most_rows = 60;
   const auto text = measurements_of(given.trace, given.machine, given.plan, few);
   ASSERT_TRUE(text) << text.error().text();
-  EXPECT_THAT(*text, HasSubstr("\ntrace-1,"));
+  EXPECT_THAT(text->text, HasSubstr("\ntrace-1,"));
   const auto samples = follow(given.trace, given.machine, given.plan);
   ASSERT_TRUE(samples);
-  for (const FollowedSample& s : *samples) {
+  for (const FollowedSample& s : samples->samples) {
     const double x = s.commanded[0];
     if (x < 1.0 || std::abs(x - 60.0) < 0.1 || x > 119.9) continue;
     EXPECT_EQ(s.direction[1], x < 60.0 ? 1.0 : -1.0);
@@ -360,13 +362,13 @@ TEST(Compare, RowsBehindAReversalAreKept) {
   std::size_t behind = 0;
   double turned_s = -1.0, before = 0.0;
   std::size_t i = 0;
-  for (const FollowedSample& s : *samples) {
-    if (i++ > 0 && s.direction[1] != before) turned_s = s.time_s - samples->front().time_s;
+  for (const FollowedSample& s : samples->samples) {
+    if (i++ > 0 && s.direction[1] != before) turned_s = s.time_s - samples->samples.front().time_s;
     before = s.direction[1];
     char at[40];
-    std::snprintf(at, sizeof at, "\ntrace-1,%.6f,", s.time_s - samples->front().time_s);
-    if (turned_s >= 0.0 && s.time_s - samples->front().time_s < turned_s + 0.06)
-      behind += text->find(at) != std::string::npos ? 1U : 0U;
+    std::snprintf(at, sizeof at, "\ntrace-1,%.6f,", s.time_s - samples->samples.front().time_s);
+    if (turned_s >= 0.0 && s.time_s - samples->samples.front().time_s < turned_s + 0.06)
+      behind += text->text.find(at) != std::string::npos ? 1U : 0U;
   }
   EXPECT_GE(behind, 16U);
 }
@@ -384,13 +386,13 @@ TEST(Compare, NoTwoReadingsAreOfTheSameRow) {
     ASSERT_TRUE(text) << text.error().text();
     std::size_t readings = 0;
     double last_s = -1.0;
-    for (const FollowedSample& s : *samples) {
+    for (const FollowedSample& s : samples->samples) {
       char at[40];
-      const double t = s.time_s - samples->front().time_s;
+      const double t = s.time_s - samples->samples.front().time_s;
       std::snprintf(at, sizeof at, "\ntrace-1,%.6f,", t);
-      const auto begin = text->find(at);
+      const auto begin = text->text.find(at);
       if (begin == std::string::npos) continue;
-      const std::string line = text->substr(begin + 1, text->find('\n', begin + 1) - begin - 1);
+      const std::string line = text->text.substr(begin + 1, text->text.find('\n', begin + 1) - begin - 1);
       if (line.find("um,") == std::string::npos && line.find("urad,") == std::string::npos) continue;
       if (readings++ > 0) {
         EXPECT_GT(t - last_s, 0.0085);  // nine rows of 1 ms each

@@ -3,8 +3,8 @@
 
 namespace trunnion {
 
-/// By how much each axis is behind its command, s: what the `servo_lag` of the model sum up to; 0 where the
-/// model knows of none, below 0 for an axis that is ahead of the others.
+/// By how much each axis is behind its command, s: what the `servo_lag` of the model and the lag of all axes
+/// sum up to; 0 where the model knows of none, below 0 for an axis that is ahead of the others.
 JointVector axis_lags(const Model& model);
 
 /// The model without what follows the command in time: delays of axes, and what is over within milliseconds

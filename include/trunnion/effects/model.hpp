@@ -56,6 +56,9 @@ struct Model {
   std::string name;
   std::optional<std::string> parent;
   SetupTranslation setup_translation = SetupTranslation::free;
+  /// By which every axis is behind its command, beside what the `servo_lag` of single axes say. No error of
+  /// readings: a place and when it is come to are read together. Programs are led by it (`axis_lags`).
+  double lag_of_all_axes_s = 0.0;
   std::vector<ModelEffect> effects;
   MeasuredRanges valid;           // where the readings were that its numbers are from; empty: not said
   EffectContext context;          // sensors and runs that the indices in its effects count

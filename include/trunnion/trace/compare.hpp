@@ -151,8 +151,13 @@ struct FollowedSample {
   std::uint32_t nc_line = 0;
   std::size_t cut = 0;  // feed moves without a rapid between them, from 1
 };
-/// The same alignment for measurements. The delay that all axes share is none of the machine's errors: where
-/// corners and curves show it, it is found and taken out.
-Result<std::vector<FollowedSample>> follow(const Trace& trace, const Machine& machine, const Plan& plan);
+struct FollowedTrace {
+  std::vector<FollowedSample> samples;
+  double lag_of_all_axes_s = 0.0;  // that is taken out of them; 0: none is surely there
+  double sigma_s = 0.0;            // of it
+};
+/// The same alignment for measurements. The delay that all axes share is no error at a place: where corners
+/// and curves show it, it is found and taken out.
+Result<FollowedTrace> follow(const Trace& trace, const Machine& machine, const Plan& plan);
 
 }  // namespace trunnion::trace

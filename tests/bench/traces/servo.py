@@ -99,12 +99,11 @@ class Case:
         times = 5.0 + command.t
         noisy = actual + self.rng.normal(0, 0.0001, actual.shape)
         np.savetxt(csv, np.column_stack([times, noisy]), fmt="%.6f", delimiter=",", header="time_s,X_mm,Y_mm,Z_mm,A_deg,C_deg", comments="")
-        done = self.trunnion("measurements", "import", "trace", csv, "-m", MACHINE, "-c", "linuxcnc", "--program", nc, "--against", self.cl, "--rows", ROWS, "-o", rows)
+        done = self.trunnion("measurements", "import", "trace", csv, "-m", MACHINE, "-c", "linuxcnc", "--program", nc, "--against", self.cl, "--rows", ROWS, "-o", rows, "--model-out", none)
         if done.returncode:
             return None, None, f"not imported: {done.stderr[-300:]}"
         for old in out.glob("*.toml"):
             old.unlink()
-        none.write_text('[model]\nname = "nothing"\n')
         said = self.folder / "improve.json"
         machine = root / f"postconfigs/machines/{MACHINE}.toml"
         done = self.trunnion("model", "improve", rows, "-m", machine, "--model", none, "-o", out, "--json", said)
@@ -138,7 +137,7 @@ class Case:
         named = sorted(effect["id"] for effect in tomllib.loads(model[-1].read_text()).get("effect", [])) if model else []
         possible = {effect for step in said["steps"] for effect in step["effects"]} - set(named)
         z = readings.normalized(self.folder / "rows.csv", self.chain, LENGTH, lag, spike)
-        result |= {"named": named, "right": set(named) == names, "possible": sorted(possible), "verdicts": [step["verdict"] for step in said["steps"]],
+        result |= {"lag_of_all_ms": tomllib.loads((self.folder / "none.toml").read_text())["model"].get("lag_of_all_axes_ms", 0.0), "named": named, "right": set(named) == names, "possible": sorted(possible), "verdicts": [step["verdict"] for step in said["steps"]],
                    "z_rms": float(np.sqrt(np.mean(z**2))), "z_most": float(np.abs(z).max())}
         if not lag.any() or not any(effect.startswith("servo_lag:") for effect in named) or not model:
             return result | {"result": "done"}
