@@ -2,6 +2,7 @@
 #include <array>
 
 #include "trunnion/diagnosis/diagnose.hpp"
+#include "trunnion/diagnosis/improve.hpp"
 
 #include "diagnosis/campaigns.hpp"
 #include "support/cases.hpp"
@@ -132,6 +133,36 @@ TEST(Verdict, AmbiguousProposesTheRunThatTells) {
   ASSERT_TRUE(d.next);
   EXPECT_GT(d.next->wrong_before, 0.4);
   EXPECT_LT(d.next->wrong_after, 0.05);
+}
+
+// C stands beside its place in every explanation; what X does at one feed is open. C is put into the model,
+// neither of the two others is.
+TEST(Verdict, ImproveAddsWhatAllExplanationsHave) {
+  const std::string truth =
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 60\nY0C_um "
+      "= "
+      "-40\nA0C_urad = 0\n[[effect]]\nid = \"backlash:X\"\n[effect.parameters]\nb_um = 3\n";
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  BallPlan balls;  // which do not see X
+  balls.n = "[[0, 1, 0], [0, 0, 1]]";
+  const Dataset data = test::measured(
+      machine, balls.text() + sweep("fly", "X", "[[1, 0, 0]]", "feed_mm_min = 3000\n"), truth, 1);
+  const auto steps = improve(machine, data, test::model_for(machine, data, kEmpty));
+  ASSERT_EQ(steps.size(), 2u) << summary(steps.front().diagnosis);
+  EXPECT_EQ(steps[0].diagnosis.verdict, Verdict::ambiguous) << summary(steps[0].diagnosis);
+  EXPECT_EQ(steps[1].error.effects, std::vector<std::string>{"location:C"});
+  EXPECT_EQ(steps[1].diagnosis.verdict, Verdict::ambiguous) << summary(steps[1].diagnosis);
+}
+
+// Nothing is in both explanations: nothing is added.
+TEST(Verdict, ImproveAddsNoneOfTwoThatCannotBeToldApart) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const Dataset data = test::measured(
+      machine, sweep("fly", "X", "[[1, 0, 0]]", "feed_mm_min = 3000\n"),
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"backlash:X\"\n[effect.parameters]\nb_um = 3\n", 1);
+  const auto steps = improve(machine, data, test::model_for(machine, data, kEmpty));
+  ASSERT_EQ(steps.size(), 1u);
+  EXPECT_EQ(steps[0].diagnosis.verdict, Verdict::ambiguous) << summary(steps[0].diagnosis);
 }
 
 TEST(Verdict, NotTestableAtOnePose) {

@@ -1,6 +1,9 @@
 #include "trunnion/diagnosis/improve.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "diagnosis/fit/heldout.hpp"
 #include "diagnosis/fit/usual_size.hpp"
@@ -66,6 +69,36 @@ Model from_the_start(Model fitted, const Model& first) {
   return fitted;
 }
 
+// Of one quantity held-out runs are off by less than half as much with an effect, of the other by no more.
+bool takes_most_of_heldout(const RankedEffect& r) {
+  constexpr double kMost = 0.5, kNoMore = 1.05;
+  double best = 1.0, worst = 0.0;
+  for (const auto& [before, after] : {std::pair(r.heldout_before_um, r.heldout_after_um),
+                                      std::pair(r.heldout_before_urad, r.heldout_after_urad)}) {
+    if (!before || !after || !(*before > 0.0)) continue;
+    best = std::min(best, *after / *before);
+    worst = std::max(worst, *after / *before);
+  }
+  return best < kMost && worst < kNoMore;
+}
+
+// Of explanations that cannot be told apart, the effect that is in each of them and alone takes most of what
+// held-out runs are off by: what is open is the rest.
+std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
+  if (d.verdict != Verdict::ambiguous || !d.bookkeeping.empty() || d.sets.size() < 2) return std::nullopt;
+  for (const ModelEffect& effect : d.additions) {
+    const EffectInfo& info = effect.effect->info();
+    const auto has_it = [&](const std::vector<std::string>& set) {
+      return std::find(set.begin(), set.end(), info.id) != set.end();
+    };
+    if (!info.variant.empty() || !std::all_of(d.sets.begin(), d.sets.end(), has_it)) continue;
+    const auto r = std::find_if(d.ranking.begin(), d.ranking.end(),
+                                [&](const RankedEffect& ranked) { return ranked.id == info.id; });
+    if (r != d.ranking.end() && takes_most_of_heldout(*r)) return effect;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Added add_and_fit(const Machine& machine, const Dataset& data, const Model& parent,
@@ -123,14 +156,14 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     step.model.parent = now.parent;
     const Diagnosis& d = step.diagnosis;
     const bool sure = d.verdict == Verdict::named || d.verdict == Verdict::named_but_incomplete;
-    steps.push_back(std::move(step));
-    if (!sure || k == most_steps) return steps;
     // One effect a step, the best first: the next diagnosis sees the rest anew.
+    const std::optional<ModelEffect> next = sure ? d.additions.front() : common_to_all(d);
+    steps.push_back(std::move(step));
+    if (!next || k == most_steps) return steps;
     const Diagnosis& said = steps.back().diagnosis;
-    std::vector<ModelEffect> next(said.additions.begin(), said.additions.begin() + 1);
     Model parent = steps.back().model;
-    now = from_the_start(add_and_fit(machine, data, parent, std::move(next), &said).model, model);
-    now.name = model.name + " + " + said.effects.front();
+    now = from_the_start(add_and_fit(machine, data, parent, {*next}, &said).model, model);
+    now.name = model.name + " + " + next->id();
   }
 }
 
