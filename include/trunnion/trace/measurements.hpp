@@ -14,7 +14,7 @@ struct AsMeasurements {
 
 struct TraceMeasurements {
   std::string text;                // measurement file
-  double lag_of_all_axes_s = 0.0;  // that is taken out of the readings; 0: none is surely there
+  double lag_of_all_axes_s = 0.0;  // as FollowedTrace has it
   double sigma_s = 0.0;            // of it
 };
 
