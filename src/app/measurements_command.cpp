@@ -113,7 +113,7 @@ struct TraceFiles {
 // What a trace says beside its readings, as a model that effects are added to.
 std::string first_model(const trace::TraceMeasurements& measured, const Machine& machine) {
   Model model;
-  model.name = "nothing";
+  model.name = "trace";
   for (const Axis& axis : machine.axes) model.axes.push_back(axis.name);
   model.lag_of_all_axes_s = measured.lag_of_all_axes_s;
   return model_text(model);
@@ -156,7 +156,12 @@ ExitCode run_trace(TraceImport& command) {
     return print_error({ErrorCode::wrong_use, "--model-out needs --program and --against", "", {}});
   if (command.program == "-" || command.against.file == "-")
     return print_error({ErrorCode::wrong_use, "--program and --against are files, not -", "", {}});
-  if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
+  const auto apart =
+      command.result.apart_from(command.out,
+                                {command.file, command.program, command.against.file, command.machine.machine,
+                                 command.machine.controller, command.tools.tools},
+                                {{"--model-out", command.model_out}});
+  if (!apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto imported = import_trace(command, diagnostics);
   if (!imported) return print_failure(diagnostics, imported.error());

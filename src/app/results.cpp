@@ -38,15 +38,17 @@ void ResultOptions::add_to(CLI::App& command) {
   command.add_option("--report", report, "write a self-contained HTML page");
 }
 
-Result<void> ResultOptions::apart_from(const std::string& output,
-                                       const std::vector<std::string>& taken) const {
+Result<void> ResultOptions::apart_from(const std::string& output, const std::vector<std::string>& taken,
+                                       const std::vector<std::pair<std::string, std::string>>& more) const {
   std::set<std::string> kept;
   for (const std::string& file : taken) {
     if (!file.empty() && file != "-") kept.insert(resolved_path(file));
   }
+  std::vector<std::pair<std::string, std::string>> written = {
+      {"-o", output}, {"--json", json}, {"--report", report}};
+  written.insert(written.end(), more.begin(), more.end());
   std::map<std::string, std::string> outputs;  // place, option
-  for (const auto& [option, file] :
-       {std::pair("-o", output), std::pair("--json", json), std::pair("--report", report)}) {
+  for (const auto& [option, file] : written) {
     if (file.empty() || is_device(file)) continue;
     const auto place = file == "-" ? file : resolved_path(file);
     const auto [other, is_new] = outputs.emplace(place, option);
@@ -59,7 +61,7 @@ Result<void> ResultOptions::apart_from(const std::string& output,
     }
     if (file != "-" && kept.contains(place)) {
       return fail(ErrorCode::wrong_use,
-                  std::string(option) + " would overwrite " + file + ", which this command reads or writes");
+                  option + " would overwrite " + file + ", which this command reads or writes");
     }
   }
   return {};

@@ -177,6 +177,7 @@ Result<std::optional<Model>> PostCliOptions::load_errors(
   Model kept = filtered(*loaded, [&](const EffectInfo& info) {
     return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
   });
+  if (no_geometric) kept.lag_of_all_axes_s = 0.0;
   if (has_values(kept)) return std::optional<Model>(std::move(kept));
   if (!has_values(*loaded)) diagnostics.warning(model, {}, "no effect has a value: nothing is compensated");
   return std::optional<Model>{};

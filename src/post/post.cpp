@@ -109,8 +109,8 @@ Result<PostReport> post(std::unique_ptr<cl::TextSource> source, const PostJob& j
   for (AxisId id = 0; id < job.machine->axes.size(); ++id) {
     if (!(std::abs(lags[id]) <= kMostLag_s))
       return fail(ErrorCode::wrong_input,
-                  "the model has a delay (servo_lag) of " + shortest_text(lags[id]) + " s for " +
-                      job.machine->axes[id].name + ": more than " + shortest_text(kMostLag_s) +
+                  "the model has a delay (servo_lag, lag_of_all_axes_ms) of " + shortest_text(lags[id]) +
+                      " s for " + job.machine->axes[id].name + ": more than " + shortest_text(kMostLag_s) +
                       " s is no servo's, and words are not led by it",
                   job.model->file);
     with_lags.lag_s[id] += lags[id];

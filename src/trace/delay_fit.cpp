@@ -26,6 +26,10 @@ constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
 // A mean is inside of a curve by a sixth of what the command at both ends of its time is off from going on
 // straight; of a corner anywhere in it by a seventh, root mean square.
 constexpr double kUnseenBend = 1.0 / 6.0;
+// Of what is off the path beyond its scatter a delay of all axes leaves less. A lag leaves a 500th and less
+// of the simulated traces, a control that blends (the mean of its command over 7 to 30 ms) a fifth and more.
+constexpr double kMostLeft = 0.05;
+constexpr double kAcross = 4.0;  // coordinates across the path
 
 // After the last reversal of each axis: how much of a spike is left, with the sign of the new sense.
 Scaled left_of_spikes(const ProgramSenses& senses, double time_s) {
@@ -179,29 +183,49 @@ void DelayFit::iterate() {
   }
 }
 
+// Of a mean of rows with the delays as they are found, mean square of one coordinate.
+double DelayFit::scatter2() const {
+  const double shared_s = found(Kind::shared, 0).value;
+  double out = 0.0;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const double tau_s = shared_s + found(Kind::lag, id).value;
+    const double of_axis = scatter_[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
+    out += of_axis * of_axis / static_cast<double>(machine_.axes.size());
+  }
+  return out;
+}
+
+// Calls `take` with the squared distance from the path of every row, and what of a coordinate's square is
+// expected.
+template <class Take>
+void DelayFit::each_off(const Take& take) const {
+  constexpr double kFloor2 = 1e-12;
+  const double scatter2 = this->scatter2();
+  for (const Row& row : rows_) {
+    Scaled tangent;
+    take(off(row, added(row, true), tangent).squaredNorm(),
+         scatter2 + row.bend * row.bend / kAcross + kFloor2);
+  }
+}
+
 // -2 log of the likelihood of what is left across the path, of means of rows; what is far off counts less. A
 // longer delay makes more of the scatter: without what is expected of that, the sum of what is left would
 // always speak for none.
 double DelayFit::unlikeliness() const {
-  constexpr double kAcross = 4.0;  // coordinates
-  constexpr double kFar = 4.0;     // for the length of four
-  constexpr double kFloor2 = 1e-12;
-  const double shared_s = found(Kind::shared, 0).value;
-
-  double scatter2 = 0.0;
-  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
-    const double tau_s = shared_s + found(Kind::lag, id).value;
-    const double of_axis = scatter_[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
-    scatter2 += of_axis * of_axis / static_cast<double>(machine_.axes.size());
-  }
+  constexpr double kFar = 4.0;  // for the length of four
   double sum = 0.0;
-  for (const Row& row : rows_) {
-    Scaled tangent;
-    const double sigma2 = scatter2 + row.bend * row.bend / kAcross + kFloor2;
-    const double size2 = off(row, added(row, true), tangent).squaredNorm() / sigma2;
+  each_off([&](double off2, double sigma2) {
+    const double size2 = off2 / sigma2;
     sum += size2 <= kFar * kFar ? size2 : kFar * (2.0 * std::sqrt(size2) - kFar);
     sum += kAcross * std::log(sigma2);
-  }
+  });
+  return sum;
+}
+
+// Sum of squares of what is off the path beyond what is expected of the scatter.
+double DelayFit::excess() const {
+  double sum = 0.0;
+  each_off([&](double off2, double sigma2) { sum += std::max(0.0, off2 - kAcross * sigma2); });
   return sum;
 }
 
@@ -277,19 +301,27 @@ void DelayFit::refine() {
   const double of_single = unlikeliness();
   terms_ = found_before;
   std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
+  find_bends();
+  const double without = excess();
   terms_.push_back({Kind::shared, 0});
   find_shared();
   judge();
-  add_smaller_lags();
+  if (add_smaller_lags()) {
+    find_shared();
+    judge();
+  }
   const Term shared = found(Kind::shared, 0);
-  if (unlikeliness() < of_single - kMuchLess && shared.value > kSure * shared.sigma) return;
+  if (unlikeliness() < of_single - kMuchLess && shared.value > kSure * shared.sigma &&
+      excess() < kMostLeft * without)
+    return;
   terms_ = single;
   find_bends();
 }
 
 // What is small beside the largest delay is no cause to be named first, but would be read as other errors.
-// Delays are those against what most axes share: half of them have none.
-void DelayFit::add_smaller_lags() {
+// Delays are those against what most axes share: half of them have none. False: none is added.
+bool DelayFit::add_smaller_lags() {
+  const std::size_t terms = terms_.size();
   const auto lags = [&] {
     const auto is_lag = [](const Term& term) { return term.kind == Kind::lag; };
     return static_cast<std::size_t>(std::count_if(terms_.begin(), terms_.end(), is_lag));
@@ -303,9 +335,9 @@ void DelayFit::add_smaller_lags() {
       if (found(Kind::lag, id).value != 0.0) continue;
       terms_ = before;
       terms_.push_back({Kind::lag, id});
-      iterate();
+      iterate_beside_shared();
       find_bends();
-      iterate();
+      iterate_beside_shared();
       judge();
       const double now = unlikeliness();
       if (now >= least - kMuchLess || std::abs(terms_.back().value) <= kSure * terms_.back().sigma) continue;
@@ -316,6 +348,20 @@ void DelayFit::add_smaller_lags() {
     terms_ = best;
     find_bends();
   }
+  return terms_.size() > terms;
+}
+
+DelayFit::Term* DelayFit::shared() {
+  const auto is_shared = [](const Term& term) { return term.kind == Kind::shared; };
+  const auto at = std::find_if(terms_.begin(), terms_.end(), is_shared);
+  return at == terms_.end() ? nullptr : &*at;
+}
+
+// Other terms as they are beside the delay of all axes, which least squares find too small.
+void DelayFit::iterate_beside_shared() {
+  const double held_s = found(Kind::shared, 0).value;
+  iterate();
+  if (Term* const term = shared()) term->value = held_s;
 }
 
 // Velocities scatter, and what is left scatters with them: least squares find the delay of all axes too
@@ -323,7 +369,7 @@ void DelayFit::add_smaller_lags() {
 void DelayFit::find_shared() {
   constexpr double kLongest_s = 0.02, kStep_s = 0.002, kFinest_s = 0.00005;
   const auto at = [&](double tau_s) {
-    terms_.back().value = tau_s;
+    shared()->value = tau_s;
     find_bends();  // of where the commands are by this delay
     return unlikeliness();
   };
@@ -341,7 +387,7 @@ void DelayFit::find_shared() {
     if (!look_at(from_s + step_s) && from_s >= step_s) look_at(from_s - step_s);
     // Other delays as they are beside this one.
     at(best_s);
-    iterate();
+    iterate_beside_shared();
     least = at(best_s);
   }
 }

@@ -79,9 +79,15 @@ class DelayFit {
   };
   Normal normal_equations(bool weighted);
   void iterate();
+  double scatter2() const;
+  template <class Take>
+  void each_off(const Take& take) const;
   double unlikeliness() const;
+  double excess() const;
+  Term* shared();
+  void iterate_beside_shared();
   void find_shared();
-  void add_smaller_lags();
+  bool add_smaller_lags();
   void find_bends();
   std::optional<Scaled> mean_command(std::size_t row, const std::vector<Scaled>& commands) const;
   double weight(const Row& row, double size) const;

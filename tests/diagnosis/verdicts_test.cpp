@@ -150,6 +150,9 @@ TEST(Verdict, ImproveAddsWhatAllExplanationsHave) {
   const auto steps = improve(machine, data, test::model_for(machine, data, kEmpty));
   ASSERT_EQ(steps.size(), 2u) << summary(steps.front().diagnosis);
   EXPECT_EQ(steps[0].diagnosis.verdict, Verdict::ambiguous) << summary(steps[0].diagnosis);
+  EXPECT_NE(steps[0].diagnosis.paragraph.find("each has location:C; do not compensate for the others"),
+            std::string::npos)
+      << steps[0].diagnosis.paragraph;
   EXPECT_EQ(steps[1].error.effects, std::vector<std::string>{"location:C"});
   EXPECT_EQ(steps[1].diagnosis.verdict, Verdict::ambiguous) << summary(steps[1].diagnosis);
 }

@@ -329,6 +329,37 @@ TEST(Compare, TheDelayOfAllAxesIsTakenOut) {
   EXPECT_LT(surest, 5e-4);
 }
 
+// A control that blends is inside of its corners on both sides alike. Axes that were led for a lag would run
+// over them.
+TEST(Compare, BlendingIsNoLagOfAllAxes) {
+  for (const int blend : {8, 16, 30}) {
+    Given given({{0, 0, 0},
+                 {20, 0, 0},
+                 {40, 5, 0},
+                 {60, 20, 5},
+                 {75, 40, 5},
+                 {80, 60, 10},
+                 {75, 80, 20},
+                 {60, 90, 30}});
+    std::mt19937 random(4);
+    std::normal_distribution<double> noise(0.0, 1e-4);
+    constexpr double kPeriod_s = 0.001;
+    for (int k = 0; k < 4500; ++k) {
+      Sample sample;
+      sample.time_s = kPeriod_s * k;
+      for (int i = 0; i < blend; ++i) {
+        const JointVector c = given.at(kPeriod_s * (k + i - 0.5 * (blend - 1)));
+        for (AxisId id = 0; id < 3; ++id) sample.q[id] += c[id] / blend;
+      }
+      for (AxisId id = 0; id < 3; ++id) sample.q[id] += noise(random);
+      given.trace.samples.push_back(sample);
+    }
+    const auto followed = follow(given.trace, given.machine, given.plan);
+    ASSERT_TRUE(followed) << followed.error().text();
+    EXPECT_EQ(followed->lag_of_all_axes_s, 0.0) << blend;
+  }
+}
+
 // Y turns round in steps of 0.6 um, each too small to be a motion: where it is furthest.
 TEST(Compare, AnAxisTurnsRoundWhereItIsFurthest) {
   Given given(

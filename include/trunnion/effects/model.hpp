@@ -56,8 +56,8 @@ struct Model {
   std::string name;
   std::optional<std::string> parent;
   SetupTranslation setup_translation = SetupTranslation::free;
-  /// By which every axis is behind its command, beside what the `servo_lag` of single axes say. No error of
-  /// readings: a place and when it is come to are read together. Programs are led by it (`axis_lags`).
+  /// By which all axes are behind their commands alike; the `servo_lag` of an axis is what it is later than
+  /// that. Programs are led by it (`axis_lags`); what the model says of a reading is without it.
   double lag_of_all_axes_s = 0.0;
   std::vector<ModelEffect> effects;
   MeasuredRanges valid;           // where the readings were that its numbers are from; empty: not said

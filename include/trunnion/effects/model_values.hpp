@@ -3,8 +3,8 @@
 
 namespace trunnion {
 
-/// An effect of the model does something: one of its parameters is not 0, or it is a table or a formula
-/// without parameters.
+/// The model does something: all axes are late, or one of the parameters of an effect is not 0, or it is a
+/// table or a formula without parameters.
 bool has_values(const Model& model);
 
 }  // namespace trunnion

@@ -153,8 +153,8 @@ struct FollowedSample {
 };
 struct FollowedTrace {
   std::vector<FollowedSample> samples;
-  double lag_of_all_axes_s =
-      0.0;               // that is taken out of them; 0: none is surely there, or of less than a row
+  /// That is taken out of them; 0: none is surely there, or one of less than a row.
+  double lag_of_all_axes_s = 0.0;
   double sigma_s = 0.0;  // of it
 };
 /// The same alignment for measurements. The delay that all axes share is no error at a place: where corners

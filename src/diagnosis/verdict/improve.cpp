@@ -69,7 +69,8 @@ Model from_the_start(Model fitted, const Model& first) {
   return fitted;
 }
 
-// Of one quantity held-out runs are off by less than half as much with an effect, of the other by no more.
+// Of one quantity held-out runs are off by less than half as much with an effect, of the other by no more but
+// for what a few more parameters scatter.
 bool takes_most_of_heldout(const RankedEffect& r) {
   constexpr double kMost = 0.5, kNoMore = 1.05;
   double best = 1.0, worst = 0.0;
@@ -83,7 +84,7 @@ bool takes_most_of_heldout(const RankedEffect& r) {
 }
 
 // Of explanations that cannot be told apart, the effect that is in each of them and alone takes most of what
-// held-out runs are off by: what is open is the rest.
+// held-out runs are off by: what is open is the rest. None that has variants: a set does not say which.
 std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
   if (d.verdict != Verdict::ambiguous || !d.bookkeeping.empty() || d.sets.size() < 2) return std::nullopt;
   for (const ModelEffect& effect : d.additions) {

@@ -1,5 +1,6 @@
 #include "diagnosis/verdict/verdict_text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -24,6 +25,13 @@ std::string listed(const std::vector<std::string>& items, const std::string& las
   std::string out;
   for (std::size_t i = 0; i < items.size(); ++i)
     out += (i == 0 ? "" : i + 1 == items.size() ? last : ", ") + items[i];
+  return out;
+}
+
+std::vector<std::string> in_all(const std::vector<std::vector<std::string>>& sets) {
+  std::vector<std::string> out = sets.empty() ? std::vector<std::string>() : sets.front();
+  for (const auto& set : sets)
+    std::erase_if(out, [&](const auto& id) { return std::find(set.begin(), set.end(), id) == set.end(); });
   return out;
 }
 
@@ -153,10 +161,13 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
     case Verdict::ambiguous: {
       std::vector<std::string> sets;
       for (const auto& set : d.sets) sets.push_back(listed(set, " with "));
+      const std::vector<std::string> common = in_all(d.sets);
       out = "Something is missing, and these data cannot tell which: " + listed(sets, " or ") +
-            ". All of them fit the readings about equally well; do not compensate before the next "
-            "measurement." +
-            effects_text(d, atoms, found);
+            ". All of them fit the readings about equally well" +
+            (common.empty()
+                 ? "; do not compensate"
+                 : ", and each has " + listed(common, " and ") + "; do not compensate for the others") +
+            " before the next measurement." + effects_text(d, atoms, found);
       break;
     }
     case Verdict::not_in_library:

@@ -2,10 +2,10 @@
 """servo.py PROGRAM FOLDER [COUNT] [--seed N] [--case K] [--acceleration MM_S2]: hidden servos behind a control, found from traces and taken out of the words.
 
 Each case posts a random five-axis path, runs the program on the control of control.py with servos that nobody told of (lags of single axes, gains of all
-axes that do not match, spikes after reversal, nothing), makes measurements of the trace, lets `model improve` name the effects, posts again with that
-model, and runs the new program behind the same servos. Said are: what was named (the effects of the model that comes out; all that any step took for
-possible beside them), how honest the readings' uncertainties are, and the largest tip error before and after, beside that of the first program without
-servos.
+axes that do not match, spikes after reversal, nothing), makes measurements of the trace and a model with what all axes are late alike, lets
+`model improve` name the effects, posts again with the model that comes out, and runs the new program behind the same servos. Said are: what was named (the
+effects of that model; all that any step took for possible beside them), how honest the readings' uncertainties are, and the largest tip error before and
+after, beside that of the first program without servos.
 """
 import argparse
 import json
