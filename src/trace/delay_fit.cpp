@@ -367,7 +367,7 @@ void DelayFit::iterate_beside_shared() {
 // Velocities scatter, and what is left scatters with them: least squares find the delay of all axes too
 // small. It is where the likelihood is largest, which knows of that.
 void DelayFit::find_shared() {
-  constexpr double kLongest_s = 0.02, kStep_s = 0.002, kFinest_s = 0.00005;
+  constexpr double kLongest_s = 0.02, kStep_s = 0.002;
   const auto at = [&](double tau_s) {
     shared()->value = tau_s;
     find_bends();  // of where the commands are by this delay
@@ -382,7 +382,7 @@ void DelayFit::find_shared() {
     return true;
   };
   for (double tau_s = kStep_s; tau_s <= kLongest_s; tau_s += kStep_s) look_at(tau_s);
-  for (double step_s = 0.5 * kStep_s; step_s > kFinest_s; step_s *= 0.5) {
+  for (double step_s = 0.5 * kStep_s; step_s >= kSharedStep_s; step_s *= 0.5) {
     const double from_s = best_s;
     if (!look_at(from_s + step_s) && from_s >= step_s) look_at(from_s - step_s);
     // Other delays as they are beside this one.

@@ -25,7 +25,8 @@ class DelayFit {
     std::size_t worst = 0;            // row where it does most
   };
 
-  static constexpr double kSpike_s = 0.015;  // T
+  static constexpr double kSpike_s = 0.015;         // T
+  static constexpr double kSharedStep_s = 62.5e-6;  // in which the delay of all axes is looked for
   /// What is not known of the mean of a command over some rows, as a share of what the command at both ends
   /// of their time is off from going on straight: where between two rows a corner is, and at which place it
   /// passes them (a 350th of it and a 130th, root mean square).

@@ -51,7 +51,7 @@ class Follower {
     const DelayFit::Term shared = fit_.found(DelayFit::Kind::shared, 0);
     // When between two rows a control records is not known; spikes look like delays of up to 0.7 ms, too.
     if (shared.value <= followed_.period_s) return {samples(), 0.0, 0.0};
-    return {samples(), shared.value, shared.sigma};
+    return {samples(), shared.value, std::hypot(shared.sigma, 0.5 * DelayFit::kSharedStep_s)};
   }
 
  private:

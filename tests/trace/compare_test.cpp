@@ -308,6 +308,8 @@ TEST(Compare, TheDelayOfAllAxesIsTakenOut) {
   const auto samples = follow(given.trace, given.machine, given.plan);
   ASSERT_TRUE(samples) << samples.error().text();
   EXPECT_NEAR(samples->lag_of_all_axes_s, 0.004, 1e-4);
+  EXPECT_NEAR(samples->lag_of_all_axes_s, 0.004, 3.0 * samples->sigma_s);
+  EXPECT_LT(samples->sigma_s, 1e-4);
   double sum = 0.0, most = 0.0, surest = 1.0;
   std::size_t count = 0;
   for (const FollowedSample& s : samples->samples) {
