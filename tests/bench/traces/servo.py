@@ -33,7 +33,7 @@ from chain import Machine  # noqa: E402
 STOPS_AT_DEG = 30.0
 LENGTH = 150.0
 ROWS = 2500  # of a trace that are read, for the diagnosis
-KINDS = ["lag", "mismatch", "spike", "none"]
+KINDS = ["lag", "mismatch", "spike", "none"]  # in turn
 
 
 def hidden_servo(rng, kind):
@@ -111,6 +111,16 @@ class Case:
             return None, None, f"not diagnosed: {done.stderr[-300:]}"
         return json.loads(said.read_text()), out, ""
 
+    def blends(self, nc):
+        """Servos that are never late, behind a control that takes the mean of its command: no lag is told."""
+        command = control.Command(control.read_program(nc.read_text()), corner_deg=181.0)
+        rows = int(self.rng.integers(6, 30))
+        actual = control.behind_servos(control.blended(command.q, rows), 0.001, np.zeros(5), np.zeros(5))
+        self.name_effects(nc, command, actual)
+        first = self.folder / "none.toml"
+        told = tomllib.loads(first.read_text())["model"].get("lag_of_all_axes_ms", 0.0) if first.exists() else None
+        return {"blend_ms": rows, "lag_of_all_ms": told, "right": told == 0.0}
+
     def run(self, kind):
         result = {"case": self.k, "kind": kind}
         nc, done = self.post("plain.ngc")
@@ -118,6 +128,8 @@ class Case:
             return result | {"result": "not posted", "why": done.stderr[-300:]}
         command = run_control(nc)
         lag, spike, names = hidden_servo(self.rng, kind)
+        if kind == "blend":
+            return result | self.blends(nc)
         if kind == "spike":
             # An axis that turns round, or there is nothing to find.
             turning = [i for i in range(5) if reverses(command, i) >= 4]
@@ -183,13 +195,18 @@ def main():
     parser.add_argument("count", type=int, nargs="?", default=20)
     parser.add_argument("--seed", type=int, default=282)
     parser.add_argument("--case", type=int)
+    parser.add_argument("--blend", action="store_true", help="controls that blend over 6 to 29 ms, without late servos: none must be told")
     parser.add_argument("--acceleration", type=float, default=control.ACCELERATION, help="of the control, mm/s2")
     args = parser.parse_args()
     control.ACCELERATION = args.acceleration
     results = []
     for k in [args.case] if args.case is not None else range(args.count):
-        results.append(Case(args.program, args.folder / f"servo_{k}", args.seed, k).run(KINDS[k % len(KINDS)]))
+        results.append(Case(args.program, args.folder / f"servo_{k}", args.seed, k).run("blend" if args.blend else KINDS[k % len(KINDS)]))
         print(json.dumps(results[-1]), flush=True)
+    if args.blend:
+        wrong = sum(not r.get("right") for r in results)
+        print(json.dumps({"cases": len(results), "a_lag_is_told": wrong}))
+        sys.exit(1 if wrong else 0)
     print(json.dumps(summary(results)))
 
 
