@@ -47,7 +47,7 @@ bool crosses(const Observations& o, const EffectInfo& info) {
 // seconds apart, the first one behind it says nothing of it.
 bool shows_spikes(const Observations& o, AxisId axis) {
   constexpr double kSoon_s = 0.1;
-  constexpr int kFewest = 10;
+  constexpr int kFewest = 6;
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(o.size()));
   std::iota(rows.begin(), rows.end(), Eigen::Index{0});
   std::stable_sort(rows.begin(), rows.end(), [&](Eigen::Index a, Eigen::Index b) {

@@ -39,12 +39,17 @@ constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
 constexpr double kBesideAPart = 0.7;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
+// Of effects among those found beside which the others may be of second order: their share of what all do,
+// and how far above the noise (chi-square): a hundredth of their size is then above it, too.
+constexpr double kShareOfLarge = 0.99, kFarAboveNoise = 1e5;
+constexpr double kClearlyLess = 10.0;  // chi-square
 
 struct Outcome {
   EffectSet found;
   std::vector<EffectSet> rivals;
   NoiseScale noise;
   Leftover before, after;
+  double rss_after = 0.0, dof_after = 0.0;
 };
 
 class Engine {
@@ -104,8 +109,7 @@ class Engine {
     multiplicity_ = atoms.multiplicity(std::clamp(static_cast<std::size_t>(affordable), kFewestSimulations,
                                                   std::max(kFewestSimulations, options_.simulations)),
                                        options_.seed);
-    const auto room = static_cast<Eigen::Index>(std::clamp(atoms.base().dof() / 5.0, 0.0, kMostSurrogate));
-    const MatrixXd surrogate = smooth_surrogate(structures_.blocks, atoms.base(), room);
+    const MatrixXd surrogate = surrogate_for(atoms.base());
     const Remainder nothing = atoms.remainder({});
     const Judgement of_base = judge(atoms, nothing, structures_, surrogate, options_.seed);
     const auto [first, judged] = beside_what(atoms, of_base, surrogate);
@@ -121,7 +125,99 @@ class Engine {
       out.after = out.before;
     else
       out.after = same ? judged.left : leftover(atoms, out.found.remainder, structures_, noise_);
+    out.rss_after = out.found.remainder.rss();
+    out.dof_after = atoms.base().dof() - static_cast<double>(out.found.remainder.basis.cols());
+    if (out.found.members.size() > 1 || (out.found.members.size() == 1 && is_rest(out)))
+      put_into_model(atoms, out);
     return out;
+  }
+  MatrixXd surrogate_for(const FitCore& base) const {
+    const auto room = static_cast<Eigen::Index>(std::clamp(base.dof() / 5.0, 0.0, kMostSurrogate));
+    return smooth_surrogate(structures_.blocks, base, room);
+  }
+  bool is_rest(const Outcome& x) const {
+    return x.after.found(level()) ||
+           (x.rss_after > kHighChi2 * x.dof_after && chi2_is_off(x.rss_after, x.dof_after));
+  }
+
+  // The few that do nearly all that the set does, and do it far above the noise; the largest first.
+  std::vector<Atom> far_ahead(const Atoms& atoms, const EffectSet& set) const {
+    const auto gained = [&](std::vector<Atom> members) {
+      return base_rss(atoms) - search_->evaluated(std::move(members)).rss;
+    };
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t k = 0; k < set.members.size(); ++k) order.emplace_back(-gained({set.members[k]}), k);
+    std::sort(order.begin(), order.end());
+    std::vector<Atom> out;
+    for (const auto& [drop, k] : order) {
+      out.push_back(set.members[k]);
+      const double all = gained(out);
+      if (all < kFarAboveNoise * noise_.variance) return {};
+      if (all > kShareOfLarge * (base_rss(atoms) - set.rss)) return out;
+    }
+    return out;
+  }
+  // The search is linear in each effect. A large one turns and moves what the others do, and what that leaves
+  // is of second order, but above the noise: it would pass for an effect. So the large ones are fitted as
+  // they are, and what stands beside them is sought in what they leave then.
+  void put_into_model(const Atoms& atoms, Outcome& out) {
+    EffectSet large;
+    large.members = far_ahead(atoms, out.found);
+    if (large.members.empty()) return;
+    std::vector<bool> flags = atoms.base().whitening->noise().used;
+    flags.flip();
+    const FitCore exact = fit_core(o_, with(atoms, large), {.robust = false}, flags);
+    const Atoms beside(o_, exact, library_);
+    structures_.fit_to(exact);
+    const MatrixXd surrogate = surrogate_for(exact);
+    const auto judge_beside = [&](const Remainder& left) {
+      return judge(beside, left, structures_, surrogate, options_.seed);
+    };
+    Judgement judged = judge_beside(beside.remainder({}));
+    // A further large effect would pass for noise until it is found, too.
+    NoiseScale noise = judged.noise.variance < noise_.variance ? judged.noise : noise_;
+    const auto search_beside = [&] {
+      return Search(beside, multiplicity_, noise, level(), options_.max_effects - large.members.size());
+    };
+    EffectSet more = search_beside().best();
+    std::vector<EffectSet> others;
+    if (!more.members.empty()) {
+      judged = judge_beside(more.remainder);
+      noise = judged.noise;
+      Search search = search_beside();
+      more = search.best();
+      if (!more.members.empty()) others = search.alternatives(more);
+    }
+    if (more.remainder.rss() + kClearlyLess < out.rss_after) {
+      if (noise_.phi == 0.0 && judged.noise.phi == 0.0)
+        out.before = rescaled(std::move(out.before), noise_, judged.noise);
+      noise_ = out.noise = judged.noise;
+      out.after = leftover(beside, more.remainder, structures_, noise_);
+      out.rss_after = more.remainder.rss();
+      out.dof_after = exact.dof() - static_cast<double>(more.remainder.basis.cols());
+      // Against this noise the other sets are others, too.
+      search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, level(), options_.max_effects);
+      search_->best();
+      large = search_->evaluated(large.members);
+      out.rivals = search_->alternatives(large);
+      const double before = large.rss / noise_.variance;
+      out.found = together(atoms, large, more, before);
+      for (EffectSet& rival : out.rivals) rival = together(atoms, rival, more, before);
+      for (const EffectSet& other : others) out.rivals.push_back(together(atoms, large, other, before));
+    }
+    structures_.fit_to(atoms.base());
+  }
+  // Large effects, and small ones beside them in what the large ones found leave as they are, not in what a
+  // linear search leaves of them (`before`, noise units).
+  static EffectSet together(const Atoms& atoms, EffectSet large, const EffectSet& small, double before) {
+    for (const Atom& atom : small.members)
+      large.members.push_back(atoms.make_atom(atom.family, atom.variant, atom.shape));
+    large.drop.insert(large.drop.end(), small.drop.begin(), small.drop.end());
+    large.rank.insert(large.rank.end(), small.rank.begin(), small.rank.end());
+    large.p.insert(large.p.end(), small.p.begin(), small.p.end());
+    large.criterion += small.criterion - before;
+    large.rss = small.rss;
+    return large;
   }
 
   struct Beside {
@@ -315,15 +411,13 @@ class Engine {
       d.confidence = kOfRounding;
       return;
     }
-    const double gained = (base_rss(atoms) - x.found.remainder.rss()) / noise_.variance;
+    const double gained = (base_rss(atoms) - x.rss_after) / noise_.variance;
     double left = 0.0;
     for (const auto& t : x.after.tests)
       if (t.p < level()) left = std::max(left, t.drop - static_cast<double>(t.rank));
     d.explained = gained > 0.0 ? gained / (gained + left) : 0.0;
     if (x.found.members.empty()) return decide_without_effect(d, x);
-    const double after_dof = atoms.base().dof() - static_cast<double>(x.found.remainder.basis.cols());
-    const bool rest = x.after.found(level()) || (x.found.remainder.rss() > kHighChi2 * after_dof &&
-                                                 chi2_is_off(x.found.remainder.rss(), after_dof));
+    const bool rest = is_rest(x);
     if (rest && d.explained < kMostlyExplained) {
       d.verdict = Verdict::not_in_library;
       d.confidence = 0.97;
@@ -349,12 +443,12 @@ class Engine {
       d.verdict = Verdict::named;
       if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
     }
-    if (x.rivals.empty()) refuse_harm(d, atoms, x, after_dof);
+    if (x.rivals.empty()) refuse_harm(d, atoms, x);
   }
 
   // What one run says of the set must not be wrong in another.
-  void refuse_harm(Diagnosis& d, const Atoms& atoms, const Outcome& x, double after_dof) const {
-    const double scatter = x.found.remainder.rss() / std::max(after_dof, 1.0);
+  void refuse_harm(Diagnosis& d, const Atoms& atoms, const Outcome& x) const {
+    const double scatter = x.rss_after / std::max(x.dof_after, 1.0);
     const auto harm = held_out_harm(atoms, x.found.members, std::max({1.0, noise_.variance, scatter}));
     if (!harm) return;
     d.harm =
