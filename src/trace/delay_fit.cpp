@@ -22,14 +22,16 @@ constexpr double kLeastOfLeft = 0.2;
 constexpr double kLeastOfAll = 0.002;
 constexpr double kSure = 3.0;  // sigmas
 // Of -2 log of a likelihood. Neighbours are means of the same rows: so many count as one.
-constexpr double kMuchLess = kSure * kSure * (2.0 * kRowsAside + 1.0);
+constexpr double kSameRows = 2.0 * kRowsAside + 1.0;
+constexpr double kMuchLess = kSure * kSure * kSameRows;
 // A mean is inside of a curve by a sixth of what the command at both ends of its time is off from going on
 // straight; of a corner anywhere in it by a seventh, root mean square.
 constexpr double kUnseenBend = 1.0 / 6.0;
-// Of what is off the path beyond its scatter a delay of all axes leaves less. A lag leaves a 500th and less
-// of the simulated traces, a control that blends (the mean of its command over 7 to 30 ms) a fifth and more.
+// Of what is off the path beyond its scatter a delay of all axes leaves less. A lag leaves a 200th and less
+// of the simulated traces, a control that blends (the mean of its command over 8 to 30 ms) a sixth and more.
 constexpr double kMostLeft = 0.05;
-constexpr double kAcross = 4.0;  // coordinates across the path
+constexpr double kAcross = 4.0;         // coordinates across the path
+constexpr double kUnknown = kLever_mm;  // a bend, as if anything were possible
 
 // After the last reversal of each axis: how much of a spike is left, with the sign of the new sense.
 Scaled left_of_spikes(const ProgramSenses& senses, double time_s) {
@@ -131,6 +133,19 @@ Scaled DelayFit::added(const Row& row, bool all) const {
     if (term.value == 0.0 || (!all && (term.kind == Kind::curve || term.kind == Kind::spike))) continue;
     out += term.value * column(row, term);
   }
+  return out + between_rows(row.smooth);
+}
+
+// Where the command's speed jumps, x = c - tau v + tau v exp(-t / tau): of the sum over rows and the integral
+// of the exponential function the difference is this share of its limit for long delays.
+Scaled DelayFit::between_rows(const Scaled& smooth) const {
+  Scaled out = Scaled::Zero();
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    const double tau_s = found(Kind::shared, 0).value + found(Kind::lag, id).value;
+    const double rows = 0.5 * followed_.period_s / std::max(tau_s, 1e-9);
+    const double share = rows < 0.01 ? 1.0 : 3.0 / (rows * rows) * (rows / std::tanh(rows) - 1.0);
+    out[static_cast<int>(id)] = share * smooth[static_cast<int>(id)];
+  }
   return out;
 }
 
@@ -183,50 +198,59 @@ void DelayFit::iterate() {
   }
 }
 
-// Of a mean of rows with the delays as they are found, mean square of one coordinate.
-double DelayFit::scatter2() const {
+// Of means of rows with the delays as they are found, mean squares.
+Scaled DelayFit::scatter2() const {
   const double shared_s = found(Kind::shared, 0).value;
-  double out = 0.0;
+  Scaled out = Scaled::Zero();
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const double tau_s = shared_s + found(Kind::lag, id).value;
-    const double of_axis = scatter_[static_cast<int>(id)] * scatter_of_mean(followed_, kRowsAside, tau_s);
-    out += of_axis * of_axis / static_cast<double>(machine_.axes.size());
+    const int c = static_cast<int>(id);
+    out[c] = std::hypot(scatter_[c] * scatter_of_mean(followed_, kRowsAside, 0.0),
+                        speed_scatter_[c] * tau_s * scatter_of_velocity(followed_, kRowsAside));
   }
-  return out;
+  return out.cwiseAbs2();
 }
 
 // Calls `take` with the squared distance from the path of every row, and what of a coordinate's square is
-// expected.
+// expected: axes scatter unlike each other, and of one that moves along the path it is not seen.
 template <class Take>
 void DelayFit::each_off(const Take& take) const {
   constexpr double kFloor2 = 1e-12;
-  const double scatter2 = this->scatter2();
+  const Scaled scatter2 = this->scatter2();
   for (const Row& row : rows_) {
+    if (row.bend == kUnknown) continue;
     Scaled tangent;
-    take(off(row, added(row, true), tangent).squaredNorm(),
-         scatter2 + row.bend * row.bend / kAcross + kFloor2);
+    const double off2 = off(row, added(row, true), tangent).squaredNorm();
+    const double across2 = scatter2.sum() - scatter2.dot(tangent.cwiseAbs2());
+    take(off2, (across2 + row.bend * row.bend) / kAcross + kFloor2);
   }
 }
 
-// -2 log of the likelihood of what is left across the path, of means of rows; what is far off counts less. A
-// longer delay makes more of the scatter: without what is expected of that, the sum of what is left would
-// always speak for none.
+// -2 log of the likelihood of what is left across the path, of means of rows; what is far off counts less.
+// Positions and velocities both scatter, by known amounts, and where an axis truly was is not known: then
+// each row counts as its distance over what is expected of it, and no more (errors in variables; Fuller
+// 1987). The logarithm of what is expected, as of a regression, would speak for short delays: 1.25 ms were
+// found for 1.44.
 double DelayFit::unlikeliness() const {
   constexpr double kFar = 4.0;  // for the length of four
   double sum = 0.0;
   each_off([&](double off2, double sigma2) {
     const double size2 = off2 / sigma2;
     sum += size2 <= kFar * kFar ? size2 : kFar * (2.0 * std::sqrt(size2) - kFar);
-    sum += kAcross * std::log(sigma2);
   });
   return sum;
 }
 
-// Sum of squares of what is off the path beyond what is expected of the scatter.
-double DelayFit::excess() const {
-  double sum = 0.0;
-  each_off([&](double off2, double sigma2) { sum += std::max(0.0, off2 - kAcross * sigma2); });
-  return sum;
+// Sum of squares of what is off the path beyond what is expected of the scatter, and its standard deviation:
+// a square of k coordinates scatters by 2 k sigma^4, sums of neighbours, which are means of the same rows, by
+// more.
+DelayFit::Excess DelayFit::excess() const {
+  double sum = 0.0, variance = 0.0;
+  each_off([&](double off2, double sigma2) {
+    sum += off2 - kAcross * sigma2;
+    variance += 2.0 * kAcross * sigma2 * sigma2;
+  });
+  return {sum, std::sqrt(kSameRows * variance)};
 }
 
 // What is left at most rows is their scatter, in which four coordinates are: of their length three in four
@@ -249,6 +273,7 @@ void DelayFit::find_bends() {
     if (const auto mean = mean_at(followed_, near.sample, 1)) {
       near.x = mean->x;
       near.v = mean->v;
+      near.smooth = mean->smooth;
     }
     Scaled tangent;
     const Scaled by = added(near, true);
@@ -257,8 +282,10 @@ void DelayFit::find_bends() {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     Row& row = rows_[k];
     const std::size_t before = row_of_[row.sample - kRowsAside], behind = row_of_[row.sample + kRowsAside];
-    if (before == 0 || behind == 0) continue;
     row.inside = Scaled::Zero();
+    // Towards a rapid the way may turn sharply, and nobody has looked: such a row says nothing.
+    row.bend = kUnknown;
+    if (before == 0 || behind == 0) continue;
     Scaled tangent;
     const Scaled by = added(row, true);
     const Scaled place = row.x + by - off(row, by, tangent);
@@ -283,13 +310,19 @@ std::optional<Scaled> DelayFit::mean_command(std::size_t k, const std::vector<Sc
 }
 
 void DelayFit::refine() {
-  scatter_ = scatter_of(followed_);
+  // Over some rows most ways have a corner, which is not smooth.
+  constexpr double kMiddle = 0.5, kSmallest = 0.2;
+  scatter_ = scatter_of(followed_, 1, kMiddle);
+  // Neighbours that scatter against each other make less of a velocity's scatter than of theirs, and a delay
+  // that is blamed for too much of it is found too long.
+  speed_scatter_ = scatter_.cwiseMin(scatter_of(followed_, kRowsAside, kSmallest));
   if (!has_run_) return;
   for (Row& row : rows_) {
     const auto mean = mean_at(followed_, row.sample, kRowsAside);
     if (!mean) continue;
     row.x = mean->x;
     row.v = mean->v;
+    row.smooth = mean->smooth;
   }
   find_bends();
   iterate();
@@ -302,7 +335,7 @@ void DelayFit::refine() {
   terms_ = found_before;
   std::erase_if(terms_, [](const Term& term) { return term.kind == Kind::curve; });
   find_bends();
-  const double without = excess();
+  const double without = excess().sum;
   terms_.push_back({Kind::shared, 0});
   find_shared();
   judge();
@@ -311,8 +344,9 @@ void DelayFit::refine() {
     judge();
   }
   const Term shared = found(Kind::shared, 0);
+  const Excess left = excess();
   if (unlikeliness() < of_single - kMuchLess && shared.value > kSure * shared.sigma &&
-      excess() < kMostLeft * without)
+      left.sum < kMostLeft * without + kSure * left.sigma)
     return;
   terms_ = single;
   find_bends();
@@ -367,7 +401,7 @@ void DelayFit::iterate_beside_shared() {
 // Velocities scatter, and what is left scatters with them: least squares find the delay of all axes too
 // small. It is where the likelihood is largest, which knows of that.
 void DelayFit::find_shared() {
-  constexpr double kLongest_s = 0.02, kStep_s = 0.002;
+  constexpr double kLongest_s = 0.02, kStep_s = 0.002, kLast_s = kStep_s / 32.0;
   const auto at = [&](double tau_s) {
     shared()->value = tau_s;
     find_bends();  // of where the commands are by this delay
@@ -382,7 +416,7 @@ void DelayFit::find_shared() {
     return true;
   };
   for (double tau_s = kStep_s; tau_s <= kLongest_s; tau_s += kStep_s) look_at(tau_s);
-  for (double step_s = 0.5 * kStep_s; step_s >= kSharedStep_s; step_s *= 0.5) {
+  for (double step_s = 0.5 * kStep_s; step_s >= kLast_s; step_s *= 0.5) {
     const double from_s = best_s;
     if (!look_at(from_s + step_s) && from_s >= step_s) look_at(from_s - step_s);
     // Other delays as they are beside this one.
@@ -390,6 +424,14 @@ void DelayFit::find_shared() {
     iterate_beside_shared();
     least = at(best_s);
   }
+  // Between the steps, by the parabola through three of them.
+  if (best_s > kLast_s) {
+    const double before = at(best_s - kLast_s), behind = at(best_s + kLast_s);
+    const double bend = before - 2.0 * least + behind;
+    if (bend > 0.0) best_s += 0.5 * kLast_s * std::clamp((before - behind) / bend, -1.0, 1.0);
+  }
+  at(best_s);
+  iterate_beside_shared();
 }
 
 // The fewest terms that account for the deviation: each the one that takes most of what is left, and a fifth

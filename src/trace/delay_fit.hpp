@@ -25,8 +25,7 @@ class DelayFit {
     std::size_t worst = 0;            // row where it does most
   };
 
-  static constexpr double kSpike_s = 0.015;         // T
-  static constexpr double kSharedStep_s = 62.5e-6;  // in which the delay of all axes is looked for
+  static constexpr double kSpike_s = 0.015;  // T
   /// What is not known of the mean of a command over some rows, as a share of what the command at both ends
   /// of their time is off from going on straight: where between two rows a corner is, and at which place it
   /// passes them (a 350th of it and a 130th, root mean square).
@@ -46,6 +45,9 @@ class DelayFit {
   /// What must be added to the position at a row, where the axes have these velocities, to bring it onto the
   /// program: delays, and spikes, offsets and backlash where the row was fitted.
   Scaled to_program(std::size_t row, const Scaled& velocity) const;
+  /// What is to be added to a mean of rows: a control sends straight pieces from row to row, and the later an
+  /// axis follows the smoother it goes between two rows.
+  Scaled between_rows(const Scaled& smooth) const;
   /// One standard deviation of that, but for the delay that all axes share.
   Scaled sigma_to_program(std::size_t row, const Scaled& velocity) const;
   /// What is left of spikes at a row, as `to_program` adds it.
@@ -61,6 +63,7 @@ class DelayFit {
   struct Row {
     std::size_t sample = 0;
     Scaled x, v, a;
+    Scaled smooth = Scaled::Zero();    // as Mean has it
     Scaled reversed = Scaled::Zero();  // exp(-t / T) with the sign of the new direction
     Scaled sign = Scaled::Zero();      // direction of the last motion
     Scaled inside = Scaled::Zero();    // by which the mean of the command in its time is off the path
@@ -80,11 +83,14 @@ class DelayFit {
   };
   Normal normal_equations(bool weighted);
   void iterate();
-  double scatter2() const;
+  Scaled scatter2() const;
   template <class Take>
   void each_off(const Take& take) const;
   double unlikeliness() const;
-  double excess() const;
+  struct Excess {
+    double sum, sigma;
+  };
+  Excess excess() const;
   Term* shared();
   void iterate_beside_shared();
   void find_shared();
@@ -105,8 +111,9 @@ class DelayFit {
   std::vector<Term> terms_;
   std::vector<AxisId> moving_;
   double before2_ = 0.0;
-  Scaled scatter_ = Scaled::Zero();  // of single positions
-  double rounding_ = 1e-6;           // weights: what is beyond a few of it counts less
+  Scaled scatter_ = Scaled::Zero();        // of single positions
+  Scaled speed_scatter_ = Scaled::Zero();  // the same, as velocities show it
+  double rounding_ = 1e-6;                 // weights: what is beyond a few of it counts less
   bool has_run_ = false;
 };
 

@@ -51,7 +51,7 @@ class Follower {
     const DelayFit::Term shared = fit_.found(DelayFit::Kind::shared, 0);
     // When between two rows a control records is not known; spikes look like delays of up to 0.7 ms, too.
     if (shared.value <= followed_.period_s) return {samples(), 0.0, 0.0};
-    return {samples(), shared.value, std::hypot(shared.sigma, 0.5 * DelayFit::kSharedStep_s)};
+    return {samples(), shared.value, shared.sigma};
   }
 
  private:
@@ -110,8 +110,9 @@ class Follower {
       const Scaled before = came.sign();
       came.go_to(followed_.x[i]);
       if (i < followed_.at.first || std::isnan(followed_.at.s[i])) continue;
-      const auto mean = mean_at(followed_, i, kHalf);
+      auto mean = mean_at(followed_, i, kHalf);
       if (!mean) continue;
+      mean->x += fit_.between_rows(mean->smooth);
       Row& row = rows_[i];
       row.mean = *mean;
       // At its command where what was found is taken out; along the path the place follows from there.
@@ -139,7 +140,7 @@ class Follower {
       // When an axis turned round that came another way out of sight is not known.
       if (!goes_on)
         came_s = (before.cwiseProduct(row.sign).array() < 0.0).select(followed_.time_s[i], came_s);
-      row.in_doubt = may_have_spikes(followed_.time_s[i], senses.doubtful_s().cwiseMax(came_s));
+      row.in_doubt = may_have_spikes(followed_.time_s[i], senses, came_s);
     }
   }
 
@@ -147,18 +148,20 @@ class Follower {
   Scaled command_at_moment(std::size_t i, double s) const {
     const auto mean = mean_at(followed_, i, 1);
     if (!mean) return path_.at(s);
-    const Scaled at_command = mean->x + fit_.to_program(i, mean->v);
+    const Scaled at_command = mean->x + fit_.between_rows(mean->smooth) + fit_.to_program(i, mean->v);
     const double around = 2.0 * ((at_command - path_.at(s)).norm() + followed_.at.step);
     return path_.at(
         path_.nearest(at_command, std::max(s - around, 0.0), std::min(s + around, path_.length())).s);
   }
 
-  // Of an axis that has some, and may have turned round at the last of these times.
-  bool may_have_spikes(double time_s, const Scaled& turned_s) const {
-    for (AxisId id = 0; id < machine_.axes.size(); ++id)
-      if (fit_.found(DelayFit::Kind::spike, id).value != 0.0 &&
-          time_s - turned_s[static_cast<int>(id)] < kSpikes * DelayFit::kSpike_s)
-        return true;
+  // Of an axis that has some, and turns round there or may have done so shortly before.
+  bool may_have_spikes(double time_s, const ProgramSenses& senses, const Scaled& came_s) const {
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      const int c = static_cast<int>(id);
+      const double turned_s = std::max(senses.doubtful_s()[c], came_s[c]);
+      const bool may = senses.is_turning(c) || time_s - turned_s < kSpikes * DelayFit::kSpike_s;
+      if (may && fit_.found(DelayFit::Kind::spike, id).value != 0.0) return true;
+    }
     return false;
   }
 
@@ -174,6 +177,55 @@ class Follower {
       while (first > 0 && rows_[first - 1].known && rows_[first - 1].s > row.s - spike) --first;
       row.late_s[c] = followed_.time_s[i] - followed_.time_s[first];
     }
+  }
+
+  // The velocities that the effects of a reading see: those of its mean, or, of an axis that hardly moves and
+  // has followed an even command for long enough, that of the command. In the reading is that of the mean,
+  // times the delays: a column that scatters with it shows of an axis at rest an error that follows its
+  // velocity.
+  struct Seen {
+    Scaled v;
+    std::array<bool, kMaxAxes> of_command{};
+  };
+  Seen velocities_at(std::size_t i) const {
+    constexpr double kHardly = 10.0;  // standard deviations
+    Seen out{rows_[i].mean.v};
+    const double scatter_s = scatter_of_velocity(followed_, kHalf);
+    for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+      const int c = static_cast<int>(id);
+      if (std::abs(out.v[c]) > kHardly * fit_.scatter()[c] * scatter_s || fit_.spikes_at(i)[c] != 0.0)
+        continue;
+      const auto even = even_command(i, id);
+      if (!even) continue;
+      out.v[c] = *even;
+      out.of_command[id] = true;
+    }
+    return out;
+  }
+  // The velocity of an axis' command, where it has run evenly until nothing is left of what was before.
+  std::optional<double> even_command(std::size_t i, AxisId id) const {
+    constexpr double kDelays = 12.0;  // exp(-12) of a speed is left: nothing beside its scatter
+    constexpr double kEven = 0.3;     // of the scatter of one row
+    const int c = static_cast<int>(id);
+    const double late_s = shared_s_ + fit_.found(DelayFit::Kind::lag, id).value;
+    const auto before = kHalf + static_cast<std::size_t>(kDelays * late_s / followed_.period_s) + 1;
+    if (before > i) return std::nullopt;
+    const std::size_t first = i - before, last = i + kHalf;
+    const auto& t = followed_.time_s;
+    const double from = rows_[first].commanded[c], to = rows_[last].commanded[c];
+    const double v = (to - from) / (t[last] - t[first]);
+    for (std::size_t k = first; k <= last; ++k) {
+      if (!rows_[k].known || rows_[k].holes != rows_[i].holes) return std::nullopt;
+      if (std::abs(rows_[k].commanded[c] - from - v * (t[k] - t[first])) > kEven * fit_.scatter()[c])
+        return std::nullopt;
+    }
+    return v;
+  }
+  Scaled own_delays_s() const {
+    Scaled out = Scaled::Zero();
+    for (AxisId id = 0; id < machine_.axes.size(); ++id)
+      out[static_cast<int>(id)] = fit_.found(DelayFit::Kind::lag, id).value;
+    return out;
   }
 
   JointVector of_axes(const Scaled& sign) const {
@@ -206,13 +258,17 @@ class Follower {
     FollowedSample out;
     out.time_s = row.mean.time_s;
     out.commanded = unscaled(machine_, is_reading ? mean_command(i) : row.commanded);
-    out.actual = unscaled(machine_, row.mean.x + shared_s_ * row.mean.v);
-    out.velocity = unscaled(machine_, row.mean.v);
+    const Seen seen = is_reading ? velocities_at(i) : Seen{row.mean.v};
+    // Along the path the place follows from the delays, so there it is at the velocities that are said.
+    const Scaled& tangent = path_.tangent(row.segment);
+    const Scaled along = tangent.dot(own_delays_s().cwiseProduct(row.mean.v - seen.v)) * tangent;
+    out.actual = unscaled(machine_, row.mean.x + shared_s_ * row.mean.v + along);
+    out.velocity = unscaled(machine_, seen.v);
     out.direction = of_axes(row.sign);
     out.is_reading = is_reading;
     out.first_row = i - std::min(i, kHalf);
     out.last_row = i + kHalf;
-    if (is_reading) out.unsure = unsure_at(i);
+    if (is_reading) out.unsure = unsure_at(i, seen);
     out.length_mm = block.length_mm;
     out.nc_line = block.nc_line;
     return out;
@@ -230,7 +286,7 @@ class Follower {
     return row.commanded + across(mean - row.commanded, path_.tangent(row.segment));
   }
 
-  std::vector<JointVector> unsure_at(std::size_t i) const {
+  std::vector<JointVector> unsure_at(std::size_t i, const Seen& seen) const {
     const Row& row = rows_[i];
     const Scaled tangent = path_.tangent(row.segment);
     std::vector<JointVector> out;
@@ -240,13 +296,14 @@ class Follower {
     Scaled speed, a = Scaled::Zero();
     motion_at(followed_, i, kHalf, speed, a);
     // Between two rows nobody knows how an axis went: straight, or as it accelerates.
+    const Scaled own_delays = own_delays_s();
     const double grid_s2 = followed_.period_s * followed_.period_s / 12.0;
     for (AxisId id = 0; id < machine_.axes.size(); ++id) {
       const int c = static_cast<int>(id);
-      const double own_s = fit_.found(DelayFit::Kind::lag, id).value;
+      const double own_s = own_delays[c];
+      const double in_mean_s = seen.of_command[id] ? shared_s_ : shared_s_ + own_s;
       Scaled v = Scaled::Zero();
-      v[c] = std::hypot(fit_.scatter()[c] * scatter_of_mean(followed_, kHalf, shared_s_ + own_s),
-                        grid_s2 * a[c]);
+      v[c] = std::hypot(fit_.scatter()[c] * scatter_of_mean(followed_, kHalf, in_mean_s), grid_s2 * a[c]);
       add_across(v);
       // The moment of a reversal is known to a row at best, and the mean of a spike is not its middle.
       v[c] = fit_.spikes_at(i)[c];

@@ -1,6 +1,7 @@
 #include "trace/followed.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
@@ -182,27 +183,33 @@ std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t
   const auto& t = followed.time_s;
   const auto& x = followed.x;
   const double span = t[i + half] - t[i - half];
-  Mean out{Scaled::Zero(), (x[i + half] - x[i - half]) / span, 0.5 * (t[i - half] + t[i + half])};
+  Mean out{Scaled::Zero(), (x[i + half] - x[i - half]) / span, Scaled::Zero(),
+           0.5 * (t[i - half] + t[i + half])};
   for (std::size_t k = i - half; k < i + half; ++k)
     out.x += 0.5 * (t[k + 1] - t[k]) / span * (x[k] + x[k + 1]);
+  if (has_samples_beside(followed, i, half + 1)) {
+    const auto speed = [&](std::size_t k) -> Scaled { return (x[k + 1] - x[k - 1]) / (t[k + 1] - t[k - 1]); };
+    const double step = span / (2.0 * static_cast<double>(half));
+    out.smooth = -step * step / (12.0 * span) * (speed(i + half) - speed(i - half));
+  }
   return out;
 }
 
-Scaled scatter_of(const Followed& followed) {
-  constexpr double kMedianOfNormal = 0.67449;
+Scaled scatter_of(const Followed& followed, std::size_t apart, double share) {
+  const double of_normal = boost::math::quantile(boost::math::normal(), 0.5 * (1.0 + share));
   const double norm = std::sqrt(70.0);
   const auto& x = followed.x;
   Scaled out = Scaled::Zero();
   std::vector<double> sizes;
   for (int c = 0; c < out.size(); ++c) {
     sizes.clear();
-    for (std::size_t i = followed.at.first + 2; i + 2 <= followed.at.last; ++i)
-      sizes.push_back(
-          std::abs(x[i - 2][c] - 4.0 * x[i - 1][c] + 6.0 * x[i][c] - 4.0 * x[i + 1][c] + x[i + 2][c]));
+    for (std::size_t i = followed.at.first + 2 * apart; i + 2 * apart <= followed.at.last; ++i)
+      sizes.push_back(std::abs(x[i - 2 * apart][c] - 4.0 * x[i - apart][c] + 6.0 * x[i][c] -
+                               4.0 * x[i + apart][c] + x[i + 2 * apart][c]));
     if (sizes.empty()) break;
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    out[c] = *middle / kMedianOfNormal / norm;
+    const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sizes.size()));
+    std::nth_element(sizes.begin(), at, sizes.end());
+    out[c] = *at / of_normal / norm;
   }
   return out;
 }
@@ -210,8 +217,11 @@ Scaled scatter_of(const Followed& followed) {
 double scatter_of_mean(const Followed& followed, std::size_t half, double tau_s) {
   const double steps = 2.0 * static_cast<double>(half);
   const double inner = (steps - 1.0) / (steps * steps), ends = 0.5 / steps;
-  const double speed = tau_s / (steps * followed.period_s);
-  return std::sqrt(inner + 2.0 * (ends * ends + speed * speed));
+  return std::hypot(std::sqrt(inner + 2.0 * ends * ends), tau_s * scatter_of_velocity(followed, half));
+}
+
+double scatter_of_velocity(const Followed& followed, std::size_t half) {
+  return std::sqrt(2.0) / (2.0 * static_cast<double>(half) * followed.period_s);
 }
 
 }  // namespace trunnion::trace

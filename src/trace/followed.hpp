@@ -29,6 +29,7 @@ bool motion_at(const Followed& followed, std::size_t i, std::size_t half, Scaled
 /// Means over the time of some samples, straight between them.
 struct Mean {
   Scaled x, v;          // scaled, per second
+  Scaled smooth;        // what is to be added to x if the axes go smoothly between them (Euler, Maclaurin)
   double time_s = 0.0;  // in their middle
 };
 /// Of the samples from `half` before `i` to `half` behind it; nothing as for `motion_at`.
@@ -37,10 +38,11 @@ struct Mean {
 /// time, exactly, whatever c does: at corners and in the tail that a delay leaves behind them too.
 std::optional<Mean> mean_at(const Followed& followed, std::size_t i, std::size_t half);
 
-/// How far single positions scatter, one standard deviation: of fourth differences, in which there is nothing
-/// that an axis does smoothly.
-Scaled scatter_of(const Followed& followed);
-/// How far x + tau v of a mean scatters where single positions scatter by 1.
+/// How far single positions scatter, one standard deviation: of fourth differences of rows `apart`, in which
+/// there is nothing that an axis does smoothly; by the size that this share of them does not exceed.
+Scaled scatter_of(const Followed& followed, std::size_t apart, double share);
+/// How far v of a mean scatters (per second), and x + tau v, where single positions scatter by 1.
+double scatter_of_velocity(const Followed& followed, std::size_t half);
 double scatter_of_mean(const Followed& followed, std::size_t half, double tau_s);
 
 }  // namespace trunnion::trace

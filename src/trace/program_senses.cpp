@@ -82,4 +82,8 @@ void ProgramSenses::go_to(double s, double time_s) {
   }
 }
 
+bool ProgramSenses::is_turning(int axis) const {
+  return turns_since_s_[axis] < std::numeric_limits<double>::infinity();
+}
+
 }  // namespace trunnion::trace

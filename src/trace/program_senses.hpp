@@ -21,6 +21,8 @@ class ProgramSenses {
   /// When each axis was last where it turns round for some micrometres only, comes back from there, or turns
   /// round so slowly that nobody knows when its friction does.
   const Scaled& doubtful_s() const { return doubtful_s_; }
+  /// It turns round, and is hardly away from there yet: it may take long.
+  bool is_turning(int axis) const;
 
  private:
   void find_senses(int axis);
