@@ -104,7 +104,7 @@ class Follower {
     ProgramSenses senses(path_);
     RowSenses came(followed_.x.front());
     Scaled came_s = Scaled::Constant(-std::numeric_limits<double>::infinity());
-    double furthest = 0.0;
+    double furthest = 0.0, came_from_s = 0.0;
     std::size_t segment = 0, holes = 0;
     for (std::size_t i = 0; i <= followed_.at.last; ++i) {
       const Scaled before = came.sign();
@@ -136,10 +136,13 @@ class Follower {
       row.sign = (senses.sign().array() != 0.0).select(senses.sign(), came.sign());
       row.known = true;
       const bool goes_on = i > 0 && rows_[i - 1].known && rows_[i - 1].holes == holes;
+      if (!goes_on) came_from_s = followed_.time_s[i];
       if (goes_on) date_reversals(i);
-      // When an axis turned round that came another way out of sight is not known.
-      if (!goes_on)
-        came_s = (before.cwiseProduct(row.sign).array() < 0.0).select(followed_.time_s[i], came_s);
+      // When an axis turned round that came another way out of sight is not known: there, or once it moves.
+      const Scaled& last = goes_on ? rows_[i - 1].sign : before;
+      for (int c = 0; c < last.size(); ++c)
+        if (last[c] * row.sign[c] < 0.0 && senses.reversed_s()[c] < came_from_s)
+          came_s[c] = followed_.time_s[i];
       row.in_doubt = may_have_spikes(followed_.time_s[i], senses, came_s);
     }
   }
