@@ -188,7 +188,15 @@ class Engine {
       more = search.best();
       if (!more.members.empty()) others = search.alternatives(more);
     }
-    if (more.remainder.rss() + kClearlyLess < out.rss_after) {
+    // Twice the same effect is none: two steps follow whatever rises and falls.
+    const auto repeats = [&](const EffectSet& set) {
+      return std::any_of(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+        return std::any_of(large.members.begin(), large.members.end(),
+                           [&](const Atom& other) { return other.family == atom.family; });
+      });
+    };
+    std::erase_if(others, repeats);
+    if (!repeats(more) && more.remainder.rss() + kClearlyLess < out.rss_after) {
       if (noise_.phi == 0.0 && judged.noise.phi == 0.0)
         out.before = rescaled(std::move(out.before), noise_, judged.noise);
       noise_ = out.noise = judged.noise;
