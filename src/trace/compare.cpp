@@ -46,6 +46,21 @@ class Scatter {
   std::vector<double> lengths_;
 };
 
+// How far an axis may be beside the straight line between two values that are so far apart: an eighth of what
+// their neighbours are off from going straight on. Of all axes together, scaled mm.
+double unsure_between_values(const Followed& followed, double time_s, double apart_s) {
+  const auto at = [&](double t) -> Scaled {
+    const auto& times = followed.time_s;
+    const auto behind =
+        static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+    if (behind == 0) return followed.x.front();
+    if (behind == times.size()) return followed.x.back();
+    const double share = (t - times[behind - 1]) / (times[behind] - times[behind - 1]);
+    return (1.0 - share) * followed.x[behind - 1] + share * followed.x[behind];
+  };
+  return 0.125 * (at(time_s - apart_s) - 2.0 * at(time_s) + at(time_s + apart_s)).norm();
+}
+
 // Rows along the program, one after the other.
 class Judge {
  public:
@@ -349,6 +364,19 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
   if (judge.feed_samples() == 0)
     return fail(ErrorCode::wrong_input, "no row of the trace is on a feed move of the program", trace.file);
   judge_coverage(*followed, path, plan, report);
+  if (trace.apart_s > 0.0) {
+    const double between_mm = unsure_between_values(*followed, report.worst.time_s, trace.apart_s);
+    report.uncertainty_mm = std::max(report.uncertainty_mm, between_mm);
+    if (between_mm > plan.tolerance_mm && report.max_tip_deviation_mm < 3.0 * between_mm)
+      return fail(ErrorCode::wrong_input,
+                  "every axis was recorded at moments of its own, " + shortest_text(trace.apart_s) +
+                      " s apart, and where the tip is furthest off (" +
+                      fixed_text(report.max_tip_deviation_mm * 1e3, 1) +
+                      " um) the axes change their speeds: between two values they are known within " +
+                      fixed_text(between_mm * 1e3, 1) + " um; the tolerance is " +
+                      fixed_text(plan.tolerance_mm * 1e3, 1) + " um. Record more often, or all axes at once",
+                  trace.file);
+  }
   if (report.uncertainty_mm > plan.tolerance_mm && report.max_tip_deviation_mm < 3.0 * report.uncertainty_mm)
     return fail(
         ErrorCode::wrong_input,

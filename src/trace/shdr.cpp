@@ -145,6 +145,7 @@ class BetweenValues {
     usual_s_ = *middle;
   }
 
+  double usual_s() const { return usual_s_; }
   /// Times must not go back. NaN: not known.
   double at(double time_s) {
     while (next_ < course_.size() && course_[next_].time_s <= time_s) ++next_;
@@ -199,6 +200,15 @@ Result<Trace> parse_shdr(std::string_view text, const std::string& file, const M
   times.erase(std::unique(times.begin(), times.end()), times.end());
   Trace out;
   out.file = file;
+  // Not where the axes are sent together.
+  constexpr double kTogether = 1.2;
+  std::size_t most = 0;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    most = std::max(most, reader.courses()[*fields.axes[id]].size());
+    out.apart_s = std::max(out.apart_s, between[*fields.axes[id]].usual_s());
+  }
+  if (static_cast<double>(times.size()) < kTogether * static_cast<double>(most)) out.apart_s = 0.0;
+  out.apart_s = std::round(out.apart_s * 1e6) / 1e6;
   SampleTaker taker(out, machine, fields, diagnostics);
   for (const double time_s : times) {
     taker.take(0, 1.0, [&](std::size_t field) -> std::optional<double> {

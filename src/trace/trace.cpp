@@ -21,6 +21,15 @@ void read_comments(const std::vector<std::string>& comments, Trace& out, Diagnos
   for (std::string text : comments) {
     text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == ' ' || c == '\t'; }),
                text.end());
+    constexpr std::string_view kApart = "valuesapart:";
+    if (text.starts_with(kApart) && text.ends_with('s')) {
+      const ParsedNumber apart =
+          parse_number(std::string_view(text).substr(kApart.size(), text.size() - kApart.size() - 1));
+      if (apart && apart.value >= 0.0)
+        out.apart_s = apart.value;
+      else
+        diagnostics.error(out.file, {}, "values are apart by seconds, as in 'values apart: 0.02 s'");
+    }
     if (!text.starts_with("positions:")) continue;
     const std::string what = text.substr(text.find(':') + 1);
     if (what == "words")
@@ -143,6 +152,7 @@ std::string trace_text(const Trace& trace, const Machine& machine, const std::ve
   std::string out;
   for (const std::string& comment : comments) out += "# " + comment + "\n";
   out += trace.positions == Positions::joints ? "# positions: joints\n" : "# positions: words\n";
+  if (trace.apart_s > 0.0) out += "# values apart: " + shortest_text(trace.apart_s) + " s\n";
   out += "time_s";
   for (const Axis& axis : machine.axes) out += "," + column_of(axis);
   if (trace.has_blocks) out += ",block";

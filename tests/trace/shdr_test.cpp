@@ -173,5 +173,36 @@ TEST(Shdr, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(trace.error().text(), HasSubstr("nobody knows the column 'C_rad' of the item 'Cact'"));
 }
 
+// Axes that are sent at moments of their own: how far apart is in the file that comes out, and read again.
+TEST(Shdr, SaysHowFarApartTheValuesOfAnAxisAre) {
+  std::string apart = start(10.0), together = start(10.0);
+  const std::array<const char*, 5> keys = {"Xact", "Yact", "Zact", "Aact", "Cact"};
+  for (int i = 1; i < 40; ++i) {
+    together += stamp(10.0 + 0.05 * i) + "Z";
+    for (int axis = 0; axis < 5; ++axis) {
+      const std::string value =
+          "|" + std::string(keys[static_cast<std::size_t>(axis)]) + "|" + std::to_string(i + axis);
+      apart += stamp(10.0 + 0.05 * i + 0.01 * axis) + "Z" + value + "\n";
+      together += value;
+    }
+    together += "\n";
+  }
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto trace = read(apart), at_once = read(together);
+  ASSERT_TRUE(trace) << trace.error().text();
+  ASSERT_TRUE(at_once) << at_once.error().text();
+  EXPECT_NEAR(trace->apart_s, 0.05, 1e-6);
+  EXPECT_EQ(at_once->apart_s, 0.0);
+  Diagnostics diagnostics;
+  const auto again = parse_trace(trace_text(*trace, machine), "t.csv", machine, diagnostics);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->apart_s, trace->apart_s);
+  std::string wrong = trace_text(*trace, machine);
+  wrong.replace(wrong.find("0.05 s"), 6, "soon s");
+  const auto refused = parse_trace(wrong, "t.csv", machine, diagnostics);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text(), HasSubstr("values are apart by seconds"));
+}
+
 }  // namespace
 }  // namespace trunnion::trace

@@ -32,13 +32,16 @@ struct Trace {
   std::vector<Sample> samples;  // times increase
   std::size_t rows = 0;         // of the file
   std::size_t incomplete = 0;   // rows with an empty field, left out
+  /// Between two values of an axis, usually, where each axis was recorded at moments of its own and the
+  /// others stand straight between their values; 0: a row is of one moment.
+  double apart_s = 0.0;
 };
 
 /// Reads a trace: CSV with a header, `time_s`, a column for every axis of the machine (`X_mm`, `A_deg`, ...),
 /// optionally `block`, the line of the program that is run (0 or empty: none). A comment `# positions: words`
-/// or `# positions: joints` says what the positions are. Columns that nobody knows are left out with a
-/// warning. Errors, with file:line:column: a column that is missing, no number, times that go back, fewer
-/// than ten rows.
+/// or `# positions: joints` says what the positions are, `# values apart: 0.02 s` that a row is not of one
+/// moment (Trace::apart_s). Columns that nobody knows are left out with a warning. Errors, with
+/// file:line:column: a column that is missing, no number, times that go back, fewer than ten rows.
 Result<Trace> parse_trace(std::string_view text, const std::string& file, const Machine& machine,
                           Diagnostics& diagnostics);
 
