@@ -210,7 +210,7 @@ class Follower {
     constexpr double kDelays = 12.0;  // exp(-12) of a speed is left: nothing beside its scatter
     constexpr double kEven = 0.3;     // of the scatter of one row
     const int c = static_cast<int>(id);
-    const double late_s = shared_s_ + fit_.found(DelayFit::Kind::lag, id).value;
+    const double late_s = std::max(0.0, shared_s_ + fit_.found(DelayFit::Kind::lag, id).value);
     const auto before = kHalf + static_cast<std::size_t>(kDelays * late_s / followed_.period_s) + 1;
     if (before > i) return std::nullopt;
     const std::size_t first = i - before, last = i + kHalf;
