@@ -61,6 +61,24 @@ double unsure_between_values(const Followed& followed, double time_s, double apa
   return 0.125 * (at(time_s - apart_s) - 2.0 * at(time_s) + at(time_s + apart_s)).norm();
 }
 
+// At how many rows nobody knows whether the tip is within the tolerance.
+void remark_between_values(const Followed& followed, double apart_s, double tolerance_mm,
+                           TraceReport& report) {
+  std::size_t count = 0;
+  double most_mm = 0.0;
+  for (std::size_t i = followed.at.first; i <= followed.at.last; ++i) {
+    if (std::isnan(followed.at.s[i])) continue;
+    const double unsure_mm = unsure_between_values(followed, followed.time_s[i], apart_s);
+    count += unsure_mm > tolerance_mm ? 1U : 0U;
+    most_mm = std::max(most_mm, unsure_mm);
+  }
+  if (count == 0) return;
+  report.remarks.push_back(
+      "every axis was recorded at moments of its own: at " + std::to_string(count) +
+      " rows, where axes change their speeds between two values, the tip is known no better than within " +
+      fixed_text(most_mm * 1e3, 1) + " um");
+}
+
 // Rows along the program, one after the other.
 class Judge {
  public:
@@ -364,6 +382,8 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
   if (judge.feed_samples() == 0)
     return fail(ErrorCode::wrong_input, "no row of the trace is on a feed move of the program", trace.file);
   judge_coverage(*followed, path, plan, report);
+  // What the rows scatter by speaks for a trace, what lies between values against it.
+  const double scattered_mm = report.uncertainty_mm;
   if (trace.apart_s > 0.0) {
     const double between_mm = unsure_between_values(*followed, report.worst.time_s, trace.apart_s);
     report.uncertainty_mm = std::max(report.uncertainty_mm, between_mm);
@@ -393,13 +413,13 @@ Result<TraceReport> compare(const Trace& trace, const Machine& machine, const Pl
   Findings found = find_causes(*followed, path, machine, plan, report.scatter_mm);
   report.causes = std::move(found.causes);
   add_remarks(*followed, report);
+  if (trace.apart_s > 0.0) remark_between_values(*followed, trace.apart_s, plan.tolerance_mm, report);
   report.remarks.insert(report.remarks.end(), found.remarks.begin(), found.remarks.end());
   report.within_tolerance =
-      report.max_tip_deviation_mm <= plan.tolerance_mm + report.uncertainty_mm &&
-      (report.flute_mm == 0.0 || report.max_flute_deviation_mm <= plan.tolerance_mm + report.uncertainty_mm);
-  if (report.max_tip_deviation_mm > plan.tolerance_mm && report.within_tolerance &&
-      report.uncertainty_mm > 0.0)
-    report.remarks.push_back("within " + fixed_text(report.uncertainty_mm * 1e3, 2) +
+      report.max_tip_deviation_mm <= plan.tolerance_mm + scattered_mm &&
+      (report.flute_mm == 0.0 || report.max_flute_deviation_mm <= plan.tolerance_mm + scattered_mm);
+  if (report.max_tip_deviation_mm > plan.tolerance_mm && report.within_tolerance && scattered_mm > 0.0)
+    report.remarks.push_back("within " + fixed_text(scattered_mm * 1e3, 2) +
                              " um, as far as the rows' scatter lets one know, the tolerance is kept");
   return report;
 }

@@ -22,10 +22,12 @@ void read_comments(const std::vector<std::string>& comments, Trace& out, Diagnos
     text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == ' ' || c == '\t'; }),
                text.end());
     constexpr std::string_view kApart = "valuesapart:";
-    if (text.starts_with(kApart) && text.ends_with('s')) {
+    if (text.starts_with(kApart)) {
+      // Without its unit it is no number: 20 may be milliseconds.
+      const bool in_seconds = text.ends_with('s');
       const ParsedNumber apart =
           parse_number(std::string_view(text).substr(kApart.size(), text.size() - kApart.size() - 1));
-      if (apart && apart.value >= 0.0)
+      if (in_seconds && apart && apart.value >= 0.0 && std::isfinite(apart.value))
         out.apart_s = apart.value;
       else
         diagnostics.error(out.file, {}, "values are apart by seconds, as in 'values apart: 0.02 s'");

@@ -197,11 +197,13 @@ TEST(Shdr, SaysHowFarApartTheValuesOfAnAxisAre) {
   const auto again = parse_trace(trace_text(*trace, machine), "t.csv", machine, diagnostics);
   ASSERT_TRUE(again) << again.error().text();
   EXPECT_EQ(again->apart_s, trace->apart_s);
-  std::string wrong = trace_text(*trace, machine);
-  wrong.replace(wrong.find("0.05 s"), 6, "soon s");
-  const auto refused = parse_trace(wrong, "t.csv", machine, diagnostics);
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().text(), HasSubstr("values are apart by seconds"));
+  for (const char* said : {"soon s", "20 ms", "0.05", "-1 s", "inf s"}) {
+    std::string wrong = trace_text(*trace, machine);
+    wrong.replace(wrong.find("0.05 s"), 6, said);
+    const auto refused = parse_trace(wrong, "t.csv", machine, diagnostics);
+    ASSERT_FALSE(refused) << said;
+    EXPECT_THAT(refused.error().text(), HasSubstr("values are apart by seconds"));
+  }
 }
 
 }  // namespace

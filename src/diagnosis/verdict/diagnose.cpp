@@ -212,6 +212,8 @@ class Engine {
       out.found = together(atoms, large, more, before);
       for (EffectSet& rival : out.rivals) rival = together(atoms, rival, more, before);
       for (const EffectSet& other : others) out.rivals.push_back(together(atoms, large, other, before));
+      std::sort(out.rivals.begin(), out.rivals.end(),
+                [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
     }
     structures_.fit_to(atoms.base());
   }
