@@ -255,7 +255,12 @@ void MachineJudge::step(const BlockEnd& end) {
                  : Pace{0.0, 0.0, 0.0, 0.0, v.feed_mode, v.feed},
         v.nc_line);
   }
-  if (as_run_.feeds) reach(v, seconds, is_known, v.rapid || was_away || progress_.away);
+  if (as_run_.feeds) {
+    if (is_known)
+      reach(v, seconds, v.rapid || was_away || progress_.away);
+    else
+      as_run_.feeds->wait(seconds);
+  }
   ends_.go_on();
 }
 
@@ -266,10 +271,12 @@ void MachineJudge::elapse(double seconds) {
   as_run_.elapse(seconds);
 }
 
-void MachineJudge::reach(const Vertex& v, double seconds, bool is_known, bool apart) {
-  const auto slow = program_judge_ ? program_judge_->take_slow() : std::nullopt;
-  if (!is_known) return as_run_.feeds->wait(seconds);
-  as_run_.feeds->add({commanded_before(), commanded(v), seconds, apart, v.feed, v.nc_line}, slow);
+void MachineJudge::reach(const Vertex& v, double seconds, bool apart) {
+  reach({commanded_before(), commanded(v), seconds, apart, v.feed, v.nc_line});
+}
+
+void MachineJudge::reach(const ReachedFeeds::Block& block) {
+  as_run_.feeds->add(block, program_judge_ ? program_judge_->take_slow() : std::nullopt);
 }
 
 Pace MachineJudge::pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const {

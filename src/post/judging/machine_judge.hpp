@@ -144,6 +144,7 @@ class MachineJudge {
     bool stepped = false;     // the motion at hand has been judged already
   };
   struct RunAtHand;
+  struct RowsAtHand;
 
   const VerifyOptions& options() const { return judged_.options; }
   const DeviationMeter& meter() const { return *tool_.meter; }
@@ -191,7 +192,8 @@ class MachineJudge {
   void check_limits(const Vertex& v);
   void report_travel();
   /// The block at hand, which lasts so long, on axes that accelerate.
-  void reach(const Vertex& v, double seconds, bool is_known, bool apart);
+  void reach(const Vertex& v, double seconds, bool apart);
+  void reach(const ReachedFeeds::Block& block);
   Pace pace_of(const Vertex& from, const Vertex& v, double seconds, double slowest_s) const;
 
   // Along the CL path.

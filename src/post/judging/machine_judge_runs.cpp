@@ -43,8 +43,7 @@ bool MachineJudge::may_take_run() const {
   const Vertex& from = *ends_.previous;
   const bool stands_on_path = progress_.started && ends_.has_previous && from.placed && !progress_.away;
   return stands_on_path && !as_run_.late.are_late() && waiting_.holds_none() && !as_run_.offsets &&
-         !as_run_.feeds && !options().collect && meter().may_bow(from, from) &&
-         meter().kinematics().side_by_side();
+         !options().collect && meter().may_bow(from, from) && meter().kinematics().side_by_side();
 }
 
 const RunEnds& MachineJudge::ends_of(const nc::MotionRun& run) {
@@ -88,7 +87,7 @@ std::size_t MachineJudge::step(const nc::MotionRun& run, const RunEnds& ends) {
   std::size_t judged = 0;  // the row up to which the judge has been told
   Place judged_at = at();
   const auto tell_judge = [&](std::size_t row) {
-    if (program_judge_) judge_rows(here, judged, row, judged_at);
+    judge_rows(here, judged, row, judged_at);
     judged = row;
     judged_at = at();
   };
@@ -128,6 +127,7 @@ std::size_t MachineJudge::step(const nc::MotionRun& run, const RunEnds& ends) {
       if (program_judge_)
         program_judge_->lasts(pace_of(*ends_.previous, *ends_.present, ends.seconds[i], ends.slowest_s[i]),
                               ends_.present->nc_line);
+      if (as_run_.feeds) reach(*ends_.present, ends.seconds[i], progress_.away);
       judged = i + 1;
       judged_at = at();
       if (i >= change) change = row_of_change(ends, i + 1, run.count);
@@ -169,22 +169,38 @@ std::size_t MachineJudge::row_of_change(const RunEnds& ends, std::size_t row, st
   return end;
 }
 
+/// Some of its rows, as the judge of the program asks for them.
+struct MachineJudge::RowsAtHand {
+  MachineJudge& machine;
+  const RunAtHand& at_hand;
+  std::size_t first;
+
+  Pace pace(std::size_t i) const {
+    const RunEnds& ends = at_hand.ends;
+    const std::size_t row = first + i;
+    Pace out{at_hand.way_mm(row),  0.0, ends.seconds[row], ends.slowest_s[row], at_hand.run.feed_mode,
+             at_hand.run.feed[row]};
+    const auto& words = machine.axis_words();
+    for (AxisId id = 0; id < words.count; ++id) {
+      const auto& q = ends.stations.of_axis(id);
+      out.turn_rad = std::max(out.turn_rad, words.of[id].rotary_share * std::abs(q[row + 1] - q[row]));
+    }
+    return out;
+  }
+  std::uint32_t line(std::size_t i) const { return at_hand.run.source[first + i].line; }
+  void judged(std::size_t i) const {
+    if (!machine.as_run_.feeds) return;
+    const RunEnds& ends = at_hand.ends;
+    const std::size_t row = first + i;
+    machine.reach({ends.stations.q(row), ends.stations.q(row + 1), ends.seconds[row], false,
+                   at_hand.run.feed[row], line(i)});
+  }
+};
+
 void MachineJudge::judge_rows(const RunAtHand& run, std::size_t first, std::size_t last, const Place& from) {
-  const RunEnds& ends = run.ends;
-  program_judge_->cut(
-      from, at(), last - first,
-      [&](std::size_t i) {
-        const std::size_t row = first + i;
-        Pace out{run.way_mm(row),  0.0, ends.seconds[row], ends.slowest_s[row], run.run.feed_mode,
-                 run.run.feed[row]};
-        for (AxisId id = 0; id < axis_words().count; ++id) {
-          const auto& q = ends.stations.of_axis(id);
-          out.turn_rad =
-              std::max(out.turn_rad, axis_words().of[id].rotary_share * std::abs(q[row + 1] - q[row]));
-        }
-        return out;
-      },
-      [&](std::size_t i) { return run.run.source[first + i].line; });
+  const RowsAtHand rows{*this, run, first};
+  if (program_judge_) return program_judge_->cut(from, at(), last - first, rows);
+  for (std::size_t i = 0; i < last - first; ++i) rows.judged(i);
 }
 
 void MachineJudge::count_blocks(const RunAtHand& run, std::size_t count) {

@@ -65,23 +65,28 @@ class ProgramJudge {
   void comes_to(std::size_t point) { cut_ = {{point - 1}, {point - 1, 1.0}, true}; }
   /// How long the block at hand lasts: what it is told about is judged.
   void lasts(const Pace& pace, std::uint32_t nc_line);
-  /// Feeds one after the other, from one place of the path to another: `pace(i)` of each, `lines[i]` its
-  /// line.
-  template <class PaceOf, class LineOf>
-  void cut(const Place& from, const Place& to, std::size_t count, const PaceOf& pace, const LineOf& line) {
+  /// Feeds one after the other, from one place of the path to another. Of each `rows` has the `pace(i)` and
+  /// the `line(i)`; `judged(i)` follows when it has been: `take_slow` is about it then.
+  template <class Rows>
+  void cut(const Place& from, const Place& to, std::size_t count, const Rows& rows) {
     if (count == 0) return;
     const Cut all{from, to, false};
     const Covered motions = covered(all);
-    check_states(all, motions, line(count - 1));
+    check_states(all, motions, rows.line(count - 1));
     const Rates rates = rates_of(motions);
-    if (!rates.known) return check_inverse(all, motions, together(count, pace), line(count - 1));
+    if (!rates.known) {
+      check_inverse(all, motions, together(count, rows), rows.line(count - 1));
+      for (std::size_t i = 0; i < count; ++i) rows.judged(i);
+      return;
+    }
     double seconds = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-      const Pace block = pace(i);
+      const Pace block = rows.pace(i);
       seconds += block.seconds;
-      check_pace(block, rates, motions.last, true, line(i));
+      check_pace(block, rates, motions.last, true, rows.line(i));
+      rows.judged(i);
     }
-    check_progress(all, seconds, rates, line(count - 1));
+    check_progress(all, seconds, rates, rows.line(count - 1));
   }
   /// A block that lasts longer than its feed and the speeds of its axes ask for.
   struct Slow {
@@ -91,8 +96,8 @@ class ProgramJudge {
     double rate_mm_s = 0.0;  // of the CL file, line `cl_line`
     std::uint32_t cl_line = 0;
   };
-  /// The block that `lasts` was told of, if it is one and its axes may be the reason: `judge_slow` must
-  /// follow when that is known.
+  /// The block that was judged last, if it is one and its axes may be the reason: `judge_slow` must follow
+  /// when that is known.
   std::optional<Slow> take_slow() { return std::exchange(slow_, std::nullopt); }
   /// `reached_s`: what it lasts at the largest speed that its axes reach in it.
   void judge_slow(const Slow& slow, double reached_s, std::uint32_t nc_line);
@@ -156,11 +161,11 @@ class ProgramJudge {
   };
   InverseShare inverse_share(const Cut& cut, const Covered& covered) const;
   void check_inverse(const Cut& cut, const Covered& covered, const Pace& pace, std::uint32_t nc_line);
-  template <class PaceOf>
-  static Pace together(std::size_t count, const PaceOf& pace) {
-    Pace out = pace(0);
+  template <class Rows>
+  static Pace together(std::size_t count, const Rows& rows) {
+    Pace out = rows.pace(0);
     for (std::size_t i = 1; i < count; ++i) {
-      const Pace block = pace(i);
+      const Pace block = rows.pace(i);
       out.seconds += block.seconds;
       out.slowest_s += block.slowest_s;
     }
