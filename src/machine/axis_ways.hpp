@@ -47,12 +47,12 @@ class BlocksAhead {
   BlocksAhead(const Machine& machine, const JointVector& digits) : ways_(machine, digits) {}
 
   const AxisWays& ways() const { return ways_; }
-  std::size_t size() const { return legs_.size(); }
-  bool empty() const { return legs_.empty(); }
-  Leg& operator[](std::size_t i) { return legs_[i]; }
-  const Leg& operator[](std::size_t i) const { return legs_[i]; }
+  std::size_t size() const { return legs_.size() - first_; }
+  bool empty() const { return size() == 0; }
+  Leg& operator[](std::size_t i) { return legs_[first_ + i]; }
+  const Leg& operator[](std::size_t i) const { return legs_[first_ + i]; }
   /// The block before it: one that waits, or the last one that was settled.
-  const Leg& before(std::size_t i) const { return i > 0 ? legs_[i - 1] : settled_; }
+  const Leg& before(std::size_t i) const { return i > 0 ? legs_[first_ + i - 1] : settled_; }
   /// The next block. True where a corner is between it and the one before.
   bool add(const JointVector& from, const JointVector& to, double seconds) {
     Leg& leg = legs_.emplace_back();
@@ -60,7 +60,7 @@ class BlocksAhead {
     leg.begins = begins_;
     begins_ = BlockBegin::at_corner;
     if (leg.begins != BlockBegin::at_corner) return false;
-    if (leg.length > 0.0 && before(legs_.size() - 1).length > 0.0) return true;
+    if (leg.length > 0.0 && before(size() - 1).length > 0.0) return true;
     leg.begins = BlockBegin::at_rest;  // a block that goes nowhere
     return false;
   }
@@ -70,13 +70,17 @@ class BlocksAhead {
   bool goes_on() const { return begins_ == BlockBegin::at_corner; }
   /// The first `count` are settled.
   void forget(std::size_t count) {
-    settled_ = legs_[count - 1];
-    legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(count));
+    settled_ = (*this)[count - 1];
+    first_ += count;
+    if (first_ < 3 * size()) return;  // so that few are moved
+    legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(first_));
+    first_ = 0;
   }
 
  private:
   AxisWays ways_;
   std::vector<Leg> legs_;
+  std::size_t first_ = 0;  // those before it are settled
   Leg settled_;
   BlockBegin begins_ = BlockBegin::at_rest;  // the next one
 };

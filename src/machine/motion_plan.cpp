@@ -84,7 +84,7 @@ MotionPlan::MotionPlan(const Machine& machine, const BlockEnds& ends, const Join
   if (ends.stops)
     kind_ = std::make_unique<OneAhead>(machine, std::nullopt, what);
   else if (ends.looks_ahead && knows_jerk(machine))
-    kind_ = std::make_unique<ManyAhead<SmoothAhead>>(SmoothAhead(machine, ends.blend_mm, digits));
+    kind_ = std::make_unique<ManyAhead<SmoothAhead>>(SmoothAhead(machine, ends.blend_mm, digits, what));
   else if (ends.looks_ahead)
     kind_ = std::make_unique<ManyAhead<LookAhead>>(LookAhead(machine, ends.blend_mm, digits, what));
   else

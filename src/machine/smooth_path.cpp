@@ -43,19 +43,22 @@ SmoothBounds SmoothPath::bounds(const SmoothShape& shape, double most2, double m
   const double speed = std::sqrt(most2);
   const double speed3 = most2 * speed;
   const double share = most_acceleration < kInfinity ? kKnownRampJerk : kRampJerk;
+  // Most axes are not the one that bounds it: they need no division.
+  const auto bound = [](double& most, double left, double each) {
+    if (left < most * each) most = left / each;
+  };
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double left = 1.0 - std::max(shape.twisted_up[id], shape.twisted_down[id]) * per_jerk_[id] * speed3;
-    const double by_curve = 3.0 * shape.curved[id] * per_jerk_[id] * speed;
-    out.acceleration = std::min(out.acceleration, (1.0 - shape.curved[id] * most2) / shape.steep[id]);
-    out.acceleration = std::min(out.acceleration, share * left / by_curve);  // over 0: no bound
+    bound(out.acceleration, 1.0 - shape.curved[id] * most2, shape.steep[id]);
+    bound(out.acceleration, share * left, 3.0 * shape.curved[id] * per_jerk_[id] * speed);
   }
   out.acceleration = std::min(out.acceleration, most_acceleration + more * out.acceleration);
   for (AxisId id = 0; id < kMaxAxes; ++id) {
     const double left = 1.0 - 3.0 * shape.curved[id] * per_jerk_[id] * speed * out.acceleration;
     const double by_twist = per_jerk_[id] * speed3;
     const double steep = shape.steep[id] * per_jerk_[id];
-    out.jerk_up = std::min(out.jerk_up, (left - shape.twisted_up[id] * by_twist) / steep);
-    out.jerk_down = std::min(out.jerk_down, (left - shape.twisted_down[id] * by_twist) / steep);
+    bound(out.jerk_up, left - shape.twisted_up[id] * by_twist, steep);
+    bound(out.jerk_down, left - shape.twisted_down[id] * by_twist, steep);
   }
   return out;
 }

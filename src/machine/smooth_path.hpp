@@ -7,6 +7,18 @@
 
 namespace trunnion {
 
+/// A corner that the path may pass as fast as both of its blocks ask for it (README, "Jerk", steady ways).
+/// Speeds are squares.
+struct SteadyCorner {
+  /// The smaller of both; 0 where the path turns over less than the halves of both blocks.
+  double asked2 = 0.0;
+  double curve = 0.0;    // SmoothLeg::curve of the axis that has the most
+  double curve_s = 0.0;  // the most of these, each times its axis' time from no acceleration to the largest
+  double line2 = 0.0;    // where lines from corner to corner turn, which the speed rounds
+  double speed2 = 0.0, slope = 0.0;
+  bool is_steady = false;
+};
+
 /// A block of a path whose curvature jumps nowhere, and the corner at its begin (README, "Jerk").
 struct SmoothLeg : AxisWay {
   BlockBegin begins = BlockBegin::at_rest;
@@ -19,6 +31,7 @@ struct SmoothLeg : AxisWay {
   bool is_shaped = false;                 // what is settled rests upon `middle`
   /// Square of the largest speed in it, where the machine stands at the begin or the end that is not known.
   double standing2 = 0.0;
+  SteadyCorner corner;
 };
 
 /// What a piece of the path asks of each axis at most, without signs: speed s' moves it at steep s', the
@@ -51,6 +64,7 @@ class SmoothPath {
   /// @param per_jerk  of each axis, its acceleration over its jerk, seconds
   explicit SmoothPath(const std::array<double, kMaxAxes>& per_jerk) : per_jerk_(per_jerk) {}
 
+  const std::array<double, kMaxAxes>& per_jerk() const { return per_jerk_; }
   void clear();
   /// @param next  the block behind it, if the path goes on into it
   void add(const SmoothLeg* before, const SmoothLeg& leg, const SmoothLeg* next);

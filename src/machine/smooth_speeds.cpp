@@ -8,9 +8,10 @@ namespace trunnion {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr double kLook = 1.25;                             // whether rounds are worth it:
+constexpr double kLittle = 1e-3;                           // not for this share of the time
 constexpr double kWider[] = {3.0, 1.7, 1.25, 1.09, 1.03};  // in one round after the other
 constexpr double kSteeper = 1.3;
-constexpr double kMoreAcceleration = 0.1;  // of the largest, beyond that
 constexpr double kAlike = 1.0 + 1e-9;
 constexpr double kFlat = 1e-3;  // a series of four terms has 13 digits
 
@@ -36,8 +37,8 @@ double SpeedPiece::seconds() const {
 }
 
 // Beside a rest the control point stands where the line from it touches s^(4/3) at the end of the piece.
-void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin) {
-  begin_ = begin;
+void SmoothSpeeds::lay(const SmoothPath& path) {
+  const auto& [begin, end] = ends_;
   nodes_.clear();
   knots_.clear();
   const auto& cells = path.cells();
@@ -58,8 +59,14 @@ void SmoothSpeeds::lay(const SmoothPath& path, const SpeedEnd& begin) {
     nodes_.front().most2 = 0.0;
   }
   if (begin.kind == SpeedEnd::Kind::going) nodes_[1].most2 = begin.at2 + begin.slope * nodes_[1].at;
-  nodes_.back().at = at - 0.25 * cells.back().length;
-  nodes_.back().most2 = 0.0;
+  if (end.kind == SpeedEnd::Kind::going) {
+    nodes_.back().most2 = end.at2 - end.slope * (at - nodes_.back().at);
+    knots_.push_back({at, 0.0, kUnbounded});
+    nodes_.push_back({at, end.at2});
+  } else {
+    nodes_.back().at = at - 0.25 * cells.back().length;
+    nodes_.back().most2 = 0.0;
+  }
   for (std::size_t i = 0; i < knots_.size(); ++i) {
     Knot& knot = knots_[i];
     knot.share = std::clamp((knot.at - nodes_[i].at) / (nodes_[i + 1].at - nodes_[i].at), 0.0, 1.0);
@@ -83,16 +90,19 @@ void SmoothSpeeds::bound(const SmoothPath& path) {
     if (node > 0) knots_[node - 1].steepest = std::min(knots_[node - 1].steepest, most);
     if (node < knots_.size()) knots_[node].steepest = std::min(knots_[node].steepest, most);
   }
-  for (Node& node : nodes_) node.reach2 = std::min(node.most2, node.trusted2);
-  // The first two are where it is.
-  const std::size_t fixed = begin_.kind == SpeedEnd::Kind::going ? 2 : 0;
+  for (Node& node : nodes_) node.reach2 = std::min(node.most2, node.trust.speed2);
+  // The first two are where it is, the last two where it goes to.
+  const std::size_t fixed = ends_.begin.kind == SpeedEnd::Kind::going ? 2 : 0;
+  const std::size_t free_to = count - (ends_.end.kind == SpeedEnd::Kind::going ? 2 : 0);
   for (std::size_t i = 0; i < fixed; ++i) nodes_[i].reach2 = nodes_[i].most2;
+  for (std::size_t i = free_to; i < count; ++i) nodes_[i].reach2 = nodes_[i].most2;
   const auto reach = [&](const Node& from, Node& to, const Knot& knot) {
     to.reach2 = std::min(to.reach2, from.reach2 + knot.steepest * std::abs(to.at - from.at));
   };
-  for (std::size_t i = std::max<std::size_t>(fixed, 1); i < count; ++i)
+  for (std::size_t i = std::max<std::size_t>(fixed, 1); i < free_to; ++i)
     reach(nodes_[i - 1], nodes_[i], knots_[i - 1]);
-  for (std::size_t i = count - 1; i > fixed; --i) reach(nodes_[i], nodes_[i - 1], knots_[i - 1]);
+  for (std::size_t i = std::min(free_to, count - 1); i > fixed; --i)
+    reach(nodes_[i], nodes_[i - 1], knots_[i - 1]);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::size_t k = first_ + i;
     Node& node = nodes_[k];
@@ -104,8 +114,7 @@ void SmoothSpeeds::bound(const SmoothPath& path) {
     if (k < knots_.size())
       most2 = std::max(most2, node.reach2 + knots_[k].share * (nodes_[k + 1].reach2 - node.reach2));
     most2 = std::min(most2, shape.most2);
-    const SmoothBounds bounds =
-        path.bounds(shape, most2, 0.5 * node.trusted_slope, node.is_kept ? 0.0 : kMoreAcceleration);
+    const SmoothBounds bounds = path.bounds(shape, most2, 0.5 * node.trust.slope, node.trust.more);
     node.per_bend = 2.0 * bounds.jerk_up * cells[i].length;
     node.per_fall = 2.0 * bounds.jerk_down * cells[i].length;
     node.speed = std::sqrt(most2);
@@ -139,6 +148,7 @@ void SmoothSpeeds::sweep(bool forward, std::size_t from, double slope) {
   const std::size_t last = forward ? nodes_.size() - 1 : 0;
   nodes_[from].*reached = nodes_[from].reach2;
   stack_.assign(1, from);
+  bool is_lowered = false;  // the node, by a bound of its own
   for (std::size_t i = from; i != last;) {
     const std::size_t j = forward ? i + 1 : i - 1;
     const Knot& knot = knots_[std::min(i, j)];
@@ -148,17 +158,24 @@ void SmoothSpeeds::sweep(bool forward, std::size_t from, double slope) {
     const double at2 = node.*reached;
     double steepest = std::min(knot.steepest, knot.from_rest);
     if (slope < kUnbounded) {
-      // Behind a fall it stands at a slow place: half of the change lies on either side, if that is more.
+      // Behind a fall it stands at a slow place: half of the change lies on either side, if that is more. But
+      // not where it falls as it begins.
+      const bool may_stand = slope < 0.0 && is_lowered;
       const auto most = [&](double speed2) {
         const double change = node.per_bend / std::sqrt(speed2);
-        return std::min(steepest, slope < 0.0 ? std::max(slope + change, 0.5 * change) : slope + change);
+        return std::min(steepest, may_stand ? std::max(slope + change, 0.5 * change) : slope + change);
       };
-      steepest = most(std::max(at2, std::min(next.reach2, at2 + way * most(at2))));
+      double fastest2 = std::max(at2, std::min(next.reach2, at2 + way * most(at2)));
+      if (slope < 0.0 && !is_lowered)
+        fastest2 = std::max(fastest2, at2 - slope * std::abs(node.at - knots_[forward ? i - 1 : i].at));
+      steepest = most(fastest2);
     }
-    double to2 = std::min(at2 + steepest * way, next.reach2);
+    const double free2 = at2 + steepest * way;
+    double to2 = std::min(free2, next.reach2);
     // Where the pieces meet the spline is between the two.
     const double share = forward ? knot.share : 1.0 - knot.share;
     if (share > 0.0 && at2 <= knot.most2) to2 = std::min(to2, at2 + (knot.most2 - at2) / share);
+    is_lowered = to2 < free2;
     next.*reached = to2;
     const double rise = push(j, reached) - (next.summed - node.summed) / (next.at - node.at);
     slope = forward ? rise : -rise;
@@ -228,14 +245,36 @@ void SmoothSpeeds::put(const SmoothPath& path, std::vector<SpeedPiece>& out) con
   }
 }
 
-bool SmoothSpeeds::run(const SmoothPath& path, const SpeedEnd& begin) {
+bool SmoothSpeeds::run(const SmoothPath& path) {
   bound(path);
-  const bool going = begin.kind == SpeedEnd::Kind::going;
-  sweep(true, going ? 1 : 0, going ? begin.slope : kUnbounded);
-  sweep(false, nodes_.size() - 1, kUnbounded);
-  if (going) nodes_[0].up2 = nodes_[0].down2 = begin.at2;
+  const auto& [begin, end] = ends_;
+  const std::size_t last = nodes_.size() - 1;
+  const bool goes_before = begin.kind == SpeedEnd::Kind::going, goes_on = end.kind == SpeedEnd::Kind::going;
+  sweep(true, goes_before ? 1 : 0, goes_before ? begin.slope : kUnbounded);
+  sweep(false, goes_on ? last - 1 : last, goes_on ? -end.slope : kUnbounded);
+  if (goes_before) nodes_[0].up2 = nodes_[0].down2 = begin.at2;
+  if (goes_on) nodes_[last].up2 = nodes_[last].down2 = end.at2;
   round_tops();
-  return !going || nodes_[1].value2 >= (1.0 - 1e-9) * nodes_[1].most2;
+  const auto is_kept = [](const Node& node) { return node.value2 >= (1.0 - 1e-9) * node.most2; };
+  return (!goes_before || is_kept(nodes_[1])) && (!goes_on || is_kept(nodes_[last - 1]));
+}
+
+// Keeps what is found, if anything is. By which share of the time it is faster than what was found before.
+double SmoothSpeeds::improve(const SmoothPath& path) {
+  if (!run(path)) return kUnbounded;
+  double seconds = 0.0;
+  double gain = found_.empty() ? kUnbounded : 0.0;
+  found_.resize(nodes_.size());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const double now2 = nodes_[k].value2;
+    if (k > 0 && now2 > 0.0) {
+      const double here = (nodes_[k].at - nodes_[k - 1].at) / std::sqrt(now2);
+      seconds += here;
+      gain += 0.5 * here * (1.0 - found_[k] / now2);
+    }
+    found_[k] = now2;
+  }
+  return gain / seconds;
 }
 
 // The next bounds need to hold not far above what was found with the last ones.
@@ -247,8 +286,8 @@ void SmoothSpeeds::trust(double wider) {
     if (k < knots_.size())
       behind = std::abs(nodes_[k + 1].value2 - node.value2) / (nodes_[k + 1].at - node.at);
     if (!node.is_kept) {
-      node.trusted2 = wider * std::max(node.value2, node.known2);
-      node.trusted_slope = kSteeper * std::max({before, behind, node.known_slope});
+      node.trust.speed2 = wider * std::max(node.value2, node.known2);
+      node.trust.slope = kSteeper * std::max({before, behind, node.known_slope});
     }
     before = behind;
   }
@@ -256,11 +295,11 @@ void SmoothSpeeds::trust(double wider) {
 
 // What was planned before from where it is, over the same pieces. For the time in which an acceleration
 // changes its sign it can go on so, and shall not be asked for less than that takes.
-void SmoothSpeeds::remember(const SmoothPath& path, const std::vector<SpeedPiece>& known) {
+void SmoothSpeeds::remember(const SmoothPath& path, const KnownSpeeds& known) {
   const auto& cells = path.cells();
   double seconds = 0.0;
-  for (std::size_t i = 0; i < std::min(cells.size(), known.size()); ++i) {
-    const SpeedPiece& piece = known[i];
+  for (std::size_t i = 0; i < std::min(cells.size(), known.pieces.size()); ++i) {
+    const SpeedPiece& piece = known.pieces[i];
     if (piece.length != cells[i].length || piece.kind != SpeedPiece::Kind::between) return;
     Node& node = nodes_[first_ + i];
     node.known2 = piece.begin2 + 0.5 * piece.length * piece.slope;
@@ -268,27 +307,28 @@ void SmoothSpeeds::remember(const SmoothPath& path, const std::vector<SpeedPiece
     node.is_kept = seconds < remembers_s_;
     seconds += piece.seconds();
     if (!node.is_kept) continue;
-    node.trusted2 = kAlike * node.known2;
-    node.trusted_slope = kAlike * node.known_slope;
+    node.trust.speed2 = kAlike * node.known2;
+    node.trust.slope = kAlike * node.known_slope;
+    if (!known.are_steady) node.trust.more = 0.0;
   }
 }
 
-bool SmoothSpeeds::plan(const SmoothPath& path, const SpeedEnd& begin, const std::vector<SpeedPiece>& known,
+bool SmoothSpeeds::plan(const SmoothPath& path, const Ends& ends, const KnownSpeeds& known,
                         std::vector<SpeedPiece>& out) {
-  lay(path, begin);
-  if (begin.kind == SpeedEnd::Kind::going) remember(path, known);
-  std::vector<double> found;
-  for (const double wider : kWider) {
-    if (run(path, begin)) {
-      found.resize(nodes_.size());
-      for (std::size_t k = 0; k < nodes_.size(); ++k) found[k] = nodes_[k].value2;
+  ends_ = ends;
+  lay(path);
+  if (ends.begin.kind == SpeedEnd::Kind::going) remember(path, known);
+  found_.clear();
+  improve(path);
+  trust(kLook);
+  if (improve(path) > kLittle) {
+    for (const double wider : kWider) {
+      trust(wider);
+      improve(path);
     }
-    trust(wider);
   }
-  if (!run(path, begin)) {
-    if (found.empty()) return false;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) nodes_[k].value2 = found[k];
-  }
+  if (found_.empty()) return false;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) nodes_[k].value2 = found_[k];
   put(path, out);
   return true;
 }

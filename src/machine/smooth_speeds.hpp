@@ -23,11 +23,18 @@ struct SpeedPiece {
   double end_slope() const { return slope + bend * length; }
 };
 
-/// How the speed begins along a row of pieces. It ends at rest.
+/// How the speed begins or ends along a row of pieces.
 struct SpeedEnd {
   enum class Kind : std::uint8_t { rest, going };
   Kind kind = Kind::rest;
   double at2 = 0.0, slope = 0.0;  // where it is going: square of the speed, and its slope
+};
+
+/// How it goes on from where it is, as was found before: it may, and need not be faster.
+struct KnownSpeeds {
+  std::vector<SpeedPiece> pieces;
+  /// Found by SteadyWay: whether what follows can be got into from just these is not known.
+  bool are_steady = false;
 };
 
 /// Speeds along the pieces of a path that keep to the bounds of each (README, "Jerk").
@@ -36,13 +43,22 @@ class SmoothSpeeds {
   /// @param remembers_s  for so long it goes on from where it is going as it was planned before
   explicit SmoothSpeeds(double remembers_s) : remembers_s_(remembers_s) {}
 
-  /// False where it cannot get from its begin into these pieces; a path from rest can always be run.
-  /// @param known  how it was planned to go on along the first of these pieces, where it is going
+  struct Ends {
+    SpeedEnd begin, end;
+  };
+  /// False where it cannot get from its begin into these pieces, or from them to its end; a path from rest to
+  /// rest can always be run.
+  /// @param known  along the first of these pieces, where it is going
   /// @param out    the speeds are appended to it
-  bool plan(const SmoothPath& path, const SpeedEnd& begin, const std::vector<SpeedPiece>& known,
-            std::vector<SpeedPiece>& out);
+  bool plan(const SmoothPath& path, const Ends& ends, const KnownSpeeds& known, std::vector<SpeedPiece>& out);
 
  private:
+  /// Up to where the bounds of a piece hold.
+  struct Trust {
+    double speed2 = std::numeric_limits<double>::infinity();
+    double slope = std::numeric_limits<double>::infinity();
+    double more = 0.1;  // of the largest acceleration, beyond that
+  };
   /// A control point of the square of the speed, a spline of second degree over the pieces: it stands in the
   /// middle of its piece, and the lines from one to the next touch the spline where pieces meet.
   struct Node {
@@ -51,9 +67,8 @@ class SmoothSpeeds {
     double reach2 = 0.0;  // that speed alone and acceleration would let it have
     // 2 jerk length: by so much over the speed the slope may change, upwards and downwards.
     double per_bend = 0.0, per_fall = 0.0;
-    double trusted2 = std::numeric_limits<double>::infinity();  // the bounds of its piece hold up to here
-    double trusted_slope = std::numeric_limits<double>::infinity();
-    // As it was planned before; it may go on so here, and need not be faster.
+    Trust trust{};
+    // As it was found before; it may go on so here, and need not be faster.
     double known2 = 0.0, known_slope = 0.0;
     bool is_kept = false;
     double up2 = 0.0;    // from the begin on
@@ -71,11 +86,12 @@ class SmoothSpeeds {
     double from_rest = 0.0;  // slope that the jerk allows beside a rest
   };
 
-  void lay(const SmoothPath& path, const SpeedEnd& begin);
+  void lay(const SmoothPath& path);
   void bound(const SmoothPath& path);
-  void remember(const SmoothPath& path, const std::vector<SpeedPiece>& known);
+  void remember(const SmoothPath& path, const KnownSpeeds& known);
+  double improve(const SmoothPath& path);
   void trust(double wider);
-  bool run(const SmoothPath& path, const SpeedEnd& begin);
+  bool run(const SmoothPath& path);
   void sweep(bool forward, std::size_t from, double slope);
   double push(std::size_t i, double Node::*value);
   void round_tops();
@@ -85,8 +101,9 @@ class SmoothSpeeds {
   std::vector<Node> nodes_;
   std::vector<Knot> knots_;
   std::vector<std::size_t> stack_;
-  std::size_t first_ = 0;  // node of the first piece
-  SpeedEnd begin_;
+  std::vector<double> found_;  // squares of speeds at the nodes
+  std::size_t first_ = 0;      // node of the first piece
+  Ends ends_;
 };
 
 }  // namespace trunnion

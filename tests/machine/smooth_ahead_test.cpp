@@ -207,7 +207,7 @@ Most sampled(const Machine& machine, const std::vector<PathPiece>& path,
 
 std::vector<SpeedPiece> planned(const Machine& machine, const std::vector<TestBlock>& blocks,
                                 std::optional<double> blend_mm, std::vector<BlockRun>& runs) {
-  SmoothAhead plan(machine, blend_mm, {});
+  SmoothAhead plan(machine, blend_mm, {}, PlanOf::paces_and_seconds);
   for (const TestBlock& block : blocks) {
     if (block.stops_before) plan.stop();
     plan.add(block.from, block.to, block.seconds);
@@ -575,7 +575,7 @@ TEST(SmoothAhead, SettledEarlyEveryLimitIsKept) {
     const Machine machine = random_machine(random);
     const auto blocks = i % 3 == 0 ? dense_path(random, 300) : coarse_path(random, 300, i % 3 == 2);
     const std::size_t behind = 60 + static_cast<std::size_t>(i);
-    SmoothAhead plan(machine, std::nullopt, {});
+    SmoothAhead plan(machine, std::nullopt, {}, PlanOf::paces_and_seconds);
     std::vector<BlockRun> runs;
     std::vector<SpeedPiece> pieces;
     for (const TestBlock& block : blocks) {
@@ -592,6 +592,73 @@ TEST(SmoothAhead, SettledEarlyEveryLimitIsKept) {
   }
 }
 
+// A smooth path that the axes can follow for most of its way as fast as it is asked for, with places where
+// they cannot: corners, stops, short blocks, other feeds.
+std::vector<TestBlock> mostly_steady_path(std::mt19937_64& random, std::size_t count) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::vector<TestBlock> out;
+  const double size = 0.2 * std::pow(10.0, 0.7 * u(random));
+  const double uneven = u(random) > 0.0 ? 0.0 : 0.3;
+  const double rounded = u(random) > 0.0 ? 0.0 : 1e-3 * size;
+  const double places = std::pow(10.0, -1.0 + u(random));  // for each hundred blocks
+  PerAxis rate{}, phase{}, much{};
+  for (std::size_t k = 0; k < kMaxAxes; ++k) {
+    rate[k] = 0.02 * std::pow(10.0, 0.6 * u(random));
+    phase[k] = 3.0 * u(random);
+    much[k] = u(random);
+  }
+  double s = 0.0;
+  double feed = 10.0 * std::pow(10.0, 0.7 * u(random));
+  for (std::size_t i = 0; i < count; ++i) {
+    double step = size * std::pow(10.0, uneven * u(random));
+    bool stops = false;
+    if (0.5 + 0.5 * u(random) < 0.01 * places) {
+      const int kind = static_cast<int>(2.0 + 2.0 * u(random));
+      if (kind == 0) phase[2] += u(random);
+      if (kind == 1) feed = std::min(60.0, feed * std::pow(10.0, 0.5 * u(random)));
+      if (kind == 2) step *= 0.05;
+      if (kind == 3) stops = true;
+    }
+    JointVector by;
+    for (std::size_t k = 0; k < 5; ++k)
+      by[k] = (k < 3 ? 1.0 : 0.02) *
+              (step * (much[k] * std::cos(phase[k] + rate[k] * (s + step / 2)) + (k == 0 ? 0.3 : 0.0)) +
+               rounded * u(random));
+    s += step;
+    go(out, by, feed * (1.0 + 0.1 * std::cos(0.1 * s)), stops);
+  }
+  return out;
+}
+
+// What needs no plan and what does keep to the limits together, wherever the one goes over into the other.
+TEST(SmoothAhead, SteadyWaysKeepEveryLimitAndAreAsFastAsAsked) {
+  std::mt19937_64 random(test::seed(36));
+  std::size_t as_asked = 0, all = 0;
+  for (int i = 0; i < test::cases(30, "TRUNNION_CASES"); ++i) {
+    const Machine machine = random_machine(random);
+    const auto blocks = mostly_steady_path(random, 3000);
+    SmoothAhead plan(machine, std::nullopt, {}, PlanOf::paces_and_seconds);
+    std::vector<BlockRun> runs;
+    std::vector<SpeedPiece> pieces;
+    for (const TestBlock& block : blocks) {
+      if (block.stops_before) plan.stop();
+      plan.add(block.from, block.to, block.seconds);
+      if (plan.waiting() == 2048) plan.settle(1024, runs, &pieces);
+    }
+    plan.settle(plan.waiting(), runs, &pieces);
+    ASSERT_EQ(runs.size(), blocks.size());
+    const Most here = sampled(machine, path_of(machine, blocks, std::nullopt), pieces);
+    EXPECT_LT(here.speed, 1.001) << i;
+    EXPECT_LT(here.acceleration, 1.001) << i;
+    EXPECT_LT(here.jerk, 1.001) << i;
+    EXPECT_NEAR(seconds_of(runs), here.seconds, 1e-9 * here.seconds) << i;
+    for (const BlockRun& run : runs) as_asked += run.pace == 1.0 ? 1 : 0;
+    all += runs.size();
+  }
+  EXPECT_GT(as_asked, all / 2);
+  std::printf("%zu of %zu blocks as fast as asked\n", as_asked, all);
+}
+
 // Those with enough behind them are nearly what they are where all are known.
 TEST(SmoothAhead, PiecesAreAsTheWhole) {
   std::mt19937_64 random(33);
@@ -600,7 +667,7 @@ TEST(SmoothAhead, PiecesAreAsTheWhole) {
     const auto blocks = dense_path(random, 1200);
     std::vector<BlockRun> whole, parts;
     planned(machine, blocks, std::nullopt, whole);
-    SmoothAhead plan(machine, std::nullopt, {});
+    SmoothAhead plan(machine, std::nullopt, {}, PlanOf::paces_and_seconds);
     for (const TestBlock& block : blocks) {
       plan.add(block.from, block.to, block.seconds);
       if (plan.waiting() == 400) plan.settle(200, parts, nullptr);
@@ -625,6 +692,47 @@ TEST(SmoothAhead, WhatIsReachedIsReachedAgain) {
     again_s += seconds_of(again);
   }
   EXPECT_LT(again_s, 1.03 * once_s);
+}
+
+// On a line, from one speed and acceleration to another: at both ends as asked, and nowhere beyond the
+// acceleration or the jerk. The blocks are of many lengths.
+TEST(SmoothSpeeds, GoFromOneSpeedToAnother) {
+  std::mt19937_64 random(test::seed(37));
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  const int cases = test::cases(3000, "TRUNNION_CASES");
+  int found = 0;
+  for (int i = 0; i < cases; ++i) {
+    const double ramp_s = 0.05;
+    SmoothPath path({ramp_s, ramp_s, ramp_s, ramp_s, ramp_s});
+    SmoothLeg leg;
+    leg.along[0] = leg.acceleration = 1.0;
+    leg.begins = BlockBegin::unknown;
+    leg.fastest2 = 0.04;
+    const std::size_t blocks = 20 + static_cast<std::size_t>(10.0 * u(random));
+    for (std::size_t k = 0; k < blocks; ++k) {
+      leg.length = 0.01 * std::pow(10.0, u(random));
+      path.add(nullptr, leg, &leg);
+    }
+    const auto end = [&] {
+      return SpeedEnd{SpeedEnd::Kind::going, 0.02 + 0.018 * u(random), 0.5 * u(random)};
+    };
+    const SpeedEnd from = end(), to = end();
+    SmoothSpeeds speeds(0.0);
+    std::vector<SpeedPiece> out;
+    if (!speeds.plan(path, {from, to}, {}, out)) continue;
+    ++found;
+    EXPECT_NEAR(out.front().begin2, from.at2, 1e-12);
+    EXPECT_NEAR(out.front().slope, from.slope, 1e-9);
+    EXPECT_NEAR(out.back().end2, to.at2, 1e-12);
+    EXPECT_NEAR(out.back().end_slope(), to.slope, 1e-9);
+    for (const SpeedPiece& piece : out) {
+      const double jerk = 0.5 * std::abs(piece.bend) * std::sqrt(piece.most2());
+      ASSERT_LT(std::max(std::abs(piece.slope), std::abs(piece.end_slope())), 2.0 * (1.0 + 1e-9)) << i;
+      ASSERT_LT(jerk, (1.0 + 1e-9) / ramp_s) << i;
+      ASSERT_LT(piece.most2(), leg.fastest2 * (1.0 + 1e-9)) << i;
+    }
+  }
+  EXPECT_GT(found, cases / 2);
 }
 
 // Seven phases, or four: jerk, acceleration and speed at their largest.
