@@ -14,25 +14,22 @@ AxisWays::AxisWays(const Machine& machine, const JointVector& digits) {
   }
 }
 
-AxisWay AxisWays::of(const JointVector& from, const JointVector& to, double seconds) const {
-  AxisWay out;
+void AxisWays::put(const JointVector& from, const JointVector& to, double seconds, AxisWay& out) const {
   double length2 = 0.0;
+  double longest = 0.0;
   for (AxisId id = 0; id < kMaxAxes; ++id) {
-    out.along[id] = (to[id] - from[id]) * per_acceleration_[id];
-    length2 += out.along[id] * out.along[id];
+    const double way = (to[id] - from[id]) * per_acceleration_[id];
+    out.along[id] = way;
+    length2 += way * way;
+    longest = std::max(longest, std::abs(way));
   }
   out.length = std::sqrt(length2);
   out.asked_s = seconds;
-  if (!(out.length > 0.0)) return out;
+  if (!(out.length > 0.0)) return;
   out.per_length = 1.0 / out.length;
-  double steepest = 0.0;
-  for (AxisId id = 0; id < kMaxAxes; ++id) {
-    out.along[id] *= out.per_length;
-    steepest = std::max(steepest, std::abs(out.along[id]));
-  }
-  out.acceleration = 1.0 / steepest;
+  out.acceleration = out.length / longest;
   out.fastest2 = length2 / (seconds * seconds);
-  return out;
+  for (double& along : out.along) along *= out.per_length;
 }
 
 double AxisWays::turn_of(AxisId id, const AxisWay& before, const AxisWay& next) const {

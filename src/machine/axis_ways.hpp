@@ -28,7 +28,8 @@ class AxisWays {
   /// As MotionPlan has them.
   AxisWays(const Machine& machine, const JointVector& digits);
 
-  AxisWay of(const JointVector& from, const JointVector& to, double seconds) const;
+  /// `out` is a new one.
+  void put(const JointVector& from, const JointVector& to, double seconds, AxisWay& out) const;
   /// By how much of `along` the path turns from one block into the next; what rounded words turn it by is no
   /// turn.
   double turn_of(AxisId id, const AxisWay& before, const AxisWay& next) const;
@@ -55,8 +56,9 @@ class BlocksAhead {
   const Leg& before(std::size_t i) const { return i > 0 ? legs_[first_ + i - 1] : settled_; }
   /// The next block. True where a corner is between it and the one before.
   bool add(const JointVector& from, const JointVector& to, double seconds) {
-    Leg& leg = legs_.emplace_back();
-    static_cast<AxisWay&>(leg) = ways_.of(from, to, seconds);
+    legs_.push_back(kNew);  // by far faster than to make one there
+    Leg& leg = legs_.back();
+    ways_.put(from, to, seconds, leg);
     leg.begins = begins_;
     begins_ = BlockBegin::at_corner;
     if (leg.begins != BlockBegin::at_corner) return false;
@@ -72,12 +74,14 @@ class BlocksAhead {
   void forget(std::size_t count) {
     settled_ = (*this)[count - 1];
     first_ += count;
-    if (first_ < 3 * size()) return;  // so that few are moved
+    if (first_ < size()) return;  // so that few are moved
     legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(first_));
     first_ = 0;
   }
 
  private:
+  static inline const Leg kNew{};
+
   AxisWays ways_;
   std::vector<Leg> legs_;
   std::size_t first_ = 0;  // those before it are settled

@@ -39,7 +39,7 @@ double SpeedProfile::pace() const {
 }
 
 double SpeedProfile::seconds() const {
-  if (!(length > 0.0)) return asked_s;
+  if (!(length > 0.0) || std::min({begin2, behind2, before2, end2}) == fastest2) return asked_s;
   double out = evenly_s(behind, begin2, behind2) + evenly_s(before, before2, end2);
   if (!(straight() > 0.0)) return out;
   const double up = 0.5 * (middle2 - behind2) / acceleration;

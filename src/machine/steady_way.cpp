@@ -10,7 +10,7 @@ namespace {
 constexpr double kMostShare = 0.9;
 
 // Of the square of the speed that is asked for, on average: who loses more has a plan.
-constexpr double kMostLost = 4e-3;
+constexpr double kMostLost = 0.015;
 
 double slope_of(const SmoothLeg& leg, const SmoothLeg& next) {
   return (next.corner.line2 - leg.corner.line2) * leg.per_length;

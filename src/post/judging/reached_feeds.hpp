@@ -41,7 +41,7 @@ class ReachedFeeds {
  private:
   struct Noted {
     double seconds, asked_s;
-    double digit;  // by which one more or less in F changes it
+    std::int64_t feed;  // quanta, at least one
     bool apart;
     std::uint32_t nc_line;
     bool slow;  // the next one of `slow_`
