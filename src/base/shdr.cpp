@@ -37,8 +37,10 @@ Result<ShdrLine> parse_shdr_line(std::string_view line) {
   };
   const bool data = rest.find('|') != std::string_view::npos;
   const std::string_view time = next();
-  // A calendar time, or a number of the adapter's own clock.
-  if (!data || (!time.empty() && std::isdigit(static_cast<unsigned char>(time.front())) == 0))
+  // A calendar time, or a number of the adapter's own clock, which may be 0 at a trigger.
+  const std::string_view digits = time.starts_with('-') ? time.substr(1) : time;
+  const bool no_time = digits.empty() || std::isdigit(static_cast<unsigned char>(digits.front())) == 0;
+  if (!data || (!time.empty() && no_time))
     return fail(ErrorCode::wrong_input, "a line of an adapter is time|item|value..., this begins with '" +
                                             std::string(time.substr(0, 40)) + "'");
   ShdrLine out;

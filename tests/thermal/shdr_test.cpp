@@ -28,6 +28,7 @@ TEST(Shdr, ReadsLinesOfAdapters) {
   EXPECT_EQ(pairs_of("2012-02-21T23:59:33.460470Z|mill1:front|21.25\r"), "mill1:front=21.25;");
   EXPECT_EQ(pairs_of("|front|21.3"), "front=21.3;");  // the agent gives the time
   EXPECT_EQ(pairs_of("138.5| front | UNAVAILABLE "), "front=UNAVAILABLE;");
+  EXPECT_EQ(pairs_of("-0.25|front|21.3"), "front=21.3;");  // its clock is 0 at a trigger
   EXPECT_EQ(pairs_of("2014-09-29T23:59:33.460470Z|servo|NORMAL||||"), "servo=NORMAL;");
   EXPECT_EQ(pairs_of("2012-02-21T23:59:33Z|@ASSET@|KSSP300R|CuttingTool|<CuttingTool/>"), "");
   EXPECT_EQ(pairs_of("2012-02-21T23:59:33Z|front|"), "front=;");
