@@ -29,7 +29,7 @@ Result<report::ComparedProgram> evaluate(const CompareCommand& command, const st
   if (!nc) return tl::unexpected(nc.error());
   auto report = [&] {
     const Activity activity("verifying");
-    return post::verify(std::move(*path), {std::move(*nc), program}, machine, controller, options,
+    return post::verify(std::move(*path), {std::move(*nc), program}, {machine, controller, options},
                         diagnostics);
   }();
   if (!report) return tl::unexpected(report.error());

@@ -81,8 +81,8 @@ Result<trace::TraceMeasurements> measured(TraceImport& command, const trace::Tra
   if (!path) return tl::unexpected(path.error());
   auto program = cl::open_source(command.program);
   if (!program) return tl::unexpected(program.error());
-  const auto report = post::verify(std::move(*path), {std::move(*program), command.program}, files.machine,
-                                   files.controller, options, diagnostics);
+  const auto report = post::verify(std::move(*path), {std::move(*program), command.program},
+                                   {files.machine, files.controller, options}, diagnostics);
   if (!report) return tl::unexpected(report.error());
   const auto plan = plan_of({command.against, files, options, *report});
   if (!plan) return tl::unexpected(plan.error());

@@ -35,7 +35,7 @@ int run(const ModelFiles& files, const std::string& folder, const std::string& a
     return print_error({ErrorCode::io_failed, "cannot make the folder: " + failed.message(), folder, {}});
   auto steps = [&] {
     const Activity activity("improving");
-    return diagnosis::improve(in->machine, in->data, in->model, {}, kMostSteps, *extra);
+    return diagnosis::improve(in->machine, in->data, in->model, {{}, kMostSteps, *extra});
   }();
   std::string text, parent = files.model;
   for (std::size_t k = 0; k < steps.size(); ++k) {

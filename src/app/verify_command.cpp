@@ -122,8 +122,8 @@ ExitCode run(VerifyCommand& command) {
   if (!program) return print_error(program.error());
   const auto report = [&] {
     const Activity activity("verifying", command.nc_file);
-    return post::verify(std::move(*path), {std::move(*program), command.nc_file}, machine,
-                        in.files.controller, options, diagnostics);
+    return post::verify(std::move(*path), {std::move(*program), command.nc_file},
+                        {machine, in.files.controller, options}, diagnostics);
   }();
   if (!report) return print_failure(diagnostics, report.error());
   const auto traced = hold_against(command, {command.against, in.files, options, *report}, diagnostics);

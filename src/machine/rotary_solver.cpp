@@ -94,9 +94,9 @@ RotarySolutions RotarySolver::solve_two(const Vec3& axis_P, double seed_inner,
     if (!kWithinLimits) out.missing_by = missing_by(tilt, short_by);
     return out;
   }
-  if (solve_branch<kWithinLimits>(tilt, 1.0, axis_P, seed_inner, options, out.at[0])) out.count = 1;
-  if (tilt.root2 > kTangent * kTangent &&
-      solve_branch<kWithinLimits>(tilt, -1.0, axis_P, seed_inner, options, out.at[out.count])) {
+  const Asked asked{axis_P, seed_inner, options};
+  if (solve_branch<kWithinLimits>(tilt, 1.0, asked, out.at[0])) out.count = 1;
+  if (tilt.root2 > kTangent * kTangent && solve_branch<kWithinLimits>(tilt, -1.0, asked, out.at[out.count])) {
     ++out.count;
   }
   return out;
@@ -125,8 +125,8 @@ Angle RotarySolver::missing_by(const Tilt<double>& tilt, double short_by) const 
 }
 
 template <bool kWithinLimits>
-bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec3& axis_P, double seed_inner,
-                                const InverseOptions& options, RotarySolution& s) const {
+bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Asked& asked,
+                                RotarySolution& s) const {
   const std::array<Turn, 2> turn = turns(tilt, sign);
   s.branch = sign > 0.0 ? 0 : 1;
   s.sines_known = tilt.sine >= kDigitTilt;
@@ -141,13 +141,14 @@ bool RotarySolver::solve_branch(const Tilt<double>& tilt, double sign, const Vec
   s.singular = tilt.sine < kFreeTilt;
   const Lanes angle = lanes::atan2(Lanes{turn[0].y, turn[1].y}, Lanes{turn[0].x, turn[1].x});
   s.angle[0] = wrapped(angle[0]);
-  s.angle[1] = s.singular ? seed_inner : wrapped(angle[1]);
+  s.angle[1] = s.singular ? asked.seed_inner : wrapped(angle[1]);
   if (tilt.sine < kDigitTilt && !s.singular) {
     // C kept from before as long as the tool axis then errs by less than half a digit of the CL file.
-    const Vec3 kept = rotation_about(n1_, Angle::radians(s.angle[0])) *
-                      (rotation_about(Vec3(n2_.x, n2_.y, n2_.z), Angle::radians(seed_inner)) * axis_P);
-    if (angle_between(kept, kSpindle_M).rad() < options.axis_resolution) {
-      s.angle[1] = seed_inner;
+    const Vec3 kept =
+        rotation_about(n1_, Angle::radians(s.angle[0])) *
+        (rotation_about(Vec3(n2_.x, n2_.y, n2_.z), Angle::radians(asked.seed_inner)) * asked.axis_P);
+    if (angle_between(kept, kSpindle_M).rad() < asked.options.axis_resolution) {
+      s.angle[1] = asked.seed_inner;
       s.singular = true;
     }
   }
@@ -164,7 +165,7 @@ bool RotarySolver::solve_one_of_two(const Vec3& axis_P, std::uint8_t branch, Rot
   const Tilt<double> tilt = tilt_of(lanes::Triple<double>{axis_P.x(), axis_P.y(), axis_P.z()});
   const double be = tilt.b - cos_axes_ * n1_k_;
   if (count_ != 2 || tilt.sine < kDigitTilt || !(tilt.root > kTanHalfApart * std::abs(be))) return false;
-  return solve_branch<true>(tilt, branch == 0 ? 1.0 : -1.0, axis_P, 0.0, {}, out);
+  return solve_branch<true>(tilt, branch == 0 ? 1.0 : -1.0, {axis_P, 0.0, {}}, out);
 }
 
 double RotarySolver::apart(double outer) const {

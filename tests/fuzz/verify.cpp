@@ -30,8 +30,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   options.tools.length_mm = fuzz::machine().tool_length_mm;
   Diagnostics diagnostics;
   const auto report = post::verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                                   {std::make_unique<test::TextOf>(bytes.rest()), "input"}, machine, control,
-                                   options, diagnostics);
+                                   {std::make_unique<test::TextOf>(bytes.rest()), "input"},
+                                   {machine, control, options}, diagnostics);
   if (report) fuzz::hold(!std::isnan(report->largest_tip_deviation_mm()), "a deviation is a number");
   return 0;
 }

@@ -48,7 +48,7 @@ Result<VerifyReport> judged(const std::string& program, const MadeFor& of, const
   VerifyOptions options;
   options.axis_tolerance = of.machine.axis_tolerance;
   return verify({std::make_unique<test::TextOf>(path), "path.nc", {}, &origin},
-                {std::make_unique<test::TextOf>(program), "part.nc"}, of.machine, c, options, d);
+                {std::make_unique<test::TextOf>(program), "part.nc"}, {of.machine, c, options}, d);
 }
 
 bool passes(const std::string& program, const MadeFor& of, const std::string& path, const MadeFor& from) {

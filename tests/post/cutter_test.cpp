@@ -109,7 +109,7 @@ TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
     cl::ReaderOptions reading;
     reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
     static_cast<void>(post::verify({std::make_unique<test::TextOf>(cl), "part.cls", reading},
-                                   {std::make_unique<test::TextOf>(text), "part.nc"}, machine, c, options,
+                                   {std::make_unique<test::TextOf>(text), "part.nc"}, {machine, c, options},
                                    d));
     return d.error_count();
   };

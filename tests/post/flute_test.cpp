@@ -132,7 +132,7 @@ VerifyReport verified_with_flute(const std::string& nc, const std::string& cl, c
   options.tools.flute_mm = flute_mm;
   Diagnostics d;
   auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                       {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d);
+                       {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
   if (!report) throw std::runtime_error(report.error().text());
   return *report;
 }
@@ -432,7 +432,7 @@ TEST(Flute, TheConeHasAToleranceOfItsOwn) {
     less.pole.tolerance = Angle::degrees(0.1);
     Diagnostics d;
     const auto stricter = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                                 {std::make_unique<test::TextOf>(p.nc), "part.nc"}, machine, c, less, d);
+                                 {std::make_unique<test::TextOf>(p.nc), "part.nc"}, {machine, c, less}, d);
     ASSERT_TRUE(stricter) << name;
     EXPECT_FALSE(stricter->cuts_within_tolerance()) << name;
     EXPECT_GT(stricter->certified_pole_flute_deviation_mm, stricter->pole_flute_tolerance_mm) << name;

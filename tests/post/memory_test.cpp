@@ -183,8 +183,8 @@ TEST(Memory, TheVerificationFollowsTheLagOnItsOwn) {
   const auto deviation_mm = [&](const Model& truth) {
     const ModelEvaluator evaluator(truth);
     options.truth = &evaluator;
-    return verify({std::make_unique<Text>(kTwice), "part.cls"}, {std::make_unique<Text>(nc), "p.nc"}, machine,
-                  c, options, d)
+    return verify({std::make_unique<Text>(kTwice), "part.cls"}, {std::make_unique<Text>(nc), "p.nc"},
+                  {machine, c, options}, d)
         ->certified_tip_deviation_mm;
   };
   EXPECT_LT(deviation_mm(slow), 0.001);

@@ -161,7 +161,7 @@ TEST(OffsetOutput, AWrongShiftIsFound) {
   const auto verified = [&](const std::string& nc) {
     Diagnostics d;
     return verify({std::make_unique<Text>(blades(4, true)), "part.cls"}, {std::make_unique<Text>(nc), "p.nc"},
-                  machine, c, options, d);
+                  {machine, c, options}, d);
   };
   EXPECT_TRUE(verified(p.nc)->passed());
   const auto at = p.nc.find("Y-2.9800");

@@ -90,8 +90,8 @@ class Poster {
     options.tools.tool = 1;
     Diagnostics d;
     auto report = post::verify({std::make_unique<test::TextOf>(cl_text(points)), "part.cls"},
-                               {std::make_unique<test::TextOf>(posted.nc), "part.nc"}, machine_, controller_,
-                               options, d);
+                               {std::make_unique<test::TextOf>(posted.nc), "part.nc"},
+                               {machine_, controller_, options}, d);
     if (!report) throw std::runtime_error(report.error().text());
     return *report;
   }

@@ -67,7 +67,7 @@ TEST(Verify, KnowsTheBlocksThatEndAtClPoints) {
     beside.truth = &errors;
     beside.collect = true;
     const auto v = verify({std::make_unique<Text>(sample_path(seed)), "part.cls"},
-                          {std::make_unique<Text>(nominal.nc), "part.nc"}, machine, c, beside, d);
+                          {std::make_unique<Text>(nominal.nc), "part.nc"}, {machine, c, beside}, d);
     ASSERT_TRUE(v) << v.error().text();
     EXPECT_EQ(blocks_at_cl_points(*v), 60U) << seed;
     double seconds = 0.0;

@@ -69,7 +69,7 @@ inline Result<post::VerifyReport> verified(const std::string& nc_text, const std
   options.tools = with_some_tool({}, cl, machine);
   Diagnostics d;
   return post::verify({std::make_unique<TextOf>(cl), "part.cls"},
-                      {std::make_unique<TextOf>(nc_text), "part.nc"}, machine, c, options, d);
+                      {std::make_unique<TextOf>(nc_text), "part.nc"}, {machine, c, options}, d);
 }
 
 /// One line of CL text.

@@ -36,7 +36,7 @@ void expect_same_figures(const std::string& nc, const std::string& cl, const Mac
     Diagnostics d;
     options.collect = collect;
     auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                         {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d);
+                         {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
     if (!report) throw std::runtime_error(report.error().text());
     return *report;
   };
@@ -163,8 +163,8 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
         v.tools = options.tools;
         const test::OnlyTwoLanes lanes(only_two);
         auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                             {std::make_unique<test::TextOf>(nc), "part.nc"}, machine,
-                             test::shipped_controller("linuxcnc"), v, d);
+                             {std::make_unique<test::TextOf>(nc), "part.nc"},
+                             {machine, test::shipped_controller("linuxcnc"), v}, d);
         if (!report) throw std::runtime_error(report.error().text());
         return *report;
       };

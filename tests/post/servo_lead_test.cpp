@@ -253,7 +253,7 @@ TEST(ServoLead, ProgramsAreVerifiedWhereLateAxesComeTo) {
     options.lag_s[*machine.axis("A")] = lag_s;
     Diagnostics d;
     const auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                               {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d);
+                               {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
     if (!report) throw std::runtime_error(report.error().text());
     return *report;
   };
@@ -290,7 +290,7 @@ TEST(ServoLead, TheLagOfAllAxesIsLedOrSaid) {
     Diagnostics d;
     const nc::Controller c = with_axes_of(machine, test::shipped_controller("linuxcnc"));
     return verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                  {std::make_unique<test::TextOf>(nc), "part.nc"}, machine, c, options, d)
+                  {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d)
         .value()
         .max_tip_deviation_mm;
   };

@@ -217,7 +217,7 @@ bool passes(const std::string& text, const std::string& cl, const Machine& machi
   VerifyOptions options;
   Diagnostics d;
   const auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
-                             {std::make_unique<test::TextOf>(text), "part.nc"}, machine, c, options, d);
+                             {std::make_unique<test::TextOf>(text), "part.nc"}, {machine, c, options}, d);
   return report && report->passed() && !d.has_errors();
 }
 

@@ -134,7 +134,7 @@ TEST(GaugeLength, WordsOfTheGaugePointAreThoseOfEachTool) {
     Diagnostics d;
     const auto report =
         verify({std::make_unique<test::TextOf>(kTwoTools), "part.cls"},
-               {std::make_unique<test::TextOf>(posted.nc), "part.nc"}, machine, control, verify_options, d);
+               {std::make_unique<test::TextOf>(posted.nc), "part.nc"}, {machine, control, verify_options}, d);
     ASSERT_TRUE(report);
     EXPECT_FALSE(report->passed());
     EXPECT_NEAR(report->max_tip_deviation_mm, 70.0, 1.0) << wrong;
@@ -188,7 +188,7 @@ TEST(GaugeLength, ErrorsAreCorrectedForTheToolInTheSpindle) {
     verify_options.truth = &truth;
     Diagnostics d;
     return verify({std::make_unique<test::TextOf>(path), "part.cls"},
-                  {std::make_unique<test::TextOf>(one.nc), "part.nc"}, machine, control, verify_options, d)
+                  {std::make_unique<test::TextOf>(one.nc), "part.nc"}, {machine, control, verify_options}, d)
         .value()
         .certified_tip_deviation_mm;
   };

@@ -31,13 +31,18 @@ struct ImproveStep {
   Diagnosis diagnosis;
 };
 
+struct ImproveOptions {
+  DiagnoseOptions diagnosis;
+  std::size_t most_steps = 12;
+  std::vector<EffectFamily> extra;  // formulas beside the library
+};
+
 /// Evaluate, diagnose, add, refit, until nothing is left that can be named with certainty (at most
 /// `most_steps` additions). Of an ambiguous diagnosis that is an effect which all explanations have, if it
 /// alone takes more than half of what held-out runs are off by (of one quantity; of the other nothing is
 /// worse).
 std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, const Model& model,
-                                 const DiagnoseOptions& options = {}, std::size_t most_steps = 12,
-                                 const std::vector<EffectFamily>& extra = {});
+                                 const ImproveOptions& options = {});
 
 HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Model& model);
 

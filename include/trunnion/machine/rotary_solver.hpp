@@ -102,9 +102,13 @@ class RotarySolver {
   }
   template <bool kWithinLimits>
   RotarySolutions solve_two(const Vec3& axis_P, double seed_inner, const InverseOptions& options) const;
+  struct Asked {
+    const Vec3& axis_P;
+    double seed_inner;
+    const InverseOptions& options;
+  };
   template <bool kWithinLimits>
-  bool solve_branch(const Tilt<double>& tilt, double sign, const Vec3& axis_P, double seed_inner,
-                    const InverseOptions& options, RotarySolution& out) const;
+  bool solve_branch(const Tilt<double>& tilt, double sign, const Asked& asked, RotarySolution& out) const;
   Angle missing_by(const Tilt<double>& tilt, double short_by) const;
 
   std::size_t count_ = 0;

@@ -294,10 +294,15 @@ std::string flute_text(const VerifyReport& report);
 /// most.
 cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm);
 
+struct VerifySetup {
+  const Machine& machine;
+  const nc::Controller& controller;
+  const VerifyOptions& options;
+};
+
 /// Verifies a whole program against a whole path: the program is read piece by piece, so that memory holds
 /// the motions of the path only.
-Result<VerifyReport> verify(PathText path, ProgramText program, const Machine& machine,
-                            const nc::Controller& controller, const VerifyOptions& options,
+Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetup& setup,
                             Diagnostics& diagnostics);
 
 }  // namespace trunnion::post

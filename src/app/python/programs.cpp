@@ -103,8 +103,8 @@ struct Judged {
       if (!source) return tl::unexpected(source.error());
       program = std::move(*source);
     }
-    return post::verify(std::move(*path), {std::move(program), command.nc_file}, inputs->files.machine,
-                        inputs->files.controller, inputs->options, diagnostics);
+    return post::verify(std::move(*path), {std::move(program), command.nc_file},
+                        {inputs->files.machine, inputs->files.controller, inputs->options}, diagnostics);
   }
 };
 

@@ -19,9 +19,9 @@ constexpr double kMostDetectable_um =
     1e5;  // beyond a tenth of a millimetre of error "not excited" is the honest word
 
 // RMS at the readings (rotations as um at 1 m) of the smallest contribution that would be seen, along the
-// combination of parameters that is seen best, each counted in its usual magnitude.
-std::optional<double> detectable(const Atoms& atoms, const Atom& atom, const NoiseScale& noise, double alpha,
-                                 double shapes, double families) {
+// combination of parameters that is seen best, each counted in its usual magnitude. `level`: of the test.
+std::optional<double> detectable(const Atoms& atoms, const Atom& atom, const NoiseScale& noise,
+                                 double level) {
   if (atom.rank() == 0) return std::nullopt;
   const auto& info = atoms.effect(atom).info();
   MatrixXd raw = atoms.observations().linear_columns(atoms.effect(atom), atom.shape);
@@ -31,7 +31,6 @@ std::optional<double> detectable(const Atoms& atoms, const Atom& atom, const Noi
   const SymmetricEigen eigen = symmetric_eigen(seen.transpose() * seen);
   const Eigen::Index best = eigen.values.size() - 1;  // in ascending order
   if (best < 0 || !(eigen.values[best] > 0.0)) return std::nullopt;
-  const double level = alpha / std::max(1.0, shapes * families);
   const double lambda =
       needed_noncentrality(static_cast<double>(atom.rank()), level, kPower) * noise.variance;
   VectorXd change = raw * eigen.vectors.col(best) * std::sqrt(lambda / eigen.values[best]);
@@ -129,8 +128,8 @@ std::vector<RankedEffect> ranking(const Atoms& atoms, const Search& search, cons
   for (std::size_t i = 0; i < all.size(); ++i) {
     auto& [r, atom] = all[i];
     if (atom.rank() > 0) {
-      r.detectable_um =
-          detectable(atoms, atom, noise, alpha, multiplicity.shapes[atom.family], multiplicity.families);
+      const double tests = multiplicity.shapes[atom.family] * multiplicity.families;
+      r.detectable_um = detectable(atoms, atom, noise, alpha / std::max(1.0, tests));
       r.excited = r.detectable_um.has_value();
       const SetEstimate e = estimate(atoms, {atom});
       r.parameters = printed_parameters(atoms.effect(atom), e.values[0], e.sigmas[0], atom.shape);

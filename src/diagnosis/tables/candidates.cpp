@@ -34,13 +34,18 @@ std::string symbol(char what, const Machine& machine, AxisId joint) {
   return std::string("E") + what + machine.axes[joint].name;
 }
 
-TableCandidate surface(const Machine& machine, const PlanarMap& map, const Axes& axes, std::string name,
-                       Interpolation method, double smoothing = 0.0) {
+struct Form {
+  std::string name;
+  Interpolation method;
+  double smoothing = 0.0;
+};
+
+TableCandidate surface(const Machine& machine, const PlanarMap& map, const Axes& axes, const Form& form) {
   TableCandidate out;
-  out.name = std::move(name);
+  out.name = form.name;
   out.one.method = Interpolation::linear;
-  out.two.method = method;
-  out.two.smoothing = smoothing;
+  out.two.method = form.method;
+  out.two.smoothing = form.smoothing;
   ErrorTable table;
   table.arguments = {map.u, map.v};
   table.nodes = {map.u_nodes, map.v_nodes};
@@ -163,12 +168,12 @@ Result<std::vector<TableCandidate>> table_candidates(const Machine& machine, con
   if (!u || !v) return fail(ErrorCode::wrong_input, "the map's axes are not in the machine file");
   const Axes axes{*u, *v};
   std::vector<TableCandidate> out = {single(machine, map, axes), rigid(machine, map, axes),
-                                     surface(machine, map, axes, "bilinear", Interpolation::bilinear),
-                                     surface(machine, map, axes, "nurbs", Interpolation::nurbs),
-                                     surface(machine, map, axes, "spline", Interpolation::spline)};
+                                     surface(machine, map, axes, {"bilinear", Interpolation::bilinear}),
+                                     surface(machine, map, axes, {"nurbs", Interpolation::nurbs}),
+                                     surface(machine, map, axes, {"spline", Interpolation::spline})};
   for (const double smoothing : {0.01, 0.1, 1.0})
-    out.push_back(surface(machine, map, axes, "spline smoothed " + shortest_text(smoothing),
-                          Interpolation::spline, smoothing));
+    out.push_back(surface(machine, map, axes,
+                          {"spline smoothed " + shortest_text(smoothing), Interpolation::spline, smoothing}));
   return out;
 }
 

@@ -145,14 +145,13 @@ HistoryEntry history_entry(const Machine& machine, const Dataset& data, const Mo
 }
 
 std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, const Model& model,
-                                 const DiagnoseOptions& options, std::size_t most_steps,
-                                 const std::vector<EffectFamily>& extra) {
+                                 const ImproveOptions& options) {
   std::vector<ImproveStep> steps;
   Model now = model;
   for (std::size_t k = 0;; ++k) {
     ImproveStep step;
     step.error = history_entry(machine, data, now);
-    step.diagnosis = diagnose(machine, data, now, options, extra);
+    step.diagnosis = diagnose(machine, data, now, options.diagnosis, options.extra);
     step.model = step.diagnosis.base.model;
     step.model.parent = now.parent;
     const Diagnosis& d = step.diagnosis;
@@ -160,7 +159,7 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     // One effect a step, the best first: the next diagnosis sees the rest anew.
     const std::optional<ModelEffect> next = sure ? d.additions.front() : common_to_all(d);
     steps.push_back(std::move(step));
-    if (!next || k == most_steps) return steps;
+    if (!next || k == options.most_steps) return steps;
     const Diagnosis& said = steps.back().diagnosis;
     Model parent = steps.back().model;
     now = from_the_start(add_and_fit(machine, data, parent, {*next}, &said).model, model);

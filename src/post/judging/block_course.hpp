@@ -50,7 +50,7 @@ class BlockCourse {
   DeviationMeter::Deviation deviation(const JointVector& from_q, const JointVector& to_q, bool tcp,
                                       const ProgramState& state, const DeviationMeter::Deviation& enough) {
     place_ends(from_q, to_q, tcp, state);
-    return meter_->of(ends_[0], ends_[1], segment_->first, segment_->second, state, enough);
+    return meter_->of(ends_[0], ends_[1], {segment_->first, segment_->second}, state, enough);
   }
   /// On the nominal machine, of the same block.
   std::pair<path::Station, path::Station> nominal(const TableKinematics& kinematics, const JointVector& from,

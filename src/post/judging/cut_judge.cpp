@@ -81,7 +81,7 @@ bool CutJudge::judge(const CutBlock& block) const {
   const auto take = [&](const Vertex& to, std::size_t j, double t1) {
     const Target& a = points[j];
     const Target& b = points[j + 1];
-    record_.take_deviation(meter_.of(*from, to, a, b, program_, known), PathFollower::near_pole(a, b));
+    record_.take_deviation(meter_.of(*from, to, {a, b}, program_, known), PathFollower::near_pole(a, b));
     take_beside({*from, to, j, j == at.segment ? at.t : 0.0, t1});
   };
   bool passed_point = false;

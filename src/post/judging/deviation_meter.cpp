@@ -228,9 +228,10 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
   return x;
 }
 
-DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Target& a,
-                                             const Target& b, const ProgramState& program,
+DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& to, const Segment& segment,
+                                             const ProgramState& program,
                                              const Deviation& uninteresting) const {
+  const auto& [a, b] = segment;
   const path::Reference reference{a.tip_P, b.tip_P, a.axis_P, b.axis_P};
   Deviation out;
   if (from.tcp && to.tcp && certify_) {
@@ -247,7 +248,8 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
     return out;
   }
   // Under tool-centre-point control the axes do not run straight, and what the errors then do is sampled.
-  if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program)) return sampled(from, to, a, b, program);
+  if (!asked_ || from.tcp || to.tcp || takes_up(from, to, program))
+    return sampled(from, to, segment, program);
   const auto lagged = program.lagged();
   const MachineState s1 = program.towards(to.q, to.q);
   MachineState s0 = s1;
@@ -255,10 +257,10 @@ DeviationMeter::Deviation DeviationMeter::of(const Vertex& from, const Vertex& t
   ChainErrors errors;
   const path::Station x0 = fixed_ ? actual(from) : actual(s0, from.station, lagged, errors);
   const path::Station x1 = actual(to);
-  between_stops({s0, fixed_ ? from.errors : errors, x0}, {s1, to.errors, x1}, lagged, reference,
-                uninteresting, 0, out);
+  between_stops({s0, fixed_ ? from.errors : errors, x0}, {s1, to.errors, x1},
+                {lagged, reference, uninteresting}, 0, out);
   if (out.unbounded == nullptr) return out;
-  Deviation samples = sampled(from, to, a, b, program);
+  Deviation samples = sampled(from, to, segment, program);
   samples.unbounded = out.unbounded;
   return samples;
 }
@@ -290,9 +292,9 @@ path::ErrorCourse::Bend DeviationMeter::bend(const Stop& from, const Stop& to) c
 }
 
 // Halved until what the errors leave of a straight course is a small part of the tolerance.
-void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
-                                   const path::Reference& reference, const Deviation& uninteresting,
-                                   int depth, Deviation& sum) const {
+void DeviationMeter::between_stops(const Stop& from, const Stop& to, const Course& course, int depth,
+                                   Deviation& sum) const {
+  const auto& [lagged, reference, uninteresting] = course;
   constexpr double kSlackOfTolerance = 0.01;
   constexpr int kMostHalvings = 10;  // at a kink of a table the slack halves with every one
   // A bound that costs a tenth, where it is enough to say that the motion changes no figure.
@@ -320,8 +322,8 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, std::span<c
     ChainErrors errors;
     const path::Station there = actual(middle, path::station(kinematics(), middle.q), lagged, errors);
     const Stop x{middle, errors, there};
-    between_stops(from, x, lagged, reference, uninteresting, depth + 1, sum);
-    if (sum.unbounded == nullptr) between_stops(x, to, lagged, reference, uninteresting, depth + 1, sum);
+    between_stops(from, x, course, depth + 1, sum);
+    if (sum.unbounded == nullptr) between_stops(x, to, course, depth + 1, sum);
     return;
   }
   const Interval tip =
@@ -439,8 +441,9 @@ bool DeviationMeter::takes_up(const Vertex& from, const Vertex& to, const Progra
          program.towards(to.q, to.q).direction != program.now().direction;
 }
 
-DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vertex& to, const Target& a,
-                                                  const Target& b, const ProgramState& program) const {
+DeviationMeter::Deviation DeviationMeter::sampled(const Vertex& from, const Vertex& to,
+                                                  const Segment& segment, const ProgramState& program) const {
+  const auto& [a, b] = segment;
   double tip = 0.0;
   double axis = 0.0;
   const bool end_only = takes_up(from, to, program);

@@ -186,12 +186,17 @@ class DeviationMeter {
   /// The position between two vertices of a block that comes nearest to a CL point.
   Vertex nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                          const ProgramState& program) const;
-  /// Largest deviation of the motion from `from` to `to` from the segment a-b. Where it is proved to be no
+  /// Of the CL path, from one point to the other.
+  struct Segment {
+    const Target& a;
+    const Target& b;
+  };
+  /// Largest deviation of the motion from `from` to `to` from the segment. Where it is proved to be no
   /// larger than `uninteresting` that bound is given instead of the figure: a decision costs a tenth of a
   /// figure.
-  Deviation of(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
-               const ProgramState& program, const Deviation& uninteresting) const;
-  Deviation sampled(const Vertex& from, const Vertex& to, const Target& a, const Target& b,
+  Deviation of(const Vertex& from, const Vertex& to, const Segment& segment, const ProgramState& program,
+               const Deviation& uninteresting) const;
+  Deviation sampled(const Vertex& from, const Vertex& to, const Segment& segment,
                     const ProgramState& program) const;
 
   /// The tool on a motion beside the place of the path at which its tip is.
@@ -249,9 +254,13 @@ class DeviationMeter {
   /// The position as it was placed.
   static path::Station actual(const Vertex& x);
   path::ErrorCourse::Bend bend(const Stop& from, const Stop& to) const;
-  void between_stops(const Stop& from, const Stop& to, std::span<const double> lagged,
-                     const path::Reference& reference, const Deviation& uninteresting, int depth,
-                     Deviation& sum) const;
+  /// What is asked along a motion that is halved.
+  struct Course {
+    std::span<const double> lagged;
+    const path::Reference& reference;
+    const Deviation& uninteresting;
+  };
+  void between_stops(const Stop& from, const Stop& to, const Course& course, int depth, Deviation& sum) const;
   template <class T>
   static void add_bends(const path::PoseRun& nominal, std::size_t row, path::PoseRun& out);
   /// The poses of the rows of the run.

@@ -418,7 +418,7 @@ void MachineJudge::rapid(const Vertex& v) {
   // On the way over the safe height there is no line to keep to.
   if (is_to_rapid && !v.from_unknown && !progress_.away) {
     const double off_mm =
-        meter().sampled(*ends_.previous, v, points()[next - 1], *target, as_run_.state).tip_mm.upper;
+        meter().sampled(*ends_.previous, v, {points()[next - 1], *target}, as_run_.state).tip_mm.upper;
     VerifyReport& report = record_.report;
     if (off_mm > report.max_rapid_deviation_mm) report.worst_rapid = {v.nc_line, target->line};
     report.max_rapid_deviation_mm = std::max(report.max_rapid_deviation_mm, off_mm);
@@ -525,7 +525,7 @@ void MachineJudge::feed(Vertex& v) {
 void MachineJudge::feed_beyond_end(const Vertex& v) {
   trail_.clear();
   const Target& last = points().back();
-  record_.take_deviation(meter().of(*ends_.previous, v, last, last, as_run_.state, {}), last.in_cone);
+  record_.take_deviation(meter().of(*ends_.previous, v, {last, last}, as_run_.state, {}), last.in_cone);
   record_.take_flute(meter().beside({*ends_.previous, v, 0.0, 0.0}, last, last, as_run_.state, {}), last,
                      v.nc_line, last.in_cone);
   record_.end_cut(v, last.line, false);
@@ -587,7 +587,7 @@ bool MachineJudge::comes_back(const Vertex& v) {
   const bool in_cone = path_.in_cone(place.axis_P);
   const Vec3 along_P = in_cone ? path::station(meter().kinematics(), v.q).axis_P : place.axis_P;
   const Target out{place.tip_P + way.norm() * along_P, place.axis_P, place.line, false};
-  record_.take_deviation(meter().of(*ends_.previous, v, out, place, as_run_.state, record_.uninteresting()),
+  record_.take_deviation(meter().of(*ends_.previous, v, {out, place}, as_run_.state, record_.uninteresting()),
                          in_cone);
   record_.end_cut(v, place.line, at().t == 0.0);
   if (program_judge_ && path_.target() != nullptr) program_judge_->comes_to(path_.next());
@@ -618,7 +618,7 @@ bool MachineJudge::drills(const Vertex& v) {
   // Small steps may back above where the feed begins: out of the hole, along it.
   Target highest = top;
   highest.tip_P += std::min({0.0, depth_mm, down.dot(ends_.previous->tip_P - top.tip_P)}) * down;
-  record_.take_deviation(meter().of(*ends_.previous, v, highest, bottom, as_run_.state, {}));
+  record_.take_deviation(meter().of(*ends_.previous, v, {highest, bottom}, as_run_.state, {}));
   const double too_deep_mm = depth_mm - progress_.drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) record_.take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
   if (!v.rapid) progress_.drilled_mm = std::max(progress_.drilled_mm, depth_mm);

@@ -111,9 +111,9 @@ Result<void> expect_without_tool(const ToolOptions& options, SourceRef where, Pr
 
 }  // namespace
 
-Result<VerifyReport> verify(PathText path, ProgramText program, const Machine& machine,
-                            const nc::Controller& controller, const VerifyOptions& options,
+Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetup& setup,
                             Diagnostics& diagnostics) {
+  const auto& [machine, controller, options] = setup;
   Verifier verifier(machine, controller, options, program.file, diagnostics);
   ProgramTools tools(machine, options.tools);
   const std::size_t errors = diagnostics.error_count();
