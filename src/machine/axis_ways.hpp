@@ -56,7 +56,7 @@ class BlocksAhead {
   const Leg& before(std::size_t i) const { return i > 0 ? legs_[first_ + i - 1] : settled_; }
   /// The next block. True where a corner is between it and the one before.
   bool add(const JointVector& from, const JointVector& to, double seconds) {
-    legs_.push_back(kNew);  // by far faster than to make one there
+    legs_.push_back(kNew);  // one that is made there is set to zero first, which takes longer
     Leg& leg = legs_.back();
     ways_.put(from, to, seconds, leg);
     leg.begins = begins_;

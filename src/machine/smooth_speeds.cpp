@@ -274,7 +274,7 @@ double SmoothSpeeds::improve(const SmoothPath& path) {
     }
     found_[k] = now2;
   }
-  return gain / seconds;
+  return seconds > 0.0 ? gain / seconds : 0.0;
 }
 
 // The next bounds need to hold not far above what was found with the last ones.

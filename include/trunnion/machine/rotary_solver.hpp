@@ -102,6 +102,7 @@ class RotarySolver {
   }
   template <bool kWithinLimits>
   RotarySolutions solve_two(const Vec3& axis_P, double seed_inner, const InverseOptions& options) const;
+  /// A tool axis in P, and where the inner axis is kept near the pole (rad).
   struct Asked {
     const Vec3& axis_P;
     double seed_inner;

@@ -294,6 +294,7 @@ std::string flute_text(const VerifyReport& report);
 /// most.
 cl::ReaderOptions reading_within(cl::ReaderOptions reading, double tolerance_mm);
 
+/// What a program is verified for; all of it must outlive the call.
 struct VerifySetup {
   const Machine& machine;
   const nc::Controller& controller;
