@@ -256,6 +256,9 @@ bool SmoothSpeeds::run(const SmoothPath& path) {
   if (goes_on) nodes_[last].up2 = nodes_[last].down2 = end.at2;
   round_tops();
   const auto is_kept = [](const Node& node) { return node.value2 >= (1.0 - 1e-9) * node.most2; };
+  // One that begins by slowing down for a stop may not be able to do else than stop.
+  const auto goes_on_way = [](const Node& node) { return node.value2 > 0.0; };
+  if (!std::all_of(nodes_.begin() + 1, nodes_.end() - 1, goes_on_way)) return false;
   return (!goes_before || is_kept(nodes_[1])) && (!goes_on || is_kept(nodes_[last - 1]));
 }
 
