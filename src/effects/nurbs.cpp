@@ -4,9 +4,10 @@
 // The parameters are the arguments themselves, mapped to [0, 1]: all section lines of a grid share them, so
 // that their knot vectors (by averaging, Eq. 9.8) are one, and no inversion is needed to find the error at a
 // position.
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "effects/interpolants.hpp"
 
@@ -139,8 +140,8 @@ Result<std::shared_ptr<const Interpolant>> make_nurbs(const Grid& grid, const In
   // Homogeneous coordinates: first along u for every section line, then along v through the control values
   // (section 3.3).
   const Eigen::MatrixXd at_nodes = values.cwiseProduct(N * weights * M.transpose());
-  const Eigen::MatrixXd along_u = N.partialPivLu().solve(at_nodes);
-  const Eigen::MatrixXd control = M.partialPivLu().solve(along_u.transpose());
+  const Eigen::MatrixXd along_u = solve_square(N, at_nodes);
+  const Eigen::MatrixXd control = solve_square(M, along_u.transpose());
   if (!control.allFinite())
     return fail(ErrorCode::wrong_input, "the nodes of the table lie too unevenly for a NURBS surface");
   return std::make_shared<Nurbs>(std::move(u), std::move(v), Matrix(control.transpose()), std::move(weights));

@@ -4,10 +4,11 @@
 //   sum (y_i - g(x_i))^2 + lambda integral g''^2, x counted in mean spacings; lambda = 0 interpolates.
 // On a grid the smoother of either argument is applied in turn, and so is the spline. C2 everywhere inside:
 // no kinks in the path.
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "effects/interpolants.hpp"
 
@@ -36,12 +37,12 @@ Operators operators(const std::vector<double>& nodes, double smoothing) {
     R(j, j) = (h(j) + h(j + 1)) / 3.0;
     if (j + 1 < n - 2) R(j, j + 1) = R(j + 1, j) = h(j + 1) / 6.0;
   }
-  const Eigen::MatrixXd inner = R.partialPivLu().solve(Q.transpose());
+  const Eigen::MatrixXd inner = solve_square(R, Q.transpose());
   out.second.middleRows(1, n - 2) = inner;
   if (smoothing > 0.0) {
     const double spacing = (nodes.back() - nodes.front()) / static_cast<double>(n - 1);
     const double lambda = smoothing * spacing * spacing * spacing;  // the roughness in units of the spacing
-    out.smooth = (Eigen::MatrixXd::Identity(n, n) + lambda * Q * inner).inverse();
+    out.smooth = inverse_of(Eigen::MatrixXd::Identity(n, n) + lambda * Q * inner);
   }
   return out;
 }

@@ -1,6 +1,6 @@
 #include "trunnion/machine/kinematics.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

@@ -1,11 +1,12 @@
 #include "trunnion/probe/calibration.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/probe/axis_lines.hpp"
 
@@ -125,7 +126,7 @@ class Fit {
       while (!better && damping < 1e12) {
         Matrix damped = normal;
         damped.diagonal() *= 1.0 + damping;
-        const Vector move = -damped.ldlt().solve(gradient);
+        const Vector move = -solve_positive(damped, gradient);
         State next{lines.moved(move.head(lines.count())), out.state.beside + move.tail(beside_count())};
         const double now = cost_of(next, start);
         if (std::isfinite(now) && now <= cost + 1e-12 * std::max(cost, 1.0)) {
@@ -171,7 +172,7 @@ class Fit {
     Matrix normal = fit.J.transpose() * fit.u.cwiseAbs2().cwiseInverse().asDiagonal() * fit.J;
     const Matrix of_data = normal;
     normal.diagonal() += fit.precision;
-    out.freedom = static_cast<double>(size()) - normal.ldlt().solve(of_data).trace();
+    out.freedom = static_cast<double>(size()) - solve_positive_all(normal, of_data).trace();
   }
 
  private:
@@ -384,13 +385,13 @@ void name_unseen(const Fit::Solved& best, Calibration& out) {
   }
   const Matrix scaled = before.cwiseInverse().asDiagonal() * best.covariance.topLeftCorner(n, n) *
                         before.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> parts(scaled);
+  const SymmetricEigen parts = symmetric_eigen(scaled);
   for (Eigen::Index i = n - 1; i >= 0; --i) {
-    if (parts.eigenvalues()[i] < kUnseenShare * kUnseenShare) break;
+    if (parts.values[i] < kUnseenShare * kUnseenShare) break;
     constexpr double kTakesPart = 0.3;
     std::vector<std::string> names;
     for (Eigen::Index k = 0; k < n; ++k) {
-      if (std::abs(parts.eigenvectors()(k, i)) > kTakesPart)
+      if (std::abs(parts.vectors(k, i)) > kTakesPart)
         names.push_back(out.estimates[static_cast<std::size_t>(k)].name);
     }
     out.not_seen.push_back(names.size() == 1

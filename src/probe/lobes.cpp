@@ -1,8 +1,10 @@
 #include "probe/lobes.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -78,10 +80,10 @@ std::optional<LobeFit> fit_of_lobes(const LobeRows& rows, unsigned which, std::s
     if (!(rows.whole[columns[i]] > 0.0)) return std::nullopt;
     x.col(static_cast<Eigen::Index>(i)) = rows.left.col(columns[i]) / rows.whole[columns[i]];
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(x, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Svd svd = thin_svd(x);
   const bool lobed = which != 0;
   // The radius alone is always told; what the centres leave of it is another matter.
-  if (lobed && !(svd.singularValues().tail<1>()[0] > kLeastLeft)) return std::nullopt;
+  if (lobed && !(svd.s.tail<1>()[0] > kLeastLeft)) return std::nullopt;
   const Eigen::VectorXd by = svd.solve(rows.residuals);
   const double squares = (rows.residuals - x * by).squaredNorm();
   const auto count = static_cast<double>(rows.residuals.size()) - 3.0 * static_cast<double>(poses);
@@ -89,7 +91,7 @@ std::optional<LobeFit> fit_of_lobes(const LobeRows& rows, unsigned which, std::s
   if (!(count > parameters + 1.0) || !(squares > 0.0)) return std::nullopt;
   LobeFit out;
   out.criterion = count * std::log(squares / count) + parameters * std::log(count);
-  const Eigen::MatrixXd cofactor = (x.transpose() * x).inverse();
+  const Eigen::MatrixXd cofactor = inverse_of(x.transpose() * x);
   const double variance = squares / (count - parameters);
   for (Eigen::Index i = 1, k = 0; i < static_cast<Eigen::Index>(columns.size()); i += 2) {
     while ((which >> k & 1U) == 0) ++k;

@@ -1,10 +1,11 @@
 #include "trunnion/probe/poses.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "trunnion/geom/linear_algebra.hpp"
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/probe/axis_lines.hpp"
 
@@ -100,8 +101,7 @@ std::vector<Candidate> candidates_of(const Machine& machine, const PoseChoice& c
 }
 
 double log_determinant(const Matrix& normal) {
-  const Eigen::LDLT<Matrix> parts(normal);
-  return parts.vectorD().array().max(1e-300).log().sum();
+  return log_determinant_of_positive(normal, 1e-300);
 }
 
 double rotary_distance(const Machine& machine, const JointVector& a, const JointVector& b) {
@@ -214,7 +214,7 @@ ChosenPoses choose_poses(const Machine& machine, const PoseChoice& choice) {
     const Matrix rows = sensitivity(machine, lines, choice.ball_P, q);
     plain += rows.transpose() * rows;
   }
-  const Matrix inverse = plain.completeOrthogonalDecomposition().pseudoInverse();
+  const Matrix inverse = pseudo_inverse(plain);
   const Matrix seen = inverse * plain;
   for (Eigen::Index i = 0; i < lines.count(); ++i) {
     const bool tells = seen(i, i) > 0.99;

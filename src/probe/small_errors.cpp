@@ -1,12 +1,13 @@
 #include "probe/small_errors.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -30,24 +31,19 @@ struct Case {
   double factor = 1.0, linear_mm = 0.0, rotary_mm = 0.0;
 };
 
-double log_determinant(const Eigen::LLT<Matrix>& parts) {
-  const Matrix& L = parts.matrixLLT();
-  return 2.0 * L.diagonal().array().log().sum();
-}
-
 Case solve(const LinearFit& fit, const Matrix& V) {
   Case out;
-  const Eigen::LLT<Matrix> noise(V);
-  const Matrix white_J = noise.matrixL().solve(fit.J);
-  const Vector white_r = noise.matrixL().solve(fit.residuals);
+  const Cholesky noise(V);
+  const Matrix white_J = noise.solve_lower_all(fit.J);
+  const Vector white_r = noise.solve_lower(fit.residuals);
   const Matrix normal = white_J.transpose() * white_J + Matrix(fit.precision.asDiagonal());
   const Vector right = white_J.transpose() * white_r + fit.precision.cwiseProduct(fit.expected);
-  const Eigen::LLT<Matrix> parts(normal);
+  const Cholesky parts(normal);
   out.x = parts.solve(right);
-  out.covariance = parts.solve(Matrix::Identity(normal.rows(), normal.cols()));
+  out.covariance = parts.solve_all(Matrix::Identity(normal.rows(), normal.cols()));
   const double fits =
       white_r.squaredNorm() + fit.expected.dot(fit.precision.cwiseProduct(fit.expected)) - right.dot(out.x);
-  out.log_weight = -0.5 * (log_determinant(noise) + log_determinant(parts) + fits);
+  out.log_weight = -(noise.log_determinant_of_lower() + parts.log_determinant_of_lower() + 0.5 * fits);
   if (!std::isfinite(out.log_weight)) out.log_weight = -std::numeric_limits<double>::infinity();
   return out;
 }

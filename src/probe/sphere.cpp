@@ -1,8 +1,10 @@
 #include "trunnion/probe/sphere.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::probe {
 namespace {
@@ -40,7 +42,7 @@ std::optional<AlgebraicSphere> algebraic_sphere(const std::vector<Vec3>& points)
     rows.row(i) << 2.0 * p.transpose(), 1.0;
     right[i] = p.squaredNorm();
   }
-  const Eigen::Vector4d x = rows.completeOrthogonalDecomposition().solve(right);
+  const Eigen::Vector4d x = shortest_least_squares(rows, right);
   const Vec3 center = x.head<3>();
   return AlgebraicSphere{mean + scale * center,
                          scale * std::sqrt(std::max(0.0, x[3] + center.squaredNorm()))};
@@ -58,8 +60,8 @@ std::optional<Sphere> fit_sphere(const std::vector<Vec3>& points, std::optional<
     const Eigen::MatrixXd n = directions(points, center, !radius_mm);
     for (Eigen::Index i = 0; i < residual.size(); ++i)
       residual[i] = (points[static_cast<std::size_t>(i)] - center).norm() - radius;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(n, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const auto& s = svd.singularValues();
+    const Svd svd = thin_svd(n);
+    const VectorXd& s = svd.s;
     if (!(s[s.size() - 1] > kFlat * s[0])) return std::nullopt;
     const Eigen::VectorXd by = svd.solve(residual);
     center += by.head<3>();
@@ -72,7 +74,7 @@ std::optional<Sphere> fit_sphere(const std::vector<Vec3>& points, std::optional<
     out.radius_mm = radius;
     for (const Vec3& p : points) out.residuals_mm.push_back((p - center).norm() - radius);
     const Eigen::MatrixXd last = directions(points, center, !radius_mm);
-    out.center_cofactor = (last.transpose() * last).inverse().topLeftCorner<3, 3>();
+    out.center_cofactor = inverse_of(last.transpose() * last).topLeftCorner<3, 3>();
     return out;
   }
 }

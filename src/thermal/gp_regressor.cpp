@@ -1,8 +1,9 @@
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "thermal/regressors.hpp"
 
@@ -52,10 +53,9 @@ MatrixXd covariance(const Pairs& a, const Pairs& b, const Kernel& kernel) {
 // -log p(changes) but for a constant, the overall variance solved for.
 double minus_log_likelihood(MatrixXd K, double noise, const VectorXd& change_mm) {
   K.diagonal().array() += noise;
-  const Eigen::LLT<MatrixXd> solver(K);
+  const Cholesky solver(K);
   const double variance = change_mm.dot(solver.solve(change_mm)) / static_cast<double>(change_mm.size());
-  return 0.5 * static_cast<double>(change_mm.size()) * std::log(variance) +
-         solver.matrixLLT().diagonal().array().log().sum();
+  return 0.5 * static_cast<double>(change_mm.size()) * std::log(variance) + solver.log_determinant_of_lower();
 }
 
 class Gp final : public Regressor {
@@ -67,8 +67,8 @@ class Gp final : public Regressor {
         kernel_(kernel) {
     MatrixXd K = covariance(training_, training_, kernel_);
     K.diagonal().array() += kernel_.noise;
-    solver_.compute(K);
-    alpha_ = solver_.solve(change_mm_);
+    solver_.emplace(K);
+    alpha_ = solver_->solve(change_mm_);
     variance_mm2_ = change_mm_.dot(alpha_) / static_cast<double>(change_mm_.size());
   }
 
@@ -81,7 +81,7 @@ class Gp final : public Regressor {
   std::optional<double> change_sd_mm(const VectorXd& from, const VectorXd& to) const override {
     const Pairs p = pair(from, to);
     const VectorXd k = covariance(p, training_, kernel_).transpose();
-    const double left = covariance(p, p, kernel_)(0, 0) - k.dot(solver_.solve(k)) + kernel_.noise;
+    const double left = covariance(p, p, kernel_)(0, 0) - k.dot(solver_->solve(k)) + kernel_.noise;
     return std::sqrt(variance_mm2_ * std::max(left, 0.0));
   }
 
@@ -105,7 +105,7 @@ class Gp final : public Regressor {
   Pairs training_;
   VectorXd change_mm_;
   Kernel kernel_;
-  Eigen::LLT<MatrixXd> solver_;
+  std::optional<Cholesky> solver_;
   VectorXd alpha_;
   double variance_mm2_ = 0.0;
 };

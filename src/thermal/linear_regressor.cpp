@@ -1,8 +1,9 @@
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 #include "trunnion/thermal/statistics.hpp"
 
 #include "thermal/regressors.hpp"
@@ -129,7 +130,7 @@ Result<std::shared_ptr<const Regressor>> fit_ridge(const TrainingSet& training) 
     total.Xy += runs.back().Xy;
   }
   const auto solve = [p](const MatrixXd& XX, const VectorXd& Xy, double penalty) -> VectorXd {
-    return (XX + penalty * MatrixXd::Identity(p, p)).llt().solve(Xy);
+    return Cholesky(XX + penalty * MatrixXd::Identity(p, p)).solve(Xy);
   };
   double best_penalty = 0.0;
   double best = std::numeric_limits<double>::infinity();

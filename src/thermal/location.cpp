@@ -1,11 +1,12 @@
 #include "trunnion/thermal/location.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "trunnion/effects/deviation.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -129,19 +130,19 @@ Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftRe
     }
     y[i] = reading.value_mm / reading.u_mm;
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(X, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const VectorXd& s = svd.singularValues();
+  const Svd svd = full_svd(X);
+  const VectorXd& s = svd.s;
   // Poses are set to some arc seconds at best: a direction a thousandfold weaker than the strongest is not
   // measured.
   constexpr double kWeakest = 1e-3;
   DriftSplit out;
   while (out.rank < s.size() && s[out.rank] > kWeakest * s[0]) ++out.rank;
   out.condition = out.rank > 0 ? s[0] / s[out.rank - 1] : 0.0;
-  const MatrixXd V = svd.matrixV().leftCols(out.rank);
+  const MatrixXd V = svd.V.leftCols(out.rank);
   const VectorXd inverse = s.head(out.rank).cwiseInverse();
-  const VectorXd value = V * inverse.asDiagonal() * svd.matrixU().leftCols(out.rank).transpose() * y;
+  const VectorXd value = V * inverse.asDiagonal() * svd.U.leftCols(out.rank).transpose() * y;
   // A basis of the null space in which each vector mixes as few parameters as possible.
-  const MatrixXd null = svd.matrixV().rightCols(X.cols() - out.rank);
+  const MatrixXd null = svd.V.rightCols(X.cols() - out.rank);
   for (Index j = 0; j < X.cols(); ++j) {
     DriftParameter p;
     p.name = columns[static_cast<std::size_t>(j)].name;
@@ -151,9 +152,7 @@ Result<DriftSplit> split_drift(const Machine& machine, const std::vector<DriftRe
     out.parameters.push_back(std::move(p));
   }
   if (null.cols() > 0) {
-    const Eigen::FullPivLU<MatrixXd> lu(null.transpose());
-    const MatrixXd U = lu.matrixLU().triangularView<Eigen::Upper>();
-    MatrixXd reduced = U * lu.permutationQ().inverse();
+    const MatrixXd reduced = row_echelon(null.transpose());
     for (Index k = 0; k < reduced.rows(); ++k)
       out.null_directions.push_back(in_words(reduced.row(k).transpose().normalized(), columns));
   }

@@ -1,12 +1,13 @@
 #include "trunnion/thermal/model.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "thermal/regressors.hpp"
 
@@ -139,14 +140,14 @@ Guard::Guard(const TrainingSet& training) {
   parts_.scale = (X.colwise().squaredNorm().transpose() / n).cwiseSqrt();
   for (double& s : parts_.scale) s = s > 0.0 ? 1.0 / s : 1.0;
   const MatrixXd Z = X * parts_.scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(Z.transpose() * Z / n);
+  const SymmetricEigen eigen = symmetric_eigen(Z.transpose() * Z / n);
   // Directions with less than a thousandth of the whole are sensor noise; their spread is set to that.
   constexpr double kFloor = 1e-3;
-  parts_.floor = std::max(kFloor * eigen.eigenvalues().sum(), 1e-12);
+  parts_.floor = std::max(kFloor * eigen.values.sum(), 1e-12);
   Index kept = 0;
-  while (kept < Z.cols() && eigen.eigenvalues()[Z.cols() - 1 - kept] > parts_.floor) ++kept;
-  parts_.directions = eigen.eigenvectors().rightCols(kept);
-  parts_.spread = eigen.eigenvalues().tail(kept);
+  while (kept < Z.cols() && eigen.values[Z.cols() - 1 - kept] > parts_.floor) ++kept;
+  parts_.directions = eigen.vectors.rightCols(kept);
+  parts_.spread = eigen.values.tail(kept);
   parts_.largest = 1.0;
   double largest = 0.0;
   for (Index i = 0; i < X.rows(); ++i) largest = std::max(largest, distance(X.row(i).transpose()));

@@ -1,8 +1,9 @@
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 
+#include "trunnion/geom/linear_algebra.hpp"
 #include "trunnion/thermal/statistics.hpp"
 
 namespace trunnion::thermal {
@@ -45,7 +46,7 @@ Result<Regression> regress(const MatrixXd& X, const VectorXd& y) {
                                             " inputs are constant in this data");
   }
   Z = Z * scale.cwiseInverse().asDiagonal();
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z);
+  const LeastSquares qr(Z);
   if (qr.rank() < Z.cols()) return fail(ErrorCode::wrong_input, "the regressors are linearly dependent");
   const double y_mean = y.mean();
   const VectorXd centred = y.array() - y_mean;
@@ -57,12 +58,8 @@ Result<Regression> regress(const MatrixXd& X, const VectorXd& y) {
   out.r_squared = centred.squaredNorm() > 0.0 ? 1.0 - residual.squaredNorm() / centred.squaredNorm() : 1.0;
   out.weight = w.cwiseQuotient(scale);
   out.intercept = y_mean - mean.dot(out.weight);
-  // Covariance of w is s^2 (R^T R)^-1, columns permuted.
-  const MatrixXd R = qr.matrixR().topRows(Z.cols()).triangularView<Eigen::Upper>();
-  const MatrixXd R_inverse = R.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(Z.cols(), Z.cols()));
-  const MatrixXd permuted = qr.colsPermutation() * R_inverse;
-  const MatrixXd covariance = scale.cwiseInverse().asDiagonal() * (permuted * permuted.transpose()) *
-                              scale.cwiseInverse().asDiagonal();
+  const MatrixXd covariance =
+      scale.cwiseInverse().asDiagonal() * qr.cofactor() * scale.cwiseInverse().asDiagonal();
   out.standard_error = out.residual_sd * covariance.diagonal().cwiseSqrt();
   out.intercept_standard_error =
       out.residual_sd * std::sqrt(1.0 / static_cast<double>(n) + mean * covariance * mean.transpose());
@@ -82,7 +79,7 @@ VectorXd variance_inflation(const MatrixXd& X) {
     others << Z.leftCols(j), Z.rightCols(Z.cols() - 1 - j);
     double left = 1.0;
     if (others.cols() > 0) {
-      const VectorXd fit = others * others.completeOrthogonalDecomposition().solve(Z.col(j));
+      const VectorXd fit = others * shortest_least_squares(others, Z.col(j));
       left = (Z.col(j) - fit).squaredNorm();
     }
     // Rounding leaves about 1e-30 of a column that is a combination of the others.
@@ -93,7 +90,7 @@ VectorXd variance_inflation(const MatrixXd& X) {
 
 double condition_number(const MatrixXd& X) {
   if (X.cols() == 0) return 1.0;
-  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(standardised(X)).singularValues();
+  const VectorXd s = singular_values(standardised(X));
   const double smallest = X.rows() < X.cols() ? 0.0 : s[s.size() - 1];
   return smallest > s[0] * 1e-15 ? s[0] / smallest : std::numeric_limits<double>::infinity();
 }

@@ -1,9 +1,11 @@
 #include "trunnion/thermal/screening.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <set>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "thermal/bench.hpp"
 #include "thermal/regressors.hpp"
@@ -38,7 +40,7 @@ double held_out_rmse(const TrainingSet& set, const std::vector<Index>& columns) 
     const MatrixXd X = inside.to(Eigen::all, columns);
     MatrixXd XX = X.transpose() * X;
     XX.diagonal().array() += 1e-6 * (XX.trace() + 1e-12);
-    const VectorXd w = XX.ldlt().solve(X.transpose() * inside.change_mm);
+    const VectorXd w = solve_positive(XX, X.transpose() * inside.change_mm);
     sum += (outside.to(Eigen::all, columns) * w - outside.change_mm).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(set.to.rows()));

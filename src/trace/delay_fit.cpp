@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "trace/program_senses.hpp"
 
 namespace trunnion::trace {
@@ -193,7 +195,7 @@ void DelayFit::iterate() {
     const Eigen::VectorXd scale = normal.matrix.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     Eigen::MatrixXd unit = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
     unit.diagonal().array() += kRidge;
-    const Eigen::VectorXd step = scale.cwiseProduct(unit.ldlt().solve(scale.cwiseProduct(normal.right)));
+    const Eigen::VectorXd step = scale.cwiseProduct(solve_positive(unit, scale.cwiseProduct(normal.right)));
     for (std::size_t k = 0; k < terms_.size(); ++k) terms_[k].value += step[static_cast<Eigen::Index>(k)];
   }
 }
@@ -457,7 +459,7 @@ void DelayFit::select() {
       }
       matrix(i, i) += kRidge;
     }
-    const Eigen::VectorXd solved = matrix.ldlt().solve(b);
+    const Eigen::VectorXd solved = solve_positive(matrix, b);
     return std::pair(normal.of_nothing - b.dot(solved), solved[m - 1]);
   };
   std::vector<Eigen::Index> chosen;
@@ -566,7 +568,7 @@ void DelayFit::judge() {
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
   unit.diagonal().array() += 1e-9;
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * unit.inverse() * scale.asDiagonal();
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * inverse_of(unit) * scale.asDiagonal();
   const Eigen::MatrixXd covariance = inverse * meat * inverse;
   const auto count = static_cast<double>(rows_.size());
   for (Eigen::Index k = 0; k < n; ++k) {

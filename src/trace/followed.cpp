@@ -1,5 +1,6 @@
 #include "trace/followed.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>

@@ -21,12 +21,12 @@ void read_comments(const std::vector<std::string>& comments, Trace& out, Diagnos
   for (std::string text : comments) {
     text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == ' ' || c == '\t'; }),
                text.end());
-    constexpr std::string_view kApart = "valuesapart:";
-    if (text.starts_with(kApart)) {
+    constexpr std::string_view kValuesApart = "valuesapart:";
+    if (text.starts_with(kValuesApart)) {
       // Without its unit it is no number: 20 may be milliseconds.
       const bool in_seconds = text.ends_with('s');
-      const ParsedNumber apart =
-          parse_number(std::string_view(text).substr(kApart.size(), text.size() - kApart.size() - 1));
+      const ParsedNumber apart = parse_number(
+          std::string_view(text).substr(kValuesApart.size(), text.size() - kValuesApart.size() - 1));
       if (in_seconds && apart && apart.value >= 0.0 && std::isfinite(apart.value))
         out.apart_s = apart.value;
       else

@@ -5,8 +5,8 @@
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/variance.hpp"
 #include "diagnosis/search/neighbours.hpp"
 
@@ -89,11 +89,11 @@ class Fitter {
       for (auto column : others.colwise()) column.stableNormalize();  // zero stays zero
       const MatrixXd known = pivoted_qr(others, kRankTolerance).Q;
       VectorXd rest = fit_.whitening->applied(fit_.raw);
-      rest -= known * (known.transpose() * rest);
+      take_out(known, rest);
       double best = -1.0;
       for (const auto& shape : shape_grid(o_, *effect.effect)) {
         MatrixXd columns = fit_.whitening->applied(o_.linear_columns(*effect.effect, shape));
-        columns -= known * (known.transpose() * columns).eval();
+        take_out(known, columns);
         const PivotedQr qr = pivoted_qr(columns, kRankTolerance * columns.norm());
         const double drop = (qr.Q.transpose() * rest).squaredNorm();
         if (drop <= best) continue;
@@ -379,8 +379,8 @@ MatrixXd FitCore::projected(const MatrixXd& raw_columns) const {
   const Eigen::RowVectorXd whole = readings.colwise().norm();
   whitening->take_setups(readings);
   if (basis.cols() > 0) {
-    out -= basis * (basis.transpose() * out);
-    out -= basis * (basis.transpose() * out);  // twice is enough (Giraud et al. 2005)
+    take_out(basis, out);
+    take_out(basis, out);  // twice is enough (Giraud et al. 2005)
   }
   // Who scales the columns to the same length would scale up rounding. It is large in the first row of a run,
   // as a rule, and a column of that row alone follows its reading, however wild.

@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "trunnion/base/units.hpp"
-
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -152,8 +151,8 @@ std::optional<Harm> held_out_harm(const Atoms& atoms, const std::vector<Atom>& s
     const MatrixXd open = run.x * others.unseen;
     if (open.cols() > 0) {
       const MatrixXd own = pivoted_qr(open, 1e-8).Q;
-      run.y -= own * (own.transpose() * run.y);
-      run.x -= own * (own.transpose() * run.x).eval();
+      take_out(own, run.y);
+      take_out(own, run.x);
     }
     const Predictive after = predictive(run, others, variance);
     const FromOthers base_only = from_others({a.topLeftCorner(without, without), b.head(without)});

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/twist_bank.hpp"
 #include "diagnosis/search/neighbours.hpp"
 
@@ -21,7 +22,9 @@ VectorXd beside_common_cause(const Observations& o, const FitCore& all) {
   MatrixXd columns = all.projected(twists.columns(*cause));
   for (auto column : columns.colwise()) column.stableNormalize();
   const MatrixXd span = pivoted_qr(columns, 1e-3).Q;
-  return all.white - span * (span.transpose() * all.white);
+  VectorXd out = all.white;
+  take_out(span, out);
+  return out;
 }
 
 // That chance alone gives `some` of `all` something that one of them has with probability `each`, or more.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -56,7 +56,7 @@ Moments simulated(const Atoms& atoms, const MatrixXd& basis, const Sequences& se
       }
     }
   MatrixXd p = atoms.base().projected(e);
-  p -= basis * (basis.transpose() * p);
+  take_out(basis, p);
   Moments out;
   double square = 0.0, power = 0.0;
   for (int c = 0; c < kScaleSeries; ++c) {
@@ -98,7 +98,8 @@ Correlation correlation_along(const Atoms& atoms, const MatrixXd& basis, const V
 }
 
 MatrixXd joined_basis(const MatrixXd& set, const MatrixXd& surrogate) {
-  MatrixXd rest = surrogate - set * (set.transpose() * surrogate);
+  MatrixXd rest = surrogate;
+  take_out(set, rest);
   for (Eigen::Index k = 0; k < rest.cols(); ++k)
     if (const double norm = surrogate.col(k).norm(); norm > 0.0) rest.col(k) /= norm;
   const MatrixXd q = pivoted_qr(rest, 1e-4).Q;
@@ -118,7 +119,8 @@ NoiseScale noise_scale(const Atoms& atoms, const Remainder& set, const MatrixXd&
   const Observations& o = atoms.observations();
   const auto& used = atoms.base().whitening->noise().used;
   const MatrixXd basis = joined_basis(set.basis, surrogate);
-  const VectorXd r = atoms.base().white - basis * (basis.transpose() * atoms.base().white);
+  VectorXd r = atoms.base().white;
+  take_out(basis, r);
   NoiseScale out;
   out.dof = std::max(1.0, atoms.base().dof() - static_cast<double>(basis.cols()));
   Sequences by_group = o.groups(), by_run = o.runs();

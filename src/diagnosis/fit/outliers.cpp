@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/fit_core.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/median.hpp"
 #include "diagnosis/search/neighbours.hpp"
 #include "diagnosis/search/structure.hpp"

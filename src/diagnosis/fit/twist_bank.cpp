@@ -5,8 +5,9 @@
 #include <map>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/float_products.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {
@@ -203,7 +204,7 @@ std::optional<TwistBank::Hit> TwistBank::common_cause(const FitCore& all) {
 MatrixXd TwistBank::left_of(const Task& task, std::size_t span, const FitCore& base,
                             const Remainder& set) const {
   MatrixXd u = base.projected(columns({task.functions, task.weight, span, 0.0, 0, 1.0}));
-  u -= set.basis * (set.basis.transpose() * u);
+  take_out(set.basis, u);
   const Eigen::VectorXf& before = task.before[span];
   for (Eigen::Index c = 0; c < u.cols(); ++c)
     u.col(c) *= before[c] > 0.0F ? 1.0 / std::sqrt(static_cast<double>(before[c])) : 0.0;

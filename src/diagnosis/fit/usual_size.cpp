@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -40,7 +40,7 @@ class RestrictedLikelihood {
     if (white.cols() > 1) {
       const PivotedQr qr = pivoted_qr(white.leftCols(white.cols() - 1), 1e-6);
       for (const double d : qr.diagonal) sum += 2.0 * std::log(d);
-      y -= qr.Q * (qr.Q.transpose() * y);
+      take_out(qr.Q, y);
     }
     return sum + y.squaredNorm();
   }

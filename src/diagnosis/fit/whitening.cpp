@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "trunnion/base/units.hpp"
-
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::diagnosis {
 
@@ -127,7 +126,7 @@ void Whitening::take_setups(Eigen::Ref<MatrixXd> x) const {
     if (basis.cols() == 0) continue;
     const auto& rows = observations_->runs()[run];
     MatrixXd part = x(rows, Eigen::all);
-    part -= basis * (basis.transpose() * part);
+    take_out(basis, part);
     x(rows, Eigen::all) = part;
   }
 }

@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -5,6 +6,7 @@
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/iso230_4.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::iso230 {
 namespace {
@@ -149,7 +151,7 @@ std::pair<double, double> second_harmonic(const std::vector<RadialPoint>& points
     N += row * row.transpose();
     right += row * p.radial_mm;
   }
-  const Eigen::Matrix<double, 5, 1> z = N.ldlt().solve(right);
+  const Eigen::Matrix<double, 5, 1> z = solve_positive(N, right);
   return {z[3], z[4]};
 }
 
@@ -258,15 +260,12 @@ std::vector<CircleCause> circle_causes(const std::vector<const CircularPath*>& p
     }
     column += 2;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> of_set_up(set_up);
+  const LeastSquares of_set_up(set_up);
   radial -= set_up * of_set_up.solve(radial);
-  shapes -= set_up * of_set_up.solve(shapes);
+  shapes -= set_up * of_set_up.solve_all(shapes);
   const double whole = radial.squaredNorm();
   if (rows == 0 || whole <= 0.0) return {};
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> of_shapes;
-  of_shapes.setThreshold(kDependent);
-  of_shapes.compute(shapes);
-  const Eigen::VectorXd sizes = of_shapes.solve(radial);
+  const Eigen::VectorXd sizes = LeastSquares(shapes, kDependent).solve(radial);
   std::vector<CircleCause> out;
   for (Eigen::Index k = 0; k < causes; ++k)
     out.push_back(

@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/float_products.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/structure.hpp"
 
@@ -137,8 +137,8 @@ Remainder Atoms::bounded(Remainder set, double variance) const {
   const double most = kBound * std::sqrt(variance);
   MatrixXd r = set.residual.cwiseMax(-most).cwiseMin(most);
   base_.whitening->take_setups(r.topRows(o_.size()));
-  r -= base_.basis * (base_.basis.transpose() * r);
-  r -= set.basis * (set.basis.transpose() * r);
+  take_out(base_.basis, r);
+  take_out(set.basis, r);
   set.residual = r.col(0);
   return set;
 }
@@ -162,15 +162,9 @@ Remainder Atoms::remainder(const std::vector<const Atom*>& set) const {
   } else {
     out.basis.resize(base_.white.size(), 0);
   }
-  out.residual = base_.white - out.basis * (out.basis.transpose() * base_.white);
+  out.residual = base_.white;
+  take_out(out.basis, out.residual);
   return out;
-}
-
-MatrixXd inverse_above(const MatrixXd& a, double threshold) {
-  const SymmetricEigen eigen = symmetric_eigen(a);
-  VectorXd inverse = eigen.values;
-  for (double& v : inverse) v = v > threshold ? 1.0 / v : 0.0;
-  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
 }
 
 Products Atoms::products(const std::vector<const Atom*>& set) const {

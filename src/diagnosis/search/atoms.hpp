@@ -25,9 +25,6 @@ struct Products {
   std::vector<Eigen::Index> first;  // column of each member, and the end
 };
 
-/// Inverse of a symmetric matrix on the directions whose eigenvalues exceed `threshold`, 0 on the others.
-MatrixXd inverse_above(const MatrixXd& a, double threshold);
-
 /// What a set of atoms leaves.
 struct Remainder {
   MatrixXd basis;     // orthonormal, of the set

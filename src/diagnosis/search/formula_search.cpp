@@ -8,10 +8,10 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/formula.hpp"
 #include "trunnion/diagnosis/improve.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/condensed.hpp"
 #include "diagnosis/fit/fit_core.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/search/formula_terms.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
@@ -265,7 +265,7 @@ class FormulaSearch {
     const VectorXd before =
         (core_.whitening->inverse_u().asDiagonal() * columns).colwise().squaredNorm().transpose();
     columns = core_.projected(columns);
-    columns -= taken * (taken.transpose() * columns);
+    take_out(taken, columns);
     const VectorXd sizes = columns.colwise().squaredNorm().transpose();
     const VectorXd moments = columns.transpose() * left;
     Eigen::Index best = -1;

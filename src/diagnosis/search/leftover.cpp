@@ -5,7 +5,8 @@
 #include <map>
 #include <oneapi/tbb/parallel_for.h>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/neighbours.hpp"
 
@@ -56,7 +57,7 @@ Leftover::Test plain_test(const StructureBlock& block, const Structures::Freed& 
 Leftover::Test test(const Atoms& atoms, const Remainder& set, const StructureBlock& block,
                     const Structures::Freed& freed, const NoiseScale& noise) {
   MatrixXd u = atoms.base().projected(block.columns());
-  u -= set.basis * (set.basis.transpose() * u);
+  take_out(set.basis, u);
   u = pivoted_qr(u * freed.scale.asDiagonal(), kImitatedLeftover).Q;
   return {block.covariate, 1.0, corrected_drop(u, set.residual, noise), u.cols()};
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "trunnion/geom/linear_algebra.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -120,7 +122,7 @@ std::vector<NeighbourTest> neighbour_tests(const Atoms& atoms, const Remainder& 
   const Observations& o = atoms.observations();
   const auto& used = atoms.base().whitening->noise().used;
   MatrixXd series = atoms.base().projected(simulated(atoms, noise, seed));
-  series -= set.basis * (set.basis.transpose() * series);
+  take_out(set.basis, series);
   std::vector<NeighbourTest> out;
   for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
     const Pairs pairs = pairs_along(o, used, axis);

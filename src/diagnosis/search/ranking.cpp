@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {

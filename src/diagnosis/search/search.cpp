@@ -6,8 +6,9 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <set>
 
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/float_products.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/fit/statistics.hpp"
 
 namespace trunnion::diagnosis {
@@ -264,7 +265,7 @@ EffectSet Search::evaluate(std::vector<Atom> members) const {
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
       const Remainder given = atoms_.remainder(rest);
       MatrixXd u = out.members[k].U().cast<double>();
-      u -= given.basis * (given.basis.transpose() * u);
+      take_out(given.basis, u);
       u = pivoted_qr(u, kGivenRest).Q;
       rank = u.cols();
       drop = corrected_drop(u, given.residual, noise_);
@@ -371,7 +372,7 @@ void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) cons
       if (atom.family != own.family) rest.push_back(atom);
     const Remainder given = atoms_.remainder(pointers(rest));
     const auto beside = [&](MatrixXd columns) {
-      columns -= given.basis * (given.basis.transpose() * columns);
+      take_out(given.basis, columns);
       return columns;
     };
     const MatrixXd mine = pivoted_qr(beside(own.U().cast<double>()), kGivenRest).Q;

@@ -4,9 +4,9 @@
 #include <set>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/fit_core.hpp"
-#include "diagnosis/fit/linalg.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -63,11 +63,12 @@ class Aliases {
   }
   bool hidden(double wave_number) const {
     if (x_.size() == 0 || wave_number * spacing_ < kPi || smooth_.cols() >= x_.size()) return false;
-    for (const VectorXd& wave :
-         {VectorXd((wave_number * x_.array()).sin()), VectorXd((wave_number * x_.array()).cos())})
-      if (wave.norm() > 1e-6 &&
-          (wave - smooth_ * (smooth_.transpose() * wave)).norm() > kDifferent * wave.norm())
-        return false;
+    for (VectorXd wave :
+         {VectorXd((wave_number * x_.array()).sin()), VectorXd((wave_number * x_.array()).cos())}) {
+      const double whole = wave.norm();
+      take_out(smooth_, wave);
+      if (whole > 1e-6 && wave.norm() > kDifferent * whole) return false;
+    }
     return true;
   }
 

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/data/axis_history.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/search/structure.hpp"
 
 namespace trunnion::diagnosis {

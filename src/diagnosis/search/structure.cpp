@@ -7,9 +7,9 @@
 #include <set>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/fit_core.hpp"
-#include "diagnosis/fit/linalg.hpp"
 #include "diagnosis/search/covariates.hpp"
 
 namespace trunnion::diagnosis {

@@ -1,10 +1,11 @@
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/diagnosis/table_models.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -138,7 +139,7 @@ TableCandidate rigid(const Machine& machine, const PlanarMap& map, const Axes& a
     }
   const double scale = N.diagonal().maxCoeff();
   for (Eigen::Index k = 0; k < size; ++k) N(k, k) += scale * (k % 6 < 3 ? kPull : kPullRotation);
-  const Eigen::VectorXd z = N.ldlt().solve(right);
+  const Eigen::VectorXd z = solve_positive(N, right);
   TableCandidate out;
   out.name = "rigid";
   out.one.method = Interpolation::linear;

@@ -1,6 +1,6 @@
 #include "trunnion/diagnosis/cross_talk_study.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -10,6 +10,7 @@
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/statistics.hpp"
 
@@ -169,7 +170,7 @@ Periodic measure_periodic(Campaign& campaign, std::size_t axis) {
     N += row * row.transpose();
     right += row * y;
   }
-  const Eigen::Matrix<double, n, 1> z = N.ldlt().solve(right);
+  const Eigen::Matrix<double, n, 1> z = solve_positive(N, right);
   out.sine = z[kSmooth];
   out.cosine = z[kSmooth + 1];
   return out;

@@ -5,6 +5,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include "trunnion/base/units.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/data/data_check.hpp"
 #include "diagnosis/fit/median.hpp"

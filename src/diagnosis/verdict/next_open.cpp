@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/fit/linalg.hpp"
+#include "trunnion/geom/linear_algebra.hpp"
+
 #include "diagnosis/fit/usual_size.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"

@@ -6,10 +6,11 @@
 // only makes sense when tables that take part in a product add nothing else; that is how they are read and
 // written here. The manual names no formula, so a file with products carries the request to try two points on
 // the machine before use.
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
+
+#include "trunnion/geom/linear_algebra.hpp"
 
 #include "effects/formats/format_support.hpp"
 
@@ -234,12 +235,12 @@ class Writer {
     if (auto ok = table(map.inputs[1], map.nodes[1], output.axis, list(over_v), 0, 0); !ok) return ok;
     Eigen::MatrixXd rest =
         F - over_u * Eigen::RowVectorXd::Ones(columns) - Eigen::VectorXd::Ones(rows) * over_v.transpose();
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rest, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    for (int k = 0; k < options_.max_products && k < svd.singularValues().size(); ++k) {
+    const Svd svd = thin_svd(rest);
+    for (int k = 0; k < options_.max_products && k < svd.s.size(); ++k) {
       if (rest.cwiseAbs().maxCoeff() <= options_.product_residual_mm) break;
       // Shared out evenly, so that neither factor by itself is a large number of mm.
-      const double root = std::sqrt(svd.singularValues()[k]);
-      const Eigen::VectorXd f = svd.matrixU().col(k) * root, g = svd.matrixV().col(k) * root;
+      const double root = std::sqrt(svd.s[k]);
+      const Eigen::VectorXd f = svd.U.col(k) * root, g = svd.V.col(k) * root;
       rest -= f * g.transpose();
       if (auto ok = table(map.inputs[0], map.nodes[0], output.axis, list(f), 0, count_ + 2); !ok) return ok;
       if (auto ok = table(map.inputs[1], map.nodes[1], output.axis, list(g), 0, 0); !ok) return ok;
