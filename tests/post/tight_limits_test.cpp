@@ -1,5 +1,6 @@
 // Rotary axes with little travel and points far apart: a program comes out that verifies, or an error that
 // names the lines, the axis and by how much.
+#include <array>
 #include <gtest/gtest.h>
 #include <iostream>
 #include <random>
@@ -67,7 +68,34 @@ TEST(TightLimits, WhatNoPositionHoldsIsNamed) {
   EXPECT_NE(error.find("beyond its limits of -170.0000 deg to 170.0000 deg"), std::string::npos) << error;
 }
 
-void random_paths(unsigned seed, int cases) {
+// What is said between two motions, by the one or the other of which the tool may leave the part.
+std::string random_words(std::mt19937_64& random) {
+  constexpr std::array kWords = {"COOLNT/ON",
+                                 "COOLNT/OFF",
+                                 "SPINDL/RPM,4000,CLW",
+                                 "SPINDL/RPM,9000,CLW",
+                                 "FEDRAT/MMPM,1500",
+                                 "FEDRAT/MMPM,200",
+                                 "DELAY/1",
+                                 "OPSTOP",
+                                 "COOLNT/MIST",
+                                 "SPINDL/RPM,700,CCLW",
+                                 "CLEARP/XYPLAN,120"};
+  std::string out;
+  while (random() % 2 == 0) out += std::string(kWords[random() % kWords.size()]) + "\n";
+  return out;
+}
+
+std::string failed_places(const VerifyReport& v) {
+  std::string out;
+  for (const Check& check : v.checks) {
+    for (const CheckPlace& place : check.places)
+      out += "\nNC line " + std::to_string(place.nc_line) + ": " + place.what;
+  }
+  return out;
+}
+
+void random_paths(unsigned seed, int cases, bool with_words = false) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::size_t written = 0;
@@ -95,8 +123,10 @@ void random_paths(unsigned seed, int cases) {
     const double stride = u(random) < 0.5 ? 0.3 : 2.0;  // rad between points
     double tilt = largest * u(random);
     double turn = kTwoPi * u(random);
-    std::string cl = "FEDRAT/MMPM,600\nRAPID\n";
+    std::string cl = with_words ? "LOADTL/1\nSPINDL/RPM,5000,CLW\n" : "";
+    cl += "FEDRAT/MMPM,600\nRAPID\n";
     for (int k = 0; k < 12; ++k) {
+      if (with_words && k > 0) cl += random_words(random);
       if (k == 6 && u(random) < 0.5) cl += "RAPID\n";
       cl += point_text(Vec3(30 * u(random), 30 * u(random), 10 * u(random)), tilted(tilt, turn));
       tilt = std::clamp(tilt + stride * (u(random) - 0.5), -largest, largest);
@@ -118,7 +148,7 @@ void random_paths(unsigned seed, int cases) {
     EXPECT_TRUE(v.passed()) << "case " << i << " on " << name << ": tip " << v.certified_tip_deviation_mm
                             << " mm, missed " << v.points_missed << ", worst at line "
                             << (v.worst.empty() ? 0 : v.worst[0].cl_line) << ", block "
-                            << (v.worst.empty() ? 0 : v.worst[0].nc_line) << "\n"
+                            << (v.worst.empty() ? 0 : v.worst[0].nc_line) << failed_places(v) << "\n"
                             << cl << "outer " << outer.min * kDegreePerRad << " " << outer.max * kDegreePerRad
                             << " inner " << inner.min * kDegreePerRad << " " << inner.max * kDegreePerRad;
     EXPECT_TRUE(v.limits_ok()) << "case " << i << " on " << name;
@@ -130,6 +160,14 @@ void random_paths(unsigned seed, int cases) {
 
 TEST(TightLimits, RandomPathsVerifyOrNameTheAxis) {
   random_paths(7, 80);
+}
+
+TEST(TightLimits, WordsStandBeforeOrBehindTheWayOut) {
+  random_paths(9, 60, true);
+}
+
+TEST(LongTightLimits, WordsStandBeforeOrBehindTheWayOut) {
+  random_paths(10, 2000, true);
 }
 
 TEST(LongTightLimits, RandomPathsVerifyOrNameTheAxis) {

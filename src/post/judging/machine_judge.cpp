@@ -590,7 +590,7 @@ bool MachineJudge::comes_back(const Vertex& v) {
   record_.take_deviation(meter().of(*ends_.previous, v, {out, place}, as_run_.state, record_.uninteresting()),
                          in_cone);
   record_.end_cut(v, place.line, at().t == 0.0);
-  if (program_judge_ && path_.target() != nullptr) program_judge_->comes_to(path_.next());
+  if (program_judge_ && path_.target() != nullptr) program_judge_->comes_back(path_.next(), at());
   return true;
 }
 

@@ -182,6 +182,15 @@ bool ProgramJudge::is_rounding(std::size_t point, double share) const {
          share * target.turn <= kNearEnds * options_.axis_tolerance.rad();
 }
 
+void ProgramJudge::comes_back(std::size_t point, const Place& at) {
+  comes_to(point);
+  const double gone = at.segment + 1 == point ? at.t : 0.0;
+  if (point + 1 < points_.size() && is_rounding(point, 1.0 - gone))
+    cut_->beside = point + 1;
+  else if (point > 0 && is_rounding(point, gone))
+    cut_->beside = point - 1;
+}
+
 ProgramJudge::Covered ProgramJudge::covered(const Cut& cut) const {
   Covered out;
   if (cut.from.segment + 1 >= points_.size()) return out;
@@ -204,7 +213,10 @@ ProgramJudge::Covered ProgramJudge::covered(const Cut& cut) const {
 void ProgramJudge::check_states(const Cut& cut, const Covered& covered, std::uint32_t nc_line) {
   if (!covered.any && !cut.outside) return;
   check_pauses(covered.first, nc_line);
-  for (std::size_t j = number(covered.first); j <= number(covered.last); j = asked_.next_change(j)) {
+  std::size_t first = number(covered.first), last = number(covered.last);
+  if (cut.beside && !agrees(asked_.at(first)) && agrees(asked_.at(number(*cut.beside))))
+    first = last = number(*cut.beside);
+  for (std::size_t j = first; j <= last; j = asked_.next_change(j)) {
     const AskedState& asked = asked_.at(j);
     check_place(asked, nc_line);
     check_cut(asked, nc_line);
@@ -328,6 +340,11 @@ void ProgramJudge::check_thread(const AskedState& asked, std::uint32_t nc_line) 
            (told->hand == Hand::left ? "left" : "right") + "-hand thread, the CL file asks for " +
            spindle_text(asked.spindle) + cl_line(asked.line);
   });
+}
+
+bool ProgramJudge::agrees(const AskedState& asked) const {
+  return same_spindle(told_.spindle(), asked.spindle) && told_.coolant() == asked.coolant &&
+         told_.cutter().side == asked.cutter.side && told_.cutter().number == asked.cutter.number;
 }
 
 void ProgramJudge::check_cut(const AskedState& asked, std::uint32_t nc_line) {

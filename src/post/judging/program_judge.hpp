@@ -63,6 +63,9 @@ class ProgramJudge {
   void cut(const Place& from, const Place& to) { cut_ = {from, to, false}; }
   /// It comes to a place of the path from outside: the motion to this CL point is the next to be cut.
   void comes_to(std::size_t point) { cut_ = {{point - 1}, {point - 1, 1.0}, true}; }
+  /// As `comes_to`, to the place that it has left. Where two motions meet, what is said for the second stands
+  /// before or behind the way out and back.
+  void comes_back(std::size_t point, const Place& at);
   /// How long the block at hand lasts: what it is told about is judged.
   void lasts(const Pace& pace, std::uint32_t nc_line);
   /// Feeds one after the other, from one place of the path to another. Of each `rows` has the `pace(i)` and
@@ -73,7 +76,7 @@ class ProgramJudge {
     const Cut all{from, to, false};
     const Covered motions = covered(all);
     check_states(all, motions, rows.line(count - 1));
-    const Rates rates = rates_of(motions);
+    const Rates rates = rates_of(all, motions);
     if (!rates.known) {
       check_inverse(all, motions, together(count, rows), rows.line(count - 1));
       for (std::size_t i = 0; i < count; ++i) rows.judged(i);
@@ -131,6 +134,7 @@ class ProgramJudge {
   struct Cut {
     Place from, to;
     bool outside = false;
+    std::optional<std::size_t> beside{};  // the motion that meets the covered one where it comes back
   };
   struct Covered {
     std::size_t first = 0, last = 0;
@@ -148,7 +152,8 @@ class ProgramJudge {
   void check_feed_word(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
   bool is_rounding(std::size_t point, double share) const;
   Covered covered(const Cut& cut) const;
-  Rates rates_of(const Covered& covered) const;
+  bool agrees(const AskedState& asked) const;
+  Rates rates_of(const Cut& cut, const Covered& covered) const;
   double rate_of(const AskedState& asked) const;
   /// What FEDRAT/INVERS asks of blocks together, and how far they go.
   struct InverseShare {

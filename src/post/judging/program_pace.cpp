@@ -64,13 +64,15 @@ void ProgramJudge::check_progress(const Cut& cut, double seconds, const Rates& r
   });
 }
 
-ProgramJudge::Rates ProgramJudge::rates_of(const Covered& covered) const {
+ProgramJudge::Rates ProgramJudge::rates_of(const Cut& cut, const Covered& covered) const {
   Rates out;
   out.slack_mm = pace_slack_mm();
   out.known = covered.any;
   if (!covered.any) return out;
   out.least = std::numeric_limits<double>::infinity();
-  for (std::size_t j = number(covered.first); j <= number(covered.last); j = asked_.next_change(j)) {
+  const std::size_t first = std::min(covered.first, cut.beside.value_or(covered.first));
+  const std::size_t last = std::max(covered.last, cut.beside.value_or(covered.last));
+  for (std::size_t j = number(first); j <= number(last); j = asked_.next_change(j)) {
     const AskedState& asked = asked_.at(j);
     const double rate = rate_of(asked);
     out.known = out.known && rate > 0.0;
@@ -149,7 +151,7 @@ void ProgramJudge::lasts(const Pace& pace, std::uint32_t nc_line) {
   cut_.reset();
   const Covered motions = covered(cut);
   check_states(cut, motions, nc_line);
-  const Rates rates = rates_of(motions);
+  const Rates rates = rates_of(cut, motions);
   if (rates.known && pace.seconds > 0.0) return check_pace(pace, rates, motions.last, !cut.outside, nc_line);
   if (rates.known && cut.outside) return check_feed_word(pace, rates, motions.last, nc_line);
   if (!cut.outside) check_inverse(cut, motions, pace, nc_line);
