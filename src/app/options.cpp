@@ -279,15 +279,18 @@ void PostCliOptions::add_to(CLI::App& c) {
                "--model: a larger correction of the linear axes is taken for a mistake, and refused")
       ->check(above_zero())
       ->capture_default_str();
+  for (const post::PathStage& stage : post::path_stages())
+    c.add_option("--" + stage.name, path_stages[stage.name], stage.help)
+        ->check(between(stage.least, stage.most));
   add_smoothing(c, smoothing);
   c.add_option(
        "--work-offset", work_offset,
        "work offset that the program calls: 1 (G54), 2, ... (default: SET/OFSETL of the CL file, else the "
        "machine file's)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000}));
-  c.add_option("--program-name", program_name,
+  c.add_option("--program-name", program.text,
                "for controls that name programs (PARTNO, else the name of the output file)");
-  c.add_option("--program-number", program_number,
+  c.add_option("--program-number", program.number,
                "for controls that number programs (of the digits in the name, else 1)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{99999999}));
   tools.add_to(c);
@@ -359,9 +362,12 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
   const auto within = smoothing_of(smoothing);
   if (!within) return tl::unexpected(within.error());
   out.smoothing_mm = *within;
-  if (!program_name.empty()) out.program_name = program_name;
-  out.program_number = program_number;
+  if (!program.text.empty()) out.program.text = program.text;
+  out.program.number = program.number;
   out.tilted_plane = tilted_plane;
+  for (const auto& [name, value] : path_stages) {
+    if (value) out.path_stages.push_back({name, *value});
+  }
   if (!arcs.empty()) out.native_arcs = arcs == "native";
   if (!cycles.empty()) out.native_cycles = cycles == "native";
   out.pole = pole.resolve();
@@ -380,6 +386,14 @@ std::string PostCliOptions::tolerance_line() const {
   return "nonlinear error " + nonlinear + ", tolerance " + shortest_text(tolerance_mm) + " mm";
 }
 
+std::vector<std::string> PostCliOptions::stage_lines() const {
+  std::vector<std::string> out;
+  for (const auto& [name, value] : path_stages) {
+    if (value) out.push_back("--" + name + " " + shortest_text(*value));
+  }
+  return out;
+}
+
 std::string PostCliOptions::text() const {
   const auto number = [](const std::optional<double>& v) { return v ? shortest_text(*v) : std::string("-"); };
   std::string out = shortest_text(tolerance_mm) + " " + shortest_text(rapid_tolerance_mm) + " " +
@@ -394,9 +408,10 @@ std::string PostCliOptions::text() const {
                           accept_deviation, no_geometric, no_thermal}) {
     out += flag ? " 1" : " 0";
   }
+  for (const std::string& line : stage_lines()) out += " " + line;
   out += " " + shortest_text(largest_correction_mm) + " offset " + std::to_string(work_offset.value_or(0)) +
-         " smoothing " + smoothing + " program " + program_name + " " +
-         std::to_string(program_number.value_or(0));
+         " smoothing " + smoothing + " program " + program.text + " " +
+         std::to_string(program.number.value_or(0));
   return out + " arcs " + arcs + " cycles " + cycles + " " + tools.text() + " " + reading.text() + "\n";
 }
 

@@ -1,7 +1,9 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "trunnion/effects/model.hpp"
 #include "trunnion/machine/machine.hpp"
@@ -108,11 +110,14 @@ struct PostCliOptions {
   bool accept_deviation = false;
   bool no_geometric = false;
   bool no_thermal = false;
+  std::map<std::string, std::optional<double>> path_stages;  // post::PathStage: by name
   double largest_correction_mm = 0.5;
   std::string smoothing = "off";
   std::optional<std::int64_t> work_offset;
-  std::string program_name;
-  std::optional<std::int64_t> program_number;
+  struct ProgramName {
+    std::string text;
+    std::optional<std::int64_t> number;
+  } program;
   ToolCliOptions tools;
   ClCliOptions reading;
 
@@ -122,6 +127,7 @@ struct PostCliOptions {
   /// Lines of a program's header: what is compensated, and how its nonlinear error is held.
   std::string errors_line(bool compensated) const;
   std::string tolerance_line() const;
+  std::vector<std::string> stage_lines() const;
   /// All values, for the fingerprint of a batch.
   std::string text() const;
   /// How thermal offsets are applied, and their limits.

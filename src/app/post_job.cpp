@@ -55,6 +55,7 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   if (!o.no_thermal && at_run_time && controller.has_run_time_values())
     run_time_lines(o, controller, job.run_time_drift, out);
   out.push_back(o.tolerance_line());
+  for (const std::string& line : o.stage_lines()) out.push_back(line);
   return out;
 }
 

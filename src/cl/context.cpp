@@ -289,7 +289,7 @@ void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, 
   }
   const std::vector<Vec3> points_P = linearise(arc, options_.arc_tolerance_mm);
   if (options_.mark_shapes && !rapid)
-    emit(where, ShapeBegin{std::make_shared<const Shape>(Shape{points_P.size(), arc})});
+    emit(where, ShapeBegin{std::make_shared<const Shape>(Shape{.motions = points_P.size(), .what = arc})});
   for (const Vec3& point_P : points_P) {
     emit(where, Motion{point_P, arc.axis_P, arc.feed, rapid});
     ++motion_count_;

@@ -23,6 +23,28 @@ std::string padded(const std::string& text) {
   return out;
 }
 
+// Names and values, and what else drops, moves or tilts the points of the file.
+Result<void> check_stages(const PostOptions& options) {
+  const auto refuse = [](const std::string& why) { return fail(ErrorCode::wrong_use, why); };
+  for (const PathStageAtWork& asked : options.path_stages) {
+    const auto all = path_stages();
+    const auto stage =
+        std::find_if(all.begin(), all.end(), [&](const PathStage& s) { return s.name == asked.name; });
+    const std::string option = "--" + asked.name;
+    if (stage == all.end()) return refuse(option + ": there is no such stage of the path");
+    if (!(asked.value >= stage->least && asked.value <= stage->most))
+      return refuse(option + ": " + shortest_text(asked.value) + " is not between " +
+                    shortest_text(stage->least) + " and " + shortest_text(stage->most));
+    const std::string adds = ", and " + option + " adds some: one of the two";
+    if (options.nonlinear.thin) return refuse("--thin drops points" + adds);
+    if (options.nonlinear.move_programmed_points)
+      return refuse("--move-programmed-points moves points" + adds);
+    if (options.pole.tolerance.rad() > 0.0)
+      return refuse("--pole-tolerance-deg tilts the tool at points" + adds);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string verdict_placeholder() {
@@ -73,6 +95,7 @@ Result<void> check_options(const PostOptions& options, const Machine& machine,
     return refuse(std::string(options.nonlinear.thin ? "--thin" : "--move-programmed-points") +
                   " and --rtcp: under tool-centre-point control every programmed point stays where it is");
   }
+  if (auto checked = check_stages(options); !checked) return checked;
   if (machine.output_point == OutputPoint::spindle && controller.length.automatic) {
     return refuse(
         "the machine file asks for words of the spindle's gauge point ([output] point), and the control '" +

@@ -40,7 +40,9 @@ std::unique_ptr<cl::RecordSource> path_of(std::unique_ptr<cl::TextSource> source
                                           const PostOptions& options, Diagnostics& diagnostics) {
   const PathReading with{&options.tools, options.axis_tolerance.value_or(job.machine->axis_tolerance),
                          job.from != nullptr && turns_alike(*job.from->machine, *job.machine)};
-  return records_of({std::move(source), job.cl_file, reading_of(job, options), job.from}, with, diagnostics);
+  return behind_stages(
+      records_of({std::move(source), job.cl_file, reading_of(job, options), job.from}, with, diagnostics),
+      options.path_stages);
 }
 
 // The preparer of the tool that the chunk at hand is made with.

@@ -128,8 +128,8 @@ TEST(ProgramName, StandsInTheHead) {
   EXPECT_EQ(test::posted(cl, machine, {}, "haas_ngc").nc.find("%\nO3021\n"), 0U);
   EXPECT_EQ(test::posted(cl, machine, {}, "heidenhain_tnc640").nc.find("0 BEGIN PGM IMPELLER_3021 MM\n"), 0U);
   PostOptions options;
-  options.program_number = 77;
-  options.program_name = "blade";
+  options.program.number = 77;
+  options.program.text = "blade";
   EXPECT_EQ(test::posted(cl, machine, options, "haas_ngc").nc.find("%\nO77\n"), 0U);
   EXPECT_EQ(test::posted(cl, machine, options, "heidenhain_tnc640").nc.find("0 BEGIN PGM blade MM\n"), 0U);
 }

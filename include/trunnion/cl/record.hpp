@@ -33,6 +33,13 @@ struct Motion {
   bool rapid = false;
   /// Within a hole that is drilled in steps, before its bottom is reached.
   bool step = false;
+  /// One of the equal parts into which a path stage (post/path_stages) has divided a motion of the text.
+  struct Part {
+    double share = 1.0;        // of the time that the motion is given; 1: the motion is whole
+    bool ends_inside = false;  // not where the motion of the text ends
+    bool operator==(const Part&) const = default;
+  };
+  Part part{};
 };
 
 /// A straight motion at the modal feed, no rapid.
@@ -85,7 +92,10 @@ struct Hole {
 /// (ReaderOptions::mark_shapes). A tap is always told of: its motions alone are no thread.
 struct Shape {
   std::size_t motions = 0;
+  std::size_t added = 0;  // further ones among them, of path stages (Motion::part)
   std::variant<Arc, Hole> what;
+
+  std::size_t all_motions() const { return motions + added; }
 };
 struct ShapeBegin {
   std::shared_ptr<const Shape> shape;  // never null

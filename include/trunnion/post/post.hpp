@@ -16,6 +16,7 @@
 #include "trunnion/path/pole.hpp"
 #include "trunnion/path/solution_choice.hpp"
 #include "trunnion/post/nc_origin.hpp"
+#include "trunnion/post/path_stages.hpp"
 #include "trunnion/post/tools.hpp"
 #include "trunnion/post/verify.hpp"
 
@@ -72,8 +73,12 @@ struct PostOptions {
   std::optional<double> smoothing_mm;
   /// For controls that name or number programs; nothing: the name is PARTNO's, else the output file's, the
   /// number is made of the digits in the name.
-  std::optional<std::string> program_name;
-  std::optional<std::int64_t> program_number;
+  struct ProgramName {
+    std::optional<std::string> text;
+    std::optional<std::int64_t> number;
+  } program;
+  /// What changes the path before its joints are chosen.
+  std::vector<PathStageAtWork> path_stages;
   cl::ReaderOptions cl;
 };
 

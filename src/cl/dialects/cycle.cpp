@@ -347,7 +347,7 @@ class Drilling {
     hole.dwell_s = cycle_.dwell_s;
     hole.feed = feed_;
     hole.across = across;
-    *shape_ = Shape{motions, hole};
+    *shape_ = Shape{.motions = motions, .what = hole};
   }
 
   Context& context_;

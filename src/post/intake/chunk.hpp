@@ -23,6 +23,7 @@ struct Pending {
   cl::Feed feed;
   Vec3 programmed_axis_P = Vec3::UnitZ();
   bool step = false;  // cl::Motion::step
+  cl::Motion::Part part{};
   double pace = 1.0;  // path::Point::pace
 };
 

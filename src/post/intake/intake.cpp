@@ -128,7 +128,7 @@ bool Intake::may_cut(const ToolPose& pose) const {
 
 std::unique_ptr<Chunk> Intake::take_word(const cl::Record& record) {
   if (const auto* begin = std::get_if<cl::ShapeBegin>(&record.data)) {
-    shape_left_ = begin->shape->motions;
+    shape_left_ = begin->shape->all_motions();
     shape_ = record;
     return nullptr;
   }
@@ -156,7 +156,7 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   const auto* motion = std::get_if<cl::Motion>(&record.data);
   if (motion == nullptr) return take_word(record);
   if (!tool_known_ && !begin_without_tool(record.where)) return std::exchange(chunk_, fresh());
-  ++points_;
+  if (!motion->part.ends_inside) ++points_;
   std::unique_ptr<Chunk> done;
   // A plane holds one tool axis: a rapid to another one begins a new run.
   const bool leaves_plane = options_.tilted_plane && motion->rapid && !chunk_->motions.empty() &&
@@ -179,7 +179,8 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   const Pending next = {{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
                         motion->feed,
                         motion->axis_P,
-                        motion->step};
+                        motion->step,
+                        motion->part};
   if (long_run_.is_held()) {
     long_run_.add(next);
   } else {

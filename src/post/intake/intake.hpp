@@ -32,6 +32,7 @@ class Intake {
   /// What is left at the end of the file.
   std::unique_ptr<Chunk> finish() { return flush(); }
 
+  /// Motions of the text.
   std::size_t points() const { return points_; }
   const path::ChoiceSummary& choice() const { return choice_.summary(); }
   const ProgramTools& tools() const { return tools_; }

@@ -26,28 +26,29 @@ void LongRun::hold(const std::vector<Pending>& motions) {
   feeds_.clear();
   points_.clear();
   for (const Pending& motion : motions) {
-    add_feed(motion.feed, motion.step);
+    add_feed({size(), motion.feed, motion.step, motion.part});
     points_.push_back(motion.point);
   }
   pack();
 }
 
 void LongRun::add(const Pending& motion) {
-  add_feed(motion.feed, motion.step);
+  add_feed({size(), motion.feed, motion.step, motion.part});
   points_.push_back(motion.point);
   pack_where_many();
 }
 
 void LongRun::add(std::span<const cl::PlainCut> cuts, const cl::Feed& feed) {
-  add_feed(feed, false);
+  add_feed({size(), feed});
   for (const cl::PlainCut& cut : cuts) points_.push_back(point_of(cut));
   pack_where_many();
 }
 
 // Of the next motions.
-void LongRun::add_feed(const cl::Feed& feed, bool step) {
-  if (feeds_.empty() || feeds_.back().feed != feed || feeds_.back().step != step)
-    feeds_.push_back({size(), feed, step});
+void LongRun::add_feed(const HeldFeed& feed) {
+  if (feeds_.empty() || feeds_.back().feed != feed.feed || feeds_.back().step != feed.step ||
+      feeds_.back().part != feed.part)
+    feeds_.push_back(feed);
 }
 
 void LongRun::pack_where_many() {
@@ -98,7 +99,7 @@ std::size_t LongRun::end_of_piece() const {
   std::size_t end = std::min(piece_begin_ + kLongRun, whole_size_);
   for (std::size_t i = piece_event_; i < whole_->events.size() && whole_->events[i].before < end; ++i) {
     const auto* begin = std::get_if<cl::ShapeBegin>(&whole_->events[i].record.data);
-    if (begin != nullptr) end = std::max(end, whole_->events[i].before + begin->shape->motions);
+    if (begin != nullptr) end = std::max(end, whole_->events[i].before + begin->shape->all_motions());
   }
   return end;
 }
@@ -115,7 +116,7 @@ void LongRun::take_held(std::size_t count, Chunk& piece) {
       const std::size_t motion = piece_begin_ + piece.motions.size();
       while (piece_feed_ + 1 < feeds_.size() && feeds_[piece_feed_ + 1].motion <= motion) ++piece_feed_;
       const HeldFeed& feed = feeds_[piece_feed_];
-      piece.motions.push_back({point, feed.feed, point.pose.axis_P, feed.step});
+      piece.motions.push_back({point, feed.feed, point.pose.axis_P, feed.step, feed.part});
     }
   }
 }

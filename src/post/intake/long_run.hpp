@@ -51,8 +51,9 @@ class LongRun {
     std::size_t motion = 0;
     cl::Feed feed;
     bool step = false;
+    cl::Motion::Part part{};
   };
-  void add_feed(const cl::Feed& feed, bool step);
+  void add_feed(const HeldFeed& feed);
   void pack();
   void pack_where_many();
   void take_held(std::size_t count, Chunk& piece);

@@ -45,10 +45,8 @@ NcSource::NcSource(std::unique_ptr<cl::TextSource> source, const std::string& fi
       diagnostics_(diagnostics),
       buffer_(kPiece, '\0') {}
 
-bool NcSource::fill() {
-  if (next_ < walk_.records().size()) return true;
+void NcSource::refill(std::vector<cl::Record>& queue) {
   walk_.records().clear();
-  next_ = 0;
   while (!ended_ && walk_.records().empty()) {
     const auto size = source_->read(buffer_.data(), buffer_.size());
     if (!size) {
@@ -64,26 +62,7 @@ bool NcSource::fill() {
       reader_.feed({buffer_.data(), *size});
     }
   }
-  return !walk_.records().empty();
-}
-
-bool NcSource::next(cl::Record& record) {
-  if (!fill()) return false;
-  record = std::move(walk_.records()[next_++]);
-  return true;
-}
-
-std::size_t NcSource::next_cuts(std::span<cl::PlainCut> cuts, cl::Feed& feed) {
-  if (!fill()) return 0;
-  const auto& records = walk_.records();
-  std::size_t count = 0;
-  for (; count < cuts.size() && next_ < records.size(); ++next_, ++count) {
-    const auto* motion = std::get_if<cl::Motion>(&records[next_].data);
-    if (motion == nullptr || motion->rapid || motion->step || (count > 0 && motion->feed != feed)) break;
-    feed = motion->feed;
-    cuts[count] = {motion->tip_P, motion->axis_P, records[next_].where};
-  }
-  return count;
+  queue.swap(walk_.records());
 }
 
 }  // namespace trunnion::post

@@ -10,25 +10,23 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/intake/nc_walk.hpp"
+#include "post/intake/queued_records.hpp"
 
 namespace trunnion::post {
 
 /// An NC program as a source of the records of a CL path, read piece by piece.
-class NcSource final : public cl::RecordSource {
+class NcSource final : public QueuedRecords {
  public:
   /// `origin`, the tools of `keep` and `diagnostics` must outlive the object.
   NcSource(std::unique_ptr<cl::TextSource> source, const std::string& file, const NcOrigin& origin,
            const NcWalk::Keep& keep, Diagnostics& diagnostics);
 
-  bool next(cl::Record& record) override;
-  std::size_t next_cuts(std::span<cl::PlainCut> cuts, cl::Feed& feed) override;
   const std::optional<Error>& read_failure() const override { return failure_; }
   /// Words are exact: the tool axis is what they say.
   const cl::Resolution& resolution() const override { return resolution_; }
 
  private:
-  /// Reads on until there are records; false at the end.
-  bool fill();
+  void refill(std::vector<cl::Record>& queue) override;
 
   std::unique_ptr<cl::TextSource> source_;
   std::string file_;
@@ -38,7 +36,6 @@ class NcSource final : public cl::RecordSource {
   nc::Reader reader_;
   Diagnostics& diagnostics_;
   std::string buffer_;
-  std::size_t next_ = 0;  // of the walk's records
   bool ended_ = false;
   std::optional<Error> failure_;
   cl::Resolution resolution_;

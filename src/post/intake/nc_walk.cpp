@@ -517,7 +517,8 @@ void NcWalk::take(const nc::Arc& arc) {
     out.sweep = Angle::radians(course.sweep_rad);
     out.feed = feed;
     put_tool();
-    put(arc.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{course.xyz_mm.size(), out})});
+    put(arc.source,
+        cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{.motions = course.xyz_mm.size(), .what = out})});
   }
   for (const auto& xyz : course.xyz_mm)
     put(arc.source,
@@ -571,7 +572,7 @@ void NcWalk::put_shape(const nc::Hole& hole, const JointVector& words, bool acro
   out.feed = feed_of(hole);
   out.across = across;
   put_tool();
-  put(hole.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{motions, out})});
+  put(hole.source, cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{.motions = motions, .what = out})});
 }
 
 void NcWalk::take(const nc::Hole& hole) {

@@ -51,8 +51,12 @@ void ReadBack::expect(const Chunk& chunk) {
       verifier_->expect(chunk.events[event].record);
     if (i == chunk.motions.size()) break;
     const Pending& p = chunk.motions[i];
-    verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, p.feed, p.point.rapid, p.step},
-                      p.point.where);
+    // What path stages have added is none of the CL file's: the program is judged by the motions of the
+    // text.
+    if (p.part.ends_inside) continue;
+    cl::Feed feed = p.feed;
+    if (feed.mode == cl::FeedMode::inverse) feed.value *= p.part.share;
+    verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, feed, p.point.rapid, p.step}, p.point.where);
   }
   verifier_->text(unread_);
   unread_.clear();

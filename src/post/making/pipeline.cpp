@@ -1,5 +1,6 @@
 #include "post/making/pipeline.hpp"
 
+#include <span>
 #include <utility>
 #include <variant>
 
@@ -46,12 +47,25 @@ Result<void> Pipeline::emit(Chunk& chunk) {
     if (auto begun = begin_text(chunk); !begun) return begun;
   }
   reach_.take(chunk);
+  if (!work_.posting.options.path_stages.empty()) count_parts(chunk.motions, 1);
   tell_pole(work_);
   if (work_.posting.options.tilted_plane && !chunk.motions.empty()) choose_plane(work_);
   auto done = emit_run();
   work_.now.chunk = nullptr;
   chunk.text.swap(work_.posting.text);
   return done;
+}
+
+// What path stages have added; `times` is -1 for what does not go into the text after all.
+void Pipeline::count_parts(std::span<const Pending> motions, int times) {
+  int added = 0, divided = 0;
+  for (const Pending& motion : motions) {
+    if (motion.part.ends_inside) ++added;
+    if (!motion.part.ends_inside && motion.part.share < 1.0) ++divided;
+  }
+  PostReport& report = work_.posting.report;
+  report.points_inserted += static_cast<std::size_t>(times * added);  // to take off is to add, modulo 2^64
+  report.segments_with_points += static_cast<std::size_t>(times * divided);
 }
 
 Result<void> Pipeline::emit_run() {
@@ -66,8 +80,10 @@ Result<void> Pipeline::emit_run() {
         const auto taken = shapes_.make(*begin->shape, i);
         if (!taken) return tl::unexpected(taken.error());
         if (!*taken) continue;
+        if (begin->shape->added > 0)
+          count_parts(std::span(motions).subspan(i, begin->shape->all_motions()), -1);
         // Nothing but the dwell of a hole stands between its motions.
-        i += begin->shape->motions;
+        i += begin->shape->all_motions();
         while (event + 1 < events.size() && events[event + 1].before < i) ++event;
         continue;
       }

@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "post/intake/intake.hpp"
 #include "post/making/event_maker.hpp"
 #include "post/making/measured_reach.hpp"
@@ -39,6 +41,7 @@ class Pipeline {
   /// The head of the program, when its first motions and what is said before them are known.
   Result<void> begin_text(const Chunk& chunk);
   Result<void> emit_run();
+  void count_parts(std::span<const Pending> motions, int times);
   void set_tool(const SpindleTool& tool);
 
   ProgramInWork work_;

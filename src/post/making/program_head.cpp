@@ -40,7 +40,7 @@ Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, Source
 Result<void> ProgramHead::write(const Chunk& chunk) {
   is_written_ = true;
   nc::ProgramStart start;
-  std::string name = posting_.options.program_name.value_or("");
+  std::string name = posting_.options.program.text.value_or("");
   for (const Event& event : chunk.events) {
     const auto* text = std::get_if<cl::Text>(&event.record.data);
     if (name.empty() && text != nullptr && text->kind == cl::Text::Kind::part_name) name = text->text;
@@ -48,7 +48,7 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   start.name = name_for_control(name);
   if (start.name.empty())
     start.name = name_for_control(std::filesystem::path(posting_.job.output).stem().string());
-  start.number = posting_.options.program_number.value_or(number_in_name(start.name));
+  start.number = posting_.options.program.number.value_or(number_in_name(start.name));
   if (auto r = posting_.write(start); !r) return r;
   const std::int64_t index = work_offset_of(chunk);
   posting_.report.work_offset = index;

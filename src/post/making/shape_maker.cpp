@@ -65,9 +65,9 @@ Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
     if (auto done = work_.spindle.resume(); !done) return tl::unexpected(done.error());
   }
   Result<bool> taken = false;
-  if (may_make(i, shape.motions)) {
-    taken = arc != nullptr ? make_arc(*arc, i, shape.motions)
-                           : make_hole(std::get<cl::Hole>(shape.what), i, shape.motions);
+  if (may_make(i, shape.all_motions())) {
+    taken = arc != nullptr ? make_arc(*arc, i, shape.all_motions())
+                           : make_hole(std::get<cl::Hole>(shape.what), i, shape.all_motions());
   }
   if (taken && !*taken && tap != nullptr)
     return fail(ErrorCode::wrong_input, no_tap(*tap), work_.posting.job.cl_file,
