@@ -49,6 +49,7 @@ struct Target {
   std::uint32_t line = 0;
   bool rapid = false;
   bool step = false;      // cl::Motion::step
+  bool ends_cut = false;  // a rapid, another tool or a turned table comes behind it
   double along_mm = 0.0;  // way of the tip from the start of the file, from point to point
   double way_mm = 0.0;    // of it from the point before
   double turn = 0.0;      // of the tool axis from there, rad

@@ -487,21 +487,42 @@ void MachineJudge::pass_repeated_points() {
   }
 }
 
+// The last point of a cut: from elsewhere on it the tool comes back to where it is and goes on, whether it
+// stops or leaves the part to turn. Farther off than the tolerance it is not met, unless errors are not taken
+// out.
 void MachineJudge::pass_end_of_cut() {
+  constexpr double kSameAxis_rad = 1e-7;  // rounding of a unit vector
   const Target* end = path_.target();
   if (end == nullptr || end->rapid || !path_.hits(*ends_.previous, *end)) return;
+  const bool may_be_off = path_.limits().on_truth;
+  if (!may_be_off && (ends_.previous->tip_P - end->tip_P).norm() > options().tolerance_mm) return;
+  const bool ends_cut = [&] {
+    for (std::size_t i = path_.next(); i < points().size(); ++i) {
+      if (i > path_.next() && (points()[i].way_mm > kSamePoint_mm || points()[i].turn > kSameAxis_rad))
+        return false;
+      if (points()[i].ends_cut) return true;
+    }
+    return true;
+  }();
+  if (!ends_cut) return;
   record_.mark_programmed();
   hit_point(path_.next(), *ends_.previous);
+  // And those that repeat it, however far rounding of the words is from them all.
+  for (const Target* next = path_.target(); next != nullptr && !next->rapid; next = path_.target()) {
+    if (next->way_mm > kSamePoint_mm || next->turn > kSameAxis_rad) return;
+    hit_point(path_.next(), *ends_.previous);
+  }
 }
 
 void MachineJudge::feed(Vertex& v) {
   if (v.in_cycle && drills(v)) return trail_.clear();
   pass_repeated_points();
   if (v.from_unknown && arrives(v)) return;
-  if (path_.target() == nullptr) return feed_beyond_end(v);
+  if (path_.target() == nullptr && !progress_.away) return feed_beyond_end(v);
   if (progress_.away && meter().takes_up(*ends_.previous, v, as_run_.state))
     return record_.end_block(v, path_.here().line, false);
   if (progress_.away ? comes_back(v) : leaves(v)) return trail_.clear();
+  if (path_.target() == nullptr) return feed_beyond_end(v);
   note_on_trail(v);
   const Place place = path_.find(meter().kinematics(), *ends_.previous, v);
   v.placed = true;

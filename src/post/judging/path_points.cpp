@@ -21,6 +21,7 @@ void PathPoints::each_column(const F& f) {
 }
 
 void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm) {
+  if (motion.rapid) end_cut();
   if (first_ + size_ == kPage * pages_.size()) pages_.push_back(std::make_unique<Page>());
   Target& target = at(size_++);
   target.tip_P = motion.tip_P;
@@ -28,6 +29,7 @@ void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone,
   target.line = line;
   target.rapid = motion.rapid;
   target.step = motion.step;
+  target.ends_cut = false;
   target.in_cone = in_cone;
   target.flute_mm = flute_mm;
   longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);

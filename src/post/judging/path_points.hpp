@@ -19,6 +19,10 @@ class PathPoints {
   /// As the next one, without what it has to do with the one before, and without a row. `in_cone`: as Target
   /// has it.
   void add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm);
+  /// What was added last ends a cut (Target::ends_cut).
+  void end_cut() {
+    if (size_ > 0) at(size_ - 1).ends_cut = true;
+  }
   /// Of all points that were added.
   double longest_flute_mm() const { return longest_flute_mm_; }
   /// After the last one that is added, before any is looked at.

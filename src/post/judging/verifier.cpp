@@ -55,6 +55,9 @@ void Verifier::expect(const cl::Motion& motion, SourceRef where) {
 void Verifier::expect(const cl::Record& record) {
   if (const auto* change = std::get_if<cl::ToolChange>(&record.data)) parts_->flute.take(*change);
   if (const auto* cutter = std::get_if<cl::ToolGeometry>(&record.data)) parts_->flute.take(*cutter);
+  if (std::holds_alternative<cl::ToolChange>(record.data) ||
+      std::holds_alternative<cl::PostWord>(record.data))
+    parts_->points.end_cut();
   parts_->judge.program_judge()->asked().take(record);
 }
 
