@@ -487,29 +487,32 @@ void MachineJudge::pass_repeated_points() {
   }
 }
 
-// The last point of a cut: from elsewhere on it the tool comes back to where it is and goes on, whether it
-// stops or leaves the part to turn. Farther off than the tolerance it is not met, unless errors are not taken
-// out.
+// The CL point, or one that repeats it.
+bool MachineJudge::ends_cut(std::size_t point) const {
+  for (std::size_t i = point; i < points().size(); ++i) {
+    if (i > point && !repeats(points()[i])) return false;
+    if (points()[i].ends_cut) return true;
+  }
+  return true;
+}
+
+// The last point of a cut. Elsewhere the tool comes back to where it is and goes on, whether it stops or
+// leaves the part to turn. Farther off than the tolerance a point is not met; on a machine with errors the
+// last one may be. Of a program that has missed its tolerance there are figures only: any point is met that
+// lies near.
 void MachineJudge::pass_end_of_cut() {
-  constexpr double kSameAxis_rad = 1e-7;  // rounding of a unit vector
   const Target* end = path_.target();
   if (end == nullptr || end->rapid || !path_.hits(*ends_.previous, *end)) return;
-  const bool may_be_off = path_.limits().on_truth;
-  if (!may_be_off && (ends_.previous->tip_P - end->tip_P).norm() > options().tolerance_mm) return;
-  const bool ends_cut = [&] {
-    for (std::size_t i = path_.next(); i < points().size(); ++i) {
-      if (i > path_.next() && (points()[i].way_mm > kSamePoint_mm || points()[i].turn > kSameAxis_rad))
-        return false;
-      if (points()[i].ends_cut) return true;
-    }
-    return true;
-  }();
-  if (!ends_cut) return;
+  if (record_.report.cuts_within_tolerance()) {
+    const bool is_off = (ends_.previous->tip_P - end->tip_P).norm() > options().tolerance_mm;
+    const bool is_last = ends_cut(path_.next());
+    if (path_.limits().on_truth ? is_off && !is_last : is_off || !is_last) return;
+  }
   record_.mark_programmed();
   hit_point(path_.next(), *ends_.previous);
   // And those that repeat it, however far rounding of the words is from them all.
   for (const Target* next = path_.target(); next != nullptr && !next->rapid; next = path_.target()) {
-    if (next->way_mm > kSamePoint_mm || next->turn > kSameAxis_rad) return;
+    if (!repeats(*next)) return;
     hit_point(path_.next(), *ends_.previous);
   }
 }

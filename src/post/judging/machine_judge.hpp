@@ -210,6 +210,11 @@ class MachineJudge {
   void pass_repeated_points();
   /// A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
   void pass_end_of_cut();
+  bool ends_cut(std::size_t point) const;
+  static bool repeats(const Target& point) {
+    constexpr double kSameAxis_rad = 1e-7;  // rounding of a unit vector
+    return point.way_mm <= kSamePoint_mm && point.turn <= kSameAxis_rad;
+  }
   void hit_point(std::size_t point, const ToolPose& v);
   void feed(Vertex& v);
   void feed_beyond_end(const Vertex& v);
