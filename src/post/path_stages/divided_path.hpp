@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "trunnion/geom/pose.hpp"
+#include "trunnion/machine/kinematics.hpp"
 
 #include "post/intake/queued_records.hpp"
 
