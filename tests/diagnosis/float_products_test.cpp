@@ -5,18 +5,14 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/random_columns.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
 using Eigen::MatrixXd;
 
-MatrixXd random_columns(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::mt19937_64 engine(seed);
-  std::normal_distribution<double> normal;
-  MatrixXd out(rows, columns);
-  for (double& v : out.reshaped()) v = normal(engine);
-  return out;
-}
+using test::random_columns;
 
 // Lengths that fill no register, no tile and no chunk.
 TEST(FloatProducts, AreThoseOfDoubles) {

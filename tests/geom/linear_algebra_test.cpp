@@ -5,16 +5,12 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/random_columns.hpp"
+
 namespace trunnion {
 namespace {
 
-MatrixXd random_columns(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-  std::mt19937_64 engine(seed);
-  std::normal_distribution<double> normal;
-  MatrixXd out(rows, columns);
-  for (double& v : out.reshaped()) v = normal(engine);
-  return out;
-}
+using test::random_columns;
 
 // Columns from 1 down to 1e-4 of new directions: the same rank, pivots and span as Householder's.
 TEST(PivotedQr, OfLongColumnsIsThatOfHouseholder) {

@@ -600,9 +600,26 @@ bool MachineJudge::leaves(const Vertex& v) {
   return true;
 }
 
+// Rounding of the words decides how far before or behind a CL point the tool is said to have left the path,
+// and the axis of that place, far up the tool, is another than the point's: where a point is so near, it is
+// the place. Not where the tip stands and the axis turns: there the axis tells the place.
+Target MachineJudge::place_left() const {
+  constexpr double kDigits = 2.0;
+  const Target here = path_.here();
+  const double rounding_mm = kDigits * judged_.controller.numbers.axes.quantum(nc::AxisLetter::X);
+  const std::size_t next = at().segment + 1;
+  if (next >= points().size() || points()[next].way_mm <= 2.0 * rounding_mm) return here;
+  for (const std::size_t i : {next - 1, next}) {
+    const Target& point = points()[i];
+    if ((point.tip_P - here.tip_P).norm() <= rounding_mm)
+      return {point.tip_P, point.axis_P, here.line, false};
+  }
+  return here;
+}
+
 bool MachineJudge::comes_back(const Vertex& v) {
   progress_.away = false;
-  const Target place = path_.here();
+  const Target place = place_left();
   const Vec3 way = ends_.previous->tip_P - v.tip_P;
   if (!path_.hits(v, place)) return false;
   if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;

@@ -224,6 +224,7 @@ class MachineJudge {
   bool leaves(const Vertex& v);
   /// Back along the tool axis to the place that was left. Whatever else a feed move does out there is judged
   /// as a motion of the path.
+  Target place_left() const;
   bool comes_back(const Vertex& v);
   /// A stroke of a drilling cycle between where the feed begins and the bottom: the control has its own
   /// steps. Each must be along the hole, no rapid below what was drilled, and no step deeper than the CL

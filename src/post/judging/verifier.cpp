@@ -5,6 +5,7 @@
 
 #include "post/intake/path_source.hpp"
 #include "post/judging/program_replay.hpp"
+#include "post/making/post_words.hpp"
 
 namespace trunnion::post {
 
@@ -55,8 +56,8 @@ void Verifier::expect(const cl::Motion& motion, SourceRef where) {
 void Verifier::expect(const cl::Record& record) {
   if (const auto* change = std::get_if<cl::ToolChange>(&record.data)) parts_->flute.take(*change);
   if (const auto* cutter = std::get_if<cl::ToolGeometry>(&record.data)) parts_->flute.take(*cutter);
-  if (std::holds_alternative<cl::ToolChange>(record.data) ||
-      std::holds_alternative<cl::PostWord>(record.data))
+  const auto* word = std::get_if<cl::PostWord>(&record.data);
+  if (std::holds_alternative<cl::ToolChange>(record.data) || (word != nullptr && may_turn_table(*word)))
     parts_->points.end_cut();
   parts_->judge.program_judge()->asked().take(record);
 }

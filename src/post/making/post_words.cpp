@@ -135,6 +135,13 @@ std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& 
   return TableTurn{*id, angle, !has(f, "NEXT")};
 }
 
+bool may_turn_table(const cl::PostWord& word) {
+  constexpr std::array kMeasures = {"SHORT", "LARGE", "PLUS", "COMBIN"};
+  const bool may = word.word == "ROTABL" || word.word == "ROTATE" || word.word == kStands;
+  return may && std::none_of(kMeasures.begin(), kMeasures.end(),
+                             [&](const char* measure) { return has(word.fields, measure); });
+}
+
 bool stands_at(const cl::PostWord& word, const Machine& machine, JointVector& q) {
   if (word.word != kStands) return false;
   for (std::size_t i = 0; i + 1 < word.fields.size(); i += 2) {

@@ -50,4 +50,7 @@ struct TableTurn {
 std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& machine,
                                        const JointVector& from);
 
+/// ROTABL, ROTATE or STANDS that is no measure: behind it the tool comes from elsewhere than the last point.
+bool may_turn_table(const cl::PostWord& word);
+
 }  // namespace trunnion::post

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
 #include <variant>
+
+#include "post/making/post_words.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -14,18 +15,6 @@ namespace {
 constexpr double kRounding = 1e-9;
 // Farther apart, and there is one great circle between two tool axes.
 constexpr double kOpposite = -1.0 + 1e-12;
-
-// ROTABL and ROTATE with an angle turn the table, and STANDS may: the tool comes from elsewhere then.
-bool may_turn_table(const cl::PostWord& word) {
-  constexpr std::array<std::string_view, 3> kTurn = {"ROTABL", "ROTATE", "STANDS"};
-  constexpr std::array<std::string_view, 4> kMeasures = {"SHORT", "LARGE", "PLUS", "COMBIN"};
-  const auto is_among = [](const auto& words, std::string_view text) {
-    return std::find(words.begin(), words.end(), text) != words.end();
-  };
-  return is_among(kTurn, word.word) &&
-         std::none_of(word.fields.begin(), word.fields.end(),
-                      [&](const std::string& field) { return is_among(kMeasures, field); });
-}
 
 }  // namespace
 
