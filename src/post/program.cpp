@@ -7,6 +7,7 @@
 #include <tbb/task_arena.h>
 #include <utility>
 
+#include "trunnion/base/failure.hpp"
 #include "trunnion/base/number_text.hpp"
 
 #include "post/intake/path_source.hpp"
@@ -43,6 +44,17 @@ std::unique_ptr<cl::RecordSource> path_of(std::unique_ptr<cl::TextSource> source
   return behind_stages(
       records_of({std::move(source), job.cl_file, reading_of(job, options), job.from}, with, diagnostics),
       options.path_stages);
+}
+
+// What the work gives, or the Failure that it throws: stages that work at the same time fail as they do one
+// after the other.
+template <class F>
+Result<void> or_failure(const F& work) {
+  try {
+    return work();
+  } catch (const Failure& failure) {
+    return tl::unexpected(failure.error());
+  }
 }
 
 // The preparer of the tool that the chunk at hand is made with.
@@ -156,7 +168,7 @@ void Program::emit(Chunk& chunk) {
   // There is none before the first.
   if (feeds_.is_on() && chunk.is_empty()) return;
   if (!failures_.emit) {
-    if (auto done = pipeline_.emit(chunk); !done) failures_.emit = done.error();
+    if (auto done = or_failure([&] { return pipeline_.emit(chunk); }); !done) failures_.emit = done.error();
   }
   if (failures_.emit) chunk.clear();  // nothing of it goes on
 }
@@ -164,7 +176,8 @@ void Program::emit(Chunk& chunk) {
 void Program::pass_on(Chunk& chunk) {
   // Of a chunk whose text could not be made nothing is left.
   if (failures_.pass_on || (chunk.text.empty() && chunk.motions.empty())) return;
-  if (auto done = read_back_.pass_on(chunk); !done) failures_.pass_on = done.error();
+  if (auto done = or_failure([&] { return read_back_.pass_on(chunk); }); !done)
+    failures_.pass_on = done.error();
 }
 
 std::array<Program::Stage, 4> Program::stages(std::function<void(Chunk&)> prepare) {

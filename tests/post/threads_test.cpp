@@ -147,5 +147,17 @@ TEST(Threads, DoNotChangeWhatIsSaidOfAnError) {
                   "beyond its limits");
 }
 
+// The model gives metres beside the last points, where chunks are prepared long before their turn; the first
+// points ask for a correction that is too large.
+TEST(Threads, DoNotChangeWhichErrorOfAModelComesFirst) {
+  const std::string near = spiral(300, 1.0, 0.8, 0.1);
+  std::string far = "FEDRAT/MMPM,1500\n";
+  for (int i = 0; i < 4000; ++i) far += goto_line({3000.0, 0.01 * i, 0.0}, 0.1, 0.0);
+  const std::string cubic = "[effect.parameters]\nP3_um = 3e4\n";  // of the position by 100 mm
+  const std::string model = "[model]\nname = \"m\"\n[[effect]]\nid = \"component:EXX\"\n" + cubic +
+                            "[[effect]]\nid = \"component:EYY\"\n" + cubic;
+  expect_the_same(program(near + far), "trunnion_offset", {}, model, "--largest-correction-mm");
+}
+
 }  // namespace
 }  // namespace trunnion::post

@@ -100,6 +100,16 @@ struct Chunk {
     return {inserted.data() + segment.first, reports[static_cast<std::size_t>(segment.report)].inserted};
   }
 
+  /// Nothing is known of the segments that end at its motions.
+  void leave_unprepared() {
+    segments.assign(motions.size(), {});
+    reports.clear();
+    inserted.clear();
+    corrections.joints.clear();
+    corrections.known.clear();
+    corrections.keeps.clear();
+  }
+
   bool is_empty() const { return motions.empty() && events.empty() && !failure; }
 
   /// Empty, with the memory that it has. What was chosen stays until it is chosen anew.
@@ -109,12 +119,7 @@ struct Chunk {
     tolerances.clear();
     pole.clear();
     failure.reset();
-    segments.clear();
-    reports.clear();
-    inserted.clear();
-    corrections.joints.clear();
-    corrections.known.clear();
-    corrections.keeps.clear();
+    leave_unprepared();
     text.clear();
   }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "trunnion/base/failure.hpp"
 #include "trunnion/path/flute.hpp"
 
 #include "post/prepare/refinement.hpp"
@@ -171,10 +172,20 @@ void Preparer::settle_all(Chunk& chunk) {
 void Preparer::prepare(Chunk& chunk) {
   if (chunk.failure) return;
   const std::size_t count = chunk.motions.size();
-  chunk.segments.assign(count, {});
+  chunk.leave_unprepared();
   if (count == 0) return;
   place(chunk);
   if (whole_runs_) return;
+  try {
+    refine(chunk);
+  } catch (const Failure&) {
+    // Somewhere in the chunk: the pipeline meets the first of them in the order of the file.
+    chunk.leave_unprepared();
+  }
+}
+
+void Preparer::refine(Chunk& chunk) {
+  const std::size_t count = chunk.motions.size();
   // Where the tolerance changes within the chunk the refiner decides.
   const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
   if (corrections_) off_mm_.assign(count, path::CorrectionRun::NominalPlace::kUnknown);

@@ -22,6 +22,7 @@ class Preparer {
 
  private:
   void place(Chunk& chunk);
+  void refine(Chunk& chunk);
   void correct(Chunk& chunk);
   double beside_mm(const Chunk& chunk, std::size_t i, const Vec3& tip_P, const Vec3& axis_P) const;
   void keep_what_does_not_count(Chunk& chunk);
