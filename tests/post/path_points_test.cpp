@@ -91,7 +91,8 @@ TEST(PathPoints, StandInColumnsAsAlone) {
           const auto line = static_cast<std::uint32_t>(all.size());
           const bool in_cone = random.up_to(60) == 0;
           const cl::Motion& motion = random.next();
-          points.add(motion, line, in_cone, 0.0);
+          points.add({motion.tip_P, motion.axis_P, motion.feed, motion.rapid, motion.step}, line, in_cone,
+                     0.0);
           all.push_back(target_of(motion, line, in_cone, all.empty() ? nullptr : &all.back()));
         }
         points.settle();

@@ -60,7 +60,11 @@ class StationRun {
   const Column& of_axis(AxisId id) const { return q_[id]; }
   void evaluate();
 
-  JointVector q(std::size_t row) const;
+  JointVector q(std::size_t row) const {
+    JointVector out;
+    for (AxisId id = 0; id < kMaxAxes; ++id) out[id] = q_[id][row];
+    return out;
+  }
   RotarySines sines(std::size_t row) const {
     return {{sin_[0][row], sin_[1][row]}, {cos_[0][row], cos_[1][row]}};
   }

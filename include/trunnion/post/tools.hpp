@@ -46,15 +46,24 @@ struct ToolOptions {
 class FluteLength {
  public:
   /// `options` must outlive the object.
-  explicit FluteLength(const ToolOptions& options) : options_(options) {}
-  void take(const cl::ToolChange& change) { tool_ = change.number; }
-  void take(const cl::ToolGeometry& cutter) { of_cutter_mm_ = cutter.flute_length_mm; }
-  double mm() const;
+  explicit FluteLength(const ToolOptions& options) : options_(options), mm_(found_mm()) {}
+  void take(const cl::ToolChange& change) {
+    tool_ = change.number;
+    mm_ = found_mm();
+  }
+  void take(const cl::ToolGeometry& cutter) {
+    of_cutter_mm_ = cutter.flute_length_mm;
+    mm_ = found_mm();
+  }
+  double mm() const { return mm_; }
 
  private:
+  double found_mm() const;
+
   const ToolOptions& options_;
   std::optional<std::uint32_t> tool_;
   std::optional<double> of_cutter_mm_;
+  double mm_;
 };
 
 /// Who says how long a tool is: the first of these that does.

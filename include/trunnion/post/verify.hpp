@@ -246,6 +246,15 @@ struct VerifyReport : CutFigures, WordFigures, RunTimes {
   }
 };
 
+/// A straight motion of the CL file, as a program is held against it: as cl::Motion has them.
+struct ExpectedMotion {
+  const Vec3& tip_P;
+  const Vec3& axis_P;
+  cl::Feed feed;
+  bool rapid = false;
+  bool step = false;
+};
+
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing
 /// of how the program was made: blocks are matched to CL segments by geometry alone, in order. Streaming:
 /// motions and text may come in pieces, in step.
@@ -264,7 +273,7 @@ class Verifier {
   ~Verifier();
 
   /// The next motion of the CL file.
-  void expect(const cl::Motion& motion, SourceRef where);
+  void expect(const ExpectedMotion& motion, SourceRef where);
   /// The next record of the CL file that is no motion, a tool change with its length register.
   void expect(const cl::Record& record);
   /// The CL file loads this tool, of this gauge length: before any text that loads it.

@@ -42,12 +42,6 @@ void StationRun::resize(std::size_t count) {
   poses_.resize(rows);
 }
 
-JointVector StationRun::q(std::size_t row) const {
-  JointVector out;
-  for (AxisId id = 0; id < kMaxAxes; ++id) out[id] = q_[id][row];
-  return out;
-}
-
 Station StationRun::station(std::size_t row) const {
   Station out;
   out.q = q(row);

@@ -41,9 +41,10 @@ class Asked {
 
   /// A record that is no motion; a tool change with register filled in.
   void take(const cl::Record& record);
-  void take(const cl::Motion& motion, SourceRef where) {
-    if (!motion.rapid && !(motion.feed == now_.feed)) {
-      now_.feed = motion.feed;
+  /// A motion.
+  void take(const cl::Feed& feed, bool rapid, SourceRef where) {
+    if (!rapid && !(feed == now_.feed)) {
+      now_.feed = feed;
       changed_ = true;
     }
     if (changed_) note(where);

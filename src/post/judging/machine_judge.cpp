@@ -142,7 +142,7 @@ void MachineJudge::forget_passed() {
 
 void MachineJudge::forget(std::size_t count) {
   path_.forget(count);
-  for (TrailMark& mark : trail_.marks) mark.at.segment -= count;
+  for (TrailMark& mark : trail_.marks()) mark.at.segment -= count;
 }
 
 void MachineJudge::step(const std::unique_ptr<WithTerms>& motion) {
@@ -244,7 +244,7 @@ void MachineJudge::step(const BlockEnd& end) {
   }
   const double seconds = sharing_.same_block ? seconds_of_leader(v) : block_seconds(v);
   if (!record_.report.blocks.empty()) record_.report.blocks.back().seconds = seconds;
-  if (!trail_.blocks.empty()) trail_.blocks.back().seconds = seconds;
+  if (!trail_.empty()) trail_.last_takes(seconds);
   if (options().truth != nullptr && !meter().is_fixed())
     as_run_.state.move_to(v.q, seconds);  // nothing else asks for it
   elapse(seconds);

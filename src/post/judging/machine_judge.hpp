@@ -170,7 +170,7 @@ class MachineJudge {
   void work();
   void forget_passed();
   std::size_t settled() const {
-    return trail_.marks.empty() ? at().segment : trail_.marks.front().at.segment;
+    return trail_.marks().empty() ? at().segment : trail_.marks().front().at.segment;
   }
   void forget(std::size_t count);
   // A block can be judged when the CL motions are known up to well beyond it.
@@ -259,7 +259,6 @@ class MachineJudge {
   // together (`match_places`), and judged where they then are (machine_judge_runs.cpp).
   /// A block of the cut is about to be judged.
   void note_on_trail(const Vertex& v);
-  void note_on_trail(const RunAtHand& run, std::size_t first, std::size_t last);
   void mark_trail();
   TrailMark trail_mark() const;
   void go_back_to(const TrailMark& mark);

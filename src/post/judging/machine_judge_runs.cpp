@@ -20,13 +20,6 @@ struct MachineJudge::RunAtHand {
     out.feed = run.feed[row - 1];
     return out;
   }
-  /// Of the tip between two rows, words taken as they are.
-  double way_mm(std::size_t row) const {
-    double way2 = 0.0;
-    for (const auto& tip : ends.stations.poses().tip_P)
-      way2 += (tip[row + 1] - tip[row]) * (tip[row + 1] - tip[row]);
-    return std::sqrt(way2);
-  }
 };
 
 std::size_t MachineJudge::take(const nc::MotionRun& run, bool may) {
@@ -121,7 +114,7 @@ std::size_t MachineJudge::step(const nc::MotionRun& run, const RunEnds& ends) {
       meter().put_errors(*ends_.present);
       ends_.last.bows.reset();
       ends_.present->placed = false;
-      note_on_trail(here, noted + 1, i);
+      trail_.add(run, ends.stations, noted + 1, i);
       tell_judge(i);
       feed(*ends_.present);
       if (program_judge_)
@@ -141,7 +134,7 @@ std::size_t MachineJudge::step(const nc::MotionRun& run, const RunEnds& ends) {
     break;
   }
   tell_judge(i);
-  if (noted < i && !trail_.blocks.empty()) note_on_trail(here, noted + 1, i);
+  if (noted < i && !trail_.empty()) trail_.add(run, ends.stations, noted + 1, i);
   if (loaded != i) load(here, i, *ends_.previous);
   meter().put_errors(*ends_.previous);
   ends_.last.bows.reset();  // none are known of the last block
@@ -159,11 +152,8 @@ std::size_t MachineJudge::row_of_change(const RunEnds& ends, std::size_t row, st
   double left_mm = kLonger * (points()[change - 1].along_mm - points()[at().segment].along_mm -
                               at().t * points()[path_.next()].way_mm) -
                    path_.hit_tolerance_mm();
-  const path::PoseRun& poses = ends.stations.poses();
   for (; row < end; ++row) {
-    double way2 = 0.0;
-    for (const auto& tip : poses.tip_P) way2 += (tip[row + 1] - tip[row]) * (tip[row + 1] - tip[row]);
-    left_mm -= std::sqrt(way2);
+    left_mm -= ends.way_mm[row];
     if (left_mm <= 0.0) return row;
   }
   return end;
@@ -178,7 +168,7 @@ struct MachineJudge::RowsAtHand {
   Pace pace(std::size_t i) const {
     const RunEnds& ends = at_hand.ends;
     const std::size_t row = first + i;
-    Pace out{at_hand.way_mm(row),  0.0, ends.seconds[row], ends.slowest_s[row], at_hand.run.feed_mode,
+    Pace out{ends.way_mm[row],     0.0, ends.seconds[row], ends.slowest_s[row], at_hand.run.feed_mode,
              at_hand.run.feed[row]};
     const auto& words = machine.axis_words();
     for (AxisId id = 0; id < words.count; ++id) {
@@ -187,7 +177,24 @@ struct MachineJudge::RowsAtHand {
     }
     return out;
   }
+  double seconds(std::size_t i) const { return at_hand.ends.seconds[first + i]; }
   std::uint32_t line(std::size_t i) const { return at_hand.run.source[first + i].line; }
+  /// The first `count` of them, as many as are looked at together at least.
+  bool all_keep(const ProgramJudge::SurePace& pace, std::size_t count) const {
+    bool keep = false;
+    lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
+      if (count < lanes::kCount<T>) return;
+      const RunEnds& ends = at_hand.ends;
+      lanes::Mask<T> all = ~lanes::Mask<T>{};
+      for (std::size_t i = 0; i < count; i += lanes::kCount<T>) {
+        const std::size_t row = first + std::min(i, count - lanes::kCount<T>);
+        all &= pace.holds(lanes::load<T>(&ends.way_mm[row]), lanes::load<T>(&ends.seconds[row]),
+                          lanes::load<T>(&ends.slowest_s[row]));
+      }
+      keep = !lanes::any(lanes::Mask<T>(~all));
+    });
+    return keep;
+  }
   void judged(std::size_t i) const {
     if (!machine.as_run_.feeds) return;
     const RunEnds& ends = at_hand.ends;
@@ -215,7 +222,7 @@ void MachineJudge::count_blocks(const RunAtHand& run, std::size_t count) {
 }
 
 TrailMark MachineJudge::trail_mark() const {
-  return {trail_.blocks.empty() ? 0 : trail_.blocks.size() - 1,
+  return {trail_.empty() ? 0 : trail_.size() - 1,
           at(),
           static_cast<const CutFigures&>(record_.report),
           record_.judged_axis_rad,
@@ -227,19 +234,15 @@ TrailMark MachineJudge::trail_mark() const {
 }
 
 void MachineJudge::mark_trail() {
-  if (trail_.blocks.empty()) trail_.blocks.push_back({*ends_.previous, 0.0});
+  if (trail_.empty()) trail_.add(*ends_.previous);
   if (!trail_.wants_mark()) return;
   trail_.shorten();
-  trail_.marks.push_back(trail_mark());
+  trail_.marks().push_back(trail_mark());
 }
 
 void MachineJudge::note_on_trail(const Vertex& v) {
   mark_trail();
-  trail_.blocks.push_back({v, 0.0});
-}
-
-void MachineJudge::note_on_trail(const RunAtHand& run, std::size_t first, std::size_t last) {
-  for (std::size_t row = first; row <= last; ++row) trail_.blocks.push_back({run.end(row), 0.0});
+  trail_.add(v);
 }
 
 // The time of the program and its travel are what they are wherever the blocks are matched.
@@ -255,12 +258,11 @@ void MachineJudge::go_back_to(const TrailMark& mark) {
 
 // The blocks behind the mark, evaluated again; the machine is then at the last of them.
 std::vector<Vertex> MachineJudge::trail_from(const TrailMark& mark) {
-  std::vector<Vertex> out(trail_.blocks.size() - mark.block);
+  std::vector<Vertex> out(trail_.size() - mark.block);
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const BlockTrail::Block& block = trail_.blocks[mark.block + i];
-    static_cast<BlockEnd&>(out[i]) = block.end;
-    meter().place(out[i], block.end.q, as_run_.state);
-    if (i > 0) as_run_.move_to(block.end.q, block.seconds);
+    static_cast<BlockEnd&>(out[i]) = trail_.end(mark.block + i);
+    meter().place(out[i], out[i].q, as_run_.state);
+    if (i > 0) as_run_.move_to(out[i].q, trail_.seconds(mark.block + i));
   }
   return out;
 }
@@ -269,14 +271,14 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
   const TrailMark now = trail_mark();
   const CutRecord::Block of_block_now = record_.of_block;
   auto& blocks = record_.report.blocks;
-  const std::size_t kept = trail_.marks.front().recorded;
+  const std::size_t kept = trail_.marks().front().recorded;
   const std::vector<VerifiedBlock> recorded(blocks.begin() + static_cast<std::ptrdiff_t>(kept), blocks.end());
   Vertex* const stands = ends_.previous;
   const MatchLimits limits{options().tolerance_mm, options().axis_tolerance.rad(),
                            options().pole.tolerance.rad(), back_limit_mm()};
   bool found = false;
-  for (std::size_t m = trail_.marks.size(); m-- > 0 && !found;) {
-    const TrailMark& mark = trail_.marks[m];
+  for (std::size_t m = trail_.marks().size(); m-- > 0 && !found;) {
+    const TrailMark& mark = trail_.marks()[m];
     go_back_to(mark);
     std::vector<Vertex> stands_at = trail_from(mark);
     const std::vector<ToolPose> poses(stands_at.begin(), stands_at.end());
@@ -291,7 +293,7 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
       blocks[i].path_mm = recorded[i - kept].path_mm;
       blocks[i].seconds = recorded[i - kept].seconds;
     }
-    while (trail_.marks.size() > m + 1) trail_.marks.pop_back();
+    while (trail_.marks().size() > m + 1) trail_.marks().pop_back();
   }
   ends_.previous = stands;
   if (found) {
@@ -307,7 +309,7 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
 }
 
 bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place> places) {
-  const std::size_t first = trail_.blocks.size() - stands_at.size();
+  const std::size_t first = trail_.size() - stands_at.size();
   for (std::size_t i = 0; i < places.size(); ++i) {
     ends_.previous = &stands_at[i];
     const Vertex& v = stands_at[i + 1];
@@ -317,7 +319,7 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
     const bool hit = place.t >= 1.0;
     if (hit) record_.point_hit(place.off_tip_mm);
     if (!record_.report.cuts_within_tolerance()) return false;
-    const double seconds = trail_.blocks[first + i + 1].seconds;
+    const double seconds = trail_.seconds(first + i + 1);
     if (program_judge_) program_judge_->cut(at(), place);
     if (program_judge_ && i + 1 < places.size()) {  // the last one is at hand
       const Vertex& from = *ends_.previous;
@@ -333,7 +335,8 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
 }
 
 void MachineJudge::match_end_of_cut() {
-  if (!progress_.started || progress_.away || trail_.marks.empty() || !record_.report.cuts_within_tolerance())
+  if (!progress_.started || progress_.away || trail_.marks().empty() ||
+      !record_.report.cuts_within_tolerance())
     return;
   std::size_t end = at().segment;
   while (end + 1 < points().size() && !points()[end + 1].rapid && end < at().segment + kLookAhead) ++end;

@@ -20,21 +20,6 @@ void PathPoints::each_column(const F& f) {
   for (Column* column : {&way_mm, &turn, &along_mm, &passed_mm, &special}) f(*column);
 }
 
-void PathPoints::add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm) {
-  if (motion.rapid) end_cut();
-  if (first_ + size_ == kPage * pages_.size()) pages_.push_back(std::make_unique<Page>());
-  Target& target = at(size_++);
-  target.tip_P = motion.tip_P;
-  target.axis_P = motion.axis_P;
-  target.line = line;
-  target.rapid = motion.rapid;
-  target.step = motion.step;
-  target.ends_cut = false;
-  target.in_cone = in_cone;
-  target.flute_mm = flute_mm;
-  longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
-}
-
 void PathPoints::settle() {
   if (rows_ == size_ + 1 || size_ == 0) return;
   const std::size_t room = size_ + 1 + 2 * lanes::kCount<Quads>;

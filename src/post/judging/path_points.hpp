@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -6,7 +7,7 @@
 #include <vector>
 
 #include "trunnion/base/lanes.hpp"
-#include "trunnion/cl/record.hpp"
+#include "trunnion/post/verify.hpp"
 
 #include "post/judging/deviation_meter.hpp"
 
@@ -18,7 +19,20 @@ class PathPoints {
  public:
   /// As the next one, without what it has to do with the one before, and without a row. `in_cone`: as Target
   /// has it.
-  void add(const cl::Motion& motion, std::uint32_t line, bool in_cone, double flute_mm);
+  void add(const ExpectedMotion& motion, std::uint32_t line, bool in_cone, double flute_mm) {
+    if (motion.rapid) end_cut();
+    if (first_ + size_ == kPage * pages_.size()) pages_.push_back(std::make_unique<Page>());
+    Target& target = at(size_++);
+    target.tip_P = motion.tip_P;
+    target.axis_P = motion.axis_P;
+    target.line = line;
+    target.rapid = motion.rapid;
+    target.step = motion.step;
+    target.ends_cut = false;
+    target.in_cone = in_cone;
+    target.flute_mm = flute_mm;
+    longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
+  }
   /// What was added last ends a cut (Target::ends_cut).
   void end_cut() {
     if (size_ > 0) at(size_ - 1).ends_cut = true;
@@ -37,6 +51,9 @@ class PathPoints {
   std::size_t size() const { return size_; }
   const Target& operator[](std::size_t i) const { return at(i); }
   const Target& back() const { return at(size_ - 1); }
+
+  /// Surely no rapid, nor anything else that is seldom.
+  bool is_plain(std::size_t i) const { return special[i + 1] == 0.0; }
 
   /// Row i + 1 is point i, row 0 the last one that was forgotten, or point 0. As many rows as lanes can be
   /// read behind the last one.

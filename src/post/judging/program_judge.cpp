@@ -223,7 +223,7 @@ void ProgramJudge::check_states(const Cut& cut, const Covered& covered, std::uin
   }
   if (cut.outside) return;
   for (std::size_t j = covered.first; j <= covered.last; ++j) {
-    if (!points_[j].rapid) continue;
+    if (points_.is_plain(j) || !points_[j].rapid) continue;
     find(CheckOf::rapids, nc_line,
          [&] { return "a feed where the CL file has a rapid" + cl_line(points_[j].line); });
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "trunnion/base/lanes.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/post/checks.hpp"
 #include "trunnion/post/verify.hpp"
@@ -68,8 +69,22 @@ class ProgramJudge {
   void comes_back(std::size_t point, const Place& at);
   /// How long the block at hand lasts: what it is told about is judged.
   void lasts(const Pace& pace, std::uint32_t nc_line);
-  /// Feeds one after the other, from one place of the path to another. Of each `rows` has the `pace(i)` and
-  /// the `line(i)`; `judged(i)` follows when it has been: `take_slow` is about it then.
+  /// What blocks keep to whose pace is surely that of the CL file, whatever the digits of F: a cheap test
+  /// that most pass.
+  struct SurePace {
+    double most_mm_s, more_mm;   // the way is no longer than seconds * most + more,
+    double least_mm_s, less_mm;  // and no shorter than seconds * least - less,
+    double of_axes, short_s;     // or no more than of_axes times what the slowest axis needs, and so many s
+
+    template <class T>
+    lanes::Mask<T> holds(const T& way_mm, const T& seconds, const T& slowest_s) const {
+      return (way_mm <= seconds * most_mm_s + more_mm) &
+             ((way_mm >= seconds * least_mm_s - less_mm) | (seconds <= of_axes * slowest_s + short_s));
+    }
+  };
+  /// Feeds one after the other, from one place of the path to another. Of each `rows` has the `pace(i)`, the
+  /// `seconds(i)` of it and the `line(i)`, and whether `all_keep` a pace; `judged(i)` follows when it has
+  /// been: `take_slow` is about it then.
   template <class Rows>
   void cut(const Place& from, const Place& to, std::size_t count, const Rows& rows) {
     if (count == 0) return;
@@ -82,11 +97,11 @@ class ProgramJudge {
       for (std::size_t i = 0; i < count; ++i) rows.judged(i);
       return;
     }
+    const bool all_keep = rows.all_keep(sure_pace(rates), count);
     double seconds = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-      const Pace block = rows.pace(i);
-      seconds += block.seconds;
-      check_pace(block, rates, motions.last, true, rows.line(i));
+      seconds += rows.seconds(i);
+      if (!all_keep) check_pace(rows.pace(i), rates, motions.last, true, rows.line(i));
       rows.judged(i);
     }
     check_progress(all, seconds, rates, rows.line(count - 1));
@@ -187,6 +202,7 @@ class ProgramJudge {
                   std::uint32_t nc_line) {
     if (!keeps_pace(pace, rates, may_not_be_slow)) off_pace(pace, rates, point, nc_line);
   }
+  SurePace sure_pace(const Rates& rates) const;
   bool too_fast(const Pace& pace, const Rates& rates) const;
   bool keeps_pace(const Pace& pace, const Rates& rates, bool may_not_be_slow) const;
   void off_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);

@@ -205,6 +205,15 @@ bool ProgramJudge::keeps_pace(const Pace& pace, const Rates& rates, bool may_not
   return most && f >= *most / kSlower;
 }
 
+// As `keeps_pace` of blocks that last, without the digits of F, which only allow more.
+ProgramJudge::SurePace ProgramJudge::sure_pace(const Rates& rates) const {
+  SurePace out{rates.most * kOtherWay, rates.slack_mm, 0.0, 0.0, kSlower, short_s()};
+  if (options_.has_lags()) return out;
+  out.least_mm_s = rates.least / (kSlower * kOtherWay);
+  out.less_mm = (short_s() * rates.least / kSlower + rates.slack_mm) / kOtherWay;
+  return out;
+}
+
 // Of a block that is slow the axes may be the reason, which is known when those behind it are.
 void ProgramJudge::off_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line) {
   if (!accelerates_ || too_fast(pace, rates)) return find_pace(pace, rates, point, nc_line);

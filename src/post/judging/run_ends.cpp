@@ -21,8 +21,12 @@ void RunEnds::evaluate(const nc::MotionRun& run, const JointVector& from, const 
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = stations.of_axis(id).data();
   seconds.resize(run.count + lanes::kCount<Quads>);
   slowest_s.resize(run.count + lanes::kCount<Quads>);
+  way_mm.resize(run.count + lanes::kCount<Quads>);
   times.of_blocks({q, run.feed_mode, std::span(run.feed).first(run.count)}, seconds, slowest_s);
-  lanes::at_a_time(four, [&]<class T>() { find_speed<T>(run.count); });
+  lanes::at_a_time(four, [&]<class T>() {
+    find_ways<T>(run.count);
+    find_speed<T>(run.count);
+  });
   within_limits = within_limits && speed_ratio <= 1.0 + kSpeedRounding;
 }
 
@@ -53,6 +57,18 @@ void RunEnds::put_words(const nc::MotionRun& run, const JointVector& from, const
       smallest_q[id] = std::min(smallest_q[id], smallest[k]);
       largest_q[id] = std::max(largest_q[id], largest[k]);
     }
+  }
+}
+
+template <class T>
+void RunEnds::find_ways(std::size_t count) {
+  for (std::size_t i = 0; i < count; i += lanes::kCount<T>) {
+    T way2{};
+    for (const auto& tip : stations.poses().tip_P) {
+      const T d = lanes::load<T>(&tip[i + 1]) - lanes::load<T>(&tip[i]);
+      way2 += d * d;
+    }
+    lanes::store(&way_mm[i], lanes::sqrt(way2));
   }
 }
 

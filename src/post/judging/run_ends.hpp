@@ -25,6 +25,7 @@ struct RunEnds {
 
   path::StationRun stations;
   std::vector<double> seconds, slowest_s;  // of the blocks, and what their slowest axes need
+  std::vector<double> way_mm;              // of the nominal tip, from end to end
   double speed_ratio = 0.0;                // the largest
   JointVector smallest_q, largest_q;
   bool within_limits = false;  // and no axis is too fast
@@ -32,6 +33,8 @@ struct RunEnds {
  private:
   template <class T>
   void put_words(const nc::MotionRun& run, const JointVector& from, const WordsInForce& words);
+  template <class T>
+  void find_ways(std::size_t count);
   template <class T>
   void find_speed(std::size_t count);
 };

@@ -6,7 +6,7 @@
 
 namespace trunnion::post {
 
-double FluteLength::mm() const {
+double FluteLength::found_mm() const {
   if (options_.flute_mm) return *options_.flute_mm;
   if (tool_ && options_.table != nullptr) {
     const auto known = options_.table->find(*tool_);
