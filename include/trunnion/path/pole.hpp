@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,9 +30,16 @@ struct PoleStretch {
 /// two rotary axes.
 Angle tilt_from_pole(const Machine& machine, const Vec3& axis_P);
 
-/// True when C turns by more than `min_turn` between two points of one cut inside the cone.
+/// Where the tool stands before the first of these points when that is cut to.
+struct PoleStart {
+  JointVector q;
+  ToolPose pose;
+};
+
+/// True when C turns by more than `min_turn` between two points of one cut inside the cone. `from`: nothing
+/// where the first point is not cut to.
 bool turns_near_pole(const Machine& machine, const PoleOptions& options, std::span<const ChoicePoint> points,
-                     std::span<const ChosenPoint> chosen);
+                     std::span<const ChosenPoint> chosen, const std::optional<PoleStart>& from);
 
 /// The points with tool axes that pass the pole within the tolerance led straight through it: there a choice
 /// may go through the pole (the outer axis to the other side) instead of round it.
@@ -44,13 +52,15 @@ struct PoleRun {
   std::span<const ChosenPoint> before;      // their joints
   std::span<ChoicePoint> points;            // of `put_on_pole`
   std::span<ChosenPoint> chosen;            // their joints
+  const std::optional<PoleStart>& from;     // as turns_near_pole has it
 };
 
 /// Makes C turn less in the cone. At every point C may leave its place as far as the tool axis, with the best
 /// outer angle there, stays within the tolerance of `programmed`; through these windows C takes the
 /// straightest way (a string pulled tight over the length of the path). Changes `points[i].pose.axis_P` and
-/// `chosen[i].q` (linear axes solved for the tip, which stays).
+/// `chosen[i].q` (linear axes solved for the tip, which stays). Points between which the axes would not
+/// follow then, within `axis_tolerance` as the choice has it, keep what was chosen.
 std::vector<PoleStretch> tilt_near_pole(const Machine& machine, const Vec3& tool_mm,
-                                        const PoleOptions& options, const PoleRun& run);
+                                        const PoleOptions& options, Angle axis_tolerance, const PoleRun& run);
 
 }  // namespace trunnion::path

@@ -5,6 +5,8 @@
 
 #include "trunnion/machine/table_kinematics.hpp"
 
+#include "path/choice/rotary_connection.hpp"
+
 namespace trunnion::path {
 namespace {
 
@@ -117,13 +119,13 @@ struct Span {
 
 // Points first..last inside the cone that are one cut.
 std::vector<Span> spans(const Pole& pole, const PoleOptions& options, std::span<const ChoicePoint> points,
-                        std::span<const ChosenPoint> chosen) {
+                        std::span<const ChosenPoint> chosen, bool goes_on) {
   std::vector<Span> out;
   const auto inside = [&](std::size_t i) { return pole.tilt(points[i].pose.axis_P) <= options.cone; };
   const auto cut_to = [&](std::size_t i) { return !points[i].rapid && !chosen[i].reconfigure; };
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!inside(i)) continue;
-    Span span{i, i, i > 0 && cut_to(i), false};
+    Span span{i, i, (i > 0 || goes_on) && cut_to(i), false};
     while (span.last + 1 < points.size() && inside(span.last + 1) && cut_to(span.last + 1)) ++span.last;
     span.anchored_behind = span.last + 1 < points.size() && cut_to(span.last + 1);
     out.push_back(span);
@@ -132,13 +134,16 @@ std::vector<Span> spans(const Pole& pole, const PoleOptions& options, std::span<
   return out;
 }
 
-// Largest turn of C between two neighbours of the span, its anchors included.
-double largest_turn(const Span& span, AxisId inner, std::span<const ChosenPoint> chosen) {
+// Largest turn of C between two neighbours of the span, its anchors included. `from`: before point 0.
+double largest_turn(const Span& span, AxisId inner, std::span<const ChosenPoint> chosen,
+                    const std::optional<PoleStart>& from) {
   double largest = 0.0;
   const std::size_t first = span.anchored_before ? span.first : span.first + 1;
   const std::size_t last = span.anchored_behind ? span.last + 1 : span.last;
-  for (std::size_t i = first; i <= last; ++i)
-    largest = std::max(largest, std::abs(chosen[i].q[inner] - chosen[i - 1].q_leave[inner]));
+  for (std::size_t i = first; i <= last; ++i) {
+    const JointVector& before = i > 0 ? chosen[i - 1].q_leave : from->q;
+    largest = std::max(largest, std::abs(chosen[i].q[inner] - before[inner]));
+  }
   for (std::size_t i = span.first; i <= span.last; ++i)
     largest = std::max(largest, std::abs(chosen[i].q_leave[inner] - chosen[i].q[inner]));
   return largest;
@@ -172,46 +177,90 @@ void lead_through(const Pole& pole, double tolerance_rad, std::span<const Choice
 
 class Tightener {
  public:
-  Tightener(const Machine& machine, const Pole& pole, const PoleOptions& options, const PoleRun& run)
+  Tightener(const Machine& machine, const Pole& pole, const PoleOptions& options, Angle axis_tolerance,
+            const PoleRun& run)
       : machine_(machine),
         pole_(pole),
         tolerance_(kMargin * options.tolerance.rad()),
+        connection_(pole.kinematics(), axis_tolerance),
         programmed_(run.programmed),
         points_(run.points),
-        chosen_(run.chosen) {}
+        chosen_(run.chosen),
+        from_(run.from) {}
 
   PoleStretch run(const Span& span) {
+    const auto first = static_cast<std::ptrdiff_t>(span.first);
+    const auto last = static_cast<std::ptrdiff_t>(span.last + 1);
+    const std::vector<ChoicePoint> planned_points(points_.begin() + first, points_.begin() + last);
+    const std::vector<ChosenPoint> planned(chosen_.begin() + first, chosen_.begin() + last);
+    held_.assign(planned.size(), false);
+    tighten(span);
+    while (hold_parted(span)) {
+      std::copy(planned_points.begin(), planned_points.end(), points_.begin() + first);
+      std::copy(planned.begin(), planned.end(), chosen_.begin() + first);
+      tighten(span);
+    }
     PoleStretch out;
     out.first = span.first;
     out.last = span.last;
-    gather(span);
-    pull_tight(along_, windows_, angle_);
-    double tilted = 0.0;
-    const std::size_t offset = span.anchored_before ? 1 : 0;
     for (std::size_t i = span.first; i <= span.last; ++i)
-      tilted = std::max(tilted, apply(i, angle_[i - span.first + offset]));
-    out.tilted_by = Angle::radians(tilted);
-    out.turn_after = Angle::radians(largest_turn(span, pole_.inner(), chosen_));
+      out.tilted_by =
+          std::max(out.tilted_by, angle_between(points_[i].pose.axis_P, programmed_[i].pose.axis_P));
+    out.turn_after = Angle::radians(largest_turn(span, pole_.inner(), chosen_, from_));
     out.early = !span.anchored_before && points_[span.first].rapid;
     return out;
   }
 
  private:
+  void tighten(const Span& span) {
+    gather(span);
+    pull_tight(along_, windows_, angle_);
+    const std::size_t offset = span.anchored_before ? 1 : 0;
+    for (std::size_t i = span.first; i <= span.last; ++i) {
+      if (!held_[i - span.first]) apply(i, angle_[i - span.first + offset]);
+    }
+  }
+  // The choice goes on to the other branch at the pole. Tilted, the axes of two points may pass beside it,
+  // where no axes can follow: both keep what was chosen then. True where any does that did not.
+  bool hold_parted(const Span& span) {
+    bool any = false;
+    const auto hold = [&](std::size_t i) {
+      if (i < span.first || i > span.last || held_[i - span.first]) return;
+      held_[i - span.first] = any = true;
+    };
+    const std::size_t first = span.anchored_before ? span.first : span.first + 1;
+    const std::size_t last = span.anchored_behind ? span.last + 1 : span.last;
+    for (std::size_t i = first; i <= last; ++i) {
+      const PoleStart before = i > 0 ? PoleStart{chosen_[i - 1].q_leave, points_[i - 1].pose} : *from_;
+      if (connection_.connects(before.q, before.pose.axis_P, chosen_[i].q, points_[i].pose.axis_P)) continue;
+      if (i > 0) hold(i - 1);
+      hold(i);
+    }
+    return any;
+  }
   // C, its windows and the length of the path, from the point before to the point behind.
   void gather(const Span& span) {
-    const std::size_t first = span.first - (span.anchored_before ? 1 : 0);
-    const std::size_t last = span.last + (span.anchored_behind ? 1 : 0);
     along_.clear();
     windows_.clear();
     angle_.clear();
     double way = 0.0;
-    for (std::size_t i = first; i <= last; ++i) {
-      if (i > first) way += (points_[i].pose.tip_P - points_[i - 1].pose.tip_P).norm();
-      const bool anchor = i < span.first || i > span.last;
-      const double at = i < span.first ? chosen_[i].q_leave[pole_.inner()] : chosen_[i].q[pole_.inner()];
+    const auto add = [&](const Vec3& tip_P, double at, const Window& window) {
+      if (!along_.empty()) way += (tip_P - tip_before_P_).norm();
+      tip_before_P_ = tip_P;
       along_.push_back(way);
       angle_.push_back(at);
-      windows_.push_back(anchor ? Window{at, at} : window(i, at));
+      windows_.push_back(window);
+    };
+    const AxisId inner = pole_.inner();
+    if (span.anchored_before) {
+      const bool is_start = span.first == 0;
+      const double at = (is_start ? from_->q : chosen_[span.first - 1].q_leave)[inner];
+      add(is_start ? from_->pose.tip_P : points_[span.first - 1].pose.tip_P, at, {at, at});
+    }
+    for (std::size_t i = span.first; i <= span.last + (span.anchored_behind ? 1 : 0); ++i) {
+      const double at = chosen_[i].q[inner];
+      const bool stays = i > span.last || held_[i - span.first];
+      add(points_[i].pose.tip_P, at, stays ? Window{at, at} : window(i, at));
     }
   }
 
@@ -230,7 +279,7 @@ class Tightener {
     return out;
   }
 
-  double apply(std::size_t i, double inner) {
+  void apply(std::size_t i, double inner) {
     const Vec3& wanted = programmed_[i].pose.axis_P;
     JointVector q = chosen_[i].q;
     q[pole_.inner()] = inner;
@@ -243,18 +292,21 @@ class Tightener {
     points_[i].pose.axis_P = axis_P;
     chosen_[i].q = q;
     chosen_[i].q_leave = q;
-    return angle_between(axis_P, wanted).rad();
   }
 
   const Machine& machine_;
   const Pole& pole_;
   double tolerance_;
+  RotaryConnection connection_;
   std::span<const ChoicePoint> programmed_;
   std::span<ChoicePoint> points_;
   std::span<ChosenPoint> chosen_;
+  const std::optional<PoleStart>& from_;
+  Vec3 tip_before_P_ = Vec3::Zero();
   std::vector<double> along_;
   std::vector<Window> windows_;
   std::vector<double> angle_;
+  std::vector<bool> held_;  // points of the span that keep what was chosen
 };
 
 }  // namespace
@@ -265,12 +317,12 @@ Angle tilt_from_pole(const Machine& machine, const Vec3& axis_P) {
 }
 
 bool turns_near_pole(const Machine& machine, const PoleOptions& options, std::span<const ChoicePoint> points,
-                     std::span<const ChosenPoint> chosen) {
+                     std::span<const ChosenPoint> chosen, const std::optional<PoleStart>& from) {
   if (machine.rotary_axes().size() < 2) return false;
   const Pole pole(machine, Vec3::Zero());
-  const auto all = spans(pole, options, points, chosen);
+  const auto all = spans(pole, options, points, chosen, from.has_value());
   return std::any_of(all.begin(), all.end(), [&](const Span& span) {
-    return largest_turn(span, pole.inner(), chosen) > options.min_turn.rad();
+    return largest_turn(span, pole.inner(), chosen, from) > options.min_turn.rad();
   });
 }
 
@@ -296,18 +348,20 @@ std::vector<ChoicePoint> put_on_pole(const Machine& machine, const PoleOptions& 
 }
 
 std::vector<PoleStretch> tilt_near_pole(const Machine& machine, const Vec3& tool_mm,
-                                        const PoleOptions& options, const PoleRun& run) {
+                                        const PoleOptions& options, Angle axis_tolerance,
+                                        const PoleRun& run) {
   std::vector<PoleStretch> out;
   if (machine.rotary_axes().size() < 2) return out;
   const Pole pole(machine, tool_mm);
-  Tightener tightener(machine, pole, options, run);
-  for (const Span& span : spans(pole, options, run.points, run.chosen)) {
+  Tightener tightener(machine, pole, options, axis_tolerance, run);
+  for (const Span& span : spans(pole, options, run.points, run.chosen, run.from.has_value())) {
     bool led_through = false;
     for (std::size_t i = span.first; i <= span.last; ++i)
       led_through = led_through || run.points[i].pose.axis_P != run.programmed[i].pose.axis_P;
-    if (!led_through && largest_turn(span, pole.inner(), run.chosen) <= options.min_turn.rad()) continue;
+    if (!led_through && largest_turn(span, pole.inner(), run.chosen, run.from) <= options.min_turn.rad())
+      continue;
     PoleStretch stretch = tightener.run(span);
-    stretch.turn_before = Angle::radians(largest_turn(span, pole.inner(), run.before));
+    stretch.turn_before = Angle::radians(largest_turn(span, pole.inner(), run.before, run.from));
     out.push_back(stretch);
   }
   return out;

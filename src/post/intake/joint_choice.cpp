@@ -1,5 +1,6 @@
 #include "post/intake/joint_choice.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "post/making/post_words.hpp"
@@ -49,24 +50,33 @@ Result<void> JointChoice::choose(Chunk& chunk) {
   points_.reserve(chunk.motions.size());
   for (const Pending& p : chunk.motions) points_.push_back(p.point);
   const path::ChoiceSummary so_far = summary_;
-  const auto choice = [&] {
-    return path::choose_solutions(machine_, {points_, last_.q, job_.cl_file}, options(), chunk.chosen,
-                                  summary_);
-  };
-  if (auto done = choice(); !done) return done;
-  const path::PoleOptions& pole = options_.pole;
-  if (pole.tolerance.rad() > 0.0 && path::turns_near_pole(machine_, pole, points_, chunk.chosen)) {
-    // Again, with the tool axes that may be led through the pole.
-    const std::vector<path::ChoicePoint> programmed = points_;
-    const std::vector<path::ChosenPoint> before = std::exchange(chunk.chosen, {});
-    points_ = path::put_on_pole(machine_, pole, programmed);
-    summary_ = so_far;
-    if (auto done = choice(); !done) return done;
-    chunk.pole =
-        path::tilt_near_pole(machine_, tool_.vector(), pole, {programmed, before, points_, chunk.chosen});
-    for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = points_[i];
+  if (auto done = choose_points(chunk); !done) return done;
+  if (options_.pole.tolerance.rad() > 0.0) {
+    if (auto done = tilt_near_pole(chunk, so_far); !done) return done;
   }
   end_at(chunk.motions.back().point, chunk.chosen.back().q_leave);
+  return {};
+}
+
+Result<void> JointChoice::choose_points(Chunk& chunk) {
+  return path::choose_solutions(machine_, {points_, last_.q, job_.cl_file}, options(), chunk.chosen,
+                                summary_);
+}
+
+// Again, with the tool axes that may be led through the pole.
+Result<void> JointChoice::tilt_near_pole(Chunk& chunk, const path::ChoiceSummary& so_far) {
+  const path::PoleOptions& pole = options_.pole;
+  std::optional<path::PoleStart> from;
+  if (has_last_) from = path::PoleStart{last_.q, kinematics_.pose(last_.q)};
+  if (!path::turns_near_pole(machine_, pole, points_, chunk.chosen, from)) return {};
+  const std::vector<path::ChoicePoint> programmed = points_;
+  const std::vector<path::ChosenPoint> before = std::exchange(chunk.chosen, {});
+  points_ = path::put_on_pole(machine_, pole, programmed);
+  summary_ = so_far;
+  if (auto done = choose_points(chunk); !done) return done;
+  chunk.pole = path::tilt_near_pole(machine_, tool_.vector(), pole, options().axis_tolerance,
+                                    {programmed, before, points_, chunk.chosen, from});
+  for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = points_[i];
   return {};
 }
 

@@ -50,6 +50,9 @@ class JointChoice {
   void free_room() { points_ = {}; }
 
  private:
+  Result<void> choose_points(Chunk& chunk);
+  Result<void> tilt_near_pole(Chunk& chunk, const path::ChoiceSummary& so_far);
+
   const PostJob& job_;
   const PostOptions& options_;
   const PathTolerances& tolerances_;
