@@ -126,10 +126,10 @@ bool SegmentRefiner::insert_on_chord(NodeAxis how) {
   return insert_nodes(how, Side::on_chord, least, std::min(options_.max_inserted + 1, kHopeless * least));
 }
 
-bool SegmentRefiner::insert_around_pole() {
+bool SegmentRefiner::insert_around_pole(Angle least_turn) {
   const SegmentEnds whole = ends_;
-  const auto leaves = pole_.turned(*whole.a, *whole.at_a, *whole.b);
-  const auto comes = pole_.turned(*whole.b, *whole.at_b, *whole.a);
+  const auto leaves = pole_.turned(*whole.a, *whole.at_a, *whole.b, least_turn);
+  const auto comes = pole_.turned(*whole.b, *whole.at_b, *whole.a, least_turn);
   const auto passes = leaves || comes ? std::nullopt : pole_.on_the_way(*whole.a, *whole.b);
   if (!leaves && !comes && !passes) return false;
   std::vector<Point> points{*whole.a};

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "path/insertion/even_pieces.hpp"
 #include "path/insertion/segment_ends.hpp"
 
 namespace trunnion::path {
@@ -15,7 +14,8 @@ constexpr double kPoleShare = 0.25;
 
 }  // namespace
 
-std::optional<Point> PolePassage::turned(const Point& end, const Station& at, const Point& other) const {
+std::optional<Point> PolePassage::turned(const Point& end, const Station& at, const Point& other,
+                                         Angle least_turn) const {
   if (kinematics().rotary_count() < 2) return std::nullopt;
   const Vec3& n = kinematics().direction(1);
   if (at.axis_P.cross(n).norm() > kPoleShare * judge_.tolerance().axis_room().rad()) return std::nullopt;
@@ -23,7 +23,7 @@ std::optional<Point> PolePassage::turned(const Point& end, const Station& at, co
   turned.inserted = true;
   const Vec3 pole_P = at.axis_P.dot(n) >= 0.0 ? n : Vec3(-n);
   if (!turn_towards(other, pole_P, turned)) return std::nullopt;
-  if (largest_turn(kinematics(), at.q, turned.q) < kSmallTurn.rad()) return std::nullopt;
+  if (largest_turn(kinematics(), at.q, turned.q) < least_turn.rad()) return std::nullopt;
   return turned;
 }
 

@@ -16,8 +16,9 @@ class PolePassage {
       : judge_(judge), maker_(maker), rounding_(rounding) {}
 
   /// `end`, which stands at the pole, turned as the great circle to `other` wants it; nothing where it is not
-  /// at the pole, or stands well.
-  std::optional<Point> turned(const Point& end, const Station& at, const Point& other) const;
+  /// at the pole, or stands well but for less than `least_turn`.
+  std::optional<Point> turned(const Point& end, const Station& at, const Point& other,
+                              Angle least_turn) const;
   /// The great circle comes to the pole between the ends.
   bool lies_between(const Point& a, const Point& b) const;
   /// The pole between the ends of a segment, and the positions in which the axes come there and leave.

@@ -17,6 +17,8 @@ constexpr double kSurelyBeyond = 1.01;
 constexpr double kWellBelow = 0.25;
 // Harmonic functions describe the error up to here (README, "Predictors").
 const Angle kHarmonicTurn = Angle::degrees(60.0);
+// Of the inner axis at the pole: less is rounding.
+const Angle kLeastPoleTurn = Angle::degrees(0.05);
 // Share of the largest error that the middle of a bow has at least; less is S-shaped.
 constexpr double kBowShaped = 0.9;
 
@@ -185,8 +187,18 @@ bool SegmentRefiner::insert(SegmentReport& report) {
   }
   const NodeAxis how = choose_axis(holds);
   report.linear_nodes = how == NodeAxis::joint_linear;
-  if (how == NodeAxis::great_circle && !holds && insert_around_pole()) return true;
-  return (both_sides() && insert_two_sided(how)) || insert_on_chord(how);
+  if (how == NodeAxis::great_circle && !holds && insert_around_pole(kSmallTurn)) return true;
+  const auto insert_as = [&](NodeAxis nodes) {
+    return (both_sides() && insert_two_sided(nodes)) || insert_on_chord(nodes);
+  };
+  if (insert_as(how)) return true;
+  if (how != NodeAxis::great_circle) return false;
+  // At the pole the great circle may ask for a turn at once that is more than one piece takes.
+  if (insert_around_pole(kLeastPoleTurn)) return true;
+  if (!holds) return false;
+  report.linear_nodes = true;
+  plan_.see_ideal(NodeAxis::joint_linear);
+  return insert_as(NodeAxis::joint_linear);
 }
 
 void SegmentRefiner::see_bow(const Vec3& middle_P) {

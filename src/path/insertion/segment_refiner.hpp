@@ -60,7 +60,7 @@ class SegmentRefiner {
   bool insert_longest_steps(NodeAxis how, Side side, std::size_t most);
   std::optional<Node> longest_step(const Station& at, double t, double first, NodeAxis how, Side side) const;
   bool insert_on_chord(NodeAxis how);
-  bool insert_around_pole();
+  bool insert_around_pole(Angle least_turn);
   bool both_sides() const { return options_.method == Method::adaptive && !options_.one_sided; }
   bool insert_two_sided(NodeAxis how);
   bool try_pieces(std::size_t pieces, NodeAxis how, Side side);
