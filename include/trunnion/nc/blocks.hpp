@@ -110,6 +110,7 @@ enum class SpindleTurn : std::uint8_t { off, clockwise, counterclockwise };
 struct Spindle {
   SpindleTurn turn = SpindleTurn::off;
   std::int64_t rpm = 0;  // 0 when off
+  bool operator==(const Spindle&) const = default;
 };
 enum class CoolantKind : std::uint8_t { off, flood, mist, through_tool, air };
 /// `off` ends all kinds; any other kind is added to those that run.

@@ -12,7 +12,6 @@ namespace {
 
 bool stands_still_at(const cl::Record& record) {
   return std::holds_alternative<cl::Dwell>(record.data) || std::holds_alternative<cl::Stop>(record.data) ||
-         std::holds_alternative<cl::Spindle>(record.data) ||
          std::holds_alternative<cl::ToolChange>(record.data);
 }
 
@@ -59,10 +58,12 @@ void FeedAhead::add(Chunk& chunk) {
   std::size_t event = 0;
   for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
     for (; event < chunk.events.size() && chunk.events[event].before == i; ++event) {
+      const nc::Spindle turned = asked_.now().spindle;
       asked_.take(chunk.events[event].record);
       const double rotary_rad_s = asked_.now().rotary_rad_s;
       rates_.limit_rotary(rotary_rad_s > 0.0 ? rotary_rad_s : std::numeric_limits<double>::infinity());
-      if (stands_still_at(chunk.events[event].record)) plan_->stop();
+      // The speed that the spindle has already is not said again.
+      if (stands_still_at(chunk.events[event].record) || !(asked_.now().spindle == turned)) plan_->stop();
     }
     if (i == chunk.motions.size()) break;
     const Pending& motion = chunk.motions[i];
