@@ -183,15 +183,30 @@ JointVector DeviationMeter::between(const Vertex& from, const Vertex& to, double
   return q;
 }
 
+// Where rotary axes turn about a distant tip it swings out and comes back: then an end may be nearer than a
+// place between them that is nearest among its neighbours.
 Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, const Target& corner,
                                        const ProgramState& program) const {
+  Vertex x = nearest_on_way(from, to, corner, program);
+  const auto distance2 = [&](const ToolPose& v) {
+    return (v.tip_P - corner.tip_P).squaredNorm() +
+           kAxisBesideTip_mm * kAxisBesideTip_mm * (v.axis_P - corner.axis_P).squaredNorm();
+  };
+  const double at_x = distance2(x);
+  const double at_from = distance2(from);
+  const double at_to = distance2(to);
+  if (std::min(at_from, at_to) >= at_x) return x;
+  x.q = at_from <= at_to ? from.q : to.q;
+  place(x, to.q, program);
+  return x;
+}
+
+Vertex DeviationMeter::nearest_on_way(const Vertex& from, const Vertex& to, const Target& corner,
+                                      const ProgramState& program) const {
   const auto put = [&](Vertex& x, double t) {
     x.q = between(from, to, t);
     place(x, to.q, program);
   };
-  // The tip decides, and where it stands still the tool axis: a heavier axis would pull the place along the
-  // path, away from where the tip is nearest. mm per rad.
-  constexpr double kAxisBesideTip_mm = 1.0;
   // Gauss and Newton: the place where what is left stands across the way. The way turns little on a piece
   // that keeps to its path, so that a chord of it serves as the slope, the shorter the better.
   constexpr int kMostSteps = 8;

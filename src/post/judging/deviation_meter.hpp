@@ -60,6 +60,10 @@ struct Target {
 /// Weight of the tool axis beside the tip when a position is matched to a place of the CL path, mm per rad:
 /// about a tool's length, so that a turn about the tip counts as much as the motion of the holder.
 inline constexpr double kAxisWeight_mm = 50.0;
+/// The same where a block passes a CL point: the tip decides which place is nearest, and where it stands
+/// still the tool axis. A heavier axis would pull the place along the path, away from where the tip is
+/// nearest.
+inline constexpr double kAxisBesideTip_mm = 1.0;
 
 /// The angle between unit vectors whose difference has this square, rad: 2 arcsin(c / 2), the first term left
 /// out below 1e-12 of it. For squares below kSmallChord2.
@@ -221,6 +225,8 @@ class DeviationMeter {
   bool takes_up(const Vertex& from, const Vertex& to, const ProgramState& program) const;
 
  private:
+  Vertex nearest_on_way(const Vertex& from, const Vertex& to, const Target& corner,
+                        const ProgramState& program) const;
   ToolPose pose(const MachineState& state, const RotarySines& sines, std::span<const double> lagged) const;
   /// The same, with the errors of the machine there (not used on the nominal one).
   ToolPose pose(const JointVector& q, const RotarySines& sines, const ChainErrors& errors) const;

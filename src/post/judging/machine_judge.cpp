@@ -163,12 +163,12 @@ void MachineJudge::step(const nc::RunTimeStep& line) {
 }
 
 void MachineJudge::step(const nc::Comment& comment) {
-  trail_.clear();
+  end_trail();
   as_run_.offsets->comment(comment.text);
 }
 
 void MachineJudge::step(const nc::Dwell& dwell) {
-  trail_.clear();
+  end_trail();
   as_run_.late.rest();
   const double seconds = static_cast<double>(dwell.milliseconds) / 1000.0;
   as_run_.state.wait(seconds);
@@ -179,26 +179,26 @@ void MachineJudge::step(const nc::Dwell& dwell) {
 
 // Straight up is along the tool axis.
 void MachineJudge::step(const nc::Retract&) {
-  trail_.clear();
+  end_trail();
   as_run_.late.rest();
   progress_.away = progress_.started;
 }
 
 void MachineJudge::step(const nc::Spindle& spindle) {
-  trail_.clear();
+  end_trail();
   if (as_run_.feeds) as_run_.feeds->wait(0.0);
   as_run_.state.spindle(static_cast<double>(spindle.rpm));
 }
 
 void MachineJudge::step(const std::unique_ptr<Mark>& mark) {
-  trail_.clear();
+  end_trail();
   program_judge_->take(mark->block, at(), mark->nc_line);
 }
 
 // The machine may have gone anywhere for the change. What comes next is judged as if it had come from where
 // the tool before stood on the path.
 void MachineJudge::put_in_spindle(double length_mm) {
-  trail_.clear();
+  end_trail();
   const bool is_first = !tool_.meter;
   if (!is_first && length_mm == tool_.length_mm) return;
   const TableKinematics kinematics(judged_.machine, {0.0, 0.0, -length_mm});
@@ -400,7 +400,7 @@ void MachineJudge::hit_point(std::size_t point, const ToolPose& v) {
 
 void MachineJudge::rapid(const Vertex& v) {
   if (v.in_cycle && drills(v)) return;
-  pass_repeated_points();
+  pass_repeated_points(v);
   pass_end_of_cut();
   match_end_of_cut();
   trail_.clear();
@@ -465,7 +465,13 @@ bool MachineJudge::comes_nearer(const Vertex& v) {
   if (!reached || at().t != 0.0 || points()[at().segment].tip_P != reached->target.tip_P) return false;
   const Target& end = reached->target;
   const double distance = path_.distance_to(v, end);
-  if (distance >= reached->distance) return false;
+  // At the pole the inner axis may turn there, in several blocks.
+  const Target* next = path_.target();
+  const bool goes_on =
+      next != nullptr && next->rapid &&
+      combined_distance(v, next->tip_P, next->axis_P) < combined_distance(v, end.tip_P, end.axis_P);
+  const bool stays = turns_in_place(v) && path_.hits(v, end) && !goes_on;
+  if (distance >= reached->distance && !stays) return false;
   reached->distance = distance;
   reached->tip_mm = (v.tip_P - end.tip_P).norm();
   record_.end_block(v, end.line, true);
@@ -477,13 +483,45 @@ void MachineJudge::settle_rapid_end() {
   progress_.rapid_end.reset();
 }
 
-void MachineJudge::pass_repeated_points() {
+double MachineJudge::words_rounding_mm() const {
+  constexpr double kDigits = 2.0;
+  return kDigits * judged_.controller.numbers.axes.quantum(nc::AxisLetter::X);
+}
+
+// The tool stands at the CL point before the block to `v`, and no block goes there.
+bool MachineJudge::is_repeated(const Target& next, const Vertex& v) const {
   const Vertex& stands = *ends_.previous;
+  const std::size_t behind = path_.next() + 1;
+  const bool rapid_behind = behind < points().size() && points()[behind].rapid;
+  // At the pole the inner axis may turn at a rapid's end, or before it, in blocks that leave it by a little.
+  const double stays_mm =
+      v.rapid ? options().rapid_tolerance_mm + options().tolerance_mm : options().tolerance_mm;
+  const bool stays = (v.tip_P - next.tip_P).norm() <= stays_mm &&
+                     path_.distance_to(v, next) <= path_.hit_tolerance_mm() + stays_mm;
+  const bool goes_on = behind < points().size() &&
+                       (v.rapid ? rapid_behind && path_.hits(v, points()[behind])
+                                : path_.distance_to(v, points()[behind]) < path_.distance_to(v, next));
+  if (next.rapid && stays && !goes_on) return false;
+  // However far rounding of the words is from the point before, too.
+  if (at().t == 0.0 && repeats(next)) return true;
+  const double off_mm = (stands.tip_P - next.tip_P).norm();
+  // A rapid to where the tool stands has no words: the cut before it is over.
+  if (rapid_behind && repeats(points()[behind]) && off_mm <= words_rounding_mm() && path_.hits(stands, next))
+    return true;
+  if (off_mm > kSamePoint_mm) return false;
+  const double away_mm = combined_distance(stands, next.tip_P, next.axis_P);
+  if (away_mm <= kSamePoint_mm) return true;
+  // Near the pole the tool may stand there, tilted; not where the block turns it to the point. A feed does
+  // not go to a rapid's.
+  return path_.distance_to(stands, next) <= kSamePoint_mm &&
+         ((next.rapid && !v.rapid) || combined_distance(v, next.tip_P, next.axis_P) >= away_mm);
+}
+
+void MachineJudge::pass_repeated_points(const Vertex& v) {
   for (const Target* next = path_.target(); next != nullptr; next = path_.target()) {
-    if ((stands.tip_P - next->tip_P).squaredNorm() > kSamePoint_mm * kSamePoint_mm) return;
-    if (path_.distance_to(stands, *next) > kSamePoint_mm) return;
+    if (!is_repeated(*next, v)) return;
     record_.mark_programmed();
-    hit_point(path_.next(), stands);
+    hit_point(path_.next(), *ends_.previous);
   }
 }
 
@@ -519,7 +557,7 @@ void MachineJudge::pass_end_of_cut() {
 
 void MachineJudge::feed(Vertex& v) {
   if (v.in_cycle && drills(v)) return trail_.clear();
-  pass_repeated_points();
+  pass_repeated_points(v);
   if (v.from_unknown && arrives(v)) return;
   if (path_.target() == nullptr && !progress_.away) return feed_beyond_end(v);
   if (progress_.away && meter().takes_up(*ends_.previous, v, as_run_.state))
@@ -545,12 +583,20 @@ void MachineJudge::feed(Vertex& v) {
   record_.end_cut(v, line, programmed || passed_point);
 }
 
-// All of it is held to the last point of the path.
+// All of it is held to the last point of the path, and to as much of the way there as points on both sides of
+// it may go back: where the inner axis turns at its end the tip swings.
 void MachineJudge::feed_beyond_end(const Vertex& v) {
   trail_.clear();
   const Target& last = points().back();
-  record_.take_deviation(meter().of(*ends_.previous, v, {last, last}, as_run_.state, {}), last.in_cone);
-  record_.take_flute(meter().beside({*ends_.previous, v, 0.0, 0.0}, last, last, as_run_.state, {}), last,
+  Target before = last;
+  if (points().size() > 1 && !last.rapid && last.way_mm > 0.0) {
+    const Target& from = points()[points().size() - 2];
+    const double t = std::max(0.0, 1.0 - back_limit_mm() / last.way_mm);
+    before.tip_P = from.tip_P + t * (last.tip_P - from.tip_P);
+    before.axis_P = slerp(from.axis_P, last.axis_P, t);
+  }
+  record_.take_deviation(meter().of(*ends_.previous, v, {before, last}, as_run_.state, {}), last.in_cone);
+  record_.take_flute(meter().beside({*ends_.previous, v, 1.0, 1.0}, before, last, as_run_.state, {}), last,
                      v.nc_line, last.in_cone);
   record_.end_cut(v, last.line, false);
 }
@@ -604,9 +650,8 @@ bool MachineJudge::leaves(const Vertex& v) {
 // and the axis of that place, far up the tool, is another than the point's: where a point is so near, it is
 // the place. Not where the tip stands and the axis turns: there the axis tells the place.
 Target MachineJudge::place_left() const {
-  constexpr double kDigits = 2.0;
   const Target here = path_.here();
-  const double rounding_mm = kDigits * judged_.controller.numbers.axes.quantum(nc::AxisLetter::X);
+  const double rounding_mm = words_rounding_mm();
   const std::size_t next = at().segment + 1;
   if (next >= points().size() || points()[next].way_mm <= 2.0 * rounding_mm) return here;
   for (const std::size_t i : {next - 1, next}) {

@@ -206,8 +206,11 @@ class MachineJudge {
   /// Points of a rapid may lie within reach of its end: it is met by the block that comes nearest.
   bool comes_nearer(const Vertex& v);
   void settle_rapid_end();
+  /// By which rounding of the words takes the tip off a point.
+  double words_rounding_mm() const;
   /// CL points at which the tool stands already ask for no block.
-  void pass_repeated_points();
+  void pass_repeated_points(const Vertex& v);
+  bool is_repeated(const Target& next, const Vertex& v) const;
   /// A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
   void pass_end_of_cut();
   bool ends_cut(std::size_t point) const;
@@ -266,7 +269,14 @@ class MachineJudge {
   /// `last_point`: at which the last of them ends.
   bool match_anew(std::optional<std::size_t> last_point = std::nullopt);
   std::vector<Vertex> trail_from(const TrailMark& mark);
-  bool judge_anew(std::span<Vertex> stands_at, std::span<const Place> places);
+  /// The first block of which a figure is beyond its tolerance there.
+  std::optional<std::size_t> judge_anew(std::span<Vertex> stands_at, std::span<const Place> places);
+  /// The last CL point before the next rapid.
+  std::size_t end_of_cut() const;
+  std::optional<std::size_t> stands_ahead() const;
+  bool may_match_anew() const;
+  /// Something stands between the blocks before and those behind.
+  void end_trail();
   /// The cut is over, and the program not at its end.
   void match_end_of_cut();
 

@@ -282,11 +282,19 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
     go_back_to(mark);
     std::vector<Vertex> stands_at = trail_from(mark);
     const std::vector<ToolPose> poses(stands_at.begin(), stands_at.end());
-    const auto places = match_places(points(), mark.at, poses, limits, last_point);
-    if (places.empty()) continue;
-    go_back_to(mark);
-    blocks.resize(mark.recorded);
-    found = judge_anew(stands_at, places);
+    // Ends tell nothing of what lies between them: where that is beyond the tolerance the block is matched to
+    // another segment, a few times.
+    constexpr int kTries = 8;
+    Matched known{last_point, {}};
+    for (int i = 0; i < kTries && !found; ++i) {
+      const auto places = match_places(points(), mark.at, poses, limits, known);
+      if (places.empty()) break;
+      go_back_to(mark);
+      blocks.resize(mark.recorded);
+      const auto beyond = judge_anew(stands_at, places);
+      found = !beyond;
+      if (beyond) known.not_on.insert({*beyond, places[*beyond].segment});
+    }
     if (!found) continue;
     // What was recorded of the way and the time holds; the last block has none of them yet.
     for (std::size_t i = mark.recorded; i < std::min(kept + recorded.size(), blocks.size()); ++i) {
@@ -308,7 +316,8 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
   return false;
 }
 
-bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place> places) {
+std::optional<std::size_t> MachineJudge::judge_anew(std::span<Vertex> stands_at,
+                                                    std::span<const Place> places) {
   const std::size_t first = trail_.size() - stands_at.size();
   for (std::size_t i = 0; i < places.size(); ++i) {
     ends_.previous = &stands_at[i];
@@ -318,7 +327,7 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
     if (v.off_chord_mm > 0.0F) record_.bows_by(v.off_chord_mm, points().longest_flute_mm() > 0.0);
     const bool hit = place.t >= 1.0;
     if (hit) record_.point_hit(place.off_tip_mm);
-    if (!record_.report.cuts_within_tolerance()) return false;
+    if (!record_.report.cuts_within_tolerance()) return i;
     const double seconds = trail_.seconds(first + i + 1);
     if (program_judge_) program_judge_->cut(at(), place);
     if (program_judge_ && i + 1 < places.size()) {  // the last one is at hand
@@ -331,15 +340,44 @@ bool MachineJudge::judge_anew(std::span<Vertex> stands_at, std::span<const Place
     record_.end_cut(v, points()[place.segment + 1].line, hit || passed_point);
     as_run_.move_to(v.q, seconds);
   }
-  return true;
+  return std::nullopt;
+}
+
+bool MachineJudge::may_match_anew() const {
+  return progress_.started && !progress_.away && !trail_.marks().empty() &&
+         record_.report.cuts_within_tolerance();
+}
+
+std::size_t MachineJudge::end_of_cut() const {
+  std::size_t end = at().segment;
+  while (end + 1 < points().size() && !points()[end + 1].rapid && end < at().segment + kLookAhead) ++end;
+  return end;
+}
+
+// A CL point ahead at which the tool stands, where that is not at the place that was found.
+std::optional<std::size_t> MachineJudge::stands_ahead() const {
+  const Vertex& stands = *ends_.previous;
+  const double near_mm = path_.limits().on_truth ? options().tolerance_mm : words_rounding_mm();
+  const double off_mm = path_.distance_to(stands, path_.here());
+  for (std::size_t i = path_.next(); i <= end_of_cut(); ++i) {
+    if ((stands.tip_P - points()[i].tip_P).norm() <= near_mm && path_.hits(stands, points()[i]) &&
+        path_.distance_to(stands, points()[i]) + near_mm < off_mm)
+      return i;
+  }
+  return std::nullopt;
+}
+
+// What is said here tells of the CL path where the tool is.
+void MachineJudge::end_trail() {
+  if (may_match_anew()) {
+    if (const auto point = stands_ahead()) match_anew(point);
+  }
+  trail_.clear();
 }
 
 void MachineJudge::match_end_of_cut() {
-  if (!progress_.started || progress_.away || trail_.marks().empty() ||
-      !record_.report.cuts_within_tolerance())
-    return;
-  std::size_t end = at().segment;
-  while (end + 1 < points().size() && !points()[end + 1].rapid && end < at().segment + kLookAhead) ++end;
+  if (!may_match_anew()) return;
+  const std::size_t end = end_of_cut();
   if (end == at().segment || !path_.hits(*ends_.previous, points()[end])) return;
   match_anew(end);
 }

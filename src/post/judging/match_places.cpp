@@ -32,8 +32,8 @@ double cost_of(double share) {
 
 class Matching {
  public:
-  Matching(const PathPoints& points, const Place& from, const MatchLimits& limits)
-      : points_(points), limits_(limits), first_(from.segment) {
+  Matching(const PathPoints& points, const Place& from, const MatchLimits& limits, const Matched& known)
+      : points_(points), limits_(limits), known_(known), first_(from.segment) {
     rows_.push_back({{0.0, from.t, from.segment}});
   }
 
@@ -47,7 +47,8 @@ class Matching {
         const WayToEnd& there = before[k - first_];
         if (there.cost < way.cost) way = {there.cost, 0.0, there.t, k};
       }
-      row.push_back(way.is_open() ? ending(end, k, way) : WayToEnd{});
+      const bool may_end = way.is_open() && !known_.not_on.contains({rows_.size() - 1, k});
+      row.push_back(may_end ? ending(end, k, way) : WayToEnd{});
     }
     rows_.push_back(std::move(row));
   }
@@ -57,7 +58,8 @@ class Matching {
   }
 
   // The segments on which the blocks end; empty where no way comes there.
-  std::vector<WayToEnd> ways(std::optional<std::size_t> last_point, const ToolPose& last) const {
+  std::vector<WayToEnd> ways(const ToolPose& last) const {
+    const auto& last_point = known_.last_point;
     const std::vector<WayToEnd>& row = rows_.back();
     std::size_t k = 0;
     if (last_point) {
@@ -96,7 +98,6 @@ class Matching {
 
   // The block goes on past the CL point between segment k - 1 and k.
   void pass(const ToolPose& begin, const ToolPose& end, std::size_t k, WayOfBlock& way) const {
-    constexpr double kAxisBesideTip_mm = 1.0;  // per rad: where the tip stands the tool axis tells
     const Target& corner = points_[k];
     const Vec3 tip = end.tip_P - begin.tip_P;
     const Vec3 axis = end.axis_P - begin.axis_P;
@@ -138,6 +139,7 @@ class Matching {
 
   const PathPoints& points_;
   MatchLimits limits_;
+  const Matched& known_;
   std::size_t first_;
   std::vector<std::vector<WayToEnd>> rows_;  // of each block, from segment first_ on
 };
@@ -145,13 +147,13 @@ class Matching {
 }  // namespace
 
 std::vector<Place> match_places(const PathPoints& points, const Place& from, std::span<const ToolPose> poses,
-                                const MatchLimits& limits, std::optional<std::size_t> last_point) {
-  Matching matching(points, from, limits);
+                                const MatchLimits& limits, const Matched& known) {
+  Matching matching(points, from, limits, known);
   for (std::size_t i = 1; i < poses.size(); ++i) {
     matching.add(poses[i - 1], poses[i]);
     if (!matching.is_open()) return {};
   }
-  const auto ways = matching.ways(last_point, poses.back());
+  const auto ways = matching.ways(poses.back());
   std::vector<Place> out(ways.size());
   for (std::size_t i = 0; i < ways.size(); ++i) {
     // A CL point ends a block where the next one begins behind it; where the tool has been there and has gone

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
@@ -93,7 +94,8 @@ class ProgramJudge {
     check_states(all, motions, rows.line(count - 1));
     const Rates rates = rates_of(all, motions);
     if (!rates.known) {
-      check_inverse(all, motions, together(count, rows), rows.line(count - 1));
+      const InverseShare share = inverse_share(all, motions);
+      check_inverse(all, motions, together(share.seconds, rates, count, rows), share, rows.line(count - 1));
       for (std::size_t i = 0; i < count; ++i) rows.judged(i);
       return;
     }
@@ -178,16 +180,41 @@ class ProgramJudge {
   struct InverseSum {
     InverseShare asked;
     double seconds = 0.0, slowest_s = 0.0;
+    double beyond_s = 0.0;  // by which slow axes take longer than their blocks' shares
   };
   InverseShare inverse_share(const Cut& cut, const Covered& covered) const;
-  void check_inverse(const Cut& cut, const Covered& covered, const Pace& pace, std::uint32_t nc_line);
+  /// `blocks`: their times, together; the share that is asked of them.
+  struct InverseTimes {
+    double seconds = 0.0, slowest_s = 0.0, beyond_s = 0.0;
+    std::int64_t feed = 0;  // of the first
+  };
+  void check_inverse(const Cut& cut, const Covered& covered, const InverseTimes& blocks,
+                     const InverseShare& share, std::uint32_t nc_line);
+  /// MAXDPM among what holds the axes.
+  static double slowest_of(const Pace& pace, const Rates& rates) {
+    return rates.rotary_rad_s > 0.0 ? std::max(pace.slowest_s, pace.turn_rad / rates.rotary_rad_s)
+                                    : pace.slowest_s;
+  }
+  /// Each block has a share by its way, or its turn where the tip stands.
   template <class Rows>
-  static Pace together(std::size_t count, const Rows& rows) {
-    Pace out = rows.pace(0);
-    for (std::size_t i = 1; i < count; ++i) {
+  static InverseTimes together(double asked_s, const Rates& rates, std::size_t count, const Rows& rows) {
+    double way_mm = 0.0, turn_rad = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Pace block = rows.pace(i);
+      way_mm += block.way_mm;
+      turn_rad += block.turn_rad;
+    }
+    InverseTimes out;
+    out.feed = rows.pace(0).feed;
+    for (std::size_t i = 0; i < count; ++i) {
       const Pace block = rows.pace(i);
       out.seconds += block.seconds;
-      out.slowest_s += block.slowest_s;
+      const double slowest_s = slowest_of(block, rates);
+      out.slowest_s += slowest_s;
+      const double part = way_mm > kNearEnd_mm ? block.way_mm / way_mm
+                          : turn_rad > 0.0     ? block.turn_rad / turn_rad
+                                               : 1.0;
+      out.beyond_s += std::max(0.0, slowest_s - asked_s * part);
     }
     return out;
   }

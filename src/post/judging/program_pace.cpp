@@ -105,9 +105,8 @@ ProgramJudge::InverseShare ProgramJudge::inverse_share(const Cut& cut, const Cov
 
 // A part of a motion may be faster than another: by the way of the tip, where that tells it, it is held to
 // its share, and the whole of it to its time.
-void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const Pace& pace,
-                                 std::uint32_t nc_line) {
-  const InverseShare share = inverse_share(cut, covered);
+void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const InverseTimes& pace,
+                                 const InverseShare& share, std::uint32_t nc_line) {
   if (share.seconds <= 0.0 || pace.seconds <= 0.0) {
     inverse_ = {};
     return;
@@ -117,6 +116,7 @@ void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const P
   inverse_.asked.turn_rad += share.turn_rad;
   inverse_.seconds += pace.seconds;
   inverse_.slowest_s += pace.slowest_s;
+  inverse_.beyond_s += pace.beyond_s;
   const auto say = [&](const InverseSum& sum) {
     find(CheckOf::feeds, nc_line, [&] {
       return "up to here it takes " + fixed_text(sum.seconds, 4) + " s, FEDRAT/INVERS asks for " +
@@ -128,7 +128,7 @@ void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const P
   const double slack_mm = kNearEnd_mm + kNearEnds * options_.tolerance_mm;
   const double slack = slack_mm / share.way_mm;
   if (slack * kNearEnds < 1.0 && pace.seconds < share.seconds * (1.0 - slack) / kOtherWay)
-    return say({share, pace.seconds, pace.slowest_s});
+    return say({share, pace.seconds, pace.slowest_s, pace.beyond_s});
   const bool ends_motion =
       cut.to.t >= 1.0 || cut.to.t <= 0.0 || is_rounding(cut.to.segment + 1, 1.0 - cut.to.t);
   if (!ends_motion) return;
@@ -138,7 +138,7 @@ void ProgramJudge::check_inverse(const Cut& cut, const Covered& covered, const P
   if (!(of_all * kNearEnds < 1.0)) return;
   const double digit = 1.0 + 1.0 / static_cast<double>(std::max<std::int64_t>(pace.feed, 1));
   const bool corrected = is_corrected();
-  const double longest_s = std::max(sum.asked.seconds * (1.0 + of_all), sum.slowest_s);
+  const double longest_s = std::max(sum.asked.seconds * (1.0 + of_all) + sum.beyond_s, sum.slowest_s);
   if (sum.seconds * digit < sum.asked.seconds * (1.0 - of_all) / kOtherWay ||
       (!options_.has_lags() &&
        sum.seconds > kSlower * digit * longest_s + (corrected ? kShortCorrected_s : kShort_s)))
@@ -154,7 +154,11 @@ void ProgramJudge::lasts(const Pace& pace, std::uint32_t nc_line) {
   const Rates rates = rates_of(cut, motions);
   if (rates.known && pace.seconds > 0.0) return check_pace(pace, rates, motions.last, !cut.outside, nc_line);
   if (rates.known && cut.outside) return check_feed_word(pace, rates, motions.last, nc_line);
-  if (!cut.outside) check_inverse(cut, motions, pace, nc_line);
+  if (cut.outside) return;
+  const InverseShare share = inverse_share(cut, motions);
+  const double slowest_s = slowest_of(pace, rates);
+  const double beyond_s = std::max(0.0, slowest_s - share.seconds);
+  check_inverse(cut, motions, {pace.seconds, slowest_s, beyond_s, pace.feed}, share, nc_line);
 }
 
 // Of a block that comes from a place that is not known the F word alone tells how fast it is.
