@@ -192,12 +192,12 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
     return (v.tip_P - corner.tip_P).squaredNorm() +
            kAxisBesideTip_mm * kAxisBesideTip_mm * (v.axis_P - corner.axis_P).squaredNorm();
   };
-  const double at_x = distance2(x);
-  const double at_from = distance2(from);
-  const double at_to = distance2(to);
-  if (std::min(at_from, at_to) >= at_x) return x;
-  x.q = at_from <= at_to ? from.q : to.q;
-  place(x, to.q, program);
+  for (const JointVector& end : {from.q, to.q}) {
+    Vertex there = to;
+    there.q = end;
+    place(there, to.q, program);
+    if (distance2(there) < distance2(x)) x = there;
+  }
   return x;
 }
 

@@ -491,6 +491,9 @@ double MachineJudge::words_rounding_mm() const {
 // The tool stands at the CL point before the block to `v`, and no block goes there.
 bool MachineJudge::is_repeated(const Target& next, const Vertex& v) const {
   const Vertex& stands = *ends_.previous;
+  const double off_mm = (stands.tip_P - next.tip_P).norm();
+  const bool is_same = at().t == 0.0 && repeats(next);  // however far rounding is from both
+  if (!is_same && off_mm > std::max(kSamePoint_mm, words_rounding_mm())) return false;
   const std::size_t behind = path_.next() + 1;
   const bool rapid_behind = behind < points().size() && points()[behind].rapid;
   // At the pole the inner axis may turn at a rapid's end, or before it, in blocks that leave it by a little.
@@ -502,9 +505,7 @@ bool MachineJudge::is_repeated(const Target& next, const Vertex& v) const {
                        (v.rapid ? rapid_behind && path_.hits(v, points()[behind])
                                 : path_.distance_to(v, points()[behind]) < path_.distance_to(v, next));
   if (next.rapid && stays && !goes_on) return false;
-  // However far rounding of the words is from the point before, too.
-  if (at().t == 0.0 && repeats(next)) return true;
-  const double off_mm = (stands.tip_P - next.tip_P).norm();
+  if (is_same) return true;
   // A rapid to where the tool stands has no words: the cut before it is over.
   if (rapid_behind && repeats(points()[behind]) && off_mm <= words_rounding_mm() && path_.hits(stands, next))
     return true;
@@ -579,7 +580,7 @@ void MachineJudge::feed(Vertex& v) {
   const std::uint32_t line = points()[place.segment + 1].line;
   const bool programmed = move_on(v, place);
   if (v.off_chord_mm > 0.0F) record_.bows_by(v.off_chord_mm, points().longest_flute_mm() > 0.0);
-  if (kept && (back || !record_.report.cuts_within_tolerance()) && match_anew()) return;
+  if (kept && (back || !record_.report.cuts_within_tolerance()) && match_anew(LastBlockIs::at_hand)) return;
   record_.end_cut(v, line, programmed || passed_point);
 }
 

@@ -267,10 +267,12 @@ class MachineJudge {
   void go_back_to(const TrailMark& mark);
   /// Of the blocks on the trail; false, and nothing changed, where there is no match within the tolerances.
   /// `last_point`: at which the last of them ends.
-  bool match_anew(std::optional<std::size_t> last_point = std::nullopt);
+  enum class LastBlockIs : std::uint8_t { at_hand, judged };
+  bool match_anew(LastBlockIs last, std::optional<std::size_t> last_point = std::nullopt);
   std::vector<Vertex> trail_from(const TrailMark& mark);
   /// The first block of which a figure is beyond its tolerance there.
-  std::optional<std::size_t> judge_anew(std::span<Vertex> stands_at, std::span<const Place> places);
+  std::optional<std::size_t> judge_anew(std::span<Vertex> stands_at, std::span<const Place> places,
+                                        LastBlockIs last);
   /// The last CL point before the next rapid.
   std::size_t end_of_cut() const;
   std::optional<std::size_t> stands_ahead() const;

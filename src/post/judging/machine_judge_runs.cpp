@@ -267,7 +267,7 @@ std::vector<Vertex> MachineJudge::trail_from(const TrailMark& mark) {
   return out;
 }
 
-bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
+bool MachineJudge::match_anew(LastBlockIs last, std::optional<std::size_t> last_point) {
   const TrailMark now = trail_mark();
   const CutRecord::Block of_block_now = record_.of_block;
   auto& blocks = record_.report.blocks;
@@ -291,7 +291,7 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
       if (places.empty()) break;
       go_back_to(mark);
       blocks.resize(mark.recorded);
-      const auto beyond = judge_anew(stands_at, places);
+      const auto beyond = judge_anew(stands_at, places, last);
       found = !beyond;
       if (beyond) known.not_on.insert({*beyond, places[*beyond].segment});
     }
@@ -317,7 +317,7 @@ bool MachineJudge::match_anew(std::optional<std::size_t> last_point) {
 }
 
 std::optional<std::size_t> MachineJudge::judge_anew(std::span<Vertex> stands_at,
-                                                    std::span<const Place> places) {
+                                                    std::span<const Place> places, LastBlockIs last) {
   const std::size_t first = trail_.size() - stands_at.size();
   for (std::size_t i = 0; i < places.size(); ++i) {
     ends_.previous = &stands_at[i];
@@ -330,7 +330,8 @@ std::optional<std::size_t> MachineJudge::judge_anew(std::span<Vertex> stands_at,
     if (!record_.report.cuts_within_tolerance()) return i;
     const double seconds = trail_.seconds(first + i + 1);
     if (program_judge_) program_judge_->cut(at(), place);
-    if (program_judge_ && i + 1 < places.size()) {  // the last one is at hand
+    // How long the one at hand lasts is told later.
+    if (program_judge_ && (i + 1 < places.size() || last == LastBlockIs::judged)) {
       const Vertex& from = *ends_.previous;
       program_judge_->lasts(pace_of(from, v, seconds, axes_.times.axes().slowest_axis_s(from.q, v.q)),
                             v.nc_line);
@@ -370,7 +371,7 @@ std::optional<std::size_t> MachineJudge::stands_ahead() const {
 // What is said here tells of the CL path where the tool is.
 void MachineJudge::end_trail() {
   if (may_match_anew()) {
-    if (const auto point = stands_ahead()) match_anew(point);
+    if (const auto point = stands_ahead()) match_anew(LastBlockIs::judged, point);
   }
   trail_.clear();
 }
@@ -379,7 +380,7 @@ void MachineJudge::match_end_of_cut() {
   if (!may_match_anew()) return;
   const std::size_t end = end_of_cut();
   if (end == at().segment || !path_.hits(*ends_.previous, points()[end])) return;
-  match_anew(end);
+  match_anew(LastBlockIs::judged, end);
 }
 
 }  // namespace trunnion::post
