@@ -34,6 +34,22 @@ ChoiceSteps::ChoiceSteps(const Machine& machine, const TableKinematics& kinemati
   if (oblique_) near_turn_[1] = 0.5 * kPi;
 }
 
+std::uint8_t ChoiceSteps::branch_of(const ChoicePosition& at, const Vec3& axis_P) const {
+  if (rotary_count_ < 2) return 0;
+  const RotarySolutions solutions = solver_.solve(axis_P, at.angle[1], inverse_);
+  const auto away = [&](const RotarySolution& solution) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 2; ++k)
+      sum += std::abs(std::remainder(solution.angle[k] - at.angle[k], kTwoPi));
+    return sum;
+  };
+  const auto end = solutions.at.begin() + static_cast<std::ptrdiff_t>(solutions.count);
+  const auto nearest =
+      std::min_element(solutions.at.begin(), end,
+                       [&](const RotarySolution& a, const RotarySolution& b) { return away(a) < away(b); });
+  return nearest == end ? std::uint8_t{0} : nearest->branch;
+}
+
 double ChoiceSteps::least_cost(const ChoicePosition& from, const ChoicePosition& to, const Vec3& axis_a_P,
                                const ChoicePoint& point) const {
   double sum = 0.0;

@@ -27,6 +27,8 @@ class ChoiceSteps {
   ChoiceSteps(const Machine& machine, const TableKinematics& kinematics, const ChoiceOptions& options);
 
   std::size_t rotary_count() const { return rotary_count_; }
+  /// Of a position with this tool axis: the branch of the inverse's solution that it is nearest to.
+  std::uint8_t branch_of(const ChoicePosition& at, const Vec3& axis_P) const;
   double cost(const ChoicePosition& from, const std::array<double, 2>& angle, const Vec3& linear) const {
     return cost<double>(from, angle, {linear.x(), linear.y(), linear.z()});
   }

@@ -13,10 +13,13 @@ void GlobalChoice::start(const JointVector& seed, std::size_t most) {
   const Vec3 axis_P = work_.kinematics.axis_P(work_.kinematics.sines(seed));
   work_.joints.start(seed);
   work_.most_positions = most;
-  work_.front.start(work_.joints.seed(), axis_P);
+  // The first point may be cut to.
+  ChoicePosition begin = work_.joints.seed();
+  begin.branch = work_.steps.branch_of(begin, axis_P);
+  work_.front.start(begin, axis_P);
   work_.traces.clear();
   search_.start();
-  replay_.start({work_.joints.seed(), axis_P, 0});
+  replay_.start({begin, axis_P, 0});
   one_branch_.start();
 }
 
