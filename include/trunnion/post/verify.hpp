@@ -246,7 +246,8 @@ struct VerifyReport : CutFigures, WordFigures, RunTimes {
   }
 };
 
-/// A straight motion of the CL file, as a program is held against it: as cl::Motion has them.
+/// A straight motion of the CL file, as a program is held against it; the members are those of cl::Motion,
+/// and the vectors must outlive the call that it is handed to.
 struct ExpectedMotion {
   const Vec3& tip_P;
   const Vec3& axis_P;

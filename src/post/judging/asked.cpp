@@ -104,6 +104,10 @@ std::size_t Asked::next_change(std::size_t motion) const {
 
 void Asked::forget(std::size_t motion) {
   while (states_.size() > 1 && states_[1].motion <= motion) states_.pop_front();
+  // A block may end on a motion far behind the pause that it begins before.
+  constexpr std::size_t kMotionsOfBlock = 1024;
+  for (; met_ > 0 && pauses_.front().before + kMotionsOfBlock < motion; --met_, ++pauses_gone_)
+    pauses_.pop_front();
 }
 
 }  // namespace trunnion::post

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <deque>
 #include <optional>
 
@@ -63,8 +64,12 @@ class Asked {
   std::size_t next_change(std::size_t motion) const;
   /// SET/OFSETL: the first that is called, since a program has one zero.
   const std::optional<std::int64_t>& work_offset() const { return work_offset_; }
-  /// What has not been met yet, in order.
-  std::deque<AskedPause>& pauses() { return pauses_; }
+  /// The first pause that has not been met yet, or null.
+  const AskedPause* next_pause() const { return met_ < pauses_.size() ? &pauses_[met_] : nullptr; }
+  void meet_pause() { ++met_; }
+  /// How many have been met, to go back to where blocks are judged anew.
+  std::size_t pauses_met() const { return pauses_gone_ + met_; }
+  void go_back_to_pause(std::size_t met) { met_ = met - std::min(met, pauses_gone_); }
   /// States that only motions before this one have.
   void forget(std::size_t motion);
 
@@ -84,7 +89,9 @@ class Asked {
   std::optional<std::int64_t> work_offset_;
   std::size_t motions_ = 0;
   std::deque<From> states_;
-  std::deque<AskedPause> pauses_;
+  std::deque<AskedPause> pauses_;  // those that have been met, too, as long as they may be asked for again
+  std::size_t met_ = 0;            // of them
+  std::size_t pauses_gone_ = 0;
 };
 
 }  // namespace trunnion::post

@@ -192,9 +192,11 @@ Vertex DeviationMeter::nearest_between(const Vertex& from, const Vertex& to, con
     return (v.tip_P - corner.tip_P).squaredNorm() +
            kAxisBesideTip_mm * kAxisBesideTip_mm * (v.axis_P - corner.axis_P).squaredNorm();
   };
-  for (const JointVector& end : {from.q, to.q}) {
+  for (const Vertex* end : {&from, &to}) {
+    if (!(distance2(*end) < distance2(x))) continue;
+    // On the way to the block's end: with lost motion that is another place than where the last one ended.
     Vertex there = to;
-    there.q = end;
+    there.q = end->q;
     place(there, to.q, program);
     if (distance2(there) < distance2(x)) x = there;
   }

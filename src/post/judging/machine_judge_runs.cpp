@@ -284,7 +284,7 @@ bool MachineJudge::match_anew(LastBlockIs last, std::optional<std::size_t> last_
     const std::vector<ToolPose> poses(stands_at.begin(), stands_at.end());
     // Ends tell nothing of what lies between them: where that is beyond the tolerance the block is matched to
     // another segment, a few times.
-    constexpr int kTries = 8;
+    constexpr int kTries = 32;
     Matched known{last_point, {}};
     for (int i = 0; i < kTries && !found; ++i) {
       const auto places = match_places(points(), mark.at, poses, limits, known);
@@ -360,7 +360,9 @@ std::optional<std::size_t> MachineJudge::stands_ahead() const {
   const Vertex& stands = *ends_.previous;
   const double near_mm = path_.limits().on_truth ? options().tolerance_mm : words_rounding_mm();
   const double off_mm = path_.distance_to(stands, path_.here());
-  for (std::size_t i = path_.next(); i <= end_of_cut(); ++i) {
+  if (off_mm <= near_mm) return std::nullopt;
+  const std::size_t end = end_of_cut();
+  for (std::size_t i = path_.next(); i <= end; ++i) {
     if ((stands.tip_P - points()[i].tip_P).norm() <= near_mm && path_.hits(stands, points()[i]) &&
         path_.distance_to(stands, points()[i]) + near_mm < off_mm)
       return i;

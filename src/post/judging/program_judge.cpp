@@ -152,7 +152,6 @@ void ProgramJudge::take_pause(const Place& at, const AskedPause& told, std::uint
       return (told.kind == AskedPause::Kind::stop ? "a " : "an ") + name_of(told.kind);
     return "a dwell of " + fixed_text(static_cast<double>(told.milliseconds) / 1000.0, 3) + " s";
   };
-  auto& pauses = asked_.pauses();
   const auto is_it = [&](const AskedPause& asked) {
     double step_ms = 1.0;
     for (int i = controller_.dwell_decimals; i < 3; ++i) step_ms *= 10.0;
@@ -171,7 +170,8 @@ void ProgramJudge::take_pause(const Place& at, const AskedPause& told, std::uint
     }
     return at.segment < point || at.t == 0.0 || is_rounding(at.segment + 1, at.t);
   };
-  if (!pauses.empty() && is_it(pauses.front())) return pauses.pop_front();
+  const AskedPause* next = asked_.next_pause();
+  if (next != nullptr && is_it(*next)) return asked_.meet_pause();
   find(CheckOf::order, nc_line, [&] { return text() + " that the CL file does not ask for here"; });
 }
 
@@ -246,11 +246,10 @@ void ProgramJudge::find_cutter(const AskedState& asked, std::uint32_t nc_line) {
 }
 
 void ProgramJudge::check_pauses(std::size_t point, std::uint32_t nc_line) {
-  auto& pauses = asked_.pauses();
-  for (; !pauses.empty() && pauses.front().before <= number(point); pauses.pop_front()) {
-    const AskedPause& pause = pauses.front();
+  for (const AskedPause* pause = asked_.next_pause(); pause != nullptr && pause->before <= number(point);
+       asked_.meet_pause(), pause = asked_.next_pause()) {
     find(CheckOf::order, nc_line,
-         [&] { return "the " + name_of(pause.kind) + " before it is missing" + cl_line(pause.line); });
+         [&] { return "the " + name_of(pause->kind) + " before it is missing" + cl_line(pause->line); });
   }
 }
 
@@ -394,6 +393,8 @@ ProgramJudge::Found ProgramJudge::found() const {
     out.count[i] = checks_[i].count;
     out.places[i] = checks_[i].places.size();
   }
+  out.inverse = inverse_;
+  out.pauses_met = asked_.pauses_met();
   return out;
 }
 
@@ -402,6 +403,8 @@ void ProgramJudge::go_back_to(const Found& found) {
     checks_[i].count = found.count[i];
     checks_[i].places.resize(std::min(checks_[i].places.size(), found.places[i]));
   }
+  inverse_ = found.inverse;
+  asked_.go_back_to_pause(found.pauses_met);
 }
 
 void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
@@ -409,9 +412,9 @@ void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
   if (told_.cutter().side != nc::CutterSide::off)
     find(CheckOf::path, nc_line,
          [] { return std::string("the program ends while the cutter's radius is compensated"); });
-  for (const AskedPause& pause : asked_.pauses()) {
+  for (; const AskedPause* pause = asked_.next_pause(); asked_.meet_pause()) {
     find(CheckOf::order, nc_line,
-         [&] { return "the " + name_of(pause.kind) + " is missing" + cl_line(pause.line); });
+         [&] { return "the " + name_of(pause->kind) + " is missing" + cl_line(pause->line); });
   }
   static constexpr std::array kAbout = {
       "tip, tool axis and travel; path mode, compensation of the cutter's radius, axes",

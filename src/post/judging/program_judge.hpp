@@ -136,9 +136,21 @@ class ProgramJudge {
   /// Motion number `point` of those that are known now, or later ones: the first with another state than it.
   std::size_t next_change(std::size_t point) const;
 
+  /// What FEDRAT/INVERS asks of blocks together, and how far they go.
+  struct InverseShare {
+    double seconds = 0.0;
+    double way_mm = 0.0, turn_rad = 0.0;
+  };
+  struct InverseSum {
+    InverseShare asked;
+    double seconds = 0.0, slowest_s = 0.0;
+    double beyond_s = 0.0;  // by which slow axes take longer than their blocks' shares
+  };
   /// What was found so far, to go back to.
   struct Found {
     std::array<std::size_t, kChecks> count{}, places{};
+    InverseSum inverse;
+    std::size_t pauses_met = 0;
   };
   Found found() const;
   void go_back_to(const Found& found);
@@ -172,16 +184,6 @@ class ProgramJudge {
   bool agrees(const AskedState& asked) const;
   Rates rates_of(const Cut& cut, const Covered& covered) const;
   double rate_of(const AskedState& asked) const;
-  /// What FEDRAT/INVERS asks of blocks together, and how far they go.
-  struct InverseShare {
-    double seconds = 0.0;
-    double way_mm = 0.0, turn_rad = 0.0;
-  };
-  struct InverseSum {
-    InverseShare asked;
-    double seconds = 0.0, slowest_s = 0.0;
-    double beyond_s = 0.0;  // by which slow axes take longer than their blocks' shares
-  };
   InverseShare inverse_share(const Cut& cut, const Covered& covered) const;
   /// `blocks`: their times, together; the share that is asked of them.
   struct InverseTimes {
