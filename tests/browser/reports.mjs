@@ -494,7 +494,8 @@ for (const name of ['improve', 'history']) {
 {
   const {page, troubles} = await open('machine');
   const axes = JSON.parse(readFileSync('machine.json', 'utf8')).axes;
-  await page.evaluate(async () => { globalThis.s = await trunnionScene(); });
+  // The scene draws with the next frame, which a busy machine may show late.
+  await page.evaluate(async () => { globalThis.s = await trunnionScene(); s.drawNow(); });
   // It stands with its tool clear above the part's zero.
   assert.ok(await page.evaluate(() => kinematics.tipInPart(s.source, s.state.q)[2] > 10), 'the tool is clear of the table');
   assert.deepEqual(await page.$$eval('.mark', (all) => all.map((e) => e.textContent)), axes.map((a) => `+${a.name}`));
