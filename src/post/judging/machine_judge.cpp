@@ -651,7 +651,7 @@ bool MachineJudge::leaves(const Vertex& v) {
 // and the axis of that place, far up the tool, is another than the point's: where a point is so near, it is
 // the place. Not where the tip stands and the axis turns: there the axis tells the place.
 Target MachineJudge::place_left() const {
-  const Target here = path_.here();
+  Target here = path_.here();
   const double rounding_mm = words_rounding_mm();
   const std::size_t next = at().segment + 1;
   if (next >= points().size() || points()[next].way_mm <= 2.0 * rounding_mm) return here;
