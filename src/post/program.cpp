@@ -165,7 +165,7 @@ void Program::look_ahead(Chunk& chunk) {
 }
 
 void Program::emit(Chunk& chunk) {
-  // There is none before the first.
+  // There is none before the first ones.
   if (feeds_.is_on() && chunk.is_empty()) return;
   if (!failures_.emit) {
     if (auto done = or_failure([&] { return pipeline_.emit(chunk); }); !done) failures_.emit = done.error();
@@ -186,7 +186,8 @@ std::array<Program::Stage, 4> Program::stages(std::function<void(Chunk&)> prepar
       // alone:
       // nothing here asks for another chunk, and it takes the most time.
       Stage{Stage::Order::any, std::move(prepare)},
-      // What comes behind a block decides how fast it can be: the chunk that goes on is the one before.
+      // What comes behind a block decides how fast it can be: the chunk that goes on is the one before the
+      // last.
       Stage{Stage::Order::of_file, [this](Chunk& chunk) { look_ahead(chunk); }},
       // Blocks and their text. Words are modal, and lost motion, lags and rewinds hang on what came before.
       Stage{Stage::Order::of_file, [this](Chunk& chunk) { emit(chunk); }},
@@ -236,9 +237,11 @@ void Program::run_in_parallel() {
 
 Result<PostReport> Program::finish() {
   if (feeds_.is_on()) {
-    Chunk last = feeds_.take_last();
-    emit(last);
-    pass_on(last);
+    for (std::size_t i = 0; i < FeedAhead::kHeld; ++i) {
+      Chunk left = feeds_.take_left();
+      emit(left);
+      pass_on(left);
+    }
     if (failures_.emit || failures_.pass_on)
       return tl::unexpected(failures_.emit ? *failures_.emit : *failures_.pass_on);
   }

@@ -37,20 +37,24 @@ void FeedAhead::change(Chunk& chunk) {
   paces_.clear();
   if (!chunk.failure) add(chunk);
   settle();
-  std::swap(held_, chunk);
-  std::swap(held_paces_, paces_);
+  std::rotate(held_.begin(), held_.begin() + 1, held_.end());
+  std::swap(held_.back().chunk, chunk);
+  std::swap(held_.back().paces, paces_);
 }
 
-Chunk FeedAhead::take_last() {
+Chunk FeedAhead::take_left() {
   settle();
-  return std::exchange(held_, {});
+  std::rotate(held_.begin(), held_.begin() + 1, held_.end());
+  held_.back().paces.clear();
+  return std::exchange(held_.back().chunk, {});
 }
 
 void FeedAhead::settle() {
+  const std::vector<double*>& paces = held_.front().paces;
   runs_.clear();
-  plan_->settle(held_paces_.size(), runs_);
+  plan_->settle(paces.size(), runs_);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
-    if (held_paces_[i] != nullptr) *held_paces_[i] = runs_[i].pace;
+    if (paces[i] != nullptr) *paces[i] = runs_[i].pace;
   }
 }
 

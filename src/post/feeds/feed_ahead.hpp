@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -13,18 +14,21 @@
 namespace trunnion::post {
 
 /// Which share of their speed the blocks of prepared chunks can have, before their text is made (MotionPlan).
-/// What comes behind a chunk slows down its end, so that it is held until the next one is known: so far this
-/// looks ahead.
+/// What comes behind a chunk slows down its end, so that it is held until the next ones are known: so far
+/// this looks ahead, a thousand motions of a long run.
 class FeedAhead {
  public:
   FeedAhead(const PostJob& job, const PostOptions& options);
 
   /// Feeds are planned: the options want it, and the machine file says how fast its axes accelerate.
   bool is_on() const { return plan_.has_value(); }
-  /// Takes the next chunk, and puts the one before it, with its paces, into its place: at first an empty one.
+  /// So many chunks wait for those behind them.
+  static constexpr std::size_t kHeld = 2;
+  /// Takes the next chunk, and puts the first of those that wait, with its paces, into its place: at first
+  /// empty ones.
   void change(Chunk& chunk);
-  /// The last one, with its paces.
-  Chunk take_last();
+  /// The first of those that are left, with its paces.
+  Chunk take_left();
 
  private:
   void add(Chunk& chunk);
@@ -36,6 +40,11 @@ class FeedAhead {
   /// `pace` gets the pace of the block, where it is not null.
   void add_block(const Stop& from, const Stop& to, double feed_mm_s, double* pace);
   double rate_mm_s(const cl::Feed& feed) const;
+  struct Held {
+    Chunk chunk;
+    std::vector<double*> paces;  // of its blocks
+  };
+  /// Of what waits for the longest time.
   void settle();
 
   const PostOptions& options_;
@@ -43,8 +52,8 @@ class FeedAhead {
   AxisRates rates_;
   Asked asked_;
   bool turns_behind_ = false;  // the tool leaves the part behind the last motion
-  Chunk held_;
-  std::vector<double*> held_paces_, paces_;  // of the blocks of the chunk that is held, and of the next one
+  std::array<Held, kHeld> held_;  // the first one has waited for the longest time
+  std::vector<double*> paces_;    // of the blocks of the chunk that comes
   std::vector<BlockRun> runs_;
 };
 

@@ -132,7 +132,9 @@ void MachineJudge::forget_passed() {
   if (sharing_.leader != nullptr) return;
   MachineJudge* const follower = sharing_.follower;
   std::size_t passed = follower != nullptr ? std::min(settled(), follower->settled()) : settled();
-  if (passed <= std::max(4 * kLookAhead, points().size() / 2)) return;
+  // So seldom that the rows which are moved cost little; more points would not stay in the cache.
+  constexpr std::size_t kPassed = 256;
+  if (passed <= std::max(kPassed, points().size() / 2)) return;
   --passed;  // the segment before the one at hand may be asked for (FluteAbout)
   expected_.forget(passed);
   if (program_judge_) program_judge_->asked().forget(points().gone());
