@@ -252,8 +252,9 @@ struct ExpectedMotion {
   const Vec3& tip_P;
   const Vec3& axis_P;
   cl::Feed feed;
-  bool rapid = false;
-  bool step = false;
+  bool rapid;
+  bool step;
+  SourceRef where;
 };
 
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing
@@ -273,8 +274,8 @@ class Verifier {
   Verifier& operator=(const Verifier&) = delete;
   ~Verifier();
 
-  /// The next motion of the CL file.
-  void expect(const ExpectedMotion& motion, SourceRef where);
+  /// The next motions of the CL file, with nothing between them.
+  void expect(std::span<const ExpectedMotion> motions);
   /// The next record of the CL file that is no motion, a tool change with its length register.
   void expect(const cl::Record& record);
   /// The CL file loads this tool, of this gauge length: before any text that loads it.

@@ -53,6 +53,21 @@ void Asked::take_shape(const cl::Shape& shape) {
   changed_ = true;
 }
 
+void Asked::take(std::span<const ExpectedMotion> motions) {
+  for (const ExpectedMotion& motion : motions) {
+    if (!motion.rapid && !(motion.feed == now_.feed)) {
+      now_.feed = motion.feed;
+      changed_ = true;
+    }
+    if (changed_) note(motion.where);
+    ++motions_;
+    if (taps_left_ > 0 && --taps_left_ == 0) {
+      now_.pitch_mm = 0.0;
+      changed_ = true;
+    }
+  }
+}
+
 void Asked::take(const cl::Record& record) {
   const auto is = [&](const auto* what) { return changed_ = changed_ || what != nullptr, what != nullptr; };
   if (const auto* spindle = std::get_if<cl::Spindle>(&record.data); is(spindle)) take_spindle(*spindle);

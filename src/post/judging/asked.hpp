@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <span>
 
 #include "trunnion/cl/record.hpp"
 #include "trunnion/nc/blocks.hpp"
+#include "trunnion/post/verify.hpp"
 
 // Private to the verifier: what a CL file asks for besides its path.
 namespace trunnion::post {
@@ -42,19 +44,8 @@ class Asked {
 
   /// A record that is no motion; a tool change with register filled in.
   void take(const cl::Record& record);
-  /// A motion.
-  void take(const cl::Feed& feed, bool rapid, SourceRef where) {
-    if (!rapid && !(feed == now_.feed)) {
-      now_.feed = feed;
-      changed_ = true;
-    }
-    if (changed_) note(where);
-    ++motions_;
-    if (taps_left_ > 0 && --taps_left_ == 0) {
-      now_.pitch_mm = 0.0;
-      changed_ = true;
-    }
-  }
+  /// Motions with nothing between them.
+  void take(std::span<const ExpectedMotion> motions);
 
   /// The state as it is now.
   const AskedState& now() const { return now_; }

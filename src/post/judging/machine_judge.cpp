@@ -673,7 +673,7 @@ bool MachineJudge::comes_back(const Vertex& v) {
   if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
   // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then, as it is
   // commanded. That the machine's errors turn it moves the tip nowhere.
-  const bool in_cone = path_.in_cone(place.axis_P);
+  const bool in_cone = path_.limits().in_cone(place.axis_P);
   const Vec3 along_P = in_cone ? path::station(meter().kinematics(), v.q).axis_P : place.axis_P;
   const Target out{place.tip_P + way.norm() * along_P, place.axis_P, place.line, false};
   record_.take_deviation(meter().of(*ends_.previous, v, {out, place}, as_run_.state, record_.uninteresting()),
@@ -771,7 +771,7 @@ VerifyReport MachineJudge::finish(const WordFigures& words, std::uint32_t nc_lin
   for (std::size_t i = progress_.started ? path_.next() : 0; i < points().size(); ++i) {
     const Target& target = points()[i];
     const Angle allowed =
-        options().axis_tolerance + (path_.in_cone(target.axis_P) ? options().pole.tolerance : Angle{});
+        options().axis_tolerance + (path_.limits().in_cone(target.axis_P) ? options().pole.tolerance : Angle{});
     const double d = progress_.started ? (ends_.previous->tip_P - target.tip_P).norm()
                                        : std::numeric_limits<double>::infinity();
     if (d <= options().tolerance_mm && angle_between(ends_.previous->axis_P, target.axis_P) <= allowed) {

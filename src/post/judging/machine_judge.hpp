@@ -52,7 +52,7 @@ class MachineJudge {
   const PathFollower& path() const { return path_; }
   const JudgedMachine& judged() const { return judged_; }
   /// A motion of the CL file.
-  void expect_motion() { ++record_.report.points_in; }
+  void expect_motions(std::size_t count) { record_.report.points_in += count; }
 
   /// The end of a motion.
   void take(const BlockEnd& end);

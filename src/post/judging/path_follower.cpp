@@ -53,14 +53,14 @@ Target PathFollower::here() const {
 }
 
 double PathFollower::distance_to(const ToolPose& v, const Target& target) const {
-  if (!in_cone(target.axis_P)) return combined_distance(v, target.tip_P, target.axis_P);
+  if (!limits_.in_cone(target.axis_P)) return combined_distance(v, target.tip_P, target.axis_P);
   const double angle = turn_between(v.axis_P, target.axis_P) - limits_.pole_tolerance_rad;
   return std::hypot((v.tip_P - target.tip_P).norm(), kAxisWeight_mm * std::max(0.0, angle));
 }
 
 bool PathFollower::is_above(const ToolPose& v, const Target& target, double least_mm) const {
   const double allowed_rad =
-      limits_.axis_tolerance_rad + (in_cone(target.axis_P) ? limits_.pole_tolerance_rad : 0.0);
+      limits_.axis_tolerance_rad + (limits_.in_cone(target.axis_P) ? limits_.pole_tolerance_rad : 0.0);
   if (turn_between(v.axis_P, target.axis_P) > allowed_rad) return false;
   const Vec3 d = v.tip_P - target.tip_P;
   const double along_mm = d.dot(target.axis_P);
@@ -123,7 +123,7 @@ Place PathFollower::placed_at(const ToolPose& v, std::size_t segment, double t, 
   const Vec3 axis_P = point_of_arc(points_[segment].axis_P, points_[segment + 1].axis_P, t);
   const double chord2 = (v.axis_P - axis_P).squaredNorm();
   double turned = turn_between(v.axis_P, axis_P, chord2);
-  if (in_cone(axis_P)) turned = std::max(0.0, turned - limits_.pole_tolerance_rad);
+  if (limits_.in_cone(axis_P)) turned = std::max(0.0, turned - limits_.pole_tolerance_rad);
   const double turned_mm = kAxisWeight_mm * turned;
   return {segment, t, std::sqrt(off_tip_mm * off_tip_mm + turned_mm * turned_mm), off_tip_mm,
           std::sqrt(chord2)};

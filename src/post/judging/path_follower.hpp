@@ -47,9 +47,6 @@ class PathFollower {
   }
   /// The tool stands above this point, along its axis, or there.
   bool is_above(const ToolPose& v, const Target& target, double least_mm) const;
-  bool in_cone(const Vec3& axis_P) const {
-    return limits_.has_cone && std::abs(limits_.cone_axis_P.dot(axis_P)) >= limits_.cone_cosine;
-  }
   /// Between these two the tool axis may be off by the pole's tolerance more.
   static bool near_pole(const Target& a, const Target& b) { return a.in_cone || b.in_cone; }
 

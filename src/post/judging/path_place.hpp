@@ -40,6 +40,10 @@ struct FollowLimits {
   bool has_cone = false;
   Vec3 cone_axis_P = Vec3::UnitZ();
   double cone_cosine = 1.0;
+
+  bool in_cone(const Vec3& axis_P) const {
+    return has_cone && std::abs(cone_axis_P.dot(axis_P)) >= cone_cosine;
+  }
 };
 
 /// Two positions that differ by the rounding of words only.

@@ -20,6 +20,25 @@ void PathPoints::each_column(const F& f) {
   for (Column* column : {&way_mm, &turn, &along_mm, &passed_mm, &special}) f(*column);
 }
 
+void PathPoints::add(std::span<const ExpectedMotion> motions, const FollowLimits& limits, double flute_mm) {
+  if (motions.empty()) return;
+  longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
+  while (kPage * pages_.size() < first_ + size_ + motions.size())
+    pages_.push_back(std::make_unique<Page>());
+  for (const ExpectedMotion& motion : motions) {
+    if (motion.rapid) end_cut();
+    Target& target = at(size_++);
+    target.tip_P = motion.tip_P;
+    target.axis_P = motion.axis_P;
+    target.line = motion.where.line;
+    target.rapid = motion.rapid;
+    target.step = motion.step;
+    target.ends_cut = false;
+    target.in_cone = limits.in_cone(motion.axis_P);
+    target.flute_mm = flute_mm;
+  }
+}
+
 void PathPoints::settle() {
   if (rows_ == size_ + 1 || size_ == 0) return;
   const std::size_t room = size_ + 1 + 2 * lanes::kCount<Quads>;

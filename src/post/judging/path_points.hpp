@@ -4,12 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "trunnion/base/lanes.hpp"
 #include "trunnion/post/verify.hpp"
 
-#include "post/judging/deviation_meter.hpp"
+#include "post/judging/path_place.hpp"
 
 namespace trunnion::post {
 
@@ -17,22 +18,8 @@ namespace trunnion::post {
 /// of many of them stands in columns, too.
 class PathPoints {
  public:
-  /// As the next one, without what it has to do with the one before, and without a row. `in_cone`: as Target
-  /// has it.
-  void add(const ExpectedMotion& motion, std::uint32_t line, bool in_cone, double flute_mm) {
-    if (motion.rapid) end_cut();
-    if (first_ + size_ == kPage * pages_.size()) pages_.push_back(std::make_unique<Page>());
-    Target& target = at(size_++);
-    target.tip_P = motion.tip_P;
-    target.axis_P = motion.axis_P;
-    target.line = line;
-    target.rapid = motion.rapid;
-    target.step = motion.step;
-    target.ends_cut = false;
-    target.in_cone = in_cone;
-    target.flute_mm = flute_mm;
-    longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
-  }
+  /// As the next ones, without what they have to do with those before, and without rows.
+  void add(std::span<const ExpectedMotion> motions, const FollowLimits& limits, double flute_mm);
   /// What was added last ends a cut (Target::ends_cut).
   void end_cut() {
     if (size_ > 0) at(size_ - 1).ends_cut = true;

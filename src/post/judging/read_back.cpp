@@ -38,6 +38,20 @@ ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSin
   if (errors != nullptr || job.offsets != nullptr) verifier_->judge_nominal_too();
 }
 
+void ReadBack::expect(std::span<const Pending> motions) {
+  expected_.clear();
+  for (const Pending& p : motions) {
+    // What path stages have added is none of the CL file's: the program is judged by the motions of the
+    // text.
+    if (p.part.ends_inside) continue;
+    cl::Feed feed = p.feed;
+    if (feed.mode == cl::FeedMode::inverse) feed.value *= p.part.share;
+    expected_.push_back(
+        {p.point.pose.tip_P, p.programmed_axis_P, feed, p.point.rapid, p.step, p.point.where});
+  }
+  verifier_->expect(expected_);
+}
+
 void ReadBack::expect(const Chunk& chunk) {
   if (!verifier_) return;
   for (const Event& event : chunk.events) {
@@ -45,19 +59,13 @@ void ReadBack::expect(const Chunk& chunk) {
       verifier_->expect_tool(change->number, *change->gauge_length_mm);
   }
   if (!chunk.tool.control_adds_length) verifier_->expect_no_length();
-  std::size_t event = 0;
-  for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
-    for (; event < chunk.events.size() && chunk.events[event].before == i; ++event)
-      verifier_->expect(chunk.events[event].record);
-    if (i == chunk.motions.size()) break;
-    const Pending& p = chunk.motions[i];
-    // What path stages have added is none of the CL file's: the program is judged by the motions of the
-    // text.
-    if (p.part.ends_inside) continue;
-    cl::Feed feed = p.feed;
-    if (feed.mode == cl::FeedMode::inverse) feed.value *= p.part.share;
-    verifier_->expect({p.point.pose.tip_P, p.programmed_axis_P, feed, p.point.rapid, p.step}, p.point.where);
+  std::size_t done = 0;
+  for (const Event& event : chunk.events) {
+    expect(std::span(chunk.motions).subspan(done, event.before - done));
+    done = event.before;
+    verifier_->expect(event.record);
   }
+  expect(std::span(chunk.motions).subspan(done));
   verifier_->text(unread_);
   unread_.clear();
 }

@@ -1,8 +1,11 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "trunnion/post/post.hpp"
+#include "trunnion/post/verify.hpp"
 
 #include "post/intake/chunk.hpp"
 
@@ -27,10 +30,12 @@ class ReadBack {
  private:
   /// The motions and words that the text of the chunk was made from; then the text before it is read.
   void expect(const Chunk& chunk);
+  void expect(std::span<const Pending> motions);
 
   const TextSink& sink_;
   Diagnostics diagnostics_;
   std::unique_ptr<Verifier> verifier_;
+  std::vector<ExpectedMotion> expected_;
   std::string unread_;  // the last text that went out
 };
 
