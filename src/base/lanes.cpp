@@ -1,9 +1,11 @@
 #include "trunnion/base/lanes.hpp"
 
+#include <algorithm>
+
 namespace trunnion::lanes {
 namespace {
 
-bool g_only_two = false;
+Way g_most = Way::four_in_32;
 
 bool has_avx2() {
 #if defined(__x86_64__) && defined(__OPTIMIZE__)
@@ -13,14 +15,24 @@ bool has_avx2() {
 #endif
 }
 
-}  // namespace
-
-bool four_at_a_time() {
-  return !g_only_two && has_avx2();
+bool has_avx512() {
+#if defined(__x86_64__) && defined(__OPTIMIZE__)
+  return __builtin_cpu_supports("avx512vl") != 0 && __builtin_cpu_supports("avx512dq") != 0 &&
+         __builtin_cpu_supports("avx512bw") != 0;
+#else
+  return false;
+#endif
 }
 
-void calculate_two_at_a_time(bool only_two) {
-  g_only_two = only_two;
+}  // namespace
+
+Way way() {
+  static const Way known = !has_avx2() ? Way::two : has_avx512() ? Way::four_in_32 : Way::four;
+  return std::min(known, g_most);
+}
+
+void calculate(Way most) {
+  g_most = most;
 }
 
 }  // namespace trunnion::lanes

@@ -118,12 +118,12 @@ TEST(CorrectionRun, CorrectsAsOneAtATimeAndKeepsWhatItSays) {
     const Rounding rounding = test::four_decimals(machine);
     const ModelEvaluator truth(model);
     const Compensator compensator(machine, model, tool);
-    const auto run_with = [&](bool only_two) {
-      const test::OnlyTwoLanes lanes(only_two);
+    const auto run_with = [&](int way) {
+      const test::Calculating lanes(test::kEveryWay[static_cast<std::size_t>(way % 3)]);
       return CorrectionRun(compensator, kinematics, rounding);
     };
-    CorrectionRun run = run_with(m % 3 == 0);
-    CorrectionRun other = run_with(m % 3 != 0);
+    CorrectionRun run = run_with(m);
+    CorrectionRun other = run_with(m + 1);
     const std::size_t count = points_of_walk(m);
     const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);
     const double tolerance_mm = 0.0008 * std::exp(2.0 * u(random));
@@ -206,7 +206,7 @@ TEST(CorrectionRun, TurnsTheToolAndKeepsItsFlute) {
     CompensationOptions turning;
     turning.orientation = true;
     const Compensator turner(machine, model, tool, turning);
-    const test::OnlyTwoLanes lanes(m % 3 == 0);
+    const test::Calculating lanes(test::kEveryWay[static_cast<std::size_t>(m % 3)]);
     CorrectionRun run(compensator, kinematics, rounding);
     const std::size_t count = points_of_walk(m);
     const PlaceWalk walk = place_walk(machine, kinematics, rounding, random, count);

@@ -191,8 +191,8 @@ TEST(ErrorCourse, AtMostHoldsWhereverTheMachineStands) {
             rows[id][row] = row == 0 || row == 2 ? m.from.q[id] : m.to.q[id];
           columns[id] = rows[id].data();
         }
-        for (const bool only_two : {false, true}) {
-          const test::OnlyTwoLanes lanes(only_two);
+        for (const lanes::Way way : test::kEveryWay) {
+          const test::Calculating lanes(way);
           std::array<double, 6> tip_mm{};
           std::array<double, 6> axis_rad{};
           const bool known = ErrorCourse(machine, machine.tool_vector(), truth)

@@ -177,8 +177,8 @@ std::vector<NonlinearOptions> settling_options() {
 }
 
 TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
-  for (const bool only_two : {false, true}) {
-    const test::OnlyTwoLanes lanes(only_two);
+  for (const lanes::Way way : test::kEveryWay) {
+    const test::Calculating lanes(way);
     std::mt19937_64 random(20261122);
     for (const NonlinearOptions& options : settling_options()) {
       std::array<std::size_t, 4> settled_with{};
@@ -190,8 +190,8 @@ TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
 }
 
 TEST(EvenRun, SettlesSegmentsWithAFluteAsOneAtATimeIsDecided) {
-  for (const bool only_two : {false, true}) {
-    const test::OnlyTwoLanes lanes(only_two);
+  for (const lanes::Way way : test::kEveryWay) {
+    const test::Calculating lanes(way);
     std::mt19937_64 random(20261123);
     for (const NonlinearOptions& options : settling_options()) {
       std::array<std::size_t, 4> settled_with{};

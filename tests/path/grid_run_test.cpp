@@ -58,7 +58,9 @@ TEST(GridRun, GivesWhatOnePointAtATimeGives) {
     const Certifier certifier(kinematics);
     const Tolerance tolerance{0.005, Angle::degrees(0.05)};
     for (const std::size_t count : {1U, 2U, 3U, 37U, 500U, 5U, 74U}) {
-      const test::OnlyTwoLanes lanes(count % 37 == 0);
+      const test::Calculating lanes(count % 37 == 0  ? lanes::Way::two
+                                    : count % 2 == 0 ? lanes::Way::four
+                                                     : lanes::Way::four_in_32);
       GridRun grid(kinematics, rounding);
       Walk run = random_walk(machine, kinematics, random, count + 1);
       Point before = run.points.front();
@@ -121,7 +123,7 @@ TEST(GridRun, SaysWhichSegmentsCount) {
     if (!kinematics.side_by_side()) continue;
     const Certifier certifier(kinematics);
     for (int round = 0; round < 40; ++round) {
-      const test::OnlyTwoLanes lanes(round % 2 == 1);
+      const test::Calculating lanes(test::kEveryWay[static_cast<std::size_t>(round % 3)]);
       const Walk run = random_walk(machine, kinematics, random, 301);
       std::vector<ToolPose> poses;
       for (const Point& point : run.points) poses.push_back({point.tip_P, point.axis_P});

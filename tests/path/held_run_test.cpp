@@ -131,8 +131,8 @@ TEST_P(HeldRunOn, GivesTheSameHoweverManyComeAtATime) {
   for (int i = 0; i < 6; ++i) {
     const auto path = wandering(random, 3000, i % 2 == 0 ? 0.1 : 0.4);
     const auto one_by_one = held_in_steps(machine, path, 1);
-    for (const bool only_two : {false, true}) {
-      const test::OnlyTwoLanes lanes(only_two);
+    for (const lanes::Way way : test::kEveryWay) {
+      const test::Calculating lanes(way);
       const auto many = held_in_steps(machine, path, path.size());
       ASSERT_EQ(many.size(), one_by_one.size());
       for (std::size_t k = 0; k < path.size(); ++k) {

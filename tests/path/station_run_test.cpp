@@ -11,9 +11,9 @@ namespace trunnion::path {
 namespace {
 
 // A few at a time: the stations and the bows of one at a time.
-class StationRuns : public testing::TestWithParam<bool> {
+class StationRuns : public testing::TestWithParam<lanes::Way> {
  protected:
-  const test::OnlyTwoLanes lanes_{GetParam()};
+  const test::Calculating lanes_{GetParam()};
 };
 
 TEST_P(StationRuns, GiveWhatOnePositionAtATimeGives) {
@@ -80,7 +80,7 @@ TEST_P(StationRuns, GiveWhatOnePositionAtATimeGives) {
   EXPECT_GT(nearer_arc, 20U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Path, StationRuns, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(Path, StationRuns, testing::ValuesIn(test::kEveryWay));
 
 }  // namespace
 }  // namespace trunnion::path

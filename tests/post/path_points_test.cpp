@@ -80,21 +80,28 @@ void expect_same(const PathPoints& points, const std::vector<Target>& all) {
 }
 
 TEST(PathPoints, StandInColumnsAsAlone) {
-  for (const bool two : {false, true}) {
-    const test::OnlyTwoLanes lanes(two);
+  for (const lanes::Way way : test::kEveryWay) {
+    const test::Calculating lanes(way);
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       RandomMotions random(seed);
+      FollowLimits limits;
+      limits.has_cone = true;
+      limits.cone_cosine = 0.99;
       PathPoints points;
       std::vector<Target> all;
       for (int piece = 0; piece < 60; ++piece) {
+        std::vector<cl::Motion> motions;
+        std::vector<ExpectedMotion> expected;
+        motions.reserve(70);
         for (std::size_t left = random.up_to(70); left > 0; --left) {
           const auto line = static_cast<std::uint32_t>(all.size());
-          const bool in_cone = random.up_to(60) == 0;
-          const cl::Motion& motion = random.next();
-          points.add({motion.tip_P, motion.axis_P, motion.feed, motion.rapid, motion.step}, line, in_cone,
-                     0.0);
+          const cl::Motion& motion = motions.emplace_back(random.next());
+          expected.push_back(
+              {motion.tip_P, motion.axis_P, motion.feed, motion.rapid, motion.step, SourceRef{line}});
+          const bool in_cone = std::abs(motion.axis_P.z()) >= limits.cone_cosine;
           all.push_back(target_of(motion, line, in_cone, all.empty() ? nullptr : &all.back()));
         }
+        points.add(expected, limits, 0.0);
         points.settle();
         if (points.empty()) continue;
         if (random.up_to(3) == 0) points.forget(random.up_to(points.size() - 1));

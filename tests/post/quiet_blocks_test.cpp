@@ -155,33 +155,35 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
     ASSERT_TRUE(p.report) << p.report.error().text();
     const std::string nc = i % 4 < 2 ? p.nc : test::with_changed_word(p.nc, random, kQuietTolerance_mm);
     for (const ModelEvaluator* errors : {static_cast<const ModelEvaluator*>(nullptr), &truth}) {
-      const auto verify_with = [&](bool only_two) {
+      const auto verify_with = [&](lanes::Way way) {
         Diagnostics d;
         VerifyOptions v;
         v.tolerance_mm = kQuietTolerance_mm;
         v.truth = errors;
         v.tools = options.tools;
-        const test::OnlyTwoLanes lanes(only_two);
+        const test::Calculating lanes(way);
         auto report = verify({std::make_unique<test::TextOf>(cl), "part.cls"},
                              {std::make_unique<test::TextOf>(nc), "part.nc"},
                              {machine, test::shipped_controller("linuxcnc"), v}, d);
         if (!report) throw std::runtime_error(report.error().text());
         return *report;
       };
-      const VerifyReport four = verify_with(false);
-      const VerifyReport two = verify_with(true);
-      EXPECT_EQ(two.certified_tip_deviation_mm, four.certified_tip_deviation_mm);
-      EXPECT_EQ(two.max_tip_deviation_mm, four.max_tip_deviation_mm);
-      EXPECT_EQ(two.max_point_deviation_mm, four.max_point_deviation_mm);
-      EXPECT_EQ(two.max_axis_deviation, four.max_axis_deviation);
-      EXPECT_EQ(two.certified_flute_deviation_mm, four.certified_flute_deviation_mm);
-      EXPECT_EQ(two.max_speed_ratio, four.max_speed_ratio);
-      EXPECT_EQ(two.duration_s, four.duration_s);
-      EXPECT_EQ(two.points_missed, four.points_missed);
-      ASSERT_EQ(two.worst.size(), four.worst.size());
-      for (std::size_t k = 0; k < two.worst.size(); ++k) {
-        EXPECT_EQ(two.worst[k].tip_mm, four.worst[k].tip_mm);
-        EXPECT_EQ(two.worst[k].nc_line, four.worst[k].nc_line);
+      const VerifyReport two = verify_with(lanes::Way::two);
+      for (const lanes::Way way : {lanes::Way::four, lanes::Way::four_in_32}) {
+        const VerifyReport four = verify_with(way);
+        EXPECT_EQ(two.certified_tip_deviation_mm, four.certified_tip_deviation_mm);
+        EXPECT_EQ(two.max_tip_deviation_mm, four.max_tip_deviation_mm);
+        EXPECT_EQ(two.max_point_deviation_mm, four.max_point_deviation_mm);
+        EXPECT_EQ(two.max_axis_deviation, four.max_axis_deviation);
+        EXPECT_EQ(two.certified_flute_deviation_mm, four.certified_flute_deviation_mm);
+        EXPECT_EQ(two.max_speed_ratio, four.max_speed_ratio);
+        EXPECT_EQ(two.duration_s, four.duration_s);
+        EXPECT_EQ(two.points_missed, four.points_missed);
+        ASSERT_EQ(two.worst.size(), four.worst.size());
+        for (std::size_t k = 0; k < two.worst.size(); ++k) {
+          EXPECT_EQ(two.worst[k].tip_mm, four.worst[k].tip_mm);
+          EXPECT_EQ(two.worst[k].nc_line, four.worst[k].nc_line);
+        }
       }
     }
   }

@@ -26,32 +26,58 @@ using QuadMask = std::int64_t __attribute__((vector_size(32)));
 /// value, and calls nothing that cannot be put in its place.
 #if defined(__x86_64__) && defined(__OPTIMIZE__)
 #define TRUNNION_FOUR __attribute__((target("avx2"), flatten))
+#define TRUNNION_FOUR_IN_32 __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw"), flatten))
 #else
 #define TRUNNION_FOUR
+#define TRUNNION_FOUR_IN_32
 #endif
 
 namespace lanes {
 
-/// The processor calculates with four doubles at a time (AVX2), unless it was told not to.
-bool four_at_a_time();
-/// For tests that hold both ways to the same. What exists already goes on as it began.
-void calculate_two_at_a_time(bool only_two);
+/// How a processor may calculate: four at a time in 16 registers (AVX2) or in 32 (AVX-512VL), which fewer
+/// numbers have to leave for memory.
+enum class Way : std::uint8_t { two, four, four_in_32 };
+
+/// The last way that this processor knows, and that it was not told to leave.
+Way way();
+/// For tests that hold all ways to the same: none beyond this one. What exists already goes on as it began.
+void calculate(Way most);
+/// So many at a time.
+inline std::size_t count_of(Way way) {
+  return way == Way::two ? 2 : 4;
+}
+inline bool four_at_a_time() {
+  return way() != Way::two;
+}
 
 template <class F>
 [[gnu::flatten]] void with_two(const F& f) {
   f.template operator()<Lanes>();
 }
 template <class F>
-TRUNNION_FOUR void with_four(const F& f) {
+TRUNNION_FOUR void with_four_in_16(const F& f) {
   f.template operator()<Quads>();
 }
-/// f<T>(), T for four at a time, as four_at_a_time said it, or for two.
 template <class F>
-void at_a_time(bool four, const F& f) {
-  if (four) {
-    with_four(f);
+TRUNNION_FOUR_IN_32 void with_four_in_32(const F& f) {
+  f.template operator()<Quads>();
+}
+/// f<T>(), T for four at a time.
+template <class F>
+void with_four(Way way, const F& f) {
+  if (way == Way::four_in_32) {
+    with_four_in_32(f);
   } else {
+    with_four_in_16(f);
+  }
+}
+/// f<T>(), T for as many as `way` says.
+template <class F>
+void at_a_time(Way way, const F& f) {
+  if (way == Way::two) {
     with_two(f);
+  } else {
+    with_four(way, f);
   }
 }
 

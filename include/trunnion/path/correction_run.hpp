@@ -103,7 +103,7 @@ class CorrectionRun {
   Rounding rounding_;
   bool side_by_side_;            // else one by one
   bool looks_up_;                // the errors are those of tables, side by side
-  bool four_;                    // two pairs at a time
+  lanes::Way way_;               // two pairs at a time
   double word_radius_mm_ = 0.0;  // by which rounding of the linear words moves the tip at most
   double limit_mm_ = 0.0;        // for bow and errors of a block
   std::unique_ptr<Work> work_;

@@ -91,7 +91,7 @@ class ErrorCourse {
   std::vector<Joint> part_chain_;  // from the bed outwards
   std::optional<TwistRange> range_;
   bool knows_change_ = false;  // of the linear axes
-  bool four_ = lanes::four_at_a_time();
+  lanes::Way way_ = lanes::way();
   double constant_mm_ = 0.0;  // the tip is no farther from any link than this and the positions' sum
 };
 

@@ -75,7 +75,7 @@ class EvenRun {
   void divide(const Few& few, std::size_t pieces, std::array<Point*, kMost> out, Division& division) const;
   void divide_all(std::size_t pieces, std::vector<Point>& out);
 
-  std::size_t together_;
+  lanes::Way way_;
   std::size_t most_pieces_;
   bool exact_;            // predictor; else what it predicts is the bow in the middle
   bool prediction_asks_;  // for points, whatever is proved

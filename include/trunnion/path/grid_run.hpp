@@ -34,8 +34,9 @@ class GridRun {
     known_ = known;
     begin(before, chosen.size(), tolerance);
     Few few;
-    for (std::size_t i = 0; i < chosen.size(); i += together_) {
-      for (std::size_t k = 0; k < together_; ++k) {
+    const std::size_t together = lanes::count_of(way_);
+    for (std::size_t i = 0; i < chosen.size(); i += together) {
+      for (std::size_t k = 0; k < together; ++k) {
         const std::size_t j =
             std::min(i + k, chosen.size() - 1);  // the last one stands for what is not there
         few[k] = {&pose_at(j), &chosen[j], &out[j]};
@@ -84,7 +85,7 @@ class GridRun {
   TableKinematics kinematics_;
   std::array<AxisId, 2> rotary_;
   std::array<AxisId, 3> linear_;
-  std::size_t together_;
+  lanes::Way way_;
   Tolerance tolerance_;
   Known known_;
   bool may_count_ = false;  // one of the last few

@@ -48,7 +48,7 @@ class StationRun {
 
   explicit StationRun(const TableKinematics& kinematics)
       : kinematics_(kinematics),
-        four_(lanes::four_at_a_time()),
+        way_(lanes::way()),
         spindle_arm2_(kinematics.direction(0).cross(kinematics.spindle()).squaredNorm()) {}
 
   void resize(std::size_t count);
@@ -90,7 +90,7 @@ class StationRun {
   StationOf<T> half_way(std::size_t row, const ConstantsOf<T>& chain) const;
 
   TableKinematics kinematics_;
-  bool four_;
+  lanes::Way way_;
   std::size_t count_ = 0;
   double spindle_arm2_;  // of the spindle direction from the outer axis
   std::array<Column, kMaxAxes> q_;

@@ -61,7 +61,7 @@ void StationRun::evaluate() {
   for (Column& column : q_) {
     for (std::size_t row = count_; row < column.size(); ++row) column[row] = column[count_ - 1];
   }
-  lanes::at_a_time(four_, [&]<class T>() { evaluate_few<T>(); });
+  lanes::at_a_time(way_, [&]<class T>() { evaluate_few<T>(); });
 }
 
 template <class T>

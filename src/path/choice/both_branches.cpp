@@ -208,7 +208,7 @@ std::size_t follow_both(ChoiceInWork& work, std::span<const ChoicePoint> points,
   std::size_t i = first;
   while (i < end && goes_straight_on(work.steps, *work.block, i - work.block_from, both)) {
     std::size_t row = i + 1 - work.block_from;
-    lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
+    lanes::at_a_time(lanes::way(), [&]<class T>() {
       row = go_straight_on<T>(work.steps, *work.block, row, end - work.block_from, both);
     });
     i = work.block_from + row;

@@ -81,7 +81,7 @@ void PoseSolver::put(std::size_t row, const RotarySolver::Turned<T>& turned, uns
 
 void PoseSolver::look_ahead(std::span<const ChoicePoint> points, SolvedBlock& out,
                             const Wanted* wanted) const {
-  lanes::at_a_time(four_, [&]<class T>() { look_at<T>(points, wanted, out); });
+  lanes::at_a_time(way_, [&]<class T>() { look_at<T>(points, wanted, out); });
 }
 
 const SolvedPose& PoseSolver::ahead(const SolvedBlock& block, std::size_t i) {

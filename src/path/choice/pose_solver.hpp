@@ -39,7 +39,7 @@ class PoseSolver {
  public:
   /// `kinematics` must outlive this.
   PoseSolver(const Machine& machine, const TableKinematics& kinematics, const InverseOptions& inverse)
-      : kinematics_(kinematics), inverse_(inverse), solver_(machine), four_(lanes::four_at_a_time()) {}
+      : kinematics_(kinematics), inverse_(inverse), solver_(machine), way_(lanes::way()) {}
 
   /// C at the pole follows `seed_inner`.
   void solve(const ToolPose& pose, double seed_inner, SolvedPose& out) const;
@@ -65,7 +65,7 @@ class PoseSolver {
   const TableKinematics& kinematics_;
   InverseOptions inverse_;
   RotarySolver solver_;
-  bool four_;
+  lanes::Way way_;
   SolvedPose ahead_;
 };
 

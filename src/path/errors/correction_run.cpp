@@ -84,7 +84,7 @@ CorrectionRun::CorrectionRun(const Compensator& compensator, const TableKinemati
       rounding_(rounding),
       side_by_side_(!compensator.options().orientation && kinematics.side_by_side()),
       looks_up_(side_by_side_ && compensator.evaluator().only_courses()),
-      four_(lanes::four_at_a_time()),
+      way_(lanes::way()),
       work_(std::make_unique<Work>(kinematics, rounding, compensator.evaluator())) {
   for (std::size_t k = 0; k < 3; ++k)
     word_radius_mm_ = std::hypot(word_radius_mm_, 0.5 * rounding_.quantum[kinematics_.linear(k)]);
@@ -126,9 +126,10 @@ void CorrectionRun::correct(std::span<const NominalPlace> places, double toleran
 void CorrectionRun::add(const Firsts& first, const Few& few) {
   Work& work = *work_;
   const bool both = first[1] < keeps_.size();
-  if (four_ && both)
-    return lanes::with_four([&]<class T>() { add_few<T>(first.data(), few.data(), work.four); });
-  if (four_) {
+  const bool four = way_ != lanes::Way::two;
+  if (four && both)
+    return lanes::with_four(way_, [&]<class T>() { add_few<T>(first.data(), few.data(), work.four); });
+  if (four) {
     // The pair that is left over goes on from the others.
     const auto before = [](const Quads& v) { return pair_of(v, 0); };
     const lanes::Triple<Quads>& aim = work.four.aim_P;
@@ -486,7 +487,7 @@ void CorrectionRun::bound(std::span<const NominalPlace> places) {
   take(work_->four);
   for (const Of<Lanes>& half : work_->two) take(half);
   for (std::size_t i = 0; i < count; ++i) work_->beside_mm[i] = places[i].beside_mm;
-  lanes::at_a_time(four_, [&]<class T>() { bend<T>(); });
+  lanes::at_a_time(way_, [&]<class T>() { bend<T>(); });
   for (std::size_t i = 1; i < count; ++i) {
     if (places[i].off_mm != NominalPlace::kUnknown)
       bow_mm_[i] = places[i].off_mm + carried_mm(places, i) + turned_mm(places, i);
@@ -495,7 +496,7 @@ void CorrectionRun::bound(std::span<const NominalPlace> places) {
   for (std::size_t begin = 1; begin < count; begin += kTogether) {
     const std::size_t end = std::min(begin + kTogether, count);
     Box box;
-    lanes::at_a_time(four_, [&]<class T>() { measure<T>(begin, end, box); });
+    lanes::at_a_time(way_, [&]<class T>() { measure<T>(begin, end, box); });
     decide(begin, end, box);
   }
 }

@@ -207,7 +207,7 @@ std::optional<ErrorCourse::Bend> ErrorCourse::at_most(const JointVector& q0, con
 
 bool ErrorCourse::at_most(const Columns& q, std::size_t motions, double* tip_mm, double* axis_rad) const {
   bool known = true;
-  lanes::at_a_time(four_, [&]<class T>() {
+  lanes::at_a_time(way_, [&]<class T>() {
     std::array<T, kMaxAxes> from;
     std::array<T, kMaxAxes> to;
     for (std::size_t row = 0; row < motions && known; row += lanes::kCount<T>) {

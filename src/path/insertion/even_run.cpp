@@ -137,7 +137,7 @@ struct Load {
 
 EvenRun::EvenRun(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
                  const NonlinearOptions& options)
-    : together_(lanes::four_at_a_time() ? lanes::kCount<Quads> : lanes::kCount<Lanes>),
+    : way_(lanes::way()),
       most_pieces_(std::min(kMostPieces, options.max_inserted + 1)),
       exact_(options.predictor.kind == Predictor::Kind::exact),
       prediction_asks_(options.method == Method::reinsert),
@@ -161,13 +161,14 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
   midpoint_mm_.resize(segments_.size());
   predicted_mm_.resize(segments_.size());
   off_mm_.resize(segments_.size());
-  for (std::size_t i = 0; i < segments_.size(); i += together_) {
+  const std::size_t together = lanes::count_of(way_);
+  for (std::size_t i = 0; i < segments_.size(); i += together) {
     Few few;
-    for (std::size_t k = 0; k < together_; ++k)
+    for (std::size_t k = 0; k < together; ++k)
       few[k] = &segments_[std::min(i + k, segments_.size() - 1)];  // the last stands for what is not there
     Count counted;
-    lanes::at_a_time(together_ == kMost, [&]<class T>() { count<T>(few, counted); });
-    for (std::size_t k = 0; k < together_ && i + k < segments_.size(); ++k) {
+    lanes::at_a_time(way_, [&]<class T>() { count<T>(few, counted); });
+    for (std::size_t k = 0; k < together && i + k < segments_.size(); ++k) {
       midpoint_mm_[i + k] = counted.midpoint_mm[k];
       predicted_mm_[i + k] = exact_ ? 0.0 : counted.bow_mm[k];
       off_mm_[i + k] = counted.off_mm[k];
@@ -191,17 +192,18 @@ void EvenRun::divide_all(std::size_t pieces, std::vector<Point>& out) {
   const std::size_t nodes = pieces - 1;
   const std::size_t first = out.size();
   out.resize(first + segments.size() * nodes);
-  for (std::size_t i = 0; i < segments.size(); i += together_) {
+  const std::size_t together = lanes::count_of(way_);
+  for (std::size_t i = 0; i < segments.size(); i += together) {
     Few few;
     std::array<Point*, kMost> points;
-    for (std::size_t k = 0; k < together_; ++k) {
+    for (std::size_t k = 0; k < together; ++k) {
       const std::size_t j = std::min(i + k, segments.size() - 1);
       few[k] = &segments_[segments[j]];
       points[k] = out.data() + first + j * nodes;
     }
     Division division;
-    lanes::at_a_time(together_ == kMost, [&]<class T>() { divide<T>(few, pieces, points, division); });
-    for (std::size_t k = 0; k < together_ && i + k < segments.size(); ++k) {
+    lanes::at_a_time(way_, [&]<class T>() { divide<T>(few, pieces, points, division); });
+    for (std::size_t k = 0; k < together && i + k < segments.size(); ++k) {
       if (division.keeps[k] == 0) continue;
       const std::uint32_t segment = segments[i + k];
       settled_.push_back({few[k]->number, static_cast<std::uint32_t>(first + (i + k) * nodes),

@@ -62,7 +62,7 @@ GridRun::GridRun(const TableKinematics& kinematics, const Rounding& rounding)
     : kinematics_(kinematics),
       rotary_{kinematics.rotary(0), kinematics.rotary(1)},
       linear_{kinematics.linear(0), kinematics.linear(1), kinematics.linear(2)},
-      together_(lanes::four_at_a_time() ? lanes::kCount<Quads> : lanes::kCount<Lanes>),
+      way_(lanes::way()),
       work_(std::make_unique<Work>(kinematics, rounding)) {}
 GridRun::~GridRun() = default;
 GridRun::GridRun(GridRun&&) noexcept = default;
@@ -79,7 +79,7 @@ void GridRun::begin(const Point* before, std::size_t count, const Tolerance& tol
     return;
   }
   // Only the last of the few that came before is asked for.
-  lanes::at_a_time(together_ == kMost, [&]<class T>() { set_out<T>(*before); });
+  lanes::at_a_time(way_, [&]<class T>() { set_out<T>(*before); });
 }
 
 template <class T>
@@ -97,8 +97,8 @@ void GridRun::set_out(const Point& before) {
 }
 
 void GridRun::add(std::size_t i, const Few& few) {
-  lanes::at_a_time(together_ == kMost, [&]<class T>() { add_few<T>(i, few); });
-  if (may_count_) lanes::at_a_time(together_ == kMost, [&]<class T>() { look_closer<T>(i); });
+  lanes::at_a_time(way_, [&]<class T>() { add_few<T>(i, few); });
+  if (may_count_) lanes::at_a_time(way_, [&]<class T>() { look_closer<T>(i); });
 }
 
 template <class T>

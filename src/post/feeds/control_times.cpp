@@ -39,7 +39,7 @@ double ControlTimes::seconds(const Way& way, nc::FeedMode mode, std::int64_t fee
 
 void ControlTimes::of_blocks(const Blocks& blocks, std::span<double> seconds,
                              std::span<double> slowest_s) const {
-  lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() { of_few<T>(blocks, seconds, slowest_s); });
+  lanes::at_a_time(lanes::way(), [&]<class T>() { of_few<T>(blocks, seconds, slowest_s); });
 }
 
 template <class T>

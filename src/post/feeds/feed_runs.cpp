@@ -196,7 +196,7 @@ std::size_t FeedPlanner::plan_run(std::span<const Stop> stops, double feed_mm_s,
   if (stops.size() < 2) return 0;
   stops = stops.first(std::min(stops.size(), RunFeeds::kMost + 1));
   std::size_t planned = 0;
-  lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
+  lanes::at_a_time(lanes::way(), [&]<class T>() {
     planned = inverse_ ? plan_blocks<nc::FeedMode::inverse_time, T>(stops, feed_mm_s, out)
                        : plan_blocks<nc::FeedMode::per_minute, T>(stops, feed_mm_s, out);
   });

@@ -83,7 +83,7 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
   if (!course_) return nullptr;
   const std::size_t count = run.count();
   with_errors.resize(count + path::StationRun::kMoreRows);
-  lanes::at_a_time(four_, [&]<class T>() { place_with_errors<T>(run, with_errors); });
+  lanes::at_a_time(way_, [&]<class T>() { place_with_errors<T>(run, with_errors); });
   const path::PoseRun& nominal = run.poses();
   with_errors.sag_mm = nominal.sag_mm;
   with_errors.tells_axis_course = nominal.tells_axis_course;
@@ -92,7 +92,7 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = run.of_axis(id).data();
   const std::size_t motions = count - 1;
   if (!course_->at_most(q, motions, with_errors.rest_mm.data(), with_errors.bow_axis.data())) return nullptr;
-  lanes::at_a_time(four_, [&]<class T>() {
+  lanes::at_a_time(way_, [&]<class T>() {
     for (std::size_t row = 0; row < motions; row += lanes::kCount<T>) add_bends<T>(nominal, row, with_errors);
   });
   return &with_errors;

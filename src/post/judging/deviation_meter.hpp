@@ -282,7 +282,7 @@ class DeviationMeter {
   const OffsetTracker* offsets_;
   bool asked_;
   bool certify_;  // on the nominal machine
-  bool four_ = lanes::four_at_a_time();
+  lanes::Way way_ = lanes::way();
   bool fixed_ = false;         // what the machine does at a position never changes
   bool knows_motion_ = false;  // there are effects of the sense of motion
   double tolerance_mm_;

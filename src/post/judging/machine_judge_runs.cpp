@@ -182,7 +182,7 @@ struct MachineJudge::RowsAtHand {
   /// The first `count` of them, as many as are looked at together at least.
   bool all_keep(const ProgramJudge::SurePace& pace, std::size_t count) const {
     bool keep = false;
-    lanes::at_a_time(lanes::four_at_a_time(), [&]<class T>() {
+    lanes::at_a_time(lanes::way(), [&]<class T>() {
       if (count < lanes::kCount<T>) return;
       const RunEnds& ends = at_hand.ends;
       lanes::Mask<T> all = ~lanes::Mask<T>{};

@@ -23,8 +23,7 @@ void PathPoints::each_column(const F& f) {
 void PathPoints::add(std::span<const ExpectedMotion> motions, const FollowLimits& limits, double flute_mm) {
   if (motions.empty()) return;
   longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
-  while (kPage * pages_.size() < first_ + size_ + motions.size())
-    pages_.push_back(std::make_unique<Page>());
+  while (kPage * pages_.size() < first_ + size_ + motions.size()) pages_.push_back(std::make_unique<Page>());
   for (const ExpectedMotion& motion : motions) {
     if (motion.rapid) end_cut();
     Target& target = at(size_++);
@@ -54,7 +53,7 @@ void PathPoints::settle() {
       special[rows_] = 1.0;
     }
   }
-  lanes::at_a_time(four_, [this]<class T>() { settle_all<T>(); });
+  lanes::at_a_time(way_, [this]<class T>() { settle_all<T>(); });
 }
 
 template <class T>

@@ -69,7 +69,7 @@ class PathPoints {
   std::size_t size_ = 0;
   std::size_t rows_ = 0;
   std::size_t gone_ = 0;
-  bool four_ = lanes::four_at_a_time();
+  lanes::Way way_ = lanes::way();
   double longest_flute_mm_ = 0.0;
 };
 

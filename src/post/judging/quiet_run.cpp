@@ -215,7 +215,7 @@ QuietRun::Found QuietRun::advance(const PathPoints& points, const path::PoseRun&
   points_ = &points;
   Found found;
   found.point_off_mm = most_off_mm;
-  lanes::at_a_time(four_, [&]<class T>() {
+  lanes::at_a_time(way_, [&]<class T>() {
     std::size_t taken = lanes::kCount<T>;
     while (taken == lanes::kCount<T> && row < end && knows(points, at)) {
       taken = std::min(taken, end - row);  // at most

@@ -21,7 +21,7 @@ struct OffBeside;
 class QuietRun {
  public:
   QuietRun() : QuietRun(FollowLimits{}) {}
-  explicit QuietRun(const FollowLimits& limits) : limits_(limits), four_(lanes::four_at_a_time()) {}
+  explicit QuietRun(const FollowLimits& limits) : limits_(limits), way_(lanes::way()) {}
 
   /// Enough of the path for a block that begins there.
   static bool knows(const PathPoints& points, const Place& at) { return at.segment + 4 <= points.size(); }
@@ -59,7 +59,7 @@ class QuietRun {
                    Found& found, std::size_t& taken) const;
 
   FollowLimits limits_;
-  bool four_;
+  lanes::Way way_;
   const PathPoints* points_ = nullptr;  // at hand
 };
 

@@ -8,11 +8,11 @@ namespace trunnion::post {
 
 void RunEnds::evaluate(const nc::MotionRun& run, const JointVector& from, const WordsInForce& words,
                        const ControlTimes& times, const TravelSeen& travel) {
-  const bool four = lanes::four_at_a_time();
+  const lanes::Way way = lanes::way();
   const AxisWordsOf& axis_words = words.axis_words();
   stations.resize(run.count + 1);
   for (AxisId id = 0; id < kMaxAxes; ++id) stations.of_axis(id)[0] = from[id];
-  lanes::at_a_time(four, [&]<class T>() { put_words<T>(run, from, words); });
+  lanes::at_a_time(way, [&]<class T>() { put_words<T>(run, from, words); });
   within_limits = true;
   for (AxisId id = 0; id < axis_words.count; ++id)
     within_limits = within_limits && travel.holds(id, smallest_q[id], largest_q[id]);
@@ -23,7 +23,7 @@ void RunEnds::evaluate(const nc::MotionRun& run, const JointVector& from, const 
   slowest_s.resize(run.count + lanes::kCount<Quads>);
   way_mm.resize(run.count + lanes::kCount<Quads>);
   times.of_blocks({q, run.feed_mode, std::span(run.feed).first(run.count)}, seconds, slowest_s);
-  lanes::at_a_time(four, [&]<class T>() {
+  lanes::at_a_time(way, [&]<class T>() {
     find_ways<T>(run.count);
     find_speed<T>(run.count);
   });
