@@ -51,7 +51,7 @@ class FeedAhead {
   std::optional<MotionPlan> plan_;
   AxisRates rates_;
   Asked asked_;
-  bool turns_behind_ = false;  // the tool leaves the part behind the last motion
+  bool turns_behind_ = false;     // the tool leaves the part behind the last motion
   std::array<Held, kHeld> held_;  // the first one has waited for the longest time
   std::vector<double*> paces_;    // of the blocks of the chunk that comes
   std::vector<BlockRun> runs_;

@@ -770,8 +770,8 @@ VerifyReport MachineJudge::finish(const WordFigures& words, std::uint32_t nc_lin
   if (as_run_.feeds) as_run_.feeds->finish();
   for (std::size_t i = progress_.started ? path_.next() : 0; i < points().size(); ++i) {
     const Target& target = points()[i];
-    const Angle allowed =
-        options().axis_tolerance + (path_.limits().in_cone(target.axis_P) ? options().pole.tolerance : Angle{});
+    const Angle allowed = options().axis_tolerance +
+                          (path_.limits().in_cone(target.axis_P) ? options().pole.tolerance : Angle{});
     const double d = progress_.started ? (ends_.previous->tip_P - target.tip_P).norm()
                                        : std::numeric_limits<double>::infinity();
     if (d <= options().tolerance_mm && angle_between(ends_.previous->axis_P, target.axis_P) <= allowed) {
