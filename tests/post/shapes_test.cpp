@@ -213,6 +213,33 @@ TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
   }
 }
 
+// One F is that of a whole arc: where an axis is too slow for the feed it is slow where that axis stands,
+// too.
+TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
+  std::mt19937_64 random(20261128);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  std::size_t slow = 0;
+  for (const std::string& name : test::shipped_machines()) {
+    for (int i = 0; i < test::cases(10); ++i) {
+      Machine machine = test::shipped_machine(name);
+      for (Axis& axis : machine.axes) {
+        if (axis.kind != AxisKind::linear) continue;
+        axis.max_feed = 1.0 + 7.0 * u(random);
+        if (i % 2 == 0) axis.acceleration = 100.0 + 900.0 * u(random);
+      }
+      const std::string control = i % 3 == 0 ? "heidenhain_tnc640" : i % 3 == 1 ? "linuxcnc" : "fanuc_30i";
+      SCOPED_TRACE(name + " " + control + " " + std::to_string(i));
+      const Part part =
+          random_part(static_cast<unsigned>(random() % 100000), kShapeKinds[random() % 5].words, 12.0, 3.0);
+      const auto p = test::posted(part.cl, machine, native(), control);
+      ASSERT_TRUE(p.report) << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification) << part.cl << p.nc;
+      slow += p.report->feed_time_lost_s > 1.0 ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(slow, 0U);
+}
+
 bool passes(const std::string& text, const std::string& cl, const Machine& machine, const nc::Controller& c) {
   VerifyOptions options;
   Diagnostics d;

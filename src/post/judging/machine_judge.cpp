@@ -285,6 +285,9 @@ Pace MachineJudge::pace_of(const Vertex& from, const Vertex& v, double seconds, 
   Pace out{(v.station.tip_P - from.station.tip_P).norm(), 0.0, seconds, slowest_s, v.feed_mode, v.feed};
   for (AxisId id = 0; id < axis_words().count; ++id)
     out.turn_rad = std::max(out.turn_rad, axis_words().of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
+  // One F must do for all directions of an arc or a cycle: it may be that of the slowest linear axis.
+  if (v.off_chord_mm > 0.0F || v.in_cycle)
+    out.slowest_s = std::max(out.slowest_s, out.way_mm / axes_.times.axes().linear_rate_mm_s());
   return out;
 }
 
