@@ -7,6 +7,7 @@
 #include "trunnion/post/plane_frame.hpp"
 
 #include "post/posting.hpp"
+#include "support/cases.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -151,6 +152,38 @@ TEST(TiltedPlane, MachineStandsWhereItStandsWithoutThePlane) {
 }
 
 // A wrong angle of the plane, or a wrong convention of the control's angles, does not pass.
+// Where the plane is left the words have the grid of the joints again: F counts from there.
+TEST(TiltedPlane, AxesKeepTheirSpeedsBehindIt) {
+  std::mt19937_64 random(20261128);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  for (int i = 0; i < test::cases(60); ++i) {
+    const double tilt = 0.15 + 0.1 * u(random);
+    const double turn = 3.0 * u(random);
+    const auto go = [&](double more, const Vec3& tip) {
+      std::string out = "GOTO/";
+      for (const double x : {tip.x(), tip.y(), tip.z()}) out += fixed_text(x, 4) + ",";
+      return out + fixed_text(std::sin(tilt) * std::cos(turn + more), 9) + "," +
+             fixed_text(std::sin(tilt) * std::sin(turn + more), 9) + "," + fixed_text(std::cos(tilt), 9) +
+             "\n";
+    };
+    const Vec3 at(20.0 * u(random), 20.0 * u(random), 20.0);
+    std::string cl = "FEDRAT/MMPM,20000\nRAPID\n" + go(0.0, at + Vec3(0, 0, 20)) + go(0.0, at) +
+                     go(0.0, at + Vec3(3, 2, 0)) + "RAPID\n" + go(0.0, at + Vec3(0, 0, 20)) + "RAPID\n" +
+                     go(0.1, at + Vec3(1, 1, 20));
+    for (int k = 2; k < 8; ++k) cl += go(0.1 * k, at + Vec3(k, u(random), 20));
+    PostOptions options;
+    options.tilted_plane = true;
+    const std::string control = i % 3 == 0   ? "heidenhain_tnc640"
+                                : i % 3 == 1 ? "siemens_840d_sl"
+                                             : "fanuc_30i";
+    const auto p = posted(cl + "FINI\n", test::shipped_machine("trunnion_offset"), options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_GT(p.report->feed_time_lost_s, 0.0);
+    EXPECT_EQ(p.report->verification->too_fast_count, 0U) << p.nc;
+    EXPECT_TRUE(p.report->verification->passed()) << cl << p.nc;
+  }
+}
+
 TEST(TiltedPlane, AWrongAngleFailsTheVerification) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const std::string cl = pockets({{35, 110}});

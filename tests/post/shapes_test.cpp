@@ -240,6 +240,29 @@ TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
   EXPECT_GT(slow, 0U);
 }
 
+// Points of inches to four decimals: the tops of holes in a tilted face differ by a micrometre, and so do the
+// heights to which a cycle clears them.
+TEST(Shapes, HolesOfATiltedFaceMayBeAMicrometreApart) {
+  std::mt19937_64 random(20261129);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  for (int i = 0; i < test::cases(200); ++i) {
+    const std::string name = i % 2 == 0 ? "trunnion_offset" : "xyzac_trt";
+    const std::string control = i % 3 == 0 ? "linuxcnc" : i % 3 == 1 ? "haas_ngc" : "siemens_840d_sl";
+    const Vec3 axis = rounded(Vec3(0.5 * u(random), 0.5 * u(random), 1.0).normalized(), 1e-9);
+    const Vec3 along = axis.cross(Vec3(u(random), 1.0, u(random))).normalized();
+    const auto hole = [&](double mm) {
+      const Vec3 at = (Vec3(20.0, 10.0, 5.0) + mm * along) / 25.4;
+      return "GOTO/" + numbers(at, 4) + "," + numbers(axis, 9) + "\n";
+    };
+    const std::string cl = "UNITS/INCHES\nRAPID\n" + hole(0.0) + "CYCLE/DRILL,0.315,IPM,7.874,0.079\n" +
+                           hole(0.0) + hole(5.0 + u(random)) + hole(10.0 + u(random)) + "CYCLE/OFF\nRAPID\n" +
+                           hole(0.0) + "\nFINI\n";
+    const auto p = test::posted(cl, test::shipped_machine(name), native(), control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification) << cl << p.nc;
+  }
+}
+
 bool passes(const std::string& text, const std::string& cl, const Machine& machine, const nc::Controller& c) {
   VerifyOptions options;
   Diagnostics d;

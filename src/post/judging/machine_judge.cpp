@@ -438,6 +438,10 @@ void MachineJudge::judge_rapid(const Vertex& v) {
   const Target* target = path_.target();
   const bool is_outside = progress_.away || v.from_unknown;
   if (v.up || turns_in_place(v)) return;
+  // Holes whose clearances are so little apart are one height to the CL file, and two to a cycle's words.
+  constexpr double kSameHeight_mm = 1e-3;
+  const double way_mm = (v.station.tip_P - ends_.previous->station.tip_P).norm();
+  if (v.in_cycle && way_mm <= kSameHeight_mm + words_rounding_mm()) return;
   // Held to its line.
   if (target != nullptr && target->rapid && !is_outside) return;
   const double near_mm = path_.hit_tolerance_mm();

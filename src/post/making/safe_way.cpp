@@ -92,6 +92,8 @@ Result<void> SafeWay::leave_part(SourceRef where) {
 }
 
 Result<void> SafeWay::approach(const path::Point& to, const Pending& motion) {
+  // Words of a plane have another grid: it is left before the place is rounded.
+  if (auto r = retract(motion.point.where); !r) return r;
   const auto first = places_.of(to, 0.0);
   if (!first) return tl::unexpected(first.error());
   if (auto r = turn(*first, motion.point.where); !r) return r;
