@@ -263,6 +263,26 @@ TEST(Shapes, HolesOfATiltedFaceMayBeAMicrometreApart) {
   }
 }
 
+// The step is as deep as the hole, or deeper: one stroke, whatever the control counts from.
+TEST(Shapes, OneStepIsADrilledHole) {
+  for (const std::string control :
+       {"linuxcnc", "haas_ngc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640"}) {
+    for (const char* words : {"DEEP,STEP,4", "BRKCHP,STEP,2.5", "DEEP,STEP,9"}) {
+      const Machine machine = test::shipped_machine("trunnion_offset");
+      const Part part = random_part(7, words, 2.5, 3.0);
+      const auto p = test::posted(part.cl, machine, native(), control);
+      SCOPED_TRACE(control + " " + words);
+      ASSERT_TRUE(p.report) << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification) << p.nc;
+      expect_the_shapes(p.nc, part, machine, control);
+      for (const nc::Block& block :
+           test::nc_blocks(with_axes_of(machine, test::shipped_controller(control)), p.nc)) {
+        if (const auto* hole = std::get_if<nc::Hole>(&block)) EXPECT_EQ(hole->kind, nc::Hole::Kind::drill);
+      }
+    }
+  }
+}
+
 bool passes(const std::string& text, const std::string& cl, const Machine& machine, const nc::Controller& c) {
   VerifyOptions options;
   Diagnostics d;

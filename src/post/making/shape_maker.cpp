@@ -235,8 +235,12 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
   const SourceRef where = work_.now.chunk->motions[i].point.where;
   const bool is_tap = hole.kind == cl::Hole::Kind::tap;
   const path::Point end = work_.now.chunk->point(i + count - 1);
+  // A hole that one step drills is no deep one: a control counts its steps from the clearance, and would take
+  // two.
+  const bool has_steps = hole.kind == cl::Hole::Kind::peck || hole.kind == cl::Hole::Kind::chip_break;
+  const bool steps = has_steps && hole.first_step_mm < hole.depth_mm;
   nc::Hole block;
-  block.kind = static_cast<nc::Hole::Kind>(hole.kind);
+  block.kind = has_steps && !steps ? nc::Hole::Kind::drill : static_cast<nc::Hole::Kind>(hole.kind);
   block.dwell_ms = std::llround(hole.dwell_s * 1000.0);
   block.source = where;
   if (is_tap && hole.feed.mode != cl::FeedMode::inverse) {
@@ -245,7 +249,6 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
     block.thread = *thread;
   }
   const nc::Template& words_of_cycle = work_.posting.controller.cycles.words(block);
-  const bool steps = hole.kind == cl::Hole::Kind::peck || hole.kind == cl::Hole::Kind::chip_break;
   // Controls have no drilling cycles under tool-centre-point control.
   if (words_of_cycle.empty() || work_.posting.options.rtcp || count > kMostMotions ||
       hole.feed.mode == cl::FeedMode::inverse || (steps && hole.first_step_mm != hole.step_mm) ||
