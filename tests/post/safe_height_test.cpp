@@ -10,6 +10,7 @@
 #include "trunnion/machine/kinematics.hpp"
 
 #include "post/posting.hpp"
+#include "support/cases.hpp"
 #include "support/shop_machines.hpp"
 
 namespace trunnion {
@@ -240,15 +241,15 @@ TEST(AroundTheCut, ComesBackAfterAStopAndResumesAfterAToolChange) {
 
 // Points a few hundredths of a millimetre apart, some repeated, stops, rapids and tool changes between them:
 // the tool comes back to where it was, and the short way that follows is cut and not taken for cut.
-void expect_stops_in_dense_paths(std::uint64_t seed, int cases) {
-  constexpr std::array kStops = {"OPSTOP\n", "STOP\n", "SPINDL/OFF\nSPINDL/ON\n",
+void expect_stops_in_dense_paths(std::uint64_t seed, int cases, double least_step_mm) {
+  constexpr std::array kStops = {"OPSTOP\n", "STOP\n", "SPINDL/OFF\nSPINDL/ON\n", "DELAY/0.5\n",
                                  "LOADTL/3\nSPINDL/ON\nRAPID\n"};
   constexpr std::array kControls = {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "iso"};
   std::mt19937_64 random(seed);
   const auto machines = test::shipped_machines();
   for (int i = 0; i < cases; ++i) {
     std::string cl = "LOADTL/1\nSPINDL/5000,RPM,CLW\nFEDRAT/800.,MMPM\nRAPID\n";
-    const double step = std::exp(uniform(random, std::log(0.02), std::log(0.4)));
+    const double step = std::exp(uniform(random, std::log(least_step_mm), std::log(0.4)));
     const double swing = uniform(random, 0.0, 1.0) < 0.5 ? 0.0 : 0.01 * uniform(random, 0.0, 1.0);
     Vec3 tip(uniform(random, -20.0, 20.0), uniform(random, -20.0, 20.0), 10.0);
     double tilt = uniform(random, 0.1, 0.8), turn = uniform(random, 0.0, 6.0);
@@ -274,11 +275,11 @@ void expect_stops_in_dense_paths(std::uint64_t seed, int cases) {
 }
 
 TEST(AroundTheCut, StopsBetweenPointsThatAreNear) {
-  expect_stops_in_dense_paths(11, 200);
+  expect_stops_in_dense_paths(11, 200, 0.02);
 }
 
 TEST(LongAroundTheCut, StopsBetweenPointsThatAreNear) {
-  expect_stops_in_dense_paths(12, 5000);
+  expect_stops_in_dense_paths(12, test::cases(5000, "TRUNNION_CASES"), 0.002);
 }
 
 // A program that was edited: what the verification says of it.

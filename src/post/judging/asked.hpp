@@ -58,6 +58,11 @@ class Asked {
   /// The first pause that has not been met yet, or null.
   const AskedPause* next_pause() const { return met_ < pauses_.size() ? &pauses_[met_] : nullptr; }
   void meet_pause() { ++met_; }
+  /// Something is asked for right before this motion: a pause that was met, or another state.
+  bool asks_before(std::size_t motion) const {
+    return (met_ > 0 && pauses_[met_ - 1].before == motion) ||
+           (motion > 0 && next_change(motion - 1) == motion);
+  }
   /// How many have been met, to go back to where blocks are judged anew.
   std::size_t pauses_met() const { return pauses_gone_ + met_; }
   void go_back_to_pause(std::size_t met) { met_ = met - std::min(met, pauses_gone_); }

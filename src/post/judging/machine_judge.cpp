@@ -406,7 +406,7 @@ void MachineJudge::hit_point(std::size_t point, const ToolPose& v) {
 void MachineJudge::rapid(const Vertex& v) {
   if (v.in_cycle && drills(v)) return;
   pass_repeated_points(v);
-  pass_end_of_cut();
+  pass_end_of_cut(v);
   match_end_of_cut();
   trail_.clear();
   if (comes_nearer(v)) return;
@@ -508,7 +508,10 @@ bool MachineJudge::is_repeated(const Target& next, const Vertex& v) const {
   // At the pole the inner axis may turn at a rapid's end, or before it, in blocks that leave it by a little.
   const double stays_mm =
       v.rapid ? options().rapid_tolerance_mm + options().tolerance_mm : options().tolerance_mm;
+  // The tool axis stays with it.
+  const double stays_rad = path_.limits().axis_tolerance_rad + path_.limits().pole_tolerance_rad;
   const bool stays = (v.tip_P - next.tip_P).norm() <= stays_mm &&
+                     angle_between(v.axis_P, next.axis_P).rad() <= stays_rad &&
                      path_.distance_to(v, next) <= path_.hit_tolerance_mm() + stays_mm;
   const bool goes_on = behind < points().size() &&
                        (v.rapid ? rapid_behind && path_.hits(v, points()[behind])
@@ -548,9 +551,14 @@ bool MachineJudge::ends_cut(std::size_t point) const {
 // leaves the part to turn. Farther off than the tolerance a point is not met; on a machine with errors the
 // last one may be. Of a program that has missed its tolerance there are figures only: any point is met that
 // lies near.
-void MachineJudge::pass_end_of_cut() {
+void MachineJudge::pass_end_of_cut(const Vertex& v) {
   const Target* end = path_.target();
   if (end == nullptr || end->rapid || !path_.hits(*ends_.previous, *end)) return;
+  // From a pause, or a spindle that stood, to above where it left: it cuts on.
+  const MachineJudge& asks = sharing_.leader != nullptr ? *sharing_.leader : *this;
+  if (progress_.away && asks.program_judge_ && asks.program_judge_->asks_before(path_.next()) &&
+      path_.is_above(v, path_.here(), path_.hit_tolerance_mm()))
+    return;
   if (record_.report.cuts_within_tolerance()) {
     const bool is_off = (ends_.previous->tip_P - end->tip_P).norm() > options().tolerance_mm;
     const bool is_last = ends_cut(path_.next());

@@ -212,7 +212,7 @@ class MachineJudge {
   void pass_repeated_points(const Vertex& v);
   bool is_repeated(const Target& next, const Vertex& v) const;
   /// A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
-  void pass_end_of_cut();
+  void pass_end_of_cut(const Vertex& v);
   bool ends_cut(std::size_t point) const;
   static bool repeats(const Target& point) {
     constexpr double kSameAxis_rad = 1e-7;  // rounding of a unit vector
