@@ -184,6 +184,41 @@ TEST(TiltedPlane, AxesKeepTheirSpeedsBehindIt) {
   }
 }
 
+// The angles of the plane are rounded, and the ways of the axes with them.
+TEST(TiltedPlane, AxesKeepTheirSpeedsInIt) {
+  std::mt19937_64 random(20261130);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  for (int i = 0; i < test::cases(60); ++i) {
+    Machine machine = test::shipped_machine(i % 2 == 0 ? "trunnion_offset" : "xyzac_trt");
+    for (Axis& axis : machine.axes) {
+      if (axis.kind == AxisKind::linear) axis.max_feed = 10.0 + 5.0 * u(random);
+    }
+    const Vec3 axis = Vec3(0.5 * u(random), 0.5 * u(random), 1.0).normalized();
+    const Vec3 e1 = axis.cross(Vec3(u(random), 1.0, u(random))).normalized();
+    const Vec3 e2 = axis.cross(e1);
+    const auto go = [&](const Vec3& tip) {
+      std::string out = "GOTO/";
+      for (const Vec3& v : {tip, axis}) {
+        for (int k = 0; k < 3; ++k) out += fixed_text(v[k], 6) + ",";
+      }
+      out.back() = '\n';
+      return out;
+    };
+    const Vec3 at(20.0 * u(random), 20.0 * u(random), 20.0);
+    std::string cl = "FEDRAT/MMPM,8000\nRAPID\n" + go(at);
+    for (int k = 0; k < 20; ++k) cl += go(at + 3.0 * u(random) * e1 + 3.0 * u(random) * e2);
+    PostOptions options;
+    options.tilted_plane = true;
+    const std::string control = i % 3 == 0   ? "heidenhain_tnc640"
+                                : i % 3 == 1 ? "siemens_840d_sl"
+                                             : "fanuc_30i";
+    const auto p = posted(cl + "FINI\n", machine, options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << cl << p.nc;
+    EXPECT_GT(p.report->verification->max_speed_ratio, 0.9999);
+  }
+}
+
 TEST(TiltedPlane, AWrongAngleFailsTheVerification) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const std::string cl = pockets({{35, 110}});

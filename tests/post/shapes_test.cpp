@@ -283,6 +283,23 @@ TEST(Shapes, OneStepIsADrilledHole) {
   }
 }
 
+// A control counts the steps from the clearance: little may be left to the last one.
+TEST(Shapes, TheLastStepMayBeLessThanTheTolerance) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const std::string control :
+       {"linuxcnc", "haas_ngc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640"}) {
+    for (const std::string words : {"DEEP,STEP,2.5", "BRKCHP,STEP,2.5"}) {
+      for (const double left_mm : {0.0, 0.001, 0.002, 0.009, 0.02, 2.49, 2.495, 2.499}) {
+        const Part part = random_part(11, words, 9.5 + left_mm, 3.0);
+        const auto p = test::posted(part.cl, machine, native(), control);
+        SCOPED_TRACE(control + " " + words + " " + std::to_string(left_mm));
+        ASSERT_TRUE(p.report) << p.report.error().text();
+        EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification);
+      }
+    }
+  }
+}
+
 bool passes(const std::string& text, const std::string& cl, const Machine& machine, const nc::Controller& c) {
   VerifyOptions options;
   Diagnostics d;

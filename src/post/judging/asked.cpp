@@ -25,12 +25,13 @@ nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
 void Asked::note(SourceRef where) {
   changed_ = false;
   now_.line = where.line;
-  states_.push_back({motions_, now_});
+  states_.push_back({motions_, now_, std::exchange(stood_, false)});
 }
 
 void Asked::take_spindle(const cl::Spindle& s) {
   if (s.state == cl::Spindle::State::off) {
     now_.spindle = {};
+    stood_ = true;
     return;
   }
   if (s.state == cl::Spindle::State::orient) return;
@@ -115,6 +116,13 @@ std::size_t Asked::next_change(std::size_t motion) const {
   const auto behind = std::upper_bound(states_.begin(), states_.end(), motion,
                                        [](std::size_t m, const From& from) { return m < from.motion; });
   return behind == states_.end() ? kNever : behind->motion;
+}
+
+bool Asked::stops_before(std::size_t motion) const {
+  if (met_ > 0 && pauses_[met_ - 1].before == motion) return true;
+  const auto at = std::lower_bound(states_.begin(), states_.end(), motion,
+                                   [](const From& from, std::size_t m) { return from.motion < m; });
+  return at != states_.end() && at->motion == motion && at->stood;
 }
 
 void Asked::forget(std::size_t motion) {

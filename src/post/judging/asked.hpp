@@ -58,11 +58,9 @@ class Asked {
   /// The first pause that has not been met yet, or null.
   const AskedPause* next_pause() const { return met_ < pauses_.size() ? &pauses_[met_] : nullptr; }
   void meet_pause() { ++met_; }
-  /// Something is asked for right before this motion: a pause that was met, or another state.
-  bool asks_before(std::size_t motion) const {
-    return (met_ > 0 && pauses_[met_ - 1].before == motion) ||
-           (motion > 0 && next_change(motion - 1) == motion);
-  }
+  /// Right before this motion the CL file pauses, which was the last pause that was met, or the spindle
+  /// stands.
+  bool stops_before(std::size_t motion) const;
   /// How many have been met, to go back to where blocks are judged anew.
   std::size_t pauses_met() const { return pauses_gone_ + met_; }
   void go_back_to_pause(std::size_t met) { met_ = met - std::min(met, pauses_gone_); }
@@ -73,6 +71,7 @@ class Asked {
   struct From {
     std::size_t motion = 0;
     AskedState state;
+    bool stood = false;  // the spindle, before it
   };
   void note(SourceRef where);
   void take_spindle(const cl::Spindle& spindle);
@@ -80,6 +79,7 @@ class Asked {
 
   AskedState now_;
   bool changed_ = true;
+  bool stood_ = false;         // the spindle, since the last motion
   std::size_t taps_left_ = 0;  // motions of a tap that are to come
   double diameter_mm_ = 0.0;   // of the tool
   std::optional<std::int64_t> work_offset_;

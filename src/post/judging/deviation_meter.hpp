@@ -31,6 +31,7 @@ struct BlockEnd {
   Vec3 word_tip_P = Vec3::Zero();  // under it: X Y Z as the words have them
   bool from_unknown = false;       // the position before it is not known
   bool in_cycle = false;           // a stroke of a drilling cycle
+  bool to_bottom = false;          // the last one that goes as deep as any of them
   bool up = false;                 // at the safe height, on the way between two cuts
   float off_chord_mm = 0.0F;       // by which the block itself may leave the straight way to here: an arc
 };

@@ -184,6 +184,7 @@ void MachineJudge::step(const nc::Retract&) {
   end_trail();
   as_run_.late.rest();
   progress_.away = progress_.started;
+  progress_.stopped_away = false;
 }
 
 void MachineJudge::step(const nc::Spindle& spindle) {
@@ -194,6 +195,7 @@ void MachineJudge::step(const nc::Spindle& spindle) {
 
 void MachineJudge::step(const std::unique_ptr<Mark>& mark) {
   end_trail();
+  progress_.stopped_away = true;
   program_judge_->take(mark->block, at(), mark->nc_line);
 }
 
@@ -409,7 +411,7 @@ void MachineJudge::rapid(const Vertex& v) {
   pass_end_of_cut(v);
   match_end_of_cut();
   trail_.clear();
-  if (comes_nearer(v)) return;
+  if (is_back_at_rapid(v) || comes_nearer(v)) return;
   settle_rapid_end();
   const std::size_t next = path_.next();
   const Target* target = path_.target();
@@ -432,6 +434,17 @@ void MachineJudge::rapid(const Vertex& v) {
   if (program_judge_ && !met) judge_rapid(v);
   if (met) path_.go_to(next);
   record_.end_block(v, target != nullptr ? target->line : 0, met);
+}
+
+// The end of the rapid at which it left.
+bool MachineJudge::is_back_at_rapid(const Vertex& v) {
+  const Target& left = points()[at().segment];
+  if (!progress_.away || at().t != 0.0 || !left.rapid || !path_.hits(v, left)) return false;
+  const Target* next = path_.target();
+  if (next != nullptr && path_.distance_to(v, *next) < path_.distance_to(v, left)) return false;
+  progress_.away = false;
+  record_.end_block(v, left.line, true);
+  return true;
 }
 
 void MachineJudge::judge_rapid(const Vertex& v) {
@@ -554,11 +567,7 @@ bool MachineJudge::ends_cut(std::size_t point) const {
 void MachineJudge::pass_end_of_cut(const Vertex& v) {
   const Target* end = path_.target();
   if (end == nullptr || end->rapid || !path_.hits(*ends_.previous, *end)) return;
-  // From a pause, or a spindle that stood, to above where it left: it cuts on.
-  const MachineJudge& asks = sharing_.leader != nullptr ? *sharing_.leader : *this;
-  if (progress_.away && asks.program_judge_ && asks.program_judge_->asks_before(path_.next()) &&
-      path_.is_above(v, path_.here(), path_.hit_tolerance_mm()))
-    return;
+  if (comes_from_stop(v)) return;
   if (record_.report.cuts_within_tolerance()) {
     const bool is_off = (ends_.previous->tip_P - end->tip_P).norm() > options().tolerance_mm;
     const bool is_last = ends_cut(path_.next());
@@ -571,6 +580,14 @@ void MachineJudge::pass_end_of_cut(const Vertex& v) {
     if (!repeats(*next)) return;
     hit_point(path_.next(), *ends_.previous);
   }
+}
+
+// To above where it left to stop, which the CL file asks for before the next point: it cuts on.
+bool MachineJudge::comes_from_stop(const Vertex& v) const {
+  const MachineJudge& asks = sharing_.leader != nullptr ? *sharing_.leader : *this;
+  return progress_.away && asks.progress_.stopped_away && asks.program_judge_ &&
+         asks.program_judge_->stops_before(path_.next()) &&
+         path_.is_above(v, path_.here(), path_.hit_tolerance_mm());
 }
 
 void MachineJudge::feed(Vertex& v) {
@@ -726,7 +743,8 @@ bool MachineJudge::drills(const Vertex& v) {
   const double too_deep_mm = depth_mm - progress_.drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) record_.take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
   if (!v.rapid) progress_.drilled_mm = std::max(progress_.drilled_mm, depth_mm);
-  const bool reached = !v.rapid && depth_mm > length_mm - options().tolerance_mm;
+  // What is left to a control's last step may be less than the tolerance.
+  const bool reached = !v.rapid && v.to_bottom && depth_mm > length_mm - options().tolerance_mm;
   if (reached) {
     hit_point(end, v);
     progress_.drilled_mm = 0.0;

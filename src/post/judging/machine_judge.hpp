@@ -94,6 +94,7 @@ class MachineJudge {
     bool started = false;
     bool all_expected = false;  // the CL file has no more points
     bool away = false;          // the tool has left the path along its axis
+    bool stopped_away = false;  // the program has said something since it left
     double drilled_mm = 0.0;    // in the hole at hand, from where the feed begins
   };
   /// The block that was judged last.
@@ -200,6 +201,7 @@ class MachineJudge {
   void start(const Vertex& v);
   void rapid(const Vertex& v);
   /// Of a rapid that is not at the next CL point: where it may be all the same.
+  bool is_back_at_rapid(const Vertex& v);
   void judge_rapid(const Vertex& v);
   void judge_feed_to(const Target& target, std::uint32_t nc_line);
   bool turns_in_place(const Vertex& v) const;
@@ -213,6 +215,7 @@ class MachineJudge {
   bool is_repeated(const Target& next, const Vertex& v) const;
   /// A rapid begins where the cut ended: within rounding or the tolerance of the CL point there.
   void pass_end_of_cut(const Vertex& v);
+  bool comes_from_stop(const Vertex& v) const;
   bool ends_cut(std::size_t point) const;
   static bool repeats(const Target& point) {
     constexpr double kSameAxis_rad = 1e-7;  // rounding of a unit vector

@@ -68,8 +68,8 @@ class ProgramJudge {
   /// As `comes_to`, to the place that it has left. Where two motions meet, what is said for the second stands
   /// before or behind the way out and back.
   void comes_back(std::size_t point, const Place& at);
-  /// The CL file asks for something before this point that may have taken the tool out of the part.
-  bool asks_before(std::size_t point) const { return asked_.asks_before(number(point)); }
+  /// Asked::stops_before, of this point.
+  bool stops_before(std::size_t point) const { return asked_.stops_before(number(point)); }
   /// How long the block at hand lasts: what it is told about is judged.
   void lasts(const Pace& pace, std::uint32_t nc_line);
   /// What blocks keep to whose pace is surely that of the CL file, whatever the digits of F: a cheap test

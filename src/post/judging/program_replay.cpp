@@ -237,12 +237,17 @@ void ProgramReplay::take(const nc::Hole& hole) {
   if (!words_of_shape(hole.words, hole.source, words)) return;
   const bool is_tap = hole.kind == nc::Hole::Kind::tap;
   if (is_tap) mark(hole);
-  for (const nc::Stroke& stroke : nc::strokes_of(hole, controller_.cycles, controller_.numbers.axes)) {
+  const auto strokes = nc::strokes_of(hole, controller_.cycles, controller_.numbers.axes);
+  const auto deepest =
+      std::min_element(strokes.rbegin(), strokes.rend(),
+                       [](const nc::Stroke& a, const nc::Stroke& b) { return a.xyz_mm[2] < b.xyz_mm[2]; });
+  for (const nc::Stroke& stroke : strokes) {
     BlockEnd v = in_force_.end_at(axis_words_.with_xyz(words, stroke.xyz_mm));
     v.nc_line = hole.source.line;
     v.rapid = stroke.rapid;
     v.feed = hole.feed;
     v.in_cycle = true;
+    v.to_bottom = &stroke == &*deepest;
     put(v);
     if (!(stroke.dwell_s > 0.0)) continue;
     const nc::Dwell dwell{std::llround(stroke.dwell_s * 1000.0)};

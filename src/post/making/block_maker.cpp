@@ -11,6 +11,9 @@ namespace {
 // What a block lasts that takes up lost motion.
 constexpr double kTakeUp_s = 0.01;
 
+// Half a digit of three angles, and as much again where a slow axis has a small share of the way.
+constexpr double kPlaneDigits = 3.0;
+
 }  // namespace
 
 Result<void> BlockMaker::rapid_to(const path::Point& to) {
@@ -184,6 +187,10 @@ FeedPlanner::Move BlockMaker::move_to(const JointVector& q, double tip_mm, doubl
   FeedPlanner::Move move{work_.at.joints, q, tip_mm, std::nullopt, 0.0, pace};
   if (!work_.posting.options.rtcp) {
     move.axes_s = work_.planner.axes().slowest_axis_s(work_.at.joints, q);
+    // The angles of a plane are words, too: its axes, and with them the ways of the machine's, are off by
+    // half a digit of each.
+    if (work_.planes.in_force())
+      move.axes_s *= 1.0 + kPlaneDigits * work_.posting.controller.numbers.axes.quantum(nc::AxisLetter::A);
     return move;
   }
   const Vec3 from_P = words_.tip_P(work_.at.joints);
