@@ -96,6 +96,11 @@ constexpr std::array kShown = {
              "MAXDPM/2000\nGOTO/-43.7699,-10.0731,-24.6535,0.001480354,-0.001701752,0.999997456\n"
              "FEDRAT/INVERS,20\nGOTO/-74.6529,-46.8543,-13.5646,0.062300614,0.141634743,0.987956595\n",
              0.05, 0.1},
+    // A rapid from the pole that turns in several blocks, of which the first is near.
+    PolePath{"TurnsAtARapidFromARepeatedPoint", "paper", "iso",
+             "GOTO/45.110,9.056,45.194,0.,0.,1.\nRAPID\nGOTO/45.110,9.056,45.194,0.,0.,1.\nRAPID\n"
+             "GOTO/45.110,9.056,45.194,-0.036554,0.020565,0.999120\n",
+             0.002, 0.2},
     // The speed that the spindle has already is not said again, and nothing stops for it.
     PolePath{"SaysTheSameSpeed", "xyzac_trt_sample", "siemens_840d_sl",
              "FEDRAT/MMPM,2000\nGOTO/6.2858,6.5168,-3.1248,-0.017553265,0.000754375,0.999845645\n"

@@ -282,6 +282,33 @@ TEST(LongAroundTheCut, StopsBetweenPointsThatAreNear) {
   expect_stops_in_dense_paths(12, test::cases(5000, "TRUNNION_CASES"), 0.002);
 }
 
+// From a stop at the end of a rapid the tool comes back there, repeated or not, before the next one turns it.
+TEST(AroundTheCut, StopsBetweenRapids) {
+  const auto cl = [](const std::string& between, const std::string& last) {
+    return "LOADTL/1\nSPINDL/5000,RPM,CLW\nFEDRAT/800.,MMPM\nGOTO/"
+           "12.2756,5.3665,20.0107,-0.271084140,0.105849596,"
+           "0.956717958\nRAPID\nGOTO/1.4323,9.6005,58.2794,-0.271084140,0.105849596,0.956717958\n" +
+           between + "RAPID\nGOTO/" + last + "\nFINI\n";
+  };
+  const std::string again = "RAPID\nGOTO/1.4323,9.6005,58.2794,-0.271084140,0.105849596,0.956717958\n";
+  for (const std::string& machine : test::shipped_machines()) {
+    for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640", "iso"}) {
+      for (const std::string stop : {"OPSTOP\n", "STOP\n", "SPINDL/OFF\nSPINDL/ON\n", ""}) {
+        for (const char* last : {"1.4323,9.6005,58.2794,-0.054005036,-0.265943288,0.962474739",
+                                 "-8.5,3.2,54.1,-0.054005036,-0.265943288,0.962474739",
+                                 "1.4323,9.6005,98.2794,-0.271084140,0.105849596,0.956717958"}) {
+          for (const std::string& between : {stop, stop + again, again + stop, again + stop + again}) {
+            const auto p = test::posted(cl(between, last), test::shipped_machine(machine), {}, control);
+            SCOPED_TRACE(machine + " " + control + "\n" + between + last);
+            ASSERT_TRUE(p.report) << p.report.error().text();
+            EXPECT_TRUE(p.report->verification->passed()) << p.nc;
+          }
+        }
+      }
+    }
+  }
+}
+
 // A program that was edited: what the verification says of it.
 TEST(AroundTheCut, IsJudgedInEditedPrograms) {
   const Machine machine = test::shop_machine(test::kShopMachines[2]);
