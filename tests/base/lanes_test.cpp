@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "support/lanes.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -76,14 +78,12 @@ void expect_as_one(std::mt19937_64& random) {
   }
 }
 
-TRUNNION_FOUR void expect_four_as_one(std::mt19937_64& random) {
-  expect_as_one<Quads>(random);
-}
-
 TEST(Lanes, SeveralAreAsOne) {
   std::mt19937_64 random(3);
-  expect_as_one<Lanes>(random);
-  if (lanes::four_at_a_time()) expect_four_as_one(random);
+  for (const lanes::Way most : test::kEveryWay) {
+    const test::Calculating calculating(most);
+    lanes::at_a_time(lanes::way(), [&]<class T>() { expect_as_one<T>(random); });
+  }
   const auto far = lanes::sincos(Lanes{1e7, 1.0});
   EXPECT_EQ(far.cos[0], std::cos(1e7));
   EXPECT_EQ(far.sin[1], lanes::sincos(1.0).sin);

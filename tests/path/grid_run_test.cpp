@@ -49,6 +49,7 @@ Walk random_walk(const Machine& machine, const TableKinematics& kinematics, std:
 TEST(GridRun, GivesWhatOnePointAtATimeGives) {
   std::mt19937_64 random(20261121);
   std::size_t kept = 0;
+  std::size_t walks = 0;
   std::size_t left = 0;
   for (const std::string& name : test::shipped_machines()) {
     const Machine machine = test::shipped_machine(name);
@@ -57,10 +58,8 @@ TEST(GridRun, GivesWhatOnePointAtATimeGives) {
     const Rounding rounding = test::four_decimals(machine);
     const Certifier certifier(kinematics);
     const Tolerance tolerance{0.005, Angle::degrees(0.05)};
-    for (const std::size_t count : {1U, 2U, 3U, 37U, 500U, 5U, 74U}) {
-      const test::Calculating lanes(count % 37 == 0  ? lanes::Way::two
-                                    : count % 2 == 0 ? lanes::Way::four
-                                                     : lanes::Way::four_in_32);
+    for (const std::size_t count : {1U, 2U, 3U, 37U, 500U, 5U, 74U, 40U}) {
+      const test::Calculating lanes(test::kEveryWay[walks++ % 3]);
       GridRun grid(kinematics, rounding);
       Walk run = random_walk(machine, kinematics, random, count + 1);
       Point before = run.points.front();

@@ -216,6 +216,13 @@ TEST(TiltedPlane, AxesKeepTheirSpeedsInIt) {
     ASSERT_TRUE(p.report) << p.report.error().text();
     EXPECT_TRUE(p.report->verification->passed()) << cl << p.nc;
     EXPECT_GT(p.report->verification->max_speed_ratio, 0.9999);
+    for (Axis& a : machine.axes) {
+      if (a.kind == AxisKind::linear) a.max_feed = *a.max_feed * 0.9995;
+    }
+    const auto on_slower = test::verified(p.nc, cl + "FINI\n", machine, 0.01, control);
+    ASSERT_TRUE(on_slower);
+    EXPECT_GT(on_slower->too_fast_count, 0U);
+    EXPECT_FALSE(on_slower->passed());
   }
 }
 

@@ -11,6 +11,7 @@
 #include "support/cases.hpp"
 #include "support/cl_text.hpp"
 #include "support/machines.hpp"
+#include "support/without_a_stop.hpp"
 
 namespace trunnion {
 namespace {
@@ -129,22 +130,6 @@ TEST_P(ShownPolePath, IsMadeWithinItsTolerance) {
 INSTANTIATE_TEST_SUITE_P(Shown, ShownPolePath, ::testing::ValuesIn(kShown),
                          [](const auto& shown) { return std::string(shown.param.name); });
 
-// One of the stops of a program left out: nothing where it has none.
-std::string without_a_stop(const std::string& nc, std::mt19937_64& random) {
-  std::vector<std::pair<std::size_t, std::size_t>> stops;  // lines, by where they begin and end
-  for (std::size_t begin = 0; begin < nc.size();) {
-    const std::size_t end = std::min(nc.find('\n', begin), nc.size() - 1) + 1;
-    const std::string_view line(nc.data() + begin, end - begin);
-    const std::size_t word = line.find_last_of(' ');
-    const std::string_view last = line.substr(word == std::string_view::npos ? 0 : word + 1);
-    if (last == "M1\n" || last == "M0\n") stops.emplace_back(begin, end);
-    begin = end;
-  }
-  if (stops.empty()) return {};
-  const auto [begin, end] = stops[random() % stops.size()];
-  return nc.substr(0, begin) + nc.substr(end);
-}
-
 // Legs through the pole, to it, near it and past it, with the words of a program between the points. Those
 // that the machine reaches come out, and are within their tolerance.
 class PolePaths {
@@ -170,7 +155,7 @@ class PolePaths {
                               << options.tolerance_mm << " pole " << options.pole.tolerance.deg() << ": tip "
                               << v.certified_tip_deviation_mm << " mm, missed " << v.points_missed << "\n"
                               << cl;
-      const std::string edited = without_a_stop(p.nc, random_);
+      const std::string edited = test::without_a_stop(p.nc, random_);
       if (edited.empty()) continue;
       ++stops;
       EXPECT_FALSE(passes(edited, cl, machine, control, options)) << i << "\n" << cl << edited;

@@ -12,6 +12,7 @@
 #include "post/posting.hpp"
 #include "support/cases.hpp"
 #include "support/shop_machines.hpp"
+#include "support/without_a_stop.hpp"
 
 namespace trunnion {
 namespace {
@@ -271,6 +272,12 @@ void expect_stops_in_dense_paths(std::uint64_t seed, int cases, double least_ste
     EXPECT_TRUE(v.passed()) << i << " " << machine << " " << control << ": tip "
                             << v.certified_tip_deviation_mm << " mm, missed " << v.points_missed << "\n"
                             << cl;
+    const std::string edited = test::without_a_stop(p.nc, random);
+    if (edited.empty()) continue;
+    const auto of_edited =
+        test::verified(edited, cl + "FINI\n", test::shipped_machine(machine), 0.01, control);
+    ASSERT_TRUE(of_edited);
+    EXPECT_FALSE(of_edited->passed()) << i << "\n" << cl << edited;
   }
 }
 

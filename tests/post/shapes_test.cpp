@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <sstream>
 
 #include "trunnion/nc/expand.hpp"
 
@@ -213,12 +214,33 @@ TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
   }
 }
 
+// The arcs of a program for LinuxCNC at this share of their F; what follows keeps its own.
+std::string with_slower_arcs(const std::string& nc, double share, std::size_t& arcs) {
+  std::string out;
+  double feed = 0.0;
+  bool says_feed = false;
+  std::istringstream lines(nc);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t at = line.rfind(" F");
+    if (at != std::string::npos) feed = std::stod(line.substr(at + 2));
+    const std::string words = line.substr(0, at);
+    const bool is_arc = line.starts_with("G2 ") || line.starts_with("G3 ");
+    arcs += is_arc ? 1U : 0U;
+    if (is_arc || (says_feed && line.starts_with("G1 ")))
+      line = words + " F" + fixed_text(is_arc ? share * feed : feed, 3);
+    says_feed = is_arc;
+    out += line + "\n";
+  }
+  return out;
+}
+
 // One F is that of a whole arc: where an axis is too slow for the feed it is slow where that axis stands,
 // too.
 TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
   std::mt19937_64 random(20261128);
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::size_t slow = 0;
+  std::size_t arcs = 0;
   for (const std::string& name : test::shipped_machines()) {
     for (int i = 0; i < test::cases(10); ++i) {
       Machine machine = test::shipped_machine(name);
@@ -235,9 +257,23 @@ TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
       ASSERT_TRUE(p.report) << p.report.error().text();
       EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification) << part.cl << p.nc;
       slow += p.report->feed_time_lost_s > 1.0 ? 1U : 0U;
+      if (control != "linuxcnc") continue;
+      std::size_t in_text = 0;
+      const std::string edited = with_slower_arcs(p.nc, 0.8, in_text);
+      arcs += in_text;
+      if (in_text == 0) continue;
+      const auto of_edited = test::verified(edited, part.cl, machine, 0.01, control);
+      ASSERT_TRUE(of_edited);
+      EXPECT_FALSE(of_edited->passed()) << part.cl << edited;
+      // The editing itself is nothing that is found.
+      const auto of_same =
+          test::verified(with_slower_arcs(p.nc, 1.0, in_text), part.cl, machine, 0.01, control);
+      ASSERT_TRUE(of_same);
+      EXPECT_TRUE(of_same->passed()) << part.cl << edited;
     }
   }
   EXPECT_GT(slow, 0U);
+  EXPECT_GT(arcs, 0U);
 }
 
 // Points of inches to four decimals: the tops of holes in a tilted face differ by a micrometre, and so do the
@@ -250,16 +286,24 @@ TEST(Shapes, HolesOfATiltedFaceMayBeAMicrometreApart) {
     const std::string control = i % 3 == 0 ? "linuxcnc" : i % 3 == 1 ? "haas_ngc" : "siemens_840d_sl";
     const Vec3 axis = rounded(Vec3(0.5 * u(random), 0.5 * u(random), 1.0).normalized(), 1e-9);
     const Vec3 along = axis.cross(Vec3(u(random), 1.0, u(random))).normalized();
-    const auto hole = [&](double mm) {
-      const Vec3 at = (Vec3(20.0, 10.0, 5.0) + mm * along) / 25.4;
+    const auto hole = [&](double mm, double up_mm = 0.0) {
+      const Vec3 at = (Vec3(20.0, 10.0, 5.0) + mm * along + up_mm * axis) / 25.4;
       return "GOTO/" + numbers(at, 4) + "," + numbers(axis, 9) + "\n";
     };
-    const std::string cl = "UNITS/INCHES\nRAPID\n" + hole(0.0) + "CYCLE/DRILL,0.315,IPM,7.874,0.079\n" +
-                           hole(0.0) + hole(5.0 + u(random)) + hole(10.0 + u(random)) + "CYCLE/OFF\nRAPID\n" +
-                           hole(0.0) + "\nFINI\n";
+    const double second = 5.0 + u(random), third = 10.0 + u(random);
+    const auto cl_with = [&](double up_mm) {
+      return "UNITS/INCHES\nRAPID\n" + hole(0.0) + "CYCLE/DRILL,0.315,IPM,7.874,0.079\n" + hole(0.0) +
+             hole(second) + hole(third, up_mm) + "CYCLE/OFF\nRAPID\n" + hole(0.0) + "\nFINI\n";
+    };
+    const std::string cl = cl_with(0.0);
     const auto p = test::posted(cl, test::shipped_machine(name), native(), control);
     ASSERT_TRUE(p.report) << p.report.error().text();
     EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification) << cl << p.nc;
+    for (const double up_mm : {-0.05, 0.05}) {
+      const auto of_other = test::verified(p.nc, cl_with(up_mm), test::shipped_machine(name), 0.01, control);
+      ASSERT_TRUE(of_other);
+      EXPECT_FALSE(of_other->passed()) << cl_with(up_mm) << p.nc;
+    }
   }
 }
 
@@ -295,6 +339,12 @@ TEST(Shapes, TheLastStepMayBeLessThanTheTolerance) {
         SCOPED_TRACE(control + " " + words + " " + std::to_string(left_mm));
         ASSERT_TRUE(p.report) << p.report.error().text();
         EXPECT_TRUE(p.report->verification->passed()) << figures(*p.report->verification);
+        for (const double other_mm : {-0.03, 0.03}) {
+          const Part other = random_part(11, words, 9.5 + left_mm + other_mm, 3.0);
+          const auto of_other = test::verified(p.nc, other.cl, machine, 0.01, control);
+          ASSERT_TRUE(of_other);
+          EXPECT_FALSE(of_other->passed()) << other_mm;
+        }
       }
     }
   }

@@ -23,7 +23,8 @@ using QuadMask = std::int64_t __attribute__((vector_size(32)));
 
 /// Before a function that calculates with Quads: it is compiled for processors with AVX2, together with all
 /// that it calls, and may be called where lanes::four_at_a_time() says so. It must not take or give Quads by
-/// value, and calls nothing that cannot be put in its place.
+/// value, and calls nothing that cannot be put in its place. TRUNNION_FOUR_IN_32: the same for
+/// Way::four_in_32.
 #if defined(__x86_64__) && defined(__OPTIMIZE__)
 #define TRUNNION_FOUR __attribute__((target("avx2"), flatten))
 #define TRUNNION_FOUR_IN_32 __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw"), flatten))

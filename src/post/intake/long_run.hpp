@@ -10,7 +10,8 @@
 namespace trunnion::post {
 
 /// Motions after which a long run is cut where the choice allows it: all that is on its way stays in a cache
-/// of 2 MB (twice as many take 6 % more time), and the costs of a chunk itself do not count.
+/// of 2 MB (with twice as many the default takes 2 to 6 % more time), and the costs of a chunk itself do not
+/// count.
 inline constexpr std::size_t kLongRun = 512;
 
 inline path::ChoicePoint point_of(const cl::PlainCut& cut) {
